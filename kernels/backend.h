@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The one interface of the numeric kernels. A backend owns memory (host for "cpu", device for
+// "cuda") and runs named operations on it. The CPU backend is the oracle for every other one.
+//
+// With geometry frozen, a render of view v is linear in the per-Gaussian features: y = W_v c,
+// W_v[p,g] = alpha_g(p) T_g(p) (3DGS blending, front to back). Blend applies W_v, BlendTranspose
+// applies W_v^T; everything else hangs on these two.
+//
+// Rows. A ViewGeometry lists the Gaussians that reach the image, sorted by (depth, index).
+// Per-Gaussian arrays of the operations below are indexed by *row*: entry r speaks of Gaussian
+// rows()[r]. For a whole view, a row is a visible Gaussian. For a region (Restrict) a row is a
+// visible *active* Gaussian; the others still attenuate, but carry no feature, so Blend gives W_A
+// c_A and BlendTranspose gives W_A^T r, on the region's tiles only.
+//
+// Images are [H, W, C] floats, row-major. Results do not depend on the number of threads. Every
+// operation returns when its result may be read through Download, or earlier on an asynchronous
+// backend, in stream order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/common/types.h"
+
+namespace retint {
+
+enum class Op {
+  kPrepareView,
+  kRestrict,
+  kBlend,
+  kBlendTranspose,
+  kDepth,
+  kEvalSh,
+  kEvalShTranspose,
+  kImageLoss,
+  kAdam,
+  kAccumulateBlocks,
+  kSolveBlocks,
+};
+
+// Untyped memory of a backend; freed with the last reference.
+class DeviceMemory {
+ public:
+  virtual ~DeviceMemory() = default;
+  void* data() const { return data_; }
+  size_t bytes() const { return bytes_; }
+
+ protected:
+  DeviceMemory(void* data, size_t bytes) : data_(data), bytes_(bytes) {}
+  void* data_;
+  size_t bytes_;
+};
+
+// Typed handle of backend memory. Copies share the memory.
+template <typename T>
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(std::shared_ptr<DeviceMemory> memory, size_t count)
+      : memory_(std::move(memory)), count_(count) {}
+  T* data() const { return memory_ ? static_cast<T*>(memory_->data()) : nullptr; }
+  size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+
+ private:
+  std::shared_ptr<DeviceMemory> memory_;
+  size_t count_ = 0;
+};
+
+// An uploaded model. The SH coefficients may be rewritten (sh()), the geometry is frozen.
+class Model {
+ public:
+  virtual ~Model() = default;
+  int64_t count() const { return count_; }
+  int sh_degree() const { return sh_degree_; }
+  int num_sh_coeffs() const { return (sh_degree_ + 1) * (sh_degree_ + 1); }
+  virtual float* sh() = 0;  // backend memory, [N, K, 3]
+  virtual const float* sh() const = 0;
+
+ protected:
+  int64_t count_ = 0;
+  int sh_degree_ = 0;
+};
+
+// The frozen geometry of one view (or of a region of it): rows, conics, sorted tile lists.
+// Immutable; cache and share it.
+class ViewGeometry {
+ public:
+  virtual ~ViewGeometry() = default;
+  const CameraParams& camera() const { return camera_; }
+  int64_t num_rows() const { return num_rows_; }
+  // Gaussian index of each row, backend memory, [num_rows].
+  virtual const int32_t* rows() const = 0;
+  virtual size_t bytes() const = 0;  // for cache budgets
+  // Tiles this geometry visits (all tiles with Gaussians, or the region's), row-major tile index,
+  // host memory.
+  virtual std::span<const int32_t> tiles() const = 0;
+  int tiles_x() const { return (camera_.width + kTileSize - 1) / kTileSize; }
+  int tiles_y() const { return (camera_.height + kTileSize - 1) / kTileSize; }
+
+ protected:
+  CameraParams camera_{};
+  int64_t num_rows_ = 0;
+};
+
+struct BlendParams {
+  const float* features;    // [rows, C]
+  int32_t channels;         // C, 1..kMaxChannels
+  const float* background;  // [C] or null for zero; y += T_final * background. Ignored for regions.
+  float* image;  // [H, W, C]; pixels outside tiles() are left alone when `keep_outside`, else
+                 // background
+  float* alpha;  // [H, W] = 1 - T_final, or null
+  bool keep_outside;
+};
+
+struct BlendTransposeParams {
+  const float* residual;  // [H, W, C]
+  int32_t channels;       // C, 1..kMaxChannels
+  float* result;          // [rows, C], overwritten: sum over pixels of W[p,row] * residual[p]
+};
+
+// Expected depth W z / W 1 (0 where W 1 is 0) and median depth: z of the Gaussian at which T
+// crosses `threshold` (0 where it never does). z along the viewing axis.
+struct DepthParams {
+  float* median;    // [H, W] or null
+  float* expected;  // [H, W] or null
+  float* alpha;     // [H, W] or null
+  float threshold;  // 0.5
+};
+
+// Colour of `count` Gaussians seen from `center`: f = max(0, 0.5 + sum_k Y_k(d) sh_k), d =
+// normalised (mean - center). `rows` maps entry to Gaussian (null: identity). `slots`, where given,
+// maps entry to the block of `sh` to read, so that compact coefficient arrays of active Gaussians
+// work too (null: the Gaussian's index).
+struct EvalShParams {
+  const int32_t* rows;   // [count] or null
+  const int32_t* slots;  // [count] or null
+  int64_t count;
+  const float* sh;  // [*, K, 3]
+  float center[3];  // camera centre, world
+  float* colors;    // [count, 3]
+};
+
+// Transpose of EvalSh for a fixed view: gradient[slot, k, :] += Y_k(d) * color_gradient[entry, :].
+// Channels whose colour is clamped at 0 (read from `colors`, null: no gate) pass nothing. Entries
+// with slot < 0 are skipped; slots are distinct.
+struct EvalShTransposeParams {
+  const int32_t* rows;   // [count] or null
+  const int32_t* slots;  // [count] or null
+  int64_t count;
+  const float* color_gradients;  // [count, 3]
+  const float* colors;           // [count, 3] or null
+  float center[3];
+  float* gradient;  // [*, K, 3], accumulated
+};
+
+// L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), SSIM with an 11x11 Gaussian
+// window of sigma 1.5, zero padding, C1 = 0.01^2, C2 = 0.03^2, per channel (Wang et al. 2004;
+// 3DGS's training loss). Means over all W*H*3 values. With `roi` (x0, y0, x1, y1, pixels,
+// half-open) the gradient is written inside it only and the value sums only its pixels, still
+// divided by W*H*3: exact wherever y and y* agree outside.
+struct ImageLossParams {
+  const float* image;   // y [H, W, 3]
+  const float* target;  // y* [H, W, 3]
+  int32_t width, height;
+  float lambda;     // 0.2
+  int32_t roi[4];   // all zero: the whole image
+  float* gradient;  // dL/dy [H, W, 3]
+};
+
+struct ImageLossValue {
+  double loss, l1, ssim;
+};
+
+// Adam (Kingma & Ba 2015) on `count` values: m, v moments, `step` counts from 1.
+struct AdamParams {
+  float* values;
+  const float* gradients;
+  float* m;
+  float* v;
+  int64_t count;
+  int64_t step;
+  float learning_rate, beta1, beta2, epsilon;
+};
+
+// Block normal matrices of the SH fit: block[slot] += weight[entry] * y y^T with y = Y(d) of
+// Gaussian rows[entry] seen from `center`. Packed lower triangles, row by row: K (K + 1) / 2 floats
+// a block. Slots < 0 are skipped; slots are distinct.
+struct AccumulateBlocksParams {
+  const int32_t* rows;   // [count]
+  const int32_t* slots;  // [count] or null
+  int64_t count;
+  const float* weights;  // [count]
+  float center[3];
+  float* blocks;  // [slots, K (K + 1) / 2]
+};
+
+// Cholesky of every block in place (ridge already added), then x = block^-1 b, three right-hand
+// sides each. A block that is not positive definite gives x = 0.
+struct FactorBlocksParams {
+  float* blocks;  // [count, K (K + 1) / 2]
+  int64_t count;
+  int32_t k;  // 1, 4, 9 or 16
+};
+struct SolveBlocksParams {
+  const float* factors;  // from FactorBlocks
+  const float* rhs;      // [count, K, 3]
+  float* solution;       // [count, K, 3]
+  int64_t count;
+  int32_t k;
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  virtual std::string_view Name() const = 0;    // "cpu", "cuda"
+  virtual std::string Description() const = 0;  // "AVX-512 (Highway), 2 threads"
+  virtual bool Supports(Op op) const = 0;
+
+  // Memory. Zero-initialised. RunError-like std::bad_alloc on exhaustion.
+  virtual std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) = 0;
+  virtual void CopyToDevice(void* device, const void* host, size_t bytes) = 0;
+  virtual void CopyToHost(void* host, const void* device, size_t bytes) = 0;
+  virtual void Fill(void* device, int byte, size_t bytes) = 0;
+  virtual void Synchronize() = 0;
+  virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
+
+  template <typename T>
+  Buffer<T> Allocate(size_t count) {
+    return Buffer<T>(AllocateBytes(count * sizeof(T)), count);
+  }
+  template <typename T>
+  Buffer<T> Upload(std::span<const T> host) {
+    auto buffer = Allocate<T>(host.size());
+    CopyToDevice(buffer.data(), host.data(), host.size_bytes());
+    return buffer;
+  }
+  template <typename T>
+  std::vector<T> Download(const T* device, size_t count) {
+    std::vector<T> host(count);
+    CopyToHost(host.data(), device, count * sizeof(T));
+    return host;
+  }
+
+  virtual std::unique_ptr<Model> UploadModel(const GaussianArrays& host) = 0;
+
+  // Projects, culls, sorts and bins: EWA splatting with the constants of common/types.h, exact tile
+  // lists.
+  virtual std::shared_ptr<const ViewGeometry> PrepareView(const Model& model,
+                                                          const CameraParams& camera) = 0;
+  // The part of a whole view that active Gaussians touch; `active` is [N] bytes of backend memory.
+  // Where `budget_bytes` allows, the region keeps the weights W_A explicitly, which makes Blend and
+  // BlendTranspose on it several times cheaper.
+  virtual std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view,
+                                                       const uint8_t* active,
+                                                       size_t budget_bytes) = 0;
+
+  virtual void Blend(const ViewGeometry& view, const BlendParams& params) = 0;
+  virtual void BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) = 0;
+  virtual void Depth(const ViewGeometry& view, const DepthParams& params) = 0;
+  virtual void EvalSh(const Model& model, const EvalShParams& params) = 0;
+  virtual void EvalShTranspose(const Model& model, const EvalShTransposeParams& params) = 0;
+  virtual ImageLossValue ImageLoss(const ImageLossParams& params) = 0;
+  virtual void Adam(const AdamParams& params) = 0;
+  virtual void AccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) = 0;
+  virtual void FactorBlocks(const FactorBlocksParams& params) = 0;
+  virtual void SolveBlocks(const SolveBlocksParams& params) = 0;
+};
+
+// "cpu", and "cuda" where built and a device is present.
+std::vector<std::string> AvailableBackends();
+// `name` is "auto", "cpu" or "cuda". Throws std::invalid_argument for an unknown or unavailable
+// one.
+std::shared_ptr<Backend> CreateBackend(std::string_view name);
+
+}  // namespace retint

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/error.h"
+
+namespace retint {
+
+InputError::InputError(const std::filesystem::path& path, std::string_view fault)
+    : Error(path.string() + ": " + std::string(fault)) {}
+
+InputError::InputError(const std::filesystem::path& path, int64_t line, std::string_view fault)
+    : Error(path.string() + ":" + std::to_string(line) + ": " + std::string(fault)) {}
+
+}  // namespace retint

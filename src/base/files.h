@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whole-file reading and atomic writing. Every output is written beside its target and renamed over
+// it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "base/error.h"
+
+namespace retint {
+
+// The whole file; InputError when it is missing, a folder, or unreadable.
+std::string ReadFile(const std::filesystem::path& path);
+
+// Writes a file whole or not at all: bytes go to a hidden temporary file in the same folder,
+// Commit() flushes it and renames it over `path`; without Commit() the destructor removes it, so a
+// failed or cancelled write leaves the old file. Parent folders are created. Every failure
+// (unwritable folder, full disk) is a RunError naming `path`.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void Write(const void* data, size_t bytes);
+  void Write(std::string_view text) { Write(text.data(), text.size()); }
+  template <typename T>
+  void WriteValue(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    Write(&value, sizeof(T));
+  }
+  void Commit();
+
+ private:
+  void Flush();
+  [[noreturn]] void Fail(const char* action) const;
+
+  std::filesystem::path path_, temporary_;
+  int fd_ = -1;
+  std::vector<char> buffer_;
+};
+
+void WriteFile(const std::filesystem::path& path, std::string_view bytes);
+
+// Bounds-checked little-endian cursor over the bytes of `path`; every overrun is an
+// InputError("truncated ...").
+class ByteReader {
+ public:
+  ByteReader(std::string_view bytes, std::filesystem::path path)
+      : bytes_(bytes), path_(std::move(path)) {}
+
+  template <typename T>
+  T Read(std::string_view what) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    Require(1, sizeof(T), what);
+    T value;
+    std::memcpy(&value, bytes_.data() + offset_, sizeof(T));
+    offset_ += sizeof(T);
+    return value;
+  }
+  std::string_view ReadBytes(uint64_t count, std::string_view what) {
+    Require(count, 1, what);
+    const auto out = bytes_.substr(offset_, count);
+    offset_ += count;
+    return out;
+  }
+  // Throws unless `count` records of at least `min_bytes` each can still follow: call it before
+  // taking memory for them.
+  void Require(uint64_t count, uint64_t min_bytes, std::string_view what) const;
+  uint64_t Remaining() const { return bytes_.size() - offset_; }
+  uint64_t Offset() const { return offset_; }
+  const std::filesystem::path& Path() const { return path_; }
+
+ private:
+  std::string_view bytes_;
+  std::filesystem::path path_;
+  uint64_t offset_ = 0;
+};
+
+}  // namespace retint

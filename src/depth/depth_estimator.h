@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Depth of one frozen view, by one of several methods behind one interface.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/monitor.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+
+namespace retint {
+
+struct DepthEstimate {
+  DepthMap depth;  // z along the viewing axis, world units; 0 where unknown
+  Mask valid;      // 255 measured by the method itself, 0 filled from the rough depth or unknown
+  double valid_fraction = 0;  // of all pixels
+  std::string method;         // "gaussian", "stereo-hv", "colmap"
+  std::string reason;         // one line: what was done, or why pixels are not valid
+};
+
+class DepthEstimator {
+ public:
+  virtual ~DepthEstimator() = default;
+  virtual DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) = 0;
+};
+
+}  // namespace retint

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Scene-level face of the kernels: posed cameras in, images out, with a cache of the frozen
+// geometry of each view.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "kernels/backend.h"
+#include "scene/camera.h"
+#include "scene/gaussian_model.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// PINHOLE and SIMPLE_PINHOLE only; InputError with the `colmap image_undistorter` line that helps
+// otherwise.
+CameraParams ToCameraParams(const PosedCamera& view);
+
+struct RendererOptions {
+  size_t cache_bytes =
+      size_t{1} << 30;  // budget of the per-view geometry cache, least recently used goes first
+  std::array<float, 3> background = {0, 0, 0};
+  void Check() const;
+};
+
+struct RenderRequest {
+  bool rgb = true;
+  bool depth_median = false;
+  bool depth_expected = false;
+  bool alpha = false;
+  bool cache = true;  // keep this view's geometry for later
+};
+
+struct RenderOutput {
+  Image rgb;                // not clamped above
+  DepthMap depth_median;    // 0 where transmittance stays above 0.5
+  DepthMap depth_expected;  // 0 where nothing is hit
+  ScalarImage alpha;
+};
+
+// Not thread-safe; one Renderer a thread (they may share the Backend).
+class Renderer {
+ public:
+  Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
+           RendererOptions options = {});
+  ~Renderer();
+
+  RenderOutput Render(const PosedCamera& view, const RenderRequest& request = {});
+  // W c of per-Gaussian values, `channels` a Gaussian: [N, channels] -> [H, W, channels].
+  std::vector<float> BlendFeatures(const PosedCamera& view, std::span<const float> features,
+                                   int channels);
+  // W^T r: [H, W, channels] -> [N, channels], zero where not visible.
+  std::vector<float> BlendTransposeToGaussians(const PosedCamera& view,
+                                               std::span<const float> residual, int channels);
+
+  // The geometry of a view from the cache, prepared when missing.
+  std::shared_ptr<const ViewGeometry> Geometry(const PosedCamera& view, bool cache = true);
+
+  // Replaces the SH coefficients that later renders use, [N, K, 3]; geometry and cache stay.
+  void SetSh(std::span<const float> sh);
+
+  Backend& backend() { return *backend_; }
+  std::shared_ptr<Backend> shared_backend() { return backend_; }
+  Model& model() { return *model_; }
+  size_t cached_bytes() const;
+
+ private:
+  struct Cache;
+  std::shared_ptr<Backend> backend_;
+  std::unique_ptr<Model> model_;
+  RendererOptions options_;
+  std::unique_ptr<Cache> cache_;
+};
+
+}  // namespace retint

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A 3D Gaussian Splatting scene as the 3DGS training code stores it: structure of arrays, raw (not
+// activated) values.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace retint {
+
+// A column of the source file that Retint does not interpret, carried through as bytes.
+struct ExtraColumn {
+  std::string name;
+  std::string type;  // "float", "uchar", ... as the file spells it
+  int bytes_per_value = 0;
+  std::vector<char> bytes;  // [N * bytes_per_value]
+};
+
+// How the file that the scene came from was laid out, so that saving changes nothing but what was
+// edited.
+struct SourceLayout {
+  std::vector<std::string> comments;        // PLY "comment" and "obj_info" lines, whole
+  std::vector<std::string> property_order;  // all columns of the vertex element, in file order
+  std::vector<ExtraColumn> extras;
+};
+
+struct GaussianModel {
+  int sh_degree = 0;                  // 0-3
+  std::vector<float> means;           // [N, 3] world
+  std::vector<float> quats_wxyz;      // [N, 4] not normalised
+  std::vector<float> log_scales;      // [N, 3] scale = exp(.)
+  std::vector<float> opacity_logits;  // [N] opacity = sigmoid(.)
+  std::vector<float> sh;  // [N, K, 3], K = (sh_degree + 1)^2; colour = max(0, 0.5 + sum_k Y_k sh_k)
+  SourceLayout source;
+
+  size_t NumGaussians() const { return opacity_logits.size(); }
+  int NumShCoeffs() const { return (sh_degree + 1) * (sh_degree + 1); }
+  void Resize(size_t count, int degree);
+  // Throws InputError naming the Gaussian and field when a value is NaN or infinite or the arrays
+  // disagree in length.
+  void Validate() const;
+};
+
+}  // namespace retint

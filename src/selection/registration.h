@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Registration of a selection's depth and cloud to COLMAP's sparse points.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "scene/image.h"
+#include "scene/reconstruction.h"
+#include "selection/selection_cloud.h"
+
+namespace retint {
+
+struct RegistrationOptions {
+  int margin = 15;                // pixels that the mask is dilated by when gathering sparse points
+  int min_points = 12;            // fewer usable points: identity
+  double heldout_fraction = 0.2;  // of the points, for the never-worse check
+  double max_relative_depth =
+      0.15;  // points further than this from the depth map are taken for occluded or wrong
+  uint64_t seed = 0;
+  void Check() const;
+};
+
+struct RegistrationSummary {
+  int points_used = 0, points_heldout = 0;
+  // Root mean square distances, world units, over the used and the held-out points.
+  double rms_before = 0, rms_after = 0, heldout_before = 0, heldout_after = 0;
+  double a = 1, b = 0;     // 1/d' = a (1/d) + b in the reference camera
+  Sim3d world_from_cloud;  // then this similarity
+  bool accepted = false;   // false: identity was kept
+  std::string reason;      // why it stopped or fell back
+  std::string BriefReport() const;
+};
+
+// Estimates, robustly, 1/d' = a/d + b and then a small Sim(3), with priors at identity, and applies
+// them to `cloud` when they do not make the held-out residual worse. `depth` is the map that the
+// cloud of `view` was made from. `view_id` is the view's id in `reconstruction` (its tracks choose
+// the points), or nullptr for a free camera.
+RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,
+                             const View* training_view, const Mask& mask, const DepthMap& depth,
+                             const Reconstruction& reconstruction,
+                             const RegistrationOptions& options);
+
+}  // namespace retint

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The 3D selection: painted pixels unprojected with their depth, outliers removed, grown and erased
+// over rounds.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "base/monitor.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+
+namespace retint {
+
+struct SelectionPoint {
+  Eigen::Vector3f position;  // world
+  Eigen::Vector3f normal;    // world, unit, towards the camera it was seen from
+  float footprint = 0;       // world size of one source pixel there, z / f
+  float confidence = 1;      // 1 depth measured, 0.5 depth filled in from the rough depth
+  float coverage = 1;        // soft mask value of the source pixel in (0, 1]
+  std::array<uint8_t, 3> color = {0, 0, 0};
+  uint16_t source = 0;    // index into SelectionCloud::sources
+  uint16_t x = 0, y = 0;  // source pixel
+};
+
+struct SelectionCloud {
+  std::vector<SelectionPoint> points;
+  std::vector<std::string> sources;  // view names, in the order in which they were painted
+};
+
+struct CloudOptions {
+  double sample_fraction = 0.7;  // of the mask's pixels, uniformly
+  uint64_t seed = 0;
+  int outlier_neighbors = 16;     // PCL StatisticalOutlierRemoval; 0 keeps all points
+  double outlier_stddev = 0.007;  // factor on the standard deviation of the mean neighbour distance
+  void Check() const;
+};
+
+struct CloudSummary {
+  int64_t mask_pixels = 0, sampled = 0, kept = 0;
+};
+
+// Unprojects the painted pixels of one view: position, normal (from the depth map's gradient),
+// footprint, colour. `mask` and `depth` and `valid` (0/255, may be empty: all valid) and `image`
+// (may be empty) have the view's size. InputError for a size mismatch, an empty mask, or a mask
+// that holds no pixel with depth.
+SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
+                         const DepthMap& depth, const Mask& valid, const Image& image,
+                         const CloudOptions& options, CloudSummary* summary = nullptr);
+
+// Adds the points of `other`; source indices are remapped.
+void Append(SelectionCloud& cloud, const SelectionCloud& other);
+
+// Clears the points that project into set pixels of `erase` and are not hidden behind `depth`
+// (relative tolerance). Returns the number cleared.
+int64_t Erase(SelectionCloud& cloud, const PosedCamera& view, const Mask& erase,
+              const DepthMap& depth, double depth_tolerance = 0.05);
+
+// Binary .ply: x y z, nx ny nz, red green blue, footprint, confidence, coverage, source, px, py; a
+// comment line a source. Reading also takes any .ply with x y z (normals, colours and footprint
+// optional) so that other tools' clouds work.
+void WriteCloud(const std::filesystem::path& path, const SelectionCloud& cloud);
+SelectionCloud ReadCloud(const std::filesystem::path& path);
+
+}  // namespace retint
