@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "render/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <list>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+
+namespace retint {
+namespace {
+
+// CameraParams has no padding (its size is asserted where it is declared), so its bytes are its
+// identity.
+struct SameBytes {
+  bool operator()(const CameraParams& a, const CameraParams& b) const {
+    return std::memcmp(&a, &b, sizeof(CameraParams)) == 0;
+  }
+};
+struct HashBytes {
+  size_t operator()(const CameraParams& params) const {
+    return std::hash<std::string_view>{}(
+        {reinterpret_cast<const char*>(&params), sizeof(CameraParams)});
+  }
+};
+
+std::string DescribeCamera(const Camera& camera) { return "camera " + std::to_string(camera.id); }
+
+void CheckPinhole(const Camera& camera) {
+  if (camera.IsPinhole()) return;
+  const CameraModelInfo* info = FindCameraModel(static_cast<int>(camera.model));
+  const std::string model(info ? info->name : "unknown");
+  if (camera.model == CameraModelId::kPinhole || camera.model == CameraModelId::kSimplePinhole) {
+    throw InputError(DescribeCamera(camera) + " (" + model + ") has " +
+                     std::to_string(camera.params.size()) + " parameters, expected " +
+                     std::to_string(info->num_params));
+  }
+  throw InputError(DescribeCamera(camera) + " has the distorted model " + model +
+                   ", which cannot be rendered; undistort the workspace first: colmap "
+                   "image_undistorter --image_path IMAGES --input_path SPARSE --output_path DENSE");
+}
+
+}  // namespace
+
+CameraParams ToCameraParams(const PosedCamera& view) {
+  const Camera& camera = view.camera;
+  CheckPinhole(camera);
+  const Eigen::Matrix3d rotation = view.cam_from_world.rotation.normalized().toRotationMatrix();
+  const Eigen::Vector3d translation = view.cam_from_world.translation;
+  const Eigen::Vector3d center = -(rotation.transpose() * translation);
+  if (camera.width <= 0 || camera.height <= 0 || !(camera.fx() > 0) || !(camera.fy() > 0) ||
+      !std::isfinite(camera.fx() + camera.fy() + camera.cx() + camera.cy())) {
+    throw InputError(DescribeCamera(camera) + " has no usable size, focal length or centre");
+  }
+  if (!rotation.allFinite() || !translation.allFinite()) {
+    throw InputError("a view of " + DescribeCamera(camera) + " has a pose that is not finite");
+  }
+  CameraParams params{};
+  params.fx = static_cast<float>(camera.fx());
+  params.fy = static_cast<float>(camera.fy());
+  params.cx = static_cast<float>(camera.cx());
+  params.cy = static_cast<float>(camera.cy());
+  params.width = camera.width;
+  params.height = camera.height;
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col) {
+      params.rotation[3 * row + col] = static_cast<float>(rotation(row, col));
+    }
+    params.translation[row] = static_cast<float>(translation[row]);
+    params.center[row] = static_cast<float>(center[row]);
+  }
+  return params;
+}
+
+void RendererOptions::Check() const {
+  for (const float channel : background) {
+    CheckOption(std::isfinite(channel), "background must be finite");
+  }
+}
+
+// The geometries of recent views, least recently used last, and the buffers that every call reuses.
+struct Renderer::Cache {
+  struct Entry {
+    CameraParams key;
+    std::shared_ptr<const ViewGeometry> geometry;
+    size_t bytes;
+  };
+  std::list<Entry> entries;  // most recently used first
+  std::unordered_map<CameraParams, std::list<Entry>::iterator, HashBytes, SameBytes> index;
+  size_t bytes = 0;
+  Buffer<float> background, features, image, scalar;
+
+  std::shared_ptr<const ViewGeometry> Find(const CameraParams& key) {
+    const auto found = index.find(key);
+    if (found == index.end()) return nullptr;
+    entries.splice(entries.begin(), entries, found->second);
+    return found->second->geometry;
+  }
+
+  // A geometry that alone exceeds the budget is not kept: it would push out everything else.
+  void Insert(const CameraParams& key, std::shared_ptr<const ViewGeometry> geometry,
+              size_t budget) {
+    const size_t size = geometry->bytes();
+    if (size > budget) return;
+    while (bytes + size > budget) {
+      bytes -= entries.back().bytes;
+      index.erase(entries.back().key);
+      entries.pop_back();
+    }
+    entries.push_front({key, std::move(geometry), size});
+    index.emplace(key, entries.begin());
+    bytes += size;
+  }
+
+  static float* Grow(Backend& backend, Buffer<float>& buffer, size_t count) {
+    if (buffer.size() < count) {
+      buffer = {};  // free before taking the larger one
+      buffer = backend.Allocate<float>(count);
+    }
+    return buffer.data();
+  }
+};
+
+Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
+                   RendererOptions options)
+    : backend_(std::move(backend)), options_(options), cache_(std::make_unique<Cache>()) {
+  options_.Check();
+  model.Validate();
+  model_ = backend_->UploadModel({.means = model.means.data(),
+                                  .quats_wxyz = model.quats_wxyz.data(),
+                                  .log_scales = model.log_scales.data(),
+                                  .opacity_logits = model.opacity_logits.data(),
+                                  .sh = model.sh.data(),
+                                  .count = static_cast<int64_t>(model.NumGaussians()),
+                                  .sh_degree = model.sh_degree});
+  cache_->background = backend_->Upload(std::span<const float>(options_.background));
+}
+
+Renderer::~Renderer() = default;
+
+size_t Renderer::cached_bytes() const { return cache_->bytes; }
+
+std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, bool cache) {
+  const CameraParams params = ToCameraParams(view);
+  if (auto found = cache_->Find(params)) return found;
+  auto geometry = backend_->PrepareView(*model_, params);
+  if (cache) cache_->Insert(params, geometry, options_.cache_bytes);
+  return geometry;
+}
+
+RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& request) {
+  const auto geometry = Geometry(view, request.cache);
+  const CameraParams& camera = geometry->camera();
+  const int width = camera.width, height = camera.height;
+  const size_t pixels = size_t(width) * size_t(height);
+  RenderOutput output;
+
+  if (request.rgb) {
+    const int64_t rows = geometry->num_rows();
+    float* colors = Cache::Grow(*backend_, cache_->features, size_t(rows) * 3);
+    EvalShParams eval{};
+    eval.rows = geometry->rows();
+    eval.count = rows;
+    eval.sh = model_->sh();
+    std::copy_n(camera.center, 3, eval.center);
+    eval.colors = colors;
+    backend_->EvalSh(*model_, eval);
+
+    BlendParams blend{};
+    blend.features = colors;
+    blend.channels = 3;
+    blend.background = cache_->background.data();
+    blend.image = Cache::Grow(*backend_, cache_->image, pixels * 3);
+    blend.alpha = request.alpha ? Cache::Grow(*backend_, cache_->scalar, pixels) : nullptr;
+    backend_->Blend(*geometry, blend);
+    output.rgb = Image(width, height);
+    backend_->CopyToHost(output.rgb.data.data(), blend.image, pixels * 3 * sizeof(float));
+    if (request.alpha) {
+      output.alpha = ScalarImage(width, height);
+      backend_->CopyToHost(output.alpha.data.data(), blend.alpha, pixels * sizeof(float));
+    }
+  }
+
+  const bool alpha_left = request.alpha && !request.rgb;
+  if (request.depth_median || request.depth_expected || alpha_left) {
+    float* planes = Cache::Grow(*backend_, cache_->image, pixels * 3);
+    DepthParams depth{};
+    depth.median = request.depth_median ? planes : nullptr;
+    depth.expected = request.depth_expected ? planes + pixels : nullptr;
+    depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
+    depth.threshold = 0.5f;
+    backend_->Depth(*geometry, depth);
+    const auto fetch = [&](const float* plane, PixelArray<float, 1>& image) {
+      if (!plane) return;
+      image = PixelArray<float, 1>(width, height);
+      backend_->CopyToHost(image.data.data(), plane, pixels * sizeof(float));
+    };
+    fetch(depth.median, output.depth_median);
+    fetch(depth.expected, output.depth_expected);
+    fetch(depth.alpha, output.alpha);
+  }
+  return output;
+}
+
+std::vector<float> Renderer::BlendFeatures(const PosedCamera& view, std::span<const float> features,
+                                           int channels) {
+  const size_t count = size_t(model_->count());
+  CheckOption(channels > 0, "BlendFeatures needs at least one channel");
+  CheckOption(features.size() == count * size_t(channels),
+              "BlendFeatures needs one value a Gaussian and channel");
+  const auto geometry = Geometry(view);
+  const size_t rows = size_t(geometry->num_rows());
+  const size_t pixels = size_t(geometry->camera().width) * size_t(geometry->camera().height);
+  const auto gaussians = backend_->Download(geometry->rows(), rows);
+  std::vector<float> result(pixels * size_t(channels));
+  // Channels are blended kMaxChannels at a time.
+  std::vector<float> packed, part;
+  for (int first = 0; first < channels; first += kMaxChannels) {
+    const int now = std::min(kMaxChannels, channels - first);
+    packed.resize(rows * size_t(now));
+    for (size_t row = 0; row < rows; ++row) {
+      const float* from = &features[size_t(gaussians[row]) * size_t(channels) + size_t(first)];
+      std::copy_n(from, now, &packed[row * size_t(now)]);
+    }
+    BlendParams blend{};
+    float* on_device = Cache::Grow(*backend_, cache_->features, packed.size());
+    backend_->CopyToDevice(on_device, packed.data(), packed.size() * sizeof(float));
+    blend.features = on_device;
+    blend.channels = now;
+    blend.image = Cache::Grow(*backend_, cache_->image, pixels * size_t(now));
+    backend_->Blend(*geometry, blend);
+    if (now == channels) {
+      backend_->CopyToHost(result.data(), blend.image, result.size() * sizeof(float));
+      break;
+    }
+    part.resize(pixels * size_t(now));
+    backend_->CopyToHost(part.data(), blend.image, part.size() * sizeof(float));
+    for (size_t i = 0; i < pixels; ++i) {
+      std::copy_n(&part[i * size_t(now)], now, &result[i * size_t(channels) + size_t(first)]);
+    }
+  }
+  return result;
+}
+
+std::vector<float> Renderer::BlendTransposeToGaussians(const PosedCamera& view,
+                                                       std::span<const float> residual,
+                                                       int channels) {
+  const auto geometry = Geometry(view);
+  const size_t pixels = size_t(geometry->camera().width) * size_t(geometry->camera().height);
+  CheckOption(channels > 0, "BlendTransposeToGaussians needs at least one channel");
+  CheckOption(residual.size() == pixels * size_t(channels),
+              "BlendTransposeToGaussians needs one value a pixel and channel");
+  const size_t rows = size_t(geometry->num_rows());
+  const auto gaussians = backend_->Download(geometry->rows(), rows);
+  std::vector<float> result(size_t(model_->count()) * size_t(channels), 0.0f);
+  std::vector<float> packed, part;
+  for (int first = 0; first < channels; first += kMaxChannels) {
+    const int now = std::min(kMaxChannels, channels - first);
+    const float* host = residual.data();
+    if (now != channels) {
+      packed.resize(pixels * size_t(now));
+      for (size_t i = 0; i < pixels; ++i) {
+        std::copy_n(&residual[i * size_t(channels) + size_t(first)], now, &packed[i * size_t(now)]);
+      }
+      host = packed.data();
+    }
+    BlendTransposeParams transpose{};
+    float* on_device = Cache::Grow(*backend_, cache_->image, pixels * size_t(now));
+    backend_->CopyToDevice(on_device, host, pixels * size_t(now) * sizeof(float));
+    transpose.residual = on_device;
+    transpose.channels = now;
+    transpose.result = Cache::Grow(*backend_, cache_->features, rows * size_t(now));
+    backend_->BlendTranspose(*geometry, transpose);
+    part.resize(rows * size_t(now));
+    backend_->CopyToHost(part.data(), transpose.result, part.size() * sizeof(float));
+    for (size_t row = 0; row < rows; ++row) {
+      std::copy_n(part.data() + row * size_t(now), now,
+                  &result[size_t(gaussians[row]) * size_t(channels) + size_t(first)]);
+    }
+  }
+  return result;
+}
+
+void Renderer::SetSh(std::span<const float> sh) {
+  const size_t count = size_t(model_->count()) * size_t(model_->num_sh_coeffs()) * 3;
+  CheckOption(sh.size() == count, "SetSh got " + std::to_string(sh.size()) +
+                                      " coefficients, the model has " + std::to_string(count));
+  backend_->CopyToDevice(model_->sh(), sh.data(), sh.size_bytes());
+}
+
+}  // namespace retint
