@@ -24,6 +24,8 @@ struct SourceLayout {
   std::vector<std::string> comments;        // PLY "comment" and "obj_info" lines, whole
   std::vector<std::string> property_order;  // all columns of the vertex element, in file order
   std::vector<ExtraColumn> extras;
+  std::vector<std::string> trailing_header;  // header lines of PLY elements after the Gaussians
+  std::vector<char> trailing_bytes;          // and their data, uninterpreted
 };
 
 struct GaussianModel {

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Splat files <-> GaussianModel, a codec per format behind one registry (docs/formats.md).
+// What was not edited is written back bit for bit, unknown columns and comments included.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "scene/gaussian_model.h"
+
+namespace retint {
+
+class SplatCodec {
+ public:
+  virtual ~SplatCodec() = default;
+  virtual std::string_view Name() const = 0;  // "3DGS .ply, binary little-endian"
+  virtual std::span<const std::string_view> Extensions() const = 0;  // lower case: ".ply"
+  // Whether `head`, the first kSniffBytes of a file (fewer when it is shorter), is of this format.
+  // Always false for a format without a signature: its files are then known by their extension.
+  virtual bool Sniff(std::string_view head) const = 0;
+  // InputError naming `path` and the fault. The result passes GaussianModel::Validate().
+  virtual GaussianModel Read(const std::filesystem::path& path) const = 0;
+  // Atomic: on any error (RunError) a file that was there stays as it was.
+  virtual void Write(const std::filesystem::path& path, const GaussianModel& model) const = 0;
+};
+
+inline constexpr size_t kSniffBytes = 4096;
+
+// All codecs, in the order in which they are asked.
+std::span<const SplatCodec* const> SplatCodecs();
+
+// The codec for a file whose first bytes are `head`: by signature, else by extension. nullptr when
+// there is none, or when the signature is of a format known to be unsupported.
+const SplatCodec* FindCodec(const std::filesystem::path& path, std::string_view head);
+
+// The codec that writes `path`, by its extension. OptionError when there is none: call it before
+// long work whose result goes there.
+const SplatCodec& CodecForWriting(const std::filesystem::path& path);
+
+// Reads a splat file of any supported format. InputError for a missing, unsupported (the format
+// found is named), truncated or damaged file, or one without Gaussians.
+GaussianModel ReadSplat(const std::filesystem::path& path);
+
+// Writes in the format of the extension. OptionError as CodecForWriting, RunError for a model that
+// cannot be written (empty, NaN, arrays that disagree) or a failed write; never a partial file.
+void WriteSplat(const std::filesystem::path& path, const GaussianModel& model);
+
+}  // namespace retint
