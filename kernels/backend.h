@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -215,6 +216,96 @@ struct SolveBlocksParams {
   int32_t k;
 };
 
+// The refit's remaining steps (src/recolor), so that a sweep never leaves backend memory.
+//
+// y + mask / 255 * (delta y + offset) per RGB triple: ColorEdit with delta = gain - identity.
+struct ColorMap {
+  float delta[9];  // row-major
+  float offset[3];
+};
+
+// How a region's pixels should change: target = edited(source) - render, for the tiles of tiles()
+// in their order, kTileSize^2 pixels each, row-major (0 past the image's edge), in steps of `unit`,
+// saturating.
+struct RegionTargetParams {
+  const float* render;  // [H, W, 3]
+  const float* source;  // [H, W, 3] what is edited; null: `render`
+  const uint8_t* mask;  // [H, W]
+  ColorMap map;
+  float unit;
+  int16_t* target;  // [tiles, kTileSize^2, 3]
+};
+
+// residual = target * unit - image on the region's tiles; loss[0] += sum of squares.
+struct RegionResidualParams {
+  const int16_t* target;  // [tiles, kTileSize^2, 3]
+  float unit;
+  const float* image;  // [H, W, 3]
+  float* residual;     // [H, W, 3]; may be `image`
+  double* loss;        // [1] backend memory, accumulated
+};
+
+// The derivative of EvalSh along `direction`: tangents = gate * sum_k Y_k(d) direction_k, gate 0
+// where `colors` (null: no gate) is not positive. Entries with slot < 0 give 0.
+struct ShTangentParams {
+  const int32_t* rows;   // [count] or null
+  const int32_t* slots;  // [count] or null
+  int64_t count;
+  const float* direction;  // [*, K, 3]
+  const float* colors;     // [count, 3] or null
+  float center[3];
+  float* tangents;  // [count, 3]
+};
+
+// Adds ridge[k] * weight to the diagonals of blocks (K (K + 1) / 2 packed, as AccumulateBlocks
+// leaves them) and writes weight = sum of the accumulated weights = block[0] / Y_00^2.
+struct AddRidgeParams {
+  float* blocks;   // [count, K (K + 1) / 2]
+  float* weights;  // [count]
+  int64_t count;
+  int32_t k;
+  float ridge[kMaxShCoeffs];
+};
+
+// out[g, k, :] += scale * ridge[k] * weights[g] * x[g, k, :].
+struct ApplyRidgeParams {
+  const float* weights;  // [count]
+  const float* x;        // [count, K, 3]
+  float* out;            // [count, K, 3]
+  int64_t count;
+  int32_t k;
+  float scale;
+  float ridge[kMaxShCoeffs];
+};
+
+// out = a x + b y, element by element; out may be x or y.
+struct LinearCombinationParams {
+  const float* x;
+  const float* y;
+  float a, b;
+  float* out;
+  int64_t count;
+};
+
+// A rectangle of an RGB image in 16-bit steps of `unit`, clamped to [0, 65535] of them.
+struct PackBoxParams {
+  float* image;  // [H, W, 3], read by PackBox, written by UnpackBox
+  int32_t width, height;
+  int32_t box[4];    // x0, y0, x1, y1, half-open
+  uint16_t* packed;  // [y1 - y0, x1 - x0, 3]
+  float unit;
+};
+
+// out = edited(image) inside `box`.
+struct EditImageParams {
+  const float* image;   // [H, W, 3]
+  const uint8_t* mask;  // [H, W]
+  ColorMap map;
+  int32_t width, height;
+  int32_t box[4];
+  float* out;  // [H, W, 3]; may be `image`
+};
+
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -271,6 +362,32 @@ class Backend {
   virtual void AccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) = 0;
   virtual void FactorBlocks(const FactorBlocksParams& params) = 0;
   virtual void SolveBlocks(const SolveBlocksParams& params) = 0;
+
+  // Steps of the refit; sums do not depend on the number of threads.
+  virtual void RegionTarget(const ViewGeometry&, const RegionTargetParams&) {
+    throw std::logic_error("refit op missing");
+  }
+  virtual void RegionResidual(const ViewGeometry&, const RegionResidualParams&) {
+    throw std::logic_error("refit op missing");
+  }
+  // image += delta on the region's tiles, both [H, W, 3].
+  virtual void RegionAdd(const ViewGeometry&, float*, const float*) {
+    throw std::logic_error("refit op missing");
+  }
+  virtual void ShTangent(const Model& model, const ShTangentParams&) {
+    throw std::logic_error("refit op missing");
+  }
+  virtual void AddRidge(const AddRidgeParams&) { throw std::logic_error("refit op missing"); }
+  virtual void ApplyRidge(const ApplyRidgeParams&) { throw std::logic_error("refit op missing"); }
+  virtual void LinearCombination(const LinearCombinationParams&) {
+    throw std::logic_error("refit op missing");
+  }
+  virtual double Dot(const float*, const float*, int64_t) {
+    throw std::logic_error("refit op missing");
+  }
+  virtual void PackBox(const PackBoxParams&) { throw std::logic_error("refit op missing"); }
+  virtual void UnpackBox(const PackBoxParams&) { throw std::logic_error("refit op missing"); }
+  virtual void EditImage(const EditImageParams&) { throw std::logic_error("refit op missing"); }
 };
 
 // "cpu", and "cuda" where built and a device is present.
