@@ -15,8 +15,10 @@ constexpr size_t kBufferBytes = size_t{1} << 20;
 
 std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
   static std::atomic<uint64_t> counter{0};
-  return path.parent_path() / ("." + path.filename().string() + "." + std::to_string(getpid()) +
-                               "." + std::to_string(counter++) + ".tmp");
+  std::string name = ".";
+  name += path.filename().string() + "." + std::to_string(getpid()) + ".";
+  name += std::to_string(counter++) + ".tmp";
+  return path.parent_path() / name;
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ constexpr std::array kModels = {
     CameraModelInfo{CameraModelId::kDivision, "DIVISION", 5},
     CameraModelInfo{CameraModelId::kSimpleFisheye, "SIMPLE_FISHEYE", 3},
     CameraModelInfo{CameraModelId::kFisheye, "FISHEYE", 4},
+    CameraModelInfo{CameraModelId::kEucm, "EUCM", 6},
+    CameraModelInfo{CameraModelId::kEquirectangular, "EQUIRECTANGULAR", 2},
 };
 
 }  // namespace

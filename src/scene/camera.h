@@ -33,6 +33,8 @@ enum class CameraModelId : int {
   kDivision = 13,
   kSimpleFisheye = 14,
   kFisheye = 15,
+  kEucm = 16,
+  kEquirectangular = 17,
 };
 
 struct CameraModelInfo {

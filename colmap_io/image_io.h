@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Photos, pictures and masks on disk. Values are the file's own (no gamma is undone); EXIF
+// orientation is ignored, as COLMAP does. Readers throw InputError for a missing, cut-off or
+// damaged file; writers put a whole file in place or none (RunError).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "scene/image.h"
+#include "scene/reconstruction.h"
+
+namespace retint {
+
+// RGB in [0, 1] from 8 or 16 bits a channel; grey becomes RGB, alpha is dropped.
+Image ReadImage(const std::filesystem::path& path);
+Image8 ReadImage8(const std::filesystem::path& path);
+
+// A mask from any picture, 0 outside and 255 inside: where the picture has an alpha channel that is
+// not opaque everywhere, its alpha; else the largest of its colour channels, so that paint of any
+// colour on black counts. 16 bits become 8.
+Mask ReadMask(const std::filesystem::path& path);
+// Also checks the size: InputError naming both.
+Mask ReadMask(const std::filesystem::path& path, int width, int height);
+// The user's own mask of a view: InputError too when no pixel is selected.
+Mask ReadBrushMask(const std::filesystem::path& path, int width, int height);
+
+// 8-bit PNG; floats are clamped to [0, 1] and rounded.
+void WritePng(const std::filesystem::path& path, const Image& image);
+void WritePng(const std::filesystem::path& path, const Image8& image);
+void WritePng(const std::filesystem::path& path, const Mask& mask);
+void WritePng(const std::filesystem::path& path, const ScalarImage& image);
+
+// <folder>/<image name><suffix>, COLMAP's own naming of masks ("sub/0001.jpg.png"), also for any
+// other output that goes by view. InputError for an image name that would leave the folder.
+std::filesystem::path ViewFile(const std::filesystem::path& folder, std::string_view image_name,
+                               std::string_view suffix = ".png");
+
+// One mask a view, at ViewFile(folder, name). A view without a file has no entry; InputError when
+// no view of `model` has one, or when a mask is not of its camera's size.
+std::map<ViewId, Mask> ReadMasks(const std::filesystem::path& folder, const Reconstruction& model);
+void WriteMasks(const std::filesystem::path& folder, const Reconstruction& model,
+                const std::map<ViewId, Mask>& masks);
+
+}  // namespace retint

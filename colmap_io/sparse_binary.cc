@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <cstring>
+
+#include "base/files.h"
+#include "colmap_io/sparse_codec.h"
+
+namespace retint::sparse_codec {
+namespace {
+
+// The least that one record takes in its file, for checking counts before taking memory.
+constexpr uint64_t kMinCameraBytes = 4 + 4 + 8 + 8;
+constexpr uint64_t kMinImageBytes = 4 + 7 * 8 + 4 + 1 + 8;
+constexpr uint64_t kMinPointBytes = 8 + 3 * 8 + 3 + 8 + 8;
+constexpr uint64_t kObservationBytes = 8 + 8 + 8;
+constexpr uint64_t kTrackElementBytes = 4 + 4;
+
+template <typename T>
+void Append(std::string& out, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
+[[noreturn]] void Fail(const ByteReader& reader, uint64_t offset, const std::string& fault) {
+  throw InputError(reader.Path(), fault + " (byte " + std::to_string(offset) + ")");
+}
+
+double ReadFinite(ByteReader& reader, const char* what) {
+  const uint64_t offset = reader.Offset();
+  const double value = reader.Read<double>(what);
+  if (!std::isfinite(value)) {
+    Fail(reader, offset, std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
+  }
+  return value;
+}
+
+std::string ReadName(ByteReader& reader, std::string_view bytes, ViewId id) {
+  const size_t end = bytes.find('\0', reader.Offset());
+  if (end == std::string_view::npos) {
+    throw InputError(reader.Path(),
+                     "truncated: the name of image " + std::to_string(id) + " has no end");
+  }
+  std::string name(reader.ReadBytes(end - reader.Offset(), "name"));
+  reader.ReadBytes(1, "name");
+  return name;
+}
+
+void ReadObservations(ByteReader& reader, View& view) {
+  const auto count = reader.Read<uint64_t>("observation count");
+  reader.Require(count, kObservationBytes, "observations of image " + std::to_string(view.id));
+  const uint64_t offset = reader.Offset();
+  const std::string_view records = reader.ReadBytes(count * kObservationBytes, "observations");
+  view.observations.resize(count);
+  for (uint64_t i = 0; i < count; ++i) {
+    const char* record = records.data() + i * kObservationBytes;
+    Observation& observation = view.observations[i];
+    std::memcpy(observation.xy.data(), record, 2 * sizeof(double));
+    std::memcpy(&observation.point_id, record + 2 * sizeof(double), sizeof(PointId));
+    if (!observation.xy.allFinite()) {
+      Fail(reader, offset + i * kObservationBytes,
+           "image " + std::to_string(view.id) + ": observation " + std::to_string(i) +
+               " is not finite");
+    }
+  }
+}
+
+void WarnOfRest(const ByteReader& reader, Warnings& warnings) {
+  if (reader.Remaining() > 0) {
+    warnings.push_back(reader.Path().string() + ": " + std::to_string(reader.Remaining()) +
+                       " bytes after the last record are ignored");
+  }
+}
+
+}  // namespace
+
+void ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warnings,
+                       Reconstruction& model) {
+  ByteReader reader(bytes, path);
+  const auto count = reader.Read<uint64_t>("camera count");
+  reader.Require(count, kMinCameraBytes, "cameras");
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t offset = reader.Offset();
+    Camera camera;
+    camera.id = reader.Read<uint32_t>("camera id");
+    const std::string label = "camera " + std::to_string(camera.id);
+    const auto model_id = reader.Read<int32_t>("camera model");
+    const CameraModelInfo* info = FindCameraModel(model_id);
+    if (info == nullptr) {
+      Fail(reader, offset, label + " has unknown model id " + std::to_string(model_id));
+    }
+    camera.model = info->id;
+    const auto width = reader.Read<uint64_t>("camera width");
+    const auto height = reader.Read<uint64_t>("camera height");
+    for (int p = 0; p < info->num_params; ++p) {
+      camera.params.push_back(ReadFinite(reader, "camera parameter"));
+    }
+    const std::string fault = CameraFault(camera, width, height);
+    if (!fault.empty()) Fail(reader, offset, label + ": " + fault);
+    camera.width = static_cast<int>(width);
+    camera.height = static_cast<int>(height);
+    if (!model.cameras.emplace(camera.id, camera).second) Fail(reader, offset, label + " twice");
+  }
+  WarnOfRest(reader, warnings);
+}
+
+void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnings,
+                      Reconstruction& model) {
+  ByteReader reader(bytes, path);
+  const auto count = reader.Read<uint64_t>("image count");
+  reader.Require(count, kMinImageBytes, "images");
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t offset = reader.Offset();
+    View view;
+    view.id = reader.Read<uint32_t>("image id");
+    const std::string label = "image " + std::to_string(view.id);
+    Rigid3d& pose = view.cam_from_world;
+    for (double* value :
+         {&pose.rotation.w(), &pose.rotation.x(), &pose.rotation.y(), &pose.rotation.z()}) {
+      *value = ReadFinite(reader, "rotation");
+    }
+    for (int k = 0; k < 3; ++k) pose.translation[k] = ReadFinite(reader, "translation");
+    if (!NormalizeRotation(pose.rotation)) Fail(reader, offset, label + " has a zero rotation");
+    view.camera_id = reader.Read<uint32_t>("camera id");
+    view.name = ReadName(reader, bytes, view.id);
+    if (view.name.empty()) Fail(reader, offset, label + " has no name");
+    ReadObservations(reader, view);
+    const ViewId id = view.id;
+    if (!model.views.emplace(id, std::move(view)).second) Fail(reader, offset, label + " twice");
+  }
+  WarnOfRest(reader, warnings);
+}
+
+void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnings,
+                      Reconstruction& model) {
+  ByteReader reader(bytes, path);
+  const auto count = reader.Read<uint64_t>("point count");
+  reader.Require(count, kMinPointBytes, "points");
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t offset = reader.Offset();
+    SparsePoint point;
+    point.id = reader.Read<uint64_t>("point id");
+    for (int k = 0; k < 3; ++k) point.xyz[k] = ReadFinite(reader, "point coordinate");
+    for (int k = 0; k < 3; ++k) point.color[k] = reader.Read<uint8_t>("point colour");
+    point.error = ReadFinite(reader, "point error");
+    const auto length = reader.Read<uint64_t>("track length");
+    reader.Require(length, kTrackElementBytes,
+                   "track elements of point " + std::to_string(point.id));
+    point.track.resize(length);
+    for (TrackElement& element : point.track) {
+      element.view_id = reader.Read<uint32_t>("track");
+      element.observation_idx = reader.Read<uint32_t>("track");
+    }
+    const PointId id = point.id;
+    if (!model.points.emplace(id, std::move(point)).second) {
+      Fail(reader, offset, "point " + std::to_string(id) + " twice");
+    }
+  }
+  WarnOfRest(reader, warnings);
+}
+
+std::string CamerasToBinary(const Reconstruction& model) {
+  std::string out;
+  Append(out, uint64_t{model.cameras.size()});
+  for (const auto& [id, camera] : model.cameras) {
+    Append(out, id);
+    Append(out, static_cast<int32_t>(camera.model));
+    Append(out, static_cast<uint64_t>(camera.width));
+    Append(out, static_cast<uint64_t>(camera.height));
+    for (const double param : camera.params) Append(out, param);
+  }
+  return out;
+}
+
+std::string ImagesToBinary(const Reconstruction& model) {
+  std::string out;
+  Append(out, uint64_t{model.views.size()});
+  for (const auto& [id, view] : model.views) {
+    const Rigid3d& pose = view.cam_from_world;
+    Append(out, id);
+    for (const double value :
+         {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z(),
+          pose.translation.x(), pose.translation.y(), pose.translation.z()}) {
+      Append(out, value);
+    }
+    Append(out, view.camera_id);
+    out.append(view.name.c_str(), view.name.size() + 1);
+    Append(out, uint64_t{view.observations.size()});
+    for (const Observation& observation : view.observations) {
+      Append(out, observation.xy.x());
+      Append(out, observation.xy.y());
+      Append(out, observation.point_id);
+    }
+  }
+  return out;
+}
+
+std::string PointsToBinary(const Reconstruction& model) {
+  std::string out;
+  Append(out, uint64_t{model.points.size()});
+  for (const auto& [id, point] : model.points) {
+    Append(out, id);
+    for (int k = 0; k < 3; ++k) Append(out, point.xyz[k]);
+    for (int k = 0; k < 3; ++k) Append(out, point.color[k]);
+    Append(out, point.error);
+    Append(out, uint64_t{point.track.size()});
+    for (const TrackElement& element : point.track) {
+      Append(out, element.view_id);
+      Append(out, element.observation_idx);
+    }
+  }
+  return out;
+}
+
+}  // namespace retint::sparse_codec

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "base/error.h"
+#include "colmap_io/sparse_codec.h"
+
+namespace retint::sparse_codec {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
+std::string_view Trim(std::string_view text) {
+  const size_t first = text.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+// The lines of a text file, counted from 1.
+class Lines {
+ public:
+  Lines(std::string_view text, const Path& path) : rest_(text), path_(path) {
+    if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+  }
+  // The next line as it stands, trimmed; nullopt at the end of the file.
+  std::optional<std::string_view> Next() {
+    if (rest_.empty()) return std::nullopt;
+    const size_t end = rest_.find('\n');
+    const std::string_view line = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    ++number_;
+    return Trim(line);
+  }
+  // The next line that is neither empty nor a comment. Comments that tell how many records follow
+  // ("# Number of images: 11, ...") are kept.
+  std::optional<std::string_view> NextRecord() {
+    while (const auto line = Next()) {
+      if (!line->empty() && line->front() != '#') return line;
+      NoteCount(*line);
+    }
+    return std::nullopt;
+  }
+  // A file cut between two records is otherwise complete in itself.
+  void WarnIfFewer(size_t count, Warnings& warnings) const {
+    if (told_count_ && count < *told_count_) {
+      warnings.push_back(path_.string() + ": its comment tells of " + std::to_string(*told_count_) +
+                         " records, " + std::to_string(count) + " follow");
+    }
+  }
+  const Path& path() const { return path_; }
+  int64_t number() const { return number_; }
+
+ private:
+  void NoteCount(std::string_view comment) {
+    const size_t colon = comment.find(':');
+    if (!comment.starts_with("# Number of ") || colon == std::string_view::npos) return;
+    const std::string_view digits = Trim(comment.substr(colon + 1));
+    size_t count = 0;
+    if (std::from_chars(digits.data(), digits.data() + digits.size(), count).ec == std::errc{}) {
+      told_count_ = count;
+    }
+  }
+
+  std::string_view rest_;
+  const Path& path_;
+  int64_t number_ = 0;
+  std::optional<size_t> told_count_;
+};
+
+// The blank-separated fields of one line; faults name the file, the line and the field.
+class Fields {
+ public:
+  Fields(std::string_view line, const Lines& lines) : rest_(line), lines_(lines) {}
+
+  bool AtEnd() {
+    rest_ = Trim(rest_);
+    return rest_.empty();
+  }
+  std::string_view Word(const char* what) {
+    if (AtEnd()) Fail(std::string(what) + " is missing");
+    const size_t end = std::min(rest_.find_first_of(kBlanks), rest_.size());
+    const std::string_view word = rest_.substr(0, end);
+    rest_.remove_prefix(end);
+    return word;
+  }
+  std::string_view Rest(const char* what) {
+    if (AtEnd()) Fail(std::string(what) + " is missing");
+    return rest_;
+  }
+  template <typename T>
+  T Integer(const char* what) {
+    const std::string_view word = Word(what);
+    T value{};
+    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (code != std::errc{} || end != word.data() + word.size()) NotANumber(what, word, "integer");
+    return value;
+  }
+  double Number(const char* what) {
+    std::string_view word = Word(what);
+    if (word.size() > 1 && word.front() == '+') word.remove_prefix(1);
+    double value = 0;
+    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+    // Denormals that other programs print are read as what they nearly are.
+    if (code == std::errc::result_out_of_range && end == word.data() + word.size()) return 0;
+    if (code != std::errc{} || end != word.data() + word.size()) NotANumber(what, word, "number");
+    if (!std::isfinite(value)) {
+      Fail(std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
+    }
+    return value;
+  }
+  [[noreturn]] void Fail(const std::string& fault) const {
+    throw InputError(lines_.path(), lines_.number(), fault);
+  }
+
+ private:
+  [[noreturn]] void NotANumber(const char* what, std::string_view word, const char* kind) const {
+    constexpr size_t kShown = 40;
+    Fail(std::string(what) + " is not " + (kind[0] == 'i' ? "an " : "a ") + kind + ": \"" +
+         std::string(word.substr(0, kShown)) + "\"" +
+         (word.ends_with(',') ? " (fields are separated by blanks, not by commas)" : ""));
+  }
+
+  std::string_view rest_;
+  const Lines& lines_;
+};
+
+void ReadObservations(std::string_view line, const Lines& lines, View& view) {
+  Fields fields(line, lines);
+  while (!fields.AtEnd()) {
+    Observation observation;
+    observation.xy.x() = fields.Number("POINTS2D X");
+    observation.xy.y() = fields.Number("POINTS2D Y");
+    const std::string_view word = fields.Word("POINTS2D POINT3D_ID");
+    if (word != "-1") observation.point_id = Fields(word, lines).Integer<PointId>("POINT3D_ID");
+    view.observations.push_back(observation);
+  }
+}
+
+void AppendInteger(std::string& out, uint64_t value) { out += std::to_string(value); }
+
+// As std::ostream with precision 17 and as printf's %.17g, in every locale.
+void AppendNumber(std::string& out, double value) {
+  char buffer[40];
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof(buffer), value, std::chars_format::general, 17);
+  out.append(buffer, end.ptr);
+}
+
+}  // namespace
+
+void ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
+                     Reconstruction& model) {
+  Lines lines(bytes, path);
+  while (const auto line = lines.NextRecord()) {
+    Fields fields(*line, lines);
+    Camera camera;
+    camera.id = fields.Integer<CameraId>("CAMERA_ID");
+    const std::string label = "camera " + std::to_string(camera.id);
+    const std::string_view name = fields.Word("MODEL");
+    const CameraModelInfo* info = FindCameraModel(name);
+    if (info == nullptr) fields.Fail(label + " has unknown model \"" + std::string(name) + "\"");
+    camera.model = info->id;
+    const auto width = fields.Integer<uint64_t>("WIDTH");
+    const auto height = fields.Integer<uint64_t>("HEIGHT");
+    while (!fields.AtEnd()) camera.params.push_back(fields.Number("PARAMS"));
+    if (camera.params.size() != static_cast<size_t>(info->num_params)) {
+      fields.Fail(label + ": " + std::string(name) + " takes " + std::to_string(info->num_params) +
+                  " parameters, not " + std::to_string(camera.params.size()));
+    }
+    const std::string fault = CameraFault(camera, width, height);
+    if (!fault.empty()) fields.Fail(label + ": " + fault);
+    camera.width = static_cast<int>(width);
+    camera.height = static_cast<int>(height);
+    if (!model.cameras.emplace(camera.id, camera).second) fields.Fail(label + " twice");
+  }
+  lines.WarnIfFewer(model.cameras.size(), warnings);
+}
+
+void ReadImagesText(std::string_view bytes, const Path& path, Warnings& warnings,
+                    Reconstruction& model) {
+  Lines lines(bytes, path);
+  while (const auto line = lines.NextRecord()) {
+    Fields fields(*line, lines);
+    View view;
+    view.id = fields.Integer<ViewId>("IMAGE_ID");
+    const std::string label = "image " + std::to_string(view.id);
+    Rigid3d& pose = view.cam_from_world;
+    pose.rotation.w() = fields.Number("QW");
+    pose.rotation.x() = fields.Number("QX");
+    pose.rotation.y() = fields.Number("QY");
+    pose.rotation.z() = fields.Number("QZ");
+    pose.translation.x() = fields.Number("TX");
+    pose.translation.y() = fields.Number("TY");
+    pose.translation.z() = fields.Number("TZ");
+    if (!NormalizeRotation(pose.rotation)) fields.Fail(label + " has a zero rotation");
+    view.camera_id = fields.Integer<CameraId>("CAMERA_ID");
+    // The rest of the line: names may hold blanks.
+    view.name = fields.Rest("NAME");
+    if (model.views.count(view.id) > 0) fields.Fail(label + " twice");
+    // The second line is always there and may be empty; only at the end of the file may it be
+    // missing.
+    if (const auto points = lines.Next()) ReadObservations(*points, lines, view);
+    const ViewId id = view.id;
+    model.views.emplace(id, std::move(view));
+  }
+  lines.WarnIfFewer(model.views.size(), warnings);
+}
+
+void ReadPointsText(std::string_view bytes, const Path& path, Warnings& warnings,
+                    Reconstruction& model) {
+  Lines lines(bytes, path);
+  while (const auto line = lines.NextRecord()) {
+    Fields fields(*line, lines);
+    SparsePoint point;
+    point.id = fields.Integer<PointId>("POINT3D_ID");
+    point.xyz.x() = fields.Number("X");
+    point.xyz.y() = fields.Number("Y");
+    point.xyz.z() = fields.Number("Z");
+    constexpr const char* kColors[] = {"R", "G", "B"};
+    for (int k = 0; k < 3; ++k) point.color[k] = fields.Integer<uint8_t>(kColors[k]);
+    point.error = fields.Number("ERROR");
+    while (!fields.AtEnd()) {
+      TrackElement element;
+      element.view_id = fields.Integer<ViewId>("TRACK IMAGE_ID");
+      element.observation_idx = fields.Integer<uint32_t>("TRACK POINT2D_IDX");
+      point.track.push_back(element);
+    }
+    const PointId id = point.id;
+    if (!model.points.emplace(id, std::move(point)).second) {
+      fields.Fail("point " + std::to_string(id) + " twice");
+    }
+  }
+  lines.WarnIfFewer(model.points.size(), warnings);
+}
+
+std::string CamerasToText(const Reconstruction& model) {
+  std::string out =
+      "# Camera list with one line of data per camera:\n"
+      "#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
+      "# Number of cameras: " +
+      std::to_string(model.cameras.size()) + "\n";
+  for (const auto& [id, camera] : model.cameras) {
+    AppendInteger(out, id);
+    (out += ' ') += FindCameraModel(static_cast<int>(camera.model))->name;
+    (out += ' ') += std::to_string(camera.width);
+    (out += ' ') += std::to_string(camera.height);
+    for (const double param : camera.params) AppendNumber(out += ' ', param);
+    out += '\n';
+  }
+  return out;
+}
+
+std::string ImagesToText(const Reconstruction& model) {
+  size_t observed = 0;
+  for (const auto& [id, view] : model.views) {
+    observed += static_cast<size_t>(
+        std::count_if(view.observations.begin(), view.observations.end(),
+                      [](const Observation& o) { return o.point_id != kInvalidPointId; }));
+  }
+  std::string out =
+      "# Image list with two lines of data per image:\n"
+      "#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+      "#   POINTS2D[] as (X, Y, POINT3D_ID)\n"
+      "# Number of images: " +
+      std::to_string(model.views.size()) + ", mean observations per image: ";
+  AppendNumber(out, model.views.empty()
+                        ? 0
+                        : static_cast<double>(observed) / static_cast<double>(model.views.size()));
+  out += '\n';
+  for (const auto& [id, view] : model.views) {
+    const Rigid3d& pose = view.cam_from_world;
+    AppendInteger(out, id);
+    for (const double value :
+         {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z(),
+          pose.translation.x(), pose.translation.y(), pose.translation.z()}) {
+      AppendNumber(out += ' ', value);
+    }
+    AppendInteger(out += ' ', view.camera_id);
+    ((out += ' ') += view.name) += '\n';
+    const char* separator = "";
+    for (const Observation& observation : view.observations) {
+      AppendNumber(out += separator, observation.xy.x());
+      AppendNumber(out += ' ', observation.xy.y());
+      out += ' ';
+      if (observation.point_id == kInvalidPointId) {
+        out += "-1";
+      } else {
+        AppendInteger(out, observation.point_id);
+      }
+      separator = " ";
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+std::string PointsToText(const Reconstruction& model) {
+  size_t elements = 0;
+  for (const auto& [id, point] : model.points) elements += point.track.size();
+  std::string out =
+      "# 3D point list with one line of data per point:\n"
+      "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+      "# Number of points: " +
+      std::to_string(model.points.size()) + ", mean track length: ";
+  AppendNumber(out, model.points.empty()
+                        ? 0
+                        : static_cast<double>(elements) / static_cast<double>(model.points.size()));
+  out += '\n';
+  for (const auto& [id, point] : model.points) {
+    AppendInteger(out, id);
+    for (int k = 0; k < 3; ++k) AppendNumber(out += ' ', point.xyz[k]);
+    for (int k = 0; k < 3; ++k) AppendInteger(out += ' ', point.color[k]);
+    AppendNumber(out += ' ', point.error);
+    for (const TrackElement& element : point.track) {
+      AppendInteger(out += ' ', element.view_id);
+      AppendInteger(out += ' ', element.observation_idx);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace retint::sparse_codec

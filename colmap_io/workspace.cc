@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "colmap_io/workspace.h"
+
+#include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "colmap_io/sparse.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path FindSparseFolder(const fs::path& root) {
+  for (const fs::path& folder : {root / "sparse" / "0", root / "sparse", root}) {
+    if (HasReconstruction(folder)) return folder;
+  }
+  throw InputError(root,
+                   "holds no COLMAP model: no cameras, images and points3D (.bin or .txt) in "
+                   "sparse/0, sparse or the folder itself");
+}
+
+fs::path FindImageFolder(const fs::path& root, const fs::path& sparse_folder) {
+  std::vector<fs::path> candidates = {root / "images"};
+  if (sparse_folder == root) {
+    const fs::path full = fs::absolute(root).lexically_normal();
+    const fs::path folder = full.has_filename() ? full : full.parent_path();
+    candidates.push_back(folder.parent_path() / "images");
+    candidates.push_back(folder.parent_path().parent_path() / "images");
+  }
+  for (const fs::path& candidate : candidates) {
+    if (fs::is_directory(candidate)) return candidate;
+  }
+  return candidates.front();
+}
+
+// Single quotes for a POSIX shell, where needed.
+std::string Quoted(const std::string& text) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+:@%,=";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
+
+Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder) {
+  if (!fs::exists(root)) throw InputError(root, "no such folder");
+  if (!fs::is_directory(root)) throw InputError(root, "is not a folder");
+  if (!image_folder.empty() && !fs::is_directory(image_folder)) {
+    throw InputError(image_folder, "no such folder of images");
+  }
+  Workspace workspace;
+  workspace.root = root;
+  workspace.sparse_folder = FindSparseFolder(root);
+  workspace.image_folder =
+      image_folder.empty() ? FindImageFolder(root, workspace.sparse_folder) : image_folder;
+  if (fs::is_directory(root / "stereo" / "depth_maps")) {
+    workspace.depth_map_folder = root / "stereo" / "depth_maps";
+  }
+  if (workspace.sparse_folder == root / "sparse" / "0" &&
+      HasReconstruction(root / "sparse" / "1")) {
+    workspace.warnings.push_back((root / "sparse").string() +
+                                 ": holds several models; using 0, the others are ignored");
+  }
+  workspace.reconstruction = ReadReconstruction(workspace.sparse_folder, &workspace.warnings);
+  if (workspace.reconstruction.views.empty()) {
+    std::string why = workspace.warnings.empty() ? "" : " (" + workspace.warnings.back() + ")";
+    throw InputError(workspace.sparse_folder, "the model has no usable view" + why);
+  }
+  return workspace;
+}
+
+const View& Workspace::RequireView(std::string_view name) const {
+  if (const View* view = reconstruction.FindView(name)) return *view;
+  std::string fault = "no view is named \"" + std::string(name) + "\"; nearest: ";
+  const char* separator = "";
+  for (const std::string& near : reconstruction.NearestNames(name)) {
+    fault += separator + near;
+    separator = ", ";
+  }
+  throw InputError(sparse_folder, fault);
+}
+
+void Workspace::RequirePinhole() const {
+  for (const auto& [id, view] : reconstruction.views) {
+    const Camera& camera = reconstruction.cameras.at(view.camera_id);
+    if (camera.IsPinhole()) continue;
+    fs::path output = fs::absolute(root).lexically_normal();
+    if (!output.has_filename()) output = output.parent_path();
+    output += "_undistorted";
+    throw InputError(
+        sparse_folder,
+        "camera " + std::to_string(camera.id) + " is " +
+            std::string(FindCameraModel(static_cast<int>(camera.model))->name) +
+            ", only PINHOLE and SIMPLE_PINHOLE can be rendered; undistort it and use the result: " +
+            "colmap image_undistorter --image_path " + Quoted(image_folder.string()) +
+            " --input_path " + Quoted(sparse_folder.string()) + " --output_path " +
+            Quoted(output.string()));
+  }
+}
+
+fs::path Workspace::PhotoPath(const View& view) const { return image_folder / view.name; }
+
+bool Workspace::HasPhoto(const View& view) const { return fs::is_regular_file(PhotoPath(view)); }
+
+Image Workspace::ReadPhoto(const View& view) const {
+  const fs::path path = PhotoPath(view);
+  Image photo = ReadImage(path);
+  const Camera& camera = reconstruction.cameras.at(view.camera_id);
+  if (photo.width != camera.width || photo.height != camera.height) {
+    throw InputError(path, "photo is " + std::to_string(photo.width) + "x" +
+                               std::to_string(photo.height) + ", its camera says " +
+                               std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  }
+  return photo;
+}
+
+std::optional<fs::path> Workspace::FindDepthMap(const View& view) const {
+  if (depth_map_folder.empty()) return std::nullopt;
+  for (const char* kind : {".geometric.bin", ".photometric.bin"}) {
+    const fs::path path = depth_map_folder / (view.name + kind);
+    if (fs::is_regular_file(path)) return path;
+  }
+  return std::nullopt;
+}
+
+}  // namespace retint
