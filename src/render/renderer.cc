@@ -194,7 +194,7 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
     depth.median = request.depth_median ? planes : nullptr;
     depth.expected = request.depth_expected ? planes + pixels : nullptr;
     depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
-    depth.threshold = 0.5f;
+    depth.threshold = request.median_threshold;
     backend_->Depth(*geometry, depth);
     const auto fetch = [&](const float* plane, PixelArray<float, 1>& image) {
       if (!plane) return;

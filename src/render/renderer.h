@@ -31,12 +31,13 @@ struct RenderRequest {
   bool depth_median = false;
   bool depth_expected = false;
   bool alpha = false;
-  bool cache = true;  // keep this view's geometry for later
+  float median_threshold = 0.5f;  // transmittance at which depth_median is read, in (0, 1)
+  bool cache = true;              // keep this view's geometry for later
 };
 
 struct RenderOutput {
   Image rgb;                // not clamped above
-  DepthMap depth_median;    // 0 where transmittance stays above 0.5
+  DepthMap depth_median;    // 0 where transmittance stays above median_threshold
   DepthMap depth_expected;  // 0 where nothing is hit
   ScalarImage alpha;
 };

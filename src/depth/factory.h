@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Depth estimators by name.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "depth/colmap_depth.h"
+#include "depth/depth_estimator.h"
+#include "depth/gaussian.h"
+#include "depth/stereo_hv.h"
+
+namespace retint {
+
+struct DepthOptions {
+  GaussianDepthOptions gaussian;
+  StereoHvOptions stereo_hv;
+  ColmapDepthOptions colmap;
+  void Check() const;
+};
+
+// "gaussian", "stereo-hv", "colmap".
+std::vector<std::string> DepthMethods();
+
+// OptionError for an unknown method or bad options. "colmap" needs the workspace (OptionError
+// without it, InputError when it has no depth maps). `renderer` outlives the estimator.
+std::unique_ptr<DepthEstimator> MakeDepthEstimator(std::string_view method, Renderer& renderer,
+                                                   const Workspace* workspace = nullptr,
+                                                   const DepthOptions& options = {});
+
+}  // namespace retint

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "depth/stereo_hv.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include "base/error.h"
+#include "depth/stereo_pairs.h"
+
+namespace retint {
+namespace {
+
+// Disparities beyond the rough depth's own that are searched too: it is biased and has holes.
+constexpr double kNearMargin = 1.2, kFarMargin = 0.75;
+constexpr int kExtraDisparities = 4;
+
+int RoundUp16(double value) { return 16 * std::max(1, int(std::ceil(value / 16))); }
+
+Image8 Quantize(const Image& image) {
+  Image8 out(image.width, image.height);
+  for (size_t i = 0; i < out.data.size(); ++i) {
+    out.data[i] = uint8_t(std::lround(std::clamp(image.data[i], 0.0f, 1.0f) * 255));
+  }
+  return out;
+}
+
+Image8 Crop(const Image8& image, int x0, int y0, int width, int height) {
+  Image8 out(width, height);
+  for (int y = 0; y < height; ++y) {
+    std::copy_n(&image(x0, y0 + y), size_t(width) * 3, &out(0, y));
+  }
+  return out;
+}
+
+ScalarImage Gray(const Image& image, int x0, int y0, int width, int height) {
+  ScalarImage out(width, height);
+  for (int y = 0; y < height; ++y) {
+    const float* rgb = &image(x0, y0 + y);
+    for (int x = 0; x < width; ++x, rgb += 3) {
+      out(x, y) = 0.299f * std::min(rgb[0], 1.0f) + 0.587f * std::min(rgb[1], 1.0f) +
+                  0.114f * std::min(rgb[2], 1.0f);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+void StereoHvOptions::Check() const {
+  CheckOption(std::isfinite(baseline) && baseline >= 0,
+              "baseline must be positive, or 0 to choose it");
+  CheckOption(median_disparity > 0 && median_disparity <= 0.5,
+              "median_disparity must be above 0 and at most 0.5 of the width");
+  CheckOption(max_disparities >= 16 && max_disparities <= 1024 && max_disparities % 16 == 0,
+              "max_disparities must be a multiple of 16 between 16 and 1024");
+  CheckOption(left_right_tolerance >= 0, "left_right_tolerance must not be negative");
+  CheckOption(agree_tolerance >= 0, "agree_tolerance must not be negative");
+  sgbm.Check();
+}
+
+StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
+                                const StereoHvOptions& options) {
+  std::vector<float> depths;
+  depths.reserve(rough.data.size());
+  std::copy_if(rough.data.begin(), rough.data.end(), std::back_inserter(depths),
+               [](float depth) { return depth > 0; });
+  if (depths.empty())
+    throw InputError("the view sees no Gaussian: there is no depth to start from");
+  const auto quantile = [&](double q) {
+    const auto nth = depths.begin() + std::ptrdiff_t(q * double(depths.size() - 1));
+    std::nth_element(depths.begin(), nth, depths.end());
+    return double(*nth);
+  };
+  const double near = quantile(0.005), median = quantile(0.5), far = quantile(0.995);
+
+  StereoSearch search;
+  const bool automatic = options.baseline == 0;
+  search.baseline =
+      automatic ? options.median_disparity * camera.width * median / camera.fx() : options.baseline;
+  const auto range = [&] {
+    const double scale = camera.fx() * search.baseline;
+    const int lowest = std::max(0, int(scale / far * kFarMargin) - kExtraDisparities);
+    return DisparityRange{lowest,
+                          RoundUp16(scale / near * kNearMargin + kExtraDisparities - lowest)};
+  };
+  search.range = range();
+  while (automatic && search.range.count > options.max_disparities) {
+    search.baseline *= 0.95;
+    search.range = range();
+  }
+  search.range.count = std::min(search.range.count, options.max_disparities);
+  return search;
+}
+
+StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& options,
+                                     std::unique_ptr<StereoMatcher> matcher)
+    : renderer_(renderer), options_(options), matcher_(std::move(matcher)) {
+  options_.Check();
+  if (!matcher_) matcher_ = MakeSgbmMatcher(options_.sgbm);
+}
+
+StereoHvEstimator::~StereoHvEstimator() = default;
+
+DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
+  std::vector<Shift> shifts = {Shift::kRight, Shift::kDown};
+  if (options_.both_sides) shifts.insert(shifts.end(), {Shift::kLeft, Shift::kUp});
+  const double steps = 3 + 3 * double(shifts.size());
+  double done = 0;
+  monitor.Step("depth", done++, steps);
+
+  RenderRequest rough_request;
+  rough_request.rgb = false;
+  rough_request.depth_median = true;
+  RenderOutput rough = renderer_.Render(view, rough_request);
+  const StereoSearch search = ChooseStereoSearch(view.camera, rough.depth_median, options_);
+  const int width = view.camera.width, height = view.camera.height;
+  const int padding = search.range.lowest + search.range.count;
+  monitor.Step("depth", done++, steps);
+
+  RenderRequest request;
+  request.cache = false;
+  const PixelRect padded{-padding, -padding, width + 2 * padding, height + 2 * padding};
+  const Image reference = renderer_.Render(CropCamera(view, padded), request).rgb;
+  const Image8 reference8 = Quantize(reference);
+  std::vector<Image8> shifted8(shifts.size());
+  std::vector<ShiftedGray> grays(shifts.size());
+  for (size_t k = 0; k < shifts.size(); ++k) {
+    monitor.Step("depth", done++, steps);
+    const PixelRect rect = PairRect(view.camera, shifts[k], padding);
+    const Image image =
+        renderer_.Render(CropCamera(ShiftCamera(view, shifts[k], search.baseline), rect), request)
+            .rgb;
+    shifted8[k] = Quantize(image);
+    grays[k] = {shifts[k], rect, Gray(image, 0, 0, rect.width, rect.height)};
+  }
+
+  std::vector<ScalarImage> pairs(shifts.size());
+  tbb::parallel_for(size_t{0}, shifts.size(), [&](size_t k) {
+    monitor.ThrowIfCancelled();
+    const PixelRect& rect = grays[k].rect;
+    const Image8 own =
+        Crop(reference8, rect.x - padded.x, rect.y - padded.y, rect.width, rect.height);
+    pairs[k] = MatchPair(*matcher_, own, shifted8[k], shifts[k], padding, search.range,
+                         options_.left_right_tolerance);
+  });
+  monitor.Step("depth", done += 2 * double(shifts.size()), steps);
+
+  ScalarImage disparity = FuseDisparities(pairs, options_.aggregate, options_.agree_tolerance);
+  if (options_.refine) {
+    RefineDisparity(Gray(reference, padding, padding, width, height), grays, disparity);
+  }
+
+  DepthEstimate estimate;
+  estimate.method = "stereo-hv";
+  estimate.depth = std::move(rough.depth_median);
+  estimate.valid = Mask(width, height, 0);
+  const float scale = float(view.camera.fx() * search.baseline);
+  size_t valid = 0;
+  for (size_t i = 0; i < disparity.data.size(); ++i) {
+    if (!(disparity.data[i] > 0)) continue;
+    estimate.depth.data[i] = scale / disparity.data[i];
+    estimate.valid.data[i] = 255;
+    ++valid;
+  }
+  estimate.valid_fraction = double(valid) / double(estimate.depth.NumPixels());
+  char reason[160];
+  std::snprintf(reason, sizeof(reason),
+                "%zu rendered pairs, baseline %.4g, disparities %d to %d, %.1f %% of the pixels "
+                "measured, the rest from the Gaussians",
+                shifts.size(), search.baseline, search.range.lowest, padding - 1,
+                100 * estimate.valid_fraction);
+  estimate.reason = reason;
+  monitor.Step("depth", steps, steps);
+  return estimate;
+}
+
+}  // namespace retint

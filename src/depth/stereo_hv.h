@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
+// along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
+// and d = f beta / s (ReCoGS, STAG 2025). Vertical pairs are turned by 90 degrees for the matcher.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "depth/depth_estimator.h"
+#include "depth/stereo_matcher.h"
+#include "render/renderer.h"
+
+namespace retint {
+
+enum class StereoAggregate {
+  kAgree,  // inverse-depth mean of those that agree, the nearest where none do
+  kMin,    // the paper's: the least depth
+};
+
+struct StereoHvOptions {
+  double baseline = 0;             // beta, world units; 0: chosen from the Gaussians' own depth
+  double median_disparity = 0.05;  // of the image's width: where the automatic baseline puts it
+  int max_disparities = 128;       // search range, pixels; a multiple of 16
+  StereoAggregate aggregate = StereoAggregate::kAgree;
+  bool both_sides = true;           // pairs to the left and above too, so that what one side hides
+                                    // is measured from the other; the paper's has right and below
+  double left_right_tolerance = 1;  // pixels between the two directions of a pair
+  double agree_tolerance = 1;       // pixels between pairs
+  bool refine = true;               // sub-pixel refinement against all shifted views at once
+  SgbmOptions sgbm;
+  void Check() const;
+};
+
+// The search that stereo makes on a view whose rough depth is known.
+struct StereoSearch {
+  double baseline = 0;  // along x; along y it is baseline * fx / fy, so disparities compare
+  DisparityRange range;
+};
+
+// `rough` holds 0 where depth is unknown. The median of the rough depth lands on
+// `median_disparity`, less where the nearest would leave `max_disparities`. InputError when `rough`
+// is empty.
+StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
+                                const StereoHvOptions& options);
+
+class StereoHvEstimator : public DepthEstimator {
+ public:
+  // Keeps the reference: `renderer` outlives the estimator. `matcher` null: SGBM with options.sgbm.
+  explicit StereoHvEstimator(Renderer& renderer, const StereoHvOptions& options = {},
+                             std::unique_ptr<StereoMatcher> matcher = nullptr);
+  ~StereoHvEstimator() override;
+  // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
+  // InputError when the view sees no Gaussian.
+  DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
+
+ private:
+  Renderer& renderer_;
+  StereoHvOptions options_;
+  std::unique_ptr<StereoMatcher> matcher_;
+};
+
+}  // namespace retint

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "depth/stereo_pairs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace retint {
+namespace {
+
+struct Pixel {
+  int x, y;
+};
+
+// Maps matcher pixels (u along the baseline, content of the shifted view lies at u - s) to the
+// pair's own.
+Pixel FromMatcher(Shift shift, int width, int height, int u, int v) {
+  switch (shift) {
+    case Shift::kRight:
+      return {u, v};
+    case Shift::kLeft:
+      return {width - 1 - u, v};
+    case Shift::kDown:
+      return {v, u};
+    case Shift::kUp:
+      return {v, height - 1 - u};
+  }
+  return {};
+}
+
+bool IsVertical(Shift shift) { return shift == Shift::kDown || shift == Shift::kUp; }
+
+Image8 ToMatcher(const Image8& image, Shift shift) {
+  const bool vertical = IsVertical(shift);
+  Image8 out(vertical ? image.height : image.width, vertical ? image.width : image.height);
+  for (int v = 0; v < out.height; ++v) {
+    for (int u = 0; u < out.width; ++u) {
+      const Pixel p = FromMatcher(shift, image.width, image.height, u, v);
+      std::copy_n(&image(p.x, p.y), 3, &out(u, v));
+    }
+  }
+  return out;
+}
+
+// Left and right swapped; on the new left, `padding` columns repeat the border.
+Image8 MirrorAndPad(const Image8& image, int padding) {
+  Image8 out(image.width + padding, image.height);
+  for (int v = 0; v < out.height; ++v) {
+    for (int u = 0; u < out.width; ++u) {
+      const int from = std::min(image.width - 1, image.width - 1 - (u - padding));
+      std::copy_n(&image(from, v), 3, &out(u, v));
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+PosedCamera CropCamera(const PosedCamera& view, const PixelRect& rect) {
+  const Camera& camera = view.camera;
+  PosedCamera crop = view;
+  crop.camera = Camera::Pinhole(camera.id, rect.width, rect.height, camera.fx(), camera.fy(),
+                                camera.cx() - rect.x, camera.cy() - rect.y);
+  return crop;
+}
+
+PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline) {
+  const double vertical = baseline * view.camera.fx() / view.camera.fy();
+  PosedCamera shifted = view;
+  Eigen::Vector3d& translation = shifted.cam_from_world.translation;
+  switch (shift) {  // moving the camera by +b moves the world by -b in its frame
+    case Shift::kRight:
+      translation.x() -= baseline;
+      break;
+    case Shift::kLeft:
+      translation.x() += baseline;
+      break;
+    case Shift::kDown:
+      translation.y() -= vertical;
+      break;
+    case Shift::kUp:
+      translation.y() += vertical;
+      break;
+  }
+  return shifted;
+}
+
+PixelRect PairRect(const Camera& camera, Shift shift, int padding) {
+  PixelRect rect{0, 0, camera.width, camera.height};
+  (IsVertical(shift) ? rect.height : rect.width) += padding;
+  if (shift == Shift::kRight) rect.x = -padding;
+  if (shift == Shift::kDown) rect.y = -padding;
+  return rect;
+}
+
+ScalarImage MatchPair(const StereoMatcher& matcher, const Image8& reference, const Image8& shifted,
+                      Shift shift, int padding, const DisparityRange& range, double tolerance) {
+  const Image8 left = ToMatcher(reference, shift);
+  const Image8 right = ToMatcher(shifted, shift);
+  const ScalarImage forward = matcher.Match(left, right, range).disparity;
+  const ScalarImage backward =
+      matcher.Match(MirrorAndPad(right, padding), MirrorAndPad(left, padding), range).disparity;
+
+  const bool vertical = IsVertical(shift);
+  ScalarImage disparity(reference.width - (vertical ? 0 : padding),
+                        reference.height - (vertical ? padding : 0), -1.0f);
+  for (int v = 0; v < forward.height; ++v) {
+    for (int u = padding; u < forward.width; ++u) {
+      const float s = forward(u, v);
+      if (s < 0) continue;
+      const int there = u - int(std::lround(s));
+      if (there < 0) continue;
+      const float back = backward(forward.width - 1 - there + padding, v);
+      if (back < 0 || std::abs(back - s) > tolerance) continue;
+      const Pixel p = FromMatcher(shift, disparity.width, disparity.height, u - padding, v);
+      disparity(p.x, p.y) = s;
+    }
+  }
+  return disparity;
+}
+
+ScalarImage FuseDisparities(std::span<const ScalarImage> pairs, StereoAggregate aggregate,
+                            double tolerance) {
+  ScalarImage fused(pairs.front().width, pairs.front().height, -1.0f);
+  std::array<float, 4> found;
+  for (size_t i = 0; i < fused.data.size(); ++i) {
+    size_t count = 0;
+    for (const ScalarImage& pair : pairs) {
+      if (pair.data[i] > 0) found[count++] = pair.data[i];
+    }
+    if (count == 0) continue;
+    std::sort(found.begin(), found.begin() + count, std::greater<>());  // nearest first
+    if (aggregate == StereoAggregate::kMin) {
+      fused.data[i] = found[0];
+      continue;
+    }
+    size_t best_first = 0, best_count = 0;
+    for (size_t first = 0; first < count; ++first) {
+      size_t last = first;
+      while (last < count && found[first] - found[last] <= tolerance) ++last;
+      if (last - first > best_count) {
+        best_first = first;
+        best_count = last - first;
+      }
+    }
+    float sum = 0;
+    for (size_t k = best_first; k < best_first + best_count; ++k) sum += found[k];
+    fused.data[i] = sum / float(best_count);
+  }
+  return fused;
+}
+
+}  // namespace retint

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Internal to depth: the rendered pairs of Stereo-HV, their matching and their fusion. Disparities
+// are in pixels of the horizontal baseline: s = fx beta / z, whichever way a pair was shifted.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "depth/stereo_hv.h"
+#include "depth/stereo_matcher.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// Where the second camera of a pair stands, along the first one's axes.
+enum class Shift { kRight, kLeft, kDown, kUp };
+
+// A part of the reference view's pixel grid; may reach beyond the image.
+struct PixelRect {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+// The view that sees `rect` of `view`'s image plane.
+PosedCamera CropCamera(const PosedCamera& view, const PixelRect& rect);
+PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline);
+// The image grown by `padding` on the side from which content enters the shifted view, so that
+// every pixel of the image can be matched.
+PixelRect PairRect(const Camera& camera, Shift shift, int padding);
+
+// The disparity [H, W] of the reference; negative where not found or not confirmed by matching the
+// other way within `tolerance` pixels. `reference` and `shifted` show PairRect(.., padding).
+ScalarImage MatchPair(const StereoMatcher& matcher, const Image8& reference, const Image8& shifted,
+                      Shift shift, int padding, const DisparityRange& range, double tolerance);
+
+// Per pixel, over the pairs: kAgree takes the mean of the largest set that agrees within
+// `tolerance` pixels, of two as large the nearer; kMin the nearest of all. Negative where no pair
+// has a disparity.
+ScalarImage FuseDisparities(std::span<const ScalarImage> pairs, StereoAggregate aggregate,
+                            double tolerance);
+
+// A shifted view for refinement: gray, on the reference's pixel grid from (rect.x, rect.y).
+struct ShiftedGray {
+  Shift shift;
+  PixelRect rect;
+  ScalarImage gray;
+};
+
+// Removes the matcher's sub-pixel bias: Gauss-Newton on the disparity of every pixel against all
+// shifted views at once, over a small window, where the disparity is smooth. `gray` is the
+// reference [H, W].
+void RefineDisparity(const ScalarImage& gray, std::span<const ShiftedGray> shifted,
+                     ScalarImage& disparity);
+
+}  // namespace retint
