@@ -374,7 +374,7 @@ class Backend {
   virtual void RegionAdd(const ViewGeometry&, float*, const float*) {
     throw std::logic_error("refit op missing");
   }
-  virtual void ShTangent(const Model& model, const ShTangentParams&) {
+  virtual void ShTangent(const Model&, const ShTangentParams&) {
     throw std::logic_error("refit op missing");
   }
   virtual void AddRidge(const AddRidgeParams&) { throw std::logic_error("refit op missing"); }

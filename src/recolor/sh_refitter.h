@@ -18,11 +18,14 @@
 namespace retint {
 
 enum class Solver { kMm, kAdam };
+// How mm's sweeps are sped up; kNone is the plain majoriser, one unit step a sweep.
+enum class MmAcceleration { kNone, kNesterov, kConjugateGradients };
 
 struct RefitOptions {
   Solver solver = Solver::kMm;
   int iterations = 0;  // sweeps (mm, default 10) or steps (adam, default 3000); 0 takes the default
   bool closed_form_start = true;  // mm always starts there
+  MmAcceleration acceleration = MmAcceleration::kConjugateGradients;
   double learning_rate = 2.5e-4;  // adam
   double lambda_dssim = 0.2;      // adam: weight of D-SSIM in the loss
   double ridge_dc = 1e-5;    // mm: lambda_l of the DC term, relative to the sum of visibilities

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/adam_solver.h"
+
+#include <algorithm>
+
+namespace retint {
+namespace {
+
+constexpr int kDefaultSteps = 3000;
+constexpr int kLossInterval = 50;
+constexpr float kBeta1 = 0.9f, kBeta2 = 0.999f, kEpsilon = 1e-15f;
+
+}  // namespace
+
+AdamSolver::AdamSolver(RefitProblem& problem, const RefitOptions& options)
+    : problem_(problem),
+      options_(options),
+      limit_(options.iterations > 0 ? options.iterations : kDefaultSteps),
+      random_(options.seed) {
+  Backend& backend = problem_.backend();
+  values_ = backend.Upload(
+      std::span<const float>(options.closed_form_start ? problem_.start() : problem_.original()));
+  for (auto* buffer : {&gradient_, &m_, &v_}) {
+    *buffer = backend.Allocate<float>(problem_.NumValues());
+  }
+}
+
+// Every view once a round, in a random order, as 3DGS trains.
+size_t AdamSolver::NextView() {
+  if (deck_.empty()) {
+    deck_.resize(problem_.NumViews());
+    for (size_t v = 0; v < deck_.size(); ++v) deck_[v] = v;
+  }
+  // The modulo's bias is below 1e-15; std distributions differ between standard libraries.
+  const size_t pick = size_t(random_() % deck_.size());
+  const size_t view = deck_[pick];
+  deck_[pick] = deck_.back();
+  deck_.pop_back();
+  return view;
+}
+
+double AdamSolver::Evaluate(size_t index) {
+  Backend& backend = problem_.backend();
+  const auto view = problem_.Visit(index);
+  const CameraParams& camera = view->region->camera();
+  RefitScratch& scratch = problem_.scratch();
+  float* colors = scratch.features[0].data();
+  float* change = scratch.features[1].data();
+  float* image = scratch.images[0].data();
+  float* target = scratch.images[1].data();
+  float* delta = scratch.images[2].data();
+
+  PackBoxParams box{};
+  box.width = camera.width;
+  box.height = camera.height;
+  std::copy_n(view->box.begin(), 4, box.box);
+  box.unit = RefitProblem::kBoxUnit;
+  box.image = image;
+  box.packed = view->render.data();
+  backend.UnpackBox(box);
+  box.image = target;
+  if (!view->photo.empty()) box.packed = view->photo.data();
+  backend.UnpackBox(box);
+  EditImageParams edit{};
+  edit.image = target;
+  edit.mask = view->mask.data();
+  edit.map = problem_.map();
+  edit.width = camera.width;
+  edit.height = camera.height;
+  std::copy_n(view->box.begin(), 4, edit.box);
+  edit.out = target;
+  backend.EditImage(edit);
+
+  problem_.EvalColors(*view, values_.data(), colors);
+  LinearCombinationParams difference{};
+  difference.x = colors;
+  difference.y = view->base_colors.data();
+  difference.a = 1;
+  difference.b = -1;
+  difference.out = change;
+  difference.count = view->region->num_rows() * 3;
+  backend.LinearCombination(difference);
+  BlendParams blend{};
+  blend.features = change;
+  blend.channels = 3;
+  blend.image = delta;
+  blend.keep_outside = true;
+  backend.Blend(*view->region, blend);
+  backend.RegionAdd(*view->region, image, delta);
+
+  ImageLossParams loss{};
+  loss.image = image;
+  loss.target = target;
+  loss.width = camera.width;
+  loss.height = camera.height;
+  loss.lambda = float(options_.lambda_dssim);
+  std::copy_n(view->roi.begin(), 4, loss.roi);
+  loss.gradient = delta;
+  const double value = backend.ImageLoss(loss).loss;
+  BlendTransposeParams transpose{};
+  transpose.residual = delta;
+  transpose.channels = 3;
+  transpose.result = change;
+  backend.BlendTranspose(*view->region, transpose);
+  backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
+  problem_.AddShGradient(*view, change, colors, gradient_.data());
+  return value;
+}
+
+bool AdamSolver::Step(Monitor& monitor) {
+  if (problem_.NumActive() == 0) {
+    converged_ = true;
+    reason_ = "the masks touch no Gaussian";
+    return false;
+  }
+  if (iterations_ >= limit_) return false;
+  monitor.Step("refit", double(iterations_), double(limit_));
+  recent_loss_ += Evaluate(NextView());
+  ++iterations_;
+  AdamParams adam{};
+  adam.values = values_.data();
+  adam.gradients = gradient_.data();
+  adam.m = m_.data();
+  adam.v = v_.data();
+  adam.count = int64_t(problem_.NumValues());
+  adam.step = iterations_;
+  adam.learning_rate = float(options_.learning_rate);
+  adam.beta1 = kBeta1;
+  adam.beta2 = kBeta2;
+  adam.epsilon = kEpsilon;
+  problem_.backend().Adam(adam);
+  const int in_interval = (iterations_ - 1) % kLossInterval + 1;
+  if (in_interval == kLossInterval || iterations_ == limit_) {
+    losses_.push_back(recent_loss_ / in_interval);
+    recent_loss_ = 0;
+  }
+  if (iterations_ < limit_) return true;
+  reason_ = "all steps done";
+  return false;
+}
+
+}  // namespace retint

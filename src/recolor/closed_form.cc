@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/error.h"
+#include "recolor/refit_problem.h"
+#include "recolor/sh_refitter.h"
+
+namespace retint {
+namespace {
+
+constexpr float kY00 = 0.28209479177387814f;  // the constant SH basis function, 1 / (2 sqrt(pi))
+
+}  // namespace
+
+std::vector<float> ClosedFormSh(const GaussianModel& model, std::span<const float> shares,
+                                const ColorEdit& edit, double active_threshold) {
+  CheckOption(shares.size() == model.NumGaussians(),
+              "closed form: one share a Gaussian is needed, got " + std::to_string(shares.size()));
+  const size_t coeffs = size_t(model.NumShCoeffs());
+  const Eigen::Matrix3f delta = edit.gain - Eigen::Matrix3f::Identity();
+  // The affine part of delta (0.5 + Y C) + offset that does not depend on the direction.
+  const Eigen::Vector3f constant = (0.5f * delta.rowwise().sum() + edit.offset) / kY00;
+  std::vector<float> result = model.sh;
+  for (size_t g = 0; g < shares.size(); ++g) {
+    const float share = shares[g];
+    if (!(share > active_threshold)) continue;
+    for (size_t k = 0; k < coeffs; ++k) {
+      float* value = &result[(g * coeffs + k) * 3];
+      const Eigen::Vector3f old(value[0], value[1], value[2]);
+      Eigen::Vector3f change = delta * old;
+      if (k == 0) change += constant;
+      for (int c = 0; c < 3; ++c) {
+        // Adding 0 would turn -0 into 0: an identity edit changes no bit.
+        if (change[c] != 0) value[c] += share * change[c];
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
+                              Monitor& monitor) {
+  const size_t count = size_t(renderer.model().count());
+  std::vector<double> inside(count, 0.0), total(count, 0.0);
+  std::vector<float> residual;
+  for (size_t v = 0; v < targets.size(); ++v) {
+    monitor.Step("shares", double(v), double(targets.size()));
+    CheckTarget(targets[v]);
+    const Mask& mask = *targets[v].mask;
+    residual.resize(mask.NumPixels() * 2);
+    for (size_t p = 0; p < mask.NumPixels(); ++p) {
+      residual[2 * p] = float(mask.data[p]) / 255.0f;
+      residual[2 * p + 1] = 1.0f;
+    }
+    const auto sums = renderer.BlendTransposeToGaussians(targets[v].camera, residual, 2);
+    for (size_t g = 0; g < count; ++g) {
+      inside[g] += sums[2 * g];
+      total[g] += sums[2 * g + 1];
+    }
+  }
+  std::vector<float> shares(count, 0.0f);
+  for (size_t g = 0; g < count; ++g) {
+    if (total[g] > 0) shares[g] = float(std::clamp(inside[g] / total[g], 0.0, 1.0));
+  }
+  return shares;
+}
+
+}  // namespace retint

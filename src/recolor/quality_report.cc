@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/quality_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "base/error.h"
+#include "recolor/refit_problem.h"
+
+namespace retint {
+namespace {
+
+constexpr double kPerfectPsnr = 99;
+constexpr uint8_t kInside = 128;  // mask >= 0.5
+constexpr size_t kMaxWorst = 5;
+
+struct ErrorSums {
+  double inside_before = 0, inside_after = 0, outside = 0, bleed = 0;
+  int64_t inside_values = 0, outside_values = 0;
+
+  void operator+=(const ErrorSums& other) {
+    inside_before += other.inside_before;
+    inside_after += other.inside_after;
+    outside += other.outside;
+    bleed += other.bleed;
+    inside_values += other.inside_values;
+    outside_values += other.outside_values;
+  }
+};
+
+double Psnr(double squared_errors, int64_t values) {
+  if (values == 0 || squared_errors <= 0) return kPerfectPsnr;
+  return std::min(kPerfectPsnr, -10 * std::log10(squared_errors / double(values)));
+}
+
+float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
+
+double Square(float value) { return double(value) * double(value); }
+
+// As a viewer shows them: values are clamped to [0, 1] before they are compared.
+ErrorSums Compare(const RefitTarget& target, const ColorEdit& edit,
+                  const std::vector<float>& before, const std::vector<float>& after) {
+  ErrorSums sums;
+  const Mask& mask = *target.mask;
+  const float* source = target.photo ? target.photo->data.data() : before.data();
+  for (size_t p = 0; p < mask.NumPixels(); ++p) {
+    const uint8_t value = mask.data[p];
+    if (value != 0 && value < kInside) continue;
+    const Eigen::Vector3f original(source[3 * p], source[3 * p + 1], source[3 * p + 2]);
+    const Eigen::Vector3f wanted = edit.Apply(original, float(value) / 255.0f);
+    for (size_t c = 0; c < 3; ++c) {
+      const float goal = Shown(wanted[Eigen::Index(c)]);
+      const float old = Shown(before[3 * p + c]), now = Shown(after[3 * p + c]);
+      if (value == 0) {
+        sums.outside += Square(now - goal);
+        sums.bleed += std::abs(now - old);
+        ++sums.outside_values;
+      } else {
+        sums.inside_before += Square(old - goal);
+        sums.inside_after += Square(now - goal);
+        ++sums.inside_values;
+      }
+    }
+  }
+  return sums;
+}
+
+QualityNumbers ToNumbers(const ErrorSums& sums, int views) {
+  QualityNumbers numbers;
+  numbers.views = views;
+  numbers.psnr_inside_before = Psnr(sums.inside_before, sums.inside_values);
+  numbers.psnr_inside_after = Psnr(sums.inside_after, sums.inside_values);
+  numbers.psnr_outside = Psnr(sums.outside, sums.outside_values);
+  if (sums.outside_values > 0) numbers.bleed = sums.bleed / double(sums.outside_values);
+  return numbers;
+}
+
+ShRange RangeOf(std::span<const float> sh) {
+  if (sh.empty()) return {};
+  const auto [low, high] = std::minmax_element(sh.begin(), sh.end());
+  return {*low, *high};
+}
+
+// Renders views with two sets of coefficients through one geometry.
+class PairRenderer {
+ public:
+  PairRenderer(Renderer& renderer, std::span<const float> before, std::span<const float> after)
+      : renderer_(renderer),
+        sh_{renderer.backend().Upload(before), renderer.backend().Upload(after)} {}
+
+  void Render(const PosedCamera& camera) {
+    Backend& backend = renderer_.backend();
+    const auto geometry = renderer_.Geometry(camera);
+    const CameraParams& params = geometry->camera();
+    const size_t values = size_t(params.width) * size_t(params.height) * 3;
+    const size_t colors = size_t(geometry->num_rows()) * 3;
+    if (colors_.size() < colors) colors_ = backend.Allocate<float>(colors);
+    if (image_.size() < values) image_ = backend.Allocate<float>(values);
+    for (int which = 0; which < 2; ++which) {
+      EvalShParams eval{};
+      eval.rows = geometry->rows();
+      eval.count = geometry->num_rows();
+      eval.sh = sh_[which].data();
+      std::copy_n(params.center, 3, eval.center);
+      eval.colors = colors_.data();
+      backend.EvalSh(renderer_.model(), eval);
+      BlendParams blend{};
+      blend.features = colors_.data();
+      blend.channels = 3;
+      blend.image = image_.data();
+      backend.Blend(*geometry, blend);
+      images[which].resize(values);
+      backend.CopyToHost(images[which].data(), image_.data(), values * sizeof(float));
+    }
+  }
+
+  std::vector<float> images[2];  // before, after: [H, W, 3]
+
+ private:
+  Renderer& renderer_;
+  Buffer<float> sh_[2], colors_, image_;
+};
+
+double Coverage(const Mask& mask) {
+  double sum = 0;
+  for (const uint8_t value : mask.data) sum += value;
+  return mask.data.empty() ? 0 : sum / (255.0 * double(mask.data.size()));
+}
+
+}  // namespace
+
+QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
+                           std::span<const float> sh_after, const std::vector<RefitTarget>& train,
+                           const std::vector<RefitTarget>& heldout, const ColorEdit& edit,
+                           Monitor& monitor) {
+  edit.Check();
+  const size_t values =
+      size_t(renderer.model().count()) * size_t(renderer.model().num_sh_coeffs()) * 3;
+  CheckOption(sh_before.size() == values && sh_after.size() == values,
+              "evaluation: the coefficients are not of the renderer's model");
+  QualityReport report;
+  report.sh_before = RangeOf(sh_before);
+  report.sh_after = RangeOf(sh_after);
+  PairRenderer pair(renderer, sh_before, sh_after);
+  const size_t total = train.size() + heldout.size();
+  size_t done = 0;
+  const auto evaluate = [&](const std::vector<RefitTarget>& targets, bool is_heldout) {
+    ErrorSums all;
+    for (const RefitTarget& target : targets) {
+      monitor.Step("evaluate", double(done++), double(total));
+      CheckTarget(target);
+      pair.Render(target.camera);
+      const ErrorSums sums = Compare(target, edit, pair.images[0], pair.images[1]);
+      all += sums;
+      if (sums.inside_values == 0) continue;
+      const QualityNumbers numbers = ToNumbers(sums, 1);
+      report.worst.push_back({target.name, is_heldout, Coverage(*target.mask),
+                              numbers.psnr_inside_after, numbers.psnr_outside});
+    }
+    return ToNumbers(all, int(targets.size()));
+  };
+  report.train = evaluate(train, false);
+  report.heldout = evaluate(heldout, true);
+  std::stable_sort(report.worst.begin(), report.worst.end(),
+                   [](auto& a, auto& b) { return a.psnr_inside < b.psnr_inside; });
+  if (report.worst.size() > kMaxWorst) report.worst.resize(kMaxWorst);
+  return report;
+}
+
+}  // namespace retint

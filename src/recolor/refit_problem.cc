@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/refit_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "base/error.h"
+
+namespace retint {
+namespace {
+
+constexpr int kTilePixels = kTileSize * kTileSize;
+// The 11x11 window reaches 5 pixels; SSIM inside the region's bounds and its gradient reach twice
+// that.
+constexpr int kLossHalo = 10;
+
+std::string SizeText(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+// Pixel bounds of a region's tiles: x0, y0, x1, y1, half-open.
+std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
+  const CameraParams& camera = region.camera();
+  const int tiles_x = region.tiles_x();
+  std::array<int32_t, 4> bounds = {camera.width, camera.height, 0, 0};
+  for (const int32_t tile : region.tiles()) {
+    const int x = tile % tiles_x * kTileSize, y = tile / tiles_x * kTileSize;
+    bounds = {std::min(bounds[0], x), std::min(bounds[1], y),
+              std::max(bounds[2], std::min(x + kTileSize, camera.width)),
+              std::max(bounds[3], std::min(y + kTileSize, camera.height))};
+  }
+  return bounds;
+}
+
+size_t BoxValues(const std::array<int32_t, 4>& box) {
+  return size_t(box[2] - box[0]) * size_t(box[3] - box[1]) * 3;
+}
+
+// Largest |change| that an edit makes to a colour in [0, 2], the range of renders.
+float LargestChange(const ColorMap& map, bool photos) {
+  float largest = 1e-3f;
+  for (int c = 0; c < 3; ++c) {
+    float change = std::abs(map.offset[c]);
+    for (int d = 0; d < 3; ++d) change += 2 * std::abs(map.delta[3 * c + d]);
+    largest = std::max(largest, change);
+  }
+  return photos ? largest + 2 : largest;
+}
+
+}  // namespace
+
+void CheckTarget(const RefitTarget& target) {
+  const Camera& camera = target.camera.camera;
+  const std::string name = "view '" + target.name + "': ";
+  if (!target.mask) throw InputError(name + "has no mask");
+  const auto check = [&](int width, int height, size_t values, int channels, const char* what) {
+    if (width != camera.width || height != camera.height ||
+        values != size_t(std::max(width, 0)) * size_t(std::max(height, 0)) * size_t(channels)) {
+      throw InputError(name + what + " is " + SizeText(width, height) + ", the camera is " +
+                       SizeText(camera.width, camera.height));
+    }
+  };
+  check(target.mask->width, target.mask->height, target.mask->data.size(), 1, "mask");
+  if (!target.photo) return;
+  check(target.photo->width, target.photo->height, target.photo->data.size(), 3, "photo");
+}
+
+ColorMap ToColorMap(const ColorEdit& edit) {
+  ColorMap map{};
+  for (int c = 0; c < 3; ++c) {
+    for (int d = 0; d < 3; ++d) map.delta[3 * c + d] = edit.gain(c, d) - (c == d ? 1.0f : 0.0f);
+    map.offset[c] = edit.offset[c];
+  }
+  return map;
+}
+
+size_t RegionView::Bytes() const {
+  return (region ? region->bytes() : 0) + slots.size() * sizeof(int32_t) +
+         base_colors.size() * sizeof(float) + target.size() * sizeof(int16_t) +
+         (render.size() + photo.size()) * sizeof(uint16_t) + mask.size();
+}
+
+RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
+                           std::vector<RefitTarget> targets, const ColorEdit& edit,
+                           std::vector<float> shares, const RefitOptions& options, Targets form,
+                           Monitor& monitor)
+    : renderer_(renderer),
+      targets_(std::move(targets)),
+      map_(ToColorMap(edit)),
+      options_(options),
+      form_(form),
+      num_coeffs_(model.NumShCoeffs()) {
+  const size_t count = model.NumGaussians();
+  const size_t per_gaussian = size_t(num_coeffs_) * 3;
+  bool photos = false;
+  for (const auto& target : targets_) photos = photos || target.photo;
+  target_unit_ = LargestChange(map_, photos) / 32767;
+
+  std::vector<uint8_t> flags(count);
+  for (size_t g = 0; g < count; ++g) flags[g] = shares[g] > options.active_threshold;
+  active_flags_ = backend().Upload(std::span<const uint8_t>(flags));
+  original_sh_ = backend().Upload(std::span<const float>(model.sh));
+
+  std::vector<uint8_t> seen(count, 0);
+  const bool any = std::find(flags.begin(), flags.end(), 1) != flags.end();
+  for (size_t t = 0; any && t < targets_.size(); ++t) {
+    monitor.Step("refit", 0, 1);
+    const size_t left =
+        options.region_cache_bytes - std::min(options.region_cache_bytes, kept_bytes_);
+    auto view = std::make_shared<RegionView>(Prepare(targets_[t], left / (targets_.size() - t)));
+    const size_t rows = size_t(view->region->num_rows());
+    if (rows == 0) continue;
+    for (const int32_t g : backend().Download(view->region->rows(), rows)) seen[size_t(g)] = 1;
+    target_values_ += double(view->region->tiles().size()) * kTilePixels * 3;
+    const size_t bytes = view->Bytes();
+    const bool keep = bytes <= left;
+    if (keep) kept_bytes_ += bytes;
+    views_.push_back({t, keep ? std::move(view) : nullptr});
+  }
+
+  slot_of_.assign(count, -1);
+  for (size_t g = 0; g < count; ++g) {
+    if (!seen[g]) continue;
+    slot_of_[g] = int32_t(active_.size());
+    active_.push_back(int32_t(g));
+  }
+  for (auto& slot : views_) {
+    if (!slot.kept) continue;
+    auto view = std::make_shared<RegionView>(*slot.kept);
+    FillSlots(*view);
+    slot.kept = std::move(view);
+  }
+  if (NumKeptViews() == views_.size()) original_sh_ = {};
+
+  const auto closed_form = ClosedFormSh(model, shares, edit, options.active_threshold);
+  original_.reserve(active_.size() * per_gaussian);
+  start_.reserve(active_.size() * per_gaussian);
+  for (const int32_t g : active_) {
+    const auto first = ptrdiff_t(size_t(g) * per_gaussian), last = first + ptrdiff_t(per_gaussian);
+    original_.insert(original_.end(), model.sh.begin() + first, model.sh.begin() + last);
+    start_.insert(start_.end(), closed_form.begin() + first, closed_form.begin() + last);
+  }
+}
+
+size_t RefitProblem::NumKeptViews() const {
+  return size_t(std::count_if(views_.begin(), views_.end(), [](auto& v) { return bool(v.kept); }));
+}
+
+float* RefitProblem::Grow(Buffer<float>& buffer, size_t count) {
+  if (buffer.size() < count) {
+    buffer = {};  // free before taking the larger one
+    buffer = backend().Allocate<float>(count);
+  }
+  return buffer.data();
+}
+
+void RefitProblem::RenderOriginal(const ViewGeometry& geometry) {
+  const CameraParams& camera = geometry.camera();
+  const size_t rows = size_t(geometry.num_rows());
+  EvalShParams eval{};
+  eval.rows = geometry.rows();
+  eval.count = geometry.num_rows();
+  eval.sh = original_sh_.data();
+  std::copy_n(camera.center, 3, eval.center);
+  eval.colors = Grow(scratch_.features[0], rows * 3);
+  backend().EvalSh(model(), eval);
+  BlendParams blend{};
+  blend.features = eval.colors;
+  blend.channels = 3;
+  blend.image = scratch_.images[0].data();
+  backend().Blend(geometry, blend);
+}
+
+RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
+  const auto geometry = renderer_.Geometry(target.camera);
+  const CameraParams& camera = geometry->camera();
+  RegionView view;
+  view.region = backend().Restrict(*geometry, active_flags_.data(), budget);
+  const size_t rows = size_t(view.region->num_rows());
+  if (rows == 0) return view;
+  const size_t pixels = size_t(camera.width) * size_t(camera.height);
+  for (auto& image : scratch_.images) Grow(image, pixels * 3);
+  RenderOriginal(*geometry);
+  for (auto& features : scratch_.features) Grow(features, rows * 3);
+
+  view.base_colors = backend().Allocate<float>(rows * 3);
+  EvalShParams eval{};
+  eval.rows = view.region->rows();
+  eval.count = view.region->num_rows();
+  eval.sh = original_sh_.data();
+  std::copy_n(camera.center, 3, eval.center);
+  eval.colors = view.base_colors.data();
+  backend().EvalSh(model(), eval);
+
+  if (mask_.size() < pixels) mask_ = backend().Allocate<uint8_t>(pixels);
+  backend().CopyToDevice(mask_.data(), target.mask->data.data(), pixels);
+  if (target.photo) {
+    Grow(photo_, pixels * 3);
+    backend().CopyToDevice(photo_.data(), target.photo->data.data(), pixels * 3 * sizeof(float));
+  }
+  if (form_ == Targets::kRegions) {
+    PrepareRegionTarget(target, view);
+  } else {
+    PrepareBoxes(target, view);
+  }
+  return view;
+}
+
+void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& view) {
+  view.target = backend().Allocate<int16_t>(view.region->tiles().size() * kTilePixels * 3);
+  RegionTargetParams params{};
+  params.render = scratch_.images[0].data();
+  params.source = target.photo ? photo_.data() : nullptr;
+  params.mask = mask_.data();
+  params.map = map_;
+  params.unit = target_unit_;
+  params.target = view.target.data();
+  backend().RegionTarget(*view.region, params);
+}
+
+void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {
+  const CameraParams& camera = view.region->camera();
+  view.roi = TileBounds(*view.region);
+  view.box = {std::max(view.roi[0] - kLossHalo, 0), std::max(view.roi[1] - kLossHalo, 0),
+              std::min(view.roi[2] + kLossHalo, camera.width),
+              std::min(view.roi[3] + kLossHalo, camera.height)};
+  const auto pack = [&](float* image, Buffer<uint16_t>& packed) {
+    packed = backend().Allocate<uint16_t>(BoxValues(view.box));
+    PackBoxParams params{};
+    params.image = image;
+    params.width = camera.width;
+    params.height = camera.height;
+    std::copy_n(view.box.begin(), 4, params.box);
+    params.packed = packed.data();
+    params.unit = kBoxUnit;
+    backend().PackBox(params);
+  };
+  pack(scratch_.images[0].data(), view.render);
+  if (target.photo) pack(photo_.data(), view.photo);
+  const size_t pixels = target.mask->NumPixels();
+  view.mask = backend().Allocate<uint8_t>(pixels);
+  backend().CopyToDevice(view.mask.data(), target.mask->data.data(), pixels);
+}
+
+void RefitProblem::FillSlots(RegionView& view) {
+  const size_t rows = size_t(view.region->num_rows());
+  std::vector<int32_t> slots = backend().Download(view.region->rows(), rows);
+  for (auto& entry : slots) entry = slot_of_[size_t(entry)];
+  view.slots = backend().Upload(std::span<const int32_t>(slots));
+}
+
+std::shared_ptr<const RegionView> RefitProblem::Visit(size_t index) {
+  const Slot& slot = views_[index];
+  if (slot.kept) return slot.kept;
+  auto view = std::make_shared<RegionView>(Prepare(targets_[slot.target], 0));
+  FillSlots(*view);
+  return view;
+}
+
+void RefitProblem::EvalColors(const RegionView& view, const float* sh, float* colors) {
+  EvalShParams params{};
+  params.rows = view.region->rows();
+  params.slots = view.slots.data();
+  params.count = view.region->num_rows();
+  params.sh = sh;
+  std::copy_n(view.region->camera().center, 3, params.center);
+  params.colors = colors;
+  backend().EvalSh(model(), params);
+}
+
+void RefitProblem::AddShGradient(const RegionView& view, const float* color_gradients,
+                                 const float* colors, float* gradient) {
+  EvalShTransposeParams params{};
+  params.rows = view.region->rows();
+  params.slots = view.slots.data();
+  params.count = view.region->num_rows();
+  params.color_gradients = color_gradients;
+  params.colors = colors;
+  std::copy_n(view.region->camera().center, 3, params.center);
+  params.gradient = gradient;
+  backend().EvalShTranspose(model(), params);
+}
+
+}  // namespace retint

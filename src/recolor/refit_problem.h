@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What both solvers work on: the active Gaussians, and of every view that sees one, the region they
+// touch with its targets. Internal to recolor.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/monitor.h"
+#include "recolor/color_edit.h"
+#include "recolor/sh_refitter.h"
+#include "render/renderer.h"
+
+namespace retint {
+
+// InputError naming the view when mask or photo is missing or not of the view's size.
+void CheckTarget(const RefitTarget& target);
+
+ColorMap ToColorMap(const ColorEdit& edit);
+
+// A view's share of the problem; all arrays are backend memory, indexed by row of `region`.
+struct RegionView {
+  std::shared_ptr<const ViewGeometry> region;
+  Buffer<int32_t> slots;      // [rows] index among the active Gaussians, -1 for the others
+  Buffer<float> base_colors;  // [rows, 3] colours of the original coefficients
+  // mm: what the region's pixels should change by, see RegionTargetParams.
+  Buffer<int16_t> target;
+  // adam: the original render (and the photo, where that is the target) around the region.
+  std::array<int32_t, 4> roi{}, box{};  // x0, y0, x1, y1: the region's bounds; the loss's support
+  Buffer<uint16_t> render, photo;
+  Buffer<uint8_t> mask;  // [H, W]
+
+  size_t Bytes() const;
+};
+
+// Scratch of one view at a time, in backend memory, sized for the largest.
+struct RefitScratch {
+  Buffer<float> images[3];    // [H, W, 3]
+  Buffer<float> features[3];  // [rows, 3]
+};
+
+class RefitProblem {
+ public:
+  enum class Targets { kRegions, kBoxes };  // for mm, for adam
+
+  // Step of the 16-bit render and photo boxes; they hold [0, 4).
+  static constexpr float kBoxUnit = 1.0f / 16384;
+
+  // Restricts every view to the Gaussians of share > options.active_threshold and prepares its
+  // targets; views that do not fit into options.region_cache_bytes are prepared again at each
+  // visit.
+  RefitProblem(Renderer& renderer, const GaussianModel& model, std::vector<RefitTarget> targets,
+               const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
+               Targets form, Monitor& monitor);
+
+  size_t NumViews() const { return views_.size(); }  // that see an active Gaussian
+  std::shared_ptr<const RegionView> Visit(size_t view);
+  size_t NumKeptViews() const;
+  size_t KeptBytes() const { return kept_bytes_; }
+
+  std::span<const int32_t> active() const { return active_; }
+  int64_t NumActive() const { return int64_t(active_.size()); }
+  int num_coeffs() const { return num_coeffs_; }
+  size_t NumValues() const { return active_.size() * size_t(num_coeffs_) * 3; }
+  double NumTargetValues() const { return target_values_; }  // of all regions: 3 a pixel
+  float target_unit() const { return target_unit_; }
+  ColorMap map() const { return map_; }
+  // Coefficients of the active Gaussians, [active, K, 3], host.
+  const std::vector<float>& original() const { return original_; }
+  const std::vector<float>& start() const { return start_; }
+
+  Backend& backend() { return renderer_.backend(); }
+  Model& model() { return renderer_.model(); }
+  RefitScratch& scratch() { return scratch_; }
+
+  // Colours of the view's rows for active coefficients `sh`, [rows, 3] into `colors`.
+  void EvalColors(const RegionView& view, const float* sh, float* colors);
+  // gradient [active, K, 3] += transpose of EvalColors, gated where `colors` is clamped.
+  void AddShGradient(const RegionView& view, const float* color_gradients, const float* colors,
+                     float* gradient);
+
+ private:
+  struct Slot {
+    size_t target = 0;                       // index into targets_
+    std::shared_ptr<const RegionView> kept;  // null: prepared at each visit
+  };
+
+  RegionView Prepare(const RefitTarget& target, size_t budget);
+  void RenderOriginal(const ViewGeometry& geometry);
+  void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
+  void PrepareBoxes(const RefitTarget& target, RegionView& view);
+  void FillSlots(RegionView& view);
+  float* Grow(Buffer<float>& buffer, size_t count);
+
+  Renderer& renderer_;
+  std::vector<RefitTarget> targets_;
+  ColorMap map_;
+  RefitOptions options_;
+  Targets form_;
+  int num_coeffs_;
+  std::vector<Slot> views_;
+  std::vector<int32_t> active_, slot_of_;  // slot_of_[gaussian], -1 when not active
+  std::vector<float> original_, start_;
+  Buffer<uint8_t> active_flags_;  // [N]
+  Buffer<float> original_sh_;     // [N, K, 3]
+  Buffer<float> photo_;           // [H, W, 3] scratch
+  Buffer<uint8_t> mask_;          // [H, W] scratch
+  RefitScratch scratch_;
+  size_t kept_bytes_ = 0;
+  double target_values_ = 0;
+  float target_unit_ = 0;
+};
+
+}  // namespace retint
