@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 std::string Refusal(const std::filesystem::path& path, const std::string& bytes) {
-  WriteFile(path, bytes);
+  SpillFile(path, bytes);
   const std::string message = MessageOf<InputError>([&] { ReadSplat(path); });
   EXPECT_THAT(message, AllOf(HasSubstr(path.string() + ":"), Not(HasSubstr("\n"))));
   return message;
@@ -35,6 +35,8 @@ struct BadPly {
   std::function<void(PlyText&)> spoil;  // the parts, before they are joined
   const char* fault;
 };
+
+void PrintTo(const BadPly& bad, std::ostream* out) { *out << bad.fault; }
 
 class BadPlyTest : public ::testing::TestWithParam<BadPly> {};
 
@@ -108,6 +110,8 @@ struct BadHeader {
   std::string from, to, fault;
 };
 
+void PrintTo(const BadHeader& bad, std::ostream* out) { *out << bad.fault; }
+
 class BadHeaderTest : public ::testing::TestWithParam<BadHeader> {};
 
 TEST_P(BadHeaderTest, IsRefusedByName) {
@@ -126,7 +130,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadHeader{"TwoFormats", "1.0\n", "1.0\nformat ascii 1.0\n", "bad.ply:3: second format"},
         BadHeader{"CountIsNoNumber", "vertex 5", "vertex five", "bad.ply:3: expected \"element"},
         BadHeader{"CountIsNegative", "vertex 5", "vertex -5", "bad.ply:3: expected \"element"},
-        BadHeader{"CountOverflows", "vertex 5", "vertex 99999999999999999999", "bad.ply:3"},
+        BadHeader{"CountOverflows", "vertex 5", "vertex 99999999999999999999",
+                  "bad.ply:3: expected \"element"},
         BadHeader{"CountIsHuge", "vertex 5", "vertex 18446744073709551615", "truncated"},
         BadHeader{"CountWraps", "vertex 5", "vertex 4611686018427387905", "truncated"},
         BadHeader{"OneTooMany", "vertex 5", "vertex 6",
@@ -174,7 +179,7 @@ TEST(BadFileTest, DamagedBytesNeverCrash) {
     for (int flips = 1 + i % 3; flips > 0; --flips) {
       bytes[random() % header] = static_cast<char>(random());
     }
-    WriteFile(folder / "bad.ply", bytes);
+    SpillFile(folder / "bad.ply", bytes);
     try {
       const GaussianModel model = ReadSplat(folder / "bad.ply");
       EXPECT_NO_THROW(model.Validate());

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 class PlyCodecTest : public ::testing::Test {
  protected:
   GaussianModel Read(const PlyText& ply) {
-    WriteFile(in_, ply.Bytes());
+    SpillFile(in_, ply.Bytes());
     return ReadSplat(in_);
   }
   std::string Written(const GaussianModel& model) {

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -95,6 +96,11 @@ struct PlyText {
   }
   std::string Bytes() const { return Header() + Body(); }
 };
+
+// WriteFile without its fsync, which would be most of the time of many small files.
+inline void SpillFile(const std::filesystem::path& path, std::string_view bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+}
 
 // The message of the `Exception` that `call` throws; a test failure and "" when it throws none.
 template <typename Exception, typename Call>

@@ -18,6 +18,8 @@ struct RealFile {
   size_t gaussians;
 };
 
+void PrintTo(const RealFile& file, std::ostream* out) { *out << file.path; }
+
 class RealFileTest : public ::testing::TestWithParam<RealFile> {};
 
 TEST_P(RealFileTest, ReadThenWrittenHasTheSameBytes) {

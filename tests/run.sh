@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Sets up the machine, builds, and runs every test. Ends with ctest's summary.
+#   tests/run.sh [--sanitize address,undefined|thread] [CTEST ARGUMENT...]
+# Real captures are read from $RETINT_DATA (else shared/data beside the checkout); tests that need
+# them are shown as skipped where they are missing.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+build_arguments=()
+if [[ ${1:-} == --sanitize ]]; then
+  build_arguments=(--sanitize "${2:?"--sanitize needs address,undefined or thread"}")
+  shift 2
+fi
+folder=$(bash apps/build.sh "${build_arguments[@]}")
+
+suppressions=$PWD/tests/support
+export ASAN_OPTIONS="strict_string_checks=1:detect_stack_use_after_return=1:${ASAN_OPTIONS:-}"
+export UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1:${UBSAN_OPTIONS:-}"
+export LSAN_OPTIONS="suppressions=$suppressions/lsan.supp:print_suppressions=0:${LSAN_OPTIONS:-}"
+export TSAN_OPTIONS="suppressions=$suppressions/tsan.supp:halt_on_error=1:${TSAN_OPTIONS:-}"
+exec ctest --test-dir "$folder" --output-on-failure --no-tests=error -j "$(nproc)" "$@"
