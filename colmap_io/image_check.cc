@@ -49,6 +49,16 @@ void CheckSize(uint64_t width, uint64_t height, uint64_t max_pixels,
   }
 }
 
+uint64_t PngBitsPerPixel(std::string_view header, const std::filesystem::path& path) {
+  constexpr std::array<uint64_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};  // by colour type
+  const auto depth = static_cast<uint8_t>(header[8]);
+  const auto color = static_cast<uint8_t>(header[9]);
+  if (depth == 0 || depth > 16 || color >= kChannels.size() || kChannels[color] == 0) {
+    throw InputError(path, "damaged PNG file: no such pixel format");
+  }
+  return depth * kChannels[color];
+}
+
 void CheckPng(std::string_view bytes, const std::filesystem::path& path) {
   constexpr size_t kFrame = 12;  // length, type, CRC
   size_t at = kPngSignature.size();
@@ -62,9 +72,10 @@ void CheckPng(std::string_view bytes, const std::filesystem::path& path) {
     }
     if (first) {
       if (type != "IHDR" || length != 13) throw InputError(path, "damaged PNG file: no header");
-      // A pixel takes at least one bit before deflate.
       CheckSize(BigEndian(bytes, at + 8, 4), BigEndian(bytes, at + 12, 4),
-                (bytes.size() + kSlackBytes) * kMaxDeflateRatio * 8, path);
+                (bytes.size() + kSlackBytes) * kMaxDeflateRatio * 8 /
+                    PngBitsPerPixel(bytes.substr(at + 8, 13), path),
+                path);
     }
     if (type == "IEND") return;
     at += length + kFrame;

@@ -2,7 +2,7 @@
 #include "colmap_io/image_io.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -24,6 +24,9 @@ cv::Mat Decode(const fs::path& path, int flags) {
   (void)silenced;
   const std::string bytes = ReadFile(path);
   CheckImageFile(bytes, path);
+  if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) {
+    throw InputError(path, "is larger than 2 GiB");
+  }
   cv::Mat pixels;
   try {
     const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
@@ -184,11 +187,11 @@ fs::path ViewFile(const fs::path& folder, std::string_view image_name, std::stri
 }
 
 std::map<ViewId, Mask> ReadMasks(const fs::path& folder, const Reconstruction& model) {
-  if (!fs::is_directory(folder)) throw InputError(folder, "is not a folder");
+  if (!IsFolder(folder)) throw InputError(folder, "is not a folder");
   std::map<ViewId, Mask> masks;
   for (const auto& [id, view] : model.views) {
     const fs::path path = ViewFile(folder, view.name);
-    if (!fs::exists(path)) continue;
+    if (!IsFile(path)) continue;
     const Camera& camera = model.cameras.at(view.camera_id);
     masks.emplace(id, ReadMask(path, camera.width, camera.height));
   }

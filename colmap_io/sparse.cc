@@ -91,7 +91,7 @@ void Write(const fs::path& folder, const Reconstruction& model, const char* exte
            const std::array<Encoder, 3>& encoders) {
   for (const char* part : {"rigs", "frames"}) {
     const fs::path stale = folder / (std::string(part) + extension);
-    if (fs::exists(stale)) {
+    if (IsFile(stale)) {
       throw RunError(stale.string() + ": belongs to another model; write to an empty folder");
     }
   }
@@ -144,19 +144,19 @@ bool NormalizeRotation(Eigen::Quaterniond& rotation) {
 bool HasReconstruction(const fs::path& folder) {
   for (const char* part : kParts) {
     for (const char* extension : {".bin", ".txt"}) {
-      if (fs::is_regular_file(folder / (std::string(part) + extension))) return true;
+      if (IsFile(folder / (std::string(part) + extension))) return true;
     }
   }
   return false;
 }
 
 Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::string>* warnings) {
-  if (!fs::is_directory(folder)) throw InputError(folder, "is not a folder");
+  if (!IsFolder(folder)) throw InputError(folder, "is not a folder");
   if (!HasReconstruction(folder)) {
     throw InputError(folder, "holds no COLMAP model (cameras, images and points3D, .bin or .txt)");
   }
-  const bool binary = fs::exists(folder / "cameras.bin") || fs::exists(folder / "images.bin") ||
-                      !(fs::exists(folder / "cameras.txt") || fs::exists(folder / "images.txt"));
+  const bool binary = IsFile(folder / "cameras.bin") || IsFile(folder / "images.bin") ||
+                      !(IsFile(folder / "cameras.txt") || IsFile(folder / "images.txt"));
   const char* extension = binary ? ".bin" : ".txt";
   const auto part = [&](const char* name) { return folder / (std::string(name) + extension); };
 
@@ -165,11 +165,11 @@ Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::strin
   std::vector<std::string> told;
   const fs::path cameras = part("cameras"), images = part("images"), points = part("points3D");
   for (const auto& path : {cameras, images}) {
-    if (!fs::exists(path)) throw InputError(path, "is missing from the COLMAP model");
+    if (!IsFile(path)) throw InputError(path, "is missing from the COLMAP model");
   }
   (binary ? ReadCamerasBinary : ReadCamerasText)(ReadFile(cameras), cameras, told, model);
   (binary ? ReadImagesBinary : ReadImagesText)(ReadFile(images), images, told, model);
-  if (fs::exists(points)) {
+  if (IsFile(points)) {
     (binary ? ReadPointsBinary : ReadPointsText)(ReadFile(points), points, told, model);
   } else {
     told.push_back(points.string() + ": is missing; going on without sparse points");

@@ -102,8 +102,11 @@ class Fields {
     if (word.size() > 1 && word.front() == '+') word.remove_prefix(1);
     double value = 0;
     const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-    // Denormals that other programs print are read as what they nearly are.
-    if (code == std::errc::result_out_of_range && end == word.data() + word.size()) return 0;
+    if (code == std::errc::result_out_of_range) {
+      const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos;
+      if (!tiny) Fail(std::string(what) + " is out of range");
+      return 0;
+    }
     if (code != std::errc{} || end != word.data() + word.size()) NotANumber(what, word, "number");
     if (!std::isfinite(value)) {
       Fail(std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));

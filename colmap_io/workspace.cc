@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "colmap_io/workspace.h"
 
-#include "base/error.h"
+#include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
 
@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path FindSparseFolder(const fs::path& root) {
-  for (const fs::path& folder : {root / "sparse" / "0", root / "sparse", root}) {
+  for (const fs::path& folder : {root / "sparse" / "0", root / "sparse", root, root / "0"}) {
     if (HasReconstruction(folder)) return folder;
   }
   throw InputError(root,
@@ -19,18 +19,23 @@ fs::path FindSparseFolder(const fs::path& root) {
                    "sparse/0, sparse or the folder itself");
 }
 
-fs::path FindImageFolder(const fs::path& root, const fs::path& sparse_folder) {
+// Beside the model or up to two folders above the root: a root may be the sparse folder itself.
+fs::path FindImageFolder(const fs::path& root, bool root_is_sparse) {
+  fs::path folder = fs::absolute(root).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
   std::vector<fs::path> candidates = {root / "images"};
-  if (sparse_folder == root) {
-    const fs::path full = fs::absolute(root).lexically_normal();
-    const fs::path folder = full.has_filename() ? full : full.parent_path();
+  if (root_is_sparse) {
     candidates.push_back(folder.parent_path() / "images");
     candidates.push_back(folder.parent_path().parent_path() / "images");
   }
   for (const fs::path& candidate : candidates) {
-    if (fs::is_directory(candidate)) return candidate;
+    if (IsFolder(candidate)) return candidate;
   }
   return candidates.front();
+}
+
+bool HoldsSeveralModels(const fs::path& sparse_folder) {
+  return sparse_folder.filename() == "0" && HasReconstruction(sparse_folder.parent_path() / "1");
 }
 
 // Single quotes for a POSIX shell, where needed.
@@ -46,22 +51,22 @@ std::string Quoted(const std::string& text) {
 }  // namespace
 
 Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder) {
-  if (!fs::exists(root)) throw InputError(root, "no such folder");
-  if (!fs::is_directory(root)) throw InputError(root, "is not a folder");
-  if (!image_folder.empty() && !fs::is_directory(image_folder)) {
+  if (!IsFolder(root)) throw InputError(root, IsFile(root) ? "is not a folder" : "no such folder");
+  if (!image_folder.empty() && !IsFolder(image_folder)) {
     throw InputError(image_folder, "no such folder of images");
   }
   Workspace workspace;
   workspace.root = root;
   workspace.sparse_folder = FindSparseFolder(root);
-  workspace.image_folder =
-      image_folder.empty() ? FindImageFolder(root, workspace.sparse_folder) : image_folder;
-  if (fs::is_directory(root / "stereo" / "depth_maps")) {
+  workspace.image_folder = !image_folder.empty()
+                               ? image_folder
+                               : FindImageFolder(root, workspace.sparse_folder == root ||
+                                                           workspace.sparse_folder == root / "0");
+  if (IsFolder(root / "stereo" / "depth_maps")) {
     workspace.depth_map_folder = root / "stereo" / "depth_maps";
   }
-  if (workspace.sparse_folder == root / "sparse" / "0" &&
-      HasReconstruction(root / "sparse" / "1")) {
-    workspace.warnings.push_back((root / "sparse").string() +
+  if (HoldsSeveralModels(workspace.sparse_folder)) {
+    workspace.warnings.push_back(workspace.sparse_folder.parent_path().string() +
                                  ": holds several models; using 0, the others are ignored");
   }
   workspace.reconstruction = ReadReconstruction(workspace.sparse_folder, &workspace.warnings);
@@ -103,7 +108,7 @@ void Workspace::RequirePinhole() const {
 
 fs::path Workspace::PhotoPath(const View& view) const { return image_folder / view.name; }
 
-bool Workspace::HasPhoto(const View& view) const { return fs::is_regular_file(PhotoPath(view)); }
+bool Workspace::HasPhoto(const View& view) const { return IsFile(PhotoPath(view)); }
 
 Image Workspace::ReadPhoto(const View& view) const {
   const fs::path path = PhotoPath(view);
@@ -121,7 +126,7 @@ std::optional<fs::path> Workspace::FindDepthMap(const View& view) const {
   if (depth_map_folder.empty()) return std::nullopt;
   for (const char* kind : {".geometric.bin", ".photometric.bin"}) {
     const fs::path path = depth_map_folder / (view.name + kind);
-    if (fs::is_regular_file(path)) return path;
+    if (IsFile(path)) return path;
   }
   return std::nullopt;
 }

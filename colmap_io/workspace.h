@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A COLMAP workspace as COLMAP and 3DGS lay it out: a sparse model, photos, maybe dense depth maps.
 //
-//   ROOT/sparse/0, ROOT/sparse or ROOT itself   cameras, images, points3D (.bin or .txt)
+//   ROOT/sparse/0, ROOT/sparse, ROOT, ROOT/0    cameras, images, points3D (.bin or .txt)
 //   ROOT/images                                 photos, by the image names of the model
 //   ROOT/stereo/depth_maps                      <image name>.geometric.bin, .photometric.bin
 #pragma once

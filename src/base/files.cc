@@ -13,18 +13,32 @@ namespace {
 
 constexpr size_t kBufferBytes = size_t{1} << 20;
 
+// Short, so that it fits where the target's own name just does.
 std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
   static std::atomic<uint64_t> counter{0};
-  std::string name = ".";
-  name += path.filename().string() + "." + std::to_string(getpid()) + ".";
-  name += std::to_string(counter++) + ".tmp";
+  std::string name = ".retint-";
+  name += std::to_string(getpid());
+  name += '-';
+  name += std::to_string(counter++);
+  name += ".tmp";
   return path.parent_path() / name;
 }
 
 }  // namespace
 
+bool IsFile(const std::filesystem::path& path) {
+  std::error_code code;
+  return std::filesystem::is_regular_file(path, code);
+}
+
+bool IsFolder(const std::filesystem::path& path) {
+  std::error_code code;
+  return std::filesystem::is_directory(path, code);
+}
+
 std::string ReadFile(const std::filesystem::path& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // Not blocking: a pipe without a writer is refused below, not waited for.
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) throw InputError(path, std::strerror(errno));
   struct stat info {};
   std::string bytes;
@@ -32,7 +46,12 @@ std::string ReadFile(const std::filesystem::path& path) {
   size_t done = 0;
   ssize_t got = is_file ? 1 : -1;
   if (is_file) {
-    bytes.resize(static_cast<size_t>(info.st_size));
+    try {
+      bytes.resize(static_cast<size_t>(info.st_size));
+    } catch (const std::exception&) {
+      close(fd);
+      throw InputError(path, "does not fit into memory");
+    }
     while (done < bytes.size() && (got = read(fd, bytes.data() + done, bytes.size() - done)) > 0) {
       done += static_cast<size_t>(got);
     }
@@ -46,15 +65,28 @@ std::string ReadFile(const std::filesystem::path& path) {
 }
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
-  if (path_.has_parent_path()) {
-    std::error_code code;
-    std::filesystem::create_directories(path_.parent_path(), code);
-    if (code) throw RunError(path_.string() + ": cannot create its folder: " + code.message());
+  namespace fs = std::filesystem;
+  std::error_code code;
+  // A link is followed, so that saving through it keeps it a link.
+  if (fs::is_symlink(path_, code)) {
+    const fs::path target = fs::weakly_canonical(path_, code);
+    if (!code) path_ = target;
   }
-  if (std::filesystem::is_directory(path_)) throw RunError(path_.string() + ": is a folder");
+  // Renaming over a device would replace it by a file.
+  const fs::file_status status = fs::status(path_, code);
+  if (fs::is_directory(status)) throw RunError(path_.string() + ": is a folder");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw RunError(path_.string() + ": is not a regular file");
+  }
+  CreateFolders();
   temporary_ = TemporaryBeside(path_);
   fd_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (fd_ < 0) Fail("cannot write");
+  if (fd_ < 0) {
+    const int reason = errno;
+    RemoveCreatedFolders();
+    errno = reason;
+    Fail("cannot write");
+  }
   buffer_.reserve(kBufferBytes);
 }
 
@@ -62,7 +94,28 @@ AtomicFile::~AtomicFile() {
   if (fd_ >= 0) {
     close(fd_);
     unlink(temporary_.c_str());
+    RemoveCreatedFolders();
   }
+}
+
+void AtomicFile::CreateFolders() {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  for (fs::path folder = path_.parent_path(); !folder.empty() && !fs::exists(folder, code);
+       folder = folder.parent_path()) {
+    created_folders_.push_back(folder);
+  }
+  if (!path_.has_parent_path()) return;
+  fs::create_directories(path_.parent_path(), code);
+  if (code) {
+    RemoveCreatedFolders();
+    throw RunError(path_.string() + ": cannot create its folder: " + code.message());
+  }
+}
+
+void AtomicFile::RemoveCreatedFolders() {
+  // rmdir refuses a folder that something else was put into meanwhile.
+  for (const auto& folder : created_folders_) rmdir(folder.c_str());
 }
 
 void AtomicFile::Fail(const char* action) const {
@@ -99,6 +152,7 @@ void AtomicFile::Commit() {
   if (close(fd) != 0 || rename(temporary_.c_str(), path_.c_str()) != 0) {
     const int code = errno;
     unlink(temporary_.c_str());
+    RemoveCreatedFolders();
     errno = code;
     Fail("cannot write");
   }
@@ -111,12 +165,13 @@ void WriteFile(const std::filesystem::path& path, std::string_view bytes) {
 }
 
 void ByteReader::Require(uint64_t count, uint64_t min_bytes, std::string_view what) const {
-  if (min_bytes > 0 && count > Remaining() / min_bytes) {
-    throw InputError(path_, "truncated: " + std::to_string(count) + " " + std::string(what) +
-                                " need " + std::to_string(min_bytes) + " bytes each, only " +
-                                std::to_string(Remaining()) + " bytes follow offset " +
-                                std::to_string(offset_));
-  }
+  if (min_bytes == 0 || count <= Remaining() / min_bytes) return;
+  const std::string needed =
+      count == 1 ? std::string(what) + " needs " + std::to_string(min_bytes) + " bytes"
+                 : std::to_string(count) + " " + std::string(what) + " need " +
+                       std::to_string(min_bytes) + " bytes each";
+  throw InputError(path_, "truncated: " + needed + ", only " + std::to_string(Remaining()) +
+                              " bytes follow offset " + std::to_string(offset_));
 }
 
 }  // namespace retint

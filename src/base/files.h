@@ -17,13 +17,18 @@
 
 namespace retint {
 
+// Whether there is a file or a folder of that name; false also where that cannot be told.
+bool IsFile(const std::filesystem::path& path);
+bool IsFolder(const std::filesystem::path& path);
+
 // The whole file; InputError when it is missing, a folder, or unreadable.
 std::string ReadFile(const std::filesystem::path& path);
 
 // Writes a file whole or not at all: bytes go to a hidden temporary file in the same folder,
 // Commit() flushes it and renames it over `path`; without Commit() the destructor removes it, so a
-// failed or cancelled write leaves the old file. Parent folders are created. Every failure
-// (unwritable folder, full disk) is a RunError naming `path`.
+// failed or cancelled write leaves the old file and no new folders. Parent folders are created, a
+// link is followed. Every failure (unwritable folder, full disk, a folder or device of that name)
+// is a RunError naming `path`.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -41,10 +46,13 @@ class AtomicFile {
   void Commit();
 
  private:
+  void CreateFolders();
+  void RemoveCreatedFolders();
   void Flush();
   [[noreturn]] void Fail(const char* action) const;
 
   std::filesystem::path path_, temporary_;
+  std::vector<std::filesystem::path> created_folders_;  // innermost first
   int fd_ = -1;
   std::vector<char> buffer_;
 };
