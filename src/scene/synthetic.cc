@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene/synthetic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "base/error.h"
+#include "scene/synthetic_light.h"
+#include "scene/synthetic_views.h"
+#include "scene/synthetic_world.h"
+
+namespace retint {
+
+using namespace synthetic;
+
+void SyntheticOptions::Check() const {
+  CheckOption(preset == "still-life", "preset '" + preset + "' is unknown; there is: still-life");
+  CheckOption(width >= 16 && width <= 4096, "width must be 16 to 4096 pixels");
+  CheckOption(height >= 16 && height <= 4096, "height must be 16 to 4096 pixels");
+  CheckOption(views >= 3 && views <= 500, "views must be 3 to 500");
+  CheckOption(point_noise >= 0 && point_noise <= 10, "point noise must be 0 to 10 pixels");
+  CheckOption(sparse_points >= 0 && sparse_points <= 1000000, "sparse points must be 0 to 1000000");
+  CheckOption(wall_bias >= 0 && wall_bias <= 0.2, "wall bias must be 0 to 0.2");
+  CheckOption(floaters >= 0 && floaters <= 100000, "floaters must be 0 to 100000");
+}
+
+SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor) {
+  options.Check();
+  const World world = MakeStillLife(options.seed);
+  const Lighting lighting(world, std::clamp(640.0 / options.width, 1.0, 4.0), monitor);
+
+  SyntheticScene scene;
+  std::vector<TracedView> views;
+  const auto cameras = MakeArc(options);
+  scene.reconstruction.cameras[1] = cameras.front().camera;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    monitor.Step("photos", double(i), double(cameras.size()));
+    views.push_back(TraceView(world, lighting, cameras[i]));
+    char name[16];
+    std::snprintf(name, sizeof(name), "%03d.png", int(i));
+    views.back().truth.name = name;
+    View& view = scene.reconstruction.views[ViewId(i + 1)];
+    view.id = ViewId(i + 1);
+    view.name = name;
+    view.camera_id = 1;
+    view.cam_from_world = cameras[i].cam_from_world;
+  }
+  scene.whole_views = FindWholeViews(world, views);
+  for (size_t i = 0; i < world.objects.size(); ++i) {
+    scene.object_names.push_back(world.objects[i].name);
+    if (!world.objects[i].furniture) scene.still_life.push_back(int(i));
+  }
+  for (TracedView& view : views) scene.views.push_back(std::move(view.truth));
+  return scene;
+}
+
+}  // namespace retint

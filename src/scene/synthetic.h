@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sample scenes with exact ground truth: photos, depth, object ids, a sparse reconstruction and
+// Gaussians of one analytic, ray-traced world. World frame as COLMAP's captures usually come: x
+// right, y down, z away from the viewer; metres.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/monitor.h"
+#include "scene/gaussian_model.h"
+#include "scene/image.h"
+#include "scene/reconstruction.h"
+
+namespace retint {
+
+struct SyntheticOptions {
+  std::string preset = "still-life";
+  int width = 640, height = 480;  // pixels, 16 to 4096
+  int views = 24;                 // 3 to 500, on an arc about the table
+  uint64_t seed = 0;
+  double point_noise = 0.5;  // pixels, standard deviation of the sparse points' observations
+  int sparse_points = 6000;  // at most; small images carry fewer
+  double wall_bias = 0.04;   // largest relative depth error of Gaussians on the textureless wall
+  int floaters = 120;        // stray Gaussians of low opacity in free space
+  // Throws OptionError.
+  void Check() const;
+};
+
+struct SyntheticView {
+  std::string name;                   // "000.png", the view's name in the reconstruction
+  Image photo;                        // anti-aliased, display encoded, in [0, 1]
+  DepthMap depth;                     // exact z of the surface at the pixel centre; 0 where none
+  PixelArray<uint8_t, 1> object_ids;  // at the pixel centre; 0 background
+  PixelArray<float, 3> normals;       // world, unit, towards the camera, at the pixel centre
+};
+
+struct SyntheticScene {
+  Reconstruction reconstruction;
+  GaussianModel model;                    // degree 3, in the reconstruction's frame
+  std::vector<SyntheticView> views;       // by name
+  std::vector<std::string> object_names;  // index = id; 0 is "background"
+  // Of every object, the views that see it whole: nothing in front of it, nothing cut off by the
+  // image's border. Always empty for the room: background, floor, walls, table.
+  std::vector<std::vector<int>> whole_views;
+  // Objects meant to be selected: each has at least one whole view at the default options.
+  std::vector<int> still_life;
+};
+
+// Deterministic in the options alone: the same bytes on any number of threads. Stages reported:
+// "light", "photos", "gaussians", "points".
+SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor);
+
+}  // namespace retint

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene/synthetic_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <tbb/parallel_for.h>
+
+#include "scene/synthetic_noise.h"
+
+namespace retint::synthetic {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Sub-pixel offsets from the centre: four on a rotated grid for every pixel, eight more where
+// pixels differ.
+constexpr double kOffsets[12][2] = {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375},
+                                    {-0.375, 0.125},  {-0.42, -0.45},  {0.20, -0.46},
+                                    {0.45, -0.36},    {-0.05, -0.10},  {0.10, 0.08},
+                                    {-0.44, 0.42},    {-0.12, 0.46},   {0.44, 0.40}};
+
+}  // namespace
+
+Ray PixelRay(const PosedCamera& camera, double x, double y) {
+  const Eigen::Vector2d xy = *camera.camera.CamFromImg({x, y});
+  return {camera.Center(), camera.cam_from_world.rotation.conjugate() * Vec3(xy.x(), xy.y(), 1.0)};
+}
+
+std::vector<PosedCamera> MakeArc(const SyntheticOptions& options) {
+  const double focal =
+      0.5 * std::max(options.width, options.height * 4 / 3) / std::tan(23.5 * kPi / 180);
+  const Camera camera = Camera::Pinhole(1, options.width, options.height, focal, focal,
+                                        0.5 * options.width, 0.5 * options.height);
+  std::vector<PosedCamera> cameras;
+  Random random(HashOf(options.seed, 11));
+  for (int i = 0; i < options.views; ++i) {
+    const double s = options.views > 1 ? double(i) / (options.views - 1) : 0.5;
+    const double azimuth = (-46 + 66 * s) * kPi / 180;
+    const double height =
+        1.30 + 0.24 * std::sin(2 * kPi * 2.5 * s + 0.6) + random.Uniform(-0.02, 0.02);
+    const double distance = 1.92 + 0.12 * std::cos(2 * kPi * 1.5 * s) + random.Uniform(-0.03, 0.03);
+    const Vec3 target(0.01 + random.Uniform(-0.02, 0.02), -0.885 + random.Uniform(-0.015, 0.015),
+                      0.02);
+    const Vec3 center(distance * std::sin(azimuth), -height, -distance * std::cos(azimuth));
+    const Vec3 forward = (target - center).normalized();
+    const Vec3 right = Vec3(0, 1, 0).cross(forward).normalized();
+    Eigen::Matrix3d cam_from_world;
+    cam_from_world.row(0) = right;
+    cam_from_world.row(1) = forward.cross(right);
+    cam_from_world.row(2) = forward;
+    PosedCamera posed;
+    posed.camera = camera;
+    posed.cam_from_world.rotation = Eigen::Quaterniond(cam_from_world).normalized();
+    posed.cam_from_world.translation = -(posed.cam_from_world.rotation * center);
+    cameras.push_back(posed);
+  }
+  return cameras;
+}
+
+TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& camera) {
+  const int width = camera.camera.width, height = camera.camera.height;
+  TracedView view;
+  view.camera = camera;
+  view.truth.photo = Image(width, height);
+  view.truth.depth = DepthMap(width, height);
+  view.truth.object_ids = PixelArray<uint8_t, 1>(width, height);
+  view.truth.normals = PixelArray<float, 3>(width, height);
+  view.parts = PixelArray<int16_t, 1>(width, height, -1);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      Hit hit;
+      if (!world.Intersect(PixelRay(camera, x + 0.5, y + 0.5), 1e-6, 1e3, &hit)) continue;
+      view.parts(x, y) = int16_t(hit.shape);
+      view.truth.depth(x, y) = float(hit.t);
+      view.truth.object_ids(x, y) = uint8_t(world.parts[size_t(hit.shape)].object);
+      for (int c = 0; c < 3; ++c) view.truth.normals(x, y, c) = float(hit.normal[c]);
+    }
+  });
+  const auto differs = [&](int x, int y, int nx, int ny) {
+    if (!view.parts.Contains(nx, ny)) return false;
+    if (view.parts(x, y) != view.parts(nx, ny)) return true;
+    const float a = view.truth.depth(x, y), b = view.truth.depth(nx, ny);
+    return std::abs(a - b) > 0.02f * a;
+  };
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      const bool edge = differs(x, y, x - 1, y) || differs(x, y, x + 1, y) ||
+                        differs(x, y, x, y - 1) || differs(x, y, x, y + 1);
+      const int samples = edge ? 12 : 4;
+      Vec3 sum = Vec3::Zero();
+      for (int k = 0; k < samples; ++k) {
+        Hit hit;
+        sum += lighting.Color(PixelRay(camera, x + 0.5 + kOffsets[k][0], y + 0.5 + kOffsets[k][1]),
+                              &hit);
+      }
+      for (int c = 0; c < 3; ++c) view.truth.photo(x, y, c) = float(sum[c] / samples);
+    }
+  });
+  return view;
+}
+
+bool Sees(const TracedView& view, int part, const Vec3& point, double* x, double* y) {
+  const auto projected = view.camera.Project(point);
+  if (!projected) return false;
+  *x = projected->x();
+  *y = projected->y();
+  if (!(*x >= 0 && *y >= 0 && *x < view.camera.camera.width && *y < view.camera.camera.height)) {
+    return false;
+  }
+  const int px = int(*x), py = int(*y);
+  if (view.parts(px, py) != part) return false;
+  // Within a pixel the surface's depth changes with its slant.
+  const double z = view.truth.depth(px, py);
+  const Ray ray = PixelRay(view.camera, px + 0.5, py + 0.5);
+  const Vec3 normal(view.truth.normals(px, py, 0), view.truth.normals(px, py, 1),
+                    view.truth.normals(px, py, 2));
+  const double slant = std::max(0.05, std::abs(normal.dot(ray.direction.normalized())));
+  return std::abs(projected->z() - z) < 1.5 * z / view.camera.camera.fx() / slant;
+}
+
+std::vector<std::vector<int>> FindWholeViews(const World& world,
+                                             const std::vector<TracedView>& views) {
+  std::vector<std::vector<int>> whole(world.objects.size());
+  std::vector<std::vector<unsigned char>> flags(world.objects.size(),
+                                                std::vector<unsigned char>(views.size(), 0));
+  tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
+    const TracedView& view = views[v];
+    const int width = view.parts.width, height = view.parts.height;
+    for (size_t object = 1; object < world.objects.size(); ++object) {
+      if (world.objects[object].furniture) continue;
+      // The object's rectangle in the image, from the corners of its parts' boxes.
+      Eigen::AlignedBox2d rectangle;
+      for (const Part& part : world.parts) {
+        if (part.object != int(object)) continue;
+        for (int corner = 0; corner < 8; ++corner) {
+          const auto p =
+              view.camera.Project(part.bounds.corner(Eigen::AlignedBox3d::CornerType(corner)));
+          if (p) rectangle.extend(Eigen::Vector2d(p->x(), p->y()));
+        }
+      }
+      if (rectangle.min().x() < 1 || rectangle.min().y() < 1 || rectangle.max().x() > width - 1 ||
+          rectangle.max().y() > height - 1) {
+        continue;
+      }
+      int64_t seen = 0, hidden = 0;
+      for (int y = int(rectangle.min().y()); y <= int(rectangle.max().y()); ++y) {
+        for (int x = int(rectangle.min().x()); x <= int(rectangle.max().x()); ++x) {
+          if (view.truth.object_ids(x, y) == object) {
+            ++seen;
+          } else {
+            Hit hit;
+            hidden += world.IntersectObject(int(object), PixelRay(view.camera, x + 0.5, y + 0.5),
+                                            1e-6, 1e3, &hit);
+          }
+        }
+      }
+      flags[object][v] = seen > 0 && hidden * 50 <= seen;
+    }
+  });
+  for (size_t object = 0; object < whole.size(); ++object) {
+    for (size_t v = 0; v < views.size(); ++v) {
+      if (flags[object][v]) whole[object].push_back(int(v));
+    }
+  }
+  return whole;
+}
+
+}  // namespace retint::synthetic

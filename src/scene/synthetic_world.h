@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A synthetic world: objects made of shapes and materials, one rectangular area light, and the
+// light that enters from outside. Internal to the synthetic scenes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene/synthetic_shapes.h"
+
+namespace retint::synthetic {
+
+// What a texture may look at. `chart_xy` is uv times the chart's size: metres on the surface.
+struct TexturePoint {
+  Vec3 point;
+  Vec3 normal;
+  int chart;
+  Vec2 uv;
+  Vec2 chart_xy;
+};
+
+struct Material {
+  std::function<Vec3(const TexturePoint&)> albedo;  // linear RGB
+  double specular = 0;      // reflectance at normal incidence (Schlick's F0); 0: purely diffuse
+  double sharpness = 30;    // exponent of the reflected lobe, cos^n about the mirror direction
+  bool metal = false;       // reflects in its own colour, no diffuse part
+  double translucency = 0;  // of sheets: share of the far side's light that shines through
+  bool textureless = false;
+};
+
+struct Part {
+  std::unique_ptr<Shape> shape;
+  int object = 0;    // index in World::objects
+  int material = 0;  // index in World::materials
+  Eigen::AlignedBox3d bounds;
+};
+
+// Object 0 is the background.
+struct ObjectInfo {
+  std::string name;
+  bool furniture = false;  // part of the room rather than of the still life
+};
+
+struct AreaLight {
+  Vec3 center, half_u, half_v;
+  Vec3 radiance;
+  Vec3 Normal() const { return half_u.cross(half_v).normalized(); }
+  double Area() const { return 4 * half_u.cross(half_v).norm(); }
+};
+
+class World {
+ public:
+  int AddObject(std::string name, bool furniture = false);
+  int AddMaterial(Material material);
+  void Add(int object, int material, std::unique_ptr<Shape> shape);
+  // Builds the bounding volume hierarchy; call once, after the last Add.
+  void Finish();
+
+  bool Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const;
+  bool Occluded(const Ray& ray, double t_min, double t_max) const;
+  // As Intersect, with the parts of one object only.
+  bool IntersectObject(int object, const Ray& ray, double t_min, double t_max, Hit* hit) const;
+  // Whether a closed part other than `except` has the point inside.
+  bool Buried(const Vec3& point, int except) const;
+
+  TexturePoint Locate(const Hit& hit, const Vec3& point) const;
+  const Material& MaterialOf(int part) const { return materials[parts[part].material]; }
+  Vec3 Albedo(const Hit& hit, const Vec3& point) const {
+    return MaterialOf(hit.shape).albedo(Locate(hit, point));
+  }
+  // Radiance that arrives from outside the room along -direction.
+  Vec3 Environment(const Vec3& direction) const;
+  // Of the environment, plus the area light where the ray meets it.
+  Vec3 Sky(const Ray& ray) const;
+
+  std::vector<ObjectInfo> objects = {{"background", true}};
+  std::vector<Material> materials;
+  std::vector<Part> parts;
+  AreaLight light;
+  double exposure = 1;
+
+ private:
+  struct Node {
+    Eigen::AlignedBox3d bounds;
+    int begin = 0, end = 0;  // leaf: range of order_; inner: end == 0, children begin, begin + 1
+  };
+  void Build(int node, int begin, int end);
+  template <bool kAny>
+  bool Trace(const Ray& ray, double t_min, double t_max, Hit* hit) const;
+  std::vector<Node> nodes_;
+  std::vector<int> order_;
+  std::vector<std::vector<Vec2>> chart_sizes_;
+  std::vector<std::vector<int>> parts_of_object_;
+};
+
+// Display encoding of linear radiance: exposure, a filmic curve, the sRGB transfer function.
+Vec3 Encode(const Vec3& radiance, double exposure);
+
+// The preset "still-life".
+World MakeStillLife(uint64_t seed);
+
+}  // namespace retint::synthetic
