@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/registration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <Eigen/LU>
+
+#include "base/error.h"
+#include "selection/depth_sampling.h"
+#include "selection/neighbors.h"
+#include "selection/registration_solver.h"
+#include "selection/sampling.h"
+
+namespace retint {
+namespace {
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// A sparse point that the reference camera sees inside the dilated mask.
+struct Seen {
+  Eigen::Vector3d in_cam;
+  Eigen::Vector2d pixel;
+};
+
+std::vector<Seen> SeenPoints(const PosedCamera& view, const View* training_view, const Mask& mask,
+                             const Reconstruction& reconstruction, int margin) {
+  const Mask dilated = Dilate(mask, margin);
+  std::vector<Seen> seen;
+  const auto add = [&](const SparsePoint& point) {
+    const auto projected = view.Project(point.xyz);
+    if (!projected || !(projected->x() >= 0 && projected->y() >= 0 && projected->x() < mask.width &&
+                        projected->y() < mask.height)) {
+      return;
+    }
+    if (dilated(static_cast<int>(projected->x()), static_cast<int>(projected->y())) == 0) return;
+    seen.push_back({view.cam_from_world * point.xyz, projected->head<2>()});
+  };
+  if (training_view) {
+    for (const auto& observation : training_view->observations) {
+      const auto found = reconstruction.points.find(observation.point_id);
+      if (found != reconstruction.points.end()) add(found->second);
+    }
+  } else {
+    for (const auto& [id, point] : reconstruction.points) add(point);
+  }
+  return seen;
+}
+
+// The cloud's points that belong to this view, in its camera frame, with their source pixels.
+struct LocalCloud {
+  std::vector<size_t> idx;  // into SelectionCloud::points
+  std::vector<Eigen::Vector3d> in_cam, normals;
+  bool has_pixels = false;
+};
+
+LocalCloud PointsOfView(const SelectionCloud& cloud, const PosedCamera& view,
+                        const View* training_view) {
+  LocalCloud local;
+  local.has_pixels = !cloud.sources.empty();
+  size_t source = cloud.sources.size();
+  if (training_view) {
+    source = static_cast<size_t>(
+        std::find(cloud.sources.begin(), cloud.sources.end(), training_view->name) -
+        cloud.sources.begin());
+  }
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    const auto& point = cloud.points[i];
+    if (source < cloud.sources.size() && point.source != source) continue;
+    local.idx.push_back(i);
+    local.in_cam.push_back(view.cam_from_world * point.position.cast<double>());
+    local.normals.push_back(view.cam_from_world.rotation * point.normal.cast<double>());
+  }
+  return local;
+}
+
+// Whether the cloud is what unprojecting `depth` gives: then the map stands for the cloud, also in
+// the margin that the cloud does not reach.
+bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Camera& camera,
+                  const DepthMap& depth) {
+  if (!local.has_pixels || local.idx.empty()) return false;
+  std::vector<double> shifts;
+  for (size_t i = 0; i < local.idx.size(); ++i) {
+    const auto& point = cloud.points[local.idx[i]];
+    if (!depth.Contains(point.x, point.y) || !HasDepth(depth, point.x, point.y)) continue;
+    const double z = depth(point.x, point.y);
+    const Eigen::Vector2d ray = *camera.CamFromImg({point.x + 0.5, point.y + 0.5});
+    shifts.push_back((local.in_cam[i] - Eigen::Vector3d(ray.x() * z, ray.y() * z, z)).norm() / z);
+  }
+  constexpr double kSame = 1e-4;  // far below any depth error, far above float rounding
+  return shifts.size() * 2 > local.idx.size() && Median(shifts) < kSame;
+}
+
+std::vector<RegistrationPair> PairsFromDepth(const std::vector<Seen>& seen, const Camera& camera,
+                                             const DepthMap& depth) {
+  std::vector<RegistrationPair> pairs;
+  for (const auto& point : seen) {
+    const auto z = SampleDepth(depth, point.pixel);
+    if (!z) continue;
+    const Eigen::Vector2d ray = *camera.CamFromImg(point.pixel);
+    pairs.push_back({{ray.x() * *z, ray.y() * *z, *z},
+                     point.in_cam,
+                     NormalFromDepth(camera, depth, static_cast<int>(point.pixel.x()),
+                                     static_cast<int>(point.pixel.y())),
+                     false});
+  }
+  return pairs;
+}
+
+// The cloud's surface where source pixel `pixel` looks: an affine fit of position over the source
+// pixels around, so that it holds however the cloud was moved. nullopt where few points are near or
+// they do not lie on one surface.
+std::optional<RegistrationPair> SurfaceAtPixel(const SelectionCloud& cloud, const LocalCloud& local,
+                                               const std::vector<int>& grid, const Camera& camera,
+                                               const Eigen::Vector2d& pixel) {
+  constexpr int kReach = 3;          // pixels
+  constexpr int kLeast = 6;          // points
+  constexpr double kRoughness = 3;   // footprints, of the fit's root mean square
+  constexpr double kAligned = 0.95;  // length of the mean normal where the surface has one
+  Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();  // rows: 1, dx, dy; columns: position
+  Eigen::Vector3d normal_sum = Eigen::Vector3d::Zero();
+  std::vector<std::pair<Eigen::Vector3d, size_t>> used;
+  const int px = static_cast<int>(pixel.x()), py = static_cast<int>(pixel.y());
+  for (int y = std::max(0, py - kReach); y <= std::min(camera.height - 1, py + kReach); ++y) {
+    for (int x = std::max(0, px - kReach); x <= std::min(camera.width - 1, px + kReach); ++x) {
+      const int i = grid[size_t(y) * size_t(camera.width) + size_t(x)];
+      if (i < 0) continue;
+      const Eigen::Vector3d row(1, x + 0.5 - pixel.x(), y + 0.5 - pixel.y());
+      normal_matrix += row * row.transpose();
+      moments += row * local.in_cam[size_t(i)].transpose();
+      normal_sum += local.normals[size_t(i)];
+      used.emplace_back(row, size_t(i));
+    }
+  }
+  if (static_cast<int>(used.size()) < kLeast) return std::nullopt;
+  // A sparse point outside the mask has its neighbours on one side: that is extrapolation.
+  const Eigen::Vector3d mean = normal_matrix.col(0) / double(used.size());
+  if (mean.tail<2>().norm() > 1.5) return std::nullopt;
+  const Eigen::Matrix3d fit = normal_matrix.ldlt().solve(moments);
+  double squared = 0, footprint = 0;
+  for (const auto& [row, i] : used) {
+    squared += (fit.transpose() * row - local.in_cam[i]).squaredNorm();
+    footprint += cloud.points[local.idx[i]].footprint;
+  }
+  const double count = static_cast<double>(used.size());
+  if (std::sqrt(squared / count) > kRoughness * footprint / count) return std::nullopt;
+  RegistrationPair pair;
+  pair.cloud = fit.row(0).transpose();
+  if (normal_sum.norm() > kAligned * count) pair.normal = normal_sum.normalized();
+  return pair;
+}
+
+std::vector<RegistrationPair> PairsFromPixels(const SelectionCloud& cloud, const LocalCloud& local,
+                                              const std::vector<Seen>& seen, const Camera& camera) {
+  std::vector<int> grid(size_t(camera.width) * size_t(camera.height), -1);
+  for (size_t i = 0; i < local.idx.size(); ++i) {
+    const auto& point = cloud.points[local.idx[i]];
+    if (point.x >= camera.width || point.y >= camera.height) continue;
+    grid[size_t(point.y) * size_t(camera.width) + point.x] = static_cast<int>(i);
+  }
+  std::vector<RegistrationPair> pairs;
+  for (const auto& point : seen) {
+    auto pair = SurfaceAtPixel(cloud, local, grid, camera, point.pixel);
+    if (!pair) continue;
+    pair->sparse = point.in_cam;
+    pairs.push_back(*pair);
+  }
+  return pairs;
+}
+
+// Moves the cloud's end of each pair to the cloud point nearest to its sparse point once `at` is
+// applied.
+void FindNearest(const LocalCloud& local, const RegistrationTransform& at,
+                 std::vector<RegistrationPair>* pairs) {
+  std::vector<Eigen::Vector3f> moved;
+  for (const auto& point : local.in_cam) moved.push_back((at * point).cast<float>());
+  const PointTree tree(moved);
+  for (auto& pair : *pairs) {
+    float distance = 0;
+    const int i = tree.Nearest(pair.sparse.cast<float>(), &distance);
+    if (i < 0) continue;
+    pair.cloud = local.in_cam[size_t(i)];
+    pair.normal = local.normals[size_t(i)];
+  }
+}
+
+// Without source pixels (a cloud of another tool): the nearest cloud point.
+std::vector<RegistrationPair> PairsFromNearest(const LocalCloud& local,
+                                               const std::vector<Seen>& seen, double max_relative,
+                                               const RegistrationTransform& at) {
+  std::vector<RegistrationPair> pairs;
+  if (local.in_cam.empty()) return pairs;
+  for (const auto& point : seen) pairs.push_back({point.in_cam, point.in_cam, {0, 0, 0}, false});
+  FindNearest(local, at, &pairs);
+  std::erase_if(pairs, [&](const RegistrationPair& pair) {
+    return (at * pair.cloud - pair.sparse).norm() > max_relative * pair.sparse.z();
+  });
+  return pairs;
+}
+
+// Drops pairs behind the camera and those whose depth ratio is far from the median's: a sparse
+// point on something else. About the median, so that a wrong scale of the cloud drops none.
+void DropOccluded(double max_relative, std::vector<RegistrationPair>* pairs) {
+  std::erase_if(*pairs, [](const RegistrationPair& pair) {
+    return !(pair.cloud.z() > 0) || !(pair.sparse.z() > 0);
+  });
+  if (pairs->empty()) return;
+  std::vector<double> ratios;
+  for (const auto& pair : *pairs) ratios.push_back(std::log(pair.sparse.z() / pair.cloud.z()));
+  const double middle = Median(ratios);
+  std::erase_if(*pairs, [&](const RegistrationPair& pair) {
+    return std::abs(std::log(pair.sparse.z() / pair.cloud.z()) - middle) > max_relative;
+  });
+}
+
+void HoldOut(double fraction, uint64_t seed, std::vector<RegistrationPair>* pairs) {
+  const auto count = static_cast<size_t>(std::llround(fraction * double(pairs->size())));
+  for (const size_t i : SampleIndices(pairs->size(), count, seed)) (*pairs)[i].heldout = true;
+}
+
+double Rms(const std::vector<RegistrationPair>& pairs, const RegistrationTransform& at,
+           bool heldout) {
+  double squared = 0;
+  int count = 0;
+  for (const auto& pair : pairs) {
+    if (pair.heldout != heldout) continue;
+    squared += (at * pair.cloud - pair.sparse).squaredNorm();
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squared / count) : 0;
+}
+
+RegistrationTransform AboutCloud(const LocalCloud& local) {
+  RegistrationTransform transform;
+  for (const auto& point : local.in_cam) transform.center += point;
+  transform.center /= double(std::max<size_t>(1, local.in_cam.size()));
+  return transform;
+}
+
+// The noise is estimated before the fit, where a disturbance inflates it, and again after.
+std::string FitAllTwice(const std::vector<RegistrationPair>& pairs,
+                        RegistrationTransform* transform) {
+  FitAll(pairs, DepthNoise(pairs, *transform), transform);
+  return FitAll(pairs, DepthNoise(pairs, *transform), transform);
+}
+
+constexpr int kNearestRounds = 10;  // of pairing and fitting, without source pixels
+
+struct Candidate {
+  RegistrationTransform transform;
+  std::string reason;
+};
+
+void Apply(const RegistrationTransform& transform, const LocalCloud& local,
+           const Rigid3d& cam_from_world, SelectionCloud* cloud) {
+  const Rigid3d world_from_cam = cam_from_world.Inverse();
+  const Sim3d sim = transform.Similarity();
+  for (size_t i = 0; i < local.idx.size(); ++i) {
+    auto& point = cloud->points[local.idx[i]];
+    const Eigen::Vector3d& before = local.in_cam[i];
+    const Eigen::Vector3d after = transform * before;
+    // A plane 1 = n.x / d becomes, with 1/z' = a/z + b, 1 = (a n/d + b e_z).x'.
+    Eigen::Vector3d normal = local.normals[i];
+    const double offset = normal.dot(before);
+    if (offset < 0) {
+      normal = -(transform.a * normal / offset + Eigen::Vector3d(0, 0, transform.b)).normalized();
+    }
+    point.position = (world_from_cam * after).cast<float>();
+    point.normal = (world_from_cam.rotation * (sim.rotation * normal)).cast<float>();
+    point.footprint *= static_cast<float>(sim.scale / (transform.a + transform.b * before.z()));
+  }
+}
+
+Sim3d InWorld(const Sim3d& in_cam, const Rigid3d& cam_from_world) {
+  const Rigid3d world_from_cam = cam_from_world.Inverse();
+  Sim3d sim;
+  sim.scale = in_cam.scale;
+  sim.rotation = world_from_cam.rotation * in_cam.rotation * cam_from_world.rotation;
+  sim.translation = world_from_cam * (in_cam * cam_from_world.translation);
+  return sim;
+}
+
+// No point may be pushed behind the camera or to infinity by the depth correction.
+bool IsUsable(const RegistrationTransform& transform, const LocalCloud& local) {
+  return transform.a > 0 &&
+         std::all_of(local.in_cam.begin(), local.in_cam.end(), [&](const Eigen::Vector3d& point) {
+           return transform.a + transform.b * point.z() > 0.1;
+         });
+}
+
+}  // namespace
+
+void RegistrationOptions::Check() const {
+  CheckOption(margin >= 0 && margin <= 1000, "registration margin must be in [0, 1000] pixels");
+  CheckOption(min_points >= 4, "registration needs at least 4 points");
+  CheckOption(heldout_fraction > 0 && heldout_fraction < 1, "held-out fraction must be in (0, 1)");
+  CheckOption(max_relative_depth > 0 && max_relative_depth < 1,
+              "maximum relative depth must be in (0, 1)");
+}
+
+std::string RegistrationSummary::BriefReport() const {
+  const double degrees = Eigen::AngleAxisd(world_from_cloud.rotation).angle() * 180 / M_PI;
+  return fmt::format(
+      "registration: {} points + {} held out, rms {:.4g} -> {:.4g} (held out {:.4g} -> {:.4g}), "
+      "a {:.4f}, b {:.4g}, scale {:.4f}, rotation {:.2f} deg, {}: {}",
+      points_used, points_heldout, rms_before, rms_after, heldout_before, heldout_after, a, b,
+      world_from_cloud.scale, degrees, accepted ? "accepted" : "identity", reason);
+}
+
+RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,
+                             const View* training_view, const Mask& mask, const DepthMap& depth,
+                             const Reconstruction& reconstruction,
+                             const RegistrationOptions& options) {
+  options.Check();
+  if (!view.camera.IsPinhole()) throw InputError("the view's camera model is not PINHOLE");
+  for (const auto& [name, width, height] : {std::tuple("mask", mask.width, mask.height),
+                                            std::tuple("depth map", depth.width, depth.height)}) {
+    if (width != view.camera.width || height != view.camera.height) {
+      throw InputError(fmt::format("{} is {}x{}, the view is {}x{}", name, width, height,
+                                   view.camera.width, view.camera.height));
+    }
+  }
+  RegistrationSummary summary;
+  const LocalCloud local = PointsOfView(cloud, view, training_view);
+  const auto seen = SeenPoints(view, training_view, mask, reconstruction, options.margin);
+  const RegistrationTransform identity = AboutCloud(local);
+
+  const bool follows = FollowsDepth(cloud, local, view.camera, depth);
+  const bool by_nearest = !follows && !local.has_pixels;
+  auto pairs = follows      ? PairsFromDepth(seen, view.camera, depth)
+               : by_nearest ? PairsFromNearest(local, seen, options.max_relative_depth, identity)
+                            : PairsFromPixels(cloud, local, seen, view.camera);
+  DropOccluded(options.max_relative_depth, &pairs);
+  HoldOut(options.heldout_fraction, options.seed, &pairs);
+  summary.points_heldout = static_cast<int>(
+      std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.heldout; }));
+  summary.points_used = static_cast<int>(pairs.size()) - summary.points_heldout;
+  if (static_cast<int>(pairs.size()) < options.min_points) {
+    summary.reason =
+        fmt::format("only {} usable sparse points, {} needed", pairs.size(), options.min_points);
+    return summary;
+  }
+  summary.rms_before = summary.rms_after = Rms(pairs, identity, false);
+  summary.heldout_before = summary.heldout_after = Rms(pairs, identity, true);
+
+  Candidate candidates[] = {{identity, "depth correction alone, "},
+                            {identity, "depth correction and similarity, "}};
+  auto& [depth_only, all] = candidates;
+  depth_only.reason += FitDepth(pairs, DepthNoise(pairs, identity), &depth_only.transform);
+  all.transform = depth_only.transform;
+  all.reason += FitAllTwice(pairs, &all.transform);
+  for (int round = 1; by_nearest && round < kNearestRounds; ++round) {
+    FindNearest(local, all.transform, &pairs);
+    FitAllTwice(pairs, &all.transform);
+  }
+  const Candidate* best = nullptr;
+  for (const auto& candidate : candidates) {
+    if (by_nearest) FindNearest(local, candidate.transform, &pairs);
+    const double heldout = Rms(pairs, candidate.transform, true);
+    if (!IsUsable(candidate.transform, local) || !(heldout < summary.heldout_after)) continue;
+    best = &candidate;
+    summary.heldout_after = heldout;
+    summary.rms_after = Rms(pairs, candidate.transform, false);
+  }
+  if (!best) {
+    summary.reason = "no correction made the held-out points better";
+    return summary;
+  }
+  summary.accepted = true;
+  summary.reason = best->reason;
+  summary.a = best->transform.a;
+  summary.b = best->transform.b;
+  summary.world_from_cloud = InWorld(best->transform.Similarity(), view.cam_from_world);
+  Apply(best->transform, local, view.cam_from_world, &cloud);
+  return summary;
+}
+
+}  // namespace retint

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Seeded choice that is the same on every machine.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace retint {
+
+// `wanted` of 0 .. count-1, ascending, each subset equally likely (Knuth, TAOCP 3.4.2, algorithm
+// S). The engine's bits are used directly: the standard distributions differ between libraries.
+inline std::vector<size_t> SampleIndices(size_t count, size_t wanted, uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  std::vector<size_t> sampled;
+  sampled.reserve(wanted);
+  for (size_t i = 0; i < count && sampled.size() < wanted; ++i) {
+    const double uniform = static_cast<double>(engine() >> 11) * 0x1p-53;
+    if (uniform * double(count - i) < double(wanted - sampled.size())) sampled.push_back(i);
+  }
+  return sampled;
+}
+
+}  // namespace retint

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/selection_cloud.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "selection/depth_sampling.h"
+#include "selection/neighbors.h"
+#include "selection/sampling.h"
+
+namespace retint {
+namespace {
+
+template <typename A, typename B>
+void RequireSize(const A& array, const B& camera, const char* what) {
+  if (array.width == camera.width && array.height == camera.height) return;
+  throw InputError(std::string(what) + " is " + std::to_string(array.width) + "x" +
+                   std::to_string(array.height) + ", the view is " + std::to_string(camera.width) +
+                   "x" + std::to_string(camera.height));
+}
+
+void RequirePinhole(const PosedCamera& view) {
+  constexpr int kMaxSide = std::numeric_limits<uint16_t>::max();
+  if (!view.camera.IsPinhole()) throw InputError("the view's camera model is not PINHOLE");
+  if (view.camera.width > kMaxSide || view.camera.height > kMaxSide) {
+    throw InputError("the view is larger than 65535 pixels a side");
+  }
+}
+
+std::vector<size_t> SamplePixels(const std::vector<size_t>& pixels, double fraction,
+                                 uint64_t seed) {
+  const auto rounded = static_cast<size_t>(std::llround(fraction * double(pixels.size())));
+  std::vector<size_t> sampled =
+      SampleIndices(pixels.size(), std::clamp<size_t>(rounded, 1, pixels.size()), seed);
+  for (auto& idx : sampled) idx = pixels[idx];
+  return sampled;
+}
+
+uint8_t ToByte(float value) {
+  return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
+}
+
+std::vector<SelectionPoint> WithoutOutliers(const std::vector<SelectionPoint>& points,
+                                            const CloudOptions& options) {
+  std::vector<Eigen::Vector3f> positions;
+  positions.reserve(points.size());
+  for (const auto& point : points) positions.push_back(point.position);
+  std::vector<SelectionPoint> kept;
+  for (const int idx :
+       StatisticalInliers(positions, options.outlier_neighbors, options.outlier_stddev)) {
+    kept.push_back(points[static_cast<size_t>(idx)]);
+  }
+  return kept;
+}
+
+}  // namespace
+
+void CloudOptions::Check() const {
+  CheckOption(sample_fraction > 0 && sample_fraction <= 1, "sample fraction must be in (0, 1]");
+  CheckOption(outlier_neighbors >= 0 && outlier_neighbors <= 1000,
+              "outlier neighbours must be in [0, 1000]");
+  CheckOption(std::isfinite(outlier_stddev), "outlier standard deviation factor must be finite");
+}
+
+SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
+                         const DepthMap& depth, const Mask& valid, const Image& image,
+                         const CloudOptions& options, CloudSummary* summary) {
+  options.Check();
+  RequirePinhole(view);
+  RequireSize(mask, view.camera, "mask");
+  RequireSize(depth, view.camera, "depth map");
+  if (!valid.Empty()) RequireSize(valid, view.camera, "validity mask");
+  if (!image.Empty()) RequireSize(image, view.camera, "image");
+
+  CloudSummary counts;
+  std::vector<size_t> pixels;
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (mask(x, y) == 0) continue;
+      ++counts.mask_pixels;
+      if (HasDepth(depth, x, y)) pixels.push_back(mask.Index(x, y));
+    }
+  }
+  if (counts.mask_pixels == 0) throw InputError("the mask of view " + view_name + " is empty");
+  if (pixels.empty()) {
+    throw InputError("no pixel of the mask of view " + view_name + " has a depth");
+  }
+
+  SelectionCloud cloud;
+  cloud.sources = {view_name};
+  const double focal = std::sqrt(view.camera.fx() * view.camera.fy());
+  const Eigen::Quaterniond world_from_cam = view.cam_from_world.rotation.conjugate();
+  for (const size_t idx : SamplePixels(pixels, options.sample_fraction, options.seed)) {
+    const int x = static_cast<int>(idx % size_t(mask.width));
+    const int y = static_cast<int>(idx / size_t(mask.width));
+    const double z = depth(x, y);
+    SelectionPoint point;
+    point.position = view.Unproject({x + 0.5, y + 0.5}, z).cast<float>();
+    point.normal = (world_from_cam * NormalFromDepth(view.camera, depth, x, y)).cast<float>();
+    point.footprint = static_cast<float>(z / focal);
+    point.confidence = valid.Empty() || valid(x, y) >= 128 ? 1.0f : 0.5f;
+    point.coverage = static_cast<float>(mask(x, y)) / 255.0f;
+    if (!image.Empty()) {
+      for (int c = 0; c < 3; ++c) point.color[size_t(c)] = ToByte(image(x, y, c));
+    }
+    point.x = static_cast<uint16_t>(x);
+    point.y = static_cast<uint16_t>(y);
+    cloud.points.push_back(point);
+  }
+  counts.sampled = static_cast<int64_t>(cloud.points.size());
+  cloud.points = WithoutOutliers(cloud.points, options);
+  counts.kept = static_cast<int64_t>(cloud.points.size());
+  if (summary) *summary = counts;
+  return cloud;
+}
+
+void Append(SelectionCloud& cloud, const SelectionCloud& other) {
+  std::vector<uint16_t> remapped;
+  std::vector<std::string> sources = cloud.sources;
+  for (const auto& name : other.sources) {
+    const auto found = std::find(sources.begin(), sources.end(), name);
+    remapped.push_back(static_cast<uint16_t>(found - sources.begin()));
+    if (found == sources.end()) sources.push_back(name);
+  }
+  if (sources.size() > std::numeric_limits<uint16_t>::max()) {
+    throw InputError("a selection cloud holds at most 65535 source views");
+  }
+  std::vector<SelectionPoint> added = other.points;
+  for (auto& point : added) {
+    if (point.source < remapped.size()) point.source = remapped[point.source];
+  }
+  cloud.sources = std::move(sources);
+  cloud.points.insert(cloud.points.end(), added.begin(), added.end());
+}
+
+int64_t Erase(SelectionCloud& cloud, const PosedCamera& view, const Mask& erase,
+              const DepthMap& depth, double depth_tolerance) {
+  RequirePinhole(view);
+  RequireSize(erase, view.camera, "erase mask");
+  if (!depth.Empty()) RequireSize(depth, view.camera, "depth map");
+  CheckOption(depth_tolerance >= 0, "depth tolerance must not be negative");
+  const auto erased = [&](const SelectionPoint& point) {
+    const auto projected = view.Project(point.position.cast<double>());
+    if (!projected) return false;
+    const double column = std::floor(projected->x()), row = std::floor(projected->y());
+    if (!(column >= 0 && row >= 0 && column < erase.width && row < erase.height)) return false;
+    const int x = static_cast<int>(column), y = static_cast<int>(row);
+    if (erase(x, y) < 128) return false;
+    if (depth.Empty() || !HasDepth(depth, x, y)) return true;
+    return projected->z() <= depth(x, y) * (1 + depth_tolerance);
+  };
+  const auto end = std::remove_if(cloud.points.begin(), cloud.points.end(), erased);
+  const int64_t count = cloud.points.end() - end;
+  cloud.points.erase(end, cloud.points.end());
+  return count;
+}
+
+}  // namespace retint
