@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the verbs share: global options, the run's monitor and printer, opening a session. Every
+// verb's file adds its options to the command line and hands back what to do.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "base/monitor.h"
+#include "retint/progress.h"
+#include "session/edit_session.h"
+
+namespace retint::cli {
+
+// --backend and its like, accepted by every verb.
+struct Globals {
+  std::string backend = "auto";
+  int threads = 0;
+  uint64_t seed = 0;
+  size_t cache_mb = 1024;
+  std::string log_level = "warn";
+  std::string progress = "auto";
+  bool quiet = false;
+};
+
+// One run of one verb.
+class Run {
+ public:
+  explicit Run(const Globals& globals);
+  ~Run();
+  Monitor& monitor() { return monitor_; }
+  const Globals& globals() const { return globals_; }
+  // Closes the last progress line; before results are printed.
+  void FinishProgress() { printer_.Finish(); }
+  // A line on stderr that does not garble the bar.
+  void Warn(const std::string& message);
+  void Info(const std::string& message);
+  // A line of results on stdout, unless --quiet.
+  void Print(const std::string& line) const;
+
+ private:
+  const Globals& globals_;
+  ProgressPrinter printer_;
+  Monitor monitor_;
+};
+
+using Action = std::function<void(Run&)>;
+
+// The verbs: each adds a subcommand whose parsing sets `action`.
+void AddInfo(CLI::App& app, Globals& globals, Action& action);
+void AddRender(CLI::App& app, Globals& globals, Action& action);
+void AddDepth(CLI::App& app, Globals& globals, Action& action);
+void AddSelect(CLI::App& app, Globals& globals, Action& action);
+void AddProject(CLI::App& app, Globals& globals, Action& action);
+void AddRefit(CLI::App& app, Globals& globals, Action& action);
+void AddRecolor(CLI::App& app, Globals& globals, Action& action);
+void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
+void AddSynth(CLI::App& app, Globals& globals, Action& action);
+
+// A subcommand with the global options in a group of their own.
+CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
+                  const std::string& description);
+
+// --workspace, --splat, --images.
+struct SceneArguments {
+  std::filesystem::path workspace, splat, images;
+};
+void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true);
+std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run);
+
+// --view and --mask, repeated in pairs.
+struct PaintArguments {
+  std::vector<std::string> views;
+  std::vector<std::filesystem::path> masks;
+};
+void AddPaint(CLI::App* verb, PaintArguments& paint, bool required);
+// Reads the masks and checks them against the views. OptionError when the pairs do not match up.
+std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSession& session);
+
+// <folder>/<image name>.png of every view that has one, by image name. Warns of views without.
+std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
+                                            const EditSession& session, Run& run);
+// InputError naming the first view whose photo is missing: before long work that ends up needing
+// it.
+void RequirePhotos(const EditSession& session);
+
+// --method and what tunes it, cloud and registration options.
+struct SelectArguments {
+  std::string method = "stereo-hv", aggregate = "agree";
+  bool no_registration = false;
+  SelectOptions options;
+};
+void AddDepthOptions(CLI::App* verb, SelectArguments& select, const std::string& method_flag);
+void AddCloudOptions(CLI::App* verb, SelectArguments& select);
+SelectOptions Resolve(const SelectArguments& select, const Globals& globals);
+
+struct ProjectorArguments {
+  std::string projector = "gaussians";
+  ProjectorOptions options;
+};
+void AddProjectorOptions(CLI::App* verb, ProjectorArguments& projector);
+ProjectorOptions Resolve(const ProjectorArguments& projector);
+
+struct RefitArguments {
+  std::string tint, solver = "mm", target = "render";
+  double strength = 1;
+  int holdout = 0;
+  RefitOptions options;
+};
+void AddRefitOptions(CLI::App* verb, RefitArguments& refit);
+ColorEdit ResolveEdit(const RefitArguments& refit);
+RefitJob Resolve(const RefitArguments& refit, const Globals& globals);
+
+// An option that may be repeated, one value each time.
+template <typename T>
+CLI::Option* AddRepeated(CLI::App* verb, const std::string& flag, T& values,
+                         const std::string& description) {
+  return verb->add_option(flag, values, description)->allow_extra_args(false);
+}
+
+}  // namespace retint::cli

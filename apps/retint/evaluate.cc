@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint evaluate: how well a recolored splat shows an edit, whoever made it.
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "retint/common.h"
+#include "retint/results.h"
+#include "splat_io/splat_io.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::filesystem::path after, masks, report;
+  std::string tint, target = "render";
+  double strength = 1;
+  int holdout = 0;
+};
+
+GaussianModel ReadAfter(const Arguments& arguments, const GaussianModel& before) {
+  GaussianModel after = ReadSplat(arguments.after);
+  if (after.NumGaussians() != before.NumGaussians() || after.sh_degree != before.sh_degree) {
+    throw InputError(
+        arguments.after,
+        fmt::format("{} Gaussians of SH degree {}, but {} has {} of degree {}",
+                    after.NumGaussians(), after.sh_degree, arguments.scene.splat.string(),
+                    before.NumGaussians(), before.sh_degree));
+  }
+  if (after.means != before.means) {
+    throw InputError(arguments.after, "its Gaussians are not those of " +
+                                          arguments.scene.splat.string() +
+                                          ": the means differ or are in another order");
+  }
+  return after;
+}
+
+int64_t CountChanged(const GaussianModel& before, const GaussianModel& after) {
+  const size_t block = static_cast<size_t>(before.NumShCoeffs()) * 3;
+  int64_t changed = 0;
+  for (size_t i = 0; i < before.NumGaussians(); ++i) {
+    changed += std::memcmp(&before.sh[i * block], &after.sh[i * block], block * sizeof(float)) != 0;
+  }
+  return changed;
+}
+
+void Evaluate(const Arguments& arguments, Run& run) {
+  const ColorEdit edit = ParseTint(arguments.tint);
+  edit.Check();
+  const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  const auto session = OpenSession(arguments.scene, arguments.holdout, run);
+  const GaussianModel after = ReadAfter(arguments, session->original());
+  const RegionId region = session->AddRegion(
+      "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
+  session->SetEdit(region, edit, static_cast<float>(arguments.strength));
+  RunReport report = session->MakeReport();
+  report.quality =
+      session->Evaluate(region, session->original().sh, after.sh, target, run.monitor());
+  const RegionSelection& selection = *session->regions().Find(region)->selection;
+  const Coverage coverage = MeasureCoverage(selection.masks);
+  report.mask_views = coverage.views;
+  report.mean_coverage = coverage.mean;
+  report.refit.solver = "external";
+  report.refit.changed_gaussians = CountChanged(session->original(), after);
+  for (const float share : selection.shares) {
+    report.refit.active_gaussians += share > RefitOptions{}.active_threshold ? 1 : 0;
+  }
+  const RunReport measured = session->MakeReport();
+  report.stages_ms = measured.stages_ms;
+  report.peak_rss_mb = measured.peak_rss_mb;
+  StagedOutput staged;
+  if (!arguments.report.empty()) {
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+  }
+  run.monitor().ThrowIfCancelled();
+  staged.Commit();
+  run.FinishProgress();
+  run.Print(fmt::format("changed      {} of {} Gaussians, {} inside the masks",
+                        report.refit.changed_gaussians, report.gaussians,
+                        report.refit.active_gaussians));
+  PrintQuality(report.quality, run);
+}
+
+}  // namespace
+
+void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb =
+      AddVerb(app, globals, "evaluate", "Measure a recolored splat against the edited targets");
+  verb->add_option("--workspace", arguments->scene.workspace, "COLMAP workspace")->required();
+  verb->add_option("--before", arguments->scene.splat, "Splat before the edit")->required();
+  verb->add_option("--after", arguments->after, "The same splat recolored")->required();
+  verb->add_option("--images", arguments->scene.images,
+                   "Folder of the photos, where not WORKSPACE/images");
+  verb->add_option("--masks", arguments->masks, "Folder of <image name>.png")->required();
+  verb->add_option("--tint", arguments->tint,
+                   "Colour filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
+      ->required();
+  verb->add_option("--strength", arguments->strength, "From 0, nothing, to 1, the whole edit")
+      ->check(CLI::Range(0.0, 1.0));
+  verb->add_option("--target", arguments->target,
+                   "What is edited to become the targets: render or photo")
+      ->check(CLI::IsMember({"render", "photo"}));
+  verb->add_option("--holdout", arguments->holdout,
+                   "Report every n-th view by name on its own; 0 none")
+      ->check(CLI::Range(0, 1000000));
+  verb->add_option("--report", arguments->report, "Report to write (.json)");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Evaluate(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint: the command line. Parses, runs one verb, and turns what it throws into one line on stderr
+// and an exit code.
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <tbb/global_control.h>
+
+#include "base/error.h"
+#include "retint/common.h"
+#include "retint/version.h"
+
+namespace retint::cli {
+namespace {
+
+enum ExitCode { kOk = 0, kUsage = 2, kInput = 3, kRunTime = 4, kInterrupted = 130 };
+
+int Fail(ExitCode code, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fprintf(stderr, "retint: %s\n", message.c_str());
+  return code;
+}
+
+void SetUpLogging(const Globals& globals) {
+  auto logger =
+      std::make_shared<spdlog::logger>("retint", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger->set_pattern("retint: %l: %v");
+  logger->set_level(globals.quiet ? spdlog::level::off
+                                  : spdlog::level::from_str(globals.log_level));
+  spdlog::set_default_logger(std::move(logger));
+}
+
+int Execute(const Globals& globals, const Action& action) {
+  SetUpLogging(globals);
+  std::unique_ptr<tbb::global_control> limit;
+  if (globals.threads > 0) {
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                  static_cast<size_t>(globals.threads));
+  }
+  try {
+    Run run(globals);
+    action(run);
+    run.FinishProgress();
+    if (std::fflush(stdout) != 0) return Fail(kRunTime, "standard output: cannot write");
+    return kOk;
+  } catch (const OptionError& error) {
+    return Fail(kUsage, error.what());
+  } catch (const InputError& error) {
+    return Fail(kInput, error.what());
+  } catch (const Cancelled&) {
+    return Fail(kInterrupted, "interrupted; nothing was written");
+  } catch (const std::bad_alloc&) {
+    return Fail(kRunTime, "out of memory");
+  } catch (const std::exception& error) {
+    return Fail(kRunTime, error.what());
+  }
+}
+
+int Main(int argc, char** argv) {
+  Globals globals;
+  Action action;
+  CLI::App app("Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces.",
+               "retint");
+  app.get_formatter()->column_width(36);
+  app.set_version_flag(
+      "--version", [] { return VersionText(); }, "Version, backends and libraries");
+  app.require_subcommand(1);
+  app.failure_message(CLI::FailureMessage::simple);
+  app.footer(
+      "Exit codes: 0 done, 2 usage, 3 input, 4 run time, 130 interrupted.\n"
+      "`retint VERB --help` lists a verb's options with their defaults.");
+  AddInfo(app, globals, action);
+  AddRender(app, globals, action);
+  AddDepth(app, globals, action);
+  AddSelect(app, globals, action);
+  AddProject(app, globals, action);
+  AddRefit(app, globals, action);
+  AddRecolor(app, globals, action);
+  AddEvaluate(app, globals, action);
+  AddSynth(app, globals, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return Fail(kUsage, error.what());
+  }
+  return Execute(globals, action);
+}
+
+}  // namespace
+}  // namespace retint::cli
+
+int main(int argc, char** argv) { return retint::cli::Main(argc, argv); }

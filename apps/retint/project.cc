@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint project: a point cloud to a mask on every view.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "retint/common.h"
+#include "retint/results.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  PaintArguments paint;
+  ProjectorArguments projector;
+  std::filesystem::path cloud, output;
+};
+
+void Project(const Arguments& arguments, Run& run) {
+  const ProjectorOptions options = Resolve(arguments.projector);
+  CheckOutput(arguments.output, /*as_folder=*/true);
+  const SelectionCloud cloud = ReadCloud(arguments.cloud);
+  if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const auto painted = ReadPaint(arguments.paint, *session);
+  const ProjectedMasks masks = session->Project(cloud, painted, options, run.monitor());
+  StagedOutput staged;
+  staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
+    for (const auto& [name, mask] : masks.masks) {
+      run.monitor().ThrowIfCancelled();
+      WritePng(ViewFile(folder, name), mask);
+    }
+  });
+  staged.Commit();
+  run.FinishProgress();
+  const Coverage coverage = MeasureCoverage(masks.masks);
+  run.Print(fmt::format(
+      "wrote {} masks to {}: {} hold a selected pixel, {:.2f} % covered on average",
+      masks.masks.size(), arguments.output.string(), coverage.views, 100 * coverage.mean));
+}
+
+}  // namespace
+
+void AddProject(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "project", "Project a selection to masks on every view");
+  AddScene(verb, arguments->scene);
+  verb->add_option(
+          "--cloud", arguments->cloud,
+          "Point cloud (.ply) of `retint select`, or any with x y z in the workspace's frame")
+      ->required();
+  verb->add_option("--output", arguments->output, "Folder for <image name>.png, soft masks")
+      ->required();
+  AddPaint(verb, arguments->paint, /*required=*/false);
+  AddProjectorOptions(verb, arguments->projector);
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Project(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

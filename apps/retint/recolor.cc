@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint recolor: the whole pipeline, painted views to a recolored splat.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "retint/common.h"
+#include "retint/results.h"
+#include "splat_io/splat_io.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  PaintArguments paint;
+  SelectArguments select;
+  ProjectorArguments projector;
+  RefitArguments refit;
+  std::filesystem::path output, report, stages, comparison;
+};
+
+void CheckOutputs(const Arguments& arguments) {
+  CodecForWriting(arguments.output);
+  CheckOutput(arguments.output);
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  if (!arguments.comparison.empty()) CheckOutput(arguments.comparison);
+  if (!arguments.stages.empty()) CheckOutput(arguments.stages, /*as_folder=*/true);
+}
+
+void Save(const Arguments& arguments, const Recolored& result, RunReport report, Run& run) {
+  EditSession& session = *result.session;
+  StagedOutput staged;
+  run.monitor().Step("save", 0, 1);
+  {
+    const StageClock::Lap lap(session.clock(), "save");
+    staged.Add(arguments.output, [&](const auto& path) { session.WriteSplat(path); });
+    if (!arguments.comparison.empty()) {
+      staged.Add(arguments.comparison,
+                 [&](const auto& path) { WritePng(path, ComparisonPicture(result, run)); });
+    }
+    if (!arguments.stages.empty()) {
+      staged.AddFolder(arguments.stages,
+                       [&](const auto& folder) { WriteStages(folder, result, run); });
+    }
+  }
+  if (!arguments.report.empty()) {
+    const RunReport measured = session.MakeReport();
+    report.stages_ms = measured.stages_ms;
+    report.peak_rss_mb = measured.peak_rss_mb;
+    report.peak_device_mb = measured.peak_device_mb;
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+  }
+  run.monitor().Step("save", 1, 1);
+  staged.Commit();
+}
+
+void PrintResult(const Arguments& arguments, const RunReport& report, EditSession& session,
+                 const Run& run) {
+  for (const PaintedReport& view : report.painted) {
+    run.Print(fmt::format("{:<13}{} {:.1f} % measured, {} of {} points kept; {}", view.view,
+                          view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
+                          view.cloud.sampled, view.registration.BriefReport()));
+  }
+  run.Print(fmt::format("masks        {} of {} views, {:.2f} % covered on average",
+                        report.mask_views, report.views, 100 * report.mean_coverage));
+  run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
+  PrintQuality(report.quality, run);
+  run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
+                        session.clock().Total() / 1000, PeakRssMb()));
+  for (const auto& path :
+       {arguments.output, arguments.report, arguments.comparison, arguments.stages}) {
+    if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
+  }
+}
+
+void Recolor(const Arguments& arguments, Run& run) {
+  SelectOptions select = Resolve(arguments.select, run.globals());
+  select.keep_raw = !arguments.stages.empty();
+  const ProjectorOptions projector = Resolve(arguments.projector);
+  const ColorEdit edit = ResolveEdit(arguments.refit);
+  const RefitJob job = Resolve(arguments.refit, run.globals());
+  CheckOutputs(arguments);
+
+  const auto session = OpenSession(arguments.scene, arguments.refit.holdout, run);
+  Recolored result;
+  result.session = session.get();
+  result.target = job.target;
+  result.painted = ReadPaint(arguments.paint, *session);
+  if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
+  result.selection = session->Select(result.painted, select, run.monitor());
+  ProjectedMasks masks =
+      session->Project(result.selection.cloud, result.painted, projector, run.monitor());
+  const Coverage coverage = MeasureCoverage(masks.masks);
+  result.region = session->AddRegion("selection", std::move(masks.masks), std::move(masks.shares),
+                                     edit, run.monitor());
+  session->SetEdit(result.region, edit, static_cast<float>(arguments.refit.strength));
+  session->Refit(job, run.monitor());
+  result.sh_after = session->CurrentSh();
+
+  RunReport report = session->MakeReport();
+  report.painted = result.selection.painted;
+  report.mask_views = coverage.views;
+  report.mean_coverage = coverage.mean;
+  report.quality = session->Evaluate(result.region, session->original().sh, result.sh_after,
+                                     job.target, run.monitor());
+  Save(arguments, result, report, run);
+  run.FinishProgress();
+  PrintResult(arguments, report, *session, run);
+}
+
+}  // namespace
+
+void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb =
+      AddVerb(app, globals, "recolor", "The whole pipeline: painted views to a recolored splat");
+  AddScene(verb, arguments->scene);
+  AddPaint(verb, arguments->paint, /*required=*/true);
+  verb->add_option("--output", arguments->output, "Splat to write (.ply)")->required();
+  verb->add_option("--report", arguments->report, "Report to write (.json)");
+  verb->add_option("--comparison", arguments->comparison,
+                   "Picture (.png) to write: before, mask and after of up to four views");
+  verb->add_option("--save-stages", arguments->stages,
+                   "Folder for what every stage made: depth, clouds, registration, masks, targets, "
+                   "result");
+  AddRefitOptions(verb, arguments->refit);
+  AddDepthOptions(verb, arguments->select, "--depth");
+  AddCloudOptions(verb, arguments->select);
+  AddProjectorOptions(verb, arguments->projector);
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Recolor(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint refit: masks and a tint to a recolored splat.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "retint/common.h"
+#include "retint/results.h"
+#include "splat_io/splat_io.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  RefitArguments refit;
+  std::filesystem::path masks, output, report;
+};
+
+void Refit(const Arguments& arguments, Run& run) {
+  const ColorEdit edit = ResolveEdit(arguments.refit);
+  const RefitJob job = Resolve(arguments.refit, run.globals());
+  CodecForWriting(arguments.output);
+  CheckOutput(arguments.output);
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  const auto session = OpenSession(arguments.scene, arguments.refit.holdout, run);
+  if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
+  const RegionId region = session->AddRegion(
+      "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
+  session->SetEdit(region, edit, static_cast<float>(arguments.refit.strength));
+  session->Refit(job, run.monitor());
+  const std::vector<float> after = session->CurrentSh();
+  const QualityReport quality =
+      session->Evaluate(region, session->original().sh, after, job.target, run.monitor());
+  StagedOutput staged;
+  run.monitor().Step("save", 0, 1);
+  {
+    const StageClock::Lap lap(session->clock(), "save");
+    staged.Add(arguments.output, [&](const auto& path) { session->WriteSplat(path); });
+  }
+  if (!arguments.report.empty()) {
+    RunReport report = session->MakeReport();
+    const Coverage coverage = MeasureCoverage(session->regions().Find(region)->selection->masks);
+    report.mask_views = coverage.views;
+    report.mean_coverage = coverage.mean;
+    report.quality = quality;
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+  }
+  run.monitor().Step("save", 1, 1);
+  staged.Commit();
+  run.FinishProgress();
+  run.Print(fmt::format("refit        {}", session->Summary().BriefReport()));
+  PrintQuality(quality, run);
+  run.Print(fmt::format("wrote        {}", arguments.output.string()));
+}
+
+}  // namespace
+
+void AddRefit(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "refit", "Recolor what masks select");
+  AddScene(verb, arguments->scene);
+  verb->add_option("--masks", arguments->masks,
+                   "Folder of <image name>.png; a view without one takes no part")
+      ->required();
+  verb->add_option("--output", arguments->output, "Splat to write (.ply)")->required();
+  verb->add_option("--report", arguments->report, "Report to write (.json)");
+  AddRefitOptions(verb, arguments->refit);
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Refit(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

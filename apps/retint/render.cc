@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint render: views of a splat as pictures.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "colmap_io/depth_map_io.h"
+#include "colmap_io/image_io.h"
+#include "depth/depth_picture.h"
+#include "retint/common.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::vector<std::string> views;
+  bool all = false;
+  std::filesystem::path output;
+  std::vector<std::string> what = {"rgb"};
+};
+
+bool Wants(const Arguments& arguments, const char* what) {
+  return std::find(arguments.what.begin(), arguments.what.end(), what) != arguments.what.end();
+}
+
+void Render(const Arguments& arguments, Run& run) {
+  CheckOption(arguments.all != !arguments.views.empty(),
+              "give either --view NAME or --all, and not both");
+  CheckOutput(arguments.output, /*as_folder=*/true);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  std::vector<const View*> views;
+  if (arguments.all) views = session->reconstruction().ViewsByName();
+  for (const std::string& name : arguments.views) {
+    views.push_back(&session->workspace().RequireView(name));
+  }
+  RenderRequest request;
+  request.rgb = Wants(arguments, "rgb");
+  request.depth_median = Wants(arguments, "depth");
+  request.alpha = Wants(arguments, "alpha");
+  request.cache = false;
+  StagedOutput staged;
+  staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
+    for (size_t i = 0; i < views.size(); ++i) {
+      run.monitor().Step("render", static_cast<double>(i), static_cast<double>(views.size()));
+      const View& view = *views[i];
+      const RenderOutput output =
+          session->renderer().Render(session->reconstruction().Posed(view), request);
+      if (request.rgb) WritePng(ViewFile(folder, view.name), output.rgb);
+      if (request.depth_median) {
+        WriteDepthMap(ViewFile(folder, view.name, ".depth.bin"), output.depth_median);
+        WritePng(ViewFile(folder, view.name, ".depth.png"), DepthPicture(output.depth_median));
+      }
+      if (request.alpha) WritePng(ViewFile(folder, view.name, ".alpha.png"), output.alpha);
+    }
+  });
+  run.monitor().Step("render", 1, 1);
+  staged.Commit();
+  run.FinishProgress();
+  run.Print(fmt::format("rendered {} views into {}", views.size(), arguments.output.string()));
+}
+
+}  // namespace
+
+void AddRender(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "render", "Render views of a splat to PNG");
+  AddScene(verb, arguments->scene);
+  AddRepeated(verb, "--view", arguments->views, "View to render; may be repeated");
+  verb->add_flag("--all", arguments->all, "Render every view");
+  verb->add_option("--output", arguments->output,
+                   "Folder for <image name>.png, .depth.bin and .depth.png, .alpha.png")
+      ->required();
+  verb->add_option("--what", arguments->what, "Any of rgb, depth, alpha, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rgb", "depth", "alpha"}));
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Render(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

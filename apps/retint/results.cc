@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "retint/results.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/files.h"
+#include "colmap_io/depth_map_io.h"
+#include "colmap_io/image_io.h"
+#include "depth/depth_picture.h"
+#include "session/contact_sheet.h"
+
+namespace retint::cli {
+namespace {
+
+constexpr int kComparisonRows = 4;
+constexpr int kComparisonWidth = 400;  // pixels a picture
+
+double MaskedFraction(const Mask& mask) {
+  const auto inside =
+      std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t value) { return value >= 128; });
+  return static_cast<double>(inside) / static_cast<double>(std::max<size_t>(1, mask.NumPixels()));
+}
+
+const std::map<std::string, Mask>& MasksOf(const Recolored& result) {
+  return result.session->regions().Find(result.region)->selection->masks;
+}
+
+// Painted views first, then views spread evenly over the others that the selection reaches.
+std::vector<const View*> ComparisonViews(const Recolored& result) {
+  std::vector<const View*> chosen, others;
+  const auto is_chosen = [&](const View* view) {
+    return std::find(chosen.begin(), chosen.end(), view) != chosen.end();
+  };
+  for (const PaintedView& painted : result.painted) {
+    if (chosen.size() + 1 >= kComparisonRows) break;
+    chosen.push_back(result.session->reconstruction().FindView(painted.name));
+  }
+  for (const View* view : result.session->reconstruction().ViewsByName()) {
+    const auto mask = MasksOf(result).find(view->name);
+    const bool reached = mask != MasksOf(result).end() && MaskedFraction(mask->second) > 0.002;
+    if (reached && !is_chosen(view)) others.push_back(view);
+  }
+  const size_t wanted = std::min(kComparisonRows - chosen.size(), others.size());
+  for (size_t i = 0; i < wanted; ++i) {
+    chosen.push_back(others[(2 * i + 1) * others.size() / (2 * wanted)]);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& picture,
+                const DepthEstimate& depth) {
+  if (!map.empty()) WriteDepthMap(map, depth.depth);
+  if (!picture.empty()) WritePng(picture, DepthPicture(depth.depth, depth.valid));
+}
+
+void WriteStages(const std::filesystem::path& folder, const Recolored& result, Run& run) {
+  EditSession& session = *result.session;
+  for (size_t i = 0; i < result.selection.depths.size(); ++i) {
+    // The first painted view's has the fixed name; others go by theirs.
+    const std::string& name = result.selection.painted[i].view;
+    const auto base = i == 0 ? folder / "depth" : ViewFile(folder / "depth", name, "");
+    WriteDepth(base.string() + ".bin", base.string() + ".png", result.selection.depths[i]);
+  }
+  WriteCloud(folder / "cloud_raw.ply", result.selection.cloud_raw);
+  WriteCloud(folder / "cloud.ply", result.selection.cloud);
+  WriteFile(folder / "registration.json", RegistrationsToJson(result.selection.painted));
+  session.WriteMasks(folder / "masks", result.region);
+  const auto views = session.reconstruction().ViewsByName();
+  for (size_t i = 0; i < views.size(); ++i) {
+    run.monitor().Step("save", static_cast<double>(i), static_cast<double>(views.size()));
+    const View& view = *views[i];
+    WritePng(ViewFile(folder / "targets", view.name), session.EditedTarget(view, result.target));
+    WritePng(ViewFile(folder / "result", view.name), session.RenderView(view, result.sh_after));
+  }
+}
+
+Image8 ComparisonPicture(const Recolored& result, Run& run) {
+  EditSession& session = *result.session;
+  std::vector<std::vector<Image8>> rows;
+  for (const View* view : ComparisonViews(result)) {
+    run.monitor().ThrowIfCancelled();
+    const Image before = session.RenderView(*view, session.original().sh);
+    const Image after = session.RenderView(*view, result.sh_after);
+    const auto mask = MasksOf(result).find(view->name);
+    const Mask none(before.width, before.height);
+    rows.push_back({ToImage8(before),
+                    MaskOverlay(before, mask == MasksOf(result).end() ? none : mask->second),
+                    ToImage8(after)});
+  }
+  return ContactSheet(rows, kComparisonWidth);
+}
+
+void PrintQuality(const QualityReport& quality, const Run& run) {
+  const auto line = [&](const char* name, const QualityNumbers& numbers) {
+    if (numbers.views == 0) return;
+    run.Print(
+        fmt::format("{:<13}{} views: inside {:.1f} -> {:.1f} dB, outside {:.1f} dB, "
+                    "bleed {:.5f}",
+                    name, numbers.views, numbers.psnr_inside_before, numbers.psnr_inside_after,
+                    numbers.psnr_outside, numbers.bleed));
+  };
+  line("fitted", quality.train);
+  line("held out", quality.heldout);
+  run.Print(fmt::format("SH range     [{:.3f}, {:.3f}] -> [{:.3f}, {:.3f}]", quality.sh_before.min,
+                        quality.sh_before.max, quality.sh_after.min, quality.sh_after.max));
+}
+
+Coverage MeasureCoverage(const std::map<std::string, Mask>& masks) {
+  Coverage coverage;
+  for (const auto& [name, mask] : masks) {
+    const double fraction = MaskedFraction(mask);
+    coverage.views += fraction > 0 ? 1 : 0;
+    coverage.mean += fraction / static_cast<double>(masks.size());
+  }
+  return coverage;
+}
+
+}  // namespace retint::cli

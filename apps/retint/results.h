@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What several verbs write: stages, pictures, reports.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "retint/common.h"
+
+namespace retint::cli {
+
+// Everything that recolor hands to its outputs.
+struct Recolored {
+  EditSession* session = nullptr;
+  std::vector<PaintedView> painted;
+  SelectionResult selection;
+  RegionId region = 0;
+  TargetKind target = TargetKind::kRender;
+  std::vector<float> sh_after;
+};
+
+// depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, masks/, targets/, result/ in
+// `folder`; further painted views' depths as depth_<image name>.bin.
+void WriteStages(const std::filesystem::path& folder, const Recolored& result, Run& run);
+
+// Before, mask and after of the painted views and of others spread over those the selection
+// reaches, a row each.
+Image8 ComparisonPicture(const Recolored& result, Run& run);
+
+// The depth map as COLMAP writes it, and its picture beside it.
+void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& picture,
+                const DepthEstimate& depth);
+
+// The figures of a quality report in lines for people.
+void PrintQuality(const QualityReport& quality, const Run& run);
+
+// How many views hold a masked pixel, and the mean masked fraction of all.
+struct Coverage {
+  int views = 0;
+  double mean = 0;
+};
+Coverage MeasureCoverage(const std::map<std::string, Mask>& masks);
+
+}  // namespace retint::cli

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint select: painted views to a registered point cloud.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "retint/common.h"
+#include "retint/results.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  PaintArguments paint;
+  SelectArguments select;
+  std::vector<std::filesystem::path> erase;
+  std::filesystem::path output, append, report;
+};
+
+// The i-th erase mask belongs to the i-th view.
+int64_t EraseAll(const Arguments& arguments, const SelectOptions& options, EditSession& session,
+                 SelectionCloud& cloud, Run& run) {
+  int64_t erased = 0;
+  for (size_t i = 0; i < arguments.erase.size(); ++i) {
+    const View& view = session.workspace().RequireView(arguments.paint.views[i]);
+    const PosedCamera camera = session.reconstruction().Posed(view);
+    const Mask mask = ReadBrushMask(arguments.erase[i], camera.camera.width, camera.camera.height);
+    const DepthEstimate depth = session.EstimateDepth(camera, options, run.monitor());
+    erased += Erase(cloud, camera, mask, depth.depth);
+  }
+  return erased;
+}
+
+void CheckArguments(const Arguments& arguments) {
+  CheckOption(
+      !arguments.paint.masks.empty() || (!arguments.append.empty() && !arguments.erase.empty()),
+      "--mask is required (without it, --append and --erase are)");
+  CheckOption(arguments.erase.size() <= arguments.paint.views.size(),
+              "--erase belongs to the --view in the same place, there are more of it than views");
+  CheckOutput(arguments.output);
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+}
+
+void Select(const Arguments& arguments, Run& run) {
+  const SelectOptions options = Resolve(arguments.select, run.globals());
+  CheckArguments(arguments);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  SelectionCloud cloud;
+  if (!arguments.append.empty()) cloud = ReadCloud(arguments.append);
+  SelectionResult added;
+  if (!arguments.paint.masks.empty()) {
+    added = session->Select(ReadPaint(arguments.paint, *session), options, run.monitor());
+    Append(cloud, added.cloud);
+  }
+  const int64_t erased = EraseAll(arguments, options, *session, cloud, run);
+  if (cloud.points.empty()) throw InputError("the selection is empty");
+  StagedOutput staged;
+  staged.Add(arguments.output, [&](const auto& path) { WriteCloud(path, cloud); });
+  if (!arguments.report.empty()) {
+    RunReport report = session->MakeReport();
+    report.painted = added.painted;
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+  }
+  run.monitor().ThrowIfCancelled();
+  staged.Commit();
+  run.FinishProgress();
+  for (const PaintedReport& view : added.painted) {
+    run.Print(fmt::format("{}: {} mask pixels, {} sampled, {} kept; depth {} {:.1f} % measured; {}",
+                          view.view, view.cloud.mask_pixels, view.cloud.sampled, view.cloud.kept,
+                          view.depth_method, 100 * view.valid_fraction,
+                          view.registration.BriefReport()));
+  }
+  if (erased > 0) run.Print(fmt::format("erased {} points", erased));
+  run.Print(fmt::format("wrote {} points to {}", cloud.points.size(), arguments.output.string()));
+}
+
+}  // namespace
+
+void AddSelect(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb =
+      AddVerb(app, globals, "select", "Turn painted views into a registered 3D selection");
+  AddScene(verb, arguments->scene);
+  AddRepeated(verb, "--view", arguments->paint.views,
+              "Name of the painted view; repeat with --mask for several views of one selection")
+      ->required();
+  AddRepeated(verb, "--mask", arguments->paint.masks,
+              "Brush mask of that view: any picture of its size, black or transparent outside");
+  verb->add_option("--output", arguments->output, "Point cloud to write (.ply)")->required();
+  verb->add_option("--append", arguments->append,
+                   "Point cloud (.ply) that the points are added to");
+  AddRepeated(verb, "--erase", arguments->erase,
+              "Mask of what to take away again, of the --view in the same place");
+  verb->add_option("--report", arguments->report, "Report to write (.json)");
+  AddDepthOptions(verb, arguments->select, "--method");
+  AddCloudOptions(verb, arguments->select);
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Select(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

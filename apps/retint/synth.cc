@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint synth: a sample workspace with exact ground truth.
+#include <fmt/format.h>
+
+#include "retint/common.h"
+#include "session/synthetic_workspace.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SyntheticOptions options;
+  std::filesystem::path output;
+};
+
+void Synth(const Arguments& arguments, Run& run) {
+  SyntheticOptions options = arguments.options;
+  options.seed = run.globals().seed;
+  options.Check();
+  CheckOutput(arguments.output, /*as_folder=*/true);
+  const SyntheticScene scene = MakeSyntheticScene(options, run.monitor());
+  SyntheticStart start;
+  StagedOutput staged;
+  staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
+    start = WriteSyntheticWorkspace(folder, scene, run.monitor());
+  });
+  staged.Commit();
+  run.FinishProgress();
+  const std::string folder = arguments.output.string();
+  run.Print(fmt::format("wrote {} views, {} points and {} Gaussians to {}", scene.views.size(),
+                        scene.reconstruction.points.size(), scene.model.NumGaussians(), folder));
+  run.Print(
+      fmt::format("try: retint recolor --workspace {0} --splat {0}/splat.ply --view {1} "
+                  "--mask {0}/{2} --tint '#3060ff' --output recolored.ply",
+                  folder, start.view, start.mask.string()));
+}
+
+}  // namespace
+
+void AddSynth(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  SyntheticOptions& options = arguments->options;
+  CLI::App* verb =
+      AddVerb(app, globals, "synth", "Make a sample workspace with exact ground truth");
+  verb->add_option("--output", arguments->output, "Workspace folder to write")->required();
+  verb->add_option("--preset", options.preset, "Scene: still-life");
+  verb->add_option("--width", options.width, "Width of the photos, pixels");
+  verb->add_option("--height", options.height, "Height of the photos, pixels");
+  verb->add_option("--views", options.views, "Number of photos, on an arc about the table");
+  verb->add_option("--point-noise", options.point_noise,
+                   "Standard deviation of the sparse points' observations, pixels");
+  verb->add_option("--sparse-points", options.sparse_points, "Sparse points, at most");
+  verb->add_option("--wall-bias", options.wall_bias,
+                   "Largest relative depth error of the Gaussians on the textureless wall");
+  verb->add_option("--floaters", options.floaters, "Stray Gaussians in free space");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Synth(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

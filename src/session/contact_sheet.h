@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures side by side, for reports and the demo.
+#pragma once
+
+#include <vector>
+
+#include "scene/image.h"
+
+namespace retint {
+
+// Rows of pictures in one picture: every cell `cell_width` pixels wide, its height by the shape of
+// the first picture, pictures resampled by area (smaller) or bilinearly (larger), a light gap
+// between them. InputError when there is nothing to show or rows differ in length.
+Image8 ContactSheet(const std::vector<std::vector<Image8>>& rows, int cell_width, int gap = 6);
+
+// The nearest 8-bit picture.
+Image8 ToImage8(const Image& image);
+
+// `image` with the selected pixels tinted and what is not selected darkened and greyed, so that the
+// mask's border can be judged.
+Image8 MaskOverlay(const Image& image, const Mask& mask);
+
+}  // namespace retint

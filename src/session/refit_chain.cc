@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/refit_chain.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace retint {
+
+GaussianModel WithoutExtras(const GaussianModel& model) {
+  GaussianModel copy;
+  copy.sh_degree = model.sh_degree;
+  copy.means = model.means;
+  copy.quats_wxyz = model.quats_wxyz;
+  copy.log_scales = model.log_scales;
+  copy.opacity_logits = model.opacity_logits;
+  copy.sh = model.sh;
+  return copy;
+}
+
+std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
+                             std::vector<float> sh, GaussianModel& scratch) {
+  for (size_t i = first; i < last; ++i) {
+    const Region& region = state.regions[i];
+    if (!region.visible) continue;
+    if (region.fit && region.fit->key == state.FitKey(i, job)) {
+      region.fit->Apply(sh, scratch.NumShCoeffs());
+      continue;
+    }
+    scratch.sh = std::move(sh);
+    sh = ClosedFormSh(scratch, region.selection->shares, region.EffectiveEdit(),
+                      job.options.active_threshold);
+  }
+  return sh;
+}
+
+RefitChain::RefitChain(RefitChainInput input, Renderer& renderer)
+    : input_(std::move(input)), renderer_(renderer), working_(WithoutExtras(*input_.original)) {}
+
+RefitChain::RefitChain(RefitChainInput input, std::unique_ptr<Renderer> renderer)
+    : input_(std::move(input)),
+      owned_renderer_(std::move(renderer)),
+      renderer_(*owned_renderer_),
+      working_(WithoutExtras(*input_.original)) {}
+
+RefitChain::~RefitChain() = default;
+
+bool RefitChain::Step(Monitor& monitor) {
+  const auto& regions = input_.state.regions;
+  while (index_ < regions.size()) {
+    const Region& region = regions[index_];
+    if (!region.visible) {
+      ++index_;
+      continue;
+    }
+    if (!refitter_ && region.fit && region.fit->key == input_.state.FitKey(index_, input_.job)) {
+      region.fit->Apply(working_.sh, working_.NumShCoeffs());
+      ++index_;
+      continue;
+    }
+    if (!refitter_) {
+      Begin(monitor);
+      return true;
+    }
+    if (refitter_->Step(monitor)) return true;
+    Finish();
+  }
+  return false;
+}
+
+void RefitChain::Begin(Monitor& monitor) {
+  const Region& region = input_.state.regions[index_];
+  renderer_.SetSh(working_.sh);
+  refitter_ = std::make_unique<ShRefitter>(renderer_, working_, input_.targets[index_],
+                                           region.EffectiveEdit(), region.selection->shares,
+                                           input_.job.options, monitor);
+}
+
+void RefitChain::Finish() {
+  const Region& region = input_.state.regions[index_];
+  const size_t block = static_cast<size_t>(working_.NumShCoeffs()) * 3;
+  auto fit = std::make_shared<RegionFit>();
+  fit->key = input_.state.FitKey(index_, input_.job);
+  fit->summary = refitter_->Summary();
+  const auto active = refitter_->active();
+  fit->indices.assign(active.begin(), active.end());
+  std::vector<float> sh = refitter_->Sh();
+  fit->sh.resize(fit->indices.size() * block);
+  for (size_t i = 0; i < fit->indices.size(); ++i) {
+    std::copy_n(sh.data() + static_cast<size_t>(fit->indices[i]) * block, block,
+                fit->sh.data() + i * block);
+  }
+  refitter_.reset();  // it may look at working_
+  working_.sh = std::move(sh);
+  fits_[region.id] = std::move(fit);
+  ++index_;
+}
+
+ShSnapshot RefitChain::Snapshot() const {
+  ShSnapshot snapshot;
+  snapshot.fits = fits_;
+  // What is not fitted yet shows its closed form, so that the first snapshot is the whole preview.
+  std::vector<float> sh = refitter_ ? refitter_->Sh() : working_.sh;
+  const size_t next = refitter_ ? index_ + 1 : index_;
+  const auto& regions = input_.state.regions;
+  const bool rest = std::any_of(regions.begin() + static_cast<std::ptrdiff_t>(next), regions.end(),
+                                [](const Region& region) { return region.visible; });
+  if (rest) {
+    GaussianModel scratch;
+    scratch.Resize(input_.original->NumGaussians(), input_.original->sh_degree);
+    sh = ComposeSh(input_.state, input_.job, next, regions.size(), std::move(sh), scratch);
+  }
+  snapshot.sh = std::make_shared<const std::vector<float>>(std::move(sh));
+  return snapshot;
+}
+
+}  // namespace retint

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The refit of several regions, one after the other: region k starts from, and aims at an edit of,
+// what the regions before it left. Regions whose fit is up to date are not fitted again.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+#include "scene/gaussian_model.h"
+#include "session/background_optimizer.h"
+#include "session/region.h"
+
+namespace retint {
+
+// All that a chain reads. The pointers outlive it; nothing behind them changes meanwhile.
+struct RefitChainInput {
+  const GaussianModel* original = nullptr;
+  RegionSet state;
+  RefitJob job;
+  // Training targets of each region of `state`, in its order; masks belong to its selections.
+  std::vector<std::vector<RefitTarget>> targets;
+};
+
+class RefitChain : public OptimizerJob {
+ public:
+  RefitChain(RefitChainInput input, Renderer& renderer);
+  RefitChain(RefitChainInput input, std::unique_ptr<Renderer> renderer);
+  ~RefitChain() override;
+
+  // One sweep or step of the region at hand, or the preparation of the next one.
+  bool Step(Monitor& monitor) override;
+  ShSnapshot Snapshot() const override;
+  const std::map<RegionId, std::shared_ptr<const RegionFit>>& fits() const { return fits_; }
+
+ private:
+  void Begin(Monitor& monitor);
+  void Finish();
+
+  RefitChainInput input_;
+  std::unique_ptr<Renderer> owned_renderer_;
+  Renderer& renderer_;
+  GaussianModel working_;  // sh: after the regions before index_
+  size_t index_ = 0;
+  std::unique_ptr<ShRefitter> refitter_;
+  std::map<RegionId, std::shared_ptr<const RegionFit>> fits_;
+};
+
+// Coefficients after the visible regions of `state` from `first` on, starting from `sh`: fits where
+// their key is up to date, else closed forms. `scratch` has the scene's size; its sh is
+// overwritten.
+std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
+                             std::vector<float> sh, GaussianModel& scratch);
+// The scene without the parts of its file that no kernel reads.
+GaussianModel WithoutExtras(const GaussianModel& model);
+
+}  // namespace retint

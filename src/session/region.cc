@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/region.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace retint {
+namespace {
+
+// Bytes of a value, so that equal keys mean equal inputs to the last bit.
+template <typename T>
+void AppendBits(std::string& key, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  key.append(bytes, sizeof(T));
+}
+
+}  // namespace
+
+size_t RegionSelection::Bytes() const {
+  size_t bytes = shares.size() * sizeof(float);
+  for (const auto& [name, mask] : masks) bytes += mask.data.size();
+  return bytes;
+}
+
+size_t RegionFit::Bytes() const {
+  return indices.size() * sizeof(int32_t) + sh.size() * sizeof(float);
+}
+
+void RegionFit::Apply(std::vector<float>& all, int num_coeffs) const {
+  const size_t block = static_cast<size_t>(num_coeffs) * 3;
+  for (size_t i = 0; i < indices.size(); ++i) {
+    std::copy_n(sh.data() + i * block, block, all.data() + static_cast<size_t>(indices[i]) * block);
+  }
+}
+
+const Region* RegionSet::Find(RegionId id) const {
+  const auto found =
+      std::find_if(regions.begin(), regions.end(), [&](const Region& r) { return r.id == id; });
+  return found == regions.end() ? nullptr : &*found;
+}
+
+Region* RegionSet::Find(RegionId id) { return const_cast<Region*>(std::as_const(*this).Find(id)); }
+
+std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
+  const RefitOptions& options = job.options;
+  std::string key;
+  AppendBits(key, job.target);
+  AppendBits(key, options.solver);
+  AppendBits(key, options.iterations);
+  AppendBits(key, options.closed_form_start);
+  for (const double value :
+       {options.learning_rate, options.lambda_dssim, options.ridge_dc, options.ridge_rest,
+        options.active_threshold, options.tolerance, static_cast<double>(options.seed)}) {
+    AppendBits(key, value);
+  }
+  for (size_t i = 0; i <= index; ++i) {
+    const Region& region = regions[i];
+    if (!region.visible && i != index) continue;
+    AppendBits(key, region.selection->id);
+    for (int k = 0; k < 9; ++k) AppendBits(key, region.edit.gain(k));
+    for (int k = 0; k < 3; ++k) AppendBits(key, region.edit.offset(k));
+    AppendBits(key, region.strength);
+  }
+  return key;
+}
+
+size_t RegionSet::BytesBeyond(const RegionSet& other) const {
+  size_t bytes = 0;
+  for (const Region& region : regions) {
+    const Region* twin = other.Find(region.id);
+    if (region.selection && !(twin && twin->selection == region.selection)) {
+      bytes += region.selection->Bytes();
+    }
+    if (region.fit && !(twin && twin->fit == region.fit)) bytes += region.fit->Bytes();
+    bytes += sizeof(Region) + region.name.size();
+  }
+  return bytes;
+}
+
+}  // namespace retint

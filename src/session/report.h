@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a run did, as report.json: stable keys (docs/cli.md lists them), milliseconds, megabytes of
+// 2^20 bytes.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recolor/quality_report.h"
+#include "recolor/sh_refitter.h"
+#include "selection/registration.h"
+#include "selection/selection_cloud.h"
+
+namespace retint {
+
+// The version of the program, "0.1.0".
+std::string_view Version();
+
+// Highest resident set size of this process so far, MiB.
+double PeakRssMb();
+
+// Wall-clock time per stage, summed over visits.
+class StageClock {
+ public:
+  // Runs until destroyed.
+  class Lap {
+   public:
+    Lap(StageClock& clock, std::string stage) : clock_(clock), stage_(std::move(stage)) {}
+    ~Lap() { clock_.Add(stage_, Milliseconds(start_)); }
+    Lap(const Lap&) = delete;
+    Lap& operator=(const Lap&) = delete;
+
+   private:
+    StageClock& clock_;
+    std::string stage_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  };
+
+  void Add(const std::string& stage, double milliseconds) { stages_[stage] += milliseconds; }
+  double Get(const std::string& stage) const;            // 0 when it never ran
+  double Total() const { return Milliseconds(start_); }  // since the clock was made
+
+ private:
+  static double Milliseconds(std::chrono::steady_clock::time_point since);
+  std::map<std::string, double> stages_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Of one painted view.
+struct PaintedReport {
+  std::string view;
+  std::string depth_method, depth_reason;
+  double valid_fraction = 0;
+  CloudSummary cloud;
+  RegistrationSummary registration;
+};
+
+struct RunReport {
+  std::string backend;
+  int64_t gaussians = 0;
+  int views = 0;
+  std::map<std::string, double> stages_ms;
+  double peak_rss_mb = 0, peak_device_mb = 0;
+  std::vector<PaintedReport> painted;
+  int mask_views = 0;  // that hold a masked pixel
+  double mean_coverage = 0;
+  RefitSummary refit;
+  QualityReport quality;
+};
+
+// The report's text. Figures that do not exist (no held-out views, a stage that did not run) are
+// null. Several painted views: counts are sums, fractions and corrections means, residuals pooled
+// by their counts, and "painted" lists each view's own.
+std::string ToJson(const RunReport& report);
+// One registration alone, for registration.json.
+std::string RegistrationsToJson(const std::vector<PaintedReport>& painted);
+
+}  // namespace retint

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/staged_output.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include "base/error.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The path itself or its closest parent that exists.
+fs::path NearestExisting(const fs::path& path) {
+  std::error_code code;
+  fs::path at = fs::absolute(path).lexically_normal();
+  while (at.has_relative_path() && !fs::exists(fs::symlink_status(at, code))) {
+    at = at.parent_path();
+  }
+  return at;
+}
+
+void CheckFolder(const fs::path& folder, const fs::path& target) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code)) {
+    throw RunError(target.string() + ": cannot write: " + folder.string() + " is not a folder");
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw RunError(target.string() + ": cannot write: " + folder.string() + ": " +
+                   std::strerror(errno));
+  }
+}
+
+fs::path ParentOf(const fs::path& path) {
+  return fs::absolute(path).lexically_normal().parent_path();
+}
+
+// The staged path in a message is of no use to anybody: names the target instead.
+[[noreturn]] void RethrowNaming(const RunError& error, const fs::path& staged,
+                                const fs::path& target) {
+  std::string message = error.what();
+  const std::string from = staged.string();
+  const size_t at = message.find(from);
+  if (at == std::string::npos) throw RunError(message);
+  throw RunError(message.replace(at, from.size(), target.string()));
+}
+
+}  // namespace
+
+void CheckOutput(const fs::path& path, bool as_folder) {
+  if (path.empty()) throw OptionError("an output path is empty");
+  std::error_code code;
+  const fs::path absolute = fs::absolute(path).lexically_normal();
+  if (!as_folder) {
+    if (!absolute.has_filename() || fs::is_directory(absolute, code)) {
+      throw RunError(path.string() + ": cannot write: is a folder");
+    }
+    CheckFolder(NearestExisting(ParentOf(path)), path);
+    return;
+  }
+  CheckFolder(NearestExisting(absolute), path);
+}
+
+StagedOutput::~StagedOutput() {
+  std::error_code ignored;
+  for (const Area& area : areas_) fs::remove_all(area.hidden, ignored);
+}
+
+const StagedOutput::Area& StagedOutput::AreaFor(const fs::path& target) {
+  const fs::path anchor = NearestExisting(ParentOf(target));
+  for (const Area& area : areas_) {
+    if (area.anchor == anchor) return area;
+  }
+  CheckFolder(anchor, target);
+  const fs::path hidden = anchor / (".retint-" + std::to_string(getpid()) + "-" +
+                                    std::to_string(areas_.size()) + ".tmp");
+  std::error_code code;
+  if (!fs::create_directory(hidden, code)) {
+    throw RunError(target.string() +
+                   ": cannot write: " + (code ? code.message() : hidden.string() + " exists"));
+  }
+  areas_.push_back({anchor, hidden});
+  return areas_.back();
+}
+
+fs::path StagedOutput::NextSlot(const fs::path& target) {
+  return AreaFor(target).hidden / std::to_string(count_++);
+}
+
+void StagedOutput::Add(const fs::path& target, const std::function<void(const fs::path&)>& write) {
+  // A folder a file, so that writers see the name (and so the extension) that they were promised.
+  const fs::path staged = NextSlot(target) / target.filename();
+  try {
+    write(staged);
+  } catch (const RunError& error) {
+    RethrowNaming(error, staged, target);
+  }
+  files_.push_back({staged, target});
+}
+
+void StagedOutput::AddFolder(const fs::path& target,
+                             const std::function<void(const fs::path&)>& write) {
+  const fs::path staged = NextSlot(target / "file");
+  try {
+    std::error_code code;
+    if (!fs::create_directory(staged, code) && code) {
+      throw RunError(staged.string() + ": cannot write: " + code.message());
+    }
+    write(staged);
+  } catch (const RunError& error) {
+    RethrowNaming(error, staged, target);
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(staged)) {
+    if (!entry.is_regular_file()) continue;
+    files_.push_back({entry.path(), target / entry.path().lexically_relative(staged)});
+  }
+}
+
+void StagedOutput::Commit() {
+  for (const File& file : files_) {
+    std::error_code code;
+    fs::create_directories(ParentOf(file.target), code);
+    if (code) {
+      throw RunError(file.target.string() + ": cannot create its folder: " + code.message());
+    }
+    fs::rename(file.staged, file.target, code);
+    if (code) throw RunError(file.target.string() + ": cannot write: " + code.message());
+  }
+  files_.clear();
+}
+
+}  // namespace retint

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Several output files, written all or not at all.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace retint {
+
+// Cheap checks before long work: RunError naming `path` when it could not be written as a file (or,
+// `as_folder`, as a folder of files): a folder or file in its place, a parent that is a file, or no
+// permission. Creates nothing.
+void CheckOutput(const std::filesystem::path& path, bool as_folder = false);
+
+// Files go to a hidden folder beside their targets (same file system) and are renamed into place by
+// Commit(); without it the destructor removes them and every folder that was created. So a full
+// disk or a cancelled save changes nothing.
+class StagedOutput {
+ public:
+  StagedOutput() = default;
+  ~StagedOutput();
+  StagedOutput(const StagedOutput&) = delete;
+  StagedOutput& operator=(const StagedOutput&) = delete;
+
+  // Calls `write` with the path to write to instead of `target`. A RunError it throws is rethrown
+  // naming `target`.
+  void Add(const std::filesystem::path& target,
+           const std::function<void(const std::filesystem::path& staged)>& write);
+  // Adds, below the folder `target`, whatever `write` leaves below the folder it is given.
+  void AddFolder(const std::filesystem::path& target,
+                 const std::function<void(const std::filesystem::path& staged)>& write);
+  void Commit();
+
+ private:
+  struct Area {
+    std::filesystem::path anchor;  // existing folder that holds the hidden one
+    std::filesystem::path hidden;
+  };
+  struct File {
+    std::filesystem::path staged, target;
+  };
+  const Area& AreaFor(const std::filesystem::path& target);
+  std::filesystem::path NextSlot(const std::filesystem::path& target);
+
+  std::vector<Area> areas_;
+  std::vector<File> files_;
+  size_t count_ = 0;
+};
+
+}  // namespace retint
