@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One pixel's front-to-back blending, the rules of the original 3DGS rasterizer.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/common/macros.h"
+#include "kernels/common/projection.h"
+#include "kernels/common/types.h"
+
+namespace retint {
+
+// log2 of the unclamped alpha at offset (dx, dy) from the splat's centre.
+RETINT_HD float SplatExponent(const Splat& splat, float dx, float dy) {
+  return splat.a * dx * dx + (splat.b * dy * dx + (splat.c * dy * dy + splat.log2_opacity));
+}
+
+// Weight alpha * T of a splat at one pixel, updating its transmittance. T < 0 marks a pixel that is
+// done; |T| is then its final transmittance. A splat after which T would fall below
+// kMinTransmittance is not blended and ends the pixel.
+RETINT_HD float BlendStep(float exponent, float* transmittance) {
+  if (exponent < kLog2MinAlpha || *transmittance < 0) return 0;
+  const float alpha = std::fmin(kMaxAlpha, std::exp2(exponent));
+  const float after = *transmittance * (1 - alpha);
+  if (after < kMinTransmittance) {
+    *transmittance = -*transmittance;
+    return 0;
+  }
+  const float weight = alpha * *transmittance;
+  *transmittance = after;
+  return weight;
+}
+
+}  // namespace retint

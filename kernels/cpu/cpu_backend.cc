@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/cpu/cpu_backend.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include "kernels/cpu/geometry.h"
+#include "kernels/cpu/image_loss.h"
+#include "kernels/cpu/parallel.h"
+#include "kernels/cpu/refit.h"
+#include "kernels/cpu/solve.h"
+#include "kernels/cpu/spherical_harmonics.h"
+#include "kernels/cpu/tiles.h"
+
+namespace retint {
+namespace {
+
+class HostMemory : public DeviceMemory {
+ public:
+  explicit HostMemory(size_t bytes)
+      : DeviceMemory(std::calloc(std::max<size_t>(bytes, 1), 1), bytes) {
+    if (!data_) throw std::bad_alloc();
+  }
+  ~HostMemory() override { std::free(data_); }
+};
+
+const CpuModel& CpuModelOf(const Model& model) { return dynamic_cast<const CpuModel&>(model); }
+
+const CpuViewGeometry& CpuViewOf(const ViewGeometry& view) {
+  return dynamic_cast<const CpuViewGeometry&>(view);
+}
+
+class CpuBackend : public Backend {
+ public:
+  explicit CpuBackend(const CpuOptions& options)
+      : kernels_(options.scalar ? ScalarTileKernels() : SimdTileKernels()),
+        target_(options.scalar ? "scalar" : std::string(SimdTargetName()) + " (Highway)") {}
+
+  std::string_view Name() const override { return "cpu"; }
+  std::string Description() const override {
+    const size_t threads =
+        tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    return target_ + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+  }
+  bool Supports(Op) const override { return true; }
+
+  std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) override {
+    return std::make_shared<HostMemory>(bytes);
+  }
+  void CopyToDevice(void* device, const void* host, size_t bytes) override {
+    if (bytes > 0) std::memcpy(device, host, bytes);
+  }
+  void CopyToHost(void* host, const void* device, size_t bytes) override {
+    if (bytes > 0) std::memcpy(host, device, bytes);
+  }
+  void Fill(void* device, int byte, size_t bytes) override {
+    if (bytes > 0) std::memset(device, byte, bytes);
+  }
+  void Synchronize() override {}
+  size_t PeakDeviceBytes() const override { return 0; }
+
+  std::unique_ptr<Model> UploadModel(const GaussianArrays& host) override {
+    if (host.sh_degree < 0 || host.sh_degree > 3) {
+      throw std::invalid_argument("SH degree must be 0 to 3");
+    }
+    const size_t count = size_t(host.count);
+    auto model = std::make_unique<CpuModel>(host.count, host.sh_degree);
+    model->means.assign(host.means, host.means + 3 * count);
+    model->coefficients.assign(host.sh, host.sh + 3 * count * size_t(model->num_sh_coeffs()));
+    model->covariances.resize(count);
+    model->opacities.resize(count);
+    ParallelRanges(host.count, 4096, [&](int64_t begin, int64_t end) {
+      for (size_t g = size_t(begin); g < size_t(end); ++g) {
+        model->covariances[g] = CovarianceOf(host.quats_wxyz + 4 * g, host.log_scales + 3 * g);
+        model->opacities[g] = Sigmoid(host.opacity_logits[g]);
+      }
+    });
+    return model;
+  }
+
+  std::shared_ptr<const ViewGeometry> PrepareView(const Model& model,
+                                                  const CameraParams& camera) override {
+    if (camera.width < 1 || camera.height < 1) {
+      throw std::invalid_argument("a view has at least one pixel");
+    }
+    return PrepareViewOnCpu(CpuModelOf(model), camera);
+  }
+  std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view, const uint8_t* active,
+                                               size_t budget_bytes) override {
+    return RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes);
+  }
+  void Blend(const ViewGeometry& view, const BlendParams& params) override {
+    BlendOnCpu(kernels_, CpuViewOf(view), params);
+  }
+  void BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
+    BlendTransposeOnCpu(kernels_, &scratch_, CpuViewOf(view), params);
+  }
+  void Depth(const ViewGeometry& view, const DepthParams& params) override {
+    DepthOnCpu(kernels_, CpuViewOf(view), params);
+  }
+  void EvalSh(const Model& model, const EvalShParams& params) override {
+    EvalShOnCpu(CpuModelOf(model), params);
+  }
+  void EvalShTranspose(const Model& model, const EvalShTransposeParams& params) override {
+    EvalShTransposeOnCpu(CpuModelOf(model), params);
+  }
+  ImageLossValue ImageLoss(const ImageLossParams& params) override {
+    return ImageLossOnCpu(params);
+  }
+  void Adam(const AdamParams& params) override { AdamOnCpu(params); }
+  void AccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override {
+    AccumulateBlocksOnCpu(CpuModelOf(model), params);
+  }
+  void FactorBlocks(const FactorBlocksParams& params) override { FactorBlocksOnCpu(params); }
+  void SolveBlocks(const SolveBlocksParams& params) override { SolveBlocksOnCpu(params); }
+
+  void RegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override {
+    RegionTargetOnCpu(view, params);
+  }
+  void RegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override {
+    RegionResidualOnCpu(view, params);
+  }
+  void RegionAdd(const ViewGeometry& view, float* image, const float* delta) override {
+    RegionAddOnCpu(view, image, delta);
+  }
+  void ShTangent(const Model& model, const ShTangentParams& params) override {
+    ShTangentOnCpu(CpuModelOf(model), params);
+  }
+  void AddRidge(const AddRidgeParams& params) override { AddRidgeOnCpu(params); }
+  void ApplyRidge(const ApplyRidgeParams& params) override { ApplyRidgeOnCpu(params); }
+  void LinearCombination(const LinearCombinationParams& params) override {
+    LinearCombinationOnCpu(params);
+  }
+  double Dot(const float* x, const float* y, int64_t count) override {
+    return DotOnCpu(x, y, count);
+  }
+  void PackBox(const PackBoxParams& params) override { PackBoxOnCpu(params); }
+  void UnpackBox(const PackBoxParams& params) override { UnpackBoxOnCpu(params); }
+  void EditImage(const EditImageParams& params) override { EditImageOnCpu(params); }
+
+ private:
+  const TileKernels& kernels_;
+  std::string target_;
+  ScratchPool scratch_;
+};
+
+}  // namespace
+
+std::shared_ptr<Backend> CreateCpuBackend(const CpuOptions& options) {
+  return std::make_shared<CpuBackend>(options);
+}
+
+}  // namespace retint

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the CPU backend keeps of a model and of a view.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kernels/backend.h"
+#include "kernels/common/projection.h"
+
+namespace retint {
+
+struct CpuModel : Model {
+  std::vector<float> means;              // [N, 3]
+  std::vector<Covariance3> covariances;  // [N]
+  std::vector<float> opacities;          // [N]
+  std::vector<float> coefficients;       // [N, K, 3]
+
+  CpuModel(int64_t count, int sh_degree) {
+    count_ = count;
+    sh_degree_ = sh_degree;
+  }
+  float* sh() override { return coefficients.data(); }
+  const float* sh() const override { return coefficients.data(); }
+};
+
+inline constexpr int kTilePixels = kTileSize * kTileSize;
+inline constexpr uint32_t kNoSlot = UINT32_MAX;
+
+// Explicit weights of one tile: per entry the row, which of the tile's 32 half rows (8 pixels, bit
+// 2 y + x / 8) hold a weight, and those half rows' weights in units of `scale`.
+struct WeightEntry {
+  int32_t row;
+  uint32_t half_rows;
+  uint32_t slot;  // see CpuViewGeometry::slots
+  float scale;
+};
+struct WeightTile {
+  std::vector<WeightEntry> entries;
+  std::vector<uint16_t> weights;  // 8 a half row
+  size_t bytes() const {
+    return sizeof(*this) + entries.capacity() * sizeof(WeightEntry) +
+           weights.capacity() * sizeof(uint16_t);
+  }
+};
+
+// Tile lists in CSR form: the entries of tile tiles()[i] are [tile_begin[i], tile_begin[i + 1]), in
+// order of (depth, index).
+struct CpuViewGeometry : ViewGeometry {
+  std::vector<int32_t> row_gaussians;  // [rows]
+  std::vector<Splat> splats;           // whole view: one a row; region: those of its tile lists
+  std::vector<int32_t> splat_rows;     // region only: row of each splat, -1 for an inactive one
+  std::vector<int32_t> tile_ids;       // ascending
+  std::vector<int64_t> tile_begin;     // [tiles + 1]
+  std::vector<int32_t> entries;        // [E] index into splats
+  // Where entry e's partial sums go, so that those of one row lie side by side, in tile order:
+  // row r owns [row_begin[r], row_begin[r + 1]). kNoSlot for an inactive entry.
+  std::vector<uint32_t> slots;     // [E]
+  std::vector<int64_t> row_begin;  // [rows + 1]
+  bool is_region = false;
+  std::vector<WeightTile> weights;  // region with explicit weights: replaces splats and entries
+
+  const int32_t* rows() const override { return row_gaussians.data(); }
+  size_t bytes() const override;
+  std::span<const int32_t> tiles() const override { return tile_ids; }
+  int64_t num_slots() const { return row_begin.empty() ? 0 : row_begin.back(); }
+
+  void SetShape(const CameraParams& view_camera, int64_t rows) {
+    camera_ = view_camera;
+    num_rows_ = rows;
+  }
+};
+
+std::shared_ptr<const ViewGeometry> PrepareViewOnCpu(const CpuModel& model,
+                                                     const CameraParams& camera);
+
+}  // namespace retint

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Loops over threads whose results do not depend on how many there are.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace retint {
+
+// body(begin, end) over pieces of [0, count) of about `grain`.
+template <typename Body>
+void ParallelRanges(int64_t count, int64_t grain, const Body& body) {
+  if (count <= 0) return;
+  tbb::parallel_for(tbb::blocked_range<int64_t>(0, count, grain),
+                    [&](const tbb::blocked_range<int64_t>& r) { body(r.begin(), r.end()); });
+}
+
+// body(i) for i in [0, count), each a task of its own.
+template <typename Body>
+void ParallelTasks(int64_t count, const Body& body) {
+  ParallelRanges(count, 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) body(i);
+  });
+}
+
+// Sum over fixed pieces of [0, count), added in their order.
+template <typename Body>
+double OrderedSum(int64_t count, int64_t piece, const Body& body) {
+  const int64_t pieces = (count + piece - 1) / piece;
+  std::vector<double> partial(size_t(pieces), 0.0);
+  ParallelTasks(pieces, [&](int64_t i) {
+    const int64_t begin = i * piece;
+    partial[size_t(i)] = body(begin, begin + piece < count ? begin + piece : count);
+  });
+  double sum = 0;
+  for (const double value : partial) sum += value;
+  return sum;
+}
+
+}  // namespace retint

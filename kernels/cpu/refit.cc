@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/cpu/refit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "kernels/cpu/geometry.h"
+#include "kernels/cpu/parallel.h"
+
+namespace retint {
+namespace {
+
+// `out` may be `in`.
+void EditPixel(const ColorMap& map, uint8_t mask, const float* in, float* out) {
+  const float share = float(mask) * (1.0f / 255);
+  const float r = in[0], g = in[1], b = in[2];
+  for (int c = 0; c < 3; ++c) {
+    const float* row = map.delta + 3 * c;
+    out[c] = in[c] + share * (row[0] * r + row[1] * g + row[2] * b + map.offset[c]);
+  }
+}
+
+// body(tile, x0, y0, x1, y1) for every tile of the geometry, with its pixels inside the image.
+template <typename Body>
+void VisitTile(const ViewGeometry& view, size_t tile, const Body& body) {
+  const int id = view.tiles()[tile];
+  const int x0 = id % view.tiles_x() * kTileSize, y0 = id / view.tiles_x() * kTileSize;
+  body(x0, y0, std::min(x0 + kTileSize, view.camera().width),
+       std::min(y0 + kTileSize, view.camera().height));
+}
+
+void CheckBox(const int32_t* box, int width, int height) {
+  if (box[0] < 0 || box[1] < 0 || box[2] > width || box[3] > height) {
+    throw std::invalid_argument("a box lies outside its image");
+  }
+}
+
+// body(y) for the rows of a box.
+template <typename Body>
+void ForBoxRows(const int32_t* box, const Body& body) {
+  ParallelRanges(box[3] - box[1], 16, [&](int64_t begin, int64_t end) {
+    for (int64_t y = begin; y < end; ++y) body(box[1] + int(y));
+  });
+}
+
+}  // namespace
+
+void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& params) {
+  const size_t width = size_t(view.camera().width);
+  const float* source = params.source ? params.source : params.render;
+  const float scale = 1 / params.unit;
+  ParallelTasks(int64_t(view.tiles().size()), [&](int64_t i) {
+    int16_t* tile = params.target + i * kTilePixels * 3;
+    std::fill_n(tile, kTilePixels * 3, int16_t(0));
+    VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        for (int x = x0; x < x1; ++x) {
+          const size_t pixel = size_t(y) * width + size_t(x);
+          float edited[3];
+          EditPixel(params.map, params.mask[pixel], source + 3 * pixel, edited);
+          int16_t* out = tile + ((y - y0) * kTileSize + (x - x0)) * 3;
+          for (int c = 0; c < 3; ++c) {
+            const float steps = (edited[c] - params.render[3 * pixel + size_t(c)]) * scale;
+            out[c] = int16_t(std::lrint(std::clamp(steps, -32768.0f, 32767.0f)));
+          }
+        }
+      }
+    });
+  });
+}
+
+void RegionResidualOnCpu(const ViewGeometry& view, const RegionResidualParams& params) {
+  const size_t width = size_t(view.camera().width);
+  *params.loss += OrderedSum(int64_t(view.tiles().size()), 1, [&](int64_t i, int64_t) {
+    const int16_t* tile = params.target + i * kTilePixels * 3;
+    double sum = 0;
+    VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        const size_t at = (size_t(y) * width + size_t(x0)) * 3;
+        const int16_t* target = tile + (y - y0) * kTileSize * 3;
+        float row = 0;
+        for (int j = 0; j < (x1 - x0) * 3; ++j) {
+          const float r = float(target[j]) * params.unit - params.image[at + size_t(j)];
+          params.residual[at + size_t(j)] = r;
+          row += r * r;
+        }
+        sum += double(row);
+      }
+    });
+    return sum;
+  });
+}
+
+void RegionAddOnCpu(const ViewGeometry& view, float* image, const float* delta) {
+  const size_t width = size_t(view.camera().width);
+  ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
+        for (int y = y0; y < y1; ++y) {
+          const size_t at = (size_t(y) * width + size_t(x0)) * 3;
+          for (size_t j = at; j < at + size_t(x1 - x0) * 3; ++j) image[j] += delta[j];
+        }
+      });
+    }
+  });
+}
+
+void PackBoxOnCpu(const PackBoxParams& params) {
+  CheckBox(params.box, params.width, params.height);
+  const size_t row = size_t(std::max(0, params.box[2] - params.box[0])) * 3;
+  const float scale = 1 / params.unit;
+  ForBoxRows(params.box, [&](int y) {
+    const float* in = params.image + (size_t(y) * size_t(params.width) + size_t(params.box[0])) * 3;
+    uint16_t* out = params.packed + size_t(y - params.box[1]) * row;
+    for (size_t i = 0; i < row; ++i) {
+      out[i] = uint16_t(std::lrint(std::clamp(in[i] * scale, 0.0f, 65535.0f)));
+    }
+  });
+}
+
+void UnpackBoxOnCpu(const PackBoxParams& params) {
+  CheckBox(params.box, params.width, params.height);
+  const size_t row = size_t(std::max(0, params.box[2] - params.box[0])) * 3;
+  ForBoxRows(params.box, [&](int y) {
+    float* out = params.image + (size_t(y) * size_t(params.width) + size_t(params.box[0])) * 3;
+    const uint16_t* in = params.packed + size_t(y - params.box[1]) * row;
+    for (size_t i = 0; i < row; ++i) out[i] = float(in[i]) * params.unit;
+  });
+}
+
+void EditImageOnCpu(const EditImageParams& params) {
+  CheckBox(params.box, params.width, params.height);
+  ForBoxRows(params.box, [&](int y) {
+    for (int x = params.box[0]; x < params.box[2]; ++x) {
+      const size_t pixel = size_t(y) * size_t(params.width) + size_t(x);
+      EditPixel(params.map, params.mask[pixel], params.image + 3 * pixel, params.out + 3 * pixel);
+    }
+  });
+}
+
+}  // namespace retint

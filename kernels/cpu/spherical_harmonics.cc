@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/cpu/spherical_harmonics.h"
+
+#include <algorithm>
+
+#include "kernels/common/sh.h"
+#include "kernels/cpu/parallel.h"
+
+namespace retint {
+namespace {
+
+constexpr int64_t kGrain = 1024;
+
+int64_t GaussianOf(const int32_t* rows, int64_t entry) { return rows ? rows[entry] : entry; }
+
+int64_t SlotOf(const int32_t* rows, const int32_t* slots, int64_t entry) {
+  return slots ? slots[entry] : GaussianOf(rows, entry);
+}
+
+// body(entry, slot, basis) for entries [0, count) with a slot; missing(entry) for the others.
+template <typename Params, typename Body, typename Missing>
+void ForEachBasis(const CpuModel& model, const Params& params, const Body& body,
+                  const Missing& missing) {
+  ParallelRanges(params.count, kGrain, [&](int64_t begin, int64_t end) {
+    float basis[kMaxShCoeffs];
+    for (int64_t i = begin; i < end; ++i) {
+      const int64_t slot = SlotOf(params.rows, params.slots, i);
+      if (slot < 0) {
+        missing(i);
+        continue;
+      }
+      const int64_t gaussian = GaussianOf(params.rows, i);
+      ShBasisTowards(model.sh_degree(), &model.means[size_t(gaussian) * 3], params.center, basis);
+      body(i, slot, basis);
+    }
+  });
+}
+
+// sum_k basis[k] * coefficients[k, :].
+void Dot(const float* basis, const float* coefficients, int k, float* out) {
+  float r = 0, g = 0, b = 0;
+  for (int i = 0; i < k; ++i) {
+    r += basis[i] * coefficients[3 * i];
+    g += basis[i] * coefficients[3 * i + 1];
+    b += basis[i] * coefficients[3 * i + 2];
+  }
+  out[0] = r, out[1] = g, out[2] = b;
+}
+
+}  // namespace
+
+void EvalShOnCpu(const CpuModel& model, const EvalShParams& params) {
+  const int k = model.num_sh_coeffs();
+  ForEachBasis(
+      model, params,
+      [&](int64_t i, int64_t slot, const float* basis) {
+        float* color = params.colors + 3 * i;
+        Dot(basis, params.sh + slot * 3 * k, k, color);
+        for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c] + 0.5f);
+      },
+      [&](int64_t i) { std::fill_n(params.colors + 3 * i, 3, 0.0f); });
+}
+
+void EvalShTransposeOnCpu(const CpuModel& model, const EvalShTransposeParams& params) {
+  const int k = model.num_sh_coeffs();
+  ForEachBasis(
+      model, params,
+      [&](int64_t i, int64_t slot, const float* basis) {
+        float g[3];
+        for (int c = 0; c < 3; ++c) {
+          const bool open = !params.colors || params.colors[3 * i + c] > 0;
+          g[c] = open ? params.color_gradients[3 * i + c] : 0.0f;
+        }
+        float* out = params.gradient + slot * 3 * k;
+        for (int j = 0; j < k; ++j) {
+          for (int c = 0; c < 3; ++c) out[3 * j + c] += basis[j] * g[c];
+        }
+      },
+      [](int64_t) {});
+}
+
+void ShTangentOnCpu(const CpuModel& model, const ShTangentParams& params) {
+  const int k = model.num_sh_coeffs();
+  ForEachBasis(
+      model, params,
+      [&](int64_t i, int64_t slot, const float* basis) {
+        float* out = params.tangents + 3 * i;
+        Dot(basis, params.direction + slot * 3 * k, k, out);
+        for (int c = 0; params.colors && c < 3; ++c) {
+          if (!(params.colors[3 * i + c] > 0)) out[c] = 0;
+        }
+      },
+      [&](int64_t i) { std::fill_n(params.tangents + 3 * i, 3, 0.0f); });
+}
+
+void AccumulateBlocksOnCpu(const CpuModel& model, const AccumulateBlocksParams& params) {
+  const int k = model.num_sh_coeffs();
+  ForEachBasis(
+      model, params,
+      [&](int64_t i, int64_t slot, const float* basis) {
+        float* block = params.blocks + slot * (k * (k + 1) / 2);
+        for (int row = 0; row < k; ++row) {
+          const float scaled = params.weights[i] * basis[row];
+          for (int column = 0; column <= row; ++column) *block++ += scaled * basis[column];
+        }
+      },
+      [](int64_t) {});
+}
+
+}  // namespace retint

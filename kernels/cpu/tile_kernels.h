@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The inner loops: everything that happens between one tile's list and its 16 x 16 pixels. Once in
+// scalar C++ (the oracle), once in Highway with run-time dispatch; the rest of the backend is
+// shared.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/common/projection.h"
+#include "kernels/cpu/geometry.h"
+
+namespace retint {
+
+// One tile's list. Planar per-tile images are [C][kTilePixels], row-major inside the tile.
+struct TileList {
+  const Splat* splats;
+  const int32_t* entries;     // [count] index into splats
+  const int32_t* splat_rows;  // null: identity
+  const uint32_t* slots;      // [count], of the transpose
+  int64_t count;
+  int x0, y0;  // the tile's first pixel
+};
+
+struct TileKernels {
+  // sums += W c. `transmittance` holds 1, or -1 for pixels beyond the image, on entry; |T| is the
+  // final transmittance afterwards.
+  void (*blend)(const TileList& list, const float* features, int channels, float* sums,
+                float* transmittance);
+  // partials[slot, C] = sum over the tile's pixels of W * residual, for every entry with a slot.
+  void (*transpose)(const TileList& list, const float* residual, int channels, float* partials,
+                    float* transmittance);
+  // sums += W z; median = z of the splat at which T falls below `threshold`.
+  void (*depth)(const TileList& list, float threshold, float* sums, float* median,
+                float* transmittance);
+  // Explicit weights of the active entries that have any; slot is left kNoSlot.
+  void (*weights)(const TileList& list, WeightTile* tile, float* transmittance);
+  // blend and transpose from explicit weights.
+  void (*blend_weights)(const WeightTile& tile, const float* features, int channels, float* sums);
+  void (*transpose_weights)(const WeightTile& tile, const float* residual, int channels,
+                            float* partials);
+};
+
+const TileKernels& ScalarTileKernels();
+const TileKernels& SimdTileKernels();
+const char* SimdTargetName();  // "AVX3", "AVX2", ...
+
+}  // namespace retint

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tile loops in plain C++: pixel by pixel as the formulas read. The SIMD ones are tested
+// against these.
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/common/blend.h"
+#include "kernels/cpu/tile_kernels.h"
+
+namespace retint {
+namespace {
+
+// visit(entry index, pixel, weight) for every pair with a weight, splat by splat.
+template <typename Visit>
+void ForEachWeight(const TileList& list, float* transmittance, const Visit& visit) {
+  for (int64_t i = 0; i < list.count; ++i) {
+    const Splat& splat = list.splats[list.entries[i]];
+    for (int pixel = 0; pixel < kTilePixels; ++pixel) {
+      const float dx = float(list.x0 + pixel % kTileSize) + 0.5f - splat.x;
+      const float dy = float(list.y0 + pixel / kTileSize) + 0.5f - splat.y;
+      const float weight = BlendStep(SplatExponent(splat, dx, dy), &transmittance[pixel]);
+      if (weight > 0) visit(i, pixel, weight);
+    }
+  }
+}
+
+int32_t RowOf(const TileList& list, int64_t entry) {
+  const int32_t splat = list.entries[entry];
+  return list.splat_rows ? list.splat_rows[splat] : splat;
+}
+
+void BlendTile(const TileList& list, const float* features, int channels, float* sums,
+               float* transmittance) {
+  ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
+    const int32_t row = RowOf(list, entry);
+    if (row < 0) return;
+    for (int c = 0; c < channels; ++c) {
+      sums[c * kTilePixels + pixel] += weight * features[int64_t(row) * channels + c];
+    }
+  });
+}
+
+void TransposeTile(const TileList& list, const float* residual, int channels, float* partials,
+                   float* transmittance) {
+  for (int64_t i = 0; i < list.count; ++i) {
+    if (list.slots[i] == kNoSlot) continue;
+    std::fill_n(&partials[int64_t(list.slots[i]) * channels], channels, 0.0f);
+  }
+  ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
+    const uint32_t slot = list.slots[entry];
+    if (slot == kNoSlot) return;
+    for (int c = 0; c < channels; ++c) {
+      partials[int64_t(slot) * channels + c] += weight * residual[c * kTilePixels + pixel];
+    }
+  });
+}
+
+void DepthTile(const TileList& list, float threshold, float* sums, float* median,
+               float* transmittance) {
+  ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
+    const float depth = list.splats[list.entries[entry]].depth;
+    sums[pixel] += weight * depth;
+    if (transmittance[pixel] < threshold && median[pixel] == 0) median[pixel] = depth;
+  });
+}
+
+// Appends one entry's weights [kTilePixels] in compact form; nothing when all are zero.
+void AppendWeights(int32_t row, const float* weights, WeightTile* tile) {
+  const float largest = *std::max_element(weights, weights + kTilePixels);
+  if (largest <= 0) return;
+  WeightEntry entry{row, 0, kNoSlot, largest / 65535};
+  for (int half = 0; half < 32; ++half) {
+    const float* from = weights + 8 * half;
+    if (std::all_of(from, from + 8, [](float w) { return w == 0; })) continue;
+    entry.half_rows |= 1u << half;
+    for (int i = 0; i < 8; ++i) {
+      tile->weights.push_back(uint16_t(std::lrint(from[i] / entry.scale)));
+    }
+  }
+  tile->entries.push_back(entry);
+}
+
+void WeightsOfTile(const TileList& list, WeightTile* tile, float* transmittance) {
+  float weights[kTilePixels] = {};
+  int64_t current = -1;
+  const auto flush = [&] {
+    if (current < 0) return;
+    AppendWeights(RowOf(list, current), weights, tile);
+    std::fill_n(weights, kTilePixels, 0.0f);
+    current = -1;
+  };
+  ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
+    if (RowOf(list, entry) < 0) return;
+    if (entry != current) flush();
+    current = entry;
+    weights[pixel] = weight;
+  });
+  flush();
+}
+
+// visit(entry, pixel, weight) for every stored weight.
+template <typename Visit>
+void ForEachStored(const WeightTile& tile, const Visit& visit) {
+  const uint16_t* weights = tile.weights.data();
+  for (const WeightEntry& entry : tile.entries) {
+    for (int half = 0; half < 32; ++half) {
+      if (!(entry.half_rows >> half & 1)) continue;
+      for (int i = 0; i < 8; ++i) visit(entry, 8 * half + i, float(weights[i]));
+      weights += 8;
+    }
+  }
+}
+
+void BlendWeights(const WeightTile& tile, const float* features, int channels, float* sums) {
+  ForEachStored(tile, [&](const WeightEntry& entry, int pixel, float weight) {
+    for (int c = 0; c < channels; ++c) {
+      sums[c * kTilePixels + pixel] +=
+          weight * (entry.scale * features[int64_t(entry.row) * channels + c]);
+    }
+  });
+}
+
+void TransposeWeights(const WeightTile& tile, const float* residual, int channels,
+                      float* partials) {
+  for (const WeightEntry& entry : tile.entries) {
+    std::fill_n(&partials[int64_t(entry.slot) * channels], channels, 0.0f);
+  }
+  ForEachStored(tile, [&](const WeightEntry& entry, int pixel, float weight) {
+    for (int c = 0; c < channels; ++c) {
+      partials[int64_t(entry.slot) * channels + c] +=
+          entry.scale * weight * residual[c * kTilePixels + pixel];
+    }
+  });
+}
+
+}  // namespace
+
+const TileKernels& ScalarTileKernels() {
+  static constexpr TileKernels kKernels = {BlendTile,     TransposeTile, DepthTile,
+                                           WeightsOfTile, BlendWeights,  TransposeWeights};
+  return kKernels;
+}
+
+}  // namespace retint
+namespace retint {
+const TileKernels& SimdTileKernels() { return ScalarTileKernels(); }
+const char* SimdTargetName() { return "scalar"; }
+}  // namespace retint

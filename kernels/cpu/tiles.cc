@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/cpu/tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "kernels/cpu/parallel.h"
+
+namespace retint {
+namespace {
+
+struct alignas(64) TileScratch {
+  float values[kMaxChannels * kTilePixels];
+  float median[kTilePixels];
+  float transmittance[kTilePixels];
+};
+
+void CheckChannels(int channels) {
+  if (channels < 1 || channels > kMaxChannels) {
+    throw std::invalid_argument("channels must be 1 to " + std::to_string(kMaxChannels));
+  }
+}
+
+struct TileRect {
+  int x0, y0, width, height;  // clipped to the image
+};
+
+TileRect RectOf(const ViewGeometry& view, int tile) {
+  const int x0 = tile % view.tiles_x() * kTileSize, y0 = tile / view.tiles_x() * kTileSize;
+  return {x0, y0, std::min(kTileSize, view.camera().width - x0),
+          std::min(kTileSize, view.camera().height - y0)};
+}
+
+// Planar tile -> interleaved image.
+void StoreTile(const TileRect& rect, const float* planes, int channels, int image_width,
+               float* image) {
+  for (int y = 0; y < rect.height; ++y) {
+    float* out =
+        image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(channels);
+    const float* in = planes + y * kTileSize;
+    if (channels == 1) {
+      std::copy_n(in, rect.width, out);
+      continue;
+    }
+    for (int x = 0; x < rect.width; ++x) {
+      for (int c = 0; c < channels; ++c) *out++ = in[c * kTilePixels + x];
+    }
+  }
+}
+
+// Interleaved image -> planar tile, zero beyond the image.
+void LoadTile(const TileRect& rect, const float* image, int channels, int image_width,
+              float* planes) {
+  if (rect.width < kTileSize || rect.height < kTileSize) {
+    std::fill_n(planes, channels * kTilePixels, 0.0f);
+  }
+  for (int y = 0; y < rect.height; ++y) {
+    const float* in =
+        image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(channels);
+    float* out = planes + y * kTileSize;
+    for (int x = 0; x < rect.width; ++x) {
+      for (int c = 0; c < channels; ++c) out[c * kTilePixels + x] = *in++;
+    }
+  }
+}
+
+// Values of the pixels that no tile of the view covers.
+void FillOutside(const ViewGeometry& view, int channels, const float* background, float* image) {
+  const auto tiles = view.tiles();
+  const int num_tiles = view.tiles_x() * view.tiles_y();
+  if (int(tiles.size()) == num_tiles) return;
+  std::vector<uint8_t> covered(size_t(num_tiles), 0);
+  for (const int32_t tile : tiles) covered[size_t(tile)] = 1;
+  alignas(64) float planes[kMaxChannels * kTilePixels] = {};
+  for (int c = 0; background && c < channels; ++c) {
+    std::fill_n(planes + c * kTilePixels, kTilePixels, background[c]);
+  }
+  ParallelRanges(num_tiles, 256, [&](int64_t begin, int64_t end) {
+    for (int tile = int(begin); tile < int(end); ++tile) {
+      if (covered[size_t(tile)]) continue;
+      StoreTile(RectOf(view, tile), planes, channels, view.camera().width, image);
+    }
+  });
+}
+
+// body(i, rect, scratch) for every visited tile, with the transmittance ready.
+template <typename Body>
+void ForEachTile(const CpuViewGeometry& view, const Body& body) {
+  ParallelRanges(int64_t(view.tile_ids.size()), 4, [&](int64_t begin, int64_t end) {
+    TileScratch scratch;
+    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+      const TileRect rect = RectOf(view, view.tile_ids[i]);
+      InitTransmittance(view.camera(), rect.x0, rect.y0, scratch.transmittance);
+      body(i, rect, scratch);
+    }
+  });
+}
+
+}  // namespace
+
+ScratchPool::Lease ScratchPool::Take(size_t count) {
+  std::vector<float> array;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!free_.empty()) {
+      array = std::move(free_.back());
+      free_.pop_back();
+    }
+  }
+  if (array.size() < count) {
+    array = {};
+    array.resize(count);
+  }
+  return Lease(this, std::move(array));
+}
+
+void ScratchPool::Return(std::vector<float> array) {
+  const std::lock_guard lock(mutex_);
+  free_.push_back(std::move(array));
+}
+
+TileList TileListOf(const CpuViewGeometry& view, size_t i) {
+  const TileRect rect = RectOf(view, view.tile_ids[i]);
+  const int64_t begin = view.tile_begin[i];
+  return {view.splats.data(),
+          view.entries.data() + begin,
+          view.is_region ? view.splat_rows.data() : nullptr,
+          view.slots.data() + begin,
+          view.tile_begin[i + 1] - begin,
+          rect.x0,
+          rect.y0};
+}
+
+void InitTransmittance(const CameraParams& camera, int x0, int y0, float* transmittance) {
+  for (int pixel = 0; pixel < kTilePixels; ++pixel) {
+    const bool inside =
+        x0 + pixel % kTileSize < camera.width && y0 + pixel / kTileSize < camera.height;
+    transmittance[pixel] = inside ? 1.0f : -1.0f;
+  }
+}
+
+void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
+                const BlendParams& params) {
+  CheckChannels(params.channels);
+  const int channels = params.channels, width = view.camera().width;
+  const float* background = view.is_region ? nullptr : params.background;
+  if (!params.keep_outside) {
+    FillOutside(view, channels, background, params.image);
+    if (params.alpha) FillOutside(view, 1, nullptr, params.alpha);
+  }
+  const bool explicit_weights = !view.weights.empty();
+  ForEachTile(view, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+    std::fill_n(scratch.values, channels * kTilePixels, 0.0f);
+    if (explicit_weights) {
+      kernels.blend_weights(view.weights[i], params.features, channels, scratch.values);
+    } else {
+      kernels.blend(TileListOf(view, i), params.features, channels, scratch.values,
+                    scratch.transmittance);
+    }
+    for (int c = 0; background && c < channels; ++c) {
+      for (int p = 0; p < kTilePixels; ++p) {
+        scratch.values[c * kTilePixels + p] += std::fabs(scratch.transmittance[p]) * background[c];
+      }
+    }
+    StoreTile(rect, scratch.values, channels, width, params.image);
+    if (!params.alpha || view.is_region) return;
+    for (int p = 0; p < kTilePixels; ++p) {
+      scratch.values[p] = 1 - std::fabs(scratch.transmittance[p]);
+    }
+    StoreTile(rect, scratch.values, 1, width, params.alpha);
+  });
+  if (!params.alpha || !view.is_region) return;
+  const std::vector<float> ones(size_t(view.num_rows()), 1.0f);
+  BlendOnCpu(kernels, view, {ones.data(), 1, nullptr, params.alpha, nullptr, params.keep_outside});
+}
+
+void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const CpuViewGeometry& view,
+                         const BlendTransposeParams& params) {
+  CheckChannels(params.channels);
+  const int channels = params.channels, width = view.camera().width;
+  auto partials = pool->Take(size_t(view.num_slots()) * size_t(channels));
+  const bool explicit_weights = !view.weights.empty();
+  ForEachTile(view, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+    LoadTile(rect, params.residual, channels, width, scratch.values);
+    if (explicit_weights) {
+      kernels.transpose_weights(view.weights[i], scratch.values, channels, partials.data());
+    } else {
+      kernels.transpose(TileListOf(view, i), scratch.values, channels, partials.data(),
+                        scratch.transmittance);
+    }
+  });
+  ParallelRanges(view.num_rows(), 4096, [&](int64_t begin, int64_t end) {
+    for (int64_t row = begin; row < end; ++row) {
+      float sums[kMaxChannels] = {};
+      for (int64_t slot = view.row_begin[size_t(row)]; slot < view.row_begin[size_t(row) + 1];
+           ++slot) {
+        for (int c = 0; c < channels; ++c) sums[c] += partials.data()[slot * channels + c];
+      }
+      std::copy_n(sums, channels, params.result + row * channels);
+    }
+  });
+}
+
+void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
+                const DepthParams& params) {
+  if (view.is_region) throw std::invalid_argument("depth needs the geometry of a whole view");
+  const int width = view.camera().width;
+  for (float* image : {params.median, params.expected, params.alpha}) {
+    if (image) FillOutside(view, 1, nullptr, image);
+  }
+  ForEachTile(view, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+    std::fill_n(scratch.values, kTilePixels, 0.0f);
+    std::fill_n(scratch.median, kTilePixels, 0.0f);
+    kernels.depth(TileListOf(view, i), params.threshold, scratch.values, scratch.median,
+                  scratch.transmittance);
+    if (params.median) StoreTile(rect, scratch.median, 1, width, params.median);
+    for (int p = 0; p < kTilePixels; ++p) {
+      const float alpha = 1 - std::fabs(scratch.transmittance[p]);
+      scratch.values[p] = alpha > 0 ? scratch.values[p] / alpha : 0;
+      scratch.transmittance[p] = alpha;
+    }
+    if (params.expected) StoreTile(rect, scratch.values, 1, width, params.expected);
+    if (params.alpha) StoreTile(rect, scratch.transmittance, 1, width, params.alpha);
+  });
+}
+
+}  // namespace retint

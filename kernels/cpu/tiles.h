@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The blending operations of the CPU backend: tiles over threads, inner loops from TileKernels.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "kernels/backend.h"
+#include "kernels/cpu/geometry.h"
+#include "kernels/cpu/tile_kernels.h"
+
+namespace retint {
+
+// Large float arrays reused between calls: fresh pages would cost as much as the blending.
+class ScratchPool {
+ public:
+  class Lease {
+   public:
+    Lease(ScratchPool* pool, std::vector<float> array) : pool_(pool), array_(std::move(array)) {}
+    ~Lease() { pool_->Return(std::move(array_)); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    float* data() { return array_.data(); }
+
+   private:
+    ScratchPool* pool_;
+    std::vector<float> array_;
+  };
+  // At least `count` floats of unspecified value.
+  Lease Take(size_t count);
+
+ private:
+  void Return(std::vector<float> array);
+  std::mutex mutex_;
+  std::vector<std::vector<float>> free_;
+};
+
+void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const BlendParams& params);
+void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* scratch,
+                         const CpuViewGeometry& view, const BlendTransposeParams& params);
+void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const DepthParams& params);
+std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
+                                                  const CpuViewGeometry& view,
+                                                  const uint8_t* active, size_t budget_bytes);
+
+// The list of the geometry's i-th tile.
+TileList TileListOf(const CpuViewGeometry& view, size_t i);
+// 1 inside the image, -1 beyond its edge, for the tile whose first pixel is (x0, y0).
+void InitTransmittance(const CameraParams& camera, int x0, int y0, float* transmittance);
+
+}  // namespace retint
