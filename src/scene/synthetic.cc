@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "scene/synthetic_gaussians.h"
 #include "scene/synthetic_light.h"
 #include "scene/synthetic_views.h"
 #include "scene/synthetic_world.h"
@@ -47,6 +48,7 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
     view.camera_id = 1;
     view.cam_from_world = cameras[i].cam_from_world;
   }
+  scene.model = MakeGaussians(world, lighting, views, options, monitor);
   scene.whole_views = FindWholeViews(world, views);
   for (size_t i = 0; i < world.objects.size(); ++i) {
     scene.object_names.push_back(world.objects[i].name);
