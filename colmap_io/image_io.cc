@@ -9,6 +9,7 @@
 
 #include "base/files.h"
 #include "colmap_io/image_check.h"
+#include "colmap_io/jpeg_decode.h"
 
 namespace retint {
 namespace {
@@ -28,6 +29,11 @@ cv::Mat Decode(const fs::path& path, int flags) {
     throw InputError(path, "is larger than 2 GiB");
   }
   cv::Mat pixels;
+  if (IsJpeg(bytes)) {
+    Image8 rgb = DecodeJpeg(bytes, path);
+    for (size_t i = 0; i < rgb.data.size(); i += 3) std::swap(rgb.data[i], rgb.data[i + 2]);
+    return cv::Mat(rgb.height, rgb.width, CV_8UC3, rgb.data.data()).clone();
+  }
   try {
     const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
     pixels = cv::imdecode(raw, flags);
