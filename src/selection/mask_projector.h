@@ -24,6 +24,13 @@ struct ProjectorOptions {
   int close_radius = 2;           // pixels, morphological close after splatting
   double depth_tolerance = 0.02;  // relative; points further behind the view's depth are hidden
   double share_threshold = 0.3;   // gaussians: rendered share above which a pixel is inside
+  // How the evidence is weighed; being tuned.
+  double unknown_weight = 0.2;
+  double painted_weight = 1;
+  int evidence_mode = 2;  // 0 surfels, 1 backward, 2 both
+  int median = 0;
+  int iterations = 0;
+  double visible_tolerance = 0.03;
   void Check() const;
 };
 
