@@ -29,19 +29,25 @@ Image8 Quantize(const Image& image) {
   return out;
 }
 
-Image8 Crop(const Image8& image, int x0, int y0, int width, int height) {
-  Image8 out(width, height);
-  for (int y = 0; y < height; ++y) {
-    std::copy_n(&image(x0, y0 + y), size_t(width) * 3, &out(0, y));
+PixelRect Union(const PixelRect& a, const PixelRect& b) {
+  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x,
+          std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+Image8 Crop(const Image8& image, const PixelRect& rect) {
+  Image8 out(rect.width, rect.height);
+  for (int y = 0; y < rect.height; ++y) {
+    std::copy_n(&image(rect.x, rect.y + y), size_t(rect.width) * 3, &out(0, y));
   }
   return out;
 }
 
-ScalarImage Gray(const Image& image, int x0, int y0, int width, int height) {
-  ScalarImage out(width, height);
-  for (int y = 0; y < height; ++y) {
-    const float* rgb = &image(x0, y0 + y);
-    for (int x = 0; x < width; ++x, rgb += 3) {
+ScalarImage Gray(const Image& image, const PixelRect& rect) {
+  ScalarImage out(rect.width, rect.height);
+  for (int y = 0; y < rect.height; ++y) {
+    const float* rgb = &image(rect.x, rect.y + y);
+    for (int x = 0; x < rect.width; ++x, rgb += 3) {
       out(x, y) = 0.299f * std::min(rgb[0], 1.0f) + 0.587f * std::min(rgb[1], 1.0f) +
                   0.114f * std::min(rgb[2], 1.0f);
     }
@@ -124,35 +130,36 @@ DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& moni
 
   RenderRequest request;
   request.cache = false;
-  const PixelRect padded{-padding, -padding, width + 2 * padding, height + 2 * padding};
-  const Image reference = renderer_.Render(CropCamera(view, padded), request).rgb;
-  const Image8 reference8 = Quantize(reference);
-  std::vector<Image8> shifted8(shifts.size());
+  std::vector<RenderedPair> rendered(shifts.size());
   std::vector<ShiftedGray> grays(shifts.size());
+  PixelRect all{0, 0, width, height};
   for (size_t k = 0; k < shifts.size(); ++k) {
-    monitor.Step("depth", done++, steps);
     const PixelRect rect = PairRect(view.camera, shifts[k], padding);
-    const Image image =
-        renderer_.Render(CropCamera(ShiftCamera(view, shifts[k], search.baseline), rect), request)
-            .rgb;
-    shifted8[k] = Quantize(image);
-    grays[k] = {shifts[k], rect, Gray(image, 0, 0, rect.width, rect.height)};
+    all = Union(all, rect);
+    const PosedCamera shifted = ShiftCamera(view, shifts[k], search.baseline);
+    const Image image = renderer_.Render(CropCamera(shifted, rect), request).rgb;
+    rendered[k] = {shifts[k], rect, {}, Quantize(image)};
+    grays[k] = {shifts[k], rect, Gray(image, {0, 0, rect.width, rect.height})};
+    monitor.Step("depth", done++, steps);
+  }
+  const Image reference = renderer_.Render(CropCamera(view, all), request).rgb;
+  const Image8 reference8 = Quantize(reference);
+  for (RenderedPair& pair : rendered) {
+    pair.reference = Crop(
+        reference8, {pair.rect.x - all.x, pair.rect.y - all.y, pair.rect.width, pair.rect.height});
   }
 
   std::vector<ScalarImage> pairs(shifts.size());
   tbb::parallel_for(size_t{0}, shifts.size(), [&](size_t k) {
     monitor.ThrowIfCancelled();
-    const PixelRect& rect = grays[k].rect;
-    const Image8 own =
-        Crop(reference8, rect.x - padded.x, rect.y - padded.y, rect.width, rect.height);
-    pairs[k] = MatchPair(*matcher_, own, shifted8[k], shifts[k], padding, search.range,
+    pairs[k] = MatchPair(*matcher_, rendered[k], width, height, search.range,
                          options_.left_right_tolerance);
   });
   monitor.Step("depth", done += 2 * double(shifts.size()), steps);
 
   ScalarImage disparity = FuseDisparities(pairs, options_.aggregate, options_.agree_tolerance);
   if (options_.refine) {
-    RefineDisparity(Gray(reference, padding, padding, width, height), grays, disparity);
+    RefineDisparity(Gray(reference, {-all.x, -all.y, width, height}), grays, disparity);
   }
 
   DepthEstimate estimate;

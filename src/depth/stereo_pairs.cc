@@ -2,11 +2,14 @@
 #include "depth/stereo_pairs.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 namespace retint {
 namespace {
+
+constexpr int kMargin = 8;  // pixels: matching windows at the border see the scene too
 
 struct Pixel {
   int x, y;
@@ -86,34 +89,35 @@ PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline) {
 }
 
 PixelRect PairRect(const Camera& camera, Shift shift, int padding) {
-  PixelRect rect{0, 0, camera.width, camera.height};
+  PixelRect rect{-kMargin, -kMargin, camera.width + 2 * kMargin, camera.height + 2 * kMargin};
   (IsVertical(shift) ? rect.height : rect.width) += padding;
-  if (shift == Shift::kRight) rect.x = -padding;
-  if (shift == Shift::kDown) rect.y = -padding;
+  if (shift == Shift::kRight) rect.x -= padding;
+  if (shift == Shift::kDown) rect.y -= padding;
   return rect;
 }
 
-ScalarImage MatchPair(const StereoMatcher& matcher, const Image8& reference, const Image8& shifted,
-                      Shift shift, int padding, const DisparityRange& range, double tolerance) {
-  const Image8 left = ToMatcher(reference, shift);
-  const Image8 right = ToMatcher(shifted, shift);
+ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, int width, int height,
+                      const DisparityRange& range, double tolerance) {
+  const Image8 left = ToMatcher(pair.reference, pair.shift);
+  const Image8 right = ToMatcher(pair.shifted, pair.shift);
   const ScalarImage forward = matcher.Match(left, right, range).disparity;
+  // The other way the unmatched columns are on the other side: pad there.
+  const int padding = range.lowest + range.count;
   const ScalarImage backward =
       matcher.Match(MirrorAndPad(right, padding), MirrorAndPad(left, padding), range).disparity;
 
-  const bool vertical = IsVertical(shift);
-  ScalarImage disparity(reference.width - (vertical ? 0 : padding),
-                        reference.height - (vertical ? padding : 0), -1.0f);
+  ScalarImage disparity(width, height, -1.0f);
   for (int v = 0; v < forward.height; ++v) {
-    for (int u = padding; u < forward.width; ++u) {
+    for (int u = 0; u < forward.width; ++u) {
       const float s = forward(u, v);
       if (s < 0) continue;
       const int there = u - int(std::lround(s));
       if (there < 0) continue;
       const float back = backward(forward.width - 1 - there + padding, v);
       if (back < 0 || std::abs(back - s) > tolerance) continue;
-      const Pixel p = FromMatcher(shift, disparity.width, disparity.height, u - padding, v);
-      disparity(p.x, p.y) = s;
+      const Pixel p = FromMatcher(pair.shift, pair.rect.width, pair.rect.height, u, v);
+      const int x = p.x + pair.rect.x, y = p.y + pair.rect.y;
+      if (disparity.Contains(x, y)) disparity(x, y) = s;
     }
   }
   return disparity;
@@ -122,14 +126,15 @@ ScalarImage MatchPair(const StereoMatcher& matcher, const Image8& reference, con
 ScalarImage FuseDisparities(std::span<const ScalarImage> pairs, StereoAggregate aggregate,
                             double tolerance) {
   ScalarImage fused(pairs.front().width, pairs.front().height, -1.0f);
-  std::array<float, 4> found;
+  std::vector<float> found;  // at this pixel, nearest first
   for (size_t i = 0; i < fused.data.size(); ++i) {
-    size_t count = 0;
+    found.clear();
     for (const ScalarImage& pair : pairs) {
-      if (pair.data[i] > 0) found[count++] = pair.data[i];
+      if (pair.data[i] > 0) found.push_back(pair.data[i]);
     }
-    if (count == 0) continue;
-    std::sort(found.begin(), found.begin() + count, std::greater<>());  // nearest first
+    if (found.empty()) continue;
+    const size_t count = found.size();
+    std::sort(found.begin(), found.end(), std::greater<>());
     if (aggregate == StereoAggregate::kMin) {
       fused.data[i] = found[0];
       continue;

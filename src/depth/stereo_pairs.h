@@ -24,14 +24,21 @@ struct PixelRect {
 // The view that sees `rect` of `view`'s image plane.
 PosedCamera CropCamera(const PosedCamera& view, const PixelRect& rect);
 PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline);
-// The image grown by `padding` on the side from which content enters the shifted view, so that
-// every pixel of the image can be matched.
+// The image grown by a few pixels all round, and by `padding` on the side from which content enters
+// the shifted view, so that every pixel of the image can be matched.
 PixelRect PairRect(const Camera& camera, Shift shift, int padding);
 
-// The disparity [H, W] of the reference; negative where not found or not confirmed by matching the
-// other way within `tolerance` pixels. `reference` and `shifted` show PairRect(.., padding).
-ScalarImage MatchPair(const StereoMatcher& matcher, const Image8& reference, const Image8& shifted,
-                      Shift shift, int padding, const DisparityRange& range, double tolerance);
+// A pair to match: both images show `rect` of the image plane of a [height, width] view.
+struct RenderedPair {
+  Shift shift;
+  PixelRect rect;
+  Image8 reference, shifted;
+};
+
+// The disparity [height, width] of the reference; negative where not found or not confirmed by
+// matching the other way within `tolerance` pixels.
+ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, int width, int height,
+                      const DisparityRange& range, double tolerance);
 
 // Per pixel, over the pairs: kAgree takes the mean of the largest set that agrees within
 // `tolerance` pixels, of two as large the nearer; kMin the nearest of all. Negative where no pair

@@ -11,6 +11,7 @@ namespace retint {
 namespace {
 
 constexpr int kWindow = 7;  // pixels, the window of the least squares
+constexpr int kBlur = 5;
 constexpr int kIterations = 3;
 constexpr float kMaxStep = 0.5f;         // pixels an iteration
 constexpr float kMaxMove = 1.0f;         // pixels altogether: beyond, the matcher's value is kept
@@ -94,6 +95,10 @@ void RefineDisparity(const ScalarImage& gray_image, std::span<const ShiftedGray>
   const cv::Mat smooth = (highest - lowest < kSmooth) & (lowest > 0);
 
   for (int iteration = 0; iteration < kIterations; ++iteration) {
+    // A step moves a window as one; smoothing first removes the stairs that it would keep.
+    cv::Mat blurred;
+    cv::blur(disparity, blurred, {kBlur, kBlur}, {-1, -1}, cv::BORDER_REPLICATE);
+    blurred.copyTo(disparity, smooth);
     cv::Mat numerator = cv::Mat::zeros(gray.size(), CV_32F);
     cv::Mat denominator = cv::Mat::zeros(gray.size(), CV_32F);
     for (const ShiftedGray& view : shifted) {

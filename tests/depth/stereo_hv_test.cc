@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "depth/stereo_hv.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/depth/plane_scene.h"
+
+namespace retint {
+namespace {
+
+using ::testing::HasSubstr;
+
+PosedCamera View() { return {Camera::Pinhole(1, 240, 180, 200, 210, 118.5, 93.25), Rigid3d{}}; }
+
+// Finds the same disparity everywhere, both ways, or nothing when it is negative.
+class FixedMatcher : public StereoMatcher {
+ public:
+  explicit FixedMatcher(float disparity) : disparity_(disparity) {}
+  StereoMatch Match(const Image8& left, const Image8&, const DisparityRange&) const override {
+    return {ScalarImage(left.width, left.height, disparity_)};
+  }
+
+ private:
+  float disparity_;
+};
+
+double MedianRelativeError(const DepthEstimate& estimate, const DepthMap& truth) {
+  std::vector<double> errors;
+  for (size_t i = 0; i < truth.data.size(); ++i) {
+    if (estimate.valid.data[i]) {
+      errors.push_back(std::abs(estimate.depth.data[i] / truth.data[i] - 1));
+    }
+  }
+  if (errors.empty()) return 1;
+  const auto middle = errors.begin() + std::ptrdiff_t(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
+}
+
+TEST(ChooseStereoSearch, PutsTheMedianWhereItIsAsked) {
+  const Camera camera = Camera::Pinhole(1, 400, 300, 350, 350, 200, 150);
+  DepthMap rough(400, 300, 5.0f);
+  for (int x = 0; x < 100; ++x) rough(x, 0) = 0;  // unknown: not counted
+  const StereoSearch search = ChooseStereoSearch(camera, rough, {});
+  const double s = 350 * search.baseline / 5;
+  EXPECT_NEAR(s, 0.05 * 400, 1e-6);
+  EXPECT_LT(search.range.lowest, s);
+  EXPECT_GT(search.range.lowest + search.range.count, s);
+  EXPECT_EQ(search.range.count % 16, 0);
+  EXPECT_LE(search.range.count, 32) << "a scene of one depth needs a short search";
+}
+
+TEST(ChooseStereoSearch, KeepsTheNearestInRange) {
+  const Camera camera = Camera::Pinhole(1, 1600, 900, 1400, 1400, 800, 450);
+  DepthMap rough(1600, 900, 20.0f);
+  for (int y = 0; y < 200; ++y) {
+    for (int x = 0; x < 1600; ++x) rough(x, y) = 2.0f;
+  }
+  const StereoSearch search = ChooseStereoSearch(camera, rough, {});
+  const double nearest = 1400 * search.baseline / 2;
+  EXPECT_LT(nearest, search.range.lowest + search.range.count);
+  EXPECT_LE(search.range.count, 128);
+  EXPECT_LT(1400 * search.baseline / 20, 0.05 * 1600) << "so the baseline had to shrink";
+
+  StereoHvOptions given;
+  given.baseline = 1;
+  EXPECT_EQ(ChooseStereoSearch(camera, rough, given).baseline, 1) << "a given one is kept";
+}
+
+TEST(ChooseStereoSearch, RefusesAnEmptyRoughDepth) {
+  const Camera camera = Camera::Pinhole(1, 40, 30, 35, 35, 20, 15);
+  EXPECT_THROW(ChooseStereoSearch(camera, DepthMap(40, 30, 0.0f), {}), InputError);
+}
+
+class OnPlanes : public ::testing::TestWithParam<std::pair<double, double>> {};
+INSTANTIATE_TEST_SUITE_P(StereoHv, OnPlanes,
+                         ::testing::Values(std::pair{0.0, 0.0}, std::pair{0.5, 0.0},
+                                           std::pair{0.0, -0.5}, std::pair{-0.3, 0.4}));
+
+TEST_P(OnPlanes, MeasuresThemToAFewTenthsOfAPercent) {
+  const PlaneScene plane{4, GetParam().first, GetParam().second};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 1));
+  Monitor monitor;
+  const auto estimate = StereoHvEstimator(renderer).Estimate(View(), monitor);
+  EXPECT_EQ(estimate.method, "stereo-hv");
+  EXPECT_THAT(estimate.reason, HasSubstr("4 rendered pairs"));
+  EXPECT_GT(estimate.valid_fraction, 0.97);
+  const DepthMap truth = plane.ExactDepth(View().camera);
+  // Disparities are about 12 pixels: 0.3 % is 0.04 of a pixel.
+  EXPECT_LT(MedianRelativeError(estimate, truth), 0.003);
+  // To the very borders, which plain stereo loses.
+  for (int y = 2; y < 180; y += 25) {
+    for (const int x : {1, 238})
+      EXPECT_NEAR(estimate.depth(x, y), truth(x, y), 0.06) << x << "," << y;
+  }
+}
+
+TEST(StereoHv, ThePapersTwoPairsAndMinimumWorkToo) {
+  const PlaneScene plane{4, 0.2, 0.1};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 2));
+  StereoHvOptions options;
+  options.both_sides = false;
+  options.aggregate = StereoAggregate::kMin;
+  options.refine = false;
+  Monitor monitor;
+  const auto estimate = StereoHvEstimator(renderer, options).Estimate(View(), monitor);
+  EXPECT_THAT(estimate.reason, HasSubstr("2 rendered pairs"));
+  EXPECT_GT(estimate.valid_fraction, 0.95);
+  // No sub-pixel refinement, and the minimum is biased to the near side.
+  EXPECT_LT(MedianRelativeError(estimate, plane.ExactDepth(View().camera)), 0.015);
+}
+
+TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 3));
+  StereoHvOptions options;
+  options.baseline = 0.25;
+  options.refine = false;
+  Monitor monitor;
+  StereoHvEstimator stereo(renderer, options, std::make_unique<FixedMatcher>(10.0f));
+  const auto estimate = stereo.Estimate(View(), monitor);
+  EXPECT_FLOAT_EQ(estimate.depth(120, 90), 200 * 0.25f / 10);  // fx beta / s
+  EXPECT_EQ(estimate.valid(120, 90), 255);
+}
+
+TEST(StereoHv, FallsBackToTheGaussiansWhereNothingMatches) {
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 4));
+  Monitor monitor;
+  StereoHvEstimator stereo(renderer, {}, std::make_unique<FixedMatcher>(-1.0f));
+  const auto estimate = stereo.Estimate(View(), monitor);
+  EXPECT_EQ(estimate.valid_fraction, 0);
+  EXPECT_THAT(estimate.valid.data, ::testing::Each(0));
+  EXPECT_NEAR(estimate.depth(120, 90), 4, 0.02);
+  EXPECT_THAT(estimate.reason, HasSubstr("0.0 %"));
+}
+
+TEST(StereoHv, StopsWhenCancelled) {
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 5));
+  StereoHvEstimator stereo(renderer);
+  Monitor before;
+  before.Cancel();
+  EXPECT_THROW(stereo.Estimate(View(), before), Cancelled);
+
+  Monitor* stop = nullptr;
+  double last = 0;
+  Monitor during([&](const Progress& progress) {
+    EXPECT_EQ(progress.stage, "depth");
+    EXPECT_GE(progress.fraction, last);
+    last = progress.fraction;
+    if (progress.fraction > 0.3) stop->Cancel();
+  });
+  stop = &during;
+  EXPECT_THROW(stereo.Estimate(View(), during), Cancelled);
+  EXPECT_LT(last, 1);
+}
+
+TEST(StereoHv, RefusesBadOptionsAndBadViews) {
+  const auto refused = [](auto change) {
+    StereoHvOptions options;
+    change(options);
+    EXPECT_THROW(options.Check(), OptionError);
+  };
+  refused([](auto& o) { o.baseline = -1; });
+  refused([](auto& o) { o.baseline = std::nan(""); });
+  refused([](auto& o) { o.median_disparity = 0; });
+  refused([](auto& o) { o.max_disparities = 100; });
+  refused([](auto& o) { o.max_disparities = 0; });
+  refused([](auto& o) { o.left_right_tolerance = -1; });
+  refused([](auto& o) { o.agree_tolerance = -0.5; });
+  refused([](auto& o) { o.sgbm.block_size = 4; });
+  refused([](auto& o) { o.sgbm.jump = o.sgbm.smoothness; });
+  EXPECT_NO_THROW(StereoHvOptions{}.Check());
+
+  Renderer renderer(CreateBackend("cpu"), PlaneScene{}.Model(1, 0.2, 6));
+  Monitor monitor;
+  PosedCamera away = View();
+  away.cam_from_world.translation.z() = -100;
+  EXPECT_THROW(StereoHvEstimator(renderer).Estimate(away, monitor), InputError);
+  PosedCamera distorted = View();
+  distorted.camera.model = CameraModelId::kSimpleRadial;
+  distorted.camera.params = {200, 120, 90, 0.1};
+  EXPECT_THROW(StereoHvEstimator(renderer).Estimate(distorted, monitor), InputError);
+}
+
+}  // namespace
+}  // namespace retint
