@@ -142,7 +142,3 @@ const TileKernels& ScalarTileKernels() {
 }
 
 }  // namespace retint
-namespace retint {
-const TileKernels& SimdTileKernels() { return ScalarTileKernels(); }
-const char* SimdTargetName() { return "scalar"; }
-}  // namespace retint
