@@ -69,11 +69,13 @@ Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder) {
     workspace.warnings.push_back(workspace.sparse_folder.parent_path().string() +
                                  ": holds several models; using 0, the others are ignored");
   }
-  workspace.reconstruction = ReadReconstruction(workspace.sparse_folder, &workspace.warnings);
+  std::vector<std::string> warnings;
+  workspace.reconstruction = ReadReconstruction(workspace.sparse_folder, &warnings);
   if (workspace.reconstruction.views.empty()) {
-    std::string why = workspace.warnings.empty() ? "" : " (" + workspace.warnings.back() + ")";
+    const std::string why = warnings.empty() ? "" : " (" + warnings.front() + ")";
     throw InputError(workspace.sparse_folder, "the model has no usable view" + why);
   }
+  workspace.warnings.insert(workspace.warnings.end(), warnings.begin(), warnings.end());
   return workspace;
 }
 

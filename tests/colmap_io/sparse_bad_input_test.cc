@@ -23,7 +23,8 @@ using ::testing::ThrowsMessage;
 
 // Without WriteFile's fsync, which thousands of damaged files would wait for.
 void Put(const std::filesystem::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+  std::filesystem::remove(path);  // file systems wait for the disk when a file is cut and rewritten
+  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 constexpr const char* kParts[] = {"cameras", "images", "points3D"};
