@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Sets up and builds Retint, recolors a scene, and leaves the result in demo/.
+#   bash apps/demo.sh                    a sample scene that it makes itself
+#   bash apps/demo.sh --workspace WS --splat S.ply --view NAME --mask M.png --tint '#3060ff'
+# The second form takes every option of `retint recolor` except those that name outputs; --view and
+# --mask may repeat. Safe to run again: what is there is replaced, and only what changed is built.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+demo=$root/demo
+tint='#3060ff'
+
+fail() {
+  echo "demo.sh: $1" >&2
+  exit "${2:-2}"
+}
+
+# What can be checked without building is checked first.
+has_tint=false
+arguments=("$@")
+while (($# > 0)); do
+  case $1 in
+    -h | --help) sed -n '3,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --output | --report | --comparison | --save-stages) fail "$1: the demo's outputs go to $demo" ;;
+    --tint) has_tint=true ;;
+    --workspace) [[ -d ${2:-} ]] || fail "--workspace ${2:-}: no such folder" 3 ;;
+    --splat | --mask) [[ -f ${2:-} ]] || fail "$1 ${2:-}: no such file" 3 ;;
+  esac
+  shift
+done
+if ((${#arguments[@]} > 0)); then
+  for option in --workspace --splat --view --mask; do
+    [[ " ${arguments[*]} " == *" $option "* || " ${arguments[*]} " == *" $option="* ]] ||
+      fail "$option is missing (bash apps/demo.sh --help)"
+  done
+fi
+
+build=$(bash "$root/apps/build.sh" retint) || fail "the build failed" 4
+retint=$root/$build/apps/retint
+
+mkdir -p "$demo"
+if ((${#arguments[@]} == 0)); then
+  workspace=$demo/workspace
+  if [[ ! -f $workspace/splat.ply ]]; then "$retint" synth --output "$workspace"; fi
+  mask=$(find "$workspace/masks" -name '*.png' | sort | head -n 1)
+  [[ -n $mask ]] || fail "$workspace/masks holds no mask; remove $workspace and run again" 3
+  view=${mask#"$workspace/masks/"}
+  arguments=(--workspace "$workspace" --splat "$workspace/splat.ply" --view "${view%.png}"
+    --mask "$mask")
+fi
+$has_tint || arguments+=(--tint "$tint")
+
+"$retint" recolor "${arguments[@]}" --output "$demo/recolored.ply" --report "$demo/report.json" \
+  --comparison "$demo/comparison.png" --save-stages "$demo/stages"
+echo
+echo "Before, mask and after side by side: $demo/comparison.png"
+echo "Recolored splat:                     $demo/recolored.ply"
+echo "Report:                              $demo/report.json"
+echo "Every stage's files:                 $demo/stages"
