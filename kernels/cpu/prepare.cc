@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "kernels/common/tiles.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/parallel.h"
 
@@ -27,34 +28,14 @@ struct Piece {
   std::vector<int32_t> tiles;
 };
 
-struct TileGrid {
-  int width, height, tiles_x, tiles_y;
-};
-
-int ClampedTile(double pixel, int tiles) {
-  return int(std::clamp(std::floor(pixel / kTileSize), -1.0, double(tiles)));
-}
-
 // Appends the tiles with a pixel centre inside the ellipse alpha >= kMinAlpha.
 void AppendTiles(const TileGrid& grid, const Reach& reach, double x, double y,
                  std::vector<int32_t>* tiles) {
-  constexpr double kSlack = 1e-3;  // pixels, for rounding
-  // Pixel p has its centre at p + 0.5.
-  const double top = std::max(std::ceil(y - reach.half_height - 0.5 - kSlack), 0.0);
-  const double bottom =
-      std::min(std::floor(y + reach.half_height - 0.5 + kSlack), double(grid.height - 1));
-  if (!(top <= bottom)) return;
-  const int last_row = ClampedTile(bottom, grid.tiles_y - 1);
-  for (int row = ClampedTile(top, grid.tiles_y - 1); row <= last_row; ++row) {
-    const double dy0 = std::max(double(row * kTileSize), top) + 0.5 - y;
-    const double dy1 = std::min(double(row * kTileSize + kTileSize - 1), bottom) + 0.5 - y;
-    double left, right;
-    if (!StripExtent(reach, dy0 - kSlack, dy1 + kSlack, &left, &right)) continue;
-    const double first = std::max(std::ceil(x + left - 0.5 - kSlack), 0.0);
-    const double last = std::min(std::floor(x + right - 0.5 + kSlack), double(grid.width - 1));
-    if (!(first <= last)) continue;
-    const int last_column = ClampedTile(last, grid.tiles_x - 1);
-    for (int column = ClampedTile(first, grid.tiles_x - 1); column <= last_column; ++column) {
+  const TileRows rows = ReachedRows(grid, reach, y);
+  for (int row = rows.first; row <= rows.last; ++row) {
+    int first, last;
+    if (!ReachedColumns(grid, reach, x, y, rows, row, &first, &last)) continue;
+    for (int column = first; column <= last; ++column) {
       tiles->push_back(row * grid.tiles_x + column);
     }
   }
@@ -181,7 +162,7 @@ std::shared_ptr<const ViewGeometry> PrepareViewOnCpu(const CpuModel& model,
                                                      const CameraParams& camera) {
   auto view = std::make_shared<CpuViewGeometry>();
   view->SetShape(camera, 0);
-  const TileGrid grid{camera.width, camera.height, view->tiles_x(), view->tiles_y()};
+  const TileGrid grid(camera);
   const int64_t num_pieces = (model.count() + kPiece - 1) / kPiece;
   std::vector<Piece> pieces(static_cast<size_t>(num_pieces));
   ParallelTasks(num_pieces, [&](int64_t i) {

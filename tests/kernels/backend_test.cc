@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+
+#include "tests/kernels/test_scene.h"
+
+namespace retint {
+namespace {
+
+TEST(Registry, ListsTheCpuFirst) {
+  const auto names = AvailableBackends();
+  ASSERT_FALSE(names.empty());
+  EXPECT_EQ(names[0], "cpu");
+  for (const std::string& name : names) EXPECT_EQ(CreateBackend(name)->Name(), name);
+}
+
+TEST(Registry, RefusesUnknownNames) {
+  EXPECT_THROW(CreateBackend("gpu"), std::invalid_argument);
+  EXPECT_THROW(CreateBackend(""), std::invalid_argument);
+  EXPECT_NO_THROW(CreateBackend("auto"));
+}
+
+TEST(Registry, DescribesTargetAndThreads) {
+  EXPECT_THAT(CreateBackend("cpu")->Description(), testing::HasSubstr("Highway"));
+  EXPECT_THAT(MakeBackend("cpu-scalar")->Description(), testing::HasSubstr("scalar"));
+}
+
+class Memory : public BackendTest {};
+
+TEST_P(Memory, IsZeroedAndCopied) {
+  const auto buffer = backend_->Allocate<float>(1000);
+  EXPECT_EQ(backend_->Download(buffer.data(), 1000), std::vector<float>(1000, 0.0f));
+  const auto values = UniformVector(rng_, 77, -1, 1);
+  const auto copy = backend_->Upload(std::span<const float>(values));
+  EXPECT_EQ(backend_->Download(copy.data(), 77), values);
+  backend_->Fill(copy.data(), 0, 4 * sizeof(float));
+  EXPECT_EQ(backend_->Download(copy.data(), 5), (std::vector<float>{0, 0, 0, 0, values[4]}));
+}
+
+TEST_P(Memory, TakesNothing) {
+  const auto buffer = backend_->Allocate<float>(0);
+  EXPECT_TRUE(backend_->Download(buffer.data(), 0).empty());
+}
+
+TEST_P(Memory, ModelKeepsItsCoefficients) {
+  const TestModel model = RandomModel(rng_, 100, 2);
+  const auto uploaded = backend_->UploadModel(model.arrays());
+  EXPECT_EQ(uploaded->count(), 100);
+  EXPECT_EQ(uploaded->num_sh_coeffs(), 9);
+  EXPECT_EQ(backend_->Download<float>(uploaded->sh(), model.sh.size()), model.sh);
+}
+
+TEST_P(Memory, RefusesBadArguments) {
+  const TestModel model = RandomModel(rng_, 3);
+  const auto uploaded = backend_->UploadModel(model.arrays());
+  CameraParams camera = TestCamera(16, 16);
+  const auto view = backend_->PrepareView(*uploaded, camera);
+  std::vector<float> host(16 * 16 * 9);
+  EXPECT_THROW(backend_->Blend(*view, {host.data(), 9, nullptr, host.data(), nullptr, false}),
+               std::invalid_argument);
+  EXPECT_THROW(backend_->BlendTranspose(*view, {host.data(), 0, host.data()}),
+               std::invalid_argument);
+  camera.width = 0;
+  EXPECT_THROW(backend_->PrepareView(*uploaded, camera), std::invalid_argument);
+}
+
+RETINT_INSTANTIATE(Memory);
+
+}  // namespace
+}  // namespace retint

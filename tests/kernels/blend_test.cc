@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Blend, its transpose and depth of whole views against the double-precision reference, and the
+// adjoint identity <W c, r> = <c, W^T r>.
+#include <cmath>
+
+#include "tests/kernels/reference.h"
+#include "tests/kernels/test_scene.h"
+
+namespace retint {
+namespace {
+
+struct Shape {
+  int width, height;
+  int64_t gaussians;
+};
+constexpr Shape kShapes[] = {{1, 1, 17},   {33, 47, 0},    {33, 47, 1},
+                             {33, 47, 17}, {160, 90, 400}, {707, 1261, 10000}};
+
+std::string NameOf(const Shape& shape) {
+  return std::to_string(shape.gaussians) + " Gaussians on " + std::to_string(shape.width) + "x" +
+         std::to_string(shape.height);
+}
+
+// Float against double. Where no decision (alpha < 1/255, T < 1e-4, order) falls the other way,
+// only rounding is left: a centre near x = 1000 is known to 6e-5 px, and alpha changes by up to 0.6
+// a pixel. A flipped decision moves a pixel by a faint splat's weight: at most 0.1 % of the values
+// may be off by more than 1e-4, none by `flip`.
+void ExpectClose(const std::vector<float>& actual, const std::vector<double>& expected,
+                 double scale, double flip) {
+  ASSERT_EQ(actual.size(), expected.size());
+  size_t loose = 0;
+  for (size_t i = 0; i < actual.size(); ++i) {
+    const double difference = std::fabs(double(actual[i]) - expected[i]);
+    ASSERT_LE(difference, flip * scale) << "at " << i;  // false for NaN too
+    if (difference > 1e-4 * scale) ++loose;
+  }
+  EXPECT_LE(double(loose), 1e-3 * double(actual.size()) + 1);
+}
+
+class BlendOp : public BackendTest {
+ protected:
+  struct Scene {
+    TestModel model;
+    std::unique_ptr<Model> uploaded;
+    std::shared_ptr<const ViewGeometry> view;
+    std::vector<int32_t> rows;
+    size_t pixels;
+  };
+  Scene MakeScene(const Shape& shape) {
+    Scene scene;
+    scene.model = RandomModel(rng_, shape.gaussians);
+    scene.uploaded = backend_->UploadModel(scene.model.arrays());
+    scene.view = backend_->PrepareView(*scene.uploaded, TestCamera(shape.width, shape.height));
+    scene.rows = RowsOf(*backend_, *scene.view);
+    scene.pixels = size_t(shape.width) * size_t(shape.height);
+    return scene;
+  }
+};
+
+TEST_P(BlendOp, MatchesReference) {
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(NameOf(shape));
+    const Scene scene = MakeScene(shape);
+    const auto weights = ReferenceWeights(scene.model, scene.view->camera());
+    for (const int channels : {1, 3, 8}) {
+      const auto per_gaussian =
+          UniformVector(rng_, size_t(shape.gaussians) * size_t(channels), -1, 1);
+      const auto background = UniformVector(rng_, size_t(channels), 0, 1);
+      std::vector<float> features;
+      for (const int32_t g : scene.rows) {
+        const auto from = per_gaussian.begin() + g * channels;
+        features.insert(features.end(), from, from + channels);
+      }
+      std::vector<double> image(scene.pixels * size_t(channels), 0.0), alpha(scene.pixels, 0.0);
+      for (const ReferenceWeight& w : weights) {
+        alpha[size_t(w.pixel)] += w.weight;
+        for (int c = 0; c < channels; ++c) {
+          image[size_t(w.pixel * channels + c)] +=
+              w.weight * double(per_gaussian[size_t(w.gaussian * channels + c)]);
+        }
+      }
+      for (size_t i = 0; i < image.size(); ++i) {
+        image[i] += (1 - alpha[i / size_t(channels)]) * double(background[i % size_t(channels)]);
+      }
+      const Blended blended = RunBlend(*backend_, *scene.view, features, channels, background);
+      ExpectClose(blended.image, image, 1, 0.012);
+      ExpectClose(blended.alpha, alpha, 1, 0.006);
+    }
+  }
+}
+
+TEST_P(BlendOp, TransposeMatchesReference) {
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(NameOf(shape));
+    const Scene scene = MakeScene(shape);
+    const auto weights = ReferenceWeights(scene.model, scene.view->camera());
+    std::vector<double> magnitude(size_t(shape.gaussians), 0.0);
+    for (const ReferenceWeight& w : weights) magnitude[size_t(w.gaussian)] += w.weight;
+    // Every Gaussian with weight is a row.
+    std::vector<bool> listed(size_t(shape.gaussians), false);
+    for (const int32_t g : scene.rows) listed[size_t(g)] = true;
+    for (size_t g = 0; g < listed.size(); ++g) EXPECT_TRUE(listed[g] || magnitude[g] < 0.005) << g;
+    for (const int channels : {1, 3, 8}) {
+      const auto residual = UniformVector(rng_, scene.pixels * size_t(channels), -1, 1);
+      std::vector<double> sums(size_t(shape.gaussians) * size_t(channels), 0.0);
+      for (const ReferenceWeight& w : weights) {
+        for (int c = 0; c < channels; ++c) {
+          sums[size_t(w.gaussian * channels + c)] +=
+              w.weight * double(residual[size_t(w.pixel * channels + c)]);
+        }
+      }
+      const auto result = RunTranspose(*backend_, *scene.view, residual, channels);
+      for (size_t row = 0; row < scene.rows.size(); ++row) {
+        const size_t g = size_t(scene.rows[row]);
+        std::vector<float> actual;
+        std::vector<double> expected;
+        for (int c = 0; c < channels; ++c) {
+          actual.push_back(result[row * size_t(channels) + size_t(c)]);
+          expected.push_back(sums[g * size_t(channels) + size_t(c)]);
+        }
+        // Rounding grows with the weights summed; some pixels at the rim may flip.
+        ASSERT_LE(WorstDifference(actual, expected), 1e-4 * magnitude[g] + 0.02)
+            << "Gaussian " << g;
+      }
+    }
+  }
+}
+
+// Both operators use the same weights, so the identity holds to the rounding of the sums: 1e-5
+// relative to sum |W| |c| |r|.
+TEST_P(BlendOp, IsAdjointOfTranspose) {
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(NameOf(shape));
+    const Scene scene = MakeScene(shape);
+    for (const int channels : {1, 2, 3, 4, 5, 6, 7, 8}) {
+      const auto c = UniformVector(rng_, scene.rows.size() * size_t(channels), 0.1f, 1);
+      const auto r = UniformVector(rng_, scene.pixels * size_t(channels), 0.1f, 1);
+      const double left = Dot(RunBlend(*backend_, *scene.view, c, channels).image, r);
+      const double right = Dot(c, RunTranspose(*backend_, *scene.view, r, channels));
+      EXPECT_NEAR(left, right, 1e-5 * std::fabs(left)) << channels << " channels";
+      EXPECT_GT(left, shape.gaussians > 100 ? 1 : -1);
+    }
+  }
+}
+
+TEST_P(BlendOp, DepthMatchesReference) {
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(NameOf(shape));
+    const Scene scene = MakeScene(shape);
+    std::vector<double> median(scene.pixels, 0.0), moment(scene.pixels, 0.0), alpha = moment;
+    for (const ReferenceWeight& w : ReferenceWeights(scene.model, scene.view->camera())) {
+      const size_t p = size_t(w.pixel);
+      moment[p] += w.weight * w.depth;
+      alpha[p] += w.weight;
+      if (w.transmittance_before >= 0.5 && w.transmittance_before - w.weight < 0.5) {
+        median[p] = w.depth;
+      }
+    }
+    Guarded<float> out_median(*backend_, scene.pixels), out_expected(*backend_, scene.pixels);
+    Guarded<float> out_alpha(*backend_, scene.pixels);
+    backend_->Depth(*scene.view, {out_median.data(), out_expected.data(), out_alpha.data(), 0.5f});
+    const auto actual = out_median.Read(), expected = out_expected.Read();
+    ExpectClose(out_alpha.Read(), alpha, 1, 0.006);
+    size_t flips = 0, faint = 0;
+    for (size_t p = 0; p < scene.pixels; ++p) {
+      // Depths are of order 1 to 6. The median is a choice: equal to rounding, or another splat.
+      if (!(std::fabs(double(actual[p]) - median[p]) < 1e-5)) ++flips;
+      const double mean = alpha[p] > 0 ? moment[p] / alpha[p] : 0;
+      if (!(std::fabs(double(expected[p]) - mean) < 2e-4)) ++faint;
+    }
+    EXPECT_LE(double(flips), 1e-3 * double(scene.pixels));
+    // Includes pixels where a lone splat at 1 / 255 is there or not.
+    EXPECT_LE(double(faint), 1e-3 * double(scene.pixels));
+    Guarded<float> only(*backend_, scene.pixels);
+    backend_->Depth(*scene.view, {nullptr, only.data(), nullptr, 0.5f});
+    EXPECT_EQ(only.Read(), expected);
+  }
+}
+
+TEST_P(BlendOp, RowsAreSortedByDepthAndIndex) {
+  TestModel model = RandomModel(rng_, 500);
+  // Twins: the same place, so the index decides.
+  for (int g = 250; g < 500; ++g) {
+    for (int j = 0; j < 3; ++j)
+      model.means[size_t(3 * g + j)] = model.means[size_t(3 * (g - 250) + j)];
+  }
+  const auto uploaded = backend_->UploadModel(model.arrays());
+  const CameraParams camera = TestCamera(120, 80);
+  const auto rows = RowsOf(*backend_, *backend_->PrepareView(*uploaded, camera));
+  ASSERT_GT(rows.size(), 100u);
+  const auto depth = [&](int32_t g) {
+    float z = camera.translation[2];
+    for (int j = 0; j < 3; ++j) z += camera.rotation[6 + j] * model.means[size_t(3 * g + j)];
+    return z;
+  };
+  int twins = 0;
+  for (size_t i = 1; i < rows.size(); ++i) {
+    const float before = depth(rows[i - 1]), after = depth(rows[i]);
+    // z recomputed here may round differently.
+    EXPECT_TRUE(before < after + 1e-5f) << i;
+    if (rows[i] % 250 == rows[i - 1] % 250) {
+      EXPECT_LT(rows[i - 1], rows[i]);
+      ++twins;
+    }
+  }
+  EXPECT_GT(twins, 20);
+}
+
+TEST_P(BlendOp, KeepsPixelsOutsideOnRequest) {
+  const TestModel model = RandomModel(rng_, 1);
+  const auto uploaded = backend_->UploadModel(model.arrays());
+  const auto view = backend_->PrepareView(*uploaded, TestCamera(200, 200));
+  const int total = view->tiles_x() * view->tiles_y();
+  ASSERT_LT(int(view->tiles().size()), total);
+  std::vector<bool> visited(size_t(total), false);
+  for (const int32_t tile : view->tiles()) visited[size_t(tile)] = true;
+  const std::vector<float> features(size_t(view->num_rows()), 0.0f), before(200 * 200, 7.0f);
+  const std::vector<float> background = {0.25f};
+  for (const bool keep : {false, true}) {
+    Guarded<float> in(*backend_, features), back(*backend_, background), image(*backend_, before);
+    backend_->Blend(*view, {in.data(), 1, back.data(), image.data(), nullptr, keep});
+    const auto after = image.Read();
+    for (int p = 0; p < 200 * 200; ++p) {
+      const int tile = p / 200 / kTileSize * view->tiles_x() + p % 200 / kTileSize;
+      if (visited[size_t(tile)]) {
+        EXPECT_LE(after[size_t(p)], 0.25f);
+      } else {
+        EXPECT_EQ(after[size_t(p)], keep ? 7.0f : 0.25f);
+      }
+    }
+  }
+}
+
+// A wall of opaque splats ends every pixel; what lies behind must not show.
+TEST_P(BlendOp, StopsAtOpaqueSplats) {
+  TestModel model = RandomModel(rng_, 64);
+  const CameraParams camera = TestCamera(64, 64);
+  for (int g = 0; g < 64; ++g) {
+    const float at[3] = {0, 0, 1 + 0.05f * float(g)};
+    for (int j = 0; j < 3; ++j) {
+      float world = 0;
+      for (int k = 0; k < 3; ++k) {
+        world += camera.rotation[3 * k + j] * (at[k] - camera.translation[k]);
+      }
+      model.means[size_t(3 * g + j)] = world;
+      model.log_scales[size_t(3 * g + j)] = 3;
+    }
+    model.logits[size_t(g)] = 2.2f;  // alpha 0.9: T is 1e-4 after four
+  }
+  const auto uploaded = backend_->UploadModel(model.arrays());
+  const auto view = backend_->PrepareView(*uploaded, camera);
+  ASSERT_EQ(view->num_rows(), 64);
+  std::vector<float> features(64, 0.0f);
+  for (size_t row = 5; row < 64; ++row) features[row] = 1000;
+  const Blended blended = RunBlend(*backend_, *view, features, 1);
+  for (const float value : blended.image) EXPECT_EQ(value, 0.0f);
+  for (const float alpha : blended.alpha) EXPECT_NEAR(alpha, 0.999f, 0.001f);
+}
+
+RETINT_INSTANTIATE(BlendOp);
+
+}  // namespace
+}  // namespace retint

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The refit's image and region steps against their formulas.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/kernels/test_scene.h"
+
+namespace retint {
+namespace {
+
+constexpr int kWidth = 75, kHeight = 50;
+constexpr size_t kValues = size_t(kWidth * kHeight) * 3;
+constexpr float kUnit = 1.0f / 8192;
+
+class RefitOp : public BackendTest {
+ protected:
+  void SetUp() override {
+    BackendTest::SetUp();
+    const TestModel model = RandomModel(rng_, 60);
+    uploaded_ = backend_->UploadModel(model.arrays());
+    const auto view = backend_->PrepareView(*uploaded_, TestCamera(kWidth, kHeight));
+    std::vector<uint8_t> active(60, 0);
+    for (size_t g = 0; g < 60; g += 10) active[g] = 1;
+    const auto flags = backend_->Upload(std::span<const uint8_t>(active));
+    region_ = backend_->Restrict(*view, flags.data(), 1 << 20);
+    image_ = UniformVector(rng_, kValues, 0, 1.5f);
+    other_ = UniformVector(rng_, kValues, 0, 1);
+    for (size_t p = 0; p < kValues / 3; ++p) mask_.push_back(uint8_t(rng_()));
+    for (float& d : map_.delta) d = Uniform(rng_, -1, 1);
+    for (float& o : map_.offset) o = Uniform(rng_, -0.2f, 0.2f);
+  }
+  double Edited(const std::vector<float>& image, size_t pixel, size_t c) const {
+    double value = double(map_.offset[c]);
+    for (size_t j = 0; j < 3; ++j) {
+      value += double(map_.delta[3 * c + j]) * double(image[3 * pixel + j]);
+    }
+    return double(image[3 * pixel + c]) + double(mask_[pixel]) / 255 * value;
+  }
+  // body(position in [tiles, 256], pixel or -1 beyond the image).
+  template <typename Body>
+  void ForTilePixels(const Body& body) const {
+    const auto tiles = region_->tiles();
+    for (size_t i = 0; i < tiles.size(); ++i) {
+      for (int p = 0; p < kTileSize * kTileSize; ++p) {
+        const int x = tiles[i] % region_->tiles_x() * kTileSize + p % kTileSize;
+        const int y = tiles[i] / region_->tiles_x() * kTileSize + p / kTileSize;
+        body(i * kTileSize * kTileSize + size_t(p),
+             x < kWidth && y < kHeight ? y * kWidth + x : -1);
+      }
+    }
+  }
+  size_t TileValues() const { return region_->tiles().size() * kTileSize * kTileSize * 3; }
+
+  std::unique_ptr<Model> uploaded_;
+  std::shared_ptr<const ViewGeometry> region_;
+  std::vector<float> image_, other_;
+  std::vector<uint8_t> mask_;
+  ColorMap map_{};
+};
+
+TEST_P(RefitOp, TargetsAndResiduals) {
+  ASSERT_FALSE(region_->tiles().empty());
+  for (const bool photo : {false, true}) {
+    Guarded<float> render(*backend_, image_), source(*backend_, other_);
+    Guarded<uint8_t> mask(*backend_, mask_);
+    Guarded<int16_t> target(*backend_, TileValues());
+    backend_->RegionTarget(*region_, {render.data(), photo ? source.data() : nullptr, mask.data(),
+                                      map_, kUnit, target.data()});
+    const auto steps = target.Read();
+    std::vector<bool> inside(kValues / 3, false);
+    double loss = 0;
+    ForTilePixels([&](size_t position, int pixel) {
+      for (size_t c = 0; c < 3; ++c) {
+        if (pixel < 0) {
+          EXPECT_EQ(steps[3 * position + c], 0);
+          continue;
+        }
+        const size_t at = size_t(pixel) * 3 + c;
+        const double wanted =
+            Edited(photo ? other_ : image_, size_t(pixel), c) - double(image_[at]);
+        EXPECT_NEAR(steps[3 * position + c] * double(kUnit), wanted, 0.51 * double(kUnit));
+        const double residual = steps[3 * position + c] * double(kUnit) - double(other_[at]);
+        loss += residual * residual;
+        inside[size_t(pixel)] = true;
+      }
+    });
+    const std::vector<float> before(kValues, 7.0f);
+    Guarded<float> residual(*backend_, before);
+    Guarded<double> sum(*backend_, std::vector<double>{5.0});
+    backend_->RegionResidual(*region_,
+                             {target.data(), kUnit, source.data(), residual.data(), sum.data()});
+    EXPECT_NEAR(sum.Read()[0], 5 + loss, 1e-5 * loss);
+    const auto r = residual.Read();
+    ForTilePixels([&](size_t position, int pixel) {
+      if (pixel < 0) return;
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t at = size_t(pixel) * 3 + c;
+        EXPECT_NEAR(r[at], steps[3 * position + c] * double(kUnit) - double(other_[at]), 1e-6);
+      }
+    });
+    for (size_t p = 0; p < inside.size(); ++p) {
+      if (!inside[p]) {
+        EXPECT_EQ(r[3 * p], 7.0f);
+      }
+    }
+    // In place.
+    backend_->RegionResidual(*region_,
+                             {target.data(), kUnit, source.data(), source.data(), sum.data()});
+    const auto in_place = source.Read();
+    for (size_t p = 0; p < inside.size(); ++p) {
+      EXPECT_EQ(in_place[3 * p], inside[p] ? r[3 * p] : other_[3 * p]);
+    }
+  }
+}
+
+TEST_P(RefitOp, TargetsSaturate) {
+  std::vector<float> bright(kValues, 100.0f);
+  Guarded<float> render(*backend_, image_), source(*backend_, bright);
+  Guarded<uint8_t> mask(*backend_, mask_);
+  Guarded<int16_t> target(*backend_, TileValues());
+  map_ = {};
+  backend_->RegionTarget(*region_,
+                         {render.data(), source.data(), mask.data(), map_, kUnit, target.data()});
+  const auto steps = target.Read();
+  ForTilePixels(
+      [&](size_t position, int pixel) { EXPECT_EQ(steps[3 * position], pixel >= 0 ? 32767 : 0); });
+}
+
+TEST_P(RefitOp, AddsOnItsTiles) {
+  Guarded<float> image(*backend_, image_), delta(*backend_, other_);
+  backend_->RegionAdd(*region_, image.data(), delta.data());
+  auto expected = image_;
+  ForTilePixels([&](size_t, int pixel) {
+    for (size_t c = 0; pixel >= 0 && c < 3; ++c) {
+      expected[size_t(pixel) * 3 + c] += other_[size_t(pixel) * 3 + c];
+    }
+  });
+  EXPECT_EQ(image.Read(), expected);
+}
+
+TEST_P(RefitOp, PacksBoxes) {
+  const int32_t box[4] = {5, 7, 60, 41};
+  const size_t row = size_t(box[2] - box[0]) * 3, count = row * size_t(box[3] - box[1]);
+  image_[size_t((7 * kWidth + 5) * 3)] = -1;
+  image_[size_t((7 * kWidth + 5) * 3 + 1)] = 1000;
+  Guarded<float> image(*backend_, image_);
+  Guarded<uint16_t> packed(*backend_, count);
+  PackBoxParams params{image.data(), kWidth, kHeight, {}, packed.data(), kUnit};
+  std::copy_n(box, 4, params.box);
+  backend_->PackBox(params);
+  const auto steps = packed.Read();
+  EXPECT_EQ(steps[0], 0);
+  EXPECT_EQ(steps[1], 65535);
+  Guarded<float> unpacked(*backend_, other_);
+  params.image = unpacked.data();
+  backend_->UnpackBox(params);
+  const auto out = unpacked.Read();
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const size_t at = size_t((y * kWidth + x) * 3 + 2);
+      const bool inside = x >= box[0] && x < box[2] && y >= box[1] && y < box[3];
+      EXPECT_NEAR(out[at], inside ? image_[at] : other_[at], inside ? 0.51f * kUnit : 0.0f);
+    }
+  }
+}
+
+TEST_P(RefitOp, EditsInsideItsBox) {
+  const int32_t box[4] = {0, 10, 75, 30};
+  for (const bool in_place : {false, true}) {
+    Guarded<float> image(*backend_, image_), out(*backend_, other_);
+    Guarded<uint8_t> mask(*backend_, mask_);
+    EditImageParams params{image.data(), mask.data(), map_, kWidth, kHeight, {}, out.data()};
+    if (in_place) params.out = image.data();
+    std::copy_n(box, 4, params.box);
+    backend_->EditImage(params);
+    const auto edited = in_place ? image.Read() : out.Read();
+    for (size_t p = 0; p < kValues / 3; ++p) {
+      const bool inside = p >= size_t(10 * kWidth) && p < size_t(30 * kWidth);
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t at = 3 * p + c;
+        const double kept = double(in_place ? image_[at] : other_[at]);
+        EXPECT_NEAR(edited[at], inside ? Edited(image_, p, c) : kept, inside ? 1e-6 : 0);
+        if (inside && mask_[p] == 0) {
+          EXPECT_EQ(edited[at], image_[at]);
+        }
+      }
+    }
+  }
+}
+
+RETINT_INSTANTIATE(RefitOp);
+
+}  // namespace
+}  // namespace retint

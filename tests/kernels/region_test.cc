@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Regions against the whole view that they are part of, with and without explicit weights.
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "tests/kernels/test_scene.h"
+
+namespace retint {
+namespace {
+
+constexpr size_t kNoBudget = 0, kAmple = size_t{1} << 30;
+
+class RegionOp : public BackendTest {
+ protected:
+  void Make(int width, int height, int64_t gaussians, float share) {
+    model_ = RandomModel(rng_, gaussians);
+    uploaded_ = backend_->UploadModel(model_.arrays());
+    view_ = backend_->PrepareView(*uploaded_, TestCamera(width, height));
+    active_.resize(size_t(gaussians));
+    for (uint8_t& a : active_) a = Uniform(rng_, 0, 1) < share;
+    device_active_ = backend_->Upload(std::span<const uint8_t>(active_));
+    rows_ = RowsOf(*backend_, *view_);
+    pixels_ = size_t(width) * size_t(height);
+  }
+  std::shared_ptr<const ViewGeometry> Restrict(size_t budget) {
+    return backend_->Restrict(*view_, device_active_.data(), budget);
+  }
+  // Features of the whole view's rows that are zero for inactive ones, and of the region's rows.
+  void MakeFeatures(int channels, std::vector<float>* whole, std::vector<float>* part) {
+    for (const int32_t g : rows_) {
+      for (int c = 0; c < channels; ++c) {
+        const float value = active_[size_t(g)] ? Uniform(rng_, -1, 1) : 0;
+        whole->push_back(value);
+        if (active_[size_t(g)]) part->push_back(value);
+      }
+    }
+  }
+
+  TestModel model_;
+  std::unique_ptr<Model> uploaded_;
+  std::shared_ptr<const ViewGeometry> view_;
+  std::vector<uint8_t> active_;
+  Buffer<uint8_t> device_active_;
+  std::vector<int32_t> rows_;
+  size_t pixels_ = 0;
+};
+
+TEST_P(RegionOp, HoldsTheActiveRowsInOrder) {
+  Make(160, 90, 500, 0.2f);
+  std::vector<int32_t> expected;
+  for (const int32_t g : rows_) {
+    if (active_[size_t(g)]) expected.push_back(g);
+  }
+  ASSERT_FALSE(expected.empty());
+  for (const size_t budget : {kNoBudget, kAmple}) {
+    EXPECT_EQ(RowsOf(*backend_, *Restrict(budget)), expected);
+  }
+}
+
+// Recomputed weights are the whole view's, so only the order of additions differs. Explicit ones
+// are rounded to 1 / 65535 of their entry's largest; a pixel's weights sum to at most 1, and a few
+// dozen entries each contribute at most half a step: 1e-3 is ample, 2e-4 is what is seen.
+TEST_P(RegionOp, BlendsAsTheWholeView) {
+  Make(200, 150, 2000, 0.1f);
+  for (const size_t budget : {kNoBudget, kAmple}) {
+    SCOPED_TRACE(budget);
+    const auto region = Restrict(budget);
+    const double tolerance = budget == kNoBudget ? 1e-5 : 2e-4;
+    for (const int channels : {1, 3, 8}) {
+      std::vector<float> whole, part;
+      MakeFeatures(channels, &whole, &part);
+      const Blended expected = RunBlend(*backend_, *view_, whole, channels);
+      const Blended actual = RunBlend(*backend_, *region, part, channels);
+      EXPECT_LE(WorstDifference(actual.image, expected.image), tolerance);
+
+      const auto residual = UniformVector(rng_, pixels_ * size_t(channels), -1, 1);
+      const auto all = RunTranspose(*backend_, *view_, residual, channels);
+      std::vector<float> wanted;
+      for (size_t r = 0; r < rows_.size(); ++r) {
+        if (!active_[size_t(rows_[r])]) continue;
+        for (int c = 0; c < channels; ++c) {
+          wanted.push_back(all[r * size_t(channels) + size_t(c)]);
+        }
+      }
+      // A row sums over up to thousands of pixels, each off by up to half a step at random.
+      EXPECT_LE(WorstDifference(RunTranspose(*backend_, *region, residual, channels), wanted),
+                10 * tolerance);
+    }
+  }
+}
+
+TEST_P(RegionOp, IsAdjointOfTranspose) {
+  for (const float share : {0.01f, 0.3f, 1.0f}) {
+    Make(150, 200, 1500, share);
+    for (const size_t budget : {kNoBudget, kAmple}) {
+      const auto region = Restrict(budget);
+      for (const int channels : {1, 3, 8}) {
+        const auto c = UniformVector(rng_, size_t(region->num_rows()) * size_t(channels), 0.1f, 1);
+        const auto r = UniformVector(rng_, pixels_ * size_t(channels), 0.1f, 1);
+        const double left = Dot(RunBlend(*backend_, *region, c, channels).image, r);
+        const double right = Dot(c, RunTranspose(*backend_, *region, r, channels));
+        ASSERT_GT(left, 0);
+        EXPECT_NEAR(left, right, 1e-5 * left) << share << " " << budget << " " << channels;
+      }
+    }
+  }
+}
+
+TEST_P(RegionOp, VisitsOnlyTilesOfActiveGaussians) {
+  Make(320, 320, 2000, 0.01f);
+  const std::set<int32_t> all(view_->tiles().begin(), view_->tiles().end());
+  for (const size_t budget : {kNoBudget, kAmple}) {
+    const auto region = Restrict(budget);
+    ASSERT_GT(region->num_rows(), 0);
+    EXPECT_LT(region->tiles().size(), all.size() / 2);
+    EXPECT_TRUE(std::is_sorted(region->tiles().begin(), region->tiles().end()));
+    for (const int32_t tile : region->tiles()) EXPECT_TRUE(all.count(tile));
+    // Pixels elsewhere keep what they had.
+    const std::vector<float> features(size_t(region->num_rows()), 1.0f), before(pixels_, 7.0f);
+    const std::set<int32_t> visited(region->tiles().begin(), region->tiles().end());
+    for (const bool keep : {false, true}) {
+      Guarded<float> in(*backend_, features), image(*backend_, before);
+      backend_->Blend(*region, {in.data(), 1, nullptr, image.data(), nullptr, keep});
+      const auto after = image.Read();
+      for (int p = 0; p < 320 * 320; ++p) {
+        const int tile = p / 320 / kTileSize * region->tiles_x() + p % 320 / kTileSize;
+        if (visited.count(tile)) {
+          EXPECT_LE(after[size_t(p)], 1.0f);
+        } else {
+          EXPECT_EQ(after[size_t(p)], keep ? 7.0f : 0.0f);
+        }
+      }
+    }
+  }
+}
+
+// The alpha of a region is the active Gaussians' share, W_A 1.
+TEST_P(RegionOp, AlphaIsTheActiveShare) {
+  Make(100, 80, 300, 0.3f);
+  for (const size_t budget : {kNoBudget, kAmple}) {
+    const auto region = Restrict(budget);
+    const std::vector<float> ones(size_t(region->num_rows()), 1.0f);
+    const Blended blended = RunBlend(*backend_, *region, ones, 1);
+    EXPECT_LE(WorstDifference(blended.image, blended.alpha), 0.0);
+  }
+}
+
+TEST_P(RegionOp, KeepsWithinItsBudget) {
+  Make(200, 200, 1000, 0.5f);
+  const size_t recomputed = Restrict(kNoBudget)->bytes(), stored = Restrict(kAmple)->bytes();
+  EXPECT_GT(stored, recomputed);
+  EXPECT_EQ(Restrict(stored / 2)->bytes(), recomputed);
+  EXPECT_EQ(Restrict(stored)->bytes(), stored);
+}
+
+TEST_P(RegionOp, MayBeEmpty) {
+  Make(50, 50, 100, 0.0f);
+  for (const size_t budget : {kNoBudget, kAmple}) {
+    const auto region = Restrict(budget);
+    EXPECT_EQ(region->num_rows(), 0);
+    EXPECT_TRUE(region->tiles().empty());
+    const Blended blended = RunBlend(*backend_, *region, {}, 3);
+    EXPECT_EQ(blended.image, std::vector<float>(pixels_ * 3, 0.0f));
+    EXPECT_TRUE(RunTranspose(*backend_, *region, blended.image, 3).empty());
+  }
+}
+
+TEST_P(RegionOp, RefusesDepthAndNesting) {
+  Make(50, 50, 100, 0.5f);
+  const auto region = Restrict(kAmple);
+  EXPECT_THROW(Guarded<float> depth(*backend_, pixels_);
+               backend_->Depth(*region, {depth.data(), nullptr, nullptr, 0.5f}),
+               std::invalid_argument);
+  EXPECT_THROW(backend_->Restrict(*region, device_active_.data(), 0), std::invalid_argument);
+}
+
+RETINT_INSTANTIATE(RegionOp);
+
+}  // namespace
+}  // namespace retint

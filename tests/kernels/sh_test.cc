@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The SH basis against closed values and its own orthonormality; EvalSh, its transpose and tangent.
+#include <array>
+#include <cmath>
+
+#include "kernels/common/sh.h"
+#include "tests/kernels/reference.h"
+#include "tests/kernels/test_scene.h"
+
+namespace retint {
+namespace {
+
+std::array<double, 3> RandomDirection(std::mt19937& rng) {
+  while (true) {
+    std::array<double, 3> d;
+    for (double& v : d) v = Uniform(rng, -1, 1);
+    const double norm = std::hypot(d[0], d[1], d[2]);
+    if (norm > 1 || norm < 0.1) continue;
+    for (double& v : d) v /= norm;
+    return d;
+  }
+}
+
+TEST(ShBasis, MatchesAssociatedLegendreFunctions) {
+  std::mt19937 rng = TestRng();
+  for (int i = 0; i < 100; ++i) {
+    const auto d = RandomDirection(rng);
+    double basis[kMaxShCoeffs];
+    ShBasis(3, d[0], d[1], d[2], basis);
+    const auto expected = ReferenceShBasis(3, d[0], d[1], d[2]);
+    // The constants are rounded to float.
+    for (size_t k = 0; k < 16; ++k) EXPECT_NEAR(basis[k], expected[k], 2e-7) << "k = " << k;
+  }
+}
+
+TEST(ShBasis, HasTheSignsOf3dgs) {
+  float basis[kMaxShCoeffs];
+  ShBasis(1, 1.0f, 0.0f, 0.0f, basis);
+  EXPECT_FLOAT_EQ(basis[0], 0.2820948f);
+  EXPECT_FLOAT_EQ(basis[3], -0.4886025f);  // -x
+  ShBasis(1, 0.0f, 1.0f, 0.0f, basis);
+  EXPECT_FLOAT_EQ(basis[1], -0.4886025f);  // -y
+  ShBasis(3, 0.0f, 0.0f, 1.0f, basis);
+  EXPECT_FLOAT_EQ(basis[2], 0.4886025f);   // +z
+  EXPECT_FLOAT_EQ(basis[6], 0.6307831f);   // sqrt(5 / 4 pi)
+  EXPECT_FLOAT_EQ(basis[12], 0.7463527f);  // sqrt(7 / 4 pi)
+}
+
+// Exact quadrature on the sphere: midpoints in phi, Gauss-Legendre (5 nodes, degree 9) in z.
+TEST(ShBasis, IsOrthonormal) {
+  const double nodes[] = {0, 0.5384693101056831, -0.5384693101056831, 0.9061798459386640,
+                          -0.9061798459386640};
+  const double node_weights[] = {0.5688888888888889, 0.4786286704993665, 0.4786286704993665,
+                                 0.2369268850561891, 0.2369268850561891};
+  double gram[16][16] = {};
+  constexpr int kSteps = 16;
+  for (int n = 0; n < 5; ++n) {
+    for (int i = 0; i < kSteps; ++i) {
+      const double phi = 2 * M_PI * (i + 0.5) / kSteps, z = nodes[n], r = std::sqrt(1 - z * z);
+      double basis[kMaxShCoeffs];
+      ShBasis(3, r * std::cos(phi), r * std::sin(phi), z, basis);
+      for (int a = 0; a < 16; ++a) {
+        for (int b = 0; b < 16; ++b) {
+          gram[a][b] += node_weights[n] * 2 * M_PI / kSteps * basis[a] * basis[b];
+        }
+      }
+    }
+  }
+  for (int a = 0; a < 16; ++a) {
+    for (int b = 0; b < 16; ++b) EXPECT_NEAR(gram[a][b], a == b, 1e-6) << a << " " << b;
+  }
+}
+
+class ShOp : public BackendTest {
+ protected:
+  void Make(int degree) {
+    model_ = RandomModel(rng_, 300, degree);
+    uploaded_ = backend_->UploadModel(model_.arrays());
+    camera_ = TestCamera(64, 64);
+    // Rows: every third Gaussian, back to front; slots: compact, a few without.
+    rows_.clear(), slots_.clear();
+    for (int g = 297; g >= 0; g -= 3) {
+      slots_.push_back(rows_.size() % 7 == 3 ? -1 : 99 - int32_t(rows_.size()));
+      rows_.push_back(g);
+    }
+    k3_ = size_t(model_.num_coeffs()) * 3;
+    compact_ = UniformVector(rng_, 100 * k3_, -0.6f, 0.8f);
+    device_rows_ = backend_->Upload(std::span<const int32_t>(rows_));
+    device_slots_ = backend_->Upload(std::span<const int32_t>(slots_));
+  }
+  std::vector<double> Expected(const std::vector<float>& sh, size_t slot, int g) {
+    const std::vector<double> block(sh.begin() + int64_t(slot * k3_),
+                                    sh.begin() + int64_t((slot + 1) * k3_));
+    return ReferenceColor(model_, block, g, camera_);
+  }
+  template <typename Params>
+  Params WithCenter(Params params) {
+    for (int i = 0; i < 3; ++i) params.center[i] = camera_.center[i];
+    return params;
+  }
+  TestModel model_;
+  std::unique_ptr<Model> uploaded_;
+  CameraParams camera_;
+  std::vector<int32_t> rows_, slots_;
+  std::vector<float> compact_;
+  Buffer<int32_t> device_rows_, device_slots_;
+  size_t k3_ = 0;
+};
+
+TEST_P(ShOp, EvalMatchesReferenceInEveryDegree) {
+  for (int degree = 0; degree <= 3; ++degree) {
+    Make(degree);
+    Guarded<float> whole(*backend_, 900), by_row(*backend_, 300), by_slot(*backend_, 300);
+    Guarded<float> compact(*backend_, compact_);
+    EvalShParams params = WithCenter(EvalShParams{});
+    params.count = 300;
+    params.sh = uploaded_->sh();
+    params.colors = whole.data();
+    backend_->EvalSh(*uploaded_, params);
+    params.rows = device_rows_.data();
+    params.count = 99 + 1;
+    params.colors = by_row.data();
+    backend_->EvalSh(*uploaded_, params);
+    params.slots = device_slots_.data();
+    params.sh = compact.data();
+    params.colors = by_slot.data();
+    backend_->EvalSh(*uploaded_, params);
+    ASSERT_EQ(rows_.size(), 100u);
+    const auto a = whole.Read(), b = by_row.Read(), c = by_slot.Read();
+    int clamped = 0;
+    for (size_t g = 0; g < 300; ++g) {
+      const auto expected = Expected(model_.sh, g, int(g));
+      for (size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(a[3 * g + i], expected[i], 3e-6);  // 16 products of order 1
+        clamped += a[3 * g + i] == 0;
+      }
+    }
+    EXPECT_GT(clamped, degree > 1 ? 0 : -1);
+    for (size_t r = 0; r < 100; ++r) {
+      for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(b[3 * r + i], a[size_t(rows_[r]) * 3 + i]);
+        const double expected =
+            slots_[r] < 0 ? 0 : Expected(compact_, size_t(slots_[r]), rows_[r])[i];
+        EXPECT_NEAR(c[3 * r + i], expected, 3e-6);
+      }
+    }
+  }
+}
+
+// <EvalSh'(sh) d, g> = <d, EvalSh^T g>, with the gate of clamped colours; the tangent op is
+// EvalSh'.
+TEST_P(ShOp, TransposeAndTangentAreAdjoint) {
+  for (int degree = 0; degree <= 3; ++degree) {
+    Make(degree);
+    for (const bool gate : {false, true}) {
+      auto colors = UniformVector(rng_, 300, 0, 1);
+      for (size_t i = 0; i < colors.size(); i += 5) colors[i] = 0;
+      const auto g = UniformVector(rng_, 300, -1, 1);
+      const auto start = UniformVector(rng_, 100 * k3_, -1, 1);
+      Guarded<float> in_colors(*backend_, colors), in_g(*backend_, g);
+      Guarded<float> gradient(*backend_, start), direction(*backend_, compact_);
+      Guarded<float> tangents(*backend_, 300);
+      EvalShTransposeParams transpose = WithCenter(EvalShTransposeParams{});
+      transpose.rows = device_rows_.data();
+      transpose.slots = device_slots_.data();
+      transpose.count = 100;
+      transpose.color_gradients = in_g.data();
+      transpose.colors = gate ? in_colors.data() : nullptr;
+      transpose.gradient = gradient.data();
+      backend_->EvalShTranspose(*uploaded_, transpose);
+      ShTangentParams tangent = WithCenter(ShTangentParams{});
+      tangent.rows = device_rows_.data();
+      tangent.slots = device_slots_.data();
+      tangent.count = 100;
+      tangent.direction = direction.data();
+      tangent.colors = gate ? in_colors.data() : nullptr;
+      tangent.tangents = tangents.data();
+      backend_->ShTangent(*uploaded_, tangent);
+
+      const auto out = gradient.Read();
+      double right = 0, size = 0;
+      for (size_t i = 0; i < out.size(); ++i) {
+        right += (double(out[i]) - double(start[i])) * double(compact_[i]);
+        size += std::fabs((double(out[i]) - double(start[i])) * double(compact_[i]));
+      }
+      const auto t = tangents.Read();
+      EXPECT_NEAR(Dot(t, g), right, 1e-5 * size);
+      ASSERT_GT(size, 1);
+      for (size_t r = 0; r < 100; ++r) {
+        for (size_t i = 0; i < 3; ++i) {
+          const bool shut = slots_[r] < 0 || (gate && colors[3 * r + i] == 0);
+          EXPECT_EQ(t[3 * r + i] == 0, shut) << r;
+        }
+      }
+      // Blocks that no entry names keep their bits.
+      for (size_t r = 0; r < 100; ++r) {
+        if (slots_[r] >= 0) continue;
+        const size_t slot = 99 - r;
+        for (size_t i = slot * k3_; i < (slot + 1) * k3_; ++i) EXPECT_EQ(out[i], start[i]);
+      }
+    }
+  }
+}
+
+// y y^T in packed form, against the basis itself.
+TEST_P(ShOp, AccumulatesBlocks) {
+  for (int degree = 0; degree <= 3; ++degree) {
+    Make(degree);
+    const size_t k = size_t(model_.num_coeffs()), packed = k * (k + 1) / 2;
+    const auto weights = UniformVector(rng_, 100, 0, 50);
+    const auto start = UniformVector(rng_, 100 * packed, -1, 1);
+    Guarded<float> in(*backend_, weights), blocks(*backend_, start);
+    AccumulateBlocksParams params = WithCenter(AccumulateBlocksParams{});
+    params.rows = device_rows_.data();
+    params.slots = device_slots_.data();
+    params.count = 100;
+    params.weights = in.data();
+    params.blocks = blocks.data();
+    backend_->AccumulateBlocks(*uploaded_, params);
+    const auto out = blocks.Read();
+    for (size_t r = 0; r < 100; ++r) {
+      double d[3], norm = 0;
+      for (size_t i = 0; i < 3; ++i) {
+        d[i] = double(model_.means[size_t(rows_[r]) * 3 + i]) - double(camera_.center[i]);
+        norm += d[i] * d[i];
+      }
+      norm = std::sqrt(norm);
+      const auto basis = ReferenceShBasis(degree, d[0] / norm, d[1] / norm, d[2] / norm);
+      const size_t slot = 99 - r;
+      size_t at = slot * packed;
+      for (size_t a = 0; a < k; ++a) {
+        for (size_t b = 0; b <= a; ++b, ++at) {
+          const double added = slots_[r] < 0 ? 0 : double(weights[r]) * basis[a] * basis[b];
+          EXPECT_NEAR(out[at], double(start[at]) + added, 2e-5);
+        }
+      }
+    }
+  }
+}
+
+RETINT_INSTANTIATE(ShOp);
+
+}  // namespace
+}  // namespace retint
