@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Run these under the thread sanitizer: the job has no kernels, so what it finds is ours.
+#include "session/background_optimizer.h"
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+
+namespace retint {
+namespace {
+
+using State = BackgroundOptimizer::State;
+using namespace std::chrono_literals;
+
+// Waits for something that must come; false after 20 s, far beyond what any of it takes.
+template <typename Condition>
+bool Eventually(Condition condition) {
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(1ms);
+  }
+  return true;
+}
+
+// Every coefficient equals the number of steps taken: a torn snapshot would show two values.
+class CountingJob : public OptimizerJob {
+ public:
+  CountingJob(int steps, std::atomic<int>* alive = nullptr, int fail_at = -1)
+      : sh_(5000, 0.0F), steps_(steps), fail_at_(fail_at), alive_(alive) {
+    if (alive_) ++*alive_;
+  }
+  ~CountingJob() override {
+    if (alive_) --*alive_;
+  }
+  bool Step(Monitor& monitor) override {
+    monitor.ThrowIfCancelled();
+    if (taken_ == fail_at_) throw std::runtime_error("the step failed");
+    if (taken_ == steps_) return false;
+    ++taken_;
+    for (float& value : sh_) value += 1;
+    return true;
+  }
+  ShSnapshot Snapshot() const override {
+    ShSnapshot snapshot;
+    snapshot.sh = std::make_shared<const std::vector<float>>(sh_);
+    return snapshot;
+  }
+
+ private:
+  std::vector<float> sh_;
+  int steps_, taken_ = 0, fail_at_;
+  std::atomic<int>* alive_;
+};
+
+BackgroundOptimizer::Factory Counting(int steps, std::atomic<int>* alive = nullptr,
+                                      int fail_at = -1) {
+  return [=](Monitor&) { return std::make_unique<CountingJob>(steps, alive, fail_at); };
+}
+
+constexpr int kEndless = 1 << 30;
+
+TEST(BackgroundOptimizer, RunsToTheEndAndPublishesTheLastState) {
+  BackgroundOptimizer optimizer;
+  EXPECT_EQ(optimizer.state(), State::kIdle);
+  EXPECT_EQ(optimizer.Newest(), nullptr);
+  const uint64_t job = optimizer.Start(Counting(7));
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.state(), State::kFinished);
+  const auto newest = optimizer.Newest();
+  ASSERT_NE(newest, nullptr);
+  EXPECT_EQ(newest->job, job);
+  EXPECT_TRUE(newest->finished);
+  EXPECT_EQ(newest->sh->front(), 7);
+}
+
+TEST(BackgroundOptimizer, ReadersSeeOnlyWholeStatesInOrder) {
+  BackgroundOptimizer optimizer;
+  optimizer.Start(Counting(300));
+  float last = -1;
+  bool torn = false, backwards = false;
+  while (optimizer.state() == State::kRunning) {
+    const auto newest = optimizer.Newest();
+    if (!newest) continue;
+    const float value = newest->sh->front();
+    for (const float other : *newest->sh) torn = torn || other != value;
+    backwards = backwards || value < last;
+    last = value;
+  }
+  EXPECT_FALSE(torn);
+  EXPECT_FALSE(backwards);
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.Newest()->sh->back(), 300);
+}
+
+TEST(BackgroundOptimizer, CancelStopsAnEndlessJobAndFreesIt) {
+  std::atomic<int> alive{0};
+  BackgroundOptimizer optimizer;
+  optimizer.Start(Counting(kEndless, &alive));
+  ASSERT_TRUE(Eventually([&] { return optimizer.Newest() && optimizer.Newest()->steps > 3; }));
+  optimizer.Cancel();
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.state(), State::kCancelled);
+  EXPECT_EQ(alive.load(), 0);
+  const int steps = optimizer.Newest()->steps;
+  EXPECT_FALSE(optimizer.Newest()->finished);
+  std::this_thread::sleep_for(5ms);
+  EXPECT_EQ(optimizer.Newest()->steps, steps) << "published after it was cancelled";
+}
+
+TEST(BackgroundOptimizer, ANewJobOvertakesTheOneBefore) {
+  std::atomic<int> alive{0};
+  BackgroundOptimizer optimizer;
+  uint64_t last = 0;
+  for (int i = 0; i < 50; ++i) last = optimizer.Start(Counting(kEndless, &alive));
+  last = optimizer.Start(Counting(3, &alive));
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.state(), State::kFinished);
+  EXPECT_EQ(optimizer.Newest()->job, last);
+  EXPECT_EQ(optimizer.Newest()->sh->front(), 3);
+  EXPECT_EQ(alive.load(), 0);
+}
+
+TEST(BackgroundOptimizer, PausesBetweenStepsAndGoesOn) {
+  BackgroundOptimizer optimizer;
+  optimizer.Start(Counting(kEndless));
+  ASSERT_TRUE(Eventually([&] { return optimizer.Newest() != nullptr; }));
+  optimizer.Pause();
+  EXPECT_EQ(optimizer.state(), State::kPaused);
+  std::this_thread::sleep_for(20ms);  // the step in progress ends
+  const int steps = optimizer.Newest()->steps;
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(optimizer.Newest()->steps, steps);
+  optimizer.Resume();
+  EXPECT_TRUE(Eventually([&] { return optimizer.Newest()->steps > steps; }));
+  optimizer.Pause();
+  optimizer.Cancel();  // a paused job can be cancelled
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.state(), State::kCancelled);
+}
+
+TEST(BackgroundOptimizer, AFailureIsKeptAndTheNextJobRuns) {
+  BackgroundOptimizer optimizer;
+  optimizer.Start(Counting(10, nullptr, /*fail_at=*/4));
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.state(), State::kFailed);
+  EXPECT_EQ(optimizer.error(), "the step failed");
+  EXPECT_EQ(optimizer.Newest()->sh->front(), 4);
+  optimizer.Start([](Monitor&) -> std::unique_ptr<OptimizerJob> { throw InputError("no such"); });
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.error(), "no such");
+  optimizer.Start(Counting(2));
+  optimizer.Wait();
+  EXPECT_EQ(optimizer.state(), State::kFinished);
+  EXPECT_EQ(optimizer.error(), "");
+}
+
+TEST(BackgroundOptimizer, DestructionStopsWhatRuns) {
+  std::atomic<int> alive{0};
+  for (int i = 0; i < 20; ++i) {
+    BackgroundOptimizer optimizer;
+    optimizer.Start(Counting(kEndless, &alive));
+    if (i % 2 == 1) Eventually([&] { return optimizer.Newest() != nullptr; });
+  }
+  EXPECT_EQ(alive.load(), 0);
+}
+
+TEST(BackgroundOptimizer, TellsOfEverySnapshotWithoutHoldingALock) {
+  std::atomic<int> calls{0};
+  BackgroundOptimizer* self = nullptr;
+  std::atomic<bool> ready{false};
+  BackgroundOptimizer optimizer([&] {
+    if (!ready) return;
+    ++calls;
+    self->Newest();  // would deadlock under the lock
+    self->state();
+  });
+  self = &optimizer;
+  ready = true;
+  optimizer.Start(Counting(5));
+  optimizer.Wait();
+  // The start, five steps, the step that found nothing left, the end.
+  EXPECT_EQ(calls.load(), 8);
+}
+
+}  // namespace
+}  // namespace retint

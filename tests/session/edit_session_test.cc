@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/edit_session.h"
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/session/session_scene.h"
+
+namespace retint {
+namespace {
+
+const ColorEdit kBlue = ColorEdit::Tint({0.2F, 0.4F, 1.0F});
+const ColorEdit kRed = ColorEdit::Tint({1.0F, 0.1F, 0.1F});
+
+bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+RefitJob ShortJob(int iterations = 3) {
+  RefitJob job;
+  job.options.iterations = iterations;
+  return job;
+}
+
+// Mean |difference| of the renders' pixels inside and outside the masks.
+struct Difference {
+  double inside = 0, outside = 0;
+};
+Difference Compare(EditSession& session, const TinyScene& scene, const std::vector<float>& a,
+                   const std::vector<float>& b) {
+  Difference difference;
+  double inside = 0, outside = 0;
+  for (const View* view : session.reconstruction().ViewsByName()) {
+    const Image one = session.RenderView(*view, a), two = session.RenderView(*view, b);
+    const Mask& mask = scene.masks[view->id - 1];
+    for (size_t i = 0; i < one.data.size(); ++i) {
+      const double d = std::abs(one.data[i] - two.data[i]);
+      const double m = mask.data[i / 3] / 255.0;
+      difference.inside += m * d;
+      difference.outside += (1 - m) * d;
+      inside += m;
+      outside += 1 - m;
+    }
+  }
+  difference.inside /= inside;
+  difference.outside /= outside;
+  return difference;
+}
+
+TEST(EditSession, ARegionRecolorsWhatItSelectsAndLeavesTheRest) {
+  const TinyScene scene(1);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->Refit(ShortJob(), monitor);
+  const std::vector<float> after = session->CurrentSh();
+  const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
+  for (size_t g = 0; g < scene.shares.size(); ++g) {
+    if (scene.shares[g] > 0) continue;
+    EXPECT_EQ(0, std::memcmp(&after[g * block], &scene.model.sh[g * block], block * sizeof(float)))
+        << "Gaussian " << g << " is outside";
+  }
+  const Difference difference = Compare(*session, scene, after, scene.model.sh);
+  EXPECT_GT(difference.inside, 0.05);
+  EXPECT_LT(difference.outside, 0.2 * difference.inside);
+  EXPECT_EQ(session->Summary().iterations, 3);
+}
+
+TEST(EditSession, UndoRestoresTheOriginalBits) {
+  const TinyScene scene(2);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->Refit(ShortJob(), monitor);
+  EXPECT_FALSE(SameBits(session->CurrentSh(), scene.model.sh));
+  ASSERT_TRUE(session->Undo());
+  EXPECT_TRUE(SameBits(session->CurrentSh(), scene.model.sh));
+}
+
+TEST(EditSession, UndoAndRedoRestoreEveryFitExactly) {
+  const TinyScene scene(3);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->Refit(ShortJob(), monitor);
+  const std::vector<float> blue = session->CurrentSh();
+  session->SetEdit(region, kRed);
+  session->Refit(ShortJob(), monitor);
+  const std::vector<float> red = session->CurrentSh();
+  EXPECT_FALSE(SameBits(blue, red));
+  session->Undo();
+  EXPECT_TRUE(SameBits(session->CurrentSh(), blue));
+  session->Redo();
+  EXPECT_TRUE(SameBits(session->CurrentSh(), red));
+}
+
+TEST(EditSession, ANewEditStartsFromTheOriginal) {
+  const TinyScene scene(4);
+  Monitor monitor;
+  const auto direct = MakeSession(scene);
+  direct->AddRegion("left", MasksOf(scene), scene.shares, kRed, monitor);
+  direct->Refit(ShortJob(), monitor);
+  const auto detour = MakeSession(scene);
+  const RegionId region = detour->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  detour->Refit(ShortJob(), monitor);
+  detour->SetEdit(region, kRed);
+  detour->Refit(ShortJob(), monitor);
+  EXPECT_TRUE(SameBits(direct->CurrentSh(), detour->CurrentSh()));
+}
+
+TEST(EditSession, HidingShowsTheOriginalAndShowingTheFitAgain) {
+  const TinyScene scene(5);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->Refit(ShortJob(), monitor);
+  const std::vector<float> fitted = session->CurrentSh();
+  session->SetVisible(region, false);
+  EXPECT_TRUE(SameBits(session->CurrentSh(), scene.model.sh));
+  session->SetVisible(region, true);
+  EXPECT_TRUE(SameBits(session->CurrentSh(), fitted));
+}
+
+TEST(EditSession, RegionsComposeInOrder) {
+  const TinyScene scene(6);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const auto other = [&] {
+    std::vector<float> shares;
+    for (const float share : scene.shares) shares.push_back(1 - share);
+    return shares;
+  }();
+  const RegionId left = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->Refit(ShortJob(), monitor);
+  const std::vector<float> one = session->CurrentSh();
+  session->AddRegion("right", OtherMasksOf(scene), other, kRed, monitor);
+  session->Refit(ShortJob(), monitor);
+  const std::vector<float> both = session->CurrentSh();
+  const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
+  for (size_t g = 0; g < scene.shares.size(); ++g) {
+    const bool is_left = scene.shares[g] > 0;
+    const float* expected = is_left ? &one[g * block] : &scene.model.sh[g * block];
+    const bool same = std::memcmp(&both[g * block], expected, block * sizeof(float)) == 0;
+    EXPECT_EQ(same, is_left) << "Gaussian " << g
+                             << ": the second region changes its own Gaussians, and only those";
+  }
+  // Order is part of the state.
+  session->MoveRegion(left, 1);
+  EXPECT_EQ(session->regions().regions[1].id, left);
+  session->Undo();
+  EXPECT_TRUE(SameBits(session->CurrentSh(), both));
+  session->RemoveRegion(left);
+  EXPECT_EQ(session->regions().regions.size(), 1u);
+}
+
+TEST(EditSession, StrengthZeroChangesNothing) {
+  const TinyScene scene(7);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->SetEdit(region, kBlue, 0);
+  session->Refit(ShortJob(), monitor);
+  const Difference difference = Compare(*session, scene, session->CurrentSh(), scene.model.sh);
+  // Rounding of float renders only.
+  EXPECT_LT(difference.inside, 1e-5);
+}
+
+TEST(EditSession, BeforeAFitTheStateShowsItsClosedForm) {
+  const TinyScene scene(8);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  EXPECT_TRUE(SameBits(session->CurrentSh(), ClosedFormSh(scene.model, scene.shares, kBlue, 1e-3)));
+}
+
+TEST(EditSession, SharesAreComputedFromTheMasksWhereMissing) {
+  const TinyScene scene(9);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), {}, kBlue, monitor);
+  const auto& shares = session->regions().regions[0].selection->shares;
+  ASSERT_EQ(shares.size(), scene.shares.size());
+  double inside = 0, outside = 0, count = 0;
+  for (size_t g = 0; g < shares.size(); ++g) {
+    (scene.shares[g] > 0 ? inside : outside) += shares[g];
+    count += scene.shares[g];
+  }
+  EXPECT_GT(inside / count, 0.6);
+  EXPECT_LT(outside / (static_cast<double>(shares.size()) - count), 0.4);
+}
+
+TEST(EditSession, ACancelledRefitLeavesTheStateAsItWas) {
+  const TinyScene scene(10);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  const std::vector<float> before = session->CurrentSh();
+  int calls = 0;
+  Monitor* cancel = nullptr;
+  Monitor cancelling([&](const Progress& progress) {
+    if (progress.stage == "refit" && ++calls == 2) cancel->Cancel();
+  });
+  cancel = &cancelling;
+  EXPECT_THROW(session->Refit(ShortJob(1000), cancelling), Cancelled);
+  EXPECT_TRUE(SameBits(session->CurrentSh(), before));
+  EXPECT_EQ(session->regions().regions[0].fit, nullptr);
+  session->Refit(ShortJob(), monitor);
+  EXPECT_NE(session->regions().regions[0].fit, nullptr);
+}
+
+TEST(EditSession, TheBackgroundRefitEndsWhereTheForegroundOneDoes) {
+  const TinyScene scene(11);
+  Monitor monitor;
+  const auto foreground = MakeSession(scene);
+  foreground->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  foreground->Refit(ShortJob(), monitor);
+  const auto background = MakeSession(scene);
+  background->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  background->StartRefit(ShortJob());
+  background->optimizer().Wait();
+  ASSERT_EQ(background->optimizer().state(), BackgroundOptimizer::State::kFinished)
+      << background->optimizer().error();
+  const auto newest = background->NewestSnapshot();
+  ASSERT_NE(newest, nullptr);
+  EXPECT_TRUE(newest->finished);
+  EXPECT_TRUE(background->CollectFits());
+  EXPECT_FALSE(background->CollectFits()) << "once is enough";
+  EXPECT_TRUE(SameBits(background->CurrentSh(), foreground->CurrentSh()));
+  EXPECT_TRUE(SameBits(*newest->sh, background->CurrentSh()));
+}
+
+TEST(EditSession, EditsOvertakeTheBackgroundRefitOverAndOver) {
+  const TinyScene scene(12);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  for (int i = 0; i < 12; ++i) {
+    const float tint = 0.05F * static_cast<float>(i + 1);
+    session->SetEdit(region, ColorEdit::Tint({tint, tint, 1}), 1, "drag");
+    session->StartRefit(ShortJob(1000));
+    if (const auto newest = session->NewestSnapshot()) session->ShowSh(*newest->sh);
+    if (i % 3 == 2) session->RenderView(*session->train_views()[0], session->CurrentSh());
+  }
+  session->optimizer().Cancel();
+  session->optimizer().Wait();
+  EXPECT_FALSE(session->CollectFits()) << "no fit was complete";
+  ASSERT_TRUE(session->Undo());
+  EXPECT_EQ(session->history().RedoLabel(), "Recolor left") << "the drag is one step";
+  EXPECT_EQ(session->regions().regions[0].edit.gain, kBlue.gain);
+}
+
+TEST(EditSession, AFitForAnOlderEditIsNotCollected) {
+  const TinyScene scene(13);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->StartRefit(ShortJob());
+  session->optimizer().Wait();
+  session->SetEdit(region, kRed);
+  EXPECT_FALSE(session->CollectFits());
+  session->Undo();
+  EXPECT_TRUE(session->CollectFits());
+}
+
+TEST(EditSession, HoldoutKeepsEveryNthViewOut) {
+  const TinyScene scene(14);
+  SessionOptions options;
+  options.holdout = 3;
+  const auto session = MakeSession(scene, options);
+  EXPECT_EQ(session->heldout_views().size(), 2u);
+  EXPECT_EQ(session->train_views().size(), 4u);
+  EXPECT_EQ(session->heldout_views()[1]->name, "view3");
+  Monitor monitor;
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  session->Refit(ShortJob(), monitor);
+  const QualityReport quality = session->Evaluate(
+      region, session->original().sh, session->CurrentSh(), TargetKind::kRender, monitor);
+  EXPECT_EQ(quality.train.views, 4);
+  EXPECT_EQ(quality.heldout.views, 2);
+  EXPECT_GT(quality.heldout.psnr_inside_after, quality.heldout.psnr_inside_before + 3);
+}
+
+TEST(EditSession, TheEditedTargetIsTheRenderWithEveryEditPaintedOver) {
+  const TinyScene scene(15);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  const View& view = *session->train_views()[0];
+  const Image render = session->RenderView(view, session->original().sh);
+  const Image target = session->EditedTarget(view, TargetKind::kRender);
+  const Mask& mask = scene.masks[0];
+  for (size_t i = 0; i < mask.data.size(); ++i) {
+    const float m = static_cast<float>(mask.data[i]) / 255;
+    const float expected = render.data[3 * i] * (1 + m * (0.2F - 1));
+    ASSERT_NEAR(target.data[3 * i], expected, 1e-6) << i;
+  }
+}
+
+TEST(EditSession, RefusesBadInputAndKeepsItsState) {
+  const TinyScene scene(16);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  EXPECT_THROW(session->Paint("view9", scene.masks[0]), InputError);
+  EXPECT_THROW(session->Paint("view0", Mask(64, 48)), InputError) << "empty";
+  EXPECT_THROW(session->Paint("view0", Mask(63, 48, 255)), InputError) << "size";
+  EXPECT_NO_THROW(session->Paint("view0", scene.masks[0]));
+
+  std::map<std::string, Mask> empty = {{"view0", Mask(64, 48)}};
+  EXPECT_THROW(session->AddRegion("x", empty, scene.shares, kBlue, monitor), InputError);
+  std::map<std::string, Mask> wrong = {{"view0", Mask(1, 1, 255)}};
+  EXPECT_THROW(session->AddRegion("x", wrong, scene.shares, kBlue, monitor), InputError);
+  std::map<std::string, Mask> unknown = {{"nowhere", Mask(64, 48, 255)}};
+  EXPECT_THROW(session->AddRegion("x", unknown, scene.shares, kBlue, monitor), InputError);
+  EXPECT_THROW(session->AddRegion("x", MasksOf(scene), {1.0F}, kBlue, monitor), InputError);
+  ColorEdit negative = kBlue;
+  negative.gain(0, 0) = -1;
+  EXPECT_THROW(session->AddRegion("x", MasksOf(scene), scene.shares, negative, monitor),
+               OptionError);
+  EXPECT_TRUE(session->regions().regions.empty());
+  EXPECT_FALSE(session->history().CanUndo());
+
+  EXPECT_THROW(session->SetEdit(7, kBlue), OptionError);
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  EXPECT_THROW(session->SetEdit(region, kBlue, 1.5F), OptionError);
+  EXPECT_EQ(session->history().UndoLabel(), "Add left");
+  SessionOptions options;
+  options.holdout = 1;
+  EXPECT_THROW(options.Check(), OptionError);
+}
+
+}  // namespace
+}  // namespace retint

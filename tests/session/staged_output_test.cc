@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/staged_output.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> Tree(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    names.push_back(entry.path().lexically_relative(folder).string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+auto Text(const std::string& text) {
+  return [text](const fs::path& path) { WriteFile(path, text); };
+}
+
+TEST(StagedOutput, WritesNothingWithoutCommit) {
+  TempFolder temp;
+  WriteFile(temp / "old.txt", "old");
+  {
+    StagedOutput staged;
+    staged.Add(temp / "old.txt", Text("new"));
+    staged.Add(temp / "deep/er/file.txt", Text("new"));
+    staged.AddFolder(temp / "folder", [](const fs::path& path) { WriteFile(path / "a", "a"); });
+    EXPECT_EQ(ReadFile(temp / "old.txt"), "old");
+    EXPECT_FALSE(fs::exists(temp / "deep"));
+  }
+  EXPECT_THAT(Tree(temp.path()), testing::ElementsAre("old.txt"));
+}
+
+TEST(StagedOutput, CommitPutsEverythingInPlace) {
+  TempFolder temp;
+  WriteFile(temp / "old.txt", "old");
+  WriteFile(temp / "folder/kept", "kept");
+  {
+    StagedOutput staged;
+    staged.Add(temp / "old.txt", Text("new"));
+    staged.Add(temp / "deep/er/file.txt", Text("deep"));
+    staged.AddFolder(temp / "folder", [](const fs::path& path) {
+      WriteFile(path / "a", "a");
+      WriteFile(path / "sub/b", "b");
+    });
+    staged.Commit();
+  }
+  EXPECT_EQ(ReadFile(temp / "old.txt"), "new");
+  EXPECT_EQ(ReadFile(temp / "deep/er/file.txt"), "deep");
+  EXPECT_EQ(ReadFile(temp / "folder/sub/b"), "b");
+  EXPECT_THAT(Tree(temp.path()),
+              testing::ElementsAre("deep", "deep/er", "deep/er/file.txt", "folder", "folder/a",
+                                   "folder/kept", "folder/sub", "folder/sub/b", "old.txt"));
+}
+
+TEST(StagedOutput, ErrorsNameTheTargetAndLeaveNothing) {
+  TempFolder temp;
+  try {
+    StagedOutput staged;
+    staged.Add(temp / "fine.txt", Text("fine"));
+    staged.Add(temp / "out.txt", [](const fs::path& path) {
+      throw RunError(path.string() + ": cannot write: disk full");
+    });
+    FAIL() << "no error";
+  } catch (const RunError& error) {
+    EXPECT_EQ(std::string(error.what()), (temp / "out.txt").string() + ": cannot write: disk full");
+  }
+  EXPECT_THAT(Tree(temp.path()), testing::IsEmpty());
+}
+
+TEST(StagedOutput, WritersSeeTheNameTheyWerePromised) {
+  TempFolder temp;
+  StagedOutput staged;
+  staged.Add(temp / "scene.ply", [](const fs::path& path) {
+    EXPECT_EQ(path.filename(), "scene.ply");
+    WriteFile(path, "");
+  });
+}
+
+TEST(CheckOutput, RefusesWhatCannotBeWritten) {
+  TempFolder temp;
+  WriteFile(temp / "file", "");
+  EXPECT_NO_THROW(CheckOutput(temp / "new.txt"));
+  EXPECT_NO_THROW(CheckOutput(temp / "file"));
+  EXPECT_NO_THROW(CheckOutput(temp / "a/b/new.txt"));
+  EXPECT_NO_THROW(CheckOutput(temp / "a", true));
+  EXPECT_NO_THROW(CheckOutput(temp.path(), true));
+  EXPECT_THROW(CheckOutput(temp.path()), RunError) << "a folder is no file";
+  EXPECT_THROW(CheckOutput(temp / "file", true), RunError) << "a file is no folder";
+  EXPECT_THROW(CheckOutput(temp / "file/below.txt"), RunError);
+  EXPECT_THROW(CheckOutput(temp / "file/below/deep", true), RunError);
+  EXPECT_THROW(CheckOutput(""), OptionError);
+  EXPECT_THAT(Tree(temp.path()), testing::ElementsAre("file")) << "checking creates nothing";
+}
+
+TEST(CheckOutput, RefusesAFolderWithoutPermission) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  TempFolder temp;
+  chmod(temp.path().c_str(), 0500);
+  EXPECT_THROW(CheckOutput(temp / "new.txt"), RunError);
+  chmod(temp.path().c_str(), 0700);
+}
+
+}  // namespace
+}  // namespace retint
