@@ -3,6 +3,9 @@
 // more vectors; a splat visits only the rows that its ellipse reaches, and the exponent is compared
 // before it is raised, so that most vectors cost a few instructions.
 #include <cstddef>
+#include <type_traits>
+
+#include <hwy/cache_control.h>
 
 #include "kernels/common/blend.h"
 #include "kernels/cpu/tile_kernels.h"
@@ -24,22 +27,20 @@ using RowTag = hn::CappedTag<float, kTileSize>;
 using HalfTag = hn::CappedTag<float, 8>;
 using Row = hn::Vec<RowTag>;
 
-// 2^e for e in [-126, 0], relative error below 2e-7; garbage, but no trap, outside. Chebyshev
-// interpolation of 2^f on [-0.5, 0.5]; the integer part comes from the sum's low mantissa bits.
+// 2^e for e in [log2(1 / 255), 0], relative error below 2e-6; garbage, but no trap, outside.
+// Chebyshev interpolation of 2^(e / 8), raised to the eighth power: cheaper than splitting off the
+// integer part.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Exp2(D d, V e) {
-  const hn::RebindToSigned<D> di;
-  const V magic = hn::Set(d, 12582912.0f);  // 1.5 * 2^23
-  const V shifted = hn::Add(e, magic);
-  const V f = hn::Sub(e, hn::Sub(shifted, magic));
-  V p = hn::Set(d, 1.33908634e-3f);
-  p = hn::MulAdd(p, f, hn::Set(d, 9.67603192e-3f));
-  p = hn::MulAdd(p, f, hn::Set(d, 5.55035711e-2f));
-  p = hn::MulAdd(p, f, hn::Set(d, 2.40221075e-1f));
-  p = hn::MulAdd(p, f, hn::Set(d, 6.93147188e-1f));
-  p = hn::MulAdd(p, f, hn::Set(d, 1.00000008f));
-  const auto exponent = hn::ShiftLeft<23>(hn::BitCast(di, shifted));
-  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), exponent));
+  V p = hn::Set(d, 2.88963928e-08f);
+  p = hn::MulAdd(p, e, hn::Set(d, 2.24833502e-06f));
+  p = hn::MulAdd(p, e, hn::Set(d, 0.00010800414f));
+  p = hn::MulAdd(p, e, hn::Set(d, 0.00375279621f));
+  p = hn::MulAdd(p, e, hn::Set(d, 0.0866428912f));
+  p = hn::MulAdd(p, e, hn::Set(d, 0.99999994f));
+  p = hn::Mul(p, p);
+  p = hn::Mul(p, p);
+  return hn::Mul(p, p);
 }
 
 // The rows [first, last] of a tile that a splat may reach.
@@ -69,60 +70,76 @@ HWY_INLINE uint32_t LiveRows(const float* transmittance) {
   return live;
 }
 
-// The quadratic form of a splat along one row of vectors: its exponent at row offset dy is
-// bx * dy + (c dy^2 + ax2).
-struct SplatColumns {
-  Row bx, ax2;
+// A splat's exponent at row y and column x is bx[x] * dy[y] + (ax2[x] + cdy2[y]).
+struct SplatRows {
+  HWY_ALIGN float dy[kTileSize];
+  HWY_ALIGN float cdy2[kTileSize];
 };
 
-HWY_INLINE SplatColumns ColumnsOf(const Splat& splat, int x0, size_t x) {
+HWY_INLINE void FillRows(const Splat& splat, int y0, SplatRows* rows) {
   const RowTag d;
-  const Row dx = hn::Iota(d, float(x0 + int(x)) + 0.5f - splat.x);
-  SplatColumns columns;
-  columns.bx = hn::Mul(hn::Set(d, splat.b), dx);
-  columns.ax2 = hn::MulAdd(hn::Mul(hn::Set(d, splat.a), dx), dx, hn::Set(d, splat.log2_opacity));
-  return columns;
-}
-
-// BlendStep for a vector of pixels: hit(y, weights, T before, T after) where any pixel has a
-// weight.
-template <class Hit>
-HWY_INLINE void VisitSplat(const Splat& splat, const TileList& list, size_t x, uint32_t live,
-                           RowRange rows, float* HWY_RESTRICT transmittance, const Hit& hit) {
-  const RowTag d;
-  const SplatColumns columns = ColumnsOf(splat, list.x0, x);
-  const Row threshold = hn::Set(d, kLog2MinAlpha);
-  const float dy0 = float(list.y0) + 0.5f - splat.y;
-  for (int y = rows.first; y <= rows.last; ++y) {
-    if (!(live >> y & 1)) continue;
-    const float dy = dy0 + float(y);
-    const Row exponent =
-        hn::MulAdd(columns.bx, hn::Set(d, dy), hn::Add(columns.ax2, hn::Set(d, splat.c * dy * dy)));
-    const auto near = hn::Ge(exponent, threshold);
-    if (hn::AllFalse(d, near)) continue;
-    float* HWY_RESTRICT at = transmittance + y * kTileSize + int(x);
-    const Row before = hn::Load(d, at);
-    const Row alpha = hn::IfThenElseZero(near, hn::Min(hn::Set(d, kMaxAlpha), Exp2(d, exponent)));
-    const Row after = hn::NegMulAdd(alpha, before, before);
-    const auto done = hn::Lt(after, hn::Set(d, kMinTransmittance));
-    const Row weight = hn::IfThenZeroElse(done, hn::Mul(alpha, before));
-    hn::Store(hn::IfThenElse(done, hn::Neg(hn::Abs(before)), after), d, at);
-    hit(y, weight, before, after);
+  for (size_t y = 0; y < kTileSize; y += hn::Lanes(d)) {
+    const Row dy = hn::Iota(d, float(y0 + int(y)) + 0.5f - splat.y);
+    hn::Store(dy, d, rows->dy + y);
+    hn::Store(hn::Mul(hn::Mul(hn::Set(d, splat.c), dy), dy), d, rows->cdy2 + y);
   }
 }
 
-// splat_visit(entry, splat, live rows, row range) over the list until every pixel is done.
-template <class Visit>
+// BlendStep for the vectors of a splat: hit(first pixel, weights, T before, T after) where a live
+// pixel has alpha >= kMinAlpha. `live`: see LiveRows.
+template <class Hit>
+HWY_INLINE void VisitSplat(const Splat& splat, const TileList& list, uint32_t live,
+                           float* HWY_RESTRICT transmittance, const Hit& hit) {
+  const RowTag d;
+  const RowRange range = RowsOf(splat, list.y0);
+  SplatRows rows;
+  FillRows(splat, list.y0, &rows);
+  for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
+    const Row dx = hn::Iota(d, float(list.x0 + int(x)) + 0.5f - splat.x);
+    const Row bx = hn::Mul(hn::Set(d, splat.b), dx);
+    const Row ax2 =
+        hn::MulAdd(hn::Mul(hn::Set(d, splat.a), dx), dx, hn::Set(d, splat.log2_opacity));
+    for (int y = range.first; y <= range.last; ++y) {
+      if (!(live >> y & 1)) continue;
+      const Row exponent =
+          hn::MulAdd(bx, hn::Set(d, rows.dy[y]), hn::Add(ax2, hn::Set(d, rows.cdy2[y])));
+      const size_t pixel = size_t(y) * kTileSize + x;
+      const Row before = hn::Load(d, transmittance + pixel);
+      const auto near =
+          hn::And(hn::Ge(exponent, hn::Set(d, kLog2MinAlpha)), hn::Gt(before, hn::Zero(d)));
+      if (hn::AllFalse(d, near)) continue;
+      const Row alpha = hn::IfThenElseZero(near, hn::Min(hn::Set(d, kMaxAlpha), Exp2(d, exponent)));
+      Row weight = hn::Mul(alpha, before);
+      Row after = hn::NegMulAdd(alpha, before, before);
+      const auto ends = hn::And(near, hn::Lt(after, hn::Set(d, kMinTransmittance)));
+      if (HWY_UNLIKELY(!hn::AllFalse(d, ends))) {
+        weight = hn::IfThenZeroElse(ends, weight);
+        after = hn::IfThenElse(ends, hn::Neg(before), after);
+      }
+      hn::Store(after, d, transmittance + pixel);
+      hit(pixel, weight, before, after);
+    }
+  }
+}
+
+constexpr int64_t kPrefetch = 6;  // entries ahead
+
+// visit(entry, splat, live rows) over the list until every pixel is done; returns where it ended.
+// prefetch(entry) comes some entries earlier.
+template <class Visit, class Prefetch>
 HWY_INLINE int64_t ForEachSplat(const TileList& list, const float* transmittance,
-                                const Visit& visit) {
+                                const Visit& visit, const Prefetch& prefetch) {
   uint32_t live = 0;
   for (int64_t i = 0; i < list.count; ++i) {
     if (i % 16 == 0) {
       live = LiveRows(transmittance);
       if (live == 0) return i;
     }
-    const Splat& splat = list.splats[list.entries[i]];
-    visit(i, splat, live, RowsOf(splat, list.y0));
+    // Lists jump about in memory.
+    const int64_t ahead = i + kPrefetch < list.count ? i + kPrefetch : i;
+    hwy::Prefetch(&list.splats[list.entries[ahead]]);
+    prefetch(ahead);
+    visit(i, list.splats[list.entries[i]], live);
   }
   return list.count;
 }
@@ -136,51 +153,46 @@ template <int C>
 void BlendTileC(const TileList& list, const float* HWY_RESTRICT features, float* HWY_RESTRICT sums,
                 float* HWY_RESTRICT transmittance) {
   const RowTag d;
-  ForEachSplat(list, transmittance,
-               [&](int64_t i, const Splat& splat, uint32_t live, RowRange rows) HWY_ATTR {
-                 const int32_t row = RowIndex(list, i);
-                 static constexpr float kNothing[C] = {};
-                 const float* from = row < 0 ? kNothing : features + int64_t(row) * C;
-                 Row feature[C];
-                 for (int c = 0; c < C; ++c) feature[c] = hn::Set(d, from[c]);
-                 for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-                   VisitSplat(splat, list, x, live, rows, transmittance,
-                              [&](int y, Row weight, Row, Row) HWY_ATTR {
-                                float* at = sums + y * kTileSize + int(x);
-                                for (int c = 0; c < C; ++c, at += kTilePixels) {
-                                  hn::Store(hn::MulAdd(weight, feature[c], hn::Load(d, at)), d, at);
-                                }
-                              });
-                 }
-               });
+  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
+    static constexpr float kNothing[C] = {};
+    const int32_t row = RowIndex(list, i);
+    const float* from = row < 0 ? kNothing : features + int64_t(row) * C;
+    Row feature[C];
+    for (int c = 0; c < C; ++c) feature[c] = hn::Set(d, from[c]);
+    VisitSplat(splat, list, live, transmittance, [&](size_t pixel, Row weight, Row, Row) HWY_ATTR {
+      float* at = sums + pixel;
+      for (int c = 0; c < C; ++c, at += kTilePixels) {
+        hn::Store(hn::MulAdd(weight, feature[c], hn::Load(d, at)), d, at);
+      }
+    });
+  };
+  const auto prefetch = [&](int64_t i) HWY_ATTR {
+    if (!list.splat_rows) hwy::Prefetch(features + int64_t(list.entries[i]) * C);
+  };
+  ForEachSplat(list, transmittance, visit, prefetch);
 }
 
 template <int C>
 void TransposeTileC(const TileList& list, const float* HWY_RESTRICT residual,
                     float* HWY_RESTRICT partials, float* HWY_RESTRICT transmittance) {
   const RowTag d;
-  const int64_t visited =
-      ForEachSplat(list, transmittance,
-                   [&](int64_t i, const Splat& splat, uint32_t live, RowRange rows) HWY_ATTR {
-                     Row sum[C];
-                     for (int c = 0; c < C; ++c) sum[c] = hn::Zero(d);
-                     bool any = false;
-                     for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-                       VisitSplat(splat, list, x, live, rows, transmittance,
-                                  [&](int y, Row weight, Row, Row) HWY_ATTR {
-                                    const float* at = residual + y * kTileSize + int(x);
-                                    for (int c = 0; c < C; ++c, at += kTilePixels) {
-                                      sum[c] = hn::MulAdd(weight, hn::Load(d, at), sum[c]);
-                                    }
-                                    any = true;
-                                  });
-                     }
-                     if (list.slots[i] == kNoSlot) return;
-                     float* out = partials + int64_t(list.slots[i]) * C;
-                     for (int c = 0; c < C; ++c)
-                       out[c] = any ? hn::GetLane(hn::SumOfLanes(d, sum[c])) : 0.0f;
-                   });
-  for (int64_t i = visited; i < list.count; ++i) {
+  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
+    Row sum[C];
+    for (int c = 0; c < C; ++c) sum[c] = hn::Zero(d);
+    VisitSplat(splat, list, live, transmittance, [&](size_t pixel, Row weight, Row, Row) HWY_ATTR {
+      const float* at = residual + pixel;
+      for (int c = 0; c < C; ++c, at += kTilePixels) {
+        sum[c] = hn::MulAdd(weight, hn::Load(d, at), sum[c]);
+      }
+    });
+    if (list.slots[i] == kNoSlot) return;
+    float* out = partials + int64_t(list.slots[i]) * C;
+    for (int c = 0; c < C; ++c) out[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
+  };
+  const auto prefetch = [&](int64_t i) HWY_ATTR {
+    if (list.slots[i] != kNoSlot) hwy::Prefetch(partials + int64_t(list.slots[i]) * C);
+  };
+  for (int64_t i = ForEachSplat(list, transmittance, visit, prefetch); i < list.count; ++i) {
     if (list.slots[i] == kNoSlot) continue;
     float* out = partials + int64_t(list.slots[i]) * C;
     for (int c = 0; c < C; ++c) out[c] = 0;
@@ -229,21 +241,18 @@ void DepthTile(const TileList& list, float threshold, float* HWY_RESTRICT sums,
                float* HWY_RESTRICT median, float* HWY_RESTRICT transmittance) {
   const RowTag d;
   const Row limit = hn::Set(d, threshold);
-  ForEachSplat(
-      list, transmittance, [&](int64_t, const Splat& splat, uint32_t live, RowRange rows) HWY_ATTR {
-        const Row depth = hn::Set(d, splat.depth);
-        for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-          VisitSplat(
-              splat, list, x, live, rows, transmittance,
-              [&](int y, Row weight, Row before, Row after) HWY_ATTR {
-                const int at = y * kTileSize + int(x);
-                hn::Store(hn::MulAdd(weight, depth, hn::Load(d, sums + at)), d, sums + at);
-                const auto crosses = hn::And(hn::And(hn::Ge(before, limit), hn::Lt(after, limit)),
-                                             hn::Gt(weight, hn::Zero(d)));
-                hn::Store(hn::IfThenElse(crosses, depth, hn::Load(d, median + at)), d, median + at);
-              });
-        }
-      });
+  const auto visit = [&](int64_t, const Splat& splat, uint32_t live) HWY_ATTR {
+    const Row depth = hn::Set(d, splat.depth);
+    const auto hit = [&](size_t pixel, Row weight, Row before, Row after) HWY_ATTR {
+      hn::Store(hn::MulAdd(weight, depth, hn::Load(d, sums + pixel)), d, sums + pixel);
+      const auto crosses = hn::And(hn::And(hn::Ge(before, limit), hn::Lt(after, limit)),
+                                   hn::Gt(weight, hn::Zero(d)));
+      const Row old = hn::Load(d, median + pixel);
+      hn::Store(hn::IfThenElse(crosses, depth, old), d, median + pixel);
+    };
+    VisitSplat(splat, list, live, transmittance, hit);
+  };
+  ForEachSplat(list, transmittance, visit, [](int64_t) {});
 }
 
 // Appends one entry's weights (rows outside `touched` are zero, whatever `weights` holds).
@@ -284,26 +293,25 @@ HWY_INLINE void AppendEntry(int32_t row, const float* HWY_RESTRICT weights, uint
 
 void WeightsOfTile(const TileList& list, WeightTile* tile, float* HWY_RESTRICT transmittance) {
   const RowTag d;
-  alignas(64) float weights[kTilePixels];
-  ForEachSplat(list, transmittance,
-               [&](int64_t i, const Splat& splat, uint32_t live, RowRange rows) HWY_ATTR {
-                 const int32_t row = RowIndex(list, i);
-                 uint32_t touched = 0;
-                 for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-                   VisitSplat(splat, list, x, live, rows, transmittance,
-                              [&](int y, Row weight, Row, Row) HWY_ATTR {
-                                if (row < 0) return;
-                                if (!(touched >> y & 1)) {
-                                  for (size_t z = 0; z < kTileSize; z += hn::Lanes(d)) {
-                                    hn::Store(hn::Zero(d), d, weights + y * kTileSize + int(z));
-                                  }
-                                  touched |= 1u << y;
-                                }
-                                hn::Store(weight, d, weights + y * kTileSize + int(x));
-                              });
-                 }
-                 if (touched != 0) AppendEntry(row, weights, touched, tile);
-               });
+  HWY_ALIGN float weights[kTilePixels];
+  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
+    const int32_t row = RowIndex(list, i);
+    uint32_t touched = 0;
+    const auto hit = [&](size_t pixel, Row weight, Row, Row) HWY_ATTR {
+      if (row < 0) return;
+      const size_t y = pixel / kTileSize;
+      if (!(touched >> y & 1)) {
+        for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
+          hn::Store(hn::Zero(d), d, weights + y * kTileSize + x);
+        }
+        touched |= 1u << y;
+      }
+      hn::Store(weight, d, weights + pixel);
+    };
+    VisitSplat(splat, list, live, transmittance, hit);
+    if (touched != 0) AppendEntry(row, weights, touched, tile);
+  };
+  ForEachSplat(list, transmittance, visit, [](int64_t) {});
 }
 
 // visit(offset of the half row's vector in the tile, weights in steps) for an entry's weights.
