@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <set>
 
 #include "base/files.h"
@@ -100,6 +101,7 @@ void Write(const fs::path& folder, const Reconstruction& model, const char* exte
     files[i] = std::make_unique<AtomicFile>(folder / (std::string(kParts[i]) + extension));
     files[i]->Write(encoders[i](model));
   }
+  for (const auto& file : files) file->Sync();
   for (const auto& file : files) file->Commit();
 }
 

@@ -316,6 +316,7 @@ std::string PointsToText(const Reconstruction& model) {
     for (int k = 0; k < 3; ++k) AppendNumber(out += ' ', point.xyz[k]);
     for (int k = 0; k < 3; ++k) AppendInteger(out += ' ', point.color[k]);
     AppendNumber(out += ' ', point.error);
+    if (point.track.empty()) out += ' ';  // as COLMAP's writer leaves it
     for (const TrackElement& element : point.track) {
       AppendInteger(out += ' ', element.view_id);
       AppendInteger(out += ' ', element.observation_idx);

@@ -144,9 +144,13 @@ void AtomicFile::Flush() {
   buffer_.clear();
 }
 
-void AtomicFile::Commit() {
+void AtomicFile::Sync() {
   Flush();
   if (fsync(fd_) != 0) Fail("cannot write");
+}
+
+void AtomicFile::Commit() {
+  Sync();
   const int fd = fd_;
   fd_ = -1;
   if (close(fd) != 0 || rename(temporary_.c_str(), path_.c_str()) != 0) {

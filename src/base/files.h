@@ -43,6 +43,9 @@ class AtomicFile {
     static_assert(std::is_trivially_copyable_v<T>);
     Write(&value, sizeof(T));
   }
+  // Everything written so far is on the disk, not yet in place: for several files that belong
+  // together, Sync() all, then Commit() all, and a full disk leaves every old one.
+  void Sync();
   void Commit();
 
  private:

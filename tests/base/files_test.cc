@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.h"
+#include "tests/support/file_size_limit.h"
 
 namespace retint {
 namespace {
@@ -29,26 +30,6 @@ std::vector<std::string> Entries(const fs::path& folder) {
   }
   return names;
 }
-
-// No file of this process may grow past `bytes` while this lives; writing on fails as on a full
-// disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    getrlimit(RLIMIT_FSIZE, &old_);
-    old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{bytes, old_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &old_);
-    std::signal(SIGXFSZ, old_handler_);
-  }
-
- private:
-  rlimit old_{};
-  void (*old_handler_)(int) = SIG_DFL;
-};
 
 TEST(ReadFileTest, ReadsEveryByte) {
   const TempFolder folder;
@@ -194,6 +175,18 @@ TEST(AtomicFileTest, FullDiskKeepsTheOldFile) {
   }
   EXPECT_EQ(ReadFile(folder / "a"), "old");
   EXPECT_EQ(Entries(folder.path()), std::vector<std::string>{"a"});
+}
+
+TEST(AtomicFileTest, SyncedFilesAreInPlaceOnlyAfterCommit) {
+  const TempFolder folder;
+  WriteFile(folder / "a", "old");
+  AtomicFile file(folder / "a");
+  file.Write("ne");
+  file.Sync();
+  EXPECT_EQ(ReadFile(folder / "a"), "old");
+  file.Write("w");
+  file.Commit();
+  EXPECT_EQ(ReadFile(folder / "a"), "new");
 }
 
 TEST(ByteReaderTest, ReadsInOrder) {

@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "tests/colmap_io/tiny_model.h"
 #include "tests/support/data.h"
+#include "tests/support/file_size_limit.h"
 
 namespace retint {
 namespace {
@@ -149,6 +150,15 @@ TEST(SparseTest, EmptyModelRoundTrips) {
   ExpectSame(ReadReconstruction(folder / "t"), {});
 }
 
+TEST(SparseTest, PointWithoutTrackEndsInABlankAsColmaps) {
+  const TempFolder folder;
+  Reconstruction model;
+  model.points[3] = {3, {1, 2, 3}, {4, 5, 6}, 0.5, {}};
+  WriteReconstructionText(folder.path(), model);
+  EXPECT_THAT(ReadFile(folder / "points3D.txt"), ::testing::EndsWith("\n3 1 2 3 4 5 6 0.5 \n"));
+  ExpectSame(ReadReconstruction(folder.path()), model);
+}
+
 TEST(SparseTest, BinaryIsPreferredOverText) {
   const TempFolder folder;
   WriteReconstructionText(folder.path(), {});
@@ -280,6 +290,21 @@ TEST(SparseTest, WritesAllFilesOrNone) {
   EXPECT_THROW(WriteReconstructionBinary(folder.path(), {}), RunError);
   EXPECT_EQ(ReadFile(folder / "cameras.bin"), TinyCamerasBin());
   EXPECT_EQ(ReadFile(folder / "images.bin"), TinyImagesBin());
+}
+
+TEST(SparseTest, FullDiskLeavesTheOldModel) {
+  Reconstruction model;
+  for (PointId id = 0; id < 10'000; ++id) model.points[id] = {id, {1, 2, 3}, {4, 5, 6}, 0, {}};
+  const TempFolder folder;
+  WriteReconstructionBinary(folder.path(), TinyModel());
+  {
+    const FileSizeLimit limit(100'000);  // enough for cameras and images
+    EXPECT_THAT([&] { WriteReconstructionBinary(folder.path(), model); },
+                ThrowsMessage<RunError>(HasSubstr("points3D.bin: cannot write")));
+    EXPECT_THROW(WriteReconstructionText(folder / "t", model), RunError);
+  }
+  ExpectSame(ReadReconstruction(folder.path()), TinyModel());
+  EXPECT_FALSE(IsFolder(folder / "t"));
 }
 
 TEST(SparseTest, NamesThatCannotBeStoredAreRefused) {
