@@ -236,13 +236,14 @@ struct RegionTargetParams {
   int16_t* target;  // [tiles, kTileSize^2, 3]
 };
 
-// residual = target * unit - image on the region's tiles; loss[0] += sum of squares.
+// r = target * unit - image on the region's tiles: residual = weight * r, loss[0] += weight * r^2.
 struct RegionResidualParams {
   const int16_t* target;  // [tiles, kTileSize^2, 3]
   float unit;
-  const float* image;  // [H, W, 3]
-  float* residual;     // [H, W, 3]; may be `image`
-  double* loss;        // [1] backend memory, accumulated
+  const float* image;      // [H, W, 3]
+  float* residual;         // [H, W, 3]; may be `image`
+  double* loss;            // [1] backend memory, accumulated
+  const uint8_t* weights;  // [tiles, kTileSize^2] in steps of 1 / 255, or null: all 1
 };
 
 // The derivative of EvalSh along `direction`: tangents = gate * sum_k Y_k(d) direction_k, gate 0

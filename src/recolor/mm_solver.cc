@@ -11,9 +11,9 @@ namespace retint {
 namespace {
 
 constexpr int kDefaultSweeps = 10;
-// The clamp at 0 can make a step of conjugate gradients overshoot; it is halved this many times
-// before it is given up.
-constexpr int kMaxHalvings = 5;
+constexpr const char* kSmallGain = "a sweep lowered the loss by less than the tolerance";
+constexpr double kArmijo = 1e-4;  // of the promised decrease that a step must bring
+constexpr double kShortestStep = 1e-3;
 
 }  // namespace
 
@@ -31,9 +31,9 @@ MmSolver::MmSolver(RefitProblem& problem, const RefitOptions& options, Monitor& 
   for (auto* buffer : {&previous_, &point_, &gradient_, &solution_}) {
     *buffer = backend.Allocate<float>(values);
   }
-  if (options.acceleration == MmAcceleration::kConjugateGradients) {
+  if (options.acceleration == MmAcceleration::kLbfgs) {
+    accepted_gradient_ = backend.Allocate<float>(values);
     direction_ = backend.Allocate<float>(values);
-    product_ = backend.Allocate<float>(values);
   }
   loss_ = backend.Allocate<double>(1);
   Combine(1, current_, 0, current_, previous_);
@@ -50,10 +50,8 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
     monitor.Step("refit", 0, 1);
     const auto view = problem_.Visit(v);
     const CameraParams& camera = view->region->camera();
-    const size_t pixels = size_t(camera.width) * size_t(camera.height);
     RefitScratch& scratch = problem_.scratch();
-    const std::vector<float> ones(pixels, 1.0f);
-    backend.CopyToDevice(scratch.images[0].data(), ones.data(), pixels * sizeof(float));
+    problem_.WeightImage(*view, scratch.images[0].data());
     BlendTransposeParams transpose{};
     transpose.residual = scratch.images[0].data();
     transpose.channels = 1;
@@ -110,10 +108,10 @@ void MmSolver::AddRidgeTerm(const Buffer<float>& x, float scale, Buffer<float>& 
   problem_.backend().ApplyRidge(params);
 }
 
-void MmSolver::Precondition() {
+void MmSolver::Precondition(const Buffer<float>& rhs) {
   SolveBlocksParams params{};
   params.factors = factors_.data();
-  params.rhs = gradient_.data();
+  params.rhs = rhs.data();
   params.solution = solution_.data();
   params.count = problem_.NumActive();
   params.k = problem_.num_coeffs();
@@ -159,6 +157,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     residual.image = image;
     residual.residual = image;
     residual.loss = loss_.data();
+    residual.weights = view->weights.data();
     backend.RegionResidual(*view->region, residual);
     if (!with_gradient) continue;
     BlendTransposeParams transpose{};
@@ -180,44 +179,6 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
   return loss;
 }
 
-// product_ = H direction_, H = sum_v Y^T G W^T W G Y + ridge V, with the gates G of the colours at
-// previous_, where the problem was linearised.
-void MmSolver::ApplyNormalMatrix(Monitor& monitor) {
-  Backend& backend = problem_.backend();
-  backend.Fill(product_.data(), 0, problem_.NumValues() * sizeof(float));
-  for (size_t v = 0; v < problem_.NumViews(); ++v) {
-    Progress(monitor, v);
-    const auto view = problem_.Visit(v);
-    RefitScratch& scratch = problem_.scratch();
-    float* colors = scratch.features[0].data();
-    float* tangents = scratch.features[1].data();
-    float* image = scratch.images[0].data();
-    problem_.EvalColors(*view, previous_.data(), colors);
-    ShTangentParams tangent{};
-    tangent.rows = view->region->rows();
-    tangent.slots = view->slots.data();
-    tangent.count = view->region->num_rows();
-    tangent.direction = direction_.data();
-    tangent.colors = colors;
-    std::copy_n(view->region->camera().center, 3, tangent.center);
-    tangent.tangents = tangents;
-    backend.ShTangent(problem_.model(), tangent);
-    BlendParams blend{};
-    blend.features = tangents;
-    blend.channels = 3;
-    blend.image = image;
-    blend.keep_outside = true;
-    backend.Blend(*view->region, blend);
-    BlendTransposeParams transpose{};
-    transpose.residual = image;
-    transpose.channels = 3;
-    transpose.result = tangents;
-    backend.BlendTranspose(*view->region, transpose);
-    problem_.AddShGradient(*view, tangents, colors, product_.data());
-  }
-  AddRidgeTerm(direction_, 1, product_);
-}
-
 bool MmSolver::Finish(bool converged, const char* reason) {
   finished_ = true;
   converged_ = converged;
@@ -228,13 +189,12 @@ bool MmSolver::Finish(bool converged, const char* reason) {
 bool MmSolver::Step(Monitor& monitor) {
   if (finished_) return false;
   if (problem_.NumActive() == 0) return Finish(true, "the masks touch no Gaussian");
-  if (options_.acceleration != MmAcceleration::kConjugateGradients) return SimpleStep(monitor);
-  return linearized_ ? ConjugateStep(monitor) : Linearize(monitor);
+  return options_.acceleration == MmAcceleration::kLbfgs ? LbfgsStep(monitor) : PlainStep(monitor);
 }
 
 // A majoriser step from the current point, or from Nesterov's extrapolation of the last two, which
 // restarts when the loss rises (O'Donoghue & Candes 2015).
-bool MmSolver::SimpleStep(Monitor& monitor) {
+bool MmSolver::PlainStep(Monitor& monitor) {
   const bool accelerate = options_.acceleration == MmAcceleration::kNesterov;
   const double next_momentum = 0.5 * (1 + std::sqrt(1 + 4 * momentum_ * momentum_));
   const float extrapolate = accelerate ? float((momentum_ - 1) / next_momentum) : 0.0f;
@@ -245,84 +205,102 @@ bool MmSolver::SimpleStep(Monitor& monitor) {
   if (extrapolate > 0 && loss > before) {
     momentum_ = 1;
     Combine(1, current_, 0, current_, previous_);
-    if (iterations_ >= limit_) return Finish(false, "all sweeps done");
-    return true;
+    return iterations_ < limit_ || Finish(false, "all sweeps done");
   }
   const bool first = losses_.empty();
   losses_.push_back(loss / problem_.NumTargetValues());
-  Precondition();
-  const double expected = Dot(gradient_, solution_);
+  Precondition(gradient_);
+  if (Dot(gradient_, solution_) <= 0) return Finish(true, "nothing left to change");
   std::swap(previous_, current_);
   Combine(1, point_, 1, solution_, current_);
   momentum_ = next_momentum;
-  if (expected <= 0) return Finish(true, "nothing left to change");
-  if (!first && before - loss < options_.tolerance * before) {
-    return Finish(true, "a sweep lowered the loss by less than the tolerance");
-  }
-  if (iterations_ >= limit_) return Finish(false, "all sweeps done");
-  return true;
+  if (!first && before - loss < options_.tolerance * before) return Finish(true, kSmallGain);
+  return iterations_ < limit_ || Finish(false, "all sweeps done");
 }
 
-// Starts a run of conjugate gradients at the current point, or, where that turned out worse than
-// the last start, goes half the way back.
-bool MmSolver::Linearize(Monitor& monitor) {
+// L-BFGS with the majoriser as its first guess of the curvature (Nocedal & Wright 2006, algorithm
+// 7.4; preconditioned). Evaluates the trial point current_, then takes the next step from it.
+bool MmSolver::LbfgsStep(Monitor& monitor) {
   const double loss = Evaluate(current_, true, monitor);
   ++iterations_;
+  const bool first = !started_;
+  if (!first && loss > accepted_loss_ - kArmijo * length_ * slope_) return ShortenStep(loss);
+  const double before = accepted_loss_;
+  if (!first) RememberPair();
+  started_ = true;
+  accepted_loss_ = loss;
   losses_.push_back(loss / problem_.NumTargetValues());
-  base_loss_ = model_loss_ = loss;
-  Precondition();
-  rho_ = Dot(gradient_, solution_);
-  if (rho_ <= 0) return Finish(true, "nothing left to change");
   Combine(1, current_, 0, current_, previous_);
-  Combine(1, solution_, 0, solution_, direction_);
-  linearized_ = true;
-  if (iterations_ < limit_) return true;
-  // A single sweep: the majoriser's unit step.
-  Combine(1, current_, 1, solution_, current_);
-  return EndSegment(false, monitor);
-}
-
-bool MmSolver::ConjugateStep(Monitor& monitor) {
-  ApplyNormalMatrix(monitor);
-  ++iterations_;
-  const double curvature = Dot(direction_, product_);
-  if (!(curvature > 0)) return EndSegment(true, monitor);
-  const double length = rho_ / curvature;
-  Combine(1, current_, float(length), direction_, current_);
-  Combine(1, gradient_, -float(length), product_, gradient_);
-  const double before = model_loss_;
-  model_loss_ -= length * rho_;
-  losses_.push_back(model_loss_ / problem_.NumTargetValues());
-  Precondition();
-  const double rho = Dot(gradient_, solution_);
-  Combine(1, solution_, float(rho / rho_), direction_, direction_);
-  rho_ = rho;
-  const bool settled = before - model_loss_ < options_.tolerance * before || !(rho > 0);
-  if (settled || iterations_ >= limit_) return EndSegment(settled, monitor);
-  return true;
-}
-
-// Compares the linear model with the true loss. Where the clamp spoiled the step, shortens it;
-// where the two still differ, linearises again.
-bool MmSolver::EndSegment(bool settled, Monitor& monitor) {
-  linearized_ = false;
-  double loss = Evaluate(current_, false, monitor);
-  for (int halving = 0; loss > base_loss_ && halving < kMaxHalvings; ++halving) {
-    Combine(0.5f, current_, 0.5f, previous_, current_);
-    loss = Evaluate(current_, false, monitor);
+  std::swap(gradient_, accepted_gradient_);
+  NextDirection();
+  if (!(slope_ > 0)) return Finish(true, "nothing left to change");
+  length_ = 1;
+  Combine(1, previous_, 1, direction_, current_);
+  if (!first && before - loss < options_.tolerance * before) {
+    return FinishChecked(true, kSmallGain, monitor);
   }
-  if (loss > base_loss_) {
+  return iterations_ < limit_ || FinishChecked(false, "all sweeps done", monitor);
+}
+
+// The trial was worse than promised: go back to the minimum of the parabola through it.
+bool MmSolver::ShortenStep(double loss) {
+  losses_.push_back(accepted_loss_ / problem_.NumTargetValues());
+  const double rise = loss - accepted_loss_ + 2 * length_ * slope_;
+  const double best = rise > 0 ? length_ * length_ * slope_ / rise : 0;
+  length_ = std::clamp(best, 0.1 * length_, 0.5 * length_);
+  Combine(1, previous_, float(length_), direction_, current_);
+  if (iterations_ < limit_ && length_ > kShortestStep) return true;
+  Combine(1, previous_, 0, previous_, current_);
+  return Finish(iterations_ < limit_,
+                iterations_ < limit_ ? "no step lowers the loss" : "all sweeps done");
+}
+
+// The newest pair from previous_ to current_, unless the curvature between them is not positive.
+void MmSolver::RememberPair() {
+  Pair pair;
+  if (pairs_.size() == kMaxPairs) {
+    pair = std::move(pairs_.front());
+    pairs_.erase(pairs_.begin());
+  } else {
+    pair.s = problem_.backend().Allocate<float>(problem_.NumValues());
+    pair.y = problem_.backend().Allocate<float>(problem_.NumValues());
+  }
+  Combine(1, current_, -1, previous_, pair.s);
+  Combine(1, accepted_gradient_, -1, gradient_, pair.y);
+  const double curvature = Dot(pair.s, pair.y);
+  if (!(curvature > 0)) return;
+  Precondition(pair.y);
+  scale_ = curvature / Dot(pair.y, solution_);
+  pair.rho = 1 / curvature;
+  pairs_.push_back(std::move(pair));
+}
+
+// direction_ = (inverse curvature) accepted_gradient_, slope_ = its product with the gradient.
+void MmSolver::NextDirection() {
+  Combine(1, accepted_gradient_, 0, accepted_gradient_, gradient_);
+  double products[kMaxPairs] = {};
+  for (size_t i = pairs_.size(); i-- > 0;) {
+    products[i] = pairs_[i].rho * Dot(pairs_[i].s, gradient_);
+    Combine(1, gradient_, -float(products[i]), pairs_[i].y, gradient_);
+  }
+  Precondition(gradient_);
+  Combine(float(pairs_.empty() ? 1 : scale_), solution_, 0, solution_, direction_);
+  for (size_t i = 0; i < pairs_.size(); ++i) {
+    const double product = pairs_[i].rho * Dot(pairs_[i].y, direction_);
+    Combine(1, direction_, float(products[i] - product), pairs_[i].s, direction_);
+  }
+  slope_ = Dot(accepted_gradient_, direction_);
+}
+
+// Ends on the last trial point only where that is better than the last one evaluated.
+bool MmSolver::FinishChecked(bool converged, const char* reason, Monitor& monitor) {
+  const double loss = Evaluate(current_, false, monitor);
+  if (loss > accepted_loss_) {
     Combine(1, previous_, 0, previous_, current_);
-    return Finish(true, "no step lowers the loss");
+  } else {
+    losses_.push_back(loss / problem_.NumTargetValues());
   }
-  losses_.back() = loss / problem_.NumTargetValues();
-  if (iterations_ >= limit_ && !settled) return Finish(false, "all sweeps done");
-  const bool agrees = loss - model_loss_ < options_.tolerance * base_loss_;
-  if (agrees || base_loss_ - loss < options_.tolerance * base_loss_) {
-    return Finish(true, "a sweep lowered the loss by less than the tolerance");
-  }
-  if (iterations_ >= limit_) return Finish(false, "all sweeps done");
-  return true;
+  return Finish(converged, reason);
 }
 
 }  // namespace retint

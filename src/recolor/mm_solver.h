@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The squared loss of the refit, minimised by block-Jacobi majorisation. Internal to recolor.
 //
-//   Phi(s) = sum_v |D_v - W_v (f_v(s) - f_v(s_original))|^2
+//   Phi(s) = sum_v |D_v - W_v (f_v(s) - f_v(s_original))|^2, each pixel by its weight w in (0, 1],
 //            + sum_g V_g sum_k ridge_k |s_gk - start_gk|^2
-// with D_v the change that the target asks for, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv.
+// with D_v the change that the target asks for, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv,
+// vis = W^T w.
 // A_g = sum_v vis_gv y y^T + ridge V_g bounds the curvature, because the weights of a pixel sum to
 // at most 1: s + A^-1 (-grad / 2) never raises Phi where no colour is clamped.
 #pragma once
@@ -30,33 +31,42 @@ class MmSolver {
  private:
   void BuildBlocks(Monitor& monitor);
   double Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor);
-  void ApplyNormalMatrix(Monitor& monitor);
-  void Precondition();  // solution_ = A^-1 gradient_
+  void Precondition(const Buffer<float>& rhs);  // solution_ = A^-1 rhs
   void Combine(float a, const Buffer<float>& x, float b, const Buffer<float>& y,
                Buffer<float>& out);
   double Dot(const Buffer<float>& x, const Buffer<float>& y);
   void AddRidgeTerm(const Buffer<float>& x, float scale, Buffer<float>& out);
   void Progress(Monitor& monitor, size_t view) const;
 
-  bool SimpleStep(Monitor& monitor);
-  bool Linearize(Monitor& monitor);
-  bool ConjugateStep(Monitor& monitor);
-  bool EndSegment(bool settled, Monitor& monitor);
+  bool PlainStep(Monitor& monitor);
+  bool LbfgsStep(Monitor& monitor);
+  bool ShortenStep(double loss);
+  void RememberPair();
+  void NextDirection();
   bool Finish(bool converged, const char* reason);
+  bool FinishChecked(bool converged, const char* reason, Monitor& monitor);
 
   RefitProblem& problem_;
   RefitOptions options_;
   int limit_;
   float ridge_[kMaxShCoeffs] = {};
+  static constexpr size_t kMaxPairs = 6;
+
+  // Step s and change y of the gradient over it, y . s = 1 / rho (L-BFGS).
+  struct Pair {
+    Buffer<float> s, y;
+    double rho = 0;
+  };
+
   Buffer<float> factors_, weights_;            // [active, K (K + 1) / 2], [active]
   Buffer<float> start_, current_, previous_;   // [active, K, 3]
   Buffer<float> point_, gradient_, solution_;  // where the loss was taken, -grad / 2, A^-1 of it
-  Buffer<float> direction_, product_;          // conjugate gradients: p, H p
-  Buffer<double> loss_;                        // [1]
-  double momentum_ = 1;                        // Nesterov
-  double base_loss_ = 0, model_loss_ = 0;      // Phi at previous_, and at current_ if linear
-  double rho_ = 0;                             // gradient . solution
-  bool linearized_ = false;
+  Buffer<float> accepted_gradient_, direction_;
+  std::vector<Pair> pairs_;  // oldest first
+  Buffer<double> loss_;      // [1]
+  double momentum_ = 1;      // Nesterov
+  double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;
+  bool started_ = false;
   int iterations_ = 0;
   bool converged_ = false, finished_ = false;
   std::vector<double> losses_;

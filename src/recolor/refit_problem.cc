@@ -78,7 +78,7 @@ ColorMap ToColorMap(const ColorEdit& edit) {
 
 size_t RegionView::Bytes() const {
   return (region ? region->bytes() : 0) + slots.size() * sizeof(int32_t) +
-         base_colors.size() * sizeof(float) + target.size() * sizeof(int16_t) +
+         base_colors.size() * sizeof(float) + target.size() * sizeof(int16_t) + weights.size() +
          (render.size() + photo.size()) * sizeof(uint16_t) + mask.size();
 }
 
@@ -202,6 +202,7 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   }
   if (form_ == Targets::kRegions) {
     PrepareRegionTarget(target, view);
+    PrepareWeights(target, view);
   } else {
     PrepareBoxes(target, view);
   }
@@ -218,6 +219,48 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   params.unit = target_unit_;
   params.target = view.target.data();
   backend().RegionTarget(*view.region, params);
+}
+
+// 1 inside, options.outside_weight outside, in between as the mask.
+void RefitProblem::PrepareWeights(const RefitTarget& target, RegionView& view) {
+  uint8_t weight_of[256];
+  for (int m = 0; m < 256; ++m) {
+    const double share = m / 255.0;
+    weight_of[m] = uint8_t(std::lround(255 * (share + (1 - share) * options_.outside_weight)));
+  }
+  const Mask& mask = *target.mask;
+  const auto tiles = view.region->tiles();
+  std::vector<uint8_t> weights(tiles.size() * kTilePixels, 0);
+  for (size_t t = 0; t < tiles.size(); ++t) {
+    const int x0 = tiles[t] % view.region->tiles_x() * kTileSize;
+    const int y0 = tiles[t] / view.region->tiles_x() * kTileSize;
+    const int y1 = std::min(y0 + kTileSize, mask.height);
+    const int x1 = std::min(x0 + kTileSize, mask.width);
+    for (int y = y0; y < y1; ++y) {
+      uint8_t* out = &weights[t * kTilePixels + size_t(y - y0) * kTileSize];
+      for (int x = x0; x < x1; ++x) *out++ = weight_of[mask(x, y)];
+    }
+  }
+  view.weights = backend().Upload(std::span<const uint8_t>(weights));
+}
+
+void RefitProblem::WeightImage(const RegionView& view, float* image) {
+  const CameraParams& camera = view.region->camera();
+  const auto tiles = view.region->tiles();
+  const auto weights = backend().Download(view.weights.data(), view.weights.size());
+  std::vector<float> host(size_t(camera.width) * size_t(camera.height), 0.0f);
+  for (size_t t = 0; t < tiles.size(); ++t) {
+    const int x0 = tiles[t] % view.region->tiles_x() * kTileSize;
+    const int y0 = tiles[t] / view.region->tiles_x() * kTileSize;
+    for (int y = y0; y < std::min(y0 + kTileSize, camera.height); ++y) {
+      const uint8_t* in = &weights[t * kTilePixels + size_t(y - y0) * kTileSize];
+      float* out = &host[size_t(y) * size_t(camera.width)];
+      for (int x = x0; x < std::min(x0 + kTileSize, camera.width); ++x) {
+        out[x] = float(*in++) * (1.0f / 255);
+      }
+    }
+  }
+  backend().CopyToDevice(image, host.data(), host.size() * sizeof(float));
 }
 
 void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {

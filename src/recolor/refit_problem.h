@@ -29,6 +29,7 @@ struct RegionView {
   Buffer<float> base_colors;  // [rows, 3] colours of the original coefficients
   // mm: what the region's pixels should change by, see RegionTargetParams.
   Buffer<int16_t> target;
+  Buffer<uint8_t> weights;  // [tiles, kTileSize^2] of the pixels, in steps of 1 / 255
   // adam: the original render (and the photo, where that is the target) around the region.
   std::array<int32_t, 4> roi{}, box{};  // x0, y0, x1, y1: the region's bounds; the loss's support
   Buffer<uint16_t> render, photo;
@@ -77,6 +78,8 @@ class RefitProblem {
   Model& model() { return renderer_.model(); }
   RefitScratch& scratch() { return scratch_; }
 
+  // The weights as an image, [H, W] into `image` (zero outside the region).
+  void WeightImage(const RegionView& view, float* image);
   // Colours of the view's rows for active coefficients `sh`, [rows, 3] into `colors`.
   void EvalColors(const RegionView& view, const float* sh, float* colors);
   // gradient [active, K, 3] += transpose of EvalColors, gated where `colors` is clamped.
@@ -92,6 +95,7 @@ class RefitProblem {
   RegionView Prepare(const RefitTarget& target, size_t budget);
   void RenderOriginal(const ViewGeometry& geometry);
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
+  void PrepareWeights(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);
   void FillSlots(RegionView& view);
   float* Grow(Buffer<float>& buffer, size_t count);

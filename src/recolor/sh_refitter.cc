@@ -24,6 +24,7 @@ void RefitOptions::Check() const {
   CheckOption(lambda_dssim >= 0 && lambda_dssim <= 1, "D-SSIM weight must be in [0, 1]");
   CheckOption(finite_at_least(ridge_dc, 0), "ridge of the DC term must not be negative");
   CheckOption(finite_at_least(ridge_rest, 0), "ridge of the higher bands must not be negative");
+  CheckOption(outside_weight > 0 && outside_weight <= 1, "outside weight must be in (0, 1]");
   CheckOption(active_threshold >= 0 && active_threshold < 1, "active threshold must be in [0, 1)");
   CheckOption(finite_at_least(tolerance, 0), "tolerance must not be negative");
 }

@@ -19,17 +19,18 @@ namespace retint {
 
 enum class Solver { kMm, kAdam };
 // How mm's sweeps are sped up; kNone is the plain majoriser, one unit step a sweep.
-enum class MmAcceleration { kNone, kNesterov, kConjugateGradients };
+enum class MmAcceleration { kNone, kNesterov, kLbfgs };
 
 struct RefitOptions {
   Solver solver = Solver::kMm;
   int iterations = 0;  // sweeps (mm, default 10) or steps (adam, default 3000); 0 takes the default
   bool closed_form_start = true;  // mm always starts there
-  MmAcceleration acceleration = MmAcceleration::kConjugateGradients;
+  MmAcceleration acceleration = MmAcceleration::kLbfgs;
   double learning_rate = 2.5e-4;  // adam
   double lambda_dssim = 0.2;      // adam: weight of D-SSIM in the loss
-  double ridge_dc = 1e-5;    // mm: lambda_l of the DC term, relative to the sum of visibilities
-  double ridge_rest = 1e-2;  // mm: of the higher bands, pulling towards the closed-form start
+  double ridge_dc = 1e-2;       // mm: lambda_l of the DC term, relative to the sum of visibilities
+  double ridge_rest = 1e-2;     // mm: of the higher bands, pulling towards the closed-form start
+  double outside_weight = 0.5;  // mm: weight of a pixel's squared error at mask 0; 1 at mask 255
   double active_threshold = 1e-3;  // m_g above which a Gaussian is active
   double tolerance = 1e-3;         // mm: stop when a sweep lowers the loss by less than this share
   uint64_t seed = 0;               // adam: order of the cameras

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint_bench_refit: mm against adam, and the cost of a sweep against the masked area, on the real
+// captures. One JSON line a case.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "colmap_io/workspace.h"
+#include "recolor/quality_report.h"
+#include "recolor/sh_refitter.h"
+#include "splat_io/splat_io.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+struct Flags {
+  std::string data, output, tint = "#3060ff";
+  std::vector<std::string> scenes = {"fox", "flower"};
+  std::vector<std::string> solvers = {"mm"};
+  std::vector<double> learning_rates = {2.5e-4};
+  int sweeps = 0, steps = 3000, holdout = 8;
+  double ridge_dc = RefitOptions().ridge_dc, ridge_rest = RefitOptions().ridge_rest;
+  double tolerance = RefitOptions().tolerance;
+  double outside_weight = RefitOptions().outside_weight;
+  double scale = 1;
+  bool cold_start = false, no_quality = false, area = false;
+};
+
+struct Scene {
+  std::string name;
+  Workspace workspace;
+  GaussianModel model;
+  std::map<std::string, Mask> masks;
+  std::vector<float> shares;
+  std::vector<RefitTarget> train, heldout;
+  double coverage = 0;  // mean masked fraction of the training views
+};
+
+Mask Threshold(const std::vector<float>& soft, int width, int height, float threshold) {
+  Mask mask(width, height);
+  for (size_t p = 0; p < soft.size(); ++p) mask.data[p] = soft[p] > threshold ? 255 : 0;
+  return mask;
+}
+
+// The masks of all views from per-Gaussian shares: W m above 0.3.
+void MasksFromShares(Scene& scene, Renderer& renderer, const std::vector<float>& shares) {
+  scene.masks.clear();
+  for (const View* view : scene.workspace.reconstruction.ViewsByName()) {
+    const PosedCamera camera = scene.workspace.reconstruction.Posed(*view);
+    scene.masks[view->name] = Threshold(renderer.BlendFeatures(camera, shares, 1),
+                                        camera.camera.width, camera.camera.height, 0.3f);
+  }
+}
+
+void SplitTargets(Scene& scene, int holdout) {
+  scene.train.clear();
+  scene.heldout.clear();
+  int index = 0;
+  double covered = 0;
+  for (const View* view : scene.workspace.reconstruction.ViewsByName()) {
+    const auto mask = scene.masks.find(view->name);
+    if (mask == scene.masks.end()) continue;
+    const RefitTarget target{view->name, scene.workspace.reconstruction.Posed(*view), &mask->second,
+                             nullptr};
+    const bool held = holdout > 0 && index++ % holdout == 0;
+    (held ? scene.heldout : scene.train).push_back(target);
+    if (held) continue;
+    double sum = 0;
+    for (const uint8_t value : mask->second.data) sum += value;
+    covered += sum / 255 / double(mask->second.data.size());
+  }
+  scene.coverage = covered / double(std::max<size_t>(scene.train.size(), 1));
+}
+
+// Smaller cameras and masks: the same solver behaviour in a fraction of the time.
+void Shrink(Scene& scene, double scale) {
+  if (scale == 1) return;
+  for (auto& [id, camera] : scene.workspace.reconstruction.cameras) {
+    for (double& param : camera.params) param *= scale;
+    camera.width = int(std::lround(camera.width * scale));
+    camera.height = int(std::lround(camera.height * scale));
+  }
+}
+
+Mask Resized(const Mask& mask, double scale) {
+  if (scale == 1) return mask;
+  Mask small(int(std::lround(mask.width * scale)), int(std::lround(mask.height * scale)));
+  for (int y = 0; y < small.height; ++y) {
+    for (int x = 0; x < small.width; ++x) {
+      small(x, y) = mask(std::min(int((x + 0.5) / scale), mask.width - 1),
+                         std::min(int((y + 0.5) / scale), mask.height - 1));
+    }
+  }
+  return small;
+}
+
+Scene LoadScene(const std::string& name, const Flags& flags) {
+  Scene scene;
+  scene.name = name;
+  const fs::path root = fs::path(flags.data) / name;
+  scene.workspace = Workspace::Open(root);
+  scene.model = ReadSplat(root / "splat.ply");
+  Shrink(scene, flags.scale);
+  Renderer renderer(CreateBackend("cpu"), scene.model);
+  Monitor monitor;
+  if (name == "flower") {
+    for (const View* view : scene.workspace.reconstruction.ViewsByName()) {
+      scene.masks[view->name] =
+          Resized(ReadMask(ViewFile(root / "truth", view->name)), flags.scale);
+    }
+  } else {  // lift the one brush mask to the Gaussians and render it everywhere
+    const View& view = scene.workspace.RequireView("0025.jpg");
+    const Mask brush = Resized(ReadMask(ViewFile(root / "masks", view.name)), flags.scale);
+    const auto shares = MaskShares(
+        renderer, {{view.name, scene.workspace.reconstruction.Posed(view), &brush, nullptr}},
+        monitor);
+    MasksFromShares(scene, renderer, shares);
+  }
+  SplitTargets(scene, flags.holdout);
+  const double start = Now();
+  scene.shares = MaskShares(renderer, scene.train, monitor);
+  std::printf("{\"scene\":\"%s\",\"case\":\"shares\",\"views\":%zu,\"coverage\":%.4f,\"s\":%.2f}\n",
+              name.c_str(), scene.train.size(), scene.coverage, Now() - start);
+  std::fflush(stdout);
+  return scene;
+}
+
+void WritePictures(Scene& scene, Renderer& renderer, const std::vector<float>& sh,
+                   const std::string& label, const Flags& flags) {
+  if (flags.output.empty()) return;
+  for (const size_t v : {size_t{0}, scene.train.size() / 2, scene.train.size() - 1}) {
+    const RefitTarget& target = scene.train[v];
+    const auto path = [&](const std::string& what) {
+      return fs::path(flags.output) / scene.name / (target.name + "." + what + ".png");
+    };
+    renderer.SetSh(scene.model.sh);
+    WritePng(path("before"), renderer.Render(target.camera).rgb);
+    WritePng(path("mask"), *target.mask);
+    renderer.SetSh(sh);
+    WritePng(path(label), renderer.Render(target.camera).rgb);
+  }
+}
+
+void Fit(Scene& scene, const std::string& solver, double learning_rate, const Flags& flags,
+         const std::string& label) {
+  Renderer renderer(CreateBackend("cpu"), scene.model);
+  Monitor monitor;
+  const ColorEdit edit = ParseTint(flags.tint);
+  RefitOptions options;
+  options.solver = solver == "adam" ? Solver::kAdam : Solver::kMm;
+  if (solver == "mm-plain") options.acceleration = MmAcceleration::kNone;
+  if (solver == "mm-nesterov") options.acceleration = MmAcceleration::kNesterov;
+  options.iterations = solver == "adam" ? flags.steps : flags.sweeps;
+  options.learning_rate = learning_rate;
+  options.ridge_dc = flags.ridge_dc;
+  options.ridge_rest = flags.ridge_rest;
+  options.tolerance = flags.tolerance;
+  options.outside_weight = flags.outside_weight;
+  options.closed_form_start = !flags.cold_start;
+  const double start = Now();
+  ShRefitter refitter(renderer, scene.model, scene.train, edit, scene.shares, options, monitor);
+  const double ready = Now();
+  const RefitSummary summary = refitter.Run(monitor);
+  const double done = Now();
+  const auto sh =
+      solver == "closed-form" ? ClosedFormSh(scene.model, scene.shares, edit) : refitter.Sh();
+  std::printf(
+      "{\"scene\":\"%s\",\"case\":\"%s\",\"solver\":\"%s\",\"lr\":%g,\"cold\":%d,\"iterations\":%d,"
+      "\"converged\":%d,\"coverage\":%.4f,\"active\":%lld,\"setup_s\":%.2f,\"run_s\":%.2f,"
+      "\"total_s\":%.2f,\"ms_per_iteration\":%.1f,\"loss\":[%.4g,%.4g]",
+      scene.name.c_str(), label.c_str(), solver.c_str(), learning_rate, flags.cold_start,
+      summary.iterations, summary.converged, scene.coverage,
+      static_cast<long long>(summary.active_gaussians), ready - start, done - ready, done - start,
+      1000 * (done - ready) / std::max(summary.iterations, 1),
+      summary.losses.empty() ? 0 : summary.losses.front(),
+      summary.losses.empty() ? 0 : summary.losses.back());
+  if (!flags.no_quality) {
+    const auto report =
+        EvaluateEdit(renderer, scene.model.sh, sh, scene.train, scene.heldout, edit, monitor);
+    std::printf(
+        ",\"evaluate_s\":%.2f,\"inside_before\":%.2f,\"inside\":%.3f,\"outside\":%.3f,"
+        "\"bleed\":%.2e,\"heldout_inside\":%.3f,\"heldout_outside\":%.3f,\"sh\":[%.2f,%.2f,%.2f,"
+        "%.2f]",
+        Now() - done, report.train.psnr_inside_before, report.train.psnr_inside_after,
+        report.train.psnr_outside, report.train.bleed, report.heldout.psnr_inside_after,
+        report.heldout.psnr_outside, double(report.sh_before.min), double(report.sh_before.max),
+        double(report.sh_after.min), double(report.sh_after.max));
+  }
+  std::printf("}\n");
+  std::fflush(stdout);
+  WritePictures(scene, renderer, sh, label, flags);
+}
+
+// A selection of a tenth of the area: the Gaussians of the selection nearest to its middle.
+void ShrinkToTenth(Scene& scene, const Flags& flags) {
+  Renderer renderer(CreateBackend("cpu"), scene.model);
+  const double wanted = scene.coverage / 10;
+  const auto full = scene.shares;
+  std::vector<std::pair<float, size_t>> by_distance;
+  Eigen::Vector3f middle = Eigen::Vector3f::Zero();
+  double weight = 0;
+  const auto mean = [&](size_t g) {
+    return Eigen::Map<const Eigen::Vector3f>(&scene.model.means[3 * g]);
+  };
+  for (size_t g = 0; g < full.size(); ++g) {
+    if (full[g] < 0.5f) continue;
+    middle += mean(g);
+    weight += 1;
+  }
+  middle /= float(weight);
+  for (size_t g = 0; g < full.size(); ++g) {
+    if (full[g] >= 0.5f) by_distance.emplace_back((mean(g) - middle).norm(), g);
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  double low = 0, high = 1;
+  for (int round = 0; round < 7; ++round) {
+    const double fraction = (low + high) / 2;
+    std::vector<float> shares(full.size(), 0.0f);
+    const size_t kept = size_t(fraction * double(by_distance.size()));
+    for (size_t i = 0; i < kept; ++i) shares[by_distance[i].second] = 1;
+    MasksFromShares(scene, renderer, shares);
+    SplitTargets(scene, flags.holdout);
+    (scene.coverage > wanted ? high : low) = fraction;
+    if (std::abs(scene.coverage / wanted - 1) < 0.05) break;
+  }
+  Monitor monitor;
+  scene.shares = MaskShares(renderer, scene.train, monitor);
+}
+
+int Main(int argc, char** argv) {
+  Flags flags;
+  const char* data = std::getenv("RETINT_DATA");
+  flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";
+  CLI::App app("mm against adam on real captures; one JSON line a case");
+  app.add_option("--data", flags.data, "folder with fox/ and flower/");
+  app.add_option("--output", flags.output, "folder for before and after pictures");
+  app.add_option("--tint", flags.tint);
+  app.add_option("--scenes", flags.scenes)->delimiter(',');
+  app.add_option("--solvers", flags.solvers, "mm, mm-nesterov, mm-plain, adam, closed-form")
+      ->delimiter(',');
+  app.add_option("--lr", flags.learning_rates, "learning rates of adam")->delimiter(',');
+  app.add_option("--sweeps", flags.sweeps, "of mm; 0: its default");
+  app.add_option("--steps", flags.steps, "of adam");
+  app.add_option("--holdout", flags.holdout);
+  app.add_option("--ridge-dc", flags.ridge_dc);
+  app.add_option("--ridge-rest", flags.ridge_rest);
+  app.add_option("--tolerance", flags.tolerance);
+  app.add_option("--outside-weight", flags.outside_weight);
+  app.add_option("--scale", flags.scale, "of the cameras");
+  app.add_flag("--cold-start", flags.cold_start, "adam starts from the original coefficients");
+  app.add_flag("--no-quality", flags.no_quality);
+  app.add_flag("--area", flags.area, "also fit a selection of a tenth of the area");
+  CLI11_PARSE(app, argc, argv);
+  for (const std::string& name : flags.scenes) {
+    Scene scene = LoadScene(name, flags);
+    for (const std::string& solver : flags.solvers) {
+      if (solver == "adam") {
+        for (const double rate : flags.learning_rates) {
+          char label[32];
+          std::snprintf(label, sizeof(label), "adam-%g", rate);
+          Fit(scene, solver, rate, flags, label);
+        }
+      } else {
+        Fit(scene, solver, 0.1, flags, solver);
+      }
+    }
+    if (!flags.area) continue;
+    ShrinkToTenth(scene, flags);
+    for (const std::string& solver : flags.solvers) {
+      if (solver != "adam") Fit(scene, solver, 0.1, flags, solver + "-tenth");
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace retint
+
+int main(int argc, char** argv) {
+  try {
+    return retint::Main(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/adam_solver.h"
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "tests/recolor/tiny_scene.h"
+
+namespace retint {
+namespace {
+
+std::vector<float> FitSh(TinyScene& scene, const RefitOptions& options, RefitSummary* summary) {
+  Renderer renderer = scene.MakeRenderer();
+  Monitor monitor;
+  ShRefitter refitter(renderer, scene.model, scene.Targets(), ColorEdit::Tint({0.3f, 0.8f, 1.2f}),
+                      scene.shares, options, monitor);
+  *summary = refitter.Run(monitor);
+  return refitter.Sh();
+}
+
+// Directional derivatives of the whole loss, through the box targets, blending, SSIM and SH.
+TEST(AdamTest, GradientMatchesCentralDifferences) {
+  TinyScene scene(31);
+  for (float& value : scene.model.sh) value *= 0.4f;  // off the clamp, where there is no gradient
+  Renderer renderer = scene.MakeRenderer();
+  Monitor monitor;
+  RefitOptions options;
+  options.solver = Solver::kAdam;
+  for (const double lambda : {0.0, 0.2, 1.0}) {
+    options.lambda_dssim = lambda;
+    RefitProblem problem(renderer, scene.model, scene.Targets(),
+                         ColorEdit::Tint({0.3f, 0.8f, 1.2f}), scene.shares, options,
+                         RefitProblem::Targets::kBoxes, monitor);
+    AdamSolver solver(problem, options);
+    Backend& backend = problem.backend();
+    const size_t count = solver.coefficients().size();
+    const auto values = backend.Download(solver.coefficients().data(), count);
+    TestRandom random(17);
+    for (size_t view = 0; view < problem.NumViews(); view += 2) {
+      solver.Evaluate(view);
+      const auto gradient = backend.Download(solver.gradient().data(), count);
+      // Along the gradient itself, so that the difference stands clear of rounding, and tilted.
+      std::vector<float> direction(count);
+      double norm = 0;
+      for (const float g : gradient) norm += double(g) * g;
+      norm = std::sqrt(norm / double(count));
+      ASSERT_GT(norm, 0);
+      for (size_t i = 0; i < count; ++i) {
+        direction[i] = float(gradient[i] / norm * random.Uniform(0, 2));
+      }
+      double expected = 0;
+      for (size_t i = 0; i < count; ++i) expected += double(gradient[i]) * direction[i];
+      const float h = 1e-4f;
+      double loss[2];
+      for (const int side : {0, 1}) {
+        std::vector<float> moved = values;
+        for (size_t i = 0; i < count; ++i) moved[i] += (side ? h : -h) * direction[i];
+        backend.CopyToDevice(solver.coefficients().data(), moved.data(), count * sizeof(float));
+        loss[side] = solver.Evaluate(view);
+      }
+      backend.CopyToDevice(solver.coefficients().data(), values.data(), count * sizeof(float));
+      // The kinks of |y - y*| that a step crosses bend the difference by up to a few per cent.
+      EXPECT_NEAR((loss[1] - loss[0]) / (2 * double(h)), expected, 0.05 * expected)
+          << "lambda " << lambda << " view " << view;
+    }
+  }
+}
+
+TEST(AdamTest, LowersTheLossAndKeepsTheOthersBitForBit) {
+  TinyScene scene(32);
+  RefitOptions options;
+  options.solver = Solver::kAdam;
+  options.closed_form_start = false;
+  options.learning_rate = 1e-2;
+  options.iterations = 300;
+  RefitSummary summary;
+  const auto sh = FitSh(scene, options, &summary);
+  EXPECT_EQ(summary.solver, "adam");
+  EXPECT_EQ(summary.iterations, 300);
+  ASSERT_EQ(summary.losses.size(), 6u);  // a mean every 50 steps
+  EXPECT_LT(summary.losses.back(), 0.5 * summary.losses.front());
+  const size_t block = size_t(scene.model.NumShCoeffs()) * 3;
+  for (size_t g = 0; g < scene.shares.size(); ++g) {
+    if (scene.shares[g] > 0) continue;
+    ASSERT_EQ(std::memcmp(&sh[g * block], &scene.model.sh[g * block], block * sizeof(float)), 0);
+  }
+}
+
+TEST(AdamTest, SeedDecidesTheOrderOfViews) {
+  TinyScene scene(33);
+  RefitOptions options;
+  options.solver = Solver::kAdam;
+  options.iterations = 10;
+  RefitSummary summary;
+  const auto first = FitSh(scene, options, &summary);
+  const auto again = FitSh(scene, options, &summary);
+  EXPECT_EQ(std::memcmp(first.data(), again.data(), first.size() * sizeof(float)), 0);
+  options.seed = 1;
+  EXPECT_NE(FitSh(scene, options, &summary), first);
+}
+
+TEST(AdamTest, StreamsViewsThatDoNotFit) {
+  TinyScene scene(34);
+  RefitOptions options;
+  options.solver = Solver::kAdam;
+  options.iterations = 12;
+  options.learning_rate = 1e-2;
+  RefitSummary summary;
+  const auto kept = FitSh(scene, options, &summary);
+  options.region_cache_bytes = 0;
+  const auto streamed = FitSh(scene, options, &summary);
+  // The sign of L1's gradient flips where a residual is near 0: a few steps of 1e-2 apart at most.
+  double difference = 0;
+  for (size_t i = 0; i < kept.size(); ++i) {
+    difference += std::abs(double(kept[i]) - streamed[i]) / double(kept.size());
+  }
+  EXPECT_LT(difference, 2e-3);
+}
+
+}  // namespace
+}  // namespace retint

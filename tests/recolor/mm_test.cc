@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/mm_solver.h"
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/recolor/tiny_scene.h"
+
+namespace retint {
+namespace {
+
+RefitOptions Exhaustive(MmAcceleration acceleration, int sweeps) {
+  RefitOptions options;
+  options.acceleration = acceleration;
+  options.iterations = sweeps;
+  options.tolerance = 0;
+  return options;
+}
+
+RefitSummary Refit(TinyScene& scene, const ColorEdit& edit, const RefitOptions& options,
+                   std::vector<float>* sh = nullptr) {
+  Renderer renderer = scene.MakeRenderer();
+  Monitor monitor;
+  ShRefitter refitter(renderer, scene.model, scene.Targets(), edit, scene.shares, options, monitor);
+  const RefitSummary summary = refitter.Run(monitor);
+  if (sh) *sh = refitter.Sh();
+  return summary;
+}
+
+// A tint that keeps every colour off the clamp, so that the majoriser's promise is exact.
+TEST(MmTest, PlainSweepsNeverRaiseTheLoss) {
+  TinyScene scene(21);
+  for (float& value : scene.model.sh) value *= 0.4f;
+  const auto summary =
+      Refit(scene, ColorEdit::Tint({0.5f, 1.2f, 0.8f}), Exhaustive(MmAcceleration::kNone, 25));
+  ASSERT_EQ(summary.losses.size(), 25u);
+  for (size_t i = 1; i < summary.losses.size(); ++i) {
+    // Single precision of the residual images bounds how exactly a standstill is seen.
+    EXPECT_LE(summary.losses[i], summary.losses[i - 1] * (1 + 1e-6)) << i;
+  }
+  EXPECT_LT(summary.losses.back(), 0.8 * summary.losses.front());
+}
+
+// |W c|^2 <= sum_g (W^T 1)_g c_g^2 per channel: the weights of a pixel sum to at most 1.
+TEST(MmTest, VisibilityMajorisesTheBlend) {
+  TinyScene scene(22);
+  Renderer renderer = scene.MakeRenderer();
+  TestRandom random(5);
+  const size_t count = scene.model.NumGaussians();
+  for (const auto& camera : scene.cameras) {
+    const auto visibility =
+        renderer.BlendTransposeToGaussians(camera, std::vector<float>(64 * 48, 1.0f), 1);
+    std::vector<float> values(count);
+    for (float& value : values) value = float(random.Uniform(-1, 1));
+    double blended = 0, bound = 0;
+    for (const float y : renderer.BlendFeatures(camera, values, 1)) blended += double(y) * y;
+    for (size_t g = 0; g < count; ++g) bound += double(visibility[g]) * values[g] * values[g];
+    EXPECT_GT(blended, 0);
+    EXPECT_LE(blended, bound);
+  }
+}
+
+TEST(MmTest, AccelerationReachesLowerInTheSameSweeps) {
+  TinyScene scene(23);
+  const ColorEdit edit = ColorEdit::Tint({0.2f, 0.6f, 1.3f});
+  const double plain = Refit(scene, edit, Exhaustive(MmAcceleration::kNone, 15)).losses.back();
+  const double nesterov =
+      Refit(scene, edit, Exhaustive(MmAcceleration::kNesterov, 15)).losses.back();
+  const double conjugate = Refit(scene, edit, Exhaustive(MmAcceleration::kLbfgs, 15)).losses.back();
+  const double limit = Refit(scene, edit, Exhaustive(MmAcceleration::kLbfgs, 200)).losses.back();
+  EXPECT_LT(nesterov, plain);
+  EXPECT_LT(conjugate, plain);
+  EXPECT_LE(limit, conjugate * (1 + 1e-6));
+  // All three go to the same place: within a few per cent after 300 sweeps.
+  EXPECT_LT(Refit(scene, edit, Exhaustive(MmAcceleration::kNesterov, 300)).losses.back(),
+            1.05 * limit);
+}
+
+// Photos of a scene whose selected Gaussians were recoloured with SH that no tint can make: the
+// refit has to find them.
+TEST(MmTest, RecoversAKnownEdit) {
+  TinyScene scene(24);
+  GaussianModel edited = scene.model;
+  TestRandom random(9);
+  const size_t block = size_t(scene.model.NumShCoeffs()) * 3;
+  for (size_t g = 0; g < scene.shares.size(); ++g) {
+    if (scene.shares[g] == 0) continue;
+    for (size_t i = 0; i < block; ++i) {
+      edited.sh[g * block + i] += float(random.Uniform(0, i < 3 ? 0.8 : 0.05));
+    }
+  }
+  Renderer truth(scene.backend, edited);
+  for (const auto& camera : scene.cameras) scene.photos.push_back(truth.Render(camera).rgb);
+  RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 200);
+  options.ridge_dc = options.ridge_rest = 1e-7;
+  std::vector<float> sh;
+  const auto summary = Refit(scene, ColorEdit(), options, &sh);
+  EXPECT_GT(summary.changed_gaussians, 20);
+  Renderer renderer = scene.MakeRenderer();
+  renderer.SetSh(sh);
+  double error = 0, start = 0;
+  size_t values = 0;
+  Renderer original = scene.MakeRenderer();
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    const Image image = renderer.Render(scene.cameras[v]).rgb;
+    const Image before = original.Render(scene.cameras[v]).rgb;
+    for (size_t i = 0; i < image.data.size(); ++i, ++values) {
+      error += std::pow(double(image.data[i]) - scene.photos[v].data[i], 2);
+      start += std::pow(double(before.data[i]) - scene.photos[v].data[i], 2);
+    }
+  }
+  // 60 dB: the 16-bit targets alone allow about 80.
+  EXPECT_LT(error / double(values), 1e-6);
+  EXPECT_GT(start / double(values), 1e-4);
+}
+
+TEST(MmTest, AgreesWithAndWithoutKeptRegions) {
+  TinyScene scene(25);
+  const ColorEdit edit = ColorEdit::Tint({0.4f, 0.9f, 1.1f});
+  RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 8);
+  std::vector<float> kept, streamed;
+  Refit(scene, edit, options, &kept);
+  options.region_cache_bytes = 0;
+  Refit(scene, edit, options, &streamed);
+  // Explicit weights may be rounded to half precision: 1e-3 of coefficients of order 1.
+  for (size_t i = 0; i < kept.size(); ++i) ASSERT_NEAR(kept[i], streamed[i], 4e-3f) << i;
+}
+
+TEST(MmTest, IsDeterministic) {
+  TinyScene scene(26);
+  std::vector<float> first, second;
+  const ColorEdit edit = ColorEdit::Tint({0.4f, 0.9f, 1.1f});
+  Refit(scene, edit, RefitOptions(), &first);
+  Refit(scene, edit, RefitOptions(), &second);
+  EXPECT_EQ(std::memcmp(first.data(), second.data(), first.size() * sizeof(float)), 0);
+}
+
+// Tints to 0 drive whole channels onto the clamp, where the problem is not quadratic.
+TEST(MmTest, EndsNoWorseThanItStartedOnTheClamp) {
+  TinyScene scene(27);
+  for (const auto acceleration :
+       {MmAcceleration::kNone, MmAcceleration::kNesterov, MmAcceleration::kLbfgs}) {
+    for (const Eigen::Vector3f& tint :
+         {Eigen::Vector3f(0, 0, 0), Eigen::Vector3f(0, 1, 0), Eigen::Vector3f(3, 0, 0.1f)}) {
+      const auto summary = Refit(scene, ColorEdit::Tint(tint), Exhaustive(acceleration, 12));
+      EXPECT_LE(summary.losses.back(), summary.losses.front());
+    }
+  }
+}
+
+TEST(MmTest, StopsWhenASweepGainsLittle) {
+  TinyScene scene(28);
+  RefitOptions options;
+  options.iterations = 500;
+  options.tolerance = 1e-2;
+  for (const auto acceleration :
+       {MmAcceleration::kNone, MmAcceleration::kNesterov, MmAcceleration::kLbfgs}) {
+    options.acceleration = acceleration;
+    const auto summary = Refit(scene, ColorEdit::Tint({0.2f, 1, 1}), options);
+    EXPECT_TRUE(summary.converged);
+    EXPECT_LT(summary.iterations, 500);
+    EXPECT_FALSE(summary.reason.empty());
+  }
+}
+
+}  // namespace
+}  // namespace retint

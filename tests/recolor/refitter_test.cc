@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What holds for both solvers: what is active, what stays, cancelling, bad input.
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/recolor/tiny_scene.h"
+
+namespace retint {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+class RefitterTest : public testing::TestWithParam<Solver> {
+ protected:
+  RefitterTest() {
+    options_.solver = GetParam();
+    options_.iterations = 6;
+  }
+  std::unique_ptr<ShRefitter> Make(const ColorEdit& edit, std::vector<float> shares = {}) {
+    return std::make_unique<ShRefitter>(renderer_, scene_.model, scene_.Targets(), edit,
+                                        std::move(shares), options_, monitor_);
+  }
+
+  TinyScene scene_{41};
+  Renderer renderer_ = scene_.MakeRenderer();
+  RefitOptions options_;
+  Monitor monitor_;
+  const ColorEdit edit_ = ColorEdit::Tint({0.2f, 0.7f, 1.4f});
+};
+
+INSTANTIATE_TEST_SUITE_P(Solvers, RefitterTest, testing::Values(Solver::kMm, Solver::kAdam),
+                         [](auto& param) { return param.param == Solver::kMm ? "mm" : "adam"; });
+
+TEST_P(RefitterTest, InactiveCoefficientsStayBitForBit) {
+  auto refitter = Make(edit_, scene_.shares);
+  const auto summary = refitter->Run(monitor_);
+  const auto sh = refitter->Sh();
+  const size_t block = size_t(scene_.model.NumShCoeffs()) * 3;
+  const auto active = refitter->active();
+  EXPECT_TRUE(std::is_sorted(active.begin(), active.end()));
+  EXPECT_EQ(summary.active_gaussians, int64_t(active.size()));
+  int64_t changed = 0;
+  for (size_t g = 0; g < scene_.shares.size(); ++g) {
+    const bool differs =
+        std::memcmp(&sh[g * block], &scene_.model.sh[g * block], block * sizeof(float)) != 0;
+    changed += differs;
+    const bool is_active = std::binary_search(active.begin(), active.end(), int32_t(g));
+    if (!is_active) {
+      EXPECT_FALSE(differs) << g;
+    }
+    if (is_active) {
+      EXPECT_GT(scene_.shares[g], 0) << g;
+    }
+  }
+  EXPECT_EQ(summary.changed_gaussians, changed);
+  EXPECT_GT(changed, int64_t(scene_.shares.size()) / 4);
+  EXPECT_THAT(summary.BriefReport(), HasSubstr(std::to_string(changed) + " changed"));
+}
+
+TEST_P(RefitterTest, ZeroMaskChangesNothing) {
+  scene_.FillMasks(0);
+  auto refitter = Make(edit_);
+  const auto summary = refitter->Run(monitor_);
+  EXPECT_EQ(summary.active_gaussians, 0);
+  EXPECT_TRUE(summary.converged);
+  EXPECT_TRUE(SameBits(refitter->Sh(), scene_.model.sh));
+}
+
+TEST_P(RefitterTest, FullMaskActivatesAllThatIsSeen) {
+  scene_.FillMasks(255);
+  auto refitter = Make(edit_);
+  refitter->Run(monitor_);
+  const auto shares = MaskShares(renderer_, scene_.Targets(), monitor_);
+  EXPECT_EQ(int64_t(refitter->active().size()),
+            std::count_if(shares.begin(), shares.end(), [](float m) { return m > 1e-3f; }));
+  EXPECT_GT(refitter->active().size(), 100u);
+}
+
+TEST_P(RefitterTest, IdentityTintIsAnExactUndo) {
+  if (GetParam() == Solver::kAdam) options_.iterations = 1;
+  auto refitter = Make(ColorEdit::Tint({1, 1, 1}), scene_.shares);
+  const auto summary = refitter->Run(monitor_);
+  if (GetParam() == Solver::kAdam) GTEST_SKIP() << "adam follows the rounding of its targets";
+  EXPECT_TRUE(SameBits(refitter->Sh(), scene_.model.sh));
+  EXPECT_EQ(summary.changed_gaussians, 0);
+  EXPECT_TRUE(summary.converged);
+}
+
+TEST_P(RefitterTest, GaussiansOutOfEveryViewStay) {
+  SetGaussian(scene_.model, 0, {0, 0, 50}, 0.1, 3);  // behind all the cameras
+  scene_.model.means[2] = -50;
+  Renderer renderer = scene_.MakeRenderer();
+  std::vector<float> shares(scene_.shares.size(), 1.0f);
+  ShRefitter refitter(renderer, scene_.model, scene_.Targets(), edit_, shares, options_, monitor_);
+  refitter.Run(monitor_);
+  EXPECT_NE(refitter.active().front(), 0);
+  const auto sh = refitter.Sh();
+  EXPECT_EQ(std::memcmp(sh.data(), scene_.model.sh.data(),
+                        size_t(scene_.model.NumShCoeffs()) * 3 * sizeof(float)),
+            0);
+}
+
+TEST_P(RefitterTest, PhotosPullTowardsThemselves) {
+  // The scene with its selected half turned grey.
+  for (size_t v = 0; v < scene_.cameras.size(); ++v) {
+    Image photo = renderer_.Render(scene_.cameras[v]).rgb;
+    for (size_t i = 0; i < photo.data.size(); ++i) {
+      photo.data[i] += float(scene_.masks[v].data[i / 3]) / 255 * (0.6f - photo.data[i]);
+    }
+    scene_.photos.push_back(std::move(photo));
+  }
+  options_.learning_rate = 2e-2;
+  options_.iterations = 40;
+  options_.closed_form_start = false;
+  auto refitter = Make(ColorEdit(), scene_.shares);
+  const auto error = [&](const std::vector<float>& sh) {
+    renderer_.SetSh(sh);
+    double sum = 0;
+    for (size_t v = 0; v < scene_.cameras.size(); ++v) {
+      const Image image = renderer_.Render(scene_.cameras[v]).rgb;
+      for (size_t p = 0; p < image.NumPixels(); ++p) {
+        if (scene_.masks[v].data[p] < 200) continue;
+        for (size_t c = 0; c < 3; ++c) sum += std::pow(double(image.data[3 * p + c]) - 0.6, 2);
+      }
+    }
+    return sum;
+  };
+  refitter->Run(monitor_);
+  EXPECT_LT(error(refitter->Sh()), 0.5 * error(scene_.model.sh));
+}
+
+TEST_P(RefitterTest, CancelStopsBetweenViewsAndKeepsTheLastResult) {
+  auto refitter = Make(edit_, scene_.shares);
+  refitter->Step(monitor_);
+  refitter->Step(monitor_);
+  const auto before = refitter->Sh();
+  Monitor cancelled;
+  cancelled.Cancel();
+  EXPECT_THROW(refitter->Step(cancelled), Cancelled);
+  EXPECT_TRUE(SameBits(refitter->Sh(), before));
+  EXPECT_NO_THROW(refitter->Run(monitor_));  // and can go on
+  EXPECT_THROW(
+      ShRefitter(renderer_, scene_.model, scene_.Targets(), edit_, {}, options_, cancelled),
+      Cancelled);
+}
+
+TEST_P(RefitterTest, ReportsProgressInOrder) {
+  std::vector<double> fractions;
+  Monitor monitor([&](const Progress& progress) {
+    if (progress.stage == "refit") fractions.push_back(progress.fraction);
+  });
+  auto refitter = Make(edit_, scene_.shares);
+  refitter->Run(monitor);
+  EXPECT_GT(fractions.size(), 5u);
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1.0);
+}
+
+TEST_P(RefitterTest, RefusesTargetsThatDoNotFit) {
+  auto targets = scene_.Targets();
+  const Mask small(10, 10);
+  targets[2].mask = &small;
+  const auto make = [&] {
+    ShRefitter(renderer_, scene_.model, targets, edit_, scene_.shares, options_, monitor_);
+  };
+  EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("view 'view2': mask is 10x10")));
+  targets[2].mask = nullptr;
+  EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("view2")));
+  targets[2].mask = &scene_.masks[2];
+  const Image photo(64, 47);
+  targets[2].photo = &photo;
+  EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("photo is 64x47")));
+  targets.clear();
+  EXPECT_THAT(make, ThrowsMessage<OptionError>(HasSubstr("no view")));
+}
+
+TEST_P(RefitterTest, RefusesSharesAndEditsThatMakeNoSense) {
+  EXPECT_THROW(Make(edit_, std::vector<float>(3, 1.0f)), OptionError);
+  auto shares = scene_.shares;
+  shares[4] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(Make(edit_, shares), OptionError);
+  shares[4] = 1.5f;
+  EXPECT_THROW(Make(edit_, shares), OptionError);
+  EXPECT_THROW(Make(ColorEdit::Tint({-1, 1, 1}), scene_.shares), OptionError);
+}
+
+TEST(RefitOptionsTest, CheckNamesTheOption) {
+  EXPECT_NO_THROW(RefitOptions().Check());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refuses = [](auto set, const char* name) {
+    RefitOptions options;
+    set(options);
+    EXPECT_THAT([&] { options.Check(); }, ThrowsMessage<OptionError>(HasSubstr(name)));
+  };
+  refuses([](auto& o) { o.iterations = -1; }, "iterations");
+  refuses([](auto& o) { o.learning_rate = 0; }, "learning rate");
+  refuses([&](auto& o) { o.learning_rate = nan; }, "learning rate");
+  refuses([](auto& o) { o.lambda_dssim = 1.1; }, "D-SSIM");
+  refuses([](auto& o) { o.ridge_dc = -1; }, "ridge of the DC");
+  refuses([&](auto& o) { o.ridge_rest = nan; }, "ridge of the higher");
+  refuses([](auto& o) { o.active_threshold = 1; }, "active threshold");
+  refuses([](auto& o) { o.tolerance = -1e-3; }, "tolerance");
+}
+
+}  // namespace
+}  // namespace retint
