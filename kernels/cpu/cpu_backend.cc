@@ -2,9 +2,7 @@
 #include "kernels/cpu/cpu_backend.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -13,6 +11,7 @@
 
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/image_loss.h"
+#include "kernels/cpu/memory.h"
 #include "kernels/cpu/parallel.h"
 #include "kernels/cpu/refit.h"
 #include "kernels/cpu/solve.h"
@@ -21,15 +20,6 @@
 
 namespace retint {
 namespace {
-
-class HostMemory : public DeviceMemory {
- public:
-  explicit HostMemory(size_t bytes)
-      : DeviceMemory(std::calloc(std::max<size_t>(bytes, 1), 1), bytes) {
-    if (!data_) throw std::bad_alloc();
-  }
-  ~HostMemory() override { std::free(data_); }
-};
 
 const CpuModel& CpuModelOf(const Model& model) { return dynamic_cast<const CpuModel&>(model); }
 
@@ -41,6 +31,7 @@ class CpuBackend : public Backend {
  public:
   explicit CpuBackend(const CpuOptions& options)
       : kernels_(options.scalar ? ScalarTileKernels() : SimdTileKernels()),
+        loss_kernels_(options.scalar ? ScalarLossKernels() : SimdLossKernels()),
         target_(options.scalar ? "scalar" : std::string(SimdTargetName()) + " (Highway)") {}
 
   std::string_view Name() const override { return "cpu"; }
@@ -51,9 +42,7 @@ class CpuBackend : public Backend {
   }
   bool Supports(Op) const override { return true; }
 
-  std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) override {
-    return std::make_shared<HostMemory>(bytes);
-  }
+  std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) override { return AllocateHost(bytes); }
   void CopyToDevice(void* device, const void* host, size_t bytes) override {
     if (bytes > 0) std::memcpy(device, host, bytes);
   }
@@ -73,7 +62,8 @@ class CpuBackend : public Backend {
     const size_t count = size_t(host.count);
     auto model = std::make_unique<CpuModel>(host.count, host.sh_degree);
     model->means.assign(host.means, host.means + 3 * count);
-    model->coefficients.assign(host.sh, host.sh + 3 * count * size_t(model->num_sh_coeffs()));
+    model->coefficients = Allocate<float>(3 * count * size_t(model->num_sh_coeffs()));
+    CopyToDevice(model->sh(), host.sh, model->coefficients.size() * sizeof(float));
     model->covariances.resize(count);
     model->opacities.resize(count);
     ParallelRanges(host.count, 4096, [&](int64_t begin, int64_t end) {
@@ -112,7 +102,7 @@ class CpuBackend : public Backend {
     EvalShTransposeOnCpu(CpuModelOf(model), params);
   }
   ImageLossValue ImageLoss(const ImageLossParams& params) override {
-    return ImageLossOnCpu(params);
+    return ImageLossOnCpu(loss_kernels_, params);
   }
   void Adam(const AdamParams& params) override { AdamOnCpu(params); }
   void AccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override {
@@ -147,6 +137,7 @@ class CpuBackend : public Backend {
 
  private:
   const TileKernels& kernels_;
+  const LossKernels& loss_kernels_;
   std::string target_;
   ScratchPool scratch_;
 };

@@ -17,7 +17,7 @@ struct CpuModel : Model {
   std::vector<float> means;              // [N, 3]
   std::vector<Covariance3> covariances;  // [N]
   std::vector<float> opacities;          // [N]
-  std::vector<float> coefficients;       // [N, K, 3]
+  Buffer<float> coefficients;            // [N, K, 3]
 
   CpuModel(int64_t count, int sh_degree) {
     count_ = count;

@@ -1,178 +1,185 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The image is cut into blocks; each computes the SSIM moments on a halo of 5 pixels around it from
-// the inputs on a halo of 10, so that no intermediate image leaves the cache.
 #include "kernels/cpu/image_loss.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <vector>
 
-#include "kernels/common/loss.h"
 #include "kernels/cpu/parallel.h"
 
 namespace retint {
 namespace {
 
-constexpr int kBlockWidth = 128, kBlockHeight = 64;
 constexpr int kR = kSsimRadius;
-constexpr int kInWidth = kBlockWidth + 4 * kR, kInHeight = kBlockHeight + 4 * kR;
-constexpr int kMidWidth = kBlockWidth + 2 * kR, kMidHeight = kBlockHeight + 2 * kR;
 
 struct Block {
-  int x0, y0, x1, y1, channel;
+  int x0, y0, x1, y1;
 };
 
 struct Sums {
-  double l1 = 0, ssim = 0;
+  double l1 = 0, dssim = 0;
 };
 
-struct Scratch {
-  std::vector<float> x = std::vector<float>(kInWidth * kInHeight);
-  std::vector<float> y = x;
-  std::vector<float> product = x;
-  std::vector<float> rows = x;  // after the horizontal pass
-  std::vector<float> moments[5];
-  std::vector<float> back[3];
-  Scratch() {
-    for (auto& m : moments) m.resize(kMidWidth * kMidHeight);
-    for (auto& b : back) b.resize(kBlockWidth * kBlockHeight);
+// Planes of one block. Inputs lie at an offset of (-10, -10), moments of (-5, -5) to the block.
+class BlockScratch {
+ public:
+  BlockScratch() : memory_(size_t(kLossPlane) * kNumPlanes, 0.0f) {
+    for (int i = 0; i < kNumPlanes; ++i) planes_[i] = memory_.data() + size_t(i) * kLossPlane;
   }
+  float* const* x() { return planes_; }              // 3 channels
+  float* const* y() { return planes_ + 3; }          // 3 channels
+  float* const* rows() { return planes_ + 6; }       // 5 moments after the horizontal pass
+  float* const* moments() { return planes_ + 11; }   // 5
+  float* const* gradient() { return planes_ + 16; }  // 3 channels
+
+ private:
+  static constexpr int kNumPlanes = 19;
+  std::vector<float> memory_;
+  float* planes_[kNumPlanes];
 };
 
-// out[h - 10, w - 10] = window * in[h, w], rows of `stride` and `out_stride`.
-void Convolve(const float* in, int stride, int width, int height, float* rows, float* out,
-              int out_stride) {
-  const int out_width = width - 2 * kR, out_height = height - 2 * kR;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < out_width; ++x) {
-      float sum = 0;
-      for (int i = 0; i <= 2 * kR; ++i) sum += kSsimWindow[i] * in[y * stride + x + i];
-      rows[y * stride + x] = sum;
-    }
-  }
-  for (int y = 0; y < out_height; ++y) {
-    for (int x = 0; x < out_width; ++x) {
-      float sum = 0;
-      for (int i = 0; i <= 2 * kR; ++i) sum += kSsimWindow[i] * rows[(y + i) * stride + x];
-      out[y * out_stride + x] = sum;
-    }
-  }
-}
+class BlockLoss {
+ public:
+  BlockLoss(const LossKernels& kernels, const ImageLossParams& params, const Block& block,
+            BlockScratch* scratch)
+      : kernels_(kernels),
+        params_(params),
+        block_(block),
+        scratch_(*scratch),
+        width_(block.x1 - block.x0),
+        height_(block.y1 - block.y0) {}
 
-void Load(const float* image, const ImageLossParams& params, const Block& block, float* out) {
-  for (int y = block.y0 - 2 * kR; y < block.y1 + 2 * kR; ++y) {
-    float* row = out + (y - block.y0 + 2 * kR) * kInWidth;
-    const int x0 = block.x0 - 2 * kR, x1 = block.x1 + 2 * kR;
-    std::fill_n(row, x1 - x0, 0.0f);
-    if (y < 0 || y >= params.height) continue;
-    for (int x = std::max(x0, 0); x < std::min(x1, params.width); ++x) {
-      row[x - x0] =
-          image[(size_t(y) * size_t(params.width) + size_t(x)) * 3 + size_t(block.channel)];
+  Sums Run() {
+    Load(params_.image, scratch_.x());
+    Load(params_.target, scratch_.y());
+    Sums sums;
+    for (int channel = 0; channel < 3; ++channel) {
+      sums.dssim += ForwardChannel(channel);
+      sums.l1 += BackwardChannel(channel);
+    }
+    for (int y = 0; y < height_; ++y) {
+      const float* rows[3];
+      for (int c = 0; c < 3; ++c) rows[c] = scratch_.gradient()[c] + y * kLossStride;
+      kernels_.interleave(rows, width_, PixelAt(params_.gradient, block_.x0, block_.y0 + y));
+    }
+    return sums;
+  }
+
+ private:
+  template <typename T>
+  T* PixelAt(T* image, int x, int y) const {
+    return image + (size_t(y) * size_t(params_.width) + size_t(x)) * 3;
+  }
+
+  // The block and its halo of 10, zero beyond the image.
+  void Load(const float* image, float* const* planes) const {
+    const int left = block_.x0 - 2 * kR, right = block_.x1 + 2 * kR;
+    const int first = std::max(left, 0), last = std::min(right, params_.width);
+    for (int row = 0; row < height_ + 4 * kR; ++row) {
+      const int y = block_.y0 - 2 * kR + row;
+      float* out[3];
+      for (int c = 0; c < 3; ++c) {
+        float* begin = planes[c] + row * kLossStride;
+        if (y < 0 || y >= params_.height || first > left || last < right) {
+          std::fill_n(begin, right - left, 0.0f);
+        }
+        out[c] = begin + (first - left);
+      }
+      if (y < 0 || y >= params_.height) continue;
+      kernels_.deinterleave(PixelAt(image, first, y), last - first, out);
     }
   }
-}
 
-Sums LossOfBlock(const ImageLossParams& params, const Block& block, Scratch* s) {
-  const int width = block.x1 - block.x0, height = block.y1 - block.y0;
-  Load(params.image, params, block, s->x.data());
-  Load(params.target, params, block, s->y.data());
-  const int in_width = width + 4 * kR, in_height = height + 4 * kR;
-  const auto moment = [&](const float* in, int i) {
-    Convolve(in, kInWidth, in_width, in_height, s->rows.data(), s->moments[i].data(), kMidWidth);
-  };
-  const auto product = [&](const std::vector<float>& a, const std::vector<float>& b, int i) {
-    for (int y = 0; y < in_height; ++y) {
-      for (int j = y * kInWidth; j < y * kInWidth + in_width; ++j) {
-        s->product[size_t(j)] = a[size_t(j)] * b[size_t(j)];
+  // Moments and SSIM's derivatives on the block and its halo of 5.
+  double ForwardChannel(int channel) {
+    const int width = width_ + 2 * kR, height = height_ + 2 * kR;
+    for (int row = 0; row < height + 2 * kR; ++row) {
+      const int at = row * kLossStride;
+      float* out[5];
+      for (int i = 0; i < 5; ++i) out[i] = scratch_.rows()[i] + at;
+      kernels_.moment_rows(scratch_.x()[channel] + at, scratch_.y()[channel] + at, width, out);
+    }
+    const LossSpan valid = {std::max(0, kR - block_.x0),
+                            std::min(width, params_.width - block_.x0 + kR)};
+    double sum = 0;
+    for (int row = 0; row < height; ++row) {
+      const int y = block_.y0 - kR + row, at = row * kLossStride;
+      float* out[5];
+      for (int i = 0; i < 5; ++i) out[i] = scratch_.moments()[i] + at;
+      if (y < 0 || y >= params_.height) {
+        for (int i = 0; i < 3; ++i) std::fill_n(out[i], width, 0.0f);
+        continue;
+      }
+      for (int i = 0; i < 5; ++i) kernels_.blur_column(scratch_.rows()[i] + at, width, out[i]);
+      const bool counted = row >= kR && row < kR + height_;
+      const LossSpan span = {kR, counted ? kR + width_ : kR};
+      sum += kernels_.ssim_row(out, width, valid, span);
+    }
+    return sum;
+  }
+
+  double BackwardChannel(int channel) {
+    const double count = double(params_.width) * params_.height * 3;
+    const float l1_scale = float((1 - double(params_.lambda)) / count);
+    const float ssim_scale = float(-double(params_.lambda) / count);
+    for (int row = 0; row < height_ + 2 * kR; ++row) {
+      for (int i = 0; i < 3; ++i) {
+        const int at = row * kLossStride;
+        kernels_.blur_row(scratch_.moments()[i] + at, width_, scratch_.rows()[i] + at);
       }
     }
-    moment(s->product.data(), i);
-  };
-  moment(s->x.data(), 0);
-  moment(s->y.data(), 1);
-  product(s->x, s->x, 2);
-  product(s->y, s->y, 3);
-  product(s->x, s->y, 4);
-
-  Sums sums;
-  for (int y = 0; y < height + 2 * kR; ++y) {
-    const int image_y = block.y0 - kR + y;
-    for (int x = 0; x < width + 2 * kR; ++x) {
-      const int image_x = block.x0 - kR + x;
-      const size_t at = size_t(y * kMidWidth + x);
-      SsimPoint<float> point{0, 0, 0, 0};
-      if (image_x >= 0 && image_y >= 0 && image_x < params.width && image_y < params.height) {
-        point = Ssim<float>({s->moments[0][at], s->moments[1][at], s->moments[2][at],
-                             s->moments[3][at], s->moments[4][at]},
-                            1.0f, kSsimC1, kSsimC2);
-        const bool inside = x >= kR && y >= kR && x < width + kR && y < height + kR;
-        if (inside) sums.ssim += double(point.value);
+    double sum = 0;
+    for (int row = 0; row < height_; ++row) {
+      const int at = row * kLossStride, in = (row + 2 * kR) * kLossStride + 2 * kR;
+      const float* back[3];
+      for (int i = 0; i < 3; ++i) {
+        kernels_.blur_column(scratch_.rows()[i] + at, width_, scratch_.moments()[i] + at);
+        back[i] = scratch_.moments()[i] + at;
       }
-      s->moments[0][at] = point.d_x;
-      s->moments[1][at] = point.d_xx;
-      s->moments[2][at] = point.d_xy;
+      sum += kernels_.gradient_row(scratch_.x()[channel] + in, scratch_.y()[channel] + in, back,
+                                   width_, l1_scale, ssim_scale, scratch_.gradient()[channel] + at);
     }
+    return sum;
   }
-  for (int i = 0; i < 3; ++i) {
-    Convolve(s->moments[i].data(), kMidWidth, width + 2 * kR, height + 2 * kR, s->rows.data(),
-             s->back[i].data(), kBlockWidth);
-  }
-  const double count = double(params.width) * params.height * 3;
-  const float l1_scale = float((1 - params.lambda) / count);
-  const float ssim_scale = float(-params.lambda / count);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t at = size_t((y + 2 * kR) * kInWidth + x + 2 * kR);
-      const float vx = s->x[at], vy = s->y[at], difference = vx - vy;
-      sums.l1 += double(std::fabs(difference));
-      const float sign = float(difference > 0) - float(difference < 0);
-      const size_t b = size_t(y * kBlockWidth + x);
-      const float d_ssim = s->back[0][b] + 2 * vx * s->back[1][b] + vy * s->back[2][b];
-      params.gradient[(size_t(block.y0 + y) * size_t(params.width) + size_t(block.x0 + x)) * 3 +
-                      size_t(block.channel)] = l1_scale * sign + ssim_scale * d_ssim;
-    }
-  }
-  return sums;
-}
+
+  const LossKernels& kernels_;
+  const ImageLossParams& params_;
+  const Block& block_;
+  BlockScratch& scratch_;
+  int width_, height_;
+};
 
 }  // namespace
 
-ImageLossValue ImageLossOnCpu(const ImageLossParams& params) {
+ImageLossValue ImageLossOnCpu(const LossKernels& kernels, const ImageLossParams& params) {
   int x0 = params.roi[0], y0 = params.roi[1], x1 = params.roi[2], y1 = params.roi[3];
   if (x0 == 0 && y0 == 0 && x1 == 0 && y1 == 0) x1 = params.width, y1 = params.height;
   if (x0 < 0 || y0 < 0 || x1 > params.width || y1 > params.height) {
     throw std::invalid_argument("the region of interest lies outside the image");
   }
   std::vector<Block> blocks;
-  for (int y = y0; y < y1; y += kBlockHeight) {
-    for (int x = x0; x < x1; x += kBlockWidth) {
-      for (int c = 0; c < 3; ++c) {
-        blocks.push_back({x, y, std::min(x + kBlockWidth, x1), std::min(y + kBlockHeight, y1), c});
-      }
+  for (int y = y0; y < y1; y += kLossBlockHeight) {
+    for (int x = x0; x < x1; x += kLossBlockWidth) {
+      blocks.push_back(
+          {x, y, std::min(x + kLossBlockWidth, x1), std::min(y + kLossBlockHeight, y1)});
     }
   }
   std::vector<Sums> sums(blocks.size());
   ParallelRanges(int64_t(blocks.size()), 1, [&](int64_t begin, int64_t end) {
-    Scratch scratch;
+    BlockScratch scratch;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
-      sums[i] = LossOfBlock(params, blocks[i], &scratch);
+      sums[i] = BlockLoss(kernels, params, blocks[i], &scratch).Run();
     }
   });
-  const double count = double(params.width) * params.height * 3;
-  const double pixels = double(std::max(0, x1 - x0)) * std::max(0, y1 - y0) * 3;
-  ImageLossValue value{0, 0, 0};
-  double d_ssim = pixels;
+  Sums total;
   for (const Sums& sum : sums) {
-    value.l1 += sum.l1;
-    value.ssim += sum.ssim;
-    d_ssim -= sum.ssim;
+    total.l1 += sum.l1;
+    total.dssim += sum.dssim;
   }
-  value.l1 /= count;
   // Pixels outside the region of interest agree: their SSIM is 1.
-  value.ssim = (count - pixels + value.ssim) / count;
-  value.loss = (1 - double(params.lambda)) * value.l1 + double(params.lambda) * d_ssim / count;
-  return value;
+  const double count = double(params.width) * params.height * 3;
+  const double l1 = total.l1 / count, dssim = total.dssim / count, lambda = double(params.lambda);
+  return {(1 - lambda) * l1 + lambda * dssim, l1, 1 - dssim};
 }
 
 }  // namespace retint

@@ -74,19 +74,20 @@ void RegionResidualOnCpu(const ViewGeometry& view, const RegionResidualParams& p
   const size_t width = size_t(view.camera().width);
   *params.loss += OrderedSum(int64_t(view.tiles().size()), 1, [&](int64_t i, int64_t) {
     const int16_t* tile = params.target + i * kTilePixels * 3;
-    const uint8_t* weights = params.weights ? params.weights + i * kTilePixels : nullptr;
+    const uint8_t* tile_weights = params.weights ? params.weights + i * kTilePixels : nullptr;
     double sum = 0;
     VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
       for (int y = y0; y < y1; ++y) {
         const size_t at = (size_t(y) * width + size_t(x0)) * 3;
-        const int16_t* target = tile + (y - y0) * kTileSize * 3;
-        const uint8_t* weight = weights ? weights + (y - y0) * kTileSize : nullptr;
+        const int first = (y - y0) * kTileSize;
+        const int16_t* target = tile + first * 3;
         float row = 0;
         for (int j = 0; j < (x1 - x0) * 3; ++j) {
           const float r = float(target[j]) * params.unit - params.image[at + size_t(j)];
-          const float weighted = weight ? float(weight[j / 3]) * (1.0f / 255) * r : r;
-          params.residual[at + size_t(j)] = weighted;
-          row += weighted * r;
+          const float weight =
+              tile_weights ? float(tile_weights[first + j / 3]) * (1.0f / 255) : 1.0f;
+          params.residual[at + size_t(j)] = weight * r;
+          row += weight * r * r;
         }
         sum += double(row);
       }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <hwy/cache_control.h>
+
 #include "kernels/common/sh.h"
 #include "kernels/cpu/parallel.h"
 
@@ -17,13 +19,29 @@ int64_t SlotOf(const int32_t* rows, const int32_t* slots, int64_t entry) {
   return slots ? slots[entry] : GaussianOf(rows, entry);
 }
 
-// body(entry, slot, basis) for entries [0, count) with a slot; missing(entry) for the others.
-template <typename Params, typename Body, typename Missing>
-void ForEachBasis(const CpuModel& model, const Params& params, const Body& body,
-                  const Missing& missing) {
+// Rows come in order of depth, so their Gaussians and blocks lie anywhere:
+// without prefetching, memory latency is all there is.
+template <typename Params>
+void PrefetchEntry(const CpuModel& model, const Params& params, int64_t entry, const float* blocks,
+                   int64_t block_size) {
+  constexpr int64_t kLine = 16;  // floats
+  hwy::Prefetch(&model.means[size_t(GaussianOf(params.rows, entry)) * 3]);
+  const int64_t slot = SlotOf(params.rows, params.slots, entry);
+  for (int64_t at = 0; slot >= 0 && at < block_size; at += kLine) {
+    hwy::Prefetch(blocks + slot * block_size + at);
+  }
+}
+
+// body(entry, block, basis) for entries [0, count) with a slot, `block` being its part of `blocks`;
+// missing(entry) for the others.
+template <typename Params, typename Float, typename Body, typename Missing>
+void ForEachBasis(const CpuModel& model, const Params& params, Float* blocks, int64_t block_size,
+                  const Body& body, const Missing& missing) {
+  constexpr int64_t kAhead = 8;
   ParallelRanges(params.count, kGrain, [&](int64_t begin, int64_t end) {
     float basis[kMaxShCoeffs];
     for (int64_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) PrefetchEntry(model, params, i + kAhead, blocks, block_size);
       const int64_t slot = SlotOf(params.rows, params.slots, i);
       if (slot < 0) {
         missing(i);
@@ -31,7 +49,7 @@ void ForEachBasis(const CpuModel& model, const Params& params, const Body& body,
       }
       const int64_t gaussian = GaussianOf(params.rows, i);
       ShBasisTowards(model.sh_degree(), &model.means[size_t(gaussian) * 3], params.center, basis);
-      body(i, slot, basis);
+      body(i, blocks + slot * block_size, basis);
     }
   });
 }
@@ -52,10 +70,10 @@ void Dot(const float* basis, const float* coefficients, int k, float* out) {
 void EvalShOnCpu(const CpuModel& model, const EvalShParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params,
-      [&](int64_t i, int64_t slot, const float* basis) {
+      model, params, params.sh, 3 * k,
+      [&](int64_t i, const float* sh, const float* basis) {
         float* color = params.colors + 3 * i;
-        Dot(basis, params.sh + slot * 3 * k, k, color);
+        Dot(basis, sh, k, color);
         for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c] + 0.5f);
       },
       [&](int64_t i) { std::fill_n(params.colors + 3 * i, 3, 0.0f); });
@@ -64,14 +82,13 @@ void EvalShOnCpu(const CpuModel& model, const EvalShParams& params) {
 void EvalShTransposeOnCpu(const CpuModel& model, const EvalShTransposeParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params,
-      [&](int64_t i, int64_t slot, const float* basis) {
+      model, params, params.gradient, 3 * k,
+      [&](int64_t i, float* out, const float* basis) {
         float g[3];
         for (int c = 0; c < 3; ++c) {
           const bool open = !params.colors || params.colors[3 * i + c] > 0;
           g[c] = open ? params.color_gradients[3 * i + c] : 0.0f;
         }
-        float* out = params.gradient + slot * 3 * k;
         for (int j = 0; j < k; ++j) {
           for (int c = 0; c < 3; ++c) out[3 * j + c] += basis[j] * g[c];
         }
@@ -82,10 +99,10 @@ void EvalShTransposeOnCpu(const CpuModel& model, const EvalShTransposeParams& pa
 void ShTangentOnCpu(const CpuModel& model, const ShTangentParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params,
-      [&](int64_t i, int64_t slot, const float* basis) {
+      model, params, params.direction, 3 * k,
+      [&](int64_t i, const float* direction, const float* basis) {
         float* out = params.tangents + 3 * i;
-        Dot(basis, params.direction + slot * 3 * k, k, out);
+        Dot(basis, direction, k, out);
         for (int c = 0; params.colors && c < 3; ++c) {
           if (!(params.colors[3 * i + c] > 0)) out[c] = 0;
         }
@@ -96,9 +113,8 @@ void ShTangentOnCpu(const CpuModel& model, const ShTangentParams& params) {
 void AccumulateBlocksOnCpu(const CpuModel& model, const AccumulateBlocksParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params,
-      [&](int64_t i, int64_t slot, const float* basis) {
-        float* block = params.blocks + slot * (k * (k + 1) / 2);
+      model, params, params.blocks, k * (k + 1) / 2,
+      [&](int64_t i, float* block, const float* basis) {
         for (int row = 0; row < k; ++row) {
           const float scaled = params.weights[i] * basis[row];
           for (int column = 0; column <= row; ++column) *block++ += scaled * basis[column];

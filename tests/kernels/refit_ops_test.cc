@@ -67,48 +67,44 @@ TEST_P(RefitOp, TargetsAndResiduals) {
     backend_->RegionTarget(*region_, {render.data(), photo ? source.data() : nullptr, mask.data(),
                                       map_, kUnit, target.data()});
     const auto steps = target.Read();
-    std::vector<bool> inside(kValues / 3, false);
-    double loss = 0;
-    ForTilePixels([&](size_t position, int pixel) {
-      for (size_t c = 0; c < 3; ++c) {
-        if (pixel < 0) {
-          EXPECT_EQ(steps[3 * position + c], 0);
-          continue;
+    std::vector<uint8_t> weights(TileValues() / 3);
+    for (uint8_t& w : weights) w = uint8_t(rng_());
+    for (const bool weighted : {false, true}) {
+      std::vector<double> expected(kValues, 7.0);
+      double loss = 0;
+      ForTilePixels([&](size_t position, int pixel) {
+        const double weight = weighted ? weights[position] / 255.0 : 1.0;
+        for (size_t c = 0; c < 3; ++c) {
+          if (pixel < 0) {
+            EXPECT_EQ(steps[3 * position + c], 0);
+            continue;
+          }
+          const size_t at = size_t(pixel) * 3 + c;
+          const double wanted =
+              Edited(photo ? other_ : image_, size_t(pixel), c) - double(image_[at]);
+          EXPECT_NEAR(steps[3 * position + c] * double(kUnit), wanted, 0.51 * double(kUnit));
+          const double r = steps[3 * position + c] * double(kUnit) - double(other_[at]);
+          expected[at] = weight * r;
+          loss += weight * r * r;
         }
-        const size_t at = size_t(pixel) * 3 + c;
-        const double wanted =
-            Edited(photo ? other_ : image_, size_t(pixel), c) - double(image_[at]);
-        EXPECT_NEAR(steps[3 * position + c] * double(kUnit), wanted, 0.51 * double(kUnit));
-        const double residual = steps[3 * position + c] * double(kUnit) - double(other_[at]);
-        loss += residual * residual;
-        inside[size_t(pixel)] = true;
+      });
+      Guarded<float> image(*backend_, other_),
+          residual(*backend_, std::vector<float>(kValues, 7.0f));
+      Guarded<uint8_t> device_weights(*backend_, weights);
+      Guarded<double> sum(*backend_, std::vector<double>{5.0});
+      RegionResidualParams params{target.data(),   kUnit,      image.data(),
+                                  residual.data(), sum.data(), nullptr};
+      if (weighted) params.weights = device_weights.data();
+      backend_->RegionResidual(*region_, params);
+      EXPECT_NEAR(sum.Read()[0], 5 + loss, 1e-5 * loss);
+      const auto apart = residual.Read();
+      EXPECT_LE(WorstDifference(apart, expected), 1e-6);
+      params.residual = image.data();
+      backend_->RegionResidual(*region_, params);
+      const auto in_place = image.Read();
+      for (size_t at = 0; at < kValues; ++at) {
+        EXPECT_EQ(in_place[at], expected[at] == 7.0 ? other_[at] : apart[at]);
       }
-    });
-    const std::vector<float> before(kValues, 7.0f);
-    Guarded<float> residual(*backend_, before);
-    Guarded<double> sum(*backend_, std::vector<double>{5.0});
-    backend_->RegionResidual(*region_,
-                             {target.data(), kUnit, source.data(), residual.data(), sum.data()});
-    EXPECT_NEAR(sum.Read()[0], 5 + loss, 1e-5 * loss);
-    const auto r = residual.Read();
-    ForTilePixels([&](size_t position, int pixel) {
-      if (pixel < 0) return;
-      for (size_t c = 0; c < 3; ++c) {
-        const size_t at = size_t(pixel) * 3 + c;
-        EXPECT_NEAR(r[at], steps[3 * position + c] * double(kUnit) - double(other_[at]), 1e-6);
-      }
-    });
-    for (size_t p = 0; p < inside.size(); ++p) {
-      if (!inside[p]) {
-        EXPECT_EQ(r[3 * p], 7.0f);
-      }
-    }
-    // In place.
-    backend_->RegionResidual(*region_,
-                             {target.data(), kUnit, source.data(), source.data(), sum.data()});
-    const auto in_place = source.Read();
-    for (size_t p = 0; p < inside.size(); ++p) {
-      EXPECT_EQ(in_place[3 * p], inside[p] ? r[3 * p] : other_[3 * p]);
     }
   }
 }
