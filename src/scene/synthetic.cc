@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "scene/synthetic_gaussians.h"
 #include "scene/synthetic_light.h"
+#include "scene/synthetic_points.h"
 #include "scene/synthetic_views.h"
 #include "scene/synthetic_world.h"
 
@@ -49,12 +50,15 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
     view.cam_from_world = cameras[i].cam_from_world;
   }
   scene.model = MakeGaussians(world, lighting, views, options, monitor);
+  monitor.Step("points", 0, 1);
+  AddSparsePoints(world, views, options, &scene.reconstruction);
   scene.whole_views = FindWholeViews(world, views);
   for (size_t i = 0; i < world.objects.size(); ++i) {
     scene.object_names.push_back(world.objects[i].name);
     if (!world.objects[i].furniture) scene.still_life.push_back(int(i));
   }
   for (TracedView& view : views) scene.views.push_back(std::move(view.truth));
+  monitor.Step("points", 1, 1);
   return scene;
 }
 

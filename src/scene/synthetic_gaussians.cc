@@ -2,7 +2,6 @@
 #include "scene/synthetic_gaussians.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <unordered_map>
@@ -18,12 +17,14 @@ namespace retint::synthetic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr std::array<int, 7> kWindows = {1, 2, 3, 4, 6, 9, 13};  // half sizes, pixels
-constexpr double kMinRadius = 1.15;   // pixels between neighbours where texture is finest
-constexpr double kFlatColor = 0.022;  // standard deviation in a window that one disc may cover
-constexpr double kFlatNormal = 0.10;  // likewise of the normal's components
-constexpr double kSigmaPerRadius = 0.85;
+constexpr int kMaxRing = 18;             // pixels
+constexpr double kRadiusPerRing = 0.48;  // a disc's radius per distance to the nearest change
+constexpr double kMinRadius = 1.15;      // pixels between neighbours where texture is finest
+constexpr float kFlatColor = 0.05f;      // largest change of colour that one disc may cover
+constexpr float kFlatNormal = 0.985f;    // cosine of the largest change of normal
 constexpr double kOpacity = 0.96;
+constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
+constexpr double kRidge = 0.02;
 constexpr double kLevelRatio = 1.25;  // between levels of world radius
 
 double Logit(double p) { return std::log(p / (1 - p)); }
@@ -32,6 +33,7 @@ double Logit(double p) { return std::log(p / (1 - p)); }
 struct Seed {
   Vec3 point;
   double radius;  // metres to its neighbours
+  double pixels;  // the same in the view
   uint32_t pixel;
   uint16_t view;
   int16_t level;
@@ -45,56 +47,53 @@ struct Disc {
   Hit hit;
 };
 
-// Largest window half size around every pixel within which colour and normal hardly vary and no
-// other part shows.
-PixelArray<float, 1> FlatRadius(const TracedView& view) {
+// Distance, in pixels, from every pixel to where its part's colour or normal changes or its surface
+// ends, turned into a disc's radius; 0 where a nearer object's edge spoils the pixel.
+PixelArray<float, 1> WantedRadius(const TracedView& view) {
   const int width = view.parts.width, height = view.parts.height;
-  constexpr int kChannels = 6;
-  const auto value = [&](int x, int y, int c) {
-    return c < 3 ? double(view.truth.photo(x, y, c))
-                 : double(view.truth.normals(x, y, c - 3)) * (kFlatColor / kFlatNormal);
-  };
-  // Summed-area tables: sums, sums of squares, part edges.
-  constexpr int kTables = 2 * kChannels + 1;
-  const size_t stride = size_t(width) + 1;
-  std::vector<double> table(stride * size_t(height + 1) * kTables, 0.0);
+  const Image& photo = view.truth.photo;
+  const auto& normals = view.truth.normals;
+  const auto& depth = view.truth.depth;
+  // 1: beside another part, so the colour is mixed; 2: and that part is nearer.
+  PixelArray<uint8_t, 1> mixed(width, height);
   for (int y = 0; y < height; ++y) {
-    double row[kTables] = {};
     for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < kChannels; ++c) {
-        const double v = value(x, y, c);
-        row[c] += v;
-        row[kChannels + c] += v * v;
+      for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+        if (!view.parts.Contains(x + dx, y + dy)) continue;
+        if (view.parts(x + dx, y + dy) == view.parts(x, y)) continue;
+        const bool nearer = depth(x + dx, y + dy) < 0.995f * depth(x, y);
+        mixed(x, y) = std::max<uint8_t>(mixed(x, y), nearer ? 2 : 1);
       }
-      const int part = view.parts(x, y);
-      row[2 * kChannels] += (x + 1 < width && view.parts(x + 1, y) != part) ||
-                            (y + 1 < height && view.parts(x, y + 1) != part);
-      double* out = &table[(size_t(y + 1) * stride + size_t(x) + 1) * kTables];
-      const double* above = out - stride * kTables;
-      for (int k = 0; k < kTables; ++k) out[k] = above[k] + row[k];
     }
   }
-  PixelArray<float, 1> radius(width, height, float(kMinRadius));
+  const auto stops = [&](int x, int y, int nx, int ny) {
+    if (!view.parts.Contains(nx, ny)) return false;
+    if (view.parts(nx, ny) != view.parts(x, y)) return false;
+    if (mixed(nx, ny)) return mixed(nx, ny) == 1;
+    float color = 0;
+    for (int c = 0; c < 3; ++c) {
+      color = std::max(color, std::abs(photo(nx, ny, c) - photo(x, y, c)));
+    }
+    const float turn = normals(x, y, 0) * normals(nx, ny, 0) +
+                       normals(x, y, 1) * normals(nx, ny, 1) +
+                       normals(x, y, 2) * normals(nx, ny, 2);
+    return color > kFlatColor || turn < kFlatNormal;
+  };
+  PixelArray<float, 1> radius(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      for (const int w : kWindows) {
-        const int x0 = std::max(0, x - w), x1 = std::min(width, x + w + 1);
-        const int y0 = std::max(0, y - w), y1 = std::min(height, y + w + 1);
-        const double* a = &table[(size_t(y0) * stride + size_t(x0)) * kTables];
-        const double* b = &table[(size_t(y0) * stride + size_t(x1)) * kTables];
-        const double* c = &table[(size_t(y1) * stride + size_t(x0)) * kTables];
-        const double* d = &table[(size_t(y1) * stride + size_t(x1)) * kTables];
-        const auto sum = [&](int k) { return d[k] - b[k] - c[k] + a[k]; };
-        if (sum(2 * kChannels) > 0) break;
-        const double n = double(x1 - x0) * double(y1 - y0);
-        double variance = 0;
-        for (int k = 0; k < kChannels; ++k) {
-          const double mean = sum(k) / n;
-          variance = std::max(variance, sum(kChannels + k) / n - mean * mean);
+      if (mixed(x, y) == 2) continue;
+      int clear = mixed(x, y) ? -1 : 0;  // rings without a change
+      for (int ring = 1; ring == clear + 1 && ring <= kMaxRing; ++ring) {
+        const int step = 1 + ring / 5;
+        bool stopped = false;
+        for (int k = -ring; k <= ring && !stopped; k += step) {
+          stopped = stops(x, y, x + k, y - ring) || stops(x, y, x + k, y + ring) ||
+                    stops(x, y, x - ring, y + k) || stops(x, y, x + ring, y + k);
         }
-        if (variance > kFlatColor * kFlatColor) break;
-        radius(x, y) = float(std::max(kMinRadius, 0.8 * w + 0.6));
+        clear += !stopped;
       }
+      radius(x, y) = float(std::max(kMinRadius, kRadiusPerRing * clear + 0.65));
     }
   }
   return radius;
@@ -106,7 +105,7 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
   std::vector<std::vector<std::vector<Seed>>> of_view(views.size());
   tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
     const TracedView& view = views[v];
-    const auto flat = FlatRadius(view);
+    const auto wanted_radius = WantedRadius(view);
     auto& out = of_view[v];
     out.resize(world.parts.size());
     const double focal = view.camera.camera.fx();
@@ -116,7 +115,8 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
         if (part < 0) continue;
         const uint64_t order = HashOf(seed, v, uint64_t(y) << 32 | uint64_t(x));
         // Where discs are large, few candidates will do.
-        const double pixels = flat(x, y);
+        const double pixels = wanted_radius(x, y);
+        if (pixels == 0) continue;
         if (Unit(Mix(order)) > 5 / (pixels * pixels)) continue;
         const double z = view.truth.depth(x, y);
         const Ray ray = PixelRay(view.camera, x + 0.5, y + 0.5);
@@ -127,7 +127,7 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
         const double wanted = pixels * z / focal / std::sqrt(slant);
         const int level = int(std::floor(std::log(wanted) / std::log(kLevelRatio)));
         out[size_t(part)].push_back({ray.origin + z * ray.direction, std::pow(kLevelRatio, level),
-                                     uint32_t(y) * uint32_t(view.parts.width) + uint32_t(x),
+                                     pixels, uint32_t(y) * uint32_t(view.parts.width) + uint32_t(x),
                                      uint16_t(v), int16_t(level), order});
       }
     }
@@ -143,7 +143,7 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
 }
 
 // Poisson-disc selection, finest level first: a candidate stays unless a kept one is nearer than
-// its own radius.
+// the mean of their radii.
 std::vector<Seed> Thin(std::vector<Seed> seeds) {
   std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
     return a.level != b.level ? a.level < b.level : a.order < b.order;
@@ -171,13 +171,15 @@ std::vector<Seed> Thin(std::vector<Seed> seeds) {
     size_t end = begin;
     for (; end < seeds.size() && seeds[end].level == seeds[begin].level; ++end) {
       const Eigen::Array3i home = cell_of(seeds[end].point);
-      // Points of one cell are nearer to each other than the radius.
-      bool covered = heads.count(key(home)) > 0;
+      bool covered = false;
       for (int k = 0; k < 125 && !covered; ++k) {
+        // The candidate's own cell first: there most of them end.
+        const int c = (k + 62) % 125;
         const auto it =
-            heads.find(key(home + Eigen::Array3i(k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2)));
+            heads.find(key(home + Eigen::Array3i(c % 5 - 2, c / 5 % 5 - 2, c / 25 - 2)));
         for (int i = it == heads.end() ? -1 : it->second; i >= 0 && !covered; i = next[size_t(i)]) {
-          covered = (kept[size_t(i)].point - seeds[end].point).squaredNorm() < radius * radius;
+          const double apart = 0.5 * (kept[size_t(i)].radius + radius);
+          covered = (kept[size_t(i)].point - seeds[end].point).squaredNorm() < apart * apart;
         }
       }
       if (covered) continue;
@@ -213,7 +215,9 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
   disc->point = ray.origin + disc->hit.t * ray.direction;
   disc->normal = disc->hit.normal;
   disc->axis = disc->normal.unitOrthogonal();
-  const double sigma = kSigmaPerRadius * seed.radius, reach = 1.3 * sigma;
+  // Where colour is flat, overlap costs nothing and closes the gaps.
+  const double sigma = seed.radius * (0.85 + 0.25 * Smooth(1.2, 3, seed.pixels));
+  const double reach = 1.3 * sigma;
   disc->sigma[0] = disc->sigma[1] = sigma;
   const auto on_surface = [&](const Vec3& offset) {
     Hit hit;
@@ -263,63 +267,85 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
   return true;
 }
 
-// Writes the SH coefficients [16, 3] of a disc.
+// Where a disc shows in a view. Neighbours on its near side cover it, it covers those on its far
+// side: what is seen of it lies off its centre, towards larger depth.
+bool VisibleSpot(const TracedView& view, const Disc& disc, double* x, double* y) {
+  if (!Sees(view, disc.part, disc.point, x, y)) return false;
+  const Vec3 in_camera = view.camera.cam_from_world * disc.point;
+  const Vec3 normal = view.camera.cam_from_world.rotation * disc.normal;
+  const double focal = view.camera.camera.fx(), z = in_camera.z();
+  const Vec2 downhill = normal.head<2>();
+  if (downhill.norm() < 1e-6) return true;
+  const double slant = std::abs(normal.dot(in_camera)) / in_camera.norm();
+  const double sigma = std::sqrt(disc.sigma[0] * disc.sigma[1]) * focal / z * slant;
+  const Vec2 shift =
+      kShingle * std::sqrt(sigma * sigma + kCovarianceDilation) * downhill.normalized();
+  *x += shift.x();
+  *y += shift.y();
+  return true;
+}
+
+// Bilinear photo at (x, y), pixel centres at 0.5; false where another part mixes in.
+bool LookUp(const TracedView& view, int part, double x, double y, Vec3* color) {
+  const double fx = std::floor(x - 0.5), fy = std::floor(y - 0.5);
+  const int x0 = int(fx), y0 = int(fy);
+  color->setZero();
+  for (int k = 0; k < 4; ++k) {
+    const int px = x0 + k % 2, py = y0 + k / 2;
+    if (!view.parts.Contains(px, py) || view.parts(px, py) != part) return false;
+    const double wx = k % 2 ? x - 0.5 - fx : 1 - (x - 0.5 - fx);
+    const double wy = k / 2 ? y - 0.5 - fy : 1 - (y - 0.5 - fy);
+    for (int c = 0; c < 3; ++c) (*color)[c] += wx * wy * view.truth.photo(px, py, c);
+  }
+  return true;
+}
+
+// Writes the SH coefficients [16, 3] of a disc: least squares over the colours that the views show
+// where it is seen; a ridge pulls the higher degrees to zero where nothing asks for them.
 void FitColor(const World& world, const Lighting& lighting, const std::vector<TracedView>& views,
               const Disc& disc, float* sh) {
-  // Where the disc is looked at: its middle and a ring around it.
-  std::vector<std::pair<Hit, Vec3>> places = {{disc.hit, disc.point}};
-  const Vec3 other = disc.normal.cross(disc.axis);
-  for (int k = 0; k < 6; ++k) {
-    const double phi = k * kPi / 3;
-    const Vec3 offset =
-        0.55 * (std::cos(phi) * disc.sigma[0] * disc.axis + std::sin(phi) * disc.sigma[1] * other);
-    Hit hit;
-    Vec3 where;
-    if (Probe(world, disc.part, disc.point + offset, disc.normal, 0.7 * offset.norm() + 1e-4, &hit,
-              &where)) {
-      places.emplace_back(hit, where);
-    }
-  }
-  const auto color_towards = [&](const Vec3& direction) {
-    Vec3 sum = Vec3::Zero();
-    for (const auto& [hit, where] : places) {
-      sum += lighting.EncodeHere(lighting.Radiance(hit, where, direction));
-    }
-    return Vec3(sum / double(places.size()));
-  };
-  std::fill(sh, sh + kMaxShCoeffs * 3, 0.0f);
-  if (world.MaterialOf(disc.part).specular <= 0) {
-    const Vec3 color = color_towards(-disc.normal);
-    for (int c = 0; c < 3; ++c) sh[c] = float((color[c] - 0.5) / kShC0);
-    return;
-  }
-  // Least squares over the views that see it, and faintly over its whole front, so that the fit
-  // stays sane from everywhere; a ridge keeps higher degrees small where nothing asks for them.
+  const bool glossy = world.MaterialOf(disc.part).specular > 0;
   using Matrix = Eigen::Matrix<double, kMaxShCoeffs, kMaxShCoeffs>;
+  using Columns = Eigen::Matrix<double, kMaxShCoeffs, 3>;
   Matrix normal_matrix = Matrix::Zero();
-  Eigen::Matrix<double, kMaxShCoeffs, 3> right = Eigen::Matrix<double, kMaxShCoeffs, 3>::Zero();
-  const auto add = [&](const Vec3& direction, double weight) {
+  Columns right = Columns::Zero();
+  const auto add = [&](const Vec3& direction, const Vec3& color, double weight) {
     Eigen::Matrix<double, kMaxShCoeffs, 1> basis;
     ShBasis(3, direction.x(), direction.y(), direction.z(), basis.data());
-    const Vec3 target = color_towards(direction) - Vec3::Constant(0.5);
-    normal_matrix += weight * basis * basis.transpose();
-    right += weight * basis * target.transpose();
+    normal_matrix.selfadjointView<Eigen::Lower>().rankUpdate(basis, weight);
+    right += weight * basis * (color - Vec3::Constant(0.5)).transpose();
   };
+  const auto traced = [&](const Vec3& direction) {
+    return lighting.EncodeHere(lighting.Radiance(disc.hit, disc.point, direction));
+  };
+  double total = 0;
   for (const TracedView& view : views) {
     double x, y;
-    if (Sees(view, disc.part, disc.point, &x, &y)) {
-      add((disc.point - view.camera.Center()).normalized(), 1);
+    Vec3 color;
+    if (!VisibleSpot(view, disc, &x, &y)) continue;
+    const Vec3 direction = (disc.point - view.camera.Center()).normalized();
+    if (LookUp(view, disc.part, x, y, &color)) {
+      add(direction, color, 1);
+    } else {
+      add(direction, traced(direction), 0.3);
+    }
+    total += 1;
+  }
+  if (glossy || total == 0) {
+    // Faintly over its whole front, so that highlights stay sane from everywhere.
+    const Vec3 other = disc.normal.cross(disc.axis);
+    constexpr int kAround = 24;
+    for (int k = 0; k < kAround; ++k) {
+      const double cosine = (k + 0.5) / kAround, sine = std::sqrt(1 - cosine * cosine);
+      const double phi = 2.39996 * k;
+      const Vec3 direction =
+          -(cosine * disc.normal + sine * std::cos(phi) * disc.axis + sine * std::sin(phi) * other);
+      add(direction, traced(direction), 0.06);
     }
   }
-  constexpr int kAround = 24;
-  for (int k = 0; k < kAround; ++k) {
-    const double cosine = (k + 0.5) / kAround, sine = std::sqrt(1 - cosine * cosine);
-    const double phi = 2.39996 * k;
-    add(-(cosine * disc.normal + sine * std::cos(phi) * disc.axis + sine * std::sin(phi) * other),
-        0.06);
-  }
-  for (int k = 1; k < kMaxShCoeffs; ++k) normal_matrix(k, k) += k < 4 ? 1e-3 : k < 9 ? 3e-3 : 6e-3;
-  const Eigen::Matrix<double, kMaxShCoeffs, 3> solution = normal_matrix.ldlt().solve(right);
+  const double ridge = (glossy ? 2e-3 : kRidge) * std::max(1.0, total);
+  for (int k = 0; k < kMaxShCoeffs; ++k) normal_matrix(k, k) += k == 0 ? 1e-9 : ridge;
+  const Columns solution = normal_matrix.selfadjointView<Eigen::Lower>().ldlt().solve(right);
   for (int k = 0; k < kMaxShCoeffs; ++k) {
     for (int c = 0; c < 3; ++c) sh[3 * k + c] = float(solution(k, c));
   }
