@@ -2,6 +2,7 @@
 // retint: the command line. Parses, runs one verb, and turns what it throws into one line on stderr
 // and an exit code.
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -63,6 +64,8 @@ int Execute(const Globals& globals, const Action& action) {
 }
 
 int Main(int argc, char** argv) {
+  // Writing beyond a file size limit is an error like a full disk, not a crash.
+  std::signal(SIGXFSZ, SIG_IGN);
   Globals globals;
   Action action;
   CLI::App app("Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces.",

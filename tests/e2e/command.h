@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs the real `retint` and keeps what it said.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace retint {
+
+struct CommandResult {
+  int code = -1;  // exit code; 128 + signal when killed by one
+  std::string out, err;
+};
+
+struct CommandOptions {
+  // Called with everything on stderr so far, again and again until it returns true; then the
+  // process gets SIGINT. May be empty.
+  std::function<bool(const std::string& err)> interrupt_when;
+  int64_t max_file_bytes = -1;  // RLIMIT_FSIZE: a disk that is full after so much of a file
+};
+
+CommandResult RunRetint(const std::vector<std::string>& arguments,
+                        const CommandOptions& options = {});
+
+// A tiny sample workspace (160 x 120, 8 views) made by `retint synth`, shared by all tests; never
+// written to. Made anew when the executable is newer.
+std::filesystem::path TinyWorkspace();
+// Its painted view and mask.
+std::string TinyView();
+std::filesystem::path TinyMask();
+
+// Everything below a folder, sorted, hidden files included.
+std::vector<std::string> FilesBelow(const std::filesystem::path& folder);
+
+int CountLines(const std::string& text);
+
+}  // namespace retint
