@@ -115,7 +115,7 @@ struct BlendParams {
   const float* background;  // [C] or null for zero; y += T_final * background. Ignored for regions.
   float* image;  // [H, W, C]; pixels outside tiles() are left alone when `keep_outside`, else
                  // background
-  float* alpha;  // [H, W] = 1 - T_final, or null
+  float* alpha;  // [H, W] = 1 - T_final (a region: W_A 1), or null
   bool keep_outside;
 };
 
@@ -126,7 +126,7 @@ struct BlendTransposeParams {
 };
 
 // Expected depth W z / W 1 (0 where W 1 is 0) and median depth: z of the Gaussian at which T
-// crosses `threshold` (0 where it never does). z along the viewing axis.
+// crosses `threshold` (0 where it never does). z along the viewing axis. Whole views only.
 struct DepthParams {
   float* median;    // [H, W] or null
   float* expected;  // [H, W] or null
@@ -137,7 +137,7 @@ struct DepthParams {
 // Colour of `count` Gaussians seen from `center`: f = max(0, 0.5 + sum_k Y_k(d) sh_k), d =
 // normalised (mean - center). `rows` maps entry to Gaussian (null: identity). `slots`, where given,
 // maps entry to the block of `sh` to read, so that compact coefficient arrays of active Gaussians
-// work too (null: the Gaussian's index).
+// work too (null: the Gaussian's index); entries with slot < 0 give 0.
 struct EvalShParams {
   const int32_t* rows;   // [count] or null
   const int32_t* slots;  // [count] or null
@@ -307,6 +307,8 @@ struct EditImageParams {
   float* out;  // [H, W, 3]; may be `image`
 };
 
+// Arguments that cannot be (channels beyond kMaxChannels, a box outside its image, a region where a
+// whole view is needed) are std::invalid_argument. Thread-safe.
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -348,7 +350,8 @@ class Backend {
                                                           const CameraParams& camera) = 0;
   // The part of a whole view that active Gaussians touch; `active` is [N] bytes of backend memory.
   // Where `budget_bytes` allows, the region keeps the weights W_A explicitly, which makes Blend and
-  // BlendTranspose on it several times cheaper.
+  // BlendTranspose on it several times cheaper, and equal to the whole view's to some 1e-4 of the
+  // features. A region cannot be restricted again.
   virtual std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view,
                                                        const uint8_t* active,
                                                        size_t budget_bytes) = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which tiles a splat reaches: exactly those with a pixel centre inside its ellipse alpha >= kMinAlpha.
+// Which tiles a splat reaches: exactly those with a pixel centre inside its ellipse alpha >=
+// kMinAlpha.
 #pragma once
 
 #include <cmath>
@@ -11,7 +12,7 @@
 namespace retint {
 
 struct TileGrid {
-  int width, height;      // pixels
+  int width, height;  // pixels
   int tiles_x, tiles_y;
 
   RETINT_HD explicit TileGrid(const CameraParams& camera)
@@ -23,7 +24,8 @@ struct TileGrid {
 
 inline constexpr double kTileSlack = 1e-3;  // pixels, for rounding
 
-// Rows of tiles [first, last] and rows of pixels [top, bottom] within the image; none when first > last.
+// Rows of tiles [first, last] and rows of pixels [top, bottom] within the image; none when first >
+// last.
 struct TileRows {
   int first, last;
   double top, bottom;
