@@ -158,6 +158,19 @@ DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& moni
   monitor.Step("depth", done += 2 * double(shifts.size()), steps);
 
   ScalarImage disparity = FuseDisparities(pairs, options_.aggregate, options_.agree_tolerance);
+  const float scale = float(view.camera.fx() * search.baseline);
+  Mask valid(width, height, 0);
+  if (options_.arbitrate) {
+    ScalarImage rough_disparity(width, height, -1.0f);
+    for (size_t i = 0; i < disparity.data.size(); ++i) {
+      const float depth = rough.depth_median.data[i];
+      if (depth > 0) rough_disparity.data[i] = scale / depth;
+    }
+    valid = ArbitrateDisparity(rendered, rough_disparity, disparity);
+  } else {
+    std::transform(disparity.data.begin(), disparity.data.end(), valid.data.begin(),
+                   [](float s) { return s > 0 ? 255 : 0; });
+  }
   if (options_.refine) {
     RefineDisparity(Gray(reference, {-all.x, -all.y, width, height}), grays, disparity);
   }
@@ -165,16 +178,12 @@ DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& moni
   DepthEstimate estimate;
   estimate.method = "stereo-hv";
   estimate.depth = std::move(rough.depth_median);
-  estimate.valid = Mask(width, height, 0);
-  const float scale = float(view.camera.fx() * search.baseline);
-  size_t valid = 0;
   for (size_t i = 0; i < disparity.data.size(); ++i) {
-    if (!(disparity.data[i] > 0)) continue;
-    estimate.depth.data[i] = scale / disparity.data[i];
-    estimate.valid.data[i] = 255;
-    ++valid;
+    if (disparity.data[i] > 0) estimate.depth.data[i] = scale / disparity.data[i];
   }
-  estimate.valid_fraction = double(valid) / double(estimate.depth.NumPixels());
+  estimate.valid_fraction =
+      double(std::count(valid.data.begin(), valid.data.end(), 255)) / double(valid.NumPixels());
+  estimate.valid = std::move(valid);
   char reason[160];
   std::snprintf(reason, sizeof(reason),
                 "%zu rendered pairs, baseline %.4g, disparities %d to %d, %.1f %% of the pixels "

@@ -27,7 +27,9 @@ struct StereoHvOptions {
                                     // is measured from the other; the paper's has right and below
   double left_right_tolerance = 1;  // pixels between the two directions of a pair
   double agree_tolerance = 1;       // pixels between pairs
-  bool refine = true;               // sub-pixel refinement against all shifted views at once
+  bool arbitrate =
+      true;            // settle disagreements with the Gaussians' depth; false: stereo always wins
+  bool refine = true;  // sub-pixel refinement against all shifted views at once
   SgbmOptions sgbm;
   void Check() const;
 };

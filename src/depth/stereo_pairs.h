@@ -46,6 +46,13 @@ ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, in
 ScalarImage FuseDisparities(std::span<const ScalarImage> pairs, StereoAggregate aggregate,
                             double tolerance);
 
+// Settles where stereo and the Gaussians' own depth, `rough` (disparities too), disagree: whichever
+// the colours of the shifted views favour; near depth edges, where flat colour favours neither, the
+// rough depth where it continues a confirmed surface. Where they agree, their mean. Returns 255
+// where the result was measured in the pairs, 0 where it is the rough depth continued or nothing.
+Mask ArbitrateDisparity(std::span<const RenderedPair> pairs, const ScalarImage& rough,
+                        ScalarImage& disparity);
+
 // A shifted view for refinement: gray, on the reference's pixel grid from (rect.x, rect.y).
 struct ShiftedGray {
   Shift shift;

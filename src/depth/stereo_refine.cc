@@ -10,13 +10,13 @@
 namespace retint {
 namespace {
 
-constexpr int kWindow = 7;  // pixels, the window of the least squares
-constexpr int kBlur = 5;
-constexpr int kIterations = 3;
+constexpr int kWindow = 7;               // pixels, the window of the least squares
+constexpr int kBlur = 5;                 // pixels
+constexpr int kIterations = 2;           // more follows the renders' own noise
 constexpr float kMaxStep = 0.5f;         // pixels an iteration
 constexpr float kMaxMove = 1.0f;         // pixels altogether: beyond, the matcher's value is kept
 constexpr float kSmooth = 1.5f;          // pixels of disparity across the window: beyond, an edge
-constexpr float kGradientFloor = 1e-4f;  // squared gray levels (of 1) a pixel: textureless below
+constexpr float kGradientFloor = 2e-3f;  // squared gray levels (of 1) a pixel: textureless below
 
 cv::Mat AsMat(const ScalarImage& image) {
   return cv::Mat(image.height, image.width, CV_32F, const_cast<float*>(image.data.data()));

@@ -109,6 +109,7 @@ TEST(StereoHv, ThePapersTwoPairsAndMinimumWorkToo) {
   StereoHvOptions options;
   options.both_sides = false;
   options.aggregate = StereoAggregate::kMin;
+  options.arbitrate = false;
   options.refine = false;
   Monitor monitor;
   const auto estimate = StereoHvEstimator(renderer, options).Estimate(View(), monitor);
@@ -123,6 +124,7 @@ TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {
   Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 3));
   StereoHvOptions options;
   options.baseline = 0.25;
+  options.arbitrate = false;
   options.refine = false;
   Monitor monitor;
   StereoHvEstimator stereo(renderer, options, std::make_unique<FixedMatcher>(10.0f));

@@ -246,6 +246,101 @@ TEST(Fuse, AveragesThoseThatAgreeAndTakesTheNearestWhereNoneDo) {
   EXPECT_LT(fuse({-1, -1}, kMin), 0);
 }
 
+// A near square of one texture before a far plane, seen from all four sides.
+class Arbitration : public ::testing::Test {
+ protected:
+  static constexpr int kLeft = 70, kRight = 130, kTop = 50, kBottom = 110;
+  static constexpr float kNear = 24, kFar = 10;
+  static bool OnSquare(double x, double y) {
+    return x >= kLeft && x < kRight && y >= kTop && y < kBottom;
+  }
+  // With `flat`, the far plane has no texture at all.
+  void Render(bool flat) {
+    const Texture near(11), far(12);
+    const Camera camera = Camera::Pinhole(1, kWidth, kHeight, 200, 200, kWidth / 2, kHeight / 2);
+    for (const Shift shift : {Shift::kRight, Shift::kLeft, Shift::kDown, Shift::kUp}) {
+      const PixelRect rect = PairRect(camera, shift, kPadding);
+      const double mx = shift == Shift::kRight ? -1 : shift == Shift::kLeft ? 1 : 0;
+      const double my = shift == Shift::kDown ? -1 : shift == Shift::kUp ? 1 : 0;
+      const auto look = [&](double amount) {
+        return Picture(rect, [&, amount](double u, double v) {
+          const double x = u - amount * mx * kNear, y = v - amount * my * kNear;
+          if (OnSquare(x, y)) return near(x, y);
+          return flat ? 0.5 : far(u - amount * mx * kFar, v - amount * my * kFar);
+        });
+      };
+      pairs_.push_back({shift, rect, ToBytes(look(0)), ToBytes(look(1))});
+    }
+    truth_ = Picture({0, 0, kWidth, kHeight},
+                     [](double x, double y) { return OnSquare(x, y) ? kNear : kFar; });
+  }
+  // The share of the pixels within 12 of the square whose disparity is right.
+  double ShareRight(const ScalarImage& disparity) const {
+    int right = 0, all = 0;
+    for (int y = kTop - 12; y < kBottom + 12; ++y) {
+      for (int x = kLeft - 12; x < kRight + 12; ++x) {
+        ++all;
+        right += std::abs(disparity(x, y) - truth_(x, y)) < 0.5;
+      }
+    }
+    return double(right) / all;
+  }
+  // The truth with the square grown by 8 pixels, as a matcher's windows fatten it.
+  ScalarImage Fattened() const {
+    return Picture({0, 0, kWidth, kHeight}, [](double x, double y) {
+      return x >= kLeft - 8 && x < kRight + 8 && y >= kTop - 8 && y < kBottom + 8 ? kNear : kFar;
+    });
+  }
+
+  std::vector<RenderedPair> pairs_;
+  ScalarImage truth_;
+};
+
+TEST_F(Arbitration, RoughDepthTrimsFattenedSilhouettesBeforeTexture) {
+  Render(false);
+  ScalarImage disparity = Fattened();
+  EXPECT_LT(ShareRight(disparity), 0.7);
+  const Mask measured = ArbitrateDisparity(pairs_, truth_, disparity);
+  EXPECT_GT(ShareRight(disparity), 0.97);
+  EXPECT_EQ(measured(kLeft - 5, 80), 255) << "colour confirms the rough depth there";
+}
+
+TEST_F(Arbitration, AndBeforeFlatColourByContinuity) {
+  Render(true);
+  ScalarImage disparity = Fattened();
+  const Mask measured = ArbitrateDisparity(pairs_, truth_, disparity);
+  EXPECT_GT(ShareRight(disparity), 0.97);
+  EXPECT_EQ(measured(kLeft - 5, 80), 0) << "nothing was measured there";
+  EXPECT_EQ(measured(100, 80), 255);
+}
+
+TEST_F(Arbitration, WrongRoughDepthDoesNotSpoilStereo) {
+  Render(false);
+  ScalarImage rough = truth_;
+  for (int y = 60; y < 100; ++y) {
+    for (int x = 10; x < 50; ++x) rough(x, y) = 4;    // a blob behind the far plane
+    for (int x = 80; x < 120; ++x) rough(x, y) = 10;  // a hole in the square
+  }
+  ScalarImage disparity = truth_;
+  const Mask measured = ArbitrateDisparity(pairs_, rough, disparity);
+  EXPECT_EQ(disparity.data, truth_.data);
+  EXPECT_EQ(measured(30, 80), 255);
+}
+
+TEST_F(Arbitration, AgreeingDepthsAreAveragedAndUnknownOnesStayUnknown) {
+  Render(false);
+  ScalarImage rough = truth_, disparity = truth_;
+  rough(20, 20) = kFar + 0.5f;
+  rough(21, 20) = -1;
+  disparity(160, 20) = rough(160, 20) = -1;
+  const Mask measured = ArbitrateDisparity(pairs_, rough, disparity);
+  EXPECT_FLOAT_EQ(disparity(20, 20), kFar + 0.25f);
+  EXPECT_EQ(disparity(21, 20), kFar);
+  EXPECT_EQ(measured(21, 20), 255);
+  EXPECT_EQ(disparity(160, 20), -1);
+  EXPECT_EQ(measured(160, 20), 0);
+}
+
 TEST(StereoPairs, ShiftedCamerasSeeTheDisparityThatTheNameSays) {
   // fx and fy differ: both directions must give s = fx beta / z.
   const PosedCamera view{Camera::Pinhole(1, 100, 80, 90, 120, 50, 40),
