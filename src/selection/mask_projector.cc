@@ -3,77 +3,143 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <span>
-
-#include <oneapi/tbb/parallel_for.h>
+#include <string_view>
 
 #include "base/error.h"
 #include "selection/depth_sampling.h"
+#include "selection/evidence.h"
 #include "selection/splat_raster.h"
 #include "selection/view_depth.h"
 
 namespace retint {
 namespace {
 
+constexpr std::string_view kStage = "projection";
+
+uint8_t ToByte(double value) {
+  return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255));
+}
+
 Mask ToMask(const ScalarImage& coverage) {
   Mask mask(coverage.width, coverage.height);
-  for (size_t i = 0; i < mask.data.size(); ++i) {
-    mask.data[i] =
-        static_cast<uint8_t>(std::lround(std::clamp(coverage.data[i], 0.0f, 1.0f) * 255.0f));
-  }
+  std::transform(coverage.data.begin(), coverage.data.end(), mask.data.begin(), ToByte);
   return mask;
 }
 
-// A painted view with what it sees, to ask whether a point of the world is in the paint.
-struct Painted {
-  const PaintedView* view;
-  DepthMap depth;
-};
-
-DepthMap ViewDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
-                   const Reconstruction& reconstruction, const ProjectorOptions& options) {
-  RenderRequest request;
-  request.rgb = false;
-  request.depth_expected = !options.median;
-  request.depth_median = options.median;
-  auto out = renderer.Render(posed, request);
-  DepthMap depth = std::move(options.median ? out.depth_median : out.depth_expected);
-  if (view) CorrectDepth(FitDepthBias(depth, posed, *view, reconstruction), &depth);
-  return depth;
-}
-
-// What the painted views say of the surface in each pixel: inside in [0,1], and whether any sees
-// it.
-struct Labels {
-  ScalarImage inside, known;
-};
-
-Labels LookBack(const PosedCamera& view, const DepthMap& depth, const std::vector<Painted>& painted,
-                const ProjectorOptions& options) {
-  Labels labels{ScalarImage(depth.width, depth.height), ScalarImage(depth.width, depth.height)};
-  tbb::parallel_for(0, depth.height, [&](int y) {
-    for (int x = 0; x < depth.width; ++x) {
-      if (!HasDepth(depth, x, y)) continue;
-      const Eigen::Vector3d point = view.Unproject({x + 0.5, y + 0.5}, depth(x, y));
-      float inside = 0, count = 0;
-      for (const auto& source : painted) {
-        const auto at = source.view->camera.Project(point);
-        if (!at) continue;
-        const int i = static_cast<int>(std::floor(at->x())),
-                  j = static_cast<int>(std::floor(at->y()));
-        if (!source.depth.Contains(i, j) || !HasDepth(source.depth, i, j)) continue;
-        if (std::abs(at->z() - source.depth(i, j)) > options.visible_tolerance * at->z()) continue;
-        inside += float(source.view->mask(i, j)) / 255.0f;
-        count += 1;
-      }
-      if (count > 0) {
-        labels.inside(x, y) = inside / count;
-        labels.known(x, y) = 1;
-      }
+// What the views share: depth, drawing, lifting.
+class Projection {
+ public:
+  Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
+             const Reconstruction& reconstruction, Renderer& renderer,
+             const ProjectorOptions& options)
+      : cloud_(cloud), reconstruction_(reconstruction), renderer_(renderer), options_(options) {
+    if (options.kind != ProjectorKind::kGaussians) return;
+    for (const auto& view : painted) {
+      painted_.push_back({view.name, view.camera, &view.mask,
+                          Depth(view.camera, reconstruction.FindView(view.name))});
     }
-  });
-  return labels;
+    inside_.resize(static_cast<size_t>(renderer.model().count()));
+    total_.resize(inside_.size());
+    for (const auto& surface : painted_) {
+      Lift(surface.camera, PaintedEvidence(*surface.mask, options.painted_weight));
+    }
+  }
+
+  bool IsPainted(const View& view) const {
+    return std::any_of(painted_.begin(), painted_.end(),
+                       [&](const PaintedSurface& surface) { return surface.name == view.name; });
+  }
+
+  // Quads or surfels as a mask, or, for gaussians, evidence lifted and no mask yet.
+  Mask Draw(const View& view) {
+    const PosedCamera posed = reconstruction_.Posed(view);
+    const DepthMap depth = Depth(posed, &view);
+    if (options_.kind == ProjectorKind::kQuads) {
+      return ToMask(
+          DrawQuads(cloud_, posed, depth, options_.quad_pixels, options_.depth_tolerance));
+    }
+    Mask surfels = Close(
+        ToMask(DrawSurfels(cloud_, posed, depth, options_.surfel_scale, options_.depth_tolerance)),
+        options_.close_radius);
+    if (options_.kind == ProjectorKind::kSurfels) return surfels;
+    // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
+    const double unknown = painted_.empty() ? 1 : options_.unknown_weight;
+    Evidence evidence = LookUpPaint(posed, depth, painted_, options_.visible_tolerance, unknown);
+    AddCoverage(surfels, &evidence);
+    Lift(posed, evidence);
+    return {};
+  }
+
+  std::vector<float> Shares() const {
+    constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
+    std::vector<float> shares(inside_.size());
+    for (size_t g = 0; g < shares.size(); ++g) {
+      if (total_[g] > kLeastVisible) shares[g] = std::clamp(inside_[g] / total_[g], 0.0f, 1.0f);
+    }
+    return shares;
+  }
+
+  // W m around the threshold as a soft mask.
+  Mask Render(const View& view, const std::vector<float>& shares) {
+    const PosedCamera posed = reconstruction_.Posed(view);
+    const std::vector<float> image = renderer_.BlendFeatures(posed, shares, 1);
+    const double threshold = options_.share_threshold;
+    const double half = 0.5 * std::min(threshold, 1 - threshold);
+    Mask mask(posed.camera.width, posed.camera.height);
+    std::transform(image.begin(), image.end(), mask.data.begin(),
+                   [&](float share) { return ToByte(0.5 + 0.5 * (share - threshold) / half); });
+    return mask;
+  }
+
+ private:
+  DepthMap Depth(const PosedCamera& posed, const View* view) {
+    constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
+    RenderRequest request;
+    request.rgb = false;
+    request.depth_expected = true;
+    request.alpha = true;
+    RenderOutput output = renderer_.Render(posed, request);
+    DepthMap& depth = output.depth_expected;
+    for (size_t i = 0; i < depth.data.size(); ++i) {
+      if (output.alpha.data[i] < kOpaque) depth.data[i] = 0;
+    }
+    if (view) CorrectDepth(FitDepthBias(depth, posed, *view, reconstruction_), &depth);
+    return std::move(depth);
+  }
+
+  void Lift(const PosedCamera& posed, const Evidence& evidence) {
+    residual_.resize(evidence.inside.NumPixels() * 2);
+    for (size_t i = 0; i < evidence.inside.NumPixels(); ++i) {
+      residual_[2 * i] = evidence.weight.data[i] * evidence.inside.data[i];
+      residual_[2 * i + 1] = evidence.weight.data[i];
+    }
+    const auto lifted = renderer_.BlendTransposeToGaussians(posed, residual_, 2);
+    for (size_t g = 0; g < inside_.size(); ++g) {
+      inside_[g] += lifted[2 * g];
+      total_[g] += lifted[2 * g + 1];
+    }
+  }
+
+  const SelectionCloud& cloud_;
+  const Reconstruction& reconstruction_;
+  Renderer& renderer_;
+  const ProjectorOptions& options_;
+  std::vector<PaintedSurface> painted_;
+  std::vector<float> inside_, total_;  // [N] W^T (K M), W^T K
+  std::vector<float> residual_;
+};
+
+void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
+                const std::vector<const View*>& views) {
+  if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
+  if (views.empty()) throw InputError("there is no view to project the selection to");
+  for (const auto& view : painted) {
+    const Camera& camera = view.camera.camera;
+    if (view.mask.width == camera.width && view.mask.height == camera.height) continue;
+    throw InputError("the mask of view " + view.name + " is " + std::to_string(view.mask.width) +
+                     "x" + std::to_string(view.mask.height) + ", the view is " +
+                     std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  }
 }
 
 void Finish(ProjectedMasks* result) {
@@ -99,6 +165,10 @@ void ProjectorOptions::Check() const {
   CheckOption(close_radius >= 0 && close_radius <= 100, "close radius must be in [0, 100] pixels");
   CheckOption(depth_tolerance >= 0 && depth_tolerance <= 1, "depth tolerance must be in [0, 1]");
   CheckOption(share_threshold > 0 && share_threshold < 1, "share threshold must be in (0, 1)");
+  CheckOption(painted_weight > 0 && painted_weight <= 1e6, "painted weight must be in (0, 1e6]");
+  CheckOption(unknown_weight >= 0 && unknown_weight <= 1, "unknown weight must be in [0, 1]");
+  CheckOption(visible_tolerance > 0 && visible_tolerance <= 1,
+              "visible tolerance must be in (0, 1]");
 }
 
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
@@ -106,82 +176,25 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                             const std::vector<const View*>& views, Renderer& renderer,
                             const ProjectorOptions& options, Monitor& monitor) {
   options.Check();
+  CheckInput(cloud, painted, views);
   ProjectedMasks result;
-  std::vector<Painted> seen;
-  for (const auto& view : painted) {
-    seen.push_back({&view, ViewDepth(renderer, view.camera, reconstruction.FindView(view.name),
-                                     reconstruction, options)});
+  const bool lifts = options.kind == ProjectorKind::kGaussians;
+  const double steps = static_cast<double>(views.size() * (lifts ? 2 : 1));
+  double done = 0;
+  monitor.Step(kStage, done, steps);
+  Projection projection(cloud, painted, reconstruction, renderer, options);
+  for (const View* view : views) {
+    monitor.Step(kStage, done++, steps);
+    if (lifts && projection.IsPainted(*view)) continue;
+    Mask mask = projection.Draw(*view);
+    if (!lifts) result.masks[view->name] = std::move(mask);
   }
-  const size_t count = size_t(renderer.model().count());
-  std::vector<float> inside(count), total(count);
-  const auto lift = [&](const PosedCamera& posed, const ScalarImage& m, const ScalarImage& k,
-                        double weight) {
-    std::vector<float> residual(m.NumPixels() * 2);
-    for (size_t i = 0; i < m.NumPixels(); ++i) {
-      residual[2 * i] = float(weight) * m.data[i] * k.data[i];
-      residual[2 * i + 1] = float(weight) * k.data[i];
-    }
-    const auto shares = renderer.BlendTransposeToGaussians(posed, residual, 2);
-    for (size_t g = 0; g < count; ++g) {
-      inside[g] += shares[2 * g];
-      total[g] += shares[2 * g + 1];
-    }
-  };
-  for (size_t v = 0; v < views.size(); ++v) {
-    monitor.Step("projection", double(v), double(views.size()));
-    const PosedCamera posed = reconstruction.Posed(*views[v]);
-    const auto found = std::find_if(painted.begin(), painted.end(),
-                                    [&](const auto& p) { return p.name == views[v]->name; });
-    if (options.kind == ProjectorKind::kGaussians && found != painted.end()) {
-      ScalarImage m(posed.camera.width, posed.camera.height), k(m.width, m.height, 1.0f);
-      for (size_t i = 0; i < m.data.size(); ++i) m.data[i] = float(found->mask.data[i]) / 255.0f;
-      lift(posed, m, k, options.painted_weight);
-      continue;
-    }
-    const DepthMap depth = ViewDepth(renderer, posed, views[v], reconstruction, options);
-    if (options.kind == ProjectorKind::kQuads) {
-      result.masks[views[v]->name] =
-          ToMask(DrawQuads(cloud, posed, depth, options.quad_pixels, options.depth_tolerance));
-      continue;
-    }
-    const Mask surfels = Close(
-        ToMask(DrawSurfels(cloud, posed, depth, options.surfel_scale, options.depth_tolerance)),
-        options.close_radius);
-    if (options.kind == ProjectorKind::kSurfels) {
-      result.masks[views[v]->name] = surfels;
-      continue;
-    }
-    Labels labels = LookBack(posed, depth, seen, options);
-    for (size_t i = 0; i < surfels.data.size(); ++i) {
-      const float s = float(surfels.data[i]) / 255.0f;
-      float &m = labels.inside.data[i], &k = labels.known.data[i];
-      if (options.evidence_mode == 0) m = s, k = 1;
-      if (options.evidence_mode == 1) k = k > 0 ? 1 : float(options.unknown_weight);
-      if (options.evidence_mode == 2) {
-        m = std::max(m, s);
-        k = std::max({k, s, float(options.unknown_weight)});
-      }
-      if (options.evidence_mode == 3) {
-        m = s;
-        k = std::max({k, s, float(options.unknown_weight)});
-      }
-    }
-    lift(posed, labels.inside, labels.known, 1);
-  }
-  if (options.kind == ProjectorKind::kGaussians) {
-    result.shares.resize(count);
-    for (size_t g = 0; g < count; ++g) {
-      result.shares[g] = total[g] > 1e-6f ? inside[g] / total[g] : 0;
-    }
-    for (const View* view : views) {
-      const PosedCamera posed = reconstruction.Posed(*view);
-      const auto image = renderer.BlendFeatures(posed, result.shares, 1);
-      Mask mask(posed.camera.width, posed.camera.height);
-      for (size_t i = 0; i < image.size(); ++i) {
-        const double value = 0.5 + (image[i] - options.share_threshold) / options.share_threshold;
-        mask.data[i] = static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255));
-      }
-      result.masks[view->name] = std::move(mask);
+  if (lifts) {
+    result.shares = projection.Shares();
+    // Backwards: the geometries cached last are those of the last views.
+    for (auto view = views.rbegin(); view != views.rend(); ++view) {
+      monitor.Step(kStage, done++, steps);
+      result.masks[(*view)->name] = projection.Render(**view, result.shares);
     }
   }
   Finish(&result);

@@ -1,5 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The selection as a soft mask on every training view.
+//
+// `gaussians`, the default, asks which Gaussians the selection holds, then renders them:
+//  1. Evidence. In every view each pixel gets a mask value M and a weight K. A painted view is
+//  known
+//     exactly: M is the paint, K = painted_weight, inside and outside alike. In another view the
+//     surface in the pixel is looked up in the painted views: where one of them sees it (same depth
+//     within visible_tolerance), M is the paint there and K = 1, so that what was seen outside the
+//     paint counts against. The cloud's surfels add what they cover: M = max(M, coverage), K = 1.
+//     Where neither speaks nobody knows: M = 0 with the small weight K = unknown_weight.
+//  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g (method.md, section 6).
+//  3. Masks. W_v m, view-consistent by construction; 0.5 (128) where it reaches share_threshold,
+//     0 and 1 at half of it away on either side.
+// What each part brings, in figures, is in docs/benchmarks.md.
 #pragma once
 
 #include <map>
@@ -19,18 +32,15 @@ enum class ProjectorKind { kQuads, kSurfels, kGaussians };
 
 struct ProjectorOptions {
   ProjectorKind kind = ProjectorKind::kGaussians;
-  double quad_pixels = 3;         // side of a screen-space quad
-  double surfel_scale = 1.5;      // disc radius in footprints
-  int close_radius = 2;           // pixels, morphological close after splatting
-  double depth_tolerance = 0.02;  // relative; points further behind the view's depth are hidden
-  double share_threshold = 0.3;   // gaussians: rendered share above which a pixel is inside
-  // How the evidence is weighed; being tuned.
-  double unknown_weight = 0.2;
-  double painted_weight = 1;
-  int evidence_mode = 2;  // 0 surfels, 1 backward, 2 both
-  int median = 0;
-  int iterations = 0;
-  double visible_tolerance = 0.03;
+  double quad_pixels = 3;           // side of a screen-space quad
+  double surfel_scale = 1.5;        // disc radius in footprints
+  int close_radius = 2;             // pixels, morphological close of the surfels
+  double depth_tolerance = 0.02;    // relative; points further behind the view's depth are hidden
+  double share_threshold = 0.5;     // gaussians: rendered share above which a pixel is inside
+  double painted_weight = 8;        // gaussians: of a painted view's pixels as evidence
+  double unknown_weight = 0.1;      // gaussians: against surfaces that no painted view sees
+  double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies this close
+                                    // to its depth
   void Check() const;
 };
 
@@ -42,14 +52,17 @@ struct PaintedView {
 };
 
 struct ProjectedMasks {
-  std::map<std::string, Mask> masks;  // by image name, soft
+  std::map<std::string, Mask> masks;  // by image name, soft, 128 and above is inside
   std::vector<float> shares;          // [N] m_g in [0, 1]; empty unless kind is kGaussians
   double mean_coverage = 0;           // mean over views of the masked fraction
 };
 
 // Projects `cloud` to every view of `views`. The depth test compares with each view's own rendered
-// depth, its bias corrected by the sparse points seen in that view. InputError when no view
-// receives a masked pixel.
+// depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud
+// alone): then every pixel that no surfel covers counts as outside; quads and surfels do not use
+// it. Memory is bounded by the masks and a few images, whatever the number of views. InputError
+// for a mask that is not of its view's size, an empty cloud, or when no view receives a masked
+// pixel; Cancelled between views.
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,

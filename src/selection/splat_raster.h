@@ -17,8 +17,7 @@ ScalarImage DrawQuads(const SelectionCloud& cloud, const PosedCamera& view, cons
 
 // Each point a disc in the world: across its normal (facing the viewer where it has none), of
 // radius `scale` footprints; the depth of its plane is tested at every pixel. Full within the
-// radius less half a footprint, fading to 0 half a footprint outside. Seen from behind a disc is
-// hidden when `cull`.
+// radius less half a footprint, fading to 0 half a footprint outside.
 ScalarImage DrawSurfels(const SelectionCloud& cloud, const PosedCamera& view, const DepthMap& depth,
                         double scale, double depth_tolerance);
 

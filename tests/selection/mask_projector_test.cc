@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/mask_projector.h"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "selection/evidence.h"
+#include "selection/splat_raster.h"
+#include "selection/view_depth.h"
+#include "tests/selection/tiny_gaussians.h"
+
+namespace retint {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+struct Overlap {
+  double iou = 0, precision = 0, recall = 0;
+};
+
+Overlap Compare(const Mask& mask, const Mask& truth) {
+  double both = 0, in_mask = 0, in_truth = 0;
+  for (size_t i = 0; i < truth.data.size(); ++i) {
+    const bool a = mask.data[i] >= 128, b = truth.data[i] >= 128;
+    both += a && b;
+    in_mask += a;
+    in_truth += b;
+  }
+  return {both / (in_mask + in_truth - both), both / std::max(1.0, in_mask), both / in_truth};
+}
+
+class MaskProjectorTest : public ::testing::Test {
+ protected:
+  TinyWorld world = TinyWorld::Make(5, 2000, 0, 3);
+  TinyGaussians gaussians{world};
+  Renderer renderer{CreateBackend("cpu"), gaussians.model};
+  Monitor monitor;
+  ProjectorOptions options;
+  std::vector<const View*> views = world.reconstruction.ViewsByName();
+
+  PaintedView Paint(int view_idx) const {
+    return {world.view(view_idx).name, world.Posed(view_idx),
+            world.BallMask(world.Posed(view_idx))};
+  }
+  // All points: the outlier filter would take the rim's, which lie apart.
+  SelectionCloud Cloud(int view_idx) const {
+    CloudOptions all;
+    all.outlier_neighbors = 0;
+    const PosedCamera posed = world.Posed(view_idx);
+    return MakeCloud(posed, world.view(view_idx).name, world.BallMask(posed), world.Depth(posed),
+                     {}, {}, all);
+  }
+  ProjectedMasks Project(ProjectorKind kind, const SelectionCloud& cloud,
+                         const std::vector<PaintedView>& painted) {
+    options.kind = kind;
+    return ProjectMasks(cloud, painted, world.reconstruction, views, renderer, options, monitor);
+  }
+  Overlap Worst(const ProjectedMasks& projected) const {
+    Overlap worst{1, 1, 1};
+    for (int i = 0; i < 5; ++i) {
+      const Overlap overlap =
+          Compare(projected.masks.at(world.view(i).name), world.BallMask(world.Posed(i)));
+      worst.iou = std::min(worst.iou, overlap.iou);
+      worst.precision = std::min(worst.precision, overlap.precision);
+      worst.recall = std::min(worst.recall, overlap.recall);
+    }
+    return worst;
+  }
+};
+
+TEST_F(MaskProjectorTest, SurfelsCoverWhatOneViewSees) {
+  const auto projected = Project(ProjectorKind::kSurfels, Cloud(2), {});
+  ASSERT_EQ(projected.masks.size(), 5u);
+  EXPECT_TRUE(projected.shares.empty());
+  const Overlap worst = Worst(projected);
+  // The ends of the arc see 14 degrees past the painted view's rim, some 6 % of the disc; the
+  // surfels' discs reach half a pixel outside, 60 pixels wide: 4 %.
+  EXPECT_GT(worst.recall, 0.85);
+  EXPECT_GT(worst.precision, 0.9);
+}
+
+TEST_F(MaskProjectorTest, QuadsLeaveMoreHolesThanSurfels) {
+  // Seen at twice the size, points of one pixel stand apart.
+  PosedCamera near = world.Posed(2);
+  near.cam_from_world.translation.z() -= 2.5;
+  const DepthMap depth = world.Depth(near);
+  const Mask truth = world.BallMask(near);
+  const auto recall = [&](const ScalarImage& drawn) {
+    Mask mask(drawn.width, drawn.height);
+    for (size_t i = 0; i < mask.data.size(); ++i) mask.data[i] = drawn.data[i] > 0.5f ? 255 : 0;
+    return Compare(mask, truth).recall;
+  };
+  const SelectionCloud cloud = Cloud(2);
+  const double quads = recall(DrawQuads(cloud, near, depth, 1, 0.02));
+  const double surfels = recall(DrawSurfels(cloud, near, depth, 1.5, 0.02));
+  EXPECT_LT(quads, 0.5);
+  EXPECT_GT(surfels, 0.85);
+}
+
+TEST_F(MaskProjectorTest, QuadsAndSurfelsStayBehindWhatHidesThem) {
+  const SelectionCloud cloud = Cloud(2);
+  const PosedCamera posed = world.Posed(2);
+  // A sheet at half the distance over the left half of the image.
+  DepthMap depth = world.Depth(posed);
+  for (int y = 0; y < depth.height; ++y) {
+    for (int x = 0; x < 80; ++x) depth(x, y) = 2;
+  }
+  for (const auto& drawn :
+       {DrawQuads(cloud, posed, depth, 3, 0.02), DrawSurfels(cloud, posed, depth, 1.5, 0.02)}) {
+    double left = 0, right = 0;
+    for (int y = 0; y < depth.height; ++y) {
+      for (int x = 0; x < 160; ++x) (x < 80 ? left : right) += drawn(x, y);
+    }
+    EXPECT_EQ(left, 0);
+    EXPECT_GT(right, 500);
+  }
+}
+
+TEST_F(MaskProjectorTest, ASurfelIsADiscOfItsFootprint) {
+  // One point straight ahead at z = 5, facing the camera and then turned by 60 degrees.
+  PosedCamera view = world.Posed(2);
+  view.cam_from_world = {};
+  view.camera = Camera::Pinhole(1, 200, 200, 500, 500, 100.5, 100.5);
+  SelectionCloud cloud;
+  cloud.points.resize(1);
+  cloud.points[0].position = {0, 0, 5};
+  cloud.points[0].footprint = 0.1f;  // ten pixels here
+  const auto extent = [&](const Eigen::Vector3f& normal) {
+    cloud.points[0].normal = normal;
+    const ScalarImage drawn = DrawSurfels(cloud, view, DepthMap(200, 200), 2, 0.02);
+    int columns = 0, rows = 0;
+    for (int i = 0; i < 200; ++i) {
+      columns += drawn(i, 100) >= 0.5f;
+      rows += drawn(100, i) >= 0.5f;
+    }
+    return std::pair(columns, rows);
+  };
+  const auto [width, height] = extent({0, 0, -1});
+  EXPECT_NEAR(width, 2 * 20, 1.01);  // the diameter, 2 footprints of radius
+  EXPECT_NEAR(height, 2 * 20, 1.01);
+  const auto [slim, tall] = extent({std::sin(float(M_PI / 3)), 0, -0.5f});
+  EXPECT_NEAR(slim, 20, 1.5);  // cos 60
+  EXPECT_NEAR(tall, 40, 1.01);
+  EXPECT_EQ(extent(Eigen::Vector3f::Zero()), std::pair(width, height));  // faces the viewer
+}
+
+TEST_F(MaskProjectorTest, GaussiansSelectTheBallInEveryView) {
+  const auto projected = Project(ProjectorKind::kGaussians, Cloud(2), {Paint(2)});
+  const Overlap worst = Worst(projected);
+  // Gaussians on the rim reach a pixel or two over it: 2 of 30 pixels of radius are 13 % of area.
+  EXPECT_GT(worst.iou, 0.87);
+  EXPECT_GT(worst.precision, 0.88);
+  ASSERT_EQ(projected.shares.size(), gaussians.on_ball.size());
+  int wall_selected = 0, front = 0, front_selected = 0;
+  for (size_t g = 0; g < gaussians.on_ball.size(); ++g) {
+    const float share = projected.shares[g];
+    EXPECT_TRUE(share >= 0 && share <= 1);
+    if (!gaussians.on_ball[g]) {
+      wall_selected += share > 0.5f;
+    } else if (gaussians.model.means[3 * g + 2] < 4.6f) {
+      ++front;
+      front_selected += share > 0.5f;
+    }
+  }
+  EXPECT_GT(front_selected, front * 95 / 100);
+  // Only what no view ever sees well, behind the ball, may go astray.
+  EXPECT_LT(wall_selected, 20);
+  EXPECT_NEAR(projected.mean_coverage, 0.15, 0.05);  // the ball covers 2,800 of 19,200 pixels
+}
+
+TEST_F(MaskProjectorTest, GaussiansWorkFromACloudAlone) {
+  const Overlap worst = Worst(Project(ProjectorKind::kGaussians, Cloud(2), {}));
+  EXPECT_GT(worst.iou, 0.8);
+}
+
+TEST_F(MaskProjectorTest, PaintOfASecondViewCounts) {
+  // The first view paints only the ball's left half; the last view the whole ball.
+  PaintedView half = Paint(0), whole = Paint(4);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 80; x < 160; ++x) half.mask(x, y) = 0;
+  }
+  const PosedCamera posed = world.Posed(0);
+  const auto cloud = MakeCloud(posed, half.name, half.mask, world.Depth(posed), {}, {}, {});
+  const Mask truth = world.BallMask(world.Posed(2));
+  const auto one = Project(ProjectorKind::kGaussians, cloud, {half});
+  SelectionCloud both = cloud;
+  Append(both, Cloud(4));
+  const auto two = Project(ProjectorKind::kGaussians, both, {half, whole});
+  const double before = Compare(one.masks.at(views[2]->name), truth).recall;
+  const double after = Compare(two.masks.at(views[2]->name), truth).recall;
+  EXPECT_LT(before, 0.65);
+  EXPECT_GT(after, before + 0.1);
+}
+
+TEST_F(MaskProjectorTest, WhatWasSeenOutsideThePaintIsNotSelected) {
+  // A cloud that wrongly puts the painted pixels on the wall, as a bad depth does: the paint knows
+  // better where it looks, and the wall was seen outside the paint.
+  const PosedCamera posed = world.Posed(2);
+  DepthMap wall(160, 120);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      const Eigen::Vector3d step = posed.Unproject({x + 0.5, y + 0.5}, 1) - posed.Center();
+      wall(x, y) = float((world.wall_offset - world.wall_normal.dot(posed.Center())) /
+                         world.wall_normal.dot(step));
+    }
+  }
+  const auto cloud =
+      MakeCloud(posed, world.view(2).name, world.BallMask(posed), wall, {}, {}, CloudOptions{});
+  const auto projected = Project(ProjectorKind::kGaussians, cloud, {Paint(2)});
+  for (size_t g = 0; g < gaussians.on_ball.size(); ++g) {
+    const Eigen::Vector3d mean(gaussians.model.means[3 * g], gaussians.model.means[3 * g + 1],
+                               gaussians.model.means[3 * g + 2]);
+    const auto at = posed.Project(mean);
+    if (gaussians.on_ball[g] || !at || at->x() < 0 || at->y() < 0 || at->x() >= 160 ||
+        at->y() >= 120) {
+      continue;
+    }
+    const auto hit = world.Cast(posed, at->head<2>());
+    // Wall Gaussians well beside the ball as the painted view sees it (their discs are 3 pixels).
+    const Eigen::Vector3d ball = *posed.Project(world.ball_center);
+    if (hit->on_ball || (at->head<2>() - ball.head<2>()).norm() < 40) continue;
+    EXPECT_LT(projected.shares[g], 0.1f);
+  }
+}
+
+TEST_F(MaskProjectorTest, IsDeterministicAndReportsProgress) {
+  double last = 0;
+  int steps = 0;
+  Monitor counting([&](const Progress& progress) {
+    EXPECT_EQ(progress.stage, "projection");
+    EXPECT_GE(progress.fraction, last);
+    last = progress.fraction;
+    ++steps;
+  });
+  const SelectionCloud cloud = Cloud(2);
+  const auto first = Project(ProjectorKind::kGaussians, cloud, {Paint(2)});
+  const auto second =
+      ProjectMasks(cloud, {Paint(2)}, world.reconstruction, views, renderer, options, counting);
+  EXPECT_GE(steps, 10);
+  EXPECT_EQ(first.shares, second.shares);
+  for (const auto& [name, mask] : first.masks) EXPECT_EQ(mask.data, second.masks.at(name).data);
+}
+
+TEST_F(MaskProjectorTest, CancelsBetweenViews) {
+  int steps = 0;
+  Monitor* self = nullptr;
+  Monitor cancelling([&](const Progress&) {
+    if (++steps == 3) self->Cancel();
+  });
+  self = &cancelling;
+  EXPECT_THROW(
+      ProjectMasks(Cloud(2), {}, world.reconstruction, views, renderer, options, cancelling),
+      Cancelled);
+  EXPECT_EQ(steps, 3);
+}
+
+TEST_F(MaskProjectorTest, AnswersBadInput) {
+  const auto run = [&](const SelectionCloud& cloud, const std::vector<PaintedView>& painted) {
+    return [&, cloud, painted] {
+      ProjectMasks(cloud, painted, world.reconstruction, views, renderer, options, monitor);
+    };
+  };
+  EXPECT_THAT(run({}, {Paint(2)}), ThrowsMessage<InputError>(HasSubstr("cloud has no points")));
+  PaintedView small = Paint(2);
+  small.mask = Mask(4, 4, 255);
+  EXPECT_THAT(run(Cloud(2), {small}),
+              ThrowsMessage<InputError>(HasSubstr("the mask of view view2.png is 4x4")));
+  // A selection that no view sees: behind every camera.
+  SelectionCloud lost = Cloud(2);
+  for (auto& point : lost.points) point.position.z() -= 100;
+  for (const auto kind :
+       {ProjectorKind::kQuads, ProjectorKind::kSurfels, ProjectorKind::kGaussians}) {
+    options.kind = kind;
+    EXPECT_THAT(run(lost, {}), ThrowsMessage<InputError>(HasSubstr("reaches no view")));
+  }
+  views.clear();
+  EXPECT_THROW(run(Cloud(2), {})(), InputError);
+  options.share_threshold = 1;
+  EXPECT_THROW(run(Cloud(2), {})(), OptionError);
+}
+
+TEST_F(MaskProjectorTest, DepthBiasIsFoundFromTheSparsePoints) {
+  const PosedCamera posed = world.Posed(1);
+  const DepthMap exact = world.Depth(posed);
+  // What a = 0.97, b = 0.003 turns back into z; and a fifth of the image is wrong by 10 %.
+  DepthMap biased = exact;
+  for (size_t i = 0; i < biased.data.size(); ++i) {
+    biased.data[i] = float(0.97 / (1 / exact.data[i] - 0.003));
+    if (i % 160 < 32) biased.data[i] *= 1.1f;
+  }
+  const DepthBias bias = FitDepthBias(biased, posed, world.view(1), world.reconstruction);
+  EXPECT_GT(bias.points, 500);
+  CorrectDepth(bias, &biased);
+  for (size_t i = 0; i < biased.data.size(); ++i) {
+    // The outliers' pull on a Cauchy loss is bounded; what is left is below a fifth of a percent.
+    if (i % 160 < 32) continue;
+    EXPECT_NEAR(biased.data[i] / exact.data[i], 1, 2e-3);
+  }
+  // Too few points: untouched.
+  EXPECT_EQ(FitDepthBias(exact, posed, View{}, world.reconstruction).a, 1);
+}
+
+TEST_F(MaskProjectorTest, PaintIsLookedUpOnlyOnSurfacesThatItSees) {
+  const PosedCamera from = world.Posed(0), to = world.Posed(4);
+  const Mask mask = world.BallMask(to);
+  const std::vector<PaintedSurface> painted = {{"p", to, &mask, world.Depth(to)}};
+  const DepthMap depth = world.Depth(from);
+  const Evidence evidence = LookUpPaint(from, depth, painted, 0.03, 0.2);
+  int seen = 0, wrong = 0, unseen = 0, blind = 0;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      const auto hit = world.Cast(from, {x + 0.5, y + 0.5});
+      const auto at = to.Project(hit->position);
+      const bool inside_image = at->x() >= 0 && at->y() >= 0 && at->x() < 160 && at->y() < 120;
+      const bool visible =
+          inside_image && std::abs(world.Cast(to, at->head<2>())->z - at->z()) < 0.3;
+      if (evidence.weight(x, y) == 1) {
+        ++seen;
+        wrong += (evidence.inside(x, y) > 0.5f) != hit->on_ball;
+        EXPECT_TRUE(inside_image);
+      } else {
+        ++unseen;
+        EXPECT_EQ(evidence.weight(x, y), 0.2f);
+        EXPECT_EQ(evidence.inside(x, y), 0);
+      }
+      blind += !visible && evidence.weight(x, y) == 1;
+    }
+  }
+  EXPECT_GT(seen, 8000);
+  EXPECT_GT(unseen, 2000);  // the arc's ends see different walls, and each its side of the ball
+  // Both only along the ball's rim, 190 pixels long, where a pixel is half ball and half wall.
+  EXPECT_LT(wrong, 100);
+  EXPECT_LT(blind, 100);
+}
+
+}  // namespace
+}  // namespace retint
