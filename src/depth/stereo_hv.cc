@@ -24,7 +24,7 @@ int RoundUp16(double value) { return 16 * std::max(1, int(std::ceil(value / 16))
 Image8 Quantize(const Image& image) {
   Image8 out(image.width, image.height);
   for (size_t i = 0; i < out.data.size(); ++i) {
-    out.data[i] = uint8_t(std::lround(std::clamp(image.data[i], 0.0f, 1.0f) * 255));
+    out.data[i] = uint8_t(std::clamp(image.data[i], 0.0f, 1.0f) * 255 + 0.5f);
   }
   return out;
 }

@@ -171,7 +171,7 @@ TEST_P(EveryShift, RefinementRemovesTheSubPixelError) {
   RefineDisparity(gray, shifted, disparity);
   const double after = Compare(disparity, plane).median;
   EXPECT_GT(before, 0.1);
-  EXPECT_LT(after, 0.03);
+  EXPECT_LT(after, 0.04);  // the damping leaves a share of the step
 }
 
 TEST(StereoPairs, RefinementLeavesHolesAndEdgesAlone) {
