@@ -84,10 +84,13 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
 void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required) {
   verb->add_option("--workspace", scene.workspace,
                    "COLMAP workspace: folder with sparse/0, sparse or the model itself, and images")
-      ->required();
+      ->required()
+      ->type_name("FOLDER");
   verb->add_option("--splat", scene.splat, "3D Gaussian Splatting scene in the workspace's frame")
-      ->required(splat_required);
-  verb->add_option("--images", scene.images, "Folder of the photos, where not WORKSPACE/images");
+      ->required(splat_required)
+      ->type_name("FILE");
+  verb->add_option("--images", scene.images, "Folder of the photos, where not WORKSPACE/images")
+      ->type_name("FOLDER");
 }
 
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run) {
@@ -105,10 +108,12 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required) {
   AddRepeated(verb, "--view", paint.views,
               "Name of the painted view; repeat with --mask for several views of one selection")
-      ->required(required);
+      ->required(required)
+      ->type_name("NAME");
   AddRepeated(verb, "--mask", paint.masks,
               "Brush mask of that view: any picture of its size, black or transparent outside")
-      ->required(required);
+      ->required(required)
+      ->type_name("FILE");
 }
 
 std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSession& session) {
@@ -226,6 +231,12 @@ void AddProjectorOptions(CLI::App* verb, ProjectorArguments& projector) {
   verb->add_option("--share-threshold", options.share_threshold,
                    "gaussians: rendered share above which a pixel is inside")
       ->group(kGroup);
+  verb->add_option("--painted-weight", options.painted_weight,
+                   "gaussians: weight of a painted view's pixels as evidence")
+      ->group(kGroup);
+  verb->add_option("--unknown-weight", options.unknown_weight,
+                   "gaussians: weight against surfaces that no painted view sees")
+      ->group(kGroup);
 }
 
 ProjectorOptions Resolve(const ProjectorArguments& projector) {
@@ -255,8 +266,14 @@ void AddRefitOptions(CLI::App* verb, RefitArguments& refit) {
       ->check(CLI::IsMember({"mm", "adam"}))
       ->group(kGroup);
   verb->add_option("--iterations", options.iterations,
-                   "Sweeps of mm or steps of adam; 0 takes the solver's own default")
+                   "Sweeps of mm or steps of adam; 0: as many as the solver needs, 3000 of adam")
       ->check(CLI::Range(0, 10000000))
+      ->group(kGroup);
+  verb->add_option("--acceleration", refit.acceleration, "mm: none, nesterov or lbfgs")
+      ->check(CLI::IsMember({"none", "nesterov", "lbfgs"}))
+      ->group(kGroup);
+  verb->add_option("--outside-weight", options.outside_weight,
+                   "mm: weight of the error of pixels outside the mask; those inside have 1")
       ->group(kGroup);
   verb->add_option("--learning-rate", options.learning_rate, "adam: step size")->group(kGroup);
   verb->add_option("--lambda-dssim", options.lambda_dssim, "adam: weight of D-SSIM in the loss")
@@ -283,6 +300,9 @@ RefitJob Resolve(const RefitArguments& refit, const Globals& globals) {
   RefitJob job;
   job.options = refit.options;
   job.options.solver = refit.solver == "adam" ? Solver::kAdam : Solver::kMm;
+  job.options.acceleration = refit.acceleration == "none"       ? MmAcceleration::kNone
+                             : refit.acceleration == "nesterov" ? MmAcceleration::kNesterov
+                                                                : MmAcceleration::kLbfgs;
   job.options.seed = globals.seed;
   job.target = refit.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   job.options.Check();

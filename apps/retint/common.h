@@ -108,7 +108,7 @@ void AddProjectorOptions(CLI::App* verb, ProjectorArguments& projector);
 ProjectorOptions Resolve(const ProjectorArguments& projector);
 
 struct RefitArguments {
-  std::string tint, solver = "mm", target = "render";
+  std::string tint, solver = "mm", acceleration = "lbfgs", target = "render";
   double strength = 1;
   int holdout = 0;
   RefitOptions options;
@@ -117,11 +117,17 @@ void AddRefitOptions(CLI::App* verb, RefitArguments& refit);
 ColorEdit ResolveEdit(const RefitArguments& refit);
 RefitJob Resolve(const RefitArguments& refit, const Globals& globals);
 
+// An output or input path.
+inline CLI::Option* AddPath(CLI::App* verb, const std::string& flag, std::filesystem::path& path,
+                            const std::string& description, const char* type = "FILE") {
+  return verb->add_option(flag, path, description)->type_name(type);
+}
+
 // An option that may be repeated, one value each time.
 template <typename T>
 CLI::Option* AddRepeated(CLI::App* verb, const std::string& flag, T& values,
                          const std::string& description) {
-  return verb->add_option(flag, values, description)->allow_extra_args(false);
+  return verb->add_option(flag, values, description)->allow_extra_args(false)->default_str("");
 }
 
 }  // namespace retint::cli

@@ -42,10 +42,10 @@ void AddDepth(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb = AddVerb(app, globals, "depth", "Estimate the depth of one view");
   AddScene(verb, arguments->scene);
   verb->add_option("--view", arguments->view, "Name of the view")->required();
-  verb->add_option("--output", arguments->output,
-                   "COLMAP depth map (.bin), z in the workspace's unit, 0 unknown")
+  AddPath(verb, "--output", arguments->output,
+          "COLMAP depth map (.bin), z in the workspace's unit, 0 unknown")
       ->required();
-  verb->add_option("--png", arguments->png, "Also a picture: near warm, far cold");
+  AddPath(verb, "--png", arguments->png, "Also a picture: near warm, far cold");
   AddDepthOptions(verb, arguments->select, "--method");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Depth(*arguments, run); }; });

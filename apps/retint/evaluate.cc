@@ -91,12 +91,13 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb =
       AddVerb(app, globals, "evaluate", "Measure a recolored splat against the edited targets");
-  verb->add_option("--workspace", arguments->scene.workspace, "COLMAP workspace")->required();
-  verb->add_option("--before", arguments->scene.splat, "Splat before the edit")->required();
-  verb->add_option("--after", arguments->after, "The same splat recolored")->required();
-  verb->add_option("--images", arguments->scene.images,
-                   "Folder of the photos, where not WORKSPACE/images");
-  verb->add_option("--masks", arguments->masks, "Folder of <image name>.png")->required();
+  AddPath(verb, "--workspace", arguments->scene.workspace, "COLMAP workspace", "FOLDER")
+      ->required();
+  AddPath(verb, "--before", arguments->scene.splat, "Splat before the edit")->required();
+  AddPath(verb, "--after", arguments->after, "The same splat recolored")->required();
+  AddPath(verb, "--images", arguments->scene.images,
+          "Folder of the photos, where not WORKSPACE/images", "FOLDER");
+  AddPath(verb, "--masks", arguments->masks, "Folder of <image name>.png", "FOLDER")->required();
   verb->add_option("--tint", arguments->tint,
                    "Colour filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
       ->required();
@@ -108,7 +109,7 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
   verb->add_option("--holdout", arguments->holdout,
                    "Report every n-th view by name on its own; 0 none")
       ->check(CLI::Range(0, 1000000));
-  verb->add_option("--report", arguments->report, "Report to write (.json)");
+  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Evaluate(*arguments, run); }; });
 }

@@ -50,7 +50,7 @@ void AddProject(CLI::App& app, Globals& globals, Action& action) {
           "--cloud", arguments->cloud,
           "Point cloud (.ply) of `retint select`, or any with x y z in the workspace's frame")
       ->required();
-  verb->add_option("--output", arguments->output, "Folder for <image name>.png, soft masks")
+  AddPath(verb, "--output", arguments->output, "Folder for <image name>.png, soft masks", "FOLDER")
       ->required();
   AddPaint(verb, arguments->paint, /*required=*/false);
   AddProjectorOptions(verb, arguments->projector);

@@ -118,13 +118,14 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
       AddVerb(app, globals, "recolor", "The whole pipeline: painted views to a recolored splat");
   AddScene(verb, arguments->scene);
   AddPaint(verb, arguments->paint, /*required=*/true);
-  verb->add_option("--output", arguments->output, "Splat to write (.ply)")->required();
-  verb->add_option("--report", arguments->report, "Report to write (.json)");
-  verb->add_option("--comparison", arguments->comparison,
-                   "Picture (.png) to write: before, mask and after of up to four views");
-  verb->add_option("--save-stages", arguments->stages,
-                   "Folder for what every stage made: depth, clouds, registration, masks, targets, "
-                   "result");
+  AddPath(verb, "--output", arguments->output, "Splat to write (.ply)")->required();
+  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  AddPath(verb, "--comparison", arguments->comparison,
+          "Picture (.png) to write: before, mask and after of up to four views");
+  AddPath(verb, "--save-stages", arguments->stages,
+          "Folder for what every stage made: depth, clouds, registration, masks, targets, "
+          "result",
+          "FOLDER");
   AddRefitOptions(verb, arguments->refit);
   AddDepthOptions(verb, arguments->select, "--depth");
   AddCloudOptions(verb, arguments->select);

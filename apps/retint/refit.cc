@@ -61,11 +61,11 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "refit", "Recolor what masks select");
   AddScene(verb, arguments->scene);
-  verb->add_option("--masks", arguments->masks,
-                   "Folder of <image name>.png; a view without one takes no part")
+  AddPath(verb, "--masks", arguments->masks,
+          "Folder of <image name>.png; a view without one takes no part", "FOLDER")
       ->required();
-  verb->add_option("--output", arguments->output, "Splat to write (.ply)")->required();
-  verb->add_option("--report", arguments->report, "Report to write (.json)");
+  AddPath(verb, "--output", arguments->output, "Splat to write (.ply)")->required();
+  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddRefitOptions(verb, arguments->refit);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Refit(*arguments, run); }; });

@@ -67,10 +67,11 @@ void AddRender(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "render", "Render views of a splat to PNG");
   AddScene(verb, arguments->scene);
-  AddRepeated(verb, "--view", arguments->views, "View to render; may be repeated");
+  AddRepeated(verb, "--view", arguments->views, "View to render; may be repeated")
+      ->type_name("NAME");
   verb->add_flag("--all", arguments->all, "Render every view");
-  verb->add_option("--output", arguments->output,
-                   "Folder for <image name>.png, .depth.bin and .depth.png, .alpha.png")
+  AddPath(verb, "--output", arguments->output,
+          "Folder for <image name>.png, .depth.bin and .depth.png, .alpha.png", "FOLDER")
       ->required();
   verb->add_option("--what", arguments->what, "Any of rgb, depth, alpha, separated by commas")
       ->delimiter(',')

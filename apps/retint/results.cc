@@ -2,6 +2,7 @@
 #include "retint/results.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -15,7 +16,7 @@ namespace retint::cli {
 namespace {
 
 constexpr int kComparisonRows = 4;
-constexpr int kComparisonWidth = 400;  // pixels a picture
+constexpr double kComparisonArea = 400 * 300;  // pixels a picture, so that tall ones stay small
 
 double MaskedFraction(const Mask& mask) {
   const auto inside =
@@ -91,7 +92,8 @@ Image8 ComparisonPicture(const Recolored& result, Run& run) {
                     MaskOverlay(before, mask == MasksOf(result).end() ? none : mask->second),
                     ToImage8(after)});
   }
-  return ContactSheet(rows, kComparisonWidth);
+  const double shape = static_cast<double>(rows[0][0].width) / rows[0][0].height;
+  return ContactSheet(rows, std::max(32, static_cast<int>(std::sqrt(kComparisonArea * shape))));
 }
 
 void PrintQuality(const QualityReport& quality, const Run& run) {

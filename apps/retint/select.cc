@@ -85,15 +85,17 @@ void AddSelect(CLI::App& app, Globals& globals, Action& action) {
   AddScene(verb, arguments->scene);
   AddRepeated(verb, "--view", arguments->paint.views,
               "Name of the painted view; repeat with --mask for several views of one selection")
-      ->required();
+      ->required()
+      ->type_name("NAME");
   AddRepeated(verb, "--mask", arguments->paint.masks,
-              "Brush mask of that view: any picture of its size, black or transparent outside");
-  verb->add_option("--output", arguments->output, "Point cloud to write (.ply)")->required();
-  verb->add_option("--append", arguments->append,
-                   "Point cloud (.ply) that the points are added to");
+              "Brush mask of that view: any picture of its size, black or transparent outside")
+      ->type_name("FILE");
+  AddPath(verb, "--output", arguments->output, "Point cloud to write (.ply)")->required();
+  AddPath(verb, "--append", arguments->append, "Point cloud (.ply) that the points are added to");
   AddRepeated(verb, "--erase", arguments->erase,
-              "Mask of what to take away again, of the --view in the same place");
-  verb->add_option("--report", arguments->report, "Report to write (.json)");
+              "Mask of what to take away again, of the --view in the same place")
+      ->type_name("FILE");
+  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddDepthOptions(verb, arguments->select, "--method");
   AddCloudOptions(verb, arguments->select);
   verb->callback(

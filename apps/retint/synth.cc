@@ -42,7 +42,7 @@ void AddSynth(CLI::App& app, Globals& globals, Action& action) {
   SyntheticOptions& options = arguments->options;
   CLI::App* verb =
       AddVerb(app, globals, "synth", "Make a sample workspace with exact ground truth");
-  verb->add_option("--output", arguments->output, "Workspace folder to write")->required();
+  AddPath(verb, "--output", arguments->output, "Workspace folder to write", "FOLDER")->required();
   verb->add_option("--preset", options.preset, "Scene: still-life");
   verb->add_option("--width", options.width, "Width of the photos, pixels");
   verb->add_option("--height", options.height, "Height of the photos, pixels");

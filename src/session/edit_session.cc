@@ -250,13 +250,16 @@ uint64_t EditSession::StartRefit(const RefitJob& job) {
   RendererOptions render;
   render.cache_bytes = options_.cache_bytes;
   render.background = options_.background;
+  if (!background_renderer_) background_renderer_ = std::make_shared<std::unique_ptr<Renderer>>();
   auto input = std::make_shared<RefitChainInput>(ChainInput(job, nullptr));
   last_job_ = job;
-  // A backend of its own: on a GPU, streams of its own.
-  return optimizer().Start([input, backend_name,
-                            render](Monitor&) -> std::unique_ptr<OptimizerJob> {
-    auto renderer = std::make_unique<Renderer>(OpenBackend(backend_name), *input->original, render);
-    return std::make_unique<RefitChain>(*input, std::move(renderer));
+  return optimizer().Start([input, backend_name, render, renderer = background_renderer_](
+                               Monitor&) -> std::unique_ptr<OptimizerJob> {
+    // A backend of its own: on a GPU, streams of its own.
+    if (!*renderer) {
+      *renderer = std::make_unique<Renderer>(OpenBackend(backend_name), *input->original, render);
+    }
+    return std::make_unique<RefitChain>(*input, **renderer);
   });
 }
 

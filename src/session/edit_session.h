@@ -161,6 +161,8 @@ class EditSession {
   RegionId next_region_ = 1;
   uint64_t next_selection_ = 1;
   RefitJob last_job_;
+  // Used by the optimiser's thread alone; kept between jobs, whose views are mostly the same.
+  std::shared_ptr<std::unique_ptr<Renderer>> background_renderer_;
   std::unique_ptr<BackgroundOptimizer> optimizer_;  // last: its thread reads the rest
 };
 

@@ -36,12 +36,6 @@ std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t
 RefitChain::RefitChain(RefitChainInput input, Renderer& renderer)
     : input_(std::move(input)), renderer_(renderer), working_(WithoutExtras(*input_.original)) {}
 
-RefitChain::RefitChain(RefitChainInput input, std::unique_ptr<Renderer> renderer)
-    : input_(std::move(input)),
-      owned_renderer_(std::move(renderer)),
-      renderer_(*owned_renderer_),
-      working_(WithoutExtras(*input_.original)) {}
-
 RefitChain::~RefitChain() = default;
 
 bool RefitChain::Step(Monitor& monitor) {

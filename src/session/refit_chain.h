@@ -26,8 +26,8 @@ struct RefitChainInput {
 
 class RefitChain : public OptimizerJob {
  public:
+  // `renderer` outlives the chain; its coefficients are overwritten.
   RefitChain(RefitChainInput input, Renderer& renderer);
-  RefitChain(RefitChainInput input, std::unique_ptr<Renderer> renderer);
   ~RefitChain() override;
 
   // One sweep or step of the region at hand, or the preparation of the next one.
@@ -40,7 +40,6 @@ class RefitChain : public OptimizerJob {
   void Finish();
 
   RefitChainInput input_;
-  std::unique_ptr<Renderer> owned_renderer_;
   Renderer& renderer_;
   GaussianModel working_;  // sh: after the regions before index_
   size_t index_ = 0;

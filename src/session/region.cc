@@ -47,13 +47,16 @@ Region* RegionSet::Find(RegionId id) { return const_cast<Region*>(std::as_const(
 std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
   const RefitOptions& options = job.options;
   std::string key;
+  // A field that is not part of the key would let an outdated fit pass for a current one.
+  static_assert(sizeof(RefitOptions) == 88, "RefitOptions has changed: add the field here");
   AppendBits(key, job.target);
   AppendBits(key, options.solver);
   AppendBits(key, options.iterations);
   AppendBits(key, options.closed_form_start);
-  for (const double value :
-       {options.learning_rate, options.lambda_dssim, options.ridge_dc, options.ridge_rest,
-        options.active_threshold, options.tolerance, static_cast<double>(options.seed)}) {
+  AppendBits(key, options.acceleration);
+  for (const double value : {options.learning_rate, options.lambda_dssim, options.ridge_dc,
+                             options.ridge_rest, options.outside_weight, options.active_threshold,
+                             options.tolerance, static_cast<double>(options.seed)}) {
     AppendBits(key, value);
   }
   for (size_t i = 0; i <= index; ++i) {

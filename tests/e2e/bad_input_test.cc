@@ -28,7 +28,10 @@ struct Place {
   fs::path in = temp.path() / "in", out = temp.path() / "out";
   Place() {
     fs::create_directories(out);
-    fs::copy(TinyWorkspace(), in, fs::copy_options::recursive);
+    fs::create_directories(in);
+    for (const char* part : {"sparse", "images", "masks", "splat.ply"}) {
+      fs::copy(TinyWorkspace() / part, in / part, fs::copy_options::recursive);
+    }
   }
   std::string In(const std::string& name) const { return (in / name).string(); }
   std::string Out(const std::string& name) const { return (out / name).string(); }
@@ -307,14 +310,19 @@ const Row kRows[] = {
      }},
     {"SelectionErasedWhole", 3, "empty",
      [](Place& p) {
-       // On the surface that the picture's middle shows.
-       WriteCloud(p.in / "cloud.ply", CloudAt({0, 0, 1000}));
        WritePng(p.in / "all.png", Mask(160, 120, 255));
-       SelectionCloud none;
-       WriteCloud(p.in / "cloud.ply", none);
+       RunRetint(With(p, "select",
+                      {"--view", TinyView(), "--mask", MaskOf(p).string(), "--output",
+                       p.In("cloud.ply"), "--method", "gaussian"}));
+       EXPECT_FALSE(ReadCloud(p.in / "cloud.ply").points.empty());
        return With(p, "select",
-                   {"--view", "000.png", "--append", p.In("cloud.ply"), "--erase", p.In("all.png"),
-                    "--output", p.Out("c.ply")});
+                   {"--view", TinyView(), "--append", p.In("cloud.ply"), "--erase", p.In("all.png"),
+                    "--output", p.Out("c.ply"), "--method", "gaussian"});
+     }},
+    {"CloudWithoutPoints", 3, "cloud.ply",
+     [](Place& p) {
+       WriteCloud(p.in / "cloud.ply", SelectionCloud{});
+       return With(p, "project", {"--cloud", p.In("cloud.ply"), "--output", p.Out("masks")});
      }},
     {"SelectionThatReachesNoView", 3, "no view",
      [](Place& p) {

@@ -45,6 +45,21 @@ TEST(Verbs, HelpNamesEveryVerbAndEveryVerbHasHelp) {
   }
 }
 
+TEST(Verbs, TheDocumentationListsWhatHelpPrints) {
+  const std::string doc = ReadFile(fs::path(RETINT_SOURCE_DIR) / "docs/cli.md");
+  for (const char* verb : {"", "info", "render", "depth", "select", "project", "refit", "recolor",
+                           "evaluate", "synth"}) {
+    const std::string name = verb;
+    CommandResult help = RunRetint(name.empty() ? std::vector<std::string>{"--help"}
+                                                : std::vector<std::string>{name, "--help"});
+    while (help.out.ends_with('\n')) help.out.pop_back();
+    EXPECT_NE(doc.find("<!-- help: " + name + (name.empty() ? "" : " ") + "-->\n```text\n" +
+                       help.out + "\n```\n"),
+              std::string::npos)
+        << "retint " << name << ": run bash apps/update_cli_doc.sh";
+  }
+}
+
 TEST(Verbs, VersionNamesBackendsAndLibraries) {
   const CommandResult result = RunRetint({"--version"});
   EXPECT_EQ(result.code, 0);
