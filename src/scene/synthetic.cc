@@ -34,12 +34,17 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
   const Lighting lighting(world, std::clamp(640.0 / options.width, 1.0, 4.0), monitor);
 
   SyntheticScene scene;
-  std::vector<TracedView> views;
+  // The Gaussians reach a little beyond the images: some views are traced wider for them.
+  std::vector<TracedView> views, wide_views;
+  const size_t stride = std::clamp<size_t>(size_t(options.views) / 6, 1, 4);
+  const int padding = std::max(2, options.width * 2 / 25);
   const auto cameras = MakeArc(options);
   scene.reconstruction.cameras[1] = cameras.front().camera;
   for (size_t i = 0; i < cameras.size(); ++i) {
     monitor.Step("photos", double(i), double(cameras.size()));
-    views.push_back(TraceView(world, lighting, cameras[i]));
+    const bool wide = i % stride == 0 || i + 1 == cameras.size();
+    wide_views.push_back(TraceView(world, lighting, cameras[i], wide ? padding : 0));
+    views.push_back(Crop(wide_views.back()));
     char name[16];
     std::snprintf(name, sizeof(name), "%03d.png", int(i));
     views.back().truth.name = name;
@@ -49,7 +54,8 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
     view.camera_id = 1;
     view.cam_from_world = cameras[i].cam_from_world;
   }
-  scene.model = MakeGaussians(world, lighting, views, options, monitor);
+  scene.model = MakeGaussians(world, lighting, wide_views, options, monitor);
+  wide_views.clear();
   monitor.Step("points", 0, 1);
   AddSparsePoints(world, views, options, &scene.reconstruction);
   scene.whole_views = FindWholeViews(world, views);

@@ -41,10 +41,11 @@ struct SyntheticScene {
   GaussianModel model;                    // degree 3, in the reconstruction's frame
   std::vector<SyntheticView> views;       // by name
   std::vector<std::string> object_names;  // index = id; 0 is "background"
-  // Of every object, the views that see it whole: nothing in front of it, nothing cut off by the
-  // image's border. Always empty for the room: background, floor, walls, table.
+  // Of every object, the views that see it whole: next to nothing (3 %) in front of it, nothing cut
+  // off by the image's border. Always empty for what is not in `still_life`.
   std::vector<std::vector<int>> whole_views;
-  // Objects meant to be selected: each has at least one whole view at the default options.
+  // Objects meant to be selected (not the room, the table, ...): each has at least one whole view
+  // at the default options.
   std::vector<int> still_life;
 };
 

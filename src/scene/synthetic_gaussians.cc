@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <unordered_map>
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
@@ -18,11 +17,14 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kMaxRing = 18;             // pixels
-constexpr double kRadiusPerRing = 0.48;  // a disc's radius per distance to the nearest change
-constexpr double kMinRadius = 1.15;      // pixels between neighbours where texture is finest
-constexpr float kFlatColor = 0.05f;      // largest change of colour that one disc may cover
+constexpr double kRadiusPerRing = 0.42;  // a disc's radius per distance to the nearest change
+constexpr double kMinRadius = 1.45;      // pixels between neighbours where texture is finest
+constexpr float kFlatColor = 0.055f;     // largest change of colour that one disc may cover
 constexpr float kFlatNormal = 0.985f;    // cosine of the largest change of normal
 constexpr double kOpacity = 0.96;
+constexpr double kReach = 1.6;  // standard deviations of a disc that must lie on the surface
+// Pixels by which discs of solids are sunk: a render widens every outline by about as much.
+constexpr double kSink = 0.5;
 constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
 constexpr double kRidge = 0.02;
 constexpr double kLevelRatio = 1.25;  // between levels of world radius
@@ -47,57 +49,58 @@ struct Disc {
   Hit hit;
 };
 
-// Distance, in pixels, from every pixel to where its part's colour or normal changes or its surface
-// ends, turned into a disc's radius; 0 where a nearer object's edge spoils the pixel.
-PixelArray<float, 1> WantedRadius(const TracedView& view) {
-  const int width = view.parts.width, height = view.parts.height;
-  const Image& photo = view.truth.photo;
-  const auto& normals = view.truth.normals;
-  const auto& depth = view.truth.depth;
-  // 1: beside another part, so the colour is mixed; 2: and that part is nearer.
-  PixelArray<uint8_t, 1> mixed(width, height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-        if (!view.parts.Contains(x + dx, y + dy)) continue;
-        if (view.parts(x + dx, y + dy) == view.parts(x, y)) continue;
-        const bool nearer = depth(x + dx, y + dy) < 0.995f * depth(x, y);
-        mixed(x, y) = std::max<uint8_t>(mixed(x, y), nearer ? 2 : 1);
-      }
-    }
-  }
-  const auto stops = [&](int x, int y, int nx, int ny) {
-    if (!view.parts.Contains(nx, ny)) return false;
-    if (view.parts(nx, ny) != view.parts(x, y)) return false;
-    if (mixed(nx, ny)) return mixed(nx, ny) == 1;
-    float color = 0;
-    for (int c = 0; c < 3; ++c) {
-      color = std::max(color, std::abs(photo(nx, ny, c) - photo(x, y, c)));
-    }
-    const float turn = normals(x, y, 0) * normals(nx, ny, 0) +
-                       normals(x, y, 1) * normals(nx, ny, 1) +
-                       normals(x, y, 2) * normals(nx, ny, 2);
-    return color > kFlatColor || turn < kFlatNormal;
-  };
-  PixelArray<float, 1> radius(width, height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (mixed(x, y) == 2) continue;
-      int clear = mixed(x, y) ? -1 : 0;  // rings without a change
-      for (int ring = 1; ring == clear + 1 && ring <= kMaxRing; ++ring) {
-        const int step = 1 + ring / 5;
-        bool stopped = false;
-        for (int k = -ring; k <= ring && !stopped; k += step) {
-          stopped = stops(x, y, x + k, y - ring) || stops(x, y, x + k, y + ring) ||
-                    stops(x, y, x - ring, y + k) || stops(x, y, x + ring, y + k);
+// How large a disc a pixel allows: by the distance to where its part's colour or normal changes or
+// its surface ends.
+class RadiusFinder {
+ public:
+  explicit RadiusFinder(const TracedView& view)
+      : view_(view), mixed_(view.parts.width, view.parts.height) {
+    const auto& depth = view.truth.depth;
+    for (int y = 0; y < mixed_.height; ++y) {
+      for (int x = 0; x < mixed_.width; ++x) {
+        for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+          if (!view.parts.Contains(x + dx, y + dy)) continue;
+          if (view.parts(x + dx, y + dy) == view.parts(x, y)) continue;
+          const bool nearer = depth(x + dx, y + dy) < 0.97f * depth(x, y);
+          mixed_(x, y) = std::max<uint8_t>(mixed_(x, y), nearer ? 2 : 1);
         }
-        clear += !stopped;
       }
-      radius(x, y) = float(std::max(kMinRadius, kRadiusPerRing * clear + 0.65));
     }
   }
-  return radius;
-}
+
+  // Pixels; 0 where a nearer object's edge spoils the pixel.
+  double At(int x, int y) const {
+    if (mixed_(x, y) == 2) return 0;
+    int clear = mixed_(x, y) ? -1 : 0;  // rings without a change
+    for (int ring = 1; ring == clear + 1 && ring <= kMaxRing; ++ring) {
+      const int step = 1 + ring / 5;
+      bool stopped = false;
+      for (int k = -ring; k <= ring && !stopped; k += step) {
+        stopped = Stops(x, y, x + k, y - ring) || Stops(x, y, x + k, y + ring) ||
+                  Stops(x, y, x - ring, y + k) || Stops(x, y, x + ring, y + k);
+      }
+      clear += !stopped;
+    }
+    return std::max(kMinRadius, kRadiusPerRing * clear + 0.65);
+  }
+
+ private:
+  bool Stops(int x, int y, int nx, int ny) const {
+    if (!view_.parts.Contains(nx, ny) || view_.parts(nx, ny) != view_.parts(x, y)) return false;
+    if (mixed_(nx, ny)) return mixed_(nx, ny) == 1;
+    const float* a = &view_.truth.photo.data[view_.truth.photo.Index(x, y)];
+    const float* b = &view_.truth.photo.data[view_.truth.photo.Index(nx, ny)];
+    const float* m = &view_.truth.normals.data[view_.truth.normals.Index(x, y)];
+    const float* n = &view_.truth.normals.data[view_.truth.normals.Index(nx, ny)];
+    return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])}) >
+               kFlatColor ||
+           m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < kFlatNormal;
+  }
+
+  const TracedView& view_;
+  // 1: beside another part, so the colour is mixed; 2: and that part is nearer.
+  PixelArray<uint8_t, 1> mixed_;
+};
 
 // Candidates of all views, by part.
 std::vector<std::vector<Seed>> CollectSeeds(const World& world,
@@ -105,7 +108,9 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
   std::vector<std::vector<std::vector<Seed>>> of_view(views.size());
   tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
     const TracedView& view = views[v];
-    const auto wanted_radius = WantedRadius(view);
+    const RadiusFinder finder(view);
+    // Where discs are large, few candidates will do; most views only fill what others miss.
+    const double density = view.padding > 0 ? 7 : 0.8;
     auto& out = of_view[v];
     out.resize(world.parts.size());
     const double focal = view.camera.camera.fx();
@@ -114,10 +119,10 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
         const int part = view.parts(x, y);
         if (part < 0) continue;
         const uint64_t order = HashOf(seed, v, uint64_t(y) << 32 | uint64_t(x));
-        // Where discs are large, few candidates will do.
-        const double pixels = wanted_radius(x, y);
-        if (pixels == 0) continue;
-        if (Unit(Mix(order)) > 5 / (pixels * pixels)) continue;
+        const double lot = Unit(Mix(order));
+        if (lot * kMinRadius * kMinRadius > density) continue;
+        const double pixels = finder.At(x, y);
+        if (pixels == 0 || lot * pixels * pixels > density) continue;
         const double z = view.truth.depth(x, y);
         const Ray ray = PixelRay(view.camera, x + 0.5, y + 0.5);
         const Vec3 n(view.truth.normals(x, y, 0), view.truth.normals(x, y, 1),
@@ -142,6 +147,34 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
   return seeds;
 }
 
+// Hash table from a cell's key to the first disc in it, -1 for none; open addressing.
+class CellTable {
+ public:
+  void Reset(size_t count) {
+    size_t size = 64;
+    while (size < 2 * count) size *= 2;
+    slots_.assign(size, {0, -1});
+  }
+  int& At(uint64_t key) {
+    Slot& slot = slots_[Locate(key)];
+    slot.key = key;
+    return slot.head;
+  }
+  int Find(uint64_t key) const { return slots_[Locate(key)].head; }
+
+ private:
+  struct Slot {
+    uint64_t key;
+    int head;
+  };
+  size_t Locate(uint64_t key) const {
+    size_t i = key & (slots_.size() - 1);
+    while (slots_[i].head >= 0 && slots_[i].key != key) i = (i + 1) & (slots_.size() - 1);
+    return i;
+  }
+  std::vector<Slot> slots_;
+};
+
 // Poisson-disc selection, finest level first: a candidate stays unless a kept one is nearer than
 // the mean of their radii.
 std::vector<Seed> Thin(std::vector<Seed> seeds) {
@@ -149,45 +182,46 @@ std::vector<Seed> Thin(std::vector<Seed> seeds) {
     return a.level != b.level ? a.level < b.level : a.order < b.order;
   });
   std::vector<Seed> kept;
-  std::unordered_map<uint64_t, int> heads;
   std::vector<int> next;
+  CellTable heads;
   for (size_t begin = 0; begin < seeds.size();) {
-    const double radius = seeds[begin].radius, cell = radius * 0.57;
+    const double radius = seeds[begin].radius, cell = radius;
     const auto cell_of = [&](const Vec3& p) {
       return Eigen::Array3i((p.array() / cell).floor().cast<int>());
     };
     const auto key = [](const Eigen::Array3i& c) {
       return HashOf(uint64_t(uint32_t(c.x())) << 32 | uint32_t(c.y()), uint64_t(uint32_t(c.z())));
     };
-    heads.clear();
     next.assign(kept.size(), -1);
+    size_t end_of_level = begin;
+    while (end_of_level < seeds.size() && seeds[end_of_level].level == seeds[begin].level) {
+      ++end_of_level;
+    }
+    heads.Reset(kept.size() + end_of_level - begin);
     const auto insert = [&](size_t i) {
-      const auto [it, fresh] = heads.try_emplace(key(cell_of(kept[i].point)), int(i));
-      if (fresh) return;
-      next[i] = it->second;
-      it->second = int(i);
+      int& head = heads.At(key(cell_of(kept[i].point)));
+      next[i] = head;
+      head = int(i);
     };
     for (size_t i = 0; i < kept.size(); ++i) insert(i);
-    size_t end = begin;
-    for (; end < seeds.size() && seeds[end].level == seeds[begin].level; ++end) {
-      const Eigen::Array3i home = cell_of(seeds[end].point);
+    for (size_t candidate = begin; candidate < end_of_level; ++candidate) {
+      const Eigen::Array3i home = cell_of(seeds[candidate].point);
       bool covered = false;
-      for (int k = 0; k < 125 && !covered; ++k) {
+      for (int k = 0; k < 27 && !covered; ++k) {
         // The candidate's own cell first: there most of them end.
-        const int c = (k + 62) % 125;
-        const auto it =
-            heads.find(key(home + Eigen::Array3i(c % 5 - 2, c / 5 % 5 - 2, c / 25 - 2)));
-        for (int i = it == heads.end() ? -1 : it->second; i >= 0 && !covered; i = next[size_t(i)]) {
+        const int c = (k + 13) % 27;
+        int i = heads.Find(key(home + Eigen::Array3i(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1)));
+        for (; i >= 0 && !covered; i = next[size_t(i)]) {
           const double apart = 0.5 * (kept[size_t(i)].radius + radius);
-          covered = (kept[size_t(i)].point - seeds[end].point).squaredNorm() < apart * apart;
+          covered = (kept[size_t(i)].point - seeds[candidate].point).squaredNorm() < apart * apart;
         }
       }
       if (covered) continue;
-      kept.push_back(seeds[end]);
+      kept.push_back(seeds[candidate]);
       next.push_back(-1);
       insert(kept.size() - 1);
     }
-    begin = end;
+    begin = end_of_level;
   }
   return kept;
 }
@@ -200,6 +234,12 @@ bool Probe(const World& world, int part, const Vec3& point, const Vec3& normal, 
   hit->shape = part;
   *where = ray.origin + hit->t * ray.direction;
   return hit->normal.dot(normal) > 0.5;
+}
+
+void Sink(const World& world, const Seed& seed, Disc* disc) {
+  const Part& part = world.parts[size_t(disc->part)];
+  const Vec3 sunk = disc->point - kSink * seed.radius / seed.pixels * disc->normal;
+  if (part.shape->Contains(sunk, 0)) disc->point = sunk;
 }
 
 // A round disc, or near the part's edge one that ends there.
@@ -216,8 +256,8 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
   disc->normal = disc->hit.normal;
   disc->axis = disc->normal.unitOrthogonal();
   // Where colour is flat, overlap costs nothing and closes the gaps.
-  const double sigma = seed.radius * (0.85 + 0.25 * Smooth(1.2, 3, seed.pixels));
-  const double reach = 1.3 * sigma;
+  const double sigma = seed.radius * (0.85 + 0.40 * Smooth(1.2, 3, seed.pixels));
+  const double reach = kReach * sigma;
   disc->sigma[0] = disc->sigma[1] = sigma;
   const auto on_surface = [&](const Vec3& offset) {
     Hit hit;
@@ -225,18 +265,23 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
     return Probe(world, part, disc->point + offset, disc->normal, 0.7 * offset.norm() + 1e-4, &hit,
                  &where);
   };
-  Vec3 missing = Vec3::Zero();
-  const Vec3 other = disc->normal.cross(disc->axis);
+  // Directions in which the surface ends, as an axis: ends on opposite sides add up.
+  Vec2 doubled = Vec2::Zero();
+  const Vec3 first = disc->axis, second = disc->normal.cross(disc->axis);
   bool edge = false;
   for (int k = 0; k < 8; ++k) {
-    const Vec3 direction = std::cos(k * kPi / 4) * disc->axis + std::sin(k * kPi / 4) * other;
-    if (on_surface(reach * direction)) continue;
-    missing += direction;
+    const double phi = k * kPi / 4;
+    if (on_surface(reach * (std::cos(phi) * first + std::sin(phi) * second))) continue;
+    doubled += Vec2(std::cos(2 * phi), std::sin(2 * phi));
     edge = true;
   }
-  if (!edge) return true;
-  if (missing.norm() > 1e-3) {
-    disc->axis = (missing - disc->normal.dot(missing) * disc->normal).normalized();
+  if (!edge) {
+    Sink(world, seed, disc);
+    return true;
+  }
+  if (doubled.norm() > 1e-3) {
+    const double phi = 0.5 * std::atan2(doubled.y(), doubled.x());
+    disc->axis = std::cos(phi) * first + std::sin(phi) * second;
   }
   Vec3 shift = Vec3::Zero();
   for (int axis = 0; axis < 2; ++axis) {
@@ -252,7 +297,7 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
       }
       extent[side] = inside;
     }
-    disc->sigma[axis] = std::max(0.25 * sigma, 0.5 * (extent[0] + extent[1]) / 1.3);
+    disc->sigma[axis] = std::max(0.25 * sigma, 0.5 * (extent[0] + extent[1]) / kReach);
     shift += 0.5 * (extent[0] - extent[1]) * direction;
   }
   Hit hit;
@@ -264,6 +309,7 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
     disc->axis = (disc->axis - hit.normal.dot(disc->axis) * hit.normal).normalized();
     disc->normal = hit.normal;
   }
+  Sink(world, seed, disc);
   return true;
 }
 
@@ -343,7 +389,7 @@ void FitColor(const World& world, const Lighting& lighting, const std::vector<Tr
       add(direction, traced(direction), 0.06);
     }
   }
-  const double ridge = (glossy ? 2e-3 : kRidge) * std::max(1.0, total);
+  const double ridge = (glossy ? 3e-4 : kRidge) * std::max(1.0, total);
   for (int k = 0; k < kMaxShCoeffs; ++k) normal_matrix(k, k) += k == 0 ? 1e-9 : ridge;
   const Columns solution = normal_matrix.selfadjointView<Eigen::Lower>().ldlt().solve(right);
   for (int k = 0; k < kMaxShCoeffs; ++k) {

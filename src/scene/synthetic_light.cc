@@ -39,7 +39,7 @@ Vec3 Lighting::Chart::Sample(const Vec2& uv) const {
   }
   const int y0 = std::min(int(y), nv - 1), y1 = std::min(y0 + 1, nv - 1);
   const double u = x - fx, v = y - y0;
-  const auto at = [&](int i, int j) -> const Vec3& { return irradiance[size_t(j * nu + i)]; };
+  const auto at = [&](int i, int j) { return Vec3(irradiance[size_t(j * nu + i)].cast<double>()); };
   return (1 - v) * ((1 - u) * at(x0, y0) + u * at(x1, y0)) +
          v * ((1 - u) * at(x0, y1) + u * at(x1, y1));
 }
@@ -69,7 +69,7 @@ Lighting::Lighting(const World& world, double coarseness, Monitor& monitor) : wo
       for (int j = 0; j < chart.nv; ++j) {
         for (int i = 0; i < chart.nu; ++i) {
           chart.irradiance[size_t(j * chart.nu + i)] +=
-              bounced[part][c].Sample({(i + 0.5) / chart.nu, (j + 0.5) / chart.nv});
+              bounced[part][c].Sample({(i + 0.5) / chart.nu, (j + 0.5) / chart.nv}).cast<float>();
         }
       }
     }
@@ -109,7 +109,7 @@ void Lighting::Bake(Charts* charts, int blurs, double progress0, double progress
     auto& of_part = (*charts)[part];
     for (size_t c = 0; c < of_part.size(); ++c) {
       Chart& chart = of_part[c];
-      chart.irradiance.assign(size_t(chart.nu) * size_t(chart.nv), Vec3::Zero());
+      chart.irradiance.assign(size_t(chart.nu) * size_t(chart.nv), Eigen::Vector3f::Zero());
       chart.valid.assign(chart.irradiance.size(), 0);
       tbb::parallel_for(0, chart.nv, [&](int j) {
         for (int i = 0; i < chart.nu; ++i) {
@@ -118,7 +118,8 @@ void Lighting::Bake(Charts* charts, int blurs, double progress0, double progress
               world_.parts[part].shape->At(int(c), {(i + 0.5) / chart.nu, (j + 0.5) / chart.nv});
           if (world_.Buried(at.point + 5 * kOffset * at.normal, int(part))) continue;
           chart.valid[index] = 1;
-          chart.irradiance[index] = irradiance_at(at, HashOf(part, c, index));
+          chart.irradiance[index] =
+              irradiance_at(at, HashOf(part, c, index)).template cast<float>();
         }
       });
       Spread(&chart);
@@ -137,7 +138,7 @@ void Lighting::Spread(Chart* chart) {
     for (int j = 0; j < chart->nv; ++j) {
       for (int i = 0; i < chart->nu; ++i) {
         if (known[size_t(j * chart->nu + i)]) continue;
-        Vec3 sum = Vec3::Zero();
+        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
         int count = 0;
         for (int dj = -1; dj <= 1; ++dj) {
           for (int di = -1; di <= 1; ++di) {
@@ -152,7 +153,7 @@ void Lighting::Spread(Chart* chart) {
           }
         }
         if (count == 0) continue;
-        chart->irradiance[size_t(j * chart->nu + i)] = sum / count;
+        chart->irradiance[size_t(j * chart->nu + i)] = sum / float(count);
         next[size_t(j * chart->nu + i)] = 1;
         changed = true;
       }
@@ -165,15 +166,15 @@ void Lighting::Spread(Chart* chart) {
 // Binomial 3x3.
 void Lighting::Blur(Chart* chart) {
   const auto pass = [&](int dx, int dy) {
-    const std::vector<Vec3> source = chart->irradiance;
-    const auto at = [&](int x, int y) -> const Vec3& {
+    const std::vector<Eigen::Vector3f> source = chart->irradiance;
+    const auto at = [&](int x, int y) -> const Eigen::Vector3f& {
       x = chart->wrap ? (x + chart->nu) % chart->nu : std::clamp(x, 0, chart->nu - 1);
       return source[size_t(std::clamp(y, 0, chart->nv - 1) * chart->nu + x)];
     };
     for (int j = 0; j < chart->nv; ++j) {
       for (int i = 0; i < chart->nu; ++i) {
         chart->irradiance[size_t(j * chart->nu + i)] =
-            0.25 * at(i - dx, j - dy) + 0.5 * at(i, j) + 0.25 * at(i + dx, j + dy);
+            0.25f * at(i - dx, j - dy) + 0.5f * at(i, j) + 0.25f * at(i + dx, j + dy);
       }
     }
   };
@@ -317,12 +318,14 @@ Vec3 Lighting::Radiance(const Hit& hit, const Vec3& point, const Vec3& direction
   return (1 - fresnel) * Diffuse(hit, point) + fresnel * reflected;
 }
 
-Vec3 Lighting::Color(const Ray& ray, Hit* hit) const {
-  if (!world_.Intersect(ray, 1e-6, kFar, hit)) {
-    hit->shape = -1;
+Vec3 Lighting::Color(const Ray& ray, int likely) const {
+  Hit hit;
+  if (likely >= 0 && world_.parts[size_t(likely)].shape->Intersect(ray, 1e-6, kFar, &hit)) {
+    hit.shape = likely;
+  } else if (!world_.Intersect(ray, 1e-6, kFar, &hit)) {
     return Vec3::Zero();
   }
-  return EncodeHere(Radiance(*hit, ray.origin + hit->t * ray.direction, ray.direction));
+  return EncodeHere(Radiance(hit, ray.origin + hit.t * ray.direction, ray.direction));
 }
 
 }  // namespace retint::synthetic

@@ -21,16 +21,17 @@ class Lighting {
   Vec3 Radiance(const Hit& hit, const Vec3& point, const Vec3& direction) const;
   // The part of it that does not depend on the direction.
   Vec3 Diffuse(const Hit& hit, const Vec3& point) const;
-  // Encoded colour along a ray, black where it meets nothing.
-  Vec3 Color(const Ray& ray, Hit* hit) const;
+  // Encoded colour along a ray, black where it meets nothing. `likely`: a part known to be the
+  // first in the way if it is met at all, or -1.
+  Vec3 Color(const Ray& ray, int likely) const;
   Vec3 EncodeHere(const Vec3& radiance) const { return Encode(radiance, world_.exposure); }
 
  private:
   struct Chart {
     int nu = 0, nv = 0;
     bool wrap = false;
-    std::vector<Vec3> irradiance;      // [nv, nu]
-    std::vector<unsigned char> valid;  // not buried in another part
+    std::vector<Eigen::Vector3f> irradiance;  // [nv, nu]
+    std::vector<unsigned char> valid;         // not buried in another part
     Vec3 Sample(const Vec2& uv) const;
   };
   struct Reflection {  // radiance by direction, longitude about y times latitude from +y

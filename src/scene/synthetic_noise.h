@@ -45,8 +45,10 @@ inline double Smooth(double edge0, double edge1, double x) {
 // Value noise in [0, 1], unit lattice.
 inline double Noise(double x, double y, uint64_t seed) {
   const double fx = std::floor(x), fy = std::floor(y);
-  const auto corner = [&](int i, int j) {
-    return Unit(HashOf(seed, uint64_t(int64_t(fx) + i), uint64_t(int64_t(fy) + j)));
+  const uint64_t base = uint64_t(int64_t(fx)) * 0xd1b54a32d192ed03ull +
+                        uint64_t(int64_t(fy)) * 0xabc98388fb8fac03ull + seed;
+  const auto corner = [base](uint64_t i, uint64_t j) {
+    return Unit(Mix(base + i * 0xd1b54a32d192ed03ull + j * 0xabc98388fb8fac03ull));
   };
   const double u = Smooth(0, 1, x - fx), v = Smooth(0, 1, y - fy);
   const double top = corner(0, 0) + u * (corner(1, 0) - corner(0, 0));

@@ -50,7 +50,7 @@ bool Quad::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const
   hit->t = t;
   hit->chart = 0;
   hit->uv = {u, v};
-  hit->normal = slope > 0 ? Vec3(-normal_) : normal_;
+  hit->normal = hit->face = slope > 0 ? Vec3(-normal_) : normal_;
   return true;
 }
 
@@ -82,7 +82,7 @@ bool Sphere::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) con
   const Vec3 n = (o + t * ray.direction) / radius_;
   hit->t = t;
   hit->chart = 0;
-  hit->normal = n;
+  hit->normal = hit->face = n;
   hit->uv = {AngleFraction(n.z(), n.x()), std::acos(std::clamp(n.y(), -1.0, 1.0)) / kPi};
   return true;
 }
@@ -119,7 +119,7 @@ void RoundedBox::Finish(const Vec3& local, const Vec3& normal, double t, Hit* hi
   hit->t = t;
   hit->chart = 2 * axis + (normal[axis] > 0 ? 1 : 0);
   hit->uv = {0.5 + 0.5 * local[a] / half_[a], 0.5 + 0.5 * local[b] / half_[b]};
-  hit->normal = world_from_local_ * normal;
+  hit->normal = hit->face = world_from_local_ * normal;
 }
 
 bool RoundedBox::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const {
@@ -324,12 +324,14 @@ bool Lathe::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) cons
   }
   if (!best_segment) return false;
   const Vec3 p = o + best * d;
-  const double r = std::max(1e-12, std::hypot(p.x(), p.z()));
+  const double r = std::max(1e-12, std::sqrt(p.x() * p.x() + p.z() * p.z()));
   hit->t = best;
   hit->chart = 0;
   hit->uv = {AngleFraction(p.z(), p.x()),
              (best_segment->offset + best_s * best_segment->length) / total_};
   hit->normal = NormalAt(*best_segment, best_s, p.x() / r, p.z() / r);
+  const Vec2 step = best_segment->end - best_segment->begin;
+  hit->face = Vec3(step.y() * p.x() / r, step.x(), step.y() * p.z() / r) / best_segment->length;
   return true;
 }
 
@@ -410,7 +412,7 @@ bool Capsule::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) co
   const double along = std::clamp(p.dot(axis_), 0.0, length_);
   hit->t = best;
   hit->chart = 0;
-  hit->normal = (p - along * axis_) / radius_;
+  hit->normal = hit->face = (p - along * axis_) / radius_;
   hit->uv = {AngleFraction(hit->normal.dot(up_), hit->normal.dot(side_)), along / length_};
   return true;
 }
@@ -480,7 +482,7 @@ bool Leaf::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const
   hit->t = best;
   hit->chart = upper ? 0 : 1;
   hit->uv = best_uv;
-  hit->normal = world_from_local_ * (upper ? best_normal : Vec3(-best_normal));
+  hit->normal = hit->face = world_from_local_ * (upper ? best_normal : Vec3(-best_normal));
   return true;
 }
 

@@ -31,7 +31,8 @@ struct Hit {
   int shape = -1;  // index in the world
   int chart = 0;
   Vec2 uv = {0, 0};
-  Vec3 normal;  // unit, outward; of sheets: towards the ray's origin
+  Vec3 normal;  // unit, outward; of sheets: towards the ray's origin; smooth for shading
+  Vec3 face;    // the surface's own normal, which differs on turned shapes only
 };
 
 class Shape {
@@ -49,8 +50,9 @@ class Shape {
   virtual Eigen::AlignedBox3d Bounds() const = 0;
 };
 
-// Parallelogram origin + u * edge_u + v * edge_v, like a picture: lit and meant to be seen from
-// where u runs to the right and v downwards. Hits report the normal towards the ray's origin.
+// Rectangle origin + u * edge_u + v * edge_v, edges at right angles, like a picture: lit and meant
+// to be seen from where u runs to the right and v downwards. Hits report the normal towards the
+// ray's origin.
 class Quad : public Shape {
  public:
   Quad(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v);

@@ -30,7 +30,8 @@ Material Plain(const Vec3& color) {
 
 // Signed distance to an ellipse with half axes a, b about the origin, to first order.
 double EllipseDistance(double x, double y, double a, double b) {
-  const double k = std::hypot(x / a, y / b), g = std::hypot(x / (a * a), y / (b * b));
+  const double u = x / a, v = y / b;
+  const double k = std::sqrt(u * u + v * v), g = std::sqrt(u * u / (a * a) + v * v / (b * b));
   return g > 0 ? k * (k - 1) / g : -b;
 }
 
@@ -44,7 +45,7 @@ Vec3 Wallpaper(double x, double y, uint64_t seed) {
   const double linen =
       0.5 * Noise(x * 260, y * 45, seed) + 0.5 * Noise(x * 45, y * 260, seed + 1) - 0.5;
   Vec3 color =
-      Vec3(0.052, 0.125, 0.115) * (1 + 0.35 * linen) * (0.9 + 0.2 * Fbm(x * 5, y * 5, 3, seed + 2));
+      Vec3(0.052, 0.125, 0.115) * (1 + 0.28 * linen) * (0.9 + 0.2 * Fbm(x * 5, y * 5, 3, seed + 2));
   const Vec3 leaf_light(0.46, 0.50, 0.36), leaf_dark(0.24, 0.33, 0.25), berry(0.70, 0.36, 0.12);
 
   u -= 0.018 * std::sin(v * 11);
@@ -57,9 +58,10 @@ Vec3 Wallpaper(double x, double y, uint64_t seed) {
     const double along = 0.20 - 0.095 * i, size = 1 - 0.11 * i;
     for (const double side : {-1.0, 1.0}) {
       const double a = 0.052 * size, b = 0.0205 * size;
+      const double px = u - side * 0.052 * size, py = v - (along - 0.035 - (side > 0 ? 0.018 : 0));
+      if (px * px + py * py > (a + 3 * kEdge) * (a + 3 * kEdge)) continue;
       const double angle = side * (0.62 - 0.04 * i) + (side > 0 ? 0 : kPi);
       const double cosine = std::cos(-angle), sine = std::sin(-angle);
-      const double px = u - side * 0.052 * size, py = v - (along - 0.035 - (side > 0 ? 0.018 : 0));
       const double lx = cosine * px + sine * py, ly = -sine * px + cosine * py;
       // Pointed at both ends: narrower than an ellipse away from the middle.
       const double d = EllipseDistance(lx, ly * (1 + 0.9 * (lx / a) * (lx / a)), a, b);
@@ -146,7 +148,7 @@ Vec3 Landscape(double u, double v, uint64_t seed) {
 
 Vec3 GiftPaper(const TexturePoint& at) {
   // Diagonal rows of small diamonds on cream.
-  constexpr double kPitch = 0.030;
+  constexpr double kPitch = 0.042;
   const double a = (at.chart_xy.x() + at.chart_xy.y()) / kPitch;
   const double b = (at.chart_xy.x() - at.chart_xy.y()) / kPitch;
   const double da = a - std::floor(a) - 0.5, db = b - std::floor(b) - 0.5;
@@ -306,7 +308,7 @@ void AddBall(World& world) {
   glaze.specular = 0.045;
   glaze.sharpness = 90;
   world.Add(ball, world.AddMaterial(std::move(glaze)),
-            std::make_unique<Sphere>(At(-0.125, kTable + 0.092, -0.29), 0.092));
+            std::make_unique<Sphere>(At(-0.06, kTable + 0.092, -0.32), 0.092));
 }
 
 void AddBox(World& world) {
@@ -346,7 +348,7 @@ void AddCandlestick(World& world) {
   const int metal = world.AddMaterial(std::move(brass));
   const int wax = world.AddMaterial(Plain({0.82, 0.76, 0.62}));
   const int wick = world.AddMaterial(Plain({0.03, 0.025, 0.02}));
-  const double x = 0.36, z = 0.16;
+  const double x = 0.455, z = 0.03;
   auto profile = SmoothProfile({{0.062, 0.004},
                                 {0.060, 0.010},
                                 {0.038, 0.018},
@@ -379,6 +381,7 @@ void AddCandlestick(World& world) {
 void AddPlant(World& world, uint64_t seed) {
   const int pot = world.AddObject("pot");
   const int plant = world.AddObject("plant");
+
   Material glaze = {
       .albedo = [seed](const TexturePoint& at) { return PotGlaze(at, HashOf(seed, 5)); }};
   glaze.specular = 0.03;
@@ -408,8 +411,10 @@ void AddPlant(World& world, uint64_t seed) {
   Random random(HashOf(seed, 6));
   constexpr int kLeaves = 13, kPieces = 7;
   for (int i = 0; i < kLeaves; ++i) {
-    const double azimuth = 2.39996 * i + random.Uniform(-0.2, 0.2);
     const double age = double(i) / (kLeaves - 1);  // outer, low leaves first
+    double azimuth = 2.39996 * i + random.Uniform(-0.2, 0.2);
+    // Low leaves keep to the sides and the back, so that the pot shows.
+    if (age < 0.6 && std::sin(azimuth + 0.2) < -0.35) azimuth += kPi;
     const double reach = 0.155 - 0.105 * age + random.Uniform(-0.012, 0.012);
     const double height = 0.055 + 0.275 * age + random.Uniform(-0.015, 0.015);
     const Vec3 out = At(std::cos(azimuth), 0, std::sin(azimuth));
@@ -445,7 +450,7 @@ void AddPear(World& world, uint64_t seed) {
       .albedo = [seed](const TexturePoint& at) { return PearSkin(at, HashOf(seed, 7)); }};
   skin.specular = 0.025;
   skin.sharpness = 16;
-  const double x = -0.37, z = -0.15;
+  const double x = -0.46, z = -0.09;
   world.Add(pear, world.AddMaterial(std::move(skin)),
             std::make_unique<Lathe>(At(x, kTable, z), SmoothProfile({{0.0, 0.004},
                                                                      {0.018, 0.002},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 #include <tbb/parallel_for.h>
 
@@ -59,10 +60,17 @@ std::vector<PosedCamera> MakeArc(const SyntheticOptions& options) {
   return cameras;
 }
 
-TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& camera) {
+TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& actual,
+                     int padding) {
+  PosedCamera camera = actual;
+  camera.camera =
+      Camera::Pinhole(actual.camera.id, actual.camera.width + 2 * padding,
+                      actual.camera.height + 2 * padding, actual.camera.fx(), actual.camera.fy(),
+                      actual.camera.cx() + padding, actual.camera.cy() + padding);
   const int width = camera.camera.width, height = camera.camera.height;
   TracedView view;
   view.camera = camera;
+  view.padding = padding;
   view.truth.photo = Image(width, height);
   view.truth.depth = DepthMap(width, height);
   view.truth.object_ids = PixelArray<uint8_t, 1>(width, height);
@@ -75,7 +83,7 @@ TracedView TraceView(const World& world, const Lighting& lighting, const PosedCa
       view.parts(x, y) = int16_t(hit.shape);
       view.truth.depth(x, y) = float(hit.t);
       view.truth.object_ids(x, y) = uint8_t(world.parts[size_t(hit.shape)].object);
-      for (int c = 0; c < 3; ++c) view.truth.normals(x, y, c) = float(hit.normal[c]);
+      for (int c = 0; c < 3; ++c) view.truth.normals(x, y, c) = float(hit.face[c]);
     }
   });
   const auto differs = [&](int x, int y, int nx, int ny) {
@@ -86,19 +94,41 @@ TracedView TraceView(const World& world, const Lighting& lighting, const PosedCa
   };
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      const bool edge = differs(x, y, x - 1, y) || differs(x, y, x + 1, y) ||
-                        differs(x, y, x, y - 1) || differs(x, y, x, y + 1);
+      bool edge = false;
+      for (int k = 0; k < 9 && !edge; ++k) edge = differs(x, y, x + k % 3 - 1, y + k / 3 - 1);
       const int samples = edge ? 12 : 4;
       Vec3 sum = Vec3::Zero();
       for (int k = 0; k < samples; ++k) {
-        Hit hit;
-        sum += lighting.Color(PixelRay(camera, x + 0.5 + kOffsets[k][0], y + 0.5 + kOffsets[k][1]),
-                              &hit);
+        const Ray ray = PixelRay(camera, x + 0.5 + kOffsets[k][0], y + 0.5 + kOffsets[k][1]);
+        // Inside a part nothing else needs a look.
+        sum += lighting.Color(ray, edge ? -1 : view.parts(x, y));
       }
       for (int c = 0; c < 3; ++c) view.truth.photo(x, y, c) = float(sum[c] / samples);
     }
   });
   return view;
+}
+
+TracedView Crop(const TracedView& view) {
+  const int p = view.padding;
+  const Camera& wide = view.camera.camera;
+  const int width = wide.width - 2 * p, height = wide.height - 2 * p;
+  const auto cut = [&](const auto& from) {
+    std::decay_t<decltype(from)> to(width, height);
+    for (int y = 0; y < height; ++y) {
+      const auto* row = &from.data[from.Index(p, y + p)];
+      std::copy(row, row + to.Index(width, 0), &to.data[to.Index(0, y)]);
+    }
+    return to;
+  };
+  TracedView out;
+  out.camera = {
+      Camera::Pinhole(wide.id, width, height, wide.fx(), wide.fy(), wide.cx() - p, wide.cy() - p),
+      view.camera.cam_from_world};
+  out.truth = {view.truth.name, cut(view.truth.photo), cut(view.truth.depth),
+               cut(view.truth.object_ids), cut(view.truth.normals)};
+  out.parts = cut(view.parts);
+  return out;
 }
 
 bool Sees(const TracedView& view, int part, const Vec3& point, double* x, double* y) {
@@ -156,7 +186,7 @@ std::vector<std::vector<int>> FindWholeViews(const World& world,
           }
         }
       }
-      flags[object][v] = seen > 0 && hidden * 50 <= seen;
+      flags[object][v] = seen > 0 && hidden * 33 <= seen;
     }
   });
   for (size_t object = 0; object < whole.size(); ++object) {

@@ -14,13 +14,18 @@ struct TracedView {
   PosedCamera camera;
   SyntheticView truth;
   PixelArray<int16_t, 1> parts;  // part at the pixel centre, -1 none
+  int padding = 0;               // pixels traced beyond every border of the actual image
 };
 
 // The ray through a pixel position whose t is z.
 Ray PixelRay(const PosedCamera& camera, double x, double y);
 
 std::vector<PosedCamera> MakeArc(const SyntheticOptions& options);
-TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& camera);
+// `padding` widens the image on all sides.
+TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& camera,
+                     int padding = 0);
+// The view without its padding.
+TracedView Crop(const TracedView& view);
 
 // The views that see each object whole (see SyntheticScene::whole_views).
 std::vector<std::vector<int>> FindWholeViews(const World& world,

@@ -12,6 +12,7 @@ namespace retint::synthetic {
 namespace {
 
 constexpr int kLeafParts = 2;
+constexpr double kLarge = 2;  // metres
 
 // Whether the ray meets the box before t_max; `inverse` is 1 / direction per axis.
 bool Meets(const Eigen::AlignedBox3d& box, const Vec3& origin, const Vec3& inverse, double t_min,
@@ -48,16 +49,17 @@ void World::Add(int object, int material, std::unique_ptr<Shape> shape) {
 }
 
 void World::Finish() {
-  order_.resize(parts.size());
+  order_.clear();
+  large_.clear();
   parts_of_object_.assign(objects.size(), {});
   chart_sizes_.clear();
   for (size_t i = 0; i < parts.size(); ++i) {
-    order_[i] = int(i);
+    (parts[i].bounds.sizes().maxCoeff() > kLarge ? large_ : order_).push_back(int(i));
     chart_sizes_.push_back(parts[i].shape->ChartSizes());
     parts_of_object_[size_t(parts[i].object)].push_back(int(i));
   }
   nodes_.assign(1, Node{});
-  Build(0, 0, int(parts.size()));
+  Build(0, 0, int(order_.size()));
 }
 
 void World::Build(int node, int begin, int end) {
@@ -85,6 +87,7 @@ void World::Build(int node, int begin, int end) {
   nodes_.resize(nodes_.size() + 2);
   nodes_[size_t(node)].begin = child;
   nodes_[size_t(node)].end = 0;
+  nodes_[size_t(node)].axis = axis;
   Build(child, begin, middle);
   Build(child + 1, middle, end);
 }
@@ -92,25 +95,40 @@ void World::Build(int node, int begin, int end) {
 template <bool kAny>
 bool World::Trace(const Ray& ray, double t_min, double t_max, Hit* hit) const {
   const Vec3 inverse = ray.direction.cwiseInverse();
+  bool found = false;
+  const auto test = [&](int part) {
+    if (!parts[size_t(part)].shape->Intersect(ray, t_min, t_max, hit)) return false;
+    found = true;
+    t_max = hit->t;
+    hit->shape = part;
+    return true;
+  };
   int stack[64];
   int top = 0;
   stack[top++] = 0;
-  bool found = false;
   while (top > 0) {
     const Node& node = nodes_[size_t(stack[--top])];
     if (!Meets(node.bounds, ray.origin, inverse, t_min, t_max)) continue;
     if (node.end == 0) {
-      stack[top++] = node.begin;
-      stack[top++] = node.begin + 1;
+      // The nearer child is taken first.
+      const bool flip = ray.direction[node.axis] < 0;
+      stack[top++] = node.begin + (flip ? 0 : 1);
+      stack[top++] = node.begin + (flip ? 1 : 0);
       continue;
     }
     for (int i = node.begin; i < node.end; ++i) {
       const int part = order_[size_t(i)];
-      if (!parts[size_t(part)].shape->Intersect(ray, t_min, t_max, hit)) continue;
-      if (kAny) return true;
-      found = true;
-      t_max = hit->t;
-      hit->shape = part;
+      if (node.end - node.begin > 1 &&
+          !Meets(parts[size_t(part)].bounds, ray.origin, inverse, t_min, t_max)) {
+        continue;
+      }
+      if (test(part) && kAny) return true;
+    }
+  }
+  for (const int part : large_) {
+    if (Meets(parts[size_t(part)].bounds, ray.origin, inverse, t_min, t_max) && test(part) &&
+        kAny) {
+      return true;
     }
   }
   return found;

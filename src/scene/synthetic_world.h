@@ -42,7 +42,7 @@ struct Part {
 // Object 0 is the background.
 struct ObjectInfo {
   std::string name;
-  bool furniture = false;  // part of the room rather than of the still life
+  bool furniture = false;  // not meant to be selected: the room, and what others bury
 };
 
 struct AreaLight {
@@ -87,12 +87,14 @@ class World {
   struct Node {
     Eigen::AlignedBox3d bounds;
     int begin = 0, end = 0;  // leaf: range of order_; inner: end == 0, children begin, begin + 1
+    int axis = 0;            // inner: along which the children were parted
   };
   void Build(int node, int begin, int end);
   template <bool kAny>
   bool Trace(const Ray& ray, double t_min, double t_max, Hit* hit) const;
   std::vector<Node> nodes_;
-  std::vector<int> order_;
+  std::vector<int> order_;  // small parts, as the nodes refer to them
+  std::vector<int> large_;  // the room, tested one by one: it would blow up the nodes' boxes
   std::vector<std::vector<Vec2>> chart_sizes_;
   std::vector<std::vector<int>> parts_of_object_;
 };
