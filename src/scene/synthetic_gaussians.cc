@@ -22,11 +22,11 @@ constexpr double kMinRadius = 1.45;      // pixels between neighbours where text
 constexpr float kFlatColor = 0.055f;     // largest change of colour that one disc may cover
 constexpr float kFlatNormal = 0.985f;    // cosine of the largest change of normal
 constexpr double kOpacity = 0.96;
-constexpr double kReach = 1.6;  // standard deviations of a disc that must lie on the surface
+constexpr double kReach = 1.3;  // standard deviations of a disc that must lie on the surface
 // Pixels by which discs of solids are sunk: a render widens every outline by about as much.
 constexpr double kSink = 0.5;
 constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
-constexpr double kRidge = 0.02;
+constexpr double kRidge = 0.02;   // per view, on the higher SH degrees of matt surfaces
 constexpr double kLevelRatio = 1.25;  // between levels of world radius
 
 double Logit(double p) { return std::log(p / (1 - p)); }
@@ -297,7 +297,7 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
       }
       extent[side] = inside;
     }
-    disc->sigma[axis] = std::max(0.25 * sigma, 0.5 * (extent[0] + extent[1]) / kReach);
+    disc->sigma[axis] = std::max(0.4 * sigma, 0.5 * (extent[0] + extent[1]) / kReach);
     shift += 0.5 * (extent[0] - extent[1]) * direction;
   }
   Hit hit;
@@ -421,7 +421,6 @@ void Write(const Disc& disc, size_t i, GaussianModel* model) {
   const double thin = std::max(2e-4, 0.12 * std::min(disc.sigma[0], disc.sigma[1]));
   const double scales[3] = {disc.sigma[0], disc.sigma[1], thin};
   for (size_t c = 0; c < 3; ++c) {
-    // Sunk by its thickness, so that its front lies at the surface.
     model->means[3 * i + c] = float(disc.point[Eigen::Index(c)]);
     model->log_scales[3 * i + c] = float(std::log(scales[c]));
   }

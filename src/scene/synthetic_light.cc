@@ -125,6 +125,7 @@ void Lighting::Bake(Charts* charts, int blurs, double progress0, double progress
       Spread(&chart);
       for (int k = 0; k < blurs; ++k) Blur(&chart);
     }
+    LightBuried(&of_part);
   }
 }
 
@@ -160,6 +161,25 @@ void Lighting::Spread(Chart* chart) {
     }
     known = std::move(next);
     if (!changed) break;
+  }
+}
+
+// A chart that is buried altogether may still show a sliver between its samples: give it the part's
+// mean light.
+void Lighting::LightBuried(std::vector<Chart>* charts) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  size_t count = 0;
+  for (const Chart& chart : *charts) {
+    for (size_t i = 0; i < chart.irradiance.size(); ++i) {
+      if (!chart.valid[i]) continue;
+      sum += chart.irradiance[i];
+      ++count;
+    }
+  }
+  if (count == 0) return;
+  for (Chart& chart : *charts) {
+    if (std::find(chart.valid.begin(), chart.valid.end(), 1) != chart.valid.end()) continue;
+    std::fill(chart.irradiance.begin(), chart.irradiance.end(), sum / float(count));
   }
 }
 

@@ -50,6 +50,7 @@ class Lighting {
   Reflection MakeReflection(int material) const;
   static void Spread(Chart* chart);
   static void Blur(Chart* chart);
+  static void LightBuried(std::vector<Chart>* charts);
 
   const World& world_;
   Charts charts_;

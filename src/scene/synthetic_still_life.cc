@@ -319,7 +319,7 @@ void AddBox(World& world) {
   const double yaw = 0.52, x = 0.185, z = -0.17, hx = 0.115, hy = 0.075, hz = 0.090;
   const double rise = 0.0022, half_band = 0.016;
   world.Add(box, paper,
-            std::make_unique<RoundedBox>(At(x, kTable + hy, z), Vec3(hx, hy, hz), 0.004, yaw));
+            std::make_unique<RoundedBox>(At(x, kTable + hy, z), Vec3(hx, hy, hz), 0.006, yaw));
   world.Add(box, ribbon,
             std::make_unique<RoundedBox>(At(x, kTable + hy + rise / 2, z),
                                          Vec3(half_band, hy + rise / 2, hz + rise), 0.002, yaw));
