@@ -355,6 +355,14 @@ class Backend {
   virtual std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view,
                                                        const uint8_t* active,
                                                        size_t budget_bytes) = 0;
+  // As Restrict, but the explicit weights may leave out those below `min_weight` (up to 4 times
+  // that where the budget asks for it) and hold the rest in 8 bits of each Gaussian's largest in a
+  // tile: W_A within that, in a third of the memory.
+  virtual std::shared_ptr<const ViewGeometry> RestrictCompact(const ViewGeometry& view,
+                                                              const uint8_t* active,
+                                                              size_t budget_bytes, float) {
+    return Restrict(view, active, budget_bytes);
+  }
 
   virtual void Blend(const ViewGeometry& view, const BlendParams& params) = 0;
   virtual void BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) = 0;

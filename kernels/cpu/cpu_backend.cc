@@ -84,7 +84,12 @@ class CpuBackend : public Backend {
   }
   std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view, const uint8_t* active,
                                                size_t budget_bytes) override {
-    return RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes);
+    return RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes, 0);
+  }
+  std::shared_ptr<const ViewGeometry> RestrictCompact(const ViewGeometry& view,
+                                                      const uint8_t* active, size_t budget_bytes,
+                                                      float min_weight) override {
+    return RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes, min_weight);
   }
   void Blend(const ViewGeometry& view, const BlendParams& params) override {
     BlendOnCpu(kernels_, CpuViewOf(view), params);

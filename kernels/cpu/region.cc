@@ -43,19 +43,66 @@ void AssignSlots(int64_t num_rows, int64_t count, const RowOf& row_of, const Slo
   }
 }
 
+// Compact weights of up to this many times the budget are worth an attempt to thin them.
+constexpr size_t kThinnable = 2;
+
+// Leaves out half rows whose weights are all below `min_weight`; keeps 8 bits of the others.
+template <typename Step>
+WeightTile Compact(const WeightTile& tile, const std::vector<Step>& steps, float min_weight) {
+  constexpr int kRatio = sizeof(Step) == 1 ? 1 : 257;  // 65535 / 255
+  WeightTile compact;
+  const Step* from = steps.data();
+  for (const WeightEntry& entry : tile.entries) {
+    WeightEntry kept = entry;
+    kept.half_rows = 0;
+    kept.scale = entry.scale * kRatio;
+    const float threshold = min_weight / entry.scale;
+    for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, from += 8) {
+      if (float(*std::max_element(from, from + 8)) < threshold) continue;
+      kept.half_rows |= left & -left;
+      for (int i = 0; i < 8; ++i) {
+        compact.compact.push_back(uint8_t((from[i] + kRatio / 2) / kRatio));
+      }
+    }
+    if (kept.half_rows != 0) compact.entries.push_back(kept);
+  }
+  compact.compact.shrink_to_fit();
+  compact.entries.shrink_to_fit();
+  return compact;
+}
+
+// Raises the least weight until the tiles fit the budget, or gives up.
+bool ThinToFit(std::vector<WeightTile>* tiles, float min_weight, size_t budget_bytes) {
+  for (const float factor : {1.0f, 1.5f, 2.0f, 3.0f, 4.0f}) {
+    if (factor > 1) {
+      ParallelRanges(int64_t(tiles->size()), 16, [&](int64_t begin, int64_t end) {
+        for (size_t i = size_t(begin); i < size_t(end); ++i) {
+          (*tiles)[i] = Compact((*tiles)[i], (*tiles)[i].compact, factor * min_weight);
+        }
+      });
+    }
+    size_t used = 0;
+    for (const WeightTile& tile : *tiles) used += tile.bytes();
+    if (used <= budget_bytes) return true;
+  }
+  return false;
+}
+
 // Weights of every region tile, or nothing when they exceed the budget (which does not depend on
 // the order in which tiles finish).
 std::vector<WeightTile> ComputeWeights(const TileKernels& kernels, const CpuViewGeometry& view,
                                        const std::vector<size_t>& tiles,
                                        const std::vector<int64_t>& lengths,
-                                       const std::vector<int32_t>& row_of, size_t budget_bytes) {
+                                       const std::vector<int32_t>& row_of, size_t budget_bytes,
+                                       float min_weight) {
   std::vector<WeightTile> weights(tiles.size());
   std::atomic<size_t> used{0};
+  const size_t limit = min_weight > 0 ? kThinnable * budget_bytes : budget_bytes;
   ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
     alignas(64) float transmittance[kTilePixels];
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
-      if (used.load(std::memory_order_relaxed) > budget_bytes) return;
+      if (used.load(std::memory_order_relaxed) > limit) return;
       TileList list = TileListOf(view, tiles[i]);
       list.count = lengths[tiles[i]];
       list.splat_rows = row_of.data();
@@ -63,11 +110,14 @@ std::vector<WeightTile> ComputeWeights(const TileKernels& kernels, const CpuView
       work.entries.clear();
       work.weights.clear();
       kernels.weights(list, &work, transmittance);
-      weights[i] = work;  // copies are of exact size
+      weights[i] = min_weight > 0 ? Compact(work, work.weights, min_weight)
+                                  : work;  // copies are of exact size
       used.fetch_add(weights[i].bytes(), std::memory_order_relaxed);
     }
   });
-  if (used.load() > budget_bytes) weights.clear();
+  if (used.load() > limit || (min_weight > 0 && !ThinToFit(&weights, min_weight, budget_bytes))) {
+    weights.clear();
+  }
   return weights;
 }
 
@@ -123,7 +173,8 @@ void CopyLists(const CpuViewGeometry& view, const std::vector<size_t>& tiles,
 
 std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,
-                                                  const uint8_t* active, size_t budget_bytes) {
+                                                  const uint8_t* active, size_t budget_bytes,
+                                                  float min_weight) {
   if (view.is_region) throw std::invalid_argument("a region cannot be restricted again");
   auto region = std::make_shared<CpuViewGeometry>();
   region->is_region = true;
@@ -144,7 +195,7 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
     region->tile_ids.push_back(view.tile_ids[i]);
   }
   region->tile_ids.shrink_to_fit();
-  auto weights = ComputeWeights(kernels, view, tiles, lengths, row_of, budget_bytes);
+  auto weights = ComputeWeights(kernels, view, tiles, lengths, row_of, budget_bytes, min_weight);
   if (!weights.empty()) {
     AdoptWeights(std::move(weights), region.get());
   } else {

@@ -99,15 +99,23 @@ void WeightsOfTile(const TileList& list, WeightTile* tile, float* transmittance)
 }
 
 // visit(entry, pixel, weight) for every stored weight.
-template <typename Visit>
-void ForEachStored(const WeightTile& tile, const Visit& visit) {
-  const uint16_t* weights = tile.weights.data();
+template <typename Step, typename Visit>
+void ForEachStored(const WeightTile& tile, const Step* weights, const Visit& visit) {
   for (const WeightEntry& entry : tile.entries) {
     for (int half = 0; half < 32; ++half) {
       if (!(entry.half_rows >> half & 1)) continue;
       for (int i = 0; i < 8; ++i) visit(entry, 8 * half + i, float(weights[i]));
       weights += 8;
     }
+  }
+}
+
+template <typename Visit>
+void ForEachStored(const WeightTile& tile, const Visit& visit) {
+  if (tile.compact.empty()) {
+    ForEachStored(tile, tile.weights.data(), visit);
+  } else {
+    ForEachStored(tile, tile.compact.data(), visit);
   }
 }
 

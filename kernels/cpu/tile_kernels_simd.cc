@@ -315,27 +315,26 @@ void WeightsOfTile(const TileList& list, WeightTile* tile, float* HWY_RESTRICT t
 }
 
 // visit(offset of the half row's vector in the tile, weights in steps) for an entry's weights.
-template <class Visit>
-HWY_INLINE const uint16_t* VisitWeights(const WeightEntry& entry, const uint16_t* weights,
-                                        const Visit& visit) {
+template <class Step, class Visit>
+HWY_INLINE const Step* VisitWeights(const WeightEntry& entry, const Step* weights,
+                                    const Visit& visit) {
   const HalfTag d;
-  const hn::Rebind<uint16_t, HalfTag> d16;
+  const hn::Rebind<Step, HalfTag> ds;
   const hn::RebindToSigned<HalfTag> di;
   for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, weights += 8) {
     const size_t half = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
     for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-      const auto steps = hn::PromoteTo(di, hn::LoadU(d16, weights + x));
+      const auto steps = hn::PromoteTo(di, hn::LoadU(ds, weights + x));
       visit(8 * half + x, hn::ConvertTo(d, steps));
     }
   }
   return weights;
 }
 
-template <int C>
-void BlendWeightsC(const WeightTile& tile, const float* HWY_RESTRICT features,
+template <int C, class Step>
+void BlendWeightsC(const WeightTile& tile, const Step* weights, const float* HWY_RESTRICT features,
                    float* HWY_RESTRICT sums) {
   const HalfTag d;
-  const uint16_t* weights = tile.weights.data();
   for (const WeightEntry& entry : tile.entries) {
     hn::Vec<HalfTag> feature[C];
     for (int c = 0; c < C; ++c) {
@@ -350,11 +349,10 @@ void BlendWeightsC(const WeightTile& tile, const float* HWY_RESTRICT features,
   }
 }
 
-template <int C>
-void TransposeWeightsC(const WeightTile& tile, const float* HWY_RESTRICT residual,
-                       float* HWY_RESTRICT partials) {
+template <int C, class Step>
+void TransposeWeightsC(const WeightTile& tile, const Step* weights,
+                       const float* HWY_RESTRICT residual, float* HWY_RESTRICT partials) {
   const HalfTag d;
-  const uint16_t* weights = tile.weights.data();
   for (const WeightEntry& entry : tile.entries) {
     hn::Vec<HalfTag> sum[C];
     for (int c = 0; c < C; ++c) sum[c] = hn::Zero(d);
@@ -370,14 +368,25 @@ void TransposeWeightsC(const WeightTile& tile, const float* HWY_RESTRICT residua
 }
 
 void BlendWeights(const WeightTile& tile, const float* features, int channels, float* sums) {
-  WithChannels(channels,
-               [&](auto c) HWY_ATTR { BlendWeightsC<decltype(c)::value>(tile, features, sums); });
+  WithChannels(channels, [&](auto c) HWY_ATTR {
+    constexpr int kChannels = decltype(c)::value;
+    if (tile.compact.empty()) {
+      BlendWeightsC<kChannels>(tile, tile.weights.data(), features, sums);
+    } else {
+      BlendWeightsC<kChannels>(tile, tile.compact.data(), features, sums);
+    }
+  });
 }
 
 void TransposeWeights(const WeightTile& tile, const float* residual, int channels,
                       float* partials) {
   WithChannels(channels, [&](auto c) HWY_ATTR {
-    TransposeWeightsC<decltype(c)::value>(tile, residual, partials);
+    constexpr int kChannels = decltype(c)::value;
+    if (tile.compact.empty()) {
+      TransposeWeightsC<kChannels>(tile, tile.weights.data(), residual, partials);
+    } else {
+      TransposeWeightsC<kChannels>(tile, tile.compact.data(), residual, partials);
+    }
   });
 }
 

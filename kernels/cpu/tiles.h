@@ -42,7 +42,8 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* scratch,
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const DepthParams& params);
 std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,
-                                                  const uint8_t* active, size_t budget_bytes);
+                                                  const uint8_t* active, size_t budget_bytes,
+                                                  float min_weight);
 
 // The list of the geometry's i-th tile.
 TileList TileListOf(const CpuViewGeometry& view, size_t i);

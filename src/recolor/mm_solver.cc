@@ -10,7 +10,7 @@
 namespace retint {
 namespace {
 
-constexpr int kDefaultSweeps = 10;
+constexpr int kDefaultSweeps = 12;
 constexpr const char* kSmallGain = "a sweep lowered the loss by less than the tolerance";
 constexpr double kArmijo = 1e-4;  // of the promised decrease that a step must bring
 constexpr double kShortestStep = 1e-3;

@@ -114,6 +114,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
     if (rows == 0) continue;
     for (const int32_t g : backend().Download(view->region->rows(), rows)) seen[size_t(g)] = 1;
     target_values_ += double(view->region->tiles().size()) * kTilePixels * 3;
+    image_values_ += double(targets_[t].mask->NumPixels()) * 3;
     const size_t bytes = view->Bytes();
     const bool keep = bytes <= left;
     if (keep) kept_bytes_ += bytes;
@@ -177,7 +178,10 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   const auto geometry = renderer_.Geometry(target.camera);
   const CameraParams& camera = geometry->camera();
   RegionView view;
-  view.region = backend().Restrict(*geometry, active_flags_.data(), budget);
+  view.region = form_ == Targets::kRegions
+                    ? backend().RestrictCompact(*geometry, active_flags_.data(), budget,
+                                                float(options_.min_weight))
+                    : backend().Restrict(*geometry, active_flags_.data(), budget);
   const size_t rows = size_t(view.region->num_rows());
   if (rows == 0) return view;
   const size_t pixels = size_t(camera.width) * size_t(camera.height);

@@ -68,6 +68,7 @@ class RefitProblem {
   int num_coeffs() const { return num_coeffs_; }
   size_t NumValues() const { return active_.size() * size_t(num_coeffs_) * 3; }
   double NumTargetValues() const { return target_values_; }  // of all regions: 3 a pixel
+  double RegionFraction() const { return image_values_ > 0 ? target_values_ / image_values_ : 0; }
   float target_unit() const { return target_unit_; }
   ColorMap map() const { return map_; }
   // Coefficients of the active Gaussians, [active, K, 3], host.
@@ -115,7 +116,7 @@ class RefitProblem {
   Buffer<uint8_t> mask_;          // [H, W] scratch
   RefitScratch scratch_;
   size_t kept_bytes_ = 0;
-  double target_values_ = 0;
+  double target_values_ = 0, image_values_ = 0;
   float target_unit_ = 0;
 };
 

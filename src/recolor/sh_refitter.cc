@@ -26,6 +26,7 @@ void RefitOptions::Check() const {
   CheckOption(finite_at_least(ridge_rest, 0), "ridge of the higher bands must not be negative");
   CheckOption(outside_weight > 0 && outside_weight <= 1, "outside weight must be in (0, 1]");
   CheckOption(active_threshold >= 0 && active_threshold < 1, "active threshold must be in [0, 1)");
+  CheckOption(min_weight >= 0 && min_weight < 0.1, "least weight must be in [0, 0.1)");
   CheckOption(finite_at_least(tolerance, 0), "tolerance must not be negative");
 }
 
@@ -118,10 +119,15 @@ RefitSummary ShRefitter::Summary() const {
     summary.losses = solver.losses();
     summary.reason = solver.reason();
   });
-  summary.active_gaussians = impl_->problem.NumActive();
+  const RefitProblem& problem = impl_->problem;
+  summary.active_gaussians = problem.NumActive();
+  summary.views = int(problem.NumViews());
+  summary.views_kept = int(problem.NumKeptViews());
+  summary.region_bytes = problem.KeptBytes();
+  summary.region_fraction = problem.RegionFraction();
   const auto values = impl_->Coefficients();
-  const auto& original = impl_->problem.original();
-  const size_t block = size_t(impl_->problem.num_coeffs()) * 3;
+  const auto& original = problem.original();
+  const size_t block = size_t(problem.num_coeffs()) * 3;
   for (size_t first = 0; first < values.size(); first += block) {
     summary.changed_gaussians +=
         std::memcmp(&values[first], &original[first], block * sizeof(float)) != 0;

@@ -23,18 +23,19 @@ enum class MmAcceleration { kNone, kNesterov, kLbfgs };
 
 struct RefitOptions {
   Solver solver = Solver::kMm;
-  int iterations = 0;  // sweeps (mm, default 10) or steps (adam, default 3000); 0 takes the default
+  int iterations = 0;  // sweeps (mm, default 12) or steps (adam, default 3000); 0 takes the default
   bool closed_form_start = true;  // mm always starts there
   MmAcceleration acceleration = MmAcceleration::kLbfgs;
   double learning_rate = 2.5e-4;  // adam
   double lambda_dssim = 0.2;      // adam: weight of D-SSIM in the loss
-  double ridge_dc = 1e-2;       // mm: lambda_l of the DC term, relative to the sum of visibilities
-  double ridge_rest = 1e-2;     // mm: of the higher bands, pulling towards the closed-form start
-  double outside_weight = 0.5;  // mm: weight of a pixel's squared error at mask 0; 1 at mask 255
-  double active_threshold = 1e-3;  // m_g above which a Gaussian is active
+  double ridge_dc = 1e-2;        // mm: lambda_l of the DC term, relative to the sum of visibilities
+  double ridge_rest = 1e-3;      // mm: of the higher bands, pulling towards the closed-form start
+  double outside_weight = 0.85;  // mm: weight of a pixel's squared error at mask 0; 1 at mask 255
+  double active_threshold = 5e-2;  // m_g above which a Gaussian is active
+  double min_weight = 1e-3;        // mm: blending weights below are left out of the regions
   double tolerance = 1e-3;         // mm: stop when a sweep lowers the loss by less than this share
   uint64_t seed = 0;               // adam: order of the cameras
-  size_t region_cache_bytes = size_t{700}
+  size_t region_cache_bytes = size_t{1000}
                               << 20;  // of explicit weights and targets, all views together
   void Check() const;
 };
@@ -50,6 +51,9 @@ struct RefitSummary {
   std::string solver;
   int iterations = 0;
   int64_t active_gaussians = 0, changed_gaussians = 0;
+  int views = 0, views_kept = 0;  // that see an active Gaussian; of these, kept in the region cache
+  size_t region_bytes = 0;        // of the region cache
+  double region_fraction = 0;     // of those views' pixels that lie in a region
   bool converged = false;
   std::vector<double> losses;  // one a sweep, or a running mean every 50 steps
   std::string reason;
@@ -83,7 +87,7 @@ class ShRefitter {
 // The instant preview: C <- C (1 + m (t - 1)) and the DC term's 0.5 offset, for each Gaussian of
 // share m. [N, K, 3].
 std::vector<float> ClosedFormSh(const GaussianModel& model, std::span<const float> shares,
-                                const ColorEdit& edit, double active_threshold = 1e-3);
+                                const ColorEdit& edit, double active_threshold = 5e-2);
 
 // m_g = sum_v W^T M_v / sum_v W^T 1, [N].
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -28,16 +29,22 @@ double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+// CPU seconds of this process over both cores: what a busy machine leaves comparable.
+double CpuNow() { return double(std::clock()) / CLOCKS_PER_SEC; }
+
 struct Flags {
-  std::string data, output, tint = "#3060ff";
+  std::string data, output, fox_masks, tint = "#3060ff";
   std::vector<std::string> scenes = {"fox", "flower"};
   std::vector<std::string> solvers = {"mm"};
   std::vector<double> learning_rates = {2.5e-4};
   int sweeps = 0, steps = 3000, holdout = 8;
   double ridge_dc = RefitOptions().ridge_dc, ridge_rest = RefitOptions().ridge_rest;
   double tolerance = RefitOptions().tolerance;
+  double active_threshold = RefitOptions().active_threshold;
+  size_t region_mb = RefitOptions().region_cache_bytes >> 20;
+  double min_weight = RefitOptions().min_weight;
   double outside_weight = RefitOptions().outside_weight;
-  double scale = 1;
+  double scale = 1, fit_scale = 1;
   bool cold_start = false, no_quality = false, area = false;
 };
 
@@ -118,10 +125,10 @@ Scene LoadScene(const std::string& name, const Flags& flags) {
   Shrink(scene, flags.scale);
   Renderer renderer(CreateBackend("cpu"), scene.model);
   Monitor monitor;
-  if (name == "flower") {
+  if (name != "fox" || !flags.fox_masks.empty()) {
+    const fs::path folder = name == "fox" ? fs::path(flags.fox_masks) : root / "truth";
     for (const View* view : scene.workspace.reconstruction.ViewsByName()) {
-      scene.masks[view->name] =
-          Resized(ReadMask(ViewFile(root / "truth", view->name)), flags.scale);
+      scene.masks[view->name] = Resized(ReadMask(ViewFile(folder, view->name)), flags.scale);
     }
   } else {  // lift the one brush mask to the Gaussians and render it everywhere
     const View& view = scene.workspace.RequireView("0025.jpg");
@@ -132,10 +139,18 @@ Scene LoadScene(const std::string& name, const Flags& flags) {
     MasksFromShares(scene, renderer, shares);
   }
   SplitTargets(scene, flags.holdout);
-  const double start = Now();
+  const double start = Now(), cpu_start = CpuNow();
   scene.shares = MaskShares(renderer, scene.train, monitor);
-  std::printf("{\"scene\":\"%s\",\"case\":\"shares\",\"views\":%zu,\"coverage\":%.4f,\"s\":%.2f}\n",
-              name.c_str(), scene.train.size(), scene.coverage, Now() - start);
+  const auto above = [&](float threshold) {
+    return static_cast<long long>(std::count_if(scene.shares.begin(), scene.shares.end(),
+                                                [=](float share) { return share > threshold; }));
+  };
+  std::printf(
+      "{\"scene\":\"%s\",\"case\":\"shares\",\"above_1e-3_1e-2_1e-1\":[%lld,%lld,%lld],\"views\":%"
+      "zu,\"coverage\":%.4f,\"s\":%.2f,\"cpu_s\":%"
+      ".2f}\n",
+      name.c_str(), above(1e-3f), above(1e-2f), above(0.1f), scene.train.size(), scene.coverage,
+      Now() - start, CpuNow() - cpu_start);
   std::fflush(stdout);
   return scene;
 }
@@ -156,6 +171,41 @@ void WritePictures(Scene& scene, Renderer& renderer, const std::vector<float>& s
   }
 }
 
+struct Coarse {
+  std::vector<Mask> masks;
+  std::vector<RefitTarget> targets;
+};
+Coarse Coarsen(const std::vector<RefitTarget>& targets, double scale) {
+  Coarse coarse;
+  coarse.masks.reserve(targets.size());
+  for (const auto& target : targets) {
+    RefitTarget small = target;
+    Camera& camera = small.camera.camera;
+    const int w = camera.width, h = camera.height;
+    const int nw = int(std::lround(w * scale)), nh = int(std::lround(h * scale));
+    const double sx = double(nw) / w, sy = double(nh) / h;
+    camera = Camera::Pinhole(camera.id, nw, nh, camera.fx() * sx, camera.fy() * sy,
+                             camera.cx() * sx, camera.cy() * sy);
+    Mask mask(nw, nh);
+    for (int y = 0; y < nh; ++y) {
+      for (int x = 0; x < nw; ++x) {
+        double sum = 0, n = 0;
+        for (int v = int(y / sy); v < std::min(h, int(std::ceil((y + 1) / sy))); ++v) {
+          for (int u = int(x / sx); u < std::min(w, int(std::ceil((x + 1) / sx))); ++u) {
+            sum += (*target.mask)(u, v);
+            n += 1;
+          }
+        }
+        mask(x, y) = uint8_t(std::lround(sum / n));
+      }
+    }
+    coarse.masks.push_back(std::move(mask));
+    small.mask = &coarse.masks.back();
+    coarse.targets.push_back(small);
+  }
+  return coarse;
+}
+
 void Fit(Scene& scene, const std::string& solver, double learning_rate, const Flags& flags,
          const std::string& label) {
   Renderer renderer(CreateBackend("cpu"), scene.model);
@@ -170,25 +220,36 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   options.ridge_dc = flags.ridge_dc;
   options.ridge_rest = flags.ridge_rest;
   options.tolerance = flags.tolerance;
+  options.active_threshold = flags.active_threshold;
+  options.region_cache_bytes = flags.region_mb << 20;
+  options.min_weight = flags.min_weight;
   options.outside_weight = flags.outside_weight;
   options.closed_form_start = !flags.cold_start;
-  const double start = Now();
-  ShRefitter refitter(renderer, scene.model, scene.train, edit, scene.shares, options, monitor);
-  const double ready = Now();
+  const double start = Now(), cpu_start = CpuNow();
+  const Coarse coarse = Coarsen(scene.train, flags.fit_scale);
+  ShRefitter refitter(renderer, scene.model, flags.fit_scale == 1 ? scene.train : coarse.targets,
+                      edit, scene.shares, options, monitor);
+  const double ready = Now(), cpu_ready = CpuNow();
   const RefitSummary summary = refitter.Run(monitor);
-  const double done = Now();
+  const double done = Now(), cpu_done = CpuNow();
   const auto sh =
       solver == "closed-form" ? ClosedFormSh(scene.model, scene.shares, edit) : refitter.Sh();
   std::printf(
       "{\"scene\":\"%s\",\"case\":\"%s\",\"solver\":\"%s\",\"lr\":%g,\"cold\":%d,\"iterations\":%d,"
-      "\"converged\":%d,\"coverage\":%.4f,\"active\":%lld,\"setup_s\":%.2f,\"run_s\":%.2f,"
-      "\"total_s\":%.2f,\"ms_per_iteration\":%.1f,\"loss\":[%.4g,%.4g]",
+      "\"converged\":%d,\"coverage\":%.4f,\"active\":%lld,\"views\":%d,\"views_kept\":%d,\"region_"
+      "mb\":%.0f,\"region_fraction\":%.3f,\"setup_s\":%.2f,\"run_s\":%.2f,"
+      "\"total_s\":%.2f,\"ms_per_iteration\":%.1f,\"setup_cpu_s\":%.2f,\"run_cpu_s\":%.2f,\"loss\":"
+      "[%.4g,%.4g]",
       scene.name.c_str(), label.c_str(), solver.c_str(), learning_rate, flags.cold_start,
       summary.iterations, summary.converged, scene.coverage,
-      static_cast<long long>(summary.active_gaussians), ready - start, done - ready, done - start,
-      1000 * (done - ready) / std::max(summary.iterations, 1),
-      summary.losses.empty() ? 0 : summary.losses.front(),
-      summary.losses.empty() ? 0 : summary.losses.back());
+      static_cast<long long>(summary.active_gaussians), summary.views, summary.views_kept,
+      double(summary.region_bytes) / 1e6, summary.region_fraction, ready - start, done - ready,
+      done - start, 1000 * (done - ready) / std::max(summary.iterations, 1), cpu_ready - cpu_start,
+      cpu_done - cpu_ready);
+  for (size_t i = 0; i < summary.losses.size() && i < 40; ++i) {
+    std::printf("%s%.4g", i ? "," : "", summary.losses[i]);
+  }
+  std::printf("]");
   if (!flags.no_quality) {
     const auto report =
         EvaluateEdit(renderer, scene.model.sh, sh, scene.train, scene.heldout, edit, monitor);
@@ -248,6 +309,7 @@ int Main(int argc, char** argv) {
   flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";
   CLI::App app("mm against adam on real captures; one JSON line a case");
   app.add_option("--data", flags.data, "folder with fox/ and flower/");
+  app.add_option("--fox-masks", flags.fox_masks, "folder of `retint project`; else lifted here");
   app.add_option("--output", flags.output, "folder for before and after pictures");
   app.add_option("--tint", flags.tint);
   app.add_option("--scenes", flags.scenes)->delimiter(',');
@@ -260,7 +322,11 @@ int Main(int argc, char** argv) {
   app.add_option("--ridge-dc", flags.ridge_dc);
   app.add_option("--ridge-rest", flags.ridge_rest);
   app.add_option("--tolerance", flags.tolerance);
+  app.add_option("--active-threshold", flags.active_threshold);
+  app.add_option("--region-mb", flags.region_mb);
+  app.add_option("--min-weight", flags.min_weight);
   app.add_option("--outside-weight", flags.outside_weight);
+  app.add_option("--fit-scale", flags.fit_scale);
   app.add_option("--scale", flags.scale, "of the cameras");
   app.add_flag("--cold-start", flags.cold_start, "adam starts from the original coefficients");
   app.add_flag("--no-quality", flags.no_quality);

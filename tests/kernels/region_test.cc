@@ -154,6 +154,35 @@ TEST_P(RegionOp, KeepsWithinItsBudget) {
   EXPECT_EQ(Restrict(stored)->bytes(), stored);
 }
 
+// Compact weights lose what is below 1e-3, at most once an entry and pixel, and round the rest to
+// 1 / 255 of their entry's largest.
+TEST_P(RegionOp, CompactWeightsAreCloseAndSmall) {
+  Make(200, 150, 2000, 0.1f);
+  const auto exact = Restrict(kAmple);
+  const auto compact = backend_->RestrictCompact(*view_, device_active_.data(), kAmple, 1e-3f);
+  EXPECT_EQ(RowsOf(*backend_, *compact), RowsOf(*backend_, *exact));
+  EXPECT_LE(compact->bytes(), exact->bytes());
+  std::vector<float> whole, part;
+  MakeFeatures(3, &whole, &part);
+  const Blended expected = RunBlend(*backend_, *exact, part, 3);
+  const Blended actual = RunBlend(*backend_, *compact, part, 3);
+  EXPECT_LE(WorstDifference(actual.image, expected.image), 2e-2);
+  double difference = 0, sum = 0;
+  for (size_t i = 0; i < expected.image.size(); ++i) {
+    difference += std::abs(double(actual.image[i]) - double(expected.image[i]));
+    sum += std::abs(double(expected.image[i]));
+  }
+  EXPECT_GT(sum, 0);
+  EXPECT_LE(difference, 0.01 * sum);
+  // And the transpose is the same matrix's: <W c, r> = <c, W^T r>.
+  const auto residual = UniformVector(rng_, pixels_ * 3, -1, 1);
+  const auto transposed = RunTranspose(*backend_, *compact, residual, 3);
+  double forward = 0, backward = 0;
+  for (size_t i = 0; i < residual.size(); ++i) forward += double(actual.image[i]) * residual[i];
+  for (size_t i = 0; i < part.size(); ++i) backward += double(part[i]) * transposed[i];
+  EXPECT_NEAR(forward, backward, 1e-4 * sum);
+}
+
 TEST_P(RegionOp, MayBeEmpty) {
   Make(50, 50, 100, 0.0f);
   for (const size_t budget : {kNoBudget, kAmple}) {

@@ -124,8 +124,15 @@ TEST(MmTest, AgreesWithAndWithoutKeptRegions) {
   Refit(scene, edit, options, &kept);
   options.region_cache_bytes = 0;
   Refit(scene, edit, options, &streamed);
-  // Explicit weights may be rounded to half precision: 1e-3 of coefficients of order 1.
-  for (size_t i = 0; i < kept.size(); ++i) ASSERT_NEAR(kept[i], streamed[i], 4e-3f) << i;
+  // Kept weights are rounded to 8 bits and cut off at 1e-3, so that single coefficients of
+  // Gaussians that hardly show may differ; the mean over the active ones may not.
+  double difference = 0, change = 0;
+  for (size_t i = 0; i < kept.size(); ++i) {
+    difference += std::abs(double(kept[i]) - double(streamed[i]));
+    change += std::abs(double(kept[i]) - double(scene.model.sh[i]));
+  }
+  EXPECT_GT(change, 0);
+  EXPECT_LT(difference, 0.03 * change);
 }
 
 TEST(MmTest, IsDeterministic) {

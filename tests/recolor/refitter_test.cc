@@ -82,7 +82,8 @@ TEST_P(RefitterTest, FullMaskActivatesAllThatIsSeen) {
   refitter->Run(monitor_);
   const auto shares = MaskShares(renderer_, scene_.Targets(), monitor_);
   EXPECT_EQ(int64_t(refitter->active().size()),
-            std::count_if(shares.begin(), shares.end(), [](float m) { return m > 1e-3f; }));
+            std::count_if(shares.begin(), shares.end(),
+                          [&](float m) { return m > options_.active_threshold; }));
   EXPECT_GT(refitter->active().size(), 100u);
 }
 
