@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The CUDA backend: the operations of kernels/backend.h on one device, on a stream of its own. No
+// CUDA type shows here.
+#pragma once
+
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "kernels/backend.h"
+
+namespace retint {
+
+// A failed call of the CUDA runtime: "cudaCall: why".
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Exhausted device memory: what was called and what is free.
+class DeviceOutOfMemory : public std::bad_alloc {
+ public:
+  explicit DeviceOutOfMemory(std::string message);
+  const char* what() const noexcept override { return message_.c_str(); }
+
+ private:
+  std::string message_;
+};
+
+// True where a driver and a device of compute capability 7.5 or newer answer; otherwise `reason`
+// says what is missing.
+bool CudaAvailable(std::string* reason = nullptr);
+
+// On the current device.
+std::shared_ptr<Backend> CreateCudaBackend();
+
+}  // namespace retint

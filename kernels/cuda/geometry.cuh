@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the CUDA backend keeps of a model and of a view, in device memory.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "kernels/backend.h"
+#include "kernels/common/projection.h"
+#include "kernels/cuda/device.cuh"
+
+namespace retint::cuda {
+
+// View-independent attributes; the 3D covariance is computed once, at upload.
+struct CudaModel : Model {
+  CudaModel(int64_t count, int degree) {
+    count_ = count;
+    sh_degree_ = degree;
+  }
+  float* sh() override { return coefficients.data(); }
+  const float* sh() const override { return coefficients.data(); }
+
+  Scratch<float> means;              // [N, 3]
+  Scratch<float4> mean_opacity;      // [N] the same mean, and the activated opacity
+  Scratch<Covariance3> covariances;  // [N]
+  Scratch<float> coefficients;       // [N, K, 3]
+};
+
+// Tile lists: tile t's entries are [ranges[t].x, ranges[t].y), in order of (depth, index). A whole
+// view has a range for every tile of the grid; a region only for those in tile_ids, and a compact
+// copy of the splats that its lists name.
+class CudaViewGeometry : public ViewGeometry {
+ public:
+  explicit CudaViewGeometry(cudaStream_t stream) : stream_(stream) {}
+  void SetShape(const CameraParams& view_camera, int64_t rows) {
+    camera_ = view_camera;
+    num_rows_ = rows;
+  }
+  const int32_t* rows() const override { return gaussians.data(); }
+  std::span<const int32_t> tiles() const override;
+  size_t bytes() const override {
+    return gaussians.bytes() + splats.bytes() + splat_rows.bytes() + tile_ids.bytes() +
+           ranges.bytes() + entries.bytes();
+  }
+
+  Scratch<int32_t> gaussians;   // [rows]
+  Scratch<Splat> splats;        // whole view: one a row
+  Scratch<int32_t> splat_rows;  // region: row of each splat, -1 for an inactive one
+  Scratch<int32_t> tile_ids;    // region: [tiles] ascending
+  Scratch<int2> ranges;         // [tiles of the grid], region: [tiles]
+  Scratch<int32_t> entries;     // [E] index into splats
+  bool is_region = false;
+
+ private:
+  cudaStream_t stream_;
+  mutable std::once_flag tiles_once_;
+  mutable std::vector<int32_t> host_tiles_;
+};
+
+std::unique_ptr<CudaModel> Upload(const GaussianArrays& host, cudaStream_t stream);
+std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraParams& camera,
+                                          cudaStream_t stream);
+std::shared_ptr<CudaViewGeometry> RestrictTo(const CudaViewGeometry& view, const uint8_t* active,
+                                             cudaStream_t stream);
+
+}  // namespace retint::cuda

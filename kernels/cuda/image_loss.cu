@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Two passes over blocks of pixels with a halo of 5 in shared memory: SSIM and its derivatives by
+// the moments, then the window's transpose of those derivatives.
+#include "kernels/common/loss.h"
+
+#include <stdexcept>
+
+#include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/ops.cuh"
+
+namespace retint::cuda {
+namespace {
+
+constexpr int kWidth = 32, kHeight = 16, kR = kSsimRadius;
+constexpr int kThreads = 256;
+constexpr int kHaloWidth = kWidth + 2 * kR, kHaloHeight = kHeight + 2 * kR;
+
+struct Box {
+  int x0, y0, x1, y1;
+};
+
+__constant__ float kWindow[2 * kR + 1];
+
+// Planar [3 channels][3 derivatives] maps of `box`.
+struct Maps {
+  float* data;
+  Box box;
+  __device__ int64_t Index(int x, int y, int plane) const {
+    const int64_t width = box.x1 - box.x0, height = box.y1 - box.y0;
+    return (plane * height + (y - box.y0)) * width + (x - box.x0);
+  }
+};
+
+__global__ void __launch_bounds__(kThreads)
+    MomentsKernel(ImageLossParams params, Box roi, Maps maps, double* ssim_sum) {
+  __shared__ float in[2][kHaloHeight][kHaloWidth];
+  __shared__ float rows[5][kHaloHeight][kWidth];
+  const int x0 = maps.box.x0 + int(blockIdx.x) * kWidth,
+            y0 = maps.box.y0 + int(blockIdx.y) * kHeight;
+  const int channel = blockIdx.z;
+  for (int i = threadIdx.x; i < kHaloWidth * kHaloHeight; i += kThreads) {
+    const int x = x0 - kR + i % kHaloWidth, y = y0 - kR + i / kHaloWidth;
+    const bool inside = x >= 0 && y >= 0 && x < params.width && y < params.height;
+    const int64_t at = (int64_t(y) * params.width + x) * 3 + channel;
+    in[0][i / kHaloWidth][i % kHaloWidth] = inside ? params.image[at] : 0.0f;
+    in[1][i / kHaloWidth][i % kHaloWidth] = inside ? params.target[at] : 0.0f;
+  }
+  __syncthreads();
+  for (int i = threadIdx.x; i < kWidth * kHaloHeight; i += kThreads) {
+    const int x = i % kWidth, y = i / kWidth;
+    float sums[5] = {};
+#pragma unroll
+    for (int j = 0; j <= 2 * kR; ++j) {
+      const float a = in[0][y][x + j], b = in[1][y][x + j], w = kWindow[j];
+      sums[0] += w * a;
+      sums[1] += w * b;
+      sums[2] += w * a * a;
+      sums[3] += w * b * b;
+      sums[4] += w * a * b;
+    }
+#pragma unroll
+    for (int m = 0; m < 5; ++m) rows[m][y][x] = sums[m];
+  }
+  __syncthreads();
+  double total = 0;
+  for (int i = threadIdx.x; i < kWidth * kHeight; i += kThreads) {
+    const int x = i % kWidth, y = i / kWidth;
+    if (x0 + x >= maps.box.x1 || y0 + y >= maps.box.y1) continue;
+    float sums[5] = {};
+#pragma unroll
+    for (int j = 0; j <= 2 * kR; ++j) {
+#pragma unroll
+      for (int m = 0; m < 5; ++m) sums[m] += kWindow[j] * rows[m][y + j][x];
+    }
+    const SsimPoint<float> point =
+        Ssim<float>({sums[0], sums[1], sums[2], sums[3], sums[4]}, 1.0f, kSsimC1, kSsimC2);
+    if (x0 + x >= roi.x0 && y0 + y >= roi.y0 && x0 + x < roi.x1 && y0 + y < roi.y1) {
+      total += double(point.value);
+    }
+    maps.data[maps.Index(x0 + x, y0 + y, 3 * channel)] = point.d_x;
+    maps.data[maps.Index(x0 + x, y0 + y, 3 * channel + 1)] = point.d_xx;
+    maps.data[maps.Index(x0 + x, y0 + y, 3 * channel + 2)] = point.d_xy;
+  }
+  AddOverBlock(total, ssim_sum);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    GradientKernel(ImageLossParams params, Box roi, Maps maps, float l1_scale, float ssim_scale,
+                   double* l1_sum) {
+  __shared__ float in[3][kHaloHeight][kHaloWidth];
+  __shared__ float rows[3][kHaloHeight][kWidth];
+  const int x0 = roi.x0 + int(blockIdx.x) * kWidth, y0 = roi.y0 + int(blockIdx.y) * kHeight;
+  const int channel = blockIdx.z;
+  for (int i = threadIdx.x; i < kHaloWidth * kHaloHeight; i += kThreads) {
+    const int x = x0 - kR + i % kHaloWidth, y = y0 - kR + i / kHaloWidth;
+    const Box& box = maps.box;
+    const bool inside = x >= box.x0 && y >= box.y0 && x < box.x1 && y < box.y1;
+    for (int m = 0; m < 3; ++m) {
+      in[m][i / kHaloWidth][i % kHaloWidth] =
+          inside ? maps.data[maps.Index(x, y, 3 * channel + m)] : 0.0f;
+    }
+  }
+  __syncthreads();
+  for (int i = threadIdx.x; i < kWidth * kHaloHeight; i += kThreads) {
+    const int x = i % kWidth, y = i / kWidth;
+    float sums[3] = {};
+#pragma unroll
+    for (int j = 0; j <= 2 * kR; ++j) {
+#pragma unroll
+      for (int m = 0; m < 3; ++m) sums[m] += kWindow[j] * in[m][y][x + j];
+    }
+#pragma unroll
+    for (int m = 0; m < 3; ++m) rows[m][y][x] = sums[m];
+  }
+  __syncthreads();
+  double total = 0;
+  for (int i = threadIdx.x; i < kWidth * kHeight; i += kThreads) {
+    const int x = i % kWidth, y = i / kWidth;
+    if (x0 + x >= roi.x1 || y0 + y >= roi.y1) continue;
+    float sums[3] = {};
+#pragma unroll
+    for (int j = 0; j <= 2 * kR; ++j) {
+#pragma unroll
+      for (int m = 0; m < 3; ++m) sums[m] += kWindow[j] * rows[m][y + j][x];
+    }
+    const int64_t at = (int64_t(y0 + y) * params.width + x0 + x) * 3 + channel;
+    const float vx = params.image[at], vy = params.target[at], difference = vx - vy;
+    total += double(fabsf(difference));
+    const float sign = float(difference > 0) - float(difference < 0);
+    params.gradient[at] =
+        l1_scale * sign + ssim_scale * (sums[0] + 2 * vx * sums[1] + vy * sums[2]);
+  }
+  AddOverBlock(total, l1_sum);
+}
+
+dim3 GridOf(const Box& box) {
+  return dim3(Blocks(box.x1 - box.x0, kWidth), Blocks(box.y1 - box.y0, kHeight), 3);
+}
+
+}  // namespace
+
+void ImageLoss(const ImageLossParams& params, double* sums, cudaStream_t stream) {
+  static const bool kLoaded = [] {
+    Check(cudaMemcpyToSymbol(kWindow, kSsimWindow, sizeof(kSsimWindow)), "cudaMemcpyToSymbol");
+    return true;
+  }();
+  (void)kLoaded;
+  Box roi{params.roi[0], params.roi[1], params.roi[2], params.roi[3]};
+  if (roi.x0 == 0 && roi.y0 == 0 && roi.x1 == 0 && roi.y1 == 0) {
+    roi.x1 = params.width, roi.y1 = params.height;
+  }
+  if (roi.x0 < 0 || roi.y0 < 0 || roi.x1 > params.width || roi.y1 > params.height) {
+    throw std::invalid_argument("the region of interest lies outside the image");
+  }
+  if (roi.x0 >= roi.x1 || roi.y0 >= roi.y1) return;
+  const Box halo{roi.x0 > kR ? roi.x0 - kR : 0, roi.y0 > kR ? roi.y0 - kR : 0,
+                 roi.x1 + kR < params.width ? roi.x1 + kR : params.width,
+                 roi.y1 + kR < params.height ? roi.y1 + kR : params.height};
+  Scratch<float> planes(stream, size_t(halo.x1 - halo.x0) * size_t(halo.y1 - halo.y0) * 9);
+  const Maps maps{planes.data(), halo};
+  const double count = double(params.width) * params.height * 3;
+  MomentsKernel<<<GridOf(halo), kThreads, 0, stream>>>(params, roi, maps, sums + 1);
+  Check(cudaGetLastError(), "MomentsKernel");
+  GradientKernel<<<GridOf(roi), kThreads, 0, stream>>>(
+      params, roi, maps, float((1 - params.lambda) / count), float(-params.lambda / count), sums);
+  Check(cudaGetLastError(), "GradientKernel");
+}
+
+}  // namespace retint::cuda

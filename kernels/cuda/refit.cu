@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The refit's steps on the pixels of a region or of a box.
+#include <stdexcept>
+
+#include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/ops.cuh"
+
+namespace retint::cuda {
+namespace {
+
+constexpr int kTilePixels = kTileSize * kTileSize;
+
+// mask * (delta y + offset): what the edit adds to a colour.
+__device__ void EditChange(const ColorMap& map, float mask, const float* color, float* change) {
+#pragma unroll
+  for (int c = 0; c < 3; ++c) {
+    change[c] = mask * (map.delta[3 * c] * color[0] + map.delta[3 * c + 1] * color[1] +
+                        map.delta[3 * c + 2] * color[2] + map.offset[c]);
+  }
+}
+
+// Pixels of a region, numbered tile by tile; -1 past the image's edge.
+struct RegionPixels {
+  const int32_t* tile_ids;
+  int tiles_x, width, height;
+
+  __device__ int64_t Pixel(int64_t i) const {
+    const int tile = tile_ids[i / kTilePixels], within = int(i % kTilePixels);
+    const int x = tile % tiles_x * kTileSize + within % kTileSize;
+    const int y = tile / tiles_x * kTileSize + within / kTileSize;
+    return x < width && y < height ? int64_t(y) * width + x : -1;
+  }
+};
+
+RegionPixels PixelsOf(const CudaViewGeometry& view) {
+  if (!view.is_region) throw std::invalid_argument("needs a region");
+  return {view.tile_ids.data(), view.tiles_x(), view.camera().width, view.camera().height};
+}
+
+int64_t CountOf(const CudaViewGeometry& view) {
+  return int64_t(view.tile_ids.size()) * kTilePixels;
+}
+
+__global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidualParams params) {
+  double sum = 0;
+  for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
+       i += int64_t(gridDim.x) * blockDim.x) {
+    const int64_t pixel = pixels.Pixel(i);
+    if (pixel < 0) continue;
+    const float weight = params.weights ? float(params.weights[i]) * (1.0f / 255) : 1.0f;
+    for (int c = 0; c < 3; ++c) {
+      const float r = float(params.target[3 * i + c]) * params.unit - params.image[3 * pixel + c];
+      params.residual[3 * pixel + c] = weight * r;
+      sum += double(weight * r * r);
+    }
+  }
+  AddOverBlock(sum, params.loss);
+}
+
+// body(x, y, number in the box) for the pixels of `box`.
+template <typename Body>
+void ForBox(const int32_t* box, cudaStream_t stream, const char* name, const Body& body) {
+  const int x0 = box[0], y0 = box[1], width = box[2] - box[0], height = box[3] - box[1];
+  if (width <= 0 || height <= 0) return;
+  ForEach(int64_t(width) * height, stream, name,
+          [=] __device__(int64_t i) { body(x0 + int(i % width), y0 + int(i / width), i); });
+}
+
+}  // namespace
+
+void RegionTarget(const CudaViewGeometry& view, const RegionTargetParams& params,
+                  cudaStream_t stream) {
+  const RegionPixels pixels = PixelsOf(view);
+  const float* source = params.source ? params.source : params.render;
+  const float scale = 1 / params.unit;
+  ForEach(CountOf(view), stream, "RegionTarget", [=] __device__(int64_t i) {
+    const int64_t p = pixels.Pixel(i);
+    float change[3] = {};
+    if (p >= 0) {
+      EditChange(params.map, float(params.mask[p]) * (1.0f / 255), source + 3 * p, change);
+      for (int c = 0; c < 3; ++c) change[c] += source[3 * p + c] - params.render[3 * p + c];
+    }
+    for (int c = 0; c < 3; ++c) {
+      const float steps = fminf(fmaxf(change[c] * scale, -32767.0f), 32767.0f);
+      params.target[3 * i + c] = int16_t(__float2int_rn(steps));
+    }
+  });
+}
+
+void RegionResidual(const CudaViewGeometry& view, const RegionResidualParams& params,
+                    cudaStream_t stream) {
+  const RegionPixels pixels = PixelsOf(view);
+  const int64_t count = CountOf(view);
+  if (count == 0) return;
+  const unsigned blocks = Blocks(count, 256);
+  ResidualKernel < <<blocks<2048 ? blocks : 2048, 256, 0, stream>>>(count, pixels, params);
+  Check(cudaGetLastError(), "RegionResidual");
+}
+
+void RegionAdd(const CudaViewGeometry& view, float* image, const float* delta,
+               cudaStream_t stream) {
+  const RegionPixels pixels = PixelsOf(view);
+  ForEach(CountOf(view), stream, "RegionAdd", [=] __device__(int64_t i) {
+    const int64_t p = pixels.Pixel(i);
+    if (p < 0) return;
+    for (int c = 0; c < 3; ++c) image[3 * p + c] += delta[3 * p + c];
+  });
+}
+
+void PackBox(const PackBoxParams& params, cudaStream_t stream) {
+  const float scale = 1 / params.unit;
+  ForBox(params.box, stream, "PackBox", [=] __device__(int x, int y, int64_t i) {
+    const float* from = params.image + (int64_t(y) * params.width + x) * 3;
+    for (int c = 0; c < 3; ++c) {
+      params.packed[3 * i + c] = uint16_t(fminf(fmaxf(from[c] * scale + 0.5f, 0.0f), 65535.0f));
+    }
+  });
+}
+
+void UnpackBox(const PackBoxParams& params, cudaStream_t stream) {
+  ForBox(params.box, stream, "UnpackBox", [=] __device__(int x, int y, int64_t i) {
+    float* to = params.image + (int64_t(y) * params.width + x) * 3;
+    for (int c = 0; c < 3; ++c) to[c] = float(params.packed[3 * i + c]) * params.unit;
+  });
+}
+
+void EditImage(const EditImageParams& params, cudaStream_t stream) {
+  ForBox(params.box, stream, "EditImage", [=] __device__(int x, int y, int64_t) {
+    const int64_t p = int64_t(y) * params.width + x;
+    float change[3];
+    EditChange(params.map, float(params.mask[p]) * (1.0f / 255), params.image + 3 * p, change);
+    for (int c = 0; c < 3; ++c) params.out[3 * p + c] = params.image[3 * p + c] + change[c];
+  });
+}
+
+}  // namespace retint::cuda

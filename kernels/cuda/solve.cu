@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Adam, the vector algebra of the solvers, and the 16x16 blocks: half a warp a block, a row a lane.
+#include <cmath>
+#include <stdexcept>
+
+#include "kernels/common/sh.h"
+#include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/ops.cuh"
+
+namespace retint::cuda {
+namespace {
+
+constexpr int kLanes = 16;  // a block of the matrix
+constexpr int kThreads = 128;
+
+template <int K>
+__device__ void LoadRow(const float* packed, int lane, float* row) {
+#pragma unroll
+  for (int j = 0; j < K; ++j) {
+    row[j] = lane < K && j <= lane ? packed[lane * (lane + 1) / 2 + j] : 0.0f;
+  }
+}
+
+// In place L of A = L L^T, with 1 / L_ii on the diagonal; all zero where A is not positive
+// definite.
+template <int K>
+__global__ void __launch_bounds__(kThreads) FactorKernel(FactorBlocksParams params) {
+  const int lane = threadIdx.x % kLanes;
+  const int64_t block = (int64_t(blockIdx.x) * kThreads + threadIdx.x) / kLanes;
+  const bool live = block < params.count;
+  float* packed = params.blocks + (live ? block : 0) * (K * (K + 1) / 2);
+  float row[K];
+  LoadRow<K>(packed, live ? lane : K, row);
+  bool positive = true;
+#pragma unroll
+  for (int j = 0; j < K; ++j) {
+    const float pivot = __shfl_sync(kFullWarp, row[j], j, kLanes);
+    positive = positive && pivot > 0 && isfinite(pivot);
+    const float inverse = positive ? rsqrtf(pivot) : 0.0f;
+    // One Newton step: rsqrtf is good to 2 ulp only.
+    const float refined = positive ? inverse * (1.5f - 0.5f * pivot * inverse * inverse) : 0.0f;
+    row[j] = lane == j ? refined : row[j] * refined;
+#pragma unroll
+    for (int l = j + 1; l < K; ++l) {
+      const float other = __shfl_sync(kFullWarp, row[j], l, kLanes);
+      if (lane >= l) row[l] -= row[j] * other;
+    }
+  }
+  if (!live || lane >= K) return;
+#pragma unroll
+  for (int j = 0; j < K; ++j) {
+    if (j <= lane) packed[lane * (lane + 1) / 2 + j] = positive ? row[j] : 0.0f;
+  }
+}
+
+template <int K>
+__global__ void __launch_bounds__(kThreads) SolveKernel(SolveBlocksParams params) {
+  const int lane = threadIdx.x % kLanes;
+  const int64_t block = (int64_t(blockIdx.x) * kThreads + threadIdx.x) / kLanes;
+  const bool live = block < params.count;
+  const int64_t at = ((live ? block : 0) * K + (lane < K ? lane : 0)) * 3;
+  float row[K];
+  LoadRow<K>(params.factors + (live ? block : 0) * (K * (K + 1) / 2), live ? lane : K, row);
+  float x[3];
+#pragma unroll
+  for (int c = 0; c < 3; ++c) x[c] = live && lane < K ? params.rhs[at + c] : 0.0f;
+#pragma unroll
+  for (int j = 0; j < K; ++j) {  // L z = b
+#pragma unroll
+    for (int c = 0; c < 3; ++c) {
+      if (lane == j) x[c] *= row[j];
+      const float z = __shfl_sync(kFullWarp, x[c], j, kLanes);
+      if (lane > j) x[c] -= row[j] * z;
+    }
+  }
+#pragma unroll
+  for (int j = K - 1; j >= 0; --j) {  // L^T x = z: row j of L is column j of L^T
+#pragma unroll
+    for (int c = 0; c < 3; ++c) {
+      if (lane == j) x[c] *= row[j];
+    }
+#pragma unroll
+    for (int i = 0; i < j; ++i) {
+      const float l = __shfl_sync(kFullWarp, row[i], j, kLanes);
+#pragma unroll
+      for (int c = 0; c < 3; ++c) {
+        const float solved = __shfl_sync(kFullWarp, x[c], j, kLanes);
+        if (lane == i) x[c] -= l * solved;
+      }
+    }
+  }
+  if (!live || lane >= K) return;
+#pragma unroll
+  for (int c = 0; c < 3; ++c) params.solution[at + c] = x[c];
+}
+
+// function(std::integral_constant<int, K>) for the run-time block size.
+template <typename Function>
+void WithBlockSize(int k, const Function& function) {
+  switch (k) {
+    case 1:
+      return function(std::integral_constant<int, 1>());
+    case 4:
+      return function(std::integral_constant<int, 4>());
+    case 9:
+      return function(std::integral_constant<int, 9>());
+    case 16:
+      return function(std::integral_constant<int, 16>());
+    default:
+      throw std::invalid_argument("k must be 1, 4, 9 or 16");
+  }
+}
+
+__global__ void DotKernel(const float* x, const float* y, int64_t count, double* total) {
+  double sum = 0;
+  for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
+       i += int64_t(gridDim.x) * blockDim.x) {
+    sum += double(x[i]) * double(y[i]);
+  }
+  AddOverBlock(sum, total);
+}
+
+}  // namespace
+
+void Adam(const AdamParams& params, cudaStream_t stream) {
+  const double correction1 = 1 - std::pow(double(params.beta1), double(params.step));
+  const double correction2 = 1 - std::pow(double(params.beta2), double(params.step));
+  const float rate = float(params.learning_rate / correction1);
+  const float root = float(1 / std::sqrt(correction2));
+  ForEach(params.count, stream, "Adam", [=] __device__(int64_t i) {
+    const float g = params.gradients[i];
+    const float m = params.beta1 * params.m[i] + (1 - params.beta1) * g;
+    const float v = params.beta2 * params.v[i] + (1 - params.beta2) * g * g;
+    params.m[i] = m;
+    params.v[i] = v;
+    params.values[i] -= rate * m / (sqrtf(v) * root + params.epsilon);
+  });
+}
+
+void FactorBlocks(const FactorBlocksParams& params, cudaStream_t stream) {
+  WithBlockSize(params.k, [&](auto k) {
+    if (params.count <= 0) return;
+    FactorKernel<k()><<<Blocks(params.count * kLanes, kThreads), kThreads, 0, stream>>>(params);
+    Check(cudaGetLastError(), "FactorBlocks");
+  });
+}
+
+void SolveBlocks(const SolveBlocksParams& params, cudaStream_t stream) {
+  WithBlockSize(params.k, [&](auto k) {
+    if (params.count <= 0) return;
+    SolveKernel<k()><<<Blocks(params.count * kLanes, kThreads), kThreads, 0, stream>>>(params);
+    Check(cudaGetLastError(), "SolveBlocks");
+  });
+}
+
+void AddRidge(const AddRidgeParams& params, cudaStream_t stream) {
+  ForEach(params.count, stream, "AddRidge", [=] __device__(int64_t b) {
+    float* block = params.blocks + b * (params.k * (params.k + 1) / 2);
+    const float weight = block[0] / (kShC0 * kShC0);
+    params.weights[b] = weight;
+    for (int i = 0; i < params.k; ++i) block[i * (i + 1) / 2 + i] += params.ridge[i] * weight;
+  });
+}
+
+void ApplyRidge(const ApplyRidgeParams& params, cudaStream_t stream) {
+  ForEach(params.count * params.k * 3, stream, "ApplyRidge", [=] __device__(int64_t i) {
+    const int64_t coefficient = i / 3, block = coefficient / params.k;
+    params.out[i] +=
+        params.scale * params.ridge[coefficient % params.k] * params.weights[block] * params.x[i];
+  });
+}
+
+void LinearCombination(const LinearCombinationParams& params, cudaStream_t stream) {
+  ForEach(params.count, stream, "LinearCombination", [=] __device__(int64_t i) {
+    params.out[i] = params.a * params.x[i] + params.b * params.y[i];
+  });
+}
+
+void Dot(const float* x, const float* y, int64_t count, double* sum, cudaStream_t stream) {
+  if (count <= 0) return;
+  const unsigned blocks = Blocks(count, 256);
+  DotKernel < <<blocks<1024 ? blocks : 1024, 256, 0, stream>>>(x, y, count, sum);
+  Check(cudaGetLastError(), "Dot");
+}
+
+}  // namespace retint::cuda
