@@ -21,7 +21,6 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -360,7 +359,8 @@ class Backend {
   // tile: W_A within that, in a third of the memory.
   virtual std::shared_ptr<const ViewGeometry> RestrictCompact(const ViewGeometry& view,
                                                               const uint8_t* active,
-                                                              size_t budget_bytes, float) {
+                                                              size_t budget_bytes,
+                                                              float /*min_weight*/) {
     return Restrict(view, active, budget_bytes);
   }
 
@@ -376,30 +376,18 @@ class Backend {
   virtual void SolveBlocks(const SolveBlocksParams& params) = 0;
 
   // Steps of the refit; sums do not depend on the number of threads.
-  virtual void RegionTarget(const ViewGeometry&, const RegionTargetParams&) {
-    throw std::logic_error("refit op missing");
-  }
-  virtual void RegionResidual(const ViewGeometry&, const RegionResidualParams&) {
-    throw std::logic_error("refit op missing");
-  }
+  virtual void RegionTarget(const ViewGeometry& region, const RegionTargetParams& params) = 0;
+  virtual void RegionResidual(const ViewGeometry& region, const RegionResidualParams& params) = 0;
   // image += delta on the region's tiles, both [H, W, 3].
-  virtual void RegionAdd(const ViewGeometry&, float*, const float*) {
-    throw std::logic_error("refit op missing");
-  }
-  virtual void ShTangent(const Model&, const ShTangentParams&) {
-    throw std::logic_error("refit op missing");
-  }
-  virtual void AddRidge(const AddRidgeParams&) { throw std::logic_error("refit op missing"); }
-  virtual void ApplyRidge(const ApplyRidgeParams&) { throw std::logic_error("refit op missing"); }
-  virtual void LinearCombination(const LinearCombinationParams&) {
-    throw std::logic_error("refit op missing");
-  }
-  virtual double Dot(const float*, const float*, int64_t) {
-    throw std::logic_error("refit op missing");
-  }
-  virtual void PackBox(const PackBoxParams&) { throw std::logic_error("refit op missing"); }
-  virtual void UnpackBox(const PackBoxParams&) { throw std::logic_error("refit op missing"); }
-  virtual void EditImage(const EditImageParams&) { throw std::logic_error("refit op missing"); }
+  virtual void RegionAdd(const ViewGeometry& region, float* image, const float* delta) = 0;
+  virtual void ShTangent(const Model& model, const ShTangentParams& params) = 0;
+  virtual void AddRidge(const AddRidgeParams& params) = 0;
+  virtual void ApplyRidge(const ApplyRidgeParams& params) = 0;
+  virtual void LinearCombination(const LinearCombinationParams& params) = 0;
+  virtual double Dot(const float* x, const float* y, int64_t count) = 0;
+  virtual void PackBox(const PackBoxParams& params) = 0;
+  virtual void UnpackBox(const PackBoxParams& params) = 0;
+  virtual void EditImage(const EditImageParams& params) = 0;
 };
 
 // "cpu", and "cuda" where built and a device is present.

@@ -179,6 +179,10 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
   return loss;
 }
 
+double MmSolver::SmallGain() const {
+  return options_.tolerance * losses_.front() * problem_.NumTargetValues();
+}
+
 bool MmSolver::Finish(bool converged, const char* reason) {
   finished_ = true;
   converged_ = converged;
@@ -214,7 +218,7 @@ bool MmSolver::PlainStep(Monitor& monitor) {
   std::swap(previous_, current_);
   Combine(1, point_, 1, solution_, current_);
   momentum_ = next_momentum;
-  if (!first && before - loss < options_.tolerance * before) return Finish(true, kSmallGain);
+  if (!first && before - loss < SmallGain()) return Finish(true, kSmallGain);
   return iterations_ < limit_ || Finish(false, "all sweeps done");
 }
 
@@ -236,7 +240,7 @@ bool MmSolver::LbfgsStep(Monitor& monitor) {
   if (!(slope_ > 0)) return Finish(true, "nothing left to change");
   length_ = 1;
   Combine(1, previous_, 1, direction_, current_);
-  if (!first && before - loss < options_.tolerance * before) {
+  if (!first && before - loss < SmallGain()) {
     return FinishChecked(true, kSmallGain, monitor);
   }
   return iterations_ < limit_ || FinishChecked(false, "all sweeps done", monitor);

@@ -43,6 +43,7 @@ class MmSolver {
   bool ShortenStep(double loss);
   void RememberPair();
   void NextDirection();
+  double SmallGain() const;
   bool Finish(bool converged, const char* reason);
   bool FinishChecked(bool converged, const char* reason, Monitor& monitor);
 

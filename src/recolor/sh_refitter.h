@@ -33,8 +33,8 @@ struct RefitOptions {
   double outside_weight = 0.85;  // mm: weight of a pixel's squared error at mask 0; 1 at mask 255
   double active_threshold = 5e-2;  // m_g above which a Gaussian is active
   double min_weight = 1e-3;        // mm: blending weights below are left out of the regions
-  double tolerance = 1e-3;         // mm: stop when a sweep lowers the loss by less than this share
-  uint64_t seed = 0;               // adam: order of the cameras
+  double tolerance = 3e-3;  // mm: stop when a sweep gains less than this share of the first loss
+  uint64_t seed = 0;        // adam: order of the cameras
   size_t region_cache_bytes = size_t{1000}
                               << 20;  // of explicit weights and targets, all views together
   void Check() const;
@@ -64,7 +64,8 @@ struct RefitSummary {
 class ShRefitter {
  public:
   // `shares` is m_g, [N]; empty: computed from the masks as sum_v W^T M / sum_v W^T 1.
-  // `model` are the original coefficients that the edit starts from.
+  // `model` are the original coefficients that the edit starts from; it, `renderer` and the
+  // targets' masks and photos must outlive the refitter.
   ShRefitter(Renderer& renderer, const GaussianModel& model, std::vector<RefitTarget> targets,
              const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
              Monitor& monitor);

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
@@ -44,7 +46,7 @@ struct Flags {
   size_t region_mb = RefitOptions().region_cache_bytes >> 20;
   double min_weight = RefitOptions().min_weight;
   double outside_weight = RefitOptions().outside_weight;
-  double scale = 1, fit_scale = 1;
+  double scale = 1;
   bool cold_start = false, no_quality = false, area = false;
 };
 
@@ -171,41 +173,6 @@ void WritePictures(Scene& scene, Renderer& renderer, const std::vector<float>& s
   }
 }
 
-struct Coarse {
-  std::vector<Mask> masks;
-  std::vector<RefitTarget> targets;
-};
-Coarse Coarsen(const std::vector<RefitTarget>& targets, double scale) {
-  Coarse coarse;
-  coarse.masks.reserve(targets.size());
-  for (const auto& target : targets) {
-    RefitTarget small = target;
-    Camera& camera = small.camera.camera;
-    const int w = camera.width, h = camera.height;
-    const int nw = int(std::lround(w * scale)), nh = int(std::lround(h * scale));
-    const double sx = double(nw) / w, sy = double(nh) / h;
-    camera = Camera::Pinhole(camera.id, nw, nh, camera.fx() * sx, camera.fy() * sy,
-                             camera.cx() * sx, camera.cy() * sy);
-    Mask mask(nw, nh);
-    for (int y = 0; y < nh; ++y) {
-      for (int x = 0; x < nw; ++x) {
-        double sum = 0, n = 0;
-        for (int v = int(y / sy); v < std::min(h, int(std::ceil((y + 1) / sy))); ++v) {
-          for (int u = int(x / sx); u < std::min(w, int(std::ceil((x + 1) / sx))); ++u) {
-            sum += (*target.mask)(u, v);
-            n += 1;
-          }
-        }
-        mask(x, y) = uint8_t(std::lround(sum / n));
-      }
-    }
-    coarse.masks.push_back(std::move(mask));
-    small.mask = &coarse.masks.back();
-    coarse.targets.push_back(small);
-  }
-  return coarse;
-}
-
 void Fit(Scene& scene, const std::string& solver, double learning_rate, const Flags& flags,
          const std::string& label) {
   Renderer renderer(CreateBackend("cpu"), scene.model);
@@ -226,9 +193,7 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   options.outside_weight = flags.outside_weight;
   options.closed_form_start = !flags.cold_start;
   const double start = Now(), cpu_start = CpuNow();
-  const Coarse coarse = Coarsen(scene.train, flags.fit_scale);
-  ShRefitter refitter(renderer, scene.model, flags.fit_scale == 1 ? scene.train : coarse.targets,
-                      edit, scene.shares, options, monitor);
+  ShRefitter refitter(renderer, scene.model, scene.train, edit, scene.shares, options, monitor);
   const double ready = Now(), cpu_ready = CpuNow();
   const RefitSummary summary = refitter.Run(monitor);
   const double done = Now(), cpu_done = CpuNow();
@@ -239,7 +204,7 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
       "\"converged\":%d,\"coverage\":%.4f,\"active\":%lld,\"views\":%d,\"views_kept\":%d,\"region_"
       "mb\":%.0f,\"region_fraction\":%.3f,\"setup_s\":%.2f,\"run_s\":%.2f,"
       "\"total_s\":%.2f,\"ms_per_iteration\":%.1f,\"setup_cpu_s\":%.2f,\"run_cpu_s\":%.2f,\"loss\":"
-      "[%.4g,%.4g]",
+      "[",
       scene.name.c_str(), label.c_str(), solver.c_str(), learning_rate, flags.cold_start,
       summary.iterations, summary.converged, scene.coverage,
       static_cast<long long>(summary.active_gaussians), summary.views, summary.views_kept,
@@ -262,7 +227,9 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
         report.heldout.psnr_outside, double(report.sh_before.min), double(report.sh_before.max),
         double(report.sh_after.min), double(report.sh_after.max));
   }
-  std::printf("}\n");
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::printf(",\"peak_rss_mb\":%ld}\n", usage.ru_maxrss / 1024);
   std::fflush(stdout);
   WritePictures(scene, renderer, sh, label, flags);
 }
@@ -326,7 +293,6 @@ int Main(int argc, char** argv) {
   app.add_option("--region-mb", flags.region_mb);
   app.add_option("--min-weight", flags.min_weight);
   app.add_option("--outside-weight", flags.outside_weight);
-  app.add_option("--fit-scale", flags.fit_scale);
   app.add_option("--scale", flags.scale, "of the cameras");
   app.add_flag("--cold-start", flags.cold_start, "adam starts from the original coefficients");
   app.add_flag("--no-quality", flags.no_quality);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "recolor/quality_report.h"
 #include "tests/recolor/tiny_scene.h"
 
 namespace retint {
@@ -133,6 +134,25 @@ TEST(MmTest, AgreesWithAndWithoutKeptRegions) {
   }
   EXPECT_GT(change, 0);
   EXPECT_LT(difference, 0.03 * change);
+}
+
+// Less weight outside buys accuracy inside.
+TEST(MmTest, OutsideWeightTradesOutsideForInside) {
+  TinyScene scene(29);
+  const ColorEdit edit = ColorEdit::Tint({0.2f, 0.7f, 1.3f});
+  QualityNumbers even, inside;
+  for (const double weight : {1.0, 0.2}) {
+    RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 60);
+    options.outside_weight = weight;
+    std::vector<float> sh;
+    Refit(scene, edit, options, &sh);
+    Renderer renderer = scene.MakeRenderer();
+    Monitor monitor;
+    (weight == 1 ? even : inside) =
+        EvaluateEdit(renderer, scene.model.sh, sh, scene.Targets(), {}, edit, monitor).train;
+  }
+  EXPECT_GT(inside.psnr_inside_after, even.psnr_inside_after);
+  EXPECT_LT(inside.psnr_outside, even.psnr_outside);
 }
 
 TEST(MmTest, IsDeterministic) {

@@ -211,6 +211,8 @@ TEST(RefitOptionsTest, CheckNamesTheOption) {
   refuses([&](auto& o) { o.ridge_rest = nan; }, "ridge of the higher");
   refuses([](auto& o) { o.active_threshold = 1; }, "active threshold");
   refuses([](auto& o) { o.tolerance = -1e-3; }, "tolerance");
+  refuses([](auto& o) { o.outside_weight = 0; }, "outside weight");
+  refuses([](auto& o) { o.min_weight = -1; }, "least weight");
 }
 
 }  // namespace
