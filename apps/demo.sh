@@ -41,7 +41,11 @@ retint=$root/$build/apps/retint
 mkdir -p "$demo"
 if ((${#arguments[@]} == 0)); then
   workspace=$demo/workspace
-  if [[ ! -f $workspace/splat.ply ]]; then "$retint" synth --output "$workspace"; fi
+  # Made anew with every new build, since the sample may have changed.
+  if [[ ! -f $workspace/splat.ply || $retint -nt $workspace/splat.ply ]]; then
+    rm -rf "$workspace"
+    "$retint" synth --output "$workspace"
+  fi
   mask=$(find "$workspace/masks" -name '*.png' | sort | head -n 1)
   [[ -n $mask ]] || fail "$workspace/masks holds no mask; remove $workspace and run again" 3
   view=${mask#"$workspace/masks/"}

@@ -54,7 +54,7 @@ std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
   AppendBits(key, options.acceleration);
   for (const double value : {options.learning_rate, options.lambda_dssim, options.ridge_dc,
                              options.ridge_rest, options.outside_weight, options.active_threshold,
-                             options.tolerance, static_cast<double>(options.seed)}) {
+                             options.min_weight, options.tolerance, double(options.seed)}) {
     AppendBits(key, value);
   }
   for (size_t i = 0; i <= index; ++i) {
