@@ -104,18 +104,22 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   original_sh_ = backend().Upload(std::span<const float>(model.sh));
 
   std::vector<uint8_t> seen(count, 0);
+  size_t beside_weights = 0;  // what a view takes besides its region, guessed from the last one
   const bool any = std::find(flags.begin(), flags.end(), 1) != flags.end();
   for (size_t t = 0; any && t < targets_.size(); ++t) {
     monitor.Step("refit", 0, 1);
     const size_t left =
         options.region_cache_bytes - std::min(options.region_cache_bytes, kept_bytes_);
-    auto view = std::make_shared<RegionView>(Prepare(targets_[t], left / (targets_.size() - t)));
+    const size_t share = left / (targets_.size() - t);
+    auto view =
+        std::make_shared<RegionView>(Prepare(targets_[t], share - std::min(share, beside_weights)));
     const size_t rows = size_t(view->region->num_rows());
     if (rows == 0) continue;
     for (const int32_t g : backend().Download(view->region->rows(), rows)) seen[size_t(g)] = 1;
     target_values_ += double(view->region->tiles().size()) * kTilePixels * 3;
     image_values_ += double(targets_[t].mask->NumPixels()) * 3;
     const size_t bytes = view->Bytes();
+    beside_weights = bytes - view->region->bytes();
     const bool keep = bytes <= left;
     if (keep) kept_bytes_ += bytes;
     views_.push_back({t, keep ? std::move(view) : nullptr});

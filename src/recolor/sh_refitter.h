@@ -28,15 +28,15 @@ struct RefitOptions {
   MmAcceleration acceleration = MmAcceleration::kLbfgs;
   double learning_rate = 2.5e-4;  // adam
   double lambda_dssim = 0.2;      // adam: weight of D-SSIM in the loss
-  double ridge_dc = 1e-2;        // mm: lambda_l of the DC term, relative to the sum of visibilities
-  double ridge_rest = 1e-3;      // mm: of the higher bands, pulling towards the closed-form start
-  double outside_weight = 0.85;  // mm: weight of a pixel's squared error at mask 0; 1 at mask 255
+  double ridge_dc = 1e-2;       // mm: lambda_l of the DC term, relative to the sum of visibilities
+  double ridge_rest = 1e-3;     // mm: of the higher bands, pulling towards the closed-form start
+  double outside_weight = 0.8;  // mm: weight of a pixel's squared error at mask 0; 1 at mask 255
   double active_threshold = 5e-2;  // m_g above which a Gaussian is active
   double min_weight = 1e-3;        // mm: blending weights below are left out of the regions
   double tolerance = 3e-3;  // mm: stop when a sweep gains less than this share of the first loss
   uint64_t seed = 0;        // adam: order of the cameras
-  size_t region_cache_bytes = size_t{1000}
-                              << 20;  // of explicit weights and targets, all views together
+  size_t region_cache_bytes = size_t{800} << 20;  // of weights and targets, all views together
+  << 20;  // of explicit weights and targets, all views together
   void Check() const;
 };
 
