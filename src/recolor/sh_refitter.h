@@ -36,7 +36,6 @@ struct RefitOptions {
   double tolerance = 3e-3;  // mm: stop when a sweep gains less than this share of the first loss
   uint64_t seed = 0;        // adam: order of the cameras
   size_t region_cache_bytes = size_t{800} << 20;  // of weights and targets, all views together
-  << 20;  // of explicit weights and targets, all views together
   void Check() const;
 };
 
