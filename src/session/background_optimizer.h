@@ -22,6 +22,8 @@ struct ShSnapshot {
   uint64_t job = 0;                              // which Start() it belongs to
   int steps = 0;                                 // taken so far
   bool finished = false;                         // nothing better will come from this job
+  RegionId region = 0;                           // being fitted, 0: none
+  std::vector<double> losses;                    // of that region so far, RefitSummary::losses
   std::shared_ptr<const std::vector<float>> sh;  // [N, K, 3]
   // Of the regions whose fit is complete, by region.
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits;

@@ -92,6 +92,10 @@ void RefitChain::Finish() {
 ShSnapshot RefitChain::Snapshot() const {
   ShSnapshot snapshot;
   snapshot.fits = fits_;
+  if (refitter_) {
+    snapshot.region = input_.state.regions[index_].id;
+    snapshot.losses = refitter_->Summary().losses;
+  }
   // What is not fitted yet shows its closed form, so that the first snapshot is the whole preview.
   std::vector<float> sh = refitter_ ? refitter_->Sh() : working_.sh;
   const size_t next = refitter_ ? index_ + 1 : index_;

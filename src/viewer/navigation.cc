@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/navigation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+namespace retint {
+namespace {
+
+constexpr double kSteepest = 0.995;     // sine of the highest pitch
+constexpr double kTurnPerHeight = 3.0;  // radians a drag over the viewport's height turns
+constexpr double kZoomPerNotch = 0.12;  // of the logarithm of the distance
+constexpr double kFlyPerSecond = 0.5;   // of the scene's radius
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    values.reserve(points.size());
+    for (const auto& point : points) values.push_back(point[axis]);
+    median[axis] = Median(std::move(values));
+  }
+  return median;
+}
+
+// Rows of the rotation: the camera's axes in the world.
+Eigen::Vector3d Axis(const Rigid3d& cam_from_world, int index) {
+  return cam_from_world.rotation.toRotationMatrix().row(index).transpose();
+}
+
+// The point that the views look at: nearest, in the least squares sense, to all their axes.
+Eigen::Vector3d LookedAt(const Reconstruction& reconstruction) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const auto& [id, view] : reconstruction.views) {
+    const Eigen::Vector3d axis = Axis(view.cam_from_world, 2);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    sum += across;
+    right += across * view.cam_from_world.OriginInSource();
+  }
+  const double views = static_cast<double>(std::max<size_t>(1, reconstruction.views.size()));
+  return (sum + 1e-6 * views * Eigen::Matrix3d::Identity()).ldlt().solve(right);
+}
+
+}  // namespace
+
+void Navigation::SetScene(const Reconstruction& reconstruction) {
+  const auto views = reconstruction.ViewsByName();
+  up_.setZero();
+  std::vector<Eigen::Vector3d> points;
+  for (const View* view : views) up_ -= Axis(view->cam_from_world, 1);
+  up_ = up_.norm() > 1e-6 ? up_.normalized() : Eigen::Vector3d(0, -1, 0);
+  for (const auto& [id, point] : reconstruction.points) points.push_back(point.xyz);
+  center_ = points.size() >= 8 ? MedianPoint(points) : LookedAt(reconstruction);
+  std::vector<double> distances;
+  for (const auto& point : points) distances.push_back((point - center_).norm());
+  radius_ = Median(std::move(distances));
+  if (!(radius_ > 0) && !views.empty()) {
+    radius_ = 0.5 * (views.front()->cam_from_world.OriginInSource() - center_).norm();
+  }
+  if (!(radius_ > 0)) radius_ = 1;
+  home_ = view_ = nullptr;
+  if (!views.empty()) {
+    GoTo(*views.front(), reconstruction.Posed(*views.front()));
+    home_ = view_;
+    home_posed_ = posed_;
+  }
+}
+
+void Navigation::SetViewport(int width, int height) {
+  width_ = std::max(1, width);
+  height_ = std::max(1, height);
+}
+
+double Navigation::FocalPixels() const { return 0.5 * height_ / tan_half_fov_; }
+
+PosedCamera Navigation::Rendered() const {
+  if (!view_) {
+    const double focal = FocalPixels();
+    return {Camera::Pinhole(0, width_, height_, focal, focal, 0.5 * width_, 0.5 * height_),
+            cam_from_world_};
+  }
+  const Camera& camera = posed_.camera;
+  const double scale = std::min(double(width_) / camera.width, double(height_) / camera.height);
+  const int width = std::clamp(int(std::lround(camera.width * scale)), 1, width_);
+  const int height = std::clamp(int(std::lround(camera.height * scale)), 1, height_);
+  const double sx = double(width) / camera.width, sy = double(height) / camera.height;
+  return {Camera::Pinhole(camera.id, width, height, camera.fx() * sx, camera.fy() * sy,
+                          camera.cx() * sx, camera.cy() * sy),
+          posed_.cam_from_world};
+}
+
+PosedCamera Navigation::Exact() const { return view_ ? posed_ : Rendered(); }
+
+void Navigation::GoTo(const View& view, const PosedCamera& posed) {
+  view_ = &view;
+  posed_ = posed;
+  cam_from_world_ = posed.cam_from_world;
+  // The focus: on the view's axis, as far as the scene's centre.
+  const double depth = (cam_from_world_ * center_).z();
+  focus_ = cam_from_world_.Inverse() * Eigen::Vector3d(0, 0, std::max(depth, 0.2 * radius_));
+}
+
+void Navigation::SetFree(const PosedCamera& camera, const Eigen::Vector3d& focus) {
+  view_ = nullptr;
+  cam_from_world_ = camera.cam_from_world;
+  tan_half_fov_ = 0.5 * camera.camera.height / camera.camera.fy();
+  focus_ = focus;
+}
+
+// The free camera takes over where the view was, at the same scale on the screen.
+void Navigation::Leave() {
+  if (!view_) return;
+  const PosedCamera shown = Rendered();
+  view_ = nullptr;
+  tan_half_fov_ = 0.5 * height_ / shown.camera.fy();
+}
+
+void Navigation::RotateAbout(const Eigen::Vector3d& point,
+                             const Eigen::Quaterniond& world_rotation) {
+  const Eigen::Vector3d origin = cam_from_world_.OriginInSource();
+  const Eigen::Vector3d moved = point + world_rotation * (origin - point);
+  cam_from_world_.rotation = (cam_from_world_.rotation * world_rotation.conjugate()).normalized();
+  cam_from_world_.translation = -(cam_from_world_.rotation * moved);
+}
+
+void Navigation::Turn(const Eigen::Vector3d& about, double yaw, double pitch) {
+  RotateAbout(about, Eigen::Quaterniond(Eigen::AngleAxisd(yaw, up_)));
+  // The pitch stops before the poles, but never where a view already is beyond them.
+  const Eigen::Vector3d right = Axis(cam_from_world_, 0);
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(pitch, right));
+  const Eigen::Vector3d forward = Axis(cam_from_world_, 2);
+  const double now = std::abs(forward.dot(up_)), then = std::abs((tilt * forward).dot(up_));
+  if (then > kSteepest && then > now) return;
+  RotateAbout(about, tilt);
+}
+
+void Navigation::Orbit(double dx, double dy) {
+  Leave();
+  const double turn = kTurnPerHeight / height_;
+  Turn(focus_, -dx * turn, -dy * turn);
+}
+
+void Navigation::Look(double dx, double dy) {
+  Leave();
+  const double distance = (focus_ - cam_from_world_.OriginInSource()).norm();
+  // What is under the cursor stays under it.
+  Turn(cam_from_world_.OriginInSource(), dx / FocalPixels(), dy / FocalPixels());
+  focus_ = cam_from_world_.Inverse() * Eigen::Vector3d(0, 0, distance);
+}
+
+void Navigation::Pan(double dx, double dy) {
+  Leave();
+  const double depth = std::max((cam_from_world_ * focus_).z(), 1e-3 * radius_);
+  const Eigen::Vector3d step(dx * depth / FocalPixels(), dy * depth / FocalPixels(), 0);
+  cam_from_world_.translation += step;
+  focus_ -= cam_from_world_.rotation.conjugate() * step;
+}
+
+void Navigation::Zoom(double steps) {
+  Leave();
+  const Eigen::Vector3d origin = cam_from_world_.OriginInSource();
+  const Eigen::Vector3d offset = origin - focus_;
+  const double old_distance = std::max(offset.norm(), 1e-9);
+  const double distance =
+      std::clamp(old_distance * std::exp(-kZoomPerNotch * steps), 1e-3 * radius_, 1e3 * radius_);
+  const Eigen::Vector3d moved = focus_ + offset * (distance / old_distance);
+  cam_from_world_.translation = -(cam_from_world_.rotation * moved);
+}
+
+void Navigation::Fly(const Eigen::Vector3d& direction, double seconds, double factor) {
+  Leave();
+  const Eigen::Vector3d step = direction * (kFlyPerSecond * radius_ * seconds * factor);
+  cam_from_world_.translation -= step;
+  focus_ += cam_from_world_.rotation.conjugate() * step;
+}
+
+void Navigation::SetFocus(const Eigen::Vector3d& focus) {
+  Leave();
+  focus_ = focus;
+  const Eigen::Vector3d seen = cam_from_world_ * focus;
+  if (!(seen.norm() > 0)) return;
+  // The shortest rotation that brings it to the axis.
+  const Eigen::Quaterniond turn =
+      Eigen::Quaterniond::FromTwoVectors(seen, Eigen::Vector3d(0, 0, 1));
+  const Eigen::Vector3d origin = cam_from_world_.OriginInSource();
+  cam_from_world_.rotation = (turn * cam_from_world_.rotation).normalized();
+  cam_from_world_.translation = -(cam_from_world_.rotation * origin);
+}
+
+void Navigation::Frame(const Eigen::Vector3d& center, double radius) {
+  Leave();
+  focus_ = center;
+  const double aspect = std::min(1.0, double(width_) / height_);
+  const double distance = std::max(radius, 1e-6) / (tan_half_fov_ * aspect) * 1.1;
+  const Eigen::Vector3d origin = center - distance * Axis(cam_from_world_, 2);
+  cam_from_world_.translation = -(cam_from_world_.rotation * origin);
+}
+
+void Navigation::Reset() {
+  if (home_) GoTo(*home_, home_posed_);
+}
+
+std::vector<PosedCamera> Navigation::Turntable(int count, int width, int height) const {
+  Navigation copy = *this;
+  copy.Leave();
+  copy.SetViewport(width, height);
+  std::vector<PosedCamera> cameras;
+  for (int i = 0; i < count; ++i) {
+    cameras.push_back(copy.Rendered());
+    copy.Turn(copy.focus_, 2 * std::numbers::pi / count, 0);
+  }
+  return cameras;
+}
+
+}  // namespace retint

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/photo_loader.h"
+
+#include <exception>
+
+#include <QImageReader>
+
+#include "colmap_io/image_io.h"
+#include "viewer/render_thread.h"
+
+namespace retint {
+namespace {
+
+constexpr size_t kPhotosKept = 4;
+
+}  // namespace
+
+QImage ReadPicture(const std::filesystem::path& path, int side) {
+  QImageReader reader(QString::fromStdString(path.string()));
+  reader.setAutoTransform(false);  // as COLMAP does
+  const QSize size = reader.size();
+  if (side > 0 && size.isValid()) {
+    reader.setScaledSize(size.scaled(side, side, Qt::KeepAspectRatio).expandedTo({1, 1}));
+  }
+  QImage image = reader.read();
+  if (image.isNull()) {
+    // A format that Qt does not know here.
+    try {
+      image = ToQImage(ReadImage8(path));
+    } catch (const std::exception&) {
+      return {};
+    }
+  }
+  if (side > 0 && (image.width() > side || image.height() > side)) {
+    image = image.scaled(side, side, Qt::KeepAspectRatio, Qt::SmoothTransformation);
+  }
+  return image.convertToFormat(QImage::Format_RGB32);
+}
+
+PhotoLoader::PhotoLoader(QObject* parent) : QObject(parent) { pool_.setMaxThreadCount(1); }
+
+PhotoLoader::~PhotoLoader() {
+  pool_.clear();
+  pool_.waitForDone();
+}
+
+void PhotoLoader::SetScene(std::shared_ptr<const SceneFacts> facts) {
+  pool_.clear();
+  facts_ = std::move(facts);
+  thumbnails_.clear();
+  photos_.clear();
+  asked_thumbnails_.clear();
+  asked_photos_.clear();
+}
+
+QImage PhotoLoader::Thumbnail(const std::string& view) {
+  const auto found = thumbnails_.find(view);
+  if (found != thumbnails_.end()) return found->second;
+  if (facts_ && asked_thumbnails_.insert(view).second) Read(view, true);
+  return {};
+}
+
+QImage PhotoLoader::Photo(const std::string& view) {
+  const auto found = photos_.find(view);
+  if (found != photos_.end()) return found->second;
+  if (facts_ && asked_photos_.insert(view).second) Read(view, false);
+  return {};
+}
+
+void PhotoLoader::Read(const std::string& view, bool small) {
+  const View* found = facts_->workspace->reconstruction.FindView(view);
+  if (!found) return;
+  const auto path = facts_->workspace->PhotoPath(*found);
+  const auto job = [this, facts = facts_, path, view, small] {
+    QImage image = ReadPicture(path, small ? kThumbnailSide : 0);
+    QMetaObject::invokeMethod(
+        this,
+        [this, facts, view, small, image] {
+          if (facts != facts_) return;  // of a scene that was closed
+          if (small) {
+            thumbnails_[view] = image;
+            Q_EMIT thumbnailReady(QString::fromStdString(view));
+            return;
+          }
+          if (photos_.size() >= kPhotosKept) {
+            asked_photos_.erase(photos_.begin()->first);
+            photos_.erase(photos_.begin());
+          }
+          photos_[view] = image;
+          Q_EMIT photoReady(QString::fromStdString(view));
+        },
+        Qt::QueuedConnection);
+  };
+  pool_.start(job, small ? 0 : 1);  // someone waits for a whole photo
+}
+
+}  // namespace retint

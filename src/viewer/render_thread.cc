@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/render_thread.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "depth/depth_picture.h"
+
+namespace retint {
+namespace {
+
+constexpr size_t kCacheBytes = size_t{192} << 20;  // of view geometries
+constexpr double kSmallestScale = 0.125;
+constexpr double kScaleStep = 1.0 / 16;  // so that a resting camera finds its geometry again
+constexpr double kMemory = 0.6;          // of the running means
+
+class Stopwatch {
+ public:
+  double Milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// What a frame will take, from the frames before it: so much for the geometry and so much a pixel.
+class FrameClock {
+ public:
+  void AddGeometry(double milliseconds) { Blend(geometry_, milliseconds); }
+  void AddPixels(double milliseconds, double pixels) { Blend(per_pixel_, milliseconds / pixels); }
+
+  double ScaleFor(double budget, double pixels) {
+    double wanted = 1;
+    if (per_pixel_ > 0) {
+      const double left = std::max(budget - geometry_, 0.15 * budget);
+      wanted = std::sqrt(left / (per_pixel_ * pixels));
+    } else {
+      wanted = 0.5;  // nothing known yet
+    }
+    wanted = std::clamp(wanted, kSmallestScale, 1.0);
+    // Kept while it is about right: a scale that flickers is worse than a frame a little late.
+    if (scale_ == 0 || wanted < 0.9 * scale_ || wanted > 1.15 * scale_) {
+      scale_ = std::max(kSmallestScale, std::floor(wanted / kScaleStep) * kScaleStep);
+    }
+    return scale_;
+  }
+
+ private:
+  static void Blend(double& mean, double value) {
+    mean = mean == 0 ? value : kMemory * mean + (1 - kMemory) * value;
+  }
+  double geometry_ = 0, per_pixel_ = 0, scale_ = 0;
+};
+
+// Marks the pixels that a visible point of the cloud covers.
+std::vector<uint8_t> Cover(const OverlayCloud& cloud, const PosedCamera& camera,
+                           const DepthMap& depth, double side) {
+  std::vector<uint8_t> covered(depth.NumPixels(), 0);
+  const double half = std::max(side, 1.0) / 2;
+  for (const Eigen::Vector3f& point : cloud.points) {
+    const auto seen = camera.Project(point.cast<double>());
+    if (!seen) continue;
+    const int x0 = std::max(0, int(std::lround(seen->x() - half)));
+    const int y0 = std::max(0, int(std::lround(seen->y() - half)));
+    const int x1 = std::min(depth.width, int(std::lround(seen->x() + half)));
+    const int y1 = std::min(depth.height, int(std::lround(seen->y() + half)));
+    if (seen->x() < -half || seen->y() < -half) continue;
+    const double nearest = seen->z() / (1 + cloud.depth_tolerance);
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) {
+        const float surface = depth(x, y);
+        if (surface <= 0 || surface >= nearest) covered[depth.Index(x, y)] = 1;
+      }
+    }
+  }
+  return covered;
+}
+
+void DrawCloud(const OverlayCloud& cloud, const PosedCamera& camera, const DepthMap& depth,
+               double scale, QImage& image) {
+  const auto covered = Cover(cloud, camera, depth, cloud.quad_pixels * scale);
+  const int opacity = int(std::lround(256 * std::clamp(cloud.opacity, 0.0, 1.0)));
+  const auto mix = [&](int old, int now) { return (old * (256 - opacity) + now * opacity) >> 8; };
+  for (int y = 0; y < image.height(); ++y) {
+    QRgb* row = reinterpret_cast<QRgb*>(image.scanLine(y));
+    const uint8_t* flags = covered.data() + depth.Index(0, y);
+    for (int x = 0; x < image.width(); ++x) {
+      if (!flags[x]) continue;
+      row[x] = qRgb(mix(qRed(row[x]), cloud.color[0]), mix(qGreen(row[x]), cloud.color[1]),
+                    mix(qBlue(row[x]), cloud.color[2]));
+    }
+  }
+}
+
+QImage GreyImage(const ScalarImage& image) {
+  QImage result(image.width, image.height, QImage::Format_RGB32);
+  for (int y = 0; y < image.height; ++y) {
+    QRgb* row = reinterpret_cast<QRgb*>(result.scanLine(y));
+    for (int x = 0; x < image.width; ++x) {
+      const int value = int(std::clamp(image(x, y), 0.0F, 1.0F) * 255 + 0.5F);
+      row[x] = qRgb(value, value, value);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+PosedCamera Scaled(const PosedCamera& camera, double scale) {
+  const Camera& from = camera.camera;
+  const int width = std::max(1, int(std::lround(from.width * scale)));
+  const int height = std::max(1, int(std::lround(from.height * scale)));
+  const double sx = double(width) / from.width, sy = double(height) / from.height;
+  return {Camera::Pinhole(from.id, width, height, from.fx() * sx, from.fy() * sy, from.cx() * sx,
+                          from.cy() * sy),
+          camera.cam_from_world};
+}
+
+QImage ToQImage(const Image& image) {
+  QImage result(image.width, image.height, QImage::Format_RGB32);
+  for (int y = 0; y < image.height; ++y) {
+    QRgb* row = reinterpret_cast<QRgb*>(result.scanLine(y));
+    const float* from = image.data.data() + image.Index(0, y);
+    for (int x = 0; x < image.width; ++x, from += 3) {
+      const auto byte = [](float v) { return int(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F); };
+      row[x] = qRgb(byte(from[0]), byte(from[1]), byte(from[2]));
+    }
+  }
+  return result;
+}
+
+QImage ToQImage(const Image8& image) {
+  QImage result(image.width, image.height, QImage::Format_RGB32);
+  for (int y = 0; y < image.height; ++y) {
+    QRgb* row = reinterpret_cast<QRgb*>(result.scanLine(y));
+    const uint8_t* from = image.data.data() + image.Index(0, y);
+    for (int x = 0; x < image.width; ++x, from += 3) row[x] = qRgb(from[0], from[1], from[2]);
+  }
+  return result;
+}
+
+QImage ToQImage(const Mask& mask) {
+  QImage result(mask.width, mask.height, QImage::Format_Grayscale8);
+  for (int y = 0; y < mask.height; ++y) {
+    std::copy_n(mask.data.data() + mask.Index(0, y), mask.width, result.scanLine(y));
+  }
+  return result;
+}
+
+class RenderThread::Impl {
+ public:
+  explicit Impl(RenderThread& owner) : owner_(owner), thread_([this] { Loop(); }) {}
+
+  ~Impl() {
+    {
+      std::lock_guard lock(mutex_);
+      quit_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+
+  void SetScene(std::shared_ptr<const SceneFacts> facts) {
+    {
+      std::lock_guard lock(mutex_);
+      next_scene_ = std::move(facts);
+      scene_changed_ = true;
+      request_.reset();
+      probes_.clear();
+    }
+    changed_.notify_all();
+  }
+
+  void Request(const FrameRequest& request) {
+    {
+      std::lock_guard lock(mutex_);
+      request_ = request;
+    }
+    changed_.notify_all();
+  }
+
+  void Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel) {
+    {
+      std::lock_guard lock(mutex_);
+      probes_.emplace_back(camera, pixel);
+    }
+    changed_.notify_all();
+  }
+
+  void SetFrameBudget(double milliseconds) {
+    std::lock_guard lock(mutex_);
+    budget_ = milliseconds;
+  }
+
+ private:
+  void Loop() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] {
+        return quit_ || scene_changed_ || (scene_ && (request_ || !probes_.empty()));
+      });
+      if (quit_) return;
+      if (std::exchange(scene_changed_, false)) {
+        scene_ = std::exchange(next_scene_, nullptr);
+        lock.unlock();
+        Guarded([this] { Load(); });
+        lock.lock();
+      } else if (!probes_.empty()) {
+        const auto [camera, pixel] = probes_.front();
+        probes_.pop_front();
+        lock.unlock();
+        Guarded([&, &camera = camera, &pixel = pixel] { AnswerProbe(camera, pixel); });
+        lock.lock();
+      } else {
+        const FrameRequest request = *std::exchange(request_, std::nullopt);
+        const double budget = budget_;
+        lock.unlock();
+        Guarded([&] { Draw(request, budget); });
+        lock.lock();
+      }
+    }
+  }
+
+  template <typename F>
+  void Guarded(F work) {
+    QString message;
+    try {
+      work();
+      return;
+    } catch (const std::bad_alloc&) {
+      message = tr("out of memory while rendering");
+    } catch (const std::exception& error) {
+      message = QString::fromStdString(error.what());
+    }
+    RenderThread* owner = &owner_;
+    QMetaObject::invokeMethod(
+        owner, [owner, message] { Q_EMIT owner->failed(message); }, Qt::QueuedConnection);
+  }
+
+  void Load() {
+    renderer_.reset();
+    shown_.reset();
+    clock_ = {};
+    if (!scene_) return;
+    RendererOptions options;
+    options.cache_bytes = kCacheBytes;
+    options.background = scene_->request.options.background;
+    renderer_ = std::make_unique<Renderer>(scene_->backend, *scene_->original, options);
+    shown_ = {scene_->original, &scene_->original->sh};
+  }
+
+  void Show(const ShPointer& sh) {
+    if (!sh || sh == shown_ || sh->size() != scene_->original->sh.size()) return;
+    renderer_->SetSh(*sh);
+    shown_ = sh;
+  }
+
+  void Draw(const FrameRequest& request, double budget) {
+    if (!renderer_) return;
+    const Stopwatch whole;
+    const double pixels = double(request.camera.camera.width) * request.camera.camera.height;
+    const double doubled = (request.before ? 2 : 1) * (request.cloud ? 1.5 : 1);
+    auto frame = std::make_shared<Frame>();
+    frame->camera = request.camera;
+    frame->what = request.what;
+    frame->moving = request.moving;
+    frame->scale = request.moving ? clock_.ScaleFor(budget, pixels * doubled) : 1;
+    const PosedCamera camera = Scaled(request.camera, frame->scale);
+    {
+      const Stopwatch watch;
+      renderer_->Geometry(camera);
+      // A geometry from the cache says nothing about the next one.
+      if (watch.Milliseconds() > 1) clock_.AddGeometry(watch.Milliseconds());
+    }
+    const Stopwatch watch;
+    if (request.before && request.what == RenderWhat::kRgb) {
+      Show(request.before);
+      frame->before = ToQImage(renderer_->Render(camera).rgb);
+    }
+    Show(request.sh);
+    frame->sh = shown_;
+    RenderRequest render;
+    render.rgb = request.what == RenderWhat::kRgb;
+    render.alpha = request.what == RenderWhat::kAlpha;
+    const bool cloud = request.cloud && !request.cloud->points.empty();
+    render.depth_median = request.what == RenderWhat::kDepth || request.keep_depth || cloud;
+    RenderOutput output = renderer_->Render(camera, render);
+    switch (request.what) {
+      case RenderWhat::kRgb:
+        frame->image = ToQImage(output.rgb);
+        break;
+      case RenderWhat::kDepth:
+        frame->image = ToQImage(DepthPicture(output.depth_median));
+        break;
+      case RenderWhat::kAlpha:
+        frame->image = GreyImage(output.alpha);
+        break;
+    }
+    if (cloud) {
+      DrawCloud(*request.cloud, camera, output.depth_median, frame->scale, frame->image);
+    }
+    clock_.AddPixels(watch.Milliseconds(), pixels * doubled * frame->scale * frame->scale);
+    if (request.keep_depth) frame->depth = std::move(output.depth_median);
+    frame->milliseconds = whole.Milliseconds();
+    RenderThread* owner = &owner_;
+    QMetaObject::invokeMethod(
+        owner, [owner, frame] { Q_EMIT owner->frameReady(frame); }, Qt::QueuedConnection);
+  }
+
+  // The depth in a window of a few pixels around the one asked for.
+  void AnswerProbe(const PosedCamera& camera, const Eigen::Vector2d& pixel) {
+    if (!renderer_) return;
+    constexpr int kSide = 9;
+    const double x0 = std::floor(pixel.x()) - kSide / 2, y0 = std::floor(pixel.y()) - kSide / 2;
+    const Camera& full = camera.camera;
+    const PosedCamera window{Camera::Pinhole(full.id, kSide, kSide, full.fx(), full.fy(),
+                                             full.cx() - x0, full.cy() - y0),
+                             camera.cam_from_world};
+    RenderRequest render;
+    render.rgb = false;
+    render.cache = false;
+    render.depth_median = render.depth_expected = true;
+    const RenderOutput output = renderer_->Render(window, render);
+    const int middle = kSide / 2;
+    double depth = output.depth_median(middle, middle);
+    if (depth <= 0) depth = output.depth_expected(middle, middle);
+    RenderThread* owner = &owner_;
+    QMetaObject::invokeMethod(
+        owner, [owner, camera, pixel, depth] { Q_EMIT owner->probed(camera, pixel, depth); },
+        Qt::QueuedConnection);
+  }
+
+  RenderThread& owner_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by mutex_.
+  std::optional<FrameRequest> request_;
+  std::deque<std::pair<PosedCamera, Eigen::Vector2d>> probes_;
+  std::shared_ptr<const SceneFacts> next_scene_;
+  bool scene_changed_ = false, quit_ = false;
+  double budget_ = 60;
+  // The thread's own.
+  std::shared_ptr<const SceneFacts> scene_;
+  std::unique_ptr<Renderer> renderer_;
+  ShPointer shown_;
+  FrameClock clock_;
+  std::thread thread_;  // last: starts when everything above exists
+};
+
+RenderThread::RenderThread(QObject* parent)
+    : QObject(parent), impl_(std::make_unique<Impl>(*this)) {}
+
+RenderThread::~RenderThread() = default;
+
+void RenderThread::SetScene(std::shared_ptr<const SceneFacts> facts) {
+  impl_->SetScene(std::move(facts));
+}
+void RenderThread::Request(const FrameRequest& request) { impl_->Request(request); }
+void RenderThread::Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel) {
+  impl_->Probe(camera, pixel);
+}
+void RenderThread::SetFrameBudget(double milliseconds) { impl_->SetFrameBudget(milliseconds); }
+
+}  // namespace retint

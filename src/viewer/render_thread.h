@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A thread with a Renderer of its own (the backend is shared) that turns camera and coefficients
+// into pictures. The newest request wins, older ones that have not begun are dropped. While the
+// camera moves a frame is rendered as small as it must be to come in time, judged by the frames
+// before it; a frame at rest is sharp.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <QImage>
+#include <QObject>
+
+#include "render/renderer.h"
+#include "viewer/scene_controller.h"
+
+namespace retint {
+
+enum class RenderWhat { kRgb, kDepth, kAlpha };
+
+// The selected cloud as it is drawn: depth-tested squares of the screen.
+struct OverlayCloud {
+  std::vector<Eigen::Vector3f> points;  // world
+  std::array<uint8_t, 3> color = {255, 170, 0};
+  double opacity = 0.6;
+  double quad_pixels = 3;  // of the sharp frame
+  double depth_tolerance = 0.02;
+};
+
+struct FrameRequest {
+  PosedCamera camera;  // size and intrinsics of the sharp frame, pinhole
+  RenderWhat what = RenderWhat::kRgb;
+  bool moving = false;                        // small and soon rather than sharp
+  ShPointer sh;                               // null: what the frame before had
+  ShPointer before;                           // also render these, for the split slider; null: no
+  std::shared_ptr<const OverlayCloud> cloud;  // null: none
+  bool keep_depth = false;                    // fill Frame::depth
+};
+
+struct Frame {
+  QImage image;        // RGB32, the camera's size times `scale`
+  QImage before;       // of FrameRequest::before, else null
+  PosedCamera camera;  // as requested
+  RenderWhat what = RenderWhat::kRgb;
+  bool moving = false;
+  double scale = 1;         // of width and height
+  double milliseconds = 0;  // it took
+  ShPointer sh;
+  DepthMap depth;  // median depth, the image's size, where asked for
+};
+
+class RenderThread : public QObject {
+  Q_OBJECT
+
+ public:
+  explicit RenderThread(QObject* parent = nullptr);
+  ~RenderThread() override;
+
+  // Shows another scene, or (null) none. Uploading happens on the thread; requests that came before
+  // are dropped.
+  void SetScene(std::shared_ptr<const SceneFacts> facts);
+  void Request(const FrameRequest& request);
+  // Depth at a pixel of `camera`: probed() follows. Cheap: a few pixels are rendered.
+  void Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel);
+
+  // Frames while moving are held below this, milliseconds.
+  void SetFrameBudget(double milliseconds);
+
+ Q_SIGNALS:  // emitted on the thread that owns this object
+  void frameReady(std::shared_ptr<const retint::Frame> frame);
+  // `depth` 0: nothing there.
+  void probed(const retint::PosedCamera& camera, const Eigen::Vector2d& pixel, double depth);
+  void failed(const QString& message);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// `camera` rendered at `scale` of its size, both at least one pixel; intrinsics follow the rounded
+// size.
+PosedCamera Scaled(const PosedCamera& camera, double scale);
+// An image as Qt wants it, clamped and rounded.
+QImage ToQImage(const Image& image);
+QImage ToQImage(const Image8& image);
+QImage ToQImage(const Mask& mask);
+
+}  // namespace retint

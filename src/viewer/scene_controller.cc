@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/scene_controller.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <utility>
+
+#include "base/error.h"
+#include "viewer/scene_worker.h"
+#include "viewer/sh_composer.h"
+
+namespace retint {
+namespace {
+
+using OptimizerState = BackgroundOptimizer::State;
+
+constexpr int kPollMs = 40;      // of the optimiser's snapshots
+constexpr int kRestartMs = 300;  // of quiet after an edit before the optimiser starts
+
+QString Text(const std::string& text) { return QString::fromStdString(text); }
+
+bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
+  for (size_t i = 0; i < regions.regions.size(); ++i) {
+    const Region& region = regions.regions[i];
+    if (!region.visible) continue;
+    if (!region.fit || region.fit->key != regions.FitKey(i, job)) return true;
+  }
+  return false;
+}
+
+bool SameFits(const RegionSet& a, const RegionSet& b) {
+  return std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
+                    [](const Region& x, const Region& y) { return x.fit == y.fit; });
+}
+
+}  // namespace
+
+struct SceneController::State {
+  RegionSet regions;
+  HistoryState history;
+  uint64_t edits = 0;
+};
+
+struct SceneController::Outcome {
+  QString label;
+  std::shared_ptr<EditSession> session;
+  State state;
+  std::exception_ptr error;
+  std::function<void()> done;
+};
+
+SceneController::SceneController(QObject* parent) : QObject(parent) {
+  composer_ = std::make_unique<ShComposer>([this](ShPointer sh, uint64_t generation) {
+    QMetaObject::invokeMethod(
+        this,
+        [this, sh = std::move(sh), generation] {
+          // An older one still is nearer to what is wanted than what shows, unless the optimiser
+          // has been faster.
+          if (!IsOpen() || sh->size() != facts_->original->sh.size()) return;
+          const bool overtaken = refit_generation_ == generation_ && snapshot_ && solo_ == 0 &&
+                                 generation <= generation_ && optimizer_.Active();
+          if (!overtaken) SetSh(shown_key_.empty() ? original_sh() : sh);
+        },
+        Qt::QueuedConnection);
+  });
+  worker_ = std::make_unique<SceneWorker>(
+      [this](const Progress& step) {
+        QMetaObject::invokeMethod(
+            this, [this, step] { Q_EMIT progress(Text(step.stage), step.fraction); },
+            Qt::QueuedConnection);
+      },
+      [this](const QString& label) {
+        QMetaObject::invokeMethod(
+            this,
+            [this, label] {
+              task_ = label;
+              Q_EMIT taskChanged(label);
+            },
+            Qt::QueuedConnection);
+      });
+  poll_.setInterval(kPollMs);
+  connect(&poll_, &QTimer::timeout, this, &SceneController::PollOptimizer);
+  restart_.setSingleShot(true);
+  restart_.setInterval(kRestartMs);
+  connect(&restart_, &QTimer::timeout, this, &SceneController::StartRefit);
+}
+
+SceneController::~SceneController() {
+  worker_.reset();
+  composer_.reset();
+  if (session_) session_->optimizer().Cancel();
+}
+
+// --- Scene
+// ----------------------------------------------------------------------------------------
+
+void SceneController::Open(const OpenRequest& request) {
+  const auto session = std::make_shared<std::shared_ptr<EditSession>>();
+  const auto start = std::chrono::steady_clock::now();
+  worker_->Post(
+      {tr("Opening %1").arg(Text(request.workspace.filename().string())),
+       [session, request](Monitor& monitor) {
+         *session = EditSession::Open(request.workspace, request.splat, request.options, monitor);
+         (*session)->optimizer();  // made here, so that every thread may call it
+       },
+       [this, session, request, start](std::exception_ptr error) {
+         const double seconds =
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+         QMetaObject::invokeMethod(
+             this,
+             [this, session, request, seconds, error] {
+               if (!error) return OpenDone(*session, request, seconds);
+               try {
+                 std::rethrow_exception(error);
+               } catch (const std::bad_alloc&) {
+                 Q_EMIT openFailed(tr("out of memory"));
+               } catch (const std::exception& failure) {
+                 Q_EMIT openFailed(Text(failure.what()));
+               }
+             },
+             Qt::QueuedConnection);
+       }});
+}
+
+void SceneController::OpenDone(const std::shared_ptr<EditSession>& session,
+                               const OpenRequest& request, double seconds) {
+  Retire();
+  session_ = session;
+  auto facts = std::make_shared<SceneFacts>();
+  facts->request = request;
+  // Aliases: the session lives as long as anyone reads these.
+  facts->workspace = {session, &session->workspace()};
+  facts->original = {session, &session->original()};
+  facts->backend = session->renderer().shared_backend();
+  facts->views = session->reconstruction().ViewsByName();
+  facts->train = session->train_views();
+  facts->heldout = session->heldout_views();
+  facts->warnings = session->workspace().warnings;
+  facts->load_seconds = seconds;
+  facts_ = facts;
+  sh_ = original_sh();
+  ++sh_version_;
+  Q_EMIT opened();
+  Q_EMIT regionsChanged();
+  Q_EMIT shChanged();
+}
+
+void SceneController::Retire() {
+  restart_.stop();
+  poll_.stop();
+  if (session_) {
+    session_->optimizer().Cancel();
+    // Joined on the worker, where it may take its time.
+    worker_->Post({{}, [session = session_](Monitor&) { session->optimizer().Wait(); }, {}});
+  }
+  composer_->Drop();
+  session_.reset();
+  facts_.reset();
+  regions_ = {};
+  history_ = {};
+  pending_.clear();
+  solo_ = 0;
+  sh_.reset();
+  shown_key_.clear();
+  snapshot_.reset();
+  optimizer_ = {};
+  ++generation_;
+}
+
+void SceneController::Close() {
+  if (!IsOpen()) return;
+  worker_->Cancel();
+  Retire();
+  Q_EMIT closed();
+}
+
+void SceneController::Cancel() { worker_->Cancel(); }
+
+ShPointer SceneController::original_sh() const {
+  if (!facts_) return nullptr;
+  return {facts_->original, &facts_->original->sh};
+}
+
+bool SceneController::Run(const QString& label, Work work, std::function<void()> done) {
+  if (!session_) return false;
+  const auto outcome = std::make_shared<Outcome>();
+  outcome->label = label;
+  outcome->session = session_;
+  outcome->done = std::move(done);
+  const uint64_t edits = edits_;
+  worker_->Post(
+      {label,
+       [outcome, work = std::move(work)](Monitor& monitor) { work(*outcome->session, monitor); },
+       [this, outcome, edits](std::exception_ptr error) {
+         EditHistory& history = outcome->session->history();
+         outcome->error = error;
+         outcome->state = {
+             outcome->session->regions(),
+             {history.CanUndo(), history.CanRedo(), history.UndoLabel(), history.RedoLabel()},
+             edits};
+         QMetaObject::invokeMethod(
+             this, [this, outcome] { TaskDone(*outcome); }, Qt::QueuedConnection);
+       }});
+  return true;
+}
+
+void SceneController::TaskDone(const Outcome& outcome) {
+  if (outcome.session != session_) return;  // closed meanwhile
+  Apply(outcome.state);
+  if (outcome.error) {
+    ReportFailure(outcome.label, outcome.error);
+  } else if (outcome.done) {
+    outcome.done();
+  }
+}
+
+void SceneController::ReportFailure(const QString& label, std::exception_ptr error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const Cancelled&) {
+    Q_EMIT cancelled(label);
+  } catch (const std::bad_alloc&) {
+    Q_EMIT failed(label, tr("out of memory"));
+  } catch (const std::exception& failure) {
+    Q_EMIT failed(label, Text(failure.what()));
+  }
+}
+
+void SceneController::Apply(const State& state) {
+  pending_.erase(pending_.begin(), pending_.upper_bound(state.edits));
+  RegionSet regions = state.regions;
+  for (const auto& [number, edit] : pending_) edit(regions);
+  const bool fits = !SameFits(regions, regions_);
+  regions_ = std::move(regions);
+  history_ = state.history;
+  if (solo_ != 0 && !regions_.Find(solo_)) solo_ = 0;
+  Q_EMIT regionsChanged();
+  Refresh();
+  if (fits) Compose();
+}
+
+// --- Selection and regions
+// ------------------------------------------------------------------------
+
+void SceneController::Select(PaintRound round, RegionId base, const SelectOptions& options,
+                             const ProjectorOptions& project) {
+  const auto outcome = std::make_shared<SelectionOutcome>();
+  outcome->base = base;
+  Run(
+      tr("Selecting"),
+      [=](EditSession& session, Monitor& monitor) {
+        const Region* region = base ? session.regions().Find(base) : nullptr;
+        outcome->selection = std::make_shared<const RegionSelection>(session.SelectRound(
+            region ? region->selection.get() : nullptr, round, options, project, monitor));
+      },
+      [=, this] { Q_EMIT selectionFinished(outcome); });
+}
+
+void SceneController::AddRegion(const QString& name,
+                                std::shared_ptr<const RegionSelection> selection,
+                                const ColorEdit& edit) {
+  const auto id = std::make_shared<RegionId>(0);
+  Run(
+      tr("Adding a region"),
+      [=](EditSession& session, Monitor& monitor) {
+        *id = session.AddRegion(name.toStdString(), selection->masks, selection->shares, edit,
+                                monitor, selection->source);
+      },
+      [=, this] { Q_EMIT regionAdded(*id); });
+}
+
+void SceneController::ReplaceSelection(RegionId id,
+                                       std::shared_ptr<const RegionSelection> selection) {
+  Run(
+      tr("Changing a region"),
+      [=](EditSession& session, Monitor& monitor) {
+        session.SetSelection(id, selection->masks, selection->shares, monitor, selection->source);
+      },
+      [=, this] { Q_EMIT regionAdded(id); });
+}
+
+void SceneController::SeeSelection(RegionId id, const PosedCamera& camera) {
+  const auto mask = std::make_shared<Mask>();
+  Run(
+      tr("Projecting the selection"),
+      [=](EditSession& session, Monitor&) {
+        const Region* region = session.regions().Find(id);
+        if (!region) throw OptionError("there is no region " + std::to_string(id));
+        *mask = session.SelectionSeenFrom(*region->selection, camera);
+      },
+      [=, this] { Q_EMIT selectionSeen(id, mask); });
+}
+
+void SceneController::AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
+                                         const ColorEdit& edit) {
+  const auto id = std::make_shared<RegionId>(0);
+  Run(
+      tr("Adding a region"),
+      [=, masks = std::move(masks)](EditSession& session, Monitor& monitor) {
+        *id = session.AddRegion(name.toStdString(), masks, {}, edit, monitor);
+      },
+      [=, this] { Q_EMIT regionAdded(*id); });
+}
+
+bool SceneController::Edit(std::function<void(RegionSet&)> local, Work work) {
+  if (!session_) return false;
+  ++edits_;
+  local(regions_);
+  pending_.emplace(edits_, std::move(local));
+  Run({}, std::move(work));
+  Q_EMIT regionsChanged();
+  Refresh();
+  return true;
+}
+
+void SceneController::SetEdit(RegionId id, const ColorEdit& edit, float strength,
+                              const std::string& merge_key) {
+  Edit(
+      [=](RegionSet& regions) {
+        Region* region = regions.Find(id);
+        if (!region) return;
+        region->edit = edit;
+        region->strength = strength;
+      },
+      [=](EditSession& session, Monitor&) { session.SetEdit(id, edit, strength, merge_key); });
+}
+
+void SceneController::SetVisible(RegionId id, bool visible) {
+  Edit(
+      [=](RegionSet& regions) {
+        if (Region* region = regions.Find(id)) region->visible = visible;
+      },
+      [=](EditSession& session, Monitor&) { session.SetVisible(id, visible); });
+}
+
+void SceneController::Rename(RegionId id, const QString& name) {
+  Edit(
+      [=](RegionSet& regions) {
+        if (Region* region = regions.Find(id)) region->name = name.toStdString();
+      },
+      [=](EditSession& session, Monitor&) { session.Rename(id, name.toStdString()); });
+}
+
+void SceneController::Move(RegionId id, size_t position) {
+  Edit(
+      [=](RegionSet& regions) {
+        const Region* found = regions.Find(id);
+        if (!found) return;
+        const Region region = *found;
+        std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
+        const size_t at = std::min(position, regions.regions.size());
+        regions.regions.insert(regions.regions.begin() + static_cast<std::ptrdiff_t>(at), region);
+      },
+      [=](EditSession& session, Monitor&) { session.MoveRegion(id, position); });
+}
+
+void SceneController::Remove(RegionId id) {
+  Edit(
+      [=](RegionSet& regions) {
+        std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
+      },
+      [=](EditSession& session, Monitor&) { session.RemoveRegion(id); });
+}
+
+void SceneController::Duplicate(RegionId id) {
+  const auto copy = std::make_shared<RegionId>(0);
+  Run(
+      {}, [=](EditSession& session, Monitor&) { *copy = session.DuplicateRegion(id); },
+      [=, this] { Q_EMIT regionAdded(*copy); });
+}
+
+void SceneController::Undo() {
+  Run({}, [](EditSession& session, Monitor&) { session.Undo(); });
+}
+
+void SceneController::Redo() {
+  Run({}, [](EditSession& session, Monitor&) { session.Redo(); });
+}
+
+void SceneController::SetSolo(RegionId id) {
+  if (solo_ == id) return;
+  solo_ = id;
+  Q_EMIT regionsChanged();
+  Refresh();
+}
+
+// --- Colours on screen
+// ----------------------------------------------------------------------------
+
+RegionSet SceneController::Shown() const {
+  RegionSet shown = regions_;
+  if (solo_ != 0) {
+    for (Region& region : shown.regions) region.visible = region.id == solo_;
+  }
+  return shown;
+}
+
+// Of the fit that would be up to date for everything that shows; empty when nothing does.
+std::string SceneController::KeyOfShown() const {
+  const RegionSet shown = Shown();
+  for (size_t i = shown.regions.size(); i-- > 0;) {
+    if (shown.regions[i].visible) return shown.FitKey(i, started_job_);
+  }
+  return {};
+}
+
+// Composes anew, and has the optimiser follow, when what shows has changed.
+void SceneController::Refresh() {
+  const std::string key = KeyOfShown();
+  if (key == shown_key_) return;
+  shown_key_ = key;
+  ++generation_;
+  Compose();
+  if (solo_ != 0) return;
+  // What the optimiser is at is out of date, and its cores are wanted for the picture.
+  if (optimizer_.Active()) CancelRefit();
+  if (automatic_ && NeedsFit(regions_, job_)) restart_.start();
+}
+
+void SceneController::Compose() {
+  if (!facts_) return;
+  if (shown_key_.empty()) return SetSh(original_sh());
+  composer_->Compose({facts_->original, Shown(), started_job_, generation_});
+}
+
+void SceneController::SetSh(ShPointer sh) {
+  if (sh == sh_) return;
+  sh_ = std::move(sh);
+  ++sh_version_;
+  Q_EMIT shChanged();
+}
+
+}  // namespace retint

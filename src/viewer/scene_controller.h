@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The GUI's only face of a session. Lives on the GUI thread; the EditSession lives on a worker
+// thread with a queue of tasks, the optimiser on the session's own thread, and the colours on
+// screen are composed on a third, so that no call here takes long. All signals are emitted on the
+// GUI thread, results as values that nobody changes any more.
+//
+// Value edits (SetEdit, SetVisible, ...) show at once in regions(), before the worker has done
+// them; what the session refuses is put back and reported by failed().
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <QObject>
+#include <QString>
+#include <QTimer>
+
+#include "session/edit_session.h"
+
+namespace retint {
+
+class SceneWorker;
+class ShComposer;
+
+// A scene's coefficients, [N, K, 3]; immutable, shared by everyone who shows them.
+using ShPointer = std::shared_ptr<const std::vector<float>>;
+
+struct OpenRequest {
+  std::filesystem::path workspace, splat;
+  SessionOptions options;
+};
+
+// What does not change while a scene is open. Safe to keep and read on any thread, also after the
+// scene was closed.
+struct SceneFacts {
+  OpenRequest request;
+  std::shared_ptr<const Workspace> workspace;
+  std::shared_ptr<const GaussianModel> original;
+  std::shared_ptr<Backend> backend;
+  std::vector<const View*> views;           // by name; they live in `workspace`
+  std::vector<const View*> train, heldout;  // the same, split
+  std::vector<std::string> warnings;        // one line each, for the user
+  double load_seconds = 0;
+
+  PosedCamera Posed(const View& view) const { return workspace->reconstruction.Posed(view); }
+};
+
+// What selectionFinished() brings: a selection that is not part of a region yet.
+struct SelectionOutcome {
+  RegionId base = 0;  // the region whose selection the round went on from, 0: none
+  std::shared_ptr<const RegionSelection> selection;
+};
+
+struct HistoryState {
+  bool can_undo = false, can_redo = false;
+  std::string undo_label, redo_label;
+};
+
+struct OptimizerStatus {
+  BackgroundOptimizer::State state = BackgroundOptimizer::State::kIdle;
+  RegionId region = 0;         // being fitted, 0: none
+  int steps = 0;               // of the job so far
+  double seconds = 0;          // since the job started, pauses left out
+  std::vector<double> losses;  // of the region at hand
+  std::string error;           // why it failed
+  bool Active() const {
+    return state == BackgroundOptimizer::State::kRunning ||
+           state == BackgroundOptimizer::State::kPaused;
+  }
+};
+
+class SceneController : public QObject {
+  Q_OBJECT
+
+ public:
+  explicit SceneController(QObject* parent = nullptr);
+  ~SceneController() override;  // cancels what runs and joins every thread
+
+  // --- Scene -----------------------------------------------------------------------------------
+
+  // Replaces the open scene once the new one has loaded; a failed or cancelled load keeps it.
+  void Open(const OpenRequest& request);
+  void Close();
+  bool IsOpen() const { return facts_ != nullptr; }
+  std::shared_ptr<const SceneFacts> facts() const { return facts_; }
+
+  // Stops the long task that runs, and those that wait. Their failed()/taskFinished() follow.
+  void Cancel();
+  bool IsBusy() const { return !task_.isEmpty(); }
+  QString task() const { return task_; }  // what the worker is at, for people; empty: nothing
+
+  // Any work on the session, on the worker thread; `done` then runs on the GUI thread unless it
+  // threw (failed() reports that). `label` names it in the status bar ("" for what takes no time);
+  // afterwards regions() is refreshed. False when no scene is open.
+  using Work = std::function<void(EditSession& session, Monitor& monitor)>;
+  bool Run(const QString& label, Work work, std::function<void()> done = {});
+
+  // --- Selection and regions -------------------------------------------------------------------
+
+  // One round of painting: depth, cloud, registration, projection. `base` is the region that the
+  // round extends and erases, 0: a new one. selectionFinished().
+  void Select(PaintRound round, RegionId base = 0, const SelectOptions& options = {},
+              const ProjectorOptions& project = {});
+  // Make a region of a finished selection, or give it to a region: regionAdded().
+  void AddRegion(const QString& name, std::shared_ptr<const RegionSelection> selection,
+                 const ColorEdit& edit);
+  void ReplaceSelection(RegionId id, std::shared_ptr<const RegionSelection> selection);
+  // The selection of a region as a soft mask of any camera: selectionSeen().
+  void SeeSelection(RegionId id, const PosedCamera& camera);
+  // From masks alone, by image name.
+  void AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
+                          const ColorEdit& edit);
+
+  const RegionSet& regions() const { return regions_; }
+  const HistoryState& history() const { return history_; }
+
+  // Steps with one non-empty `merge_key` are one step of the history.
+  void SetEdit(RegionId id, const ColorEdit& edit, float strength = 1,
+               const std::string& merge_key = {});
+  void SetVisible(RegionId id, bool visible);
+  void Rename(RegionId id, const QString& name);
+  void Move(RegionId id, size_t position);  // 0 is applied first
+  void Duplicate(RegionId id);
+  void Remove(RegionId id);
+  void Undo();
+  void Redo();
+  // Shows one region alone (0: all visible ones again). Not an edit: the session knows nothing.
+  void SetSolo(RegionId id);
+  RegionId solo() const { return solo_; }
+
+  // --- Colours on screen -----------------------------------------------------------------------
+
+  // The newest of closed form, fits and the optimiser's snapshot; the original's before any edit.
+  ShPointer sh() const { return sh_; }
+  ShPointer original_sh() const;
+  uint64_t sh_version() const { return sh_version_; }
+  // No region shows: sh() is the original.
+  bool ShowsOriginal() const { return sh_ == original_sh(); }
+
+  // --- Background optimiser --------------------------------------------------------------------
+
+  // Of the next start. With `automatic` on (the default) it starts by itself after each edit.
+  void SetRefitJob(const RefitJob& job);
+  const RefitJob& refit_job() const { return job_; }
+  void SetAutomaticRefit(bool automatic);
+  bool automatic_refit() const { return automatic_; }
+  void StartRefit();
+  void PauseRefit();
+  void ResumeRefit();
+  void CancelRefit();
+  OptimizerStatus optimizer() const { return optimizer_; }
+
+  // --- Results ---------------------------------------------------------------------------------
+
+  void Evaluate(RegionId id);  // qualityReady()
+  void WriteSplat(const std::filesystem::path& path);
+  void WriteMasks(const std::filesystem::path& folder, RegionId id);
+  void WriteReport(const std::filesystem::path& path);
+  // <folder>/<image name>.png of every view with the current colours.
+  void WriteViews(const std::filesystem::path& folder);
+  // <folder>/0000.png, ...: a camera path.
+  void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras);
+
+ Q_SIGNALS:
+  void opened();
+  void openFailed(const QString& message);  // also "cancelled"
+  void closed();
+  void regionsChanged();                  // regions(), history(), solo()
+  void regionAdded(retint::RegionId id);  // or its selection replaced
+  void shChanged();                       // sh()
+  void selectionFinished(std::shared_ptr<const retint::SelectionOutcome> outcome);
+  void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
+  void optimizerChanged();  // optimizer()
+  void qualityReady(retint::RegionId id, const retint::QualityReport& report);
+  void written(const QString& path);
+  // `label` began (IsBusy), or ended when empty.
+  void taskChanged(const QString& label);
+  void progress(const QString& stage, double fraction);
+  void cancelled(const QString& label);
+  void failed(const QString& label, const QString& message);
+
+ private:
+  struct State;    // what the worker publishes after a task
+  struct Outcome;  // a task's end, on its way to the GUI thread
+  void OpenDone(const std::shared_ptr<EditSession>& session, const OpenRequest& request,
+                double seconds);
+  void TaskDone(const Outcome& outcome);
+  void Apply(const State& state);
+  void ReportFailure(const QString& label, std::exception_ptr error);
+  bool Edit(std::function<void(RegionSet&)> local, Work work);
+  void Refresh();
+  void Compose();
+  void SetSh(ShPointer sh);
+  void PollOptimizer();
+  void Retire();  // the open session
+  void RunWrite(const QString& label, const std::filesystem::path& path, Work work);
+  RegionSet Shown() const;
+  std::string KeyOfShown() const;
+
+  std::shared_ptr<const SceneFacts> facts_;
+  // Used here only for its optimiser, whose calls any thread may make.
+  std::shared_ptr<EditSession> session_;
+  RegionSet regions_;
+  HistoryState history_;
+  // Local edits that the worker has not done yet, by number.
+  std::map<uint64_t, std::function<void(RegionSet&)>> pending_;
+  uint64_t edits_ = 0;
+  RegionId solo_ = 0;
+  ShPointer sh_;
+  uint64_t sh_version_ = 0;
+  std::string shown_key_;    // of what sh_ shows or will show
+  uint64_t generation_ = 0;  // counts changes of shown_key_
+  RefitJob job_, started_job_;
+  bool automatic_ = true;
+  uint64_t refit_generation_ = 0, refit_number_ = 0;  // of the job that runs
+  std::shared_ptr<const ShSnapshot> snapshot_;
+  OptimizerStatus optimizer_;
+  QTimer poll_, restart_;
+  QString task_;
+  std::unique_ptr<ShComposer> composer_;
+  std::unique_ptr<SceneWorker> worker_;  // last: its tasks call into the rest
+};
+
+}  // namespace retint

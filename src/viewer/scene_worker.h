@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A thread that runs tasks one after the other, in the order in which they were posted.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include <QString>
+
+#include "base/monitor.h"
+
+namespace retint {
+
+class SceneWorker {
+ public:
+  struct Task {
+    QString label;                                 // empty: takes no time, cannot be cancelled
+    std::function<void(Monitor&)> work;            // may throw
+    std::function<void(std::exception_ptr)> done;  // null: it worked; called on the worker
+  };
+  using OnProgress = std::function<void(const Progress&)>;  // called on the worker
+  using OnTask = std::function<void(const QString&)>;       // a labelled task begins, "": ends
+
+  SceneWorker(OnProgress on_progress, OnTask on_task);
+  ~SceneWorker();  // cancels and joins; tasks that wait are dropped
+
+  void Post(Task task);
+  // Cancels the labelled task that runs and those that wait; the others are done all the same.
+  void Cancel();
+
+ private:
+  void Loop();
+
+  const OnProgress on_progress_;
+  const OnTask on_task_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Task> tasks_;
+  std::shared_ptr<Monitor> monitor_;  // of the labelled task that runs
+  bool quit_ = false;
+  std::thread thread_;  // last: starts when everything above exists
+};
+
+}  // namespace retint
