@@ -100,12 +100,16 @@ class ViewGeometry {
   // Tiles this geometry visits (all tiles with Gaussians, or the region's), row-major tile index,
   // host memory.
   virtual std::span<const int32_t> tiles() const = 0;
+  // Bit y: row y of every tile has its weights. Only RestrictCompact() leaves rows out: every
+  // second one, or three of four; Blend writes zeros there, BlendTranspose does not read them.
+  uint16_t pixel_rows() const { return pixel_rows_; }
   int tiles_x() const { return (camera_.width + kTileSize - 1) / kTileSize; }
   int tiles_y() const { return (camera_.height + kTileSize - 1) / kTileSize; }
 
  protected:
   CameraParams camera_{};
   int64_t num_rows_ = 0;
+  uint16_t pixel_rows_ = 0xffff;
 };
 
 struct BlendParams {
@@ -354,9 +358,11 @@ class Backend {
   virtual std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view,
                                                        const uint8_t* active,
                                                        size_t budget_bytes) = 0;
-  // As Restrict, but the explicit weights may leave out those below `min_weight` (up to 4 times
-  // that where the budget asks for it) and hold the rest in 8 bits of each Gaussian's largest in a
-  // tile: W_A within that, in a third of the memory.
+  // As Restrict, but explicit weights are approximate, in a third of the memory: those below
+  // `min_weight` may be left out, where the pixel's others grow so that their sum stays what it
+  // was, and the rest are held in 8 bits of each Gaussian's largest in a tile. Tiles left without a
+  // weight are no part of the region. Where the budget asks for it, pixel rows are left out as well
+  // (see ViewGeometry::pixel_rows), then weights up to 4 min_weight.
   virtual std::shared_ptr<const ViewGeometry> RestrictCompact(const ViewGeometry& view,
                                                               const uint8_t* active,
                                                               size_t budget_bytes,

@@ -73,6 +73,7 @@ struct CpuViewGeometry : ViewGeometry {
     camera_ = view_camera;
     num_rows_ = rows;
   }
+  void SetPixelRows(uint16_t pixel_rows) { pixel_rows_ = pixel_rows; }
 };
 
 std::shared_ptr<const ViewGeometry> PrepareViewOnCpu(const CpuModel& model,

@@ -3,6 +3,7 @@
 // active entry, or, where memory allows, the active Gaussians' weights themselves.
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <utility>
 
 #include "kernels/cpu/parallel.h"
@@ -43,44 +44,109 @@ void AssignSlots(int64_t num_rows, int64_t count, const RowOf& row_of, const Slo
   }
 }
 
+// What is given up, in turn, until compact weights fit the budget: pixel rows, then small weights.
+struct Thinning {
+  uint16_t pixel_rows;
+  float min_weight;  // in units of the one asked for
+};
+constexpr Thinning kThinnings[] = {{0xffff, 1}, {0x5555, 1}, {0x1111, 1}, {0x1111, 2}, {0x1111, 4}};
 // Compact weights of up to this many times the budget are worth an attempt to thin them.
-constexpr size_t kThinnable = 2;
+constexpr size_t kThinnable = 6;
 
-// Leaves out half rows whose weights are all below `min_weight`; keeps 8 bits of the others.
-template <typename Step>
-WeightTile Compact(const WeightTile& tile, const std::vector<Step>& steps, float min_weight) {
-  constexpr int kRatio = sizeof(Step) == 1 ? 1 : 257;  // 65535 / 255
-  WeightTile compact;
-  const Step* from = steps.data();
-  for (const WeightEntry& entry : tile.entries) {
-    WeightEntry kept = entry;
-    kept.half_rows = 0;
-    kept.scale = entry.scale * kRatio;
-    const float threshold = min_weight / entry.scale;
-    for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, from += 8) {
-      if (float(*std::max_element(from, from + 8)) < threshold) continue;
-      kept.half_rows |= left & -left;
-      for (int i = 0; i < 8; ++i) {
-        compact.compact.push_back(uint8_t((from[i] + kRatio / 2) / kRatio));
-      }
-    }
-    if (kept.half_rows != 0) compact.entries.push_back(kept);
+// Bits of WeightEntry::half_rows that lie in `pixel_rows`.
+uint32_t HalfRowsOf(uint16_t pixel_rows) {
+  uint32_t half_rows = 0;
+  for (int y = 0; y < kTileSize; ++y) {
+    if (pixel_rows >> y & 1) half_rows |= 3u << (2 * y);
   }
-  compact.compact.shrink_to_fit();
+  return half_rows;
+}
+
+// body(half row, its 8 steps) for the entry's half rows; returns where the next entry's steps
+// begin.
+template <typename Step, typename Body>
+const Step* ForEachHalfRow(const WeightEntry& entry, const Step* steps, const Body& body) {
+  for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, steps += 8) {
+    body(std::countr_zero(left), steps);
+  }
+  return steps;
+}
+
+// A pixel's kept weights take over those left out beside them, up to this factor.
+constexpr float kMostTakenOver = 4;
+
+// Of the half rows `wanted`, leaves out those whose weights are all below `min_weight`; keeps 8
+// bits of the others, which take over what was left out, so that a pixel's weights still sum to
+// what they did.
+template <typename Step>
+WeightTile Compact(const WeightTile& tile, const std::vector<Step>& steps, float min_weight,
+                   uint32_t wanted) {
+  alignas(64) float all[kTilePixels] = {}, kept[kTilePixels] = {};
+  const auto is_kept = [&](const WeightEntry& entry, int half, const Step* from) {
+    return (wanted >> half & 1) &&
+           float(*std::max_element(from, from + 8)) * entry.scale >= min_weight;
+  };
+  size_t count = 0;
+  const Step* at = steps.data();
+  for (const WeightEntry& entry : tile.entries) {
+    at = ForEachHalfRow(entry, at, [&](int half, const Step* from) {
+      const bool keep = is_kept(entry, half, from);
+      count += keep;
+      for (int i = 0; i < 8; ++i) {
+        const float weight = float(from[i]) * entry.scale;
+        all[8 * half + i] += weight;
+        if (keep) kept[8 * half + i] += weight;
+      }
+    });
+  }
+  WeightTile compact;
+  if (count == 0) return compact;
+  float* factor = kept;
+  for (int p = 0; p < kTilePixels; ++p) {
+    factor[p] = kept[p] > 0 ? std::min(all[p] / kept[p], kMostTakenOver) : 1.0f;
+  }
+  compact.compact.reserve(8 * count);
+  at = steps.data();
+  for (const WeightEntry& entry : tile.entries) {
+    const Step* const first = at;
+    WeightEntry out = entry;
+    out.half_rows = 0;
+    float largest = 0;
+    at = ForEachHalfRow(entry, at, [&](int half, const Step* from) {
+      if (!is_kept(entry, half, from)) return;
+      out.half_rows |= 1u << half;
+      for (int i = 0; i < 8; ++i) {
+        largest = std::max(largest, float(from[i]) * factor[8 * half + i]);
+      }
+    });
+    if (out.half_rows == 0) continue;
+    out.scale = entry.scale * largest / 255;
+    ForEachHalfRow(entry, first, [&](int half, const Step* from) {
+      if (!(out.half_rows >> half & 1)) return;
+      for (int i = 0; i < 8; ++i) {
+        const float weight = float(from[i]) * factor[8 * half + i];
+        compact.compact.push_back(uint8_t(weight * (255 / largest) + 0.5f));
+      }
+    });
+    compact.entries.push_back(out);
+  }
   compact.entries.shrink_to_fit();
   return compact;
 }
 
-// Raises the least weight until the tiles fit the budget, or gives up.
-bool ThinToFit(std::vector<WeightTile>* tiles, float min_weight, size_t budget_bytes) {
-  for (const float factor : {1.0f, 1.5f, 2.0f, 3.0f, 4.0f}) {
-    if (factor > 1) {
+// Gives up rows and small weights until the tiles fit the budget. False when they never do.
+bool ThinToFit(std::vector<WeightTile>* tiles, float min_weight, size_t budget_bytes,
+               uint16_t* pixel_rows) {
+  for (const Thinning& thinning : kThinnings) {
+    if (&thinning != kThinnings) {
       ParallelRanges(int64_t(tiles->size()), 16, [&](int64_t begin, int64_t end) {
         for (size_t i = size_t(begin); i < size_t(end); ++i) {
-          (*tiles)[i] = Compact((*tiles)[i], (*tiles)[i].compact, factor * min_weight);
+          (*tiles)[i] = Compact((*tiles)[i], (*tiles)[i].compact, thinning.min_weight * min_weight,
+                                HalfRowsOf(thinning.pixel_rows));
         }
       });
     }
+    *pixel_rows = thinning.pixel_rows;
     size_t used = 0;
     for (const WeightTile& tile : *tiles) used += tile.bytes();
     if (used <= budget_bytes) return true;
@@ -94,7 +160,7 @@ std::vector<WeightTile> ComputeWeights(const TileKernels& kernels, const CpuView
                                        const std::vector<size_t>& tiles,
                                        const std::vector<int64_t>& lengths,
                                        const std::vector<int32_t>& row_of, size_t budget_bytes,
-                                       float min_weight) {
+                                       float min_weight, uint16_t* pixel_rows) {
   std::vector<WeightTile> weights(tiles.size());
   std::atomic<size_t> used{0};
   const size_t limit = min_weight > 0 ? kThinnable * budget_bytes : budget_bytes;
@@ -110,15 +176,28 @@ std::vector<WeightTile> ComputeWeights(const TileKernels& kernels, const CpuView
       work.entries.clear();
       work.weights.clear();
       kernels.weights(list, &work, transmittance);
-      weights[i] = min_weight > 0 ? Compact(work, work.weights, min_weight)
+      weights[i] = min_weight > 0 ? Compact(work, work.weights, min_weight, ~0u)
                                   : work;  // copies are of exact size
       used.fetch_add(weights[i].bytes(), std::memory_order_relaxed);
     }
   });
-  if (used.load() > limit || (min_weight > 0 && !ThinToFit(&weights, min_weight, budget_bytes))) {
+  if (used.load() > limit ||
+      (min_weight > 0 && !ThinToFit(&weights, min_weight, budget_bytes, pixel_rows))) {
     weights.clear();
   }
   return weights;
+}
+
+void DropEmptyTiles(std::vector<WeightTile>* weights, CpuViewGeometry* region) {
+  size_t kept = 0;
+  for (size_t i = 0; i < weights->size(); ++i) {
+    if ((*weights)[i].entries.empty()) continue;
+    region->tile_ids[kept] = region->tile_ids[i];
+    if (kept != i) (*weights)[kept] = std::move((*weights)[i]);
+    ++kept;
+  }
+  weights->resize(kept);
+  region->tile_ids.resize(kept);
 }
 
 void AdoptWeights(std::vector<WeightTile> weights, CpuViewGeometry* region) {
@@ -195,8 +274,12 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
     region->tile_ids.push_back(view.tile_ids[i]);
   }
   region->tile_ids.shrink_to_fit();
-  auto weights = ComputeWeights(kernels, view, tiles, lengths, row_of, budget_bytes, min_weight);
+  uint16_t pixel_rows = 0xffff;
+  auto weights =
+      ComputeWeights(kernels, view, tiles, lengths, row_of, budget_bytes, min_weight, &pixel_rows);
   if (!weights.empty()) {
+    region->SetPixelRows(pixel_rows);
+    if (min_weight > 0) DropEmptyTiles(&weights, region.get());
     AdoptWeights(std::move(weights), region.get());
   } else {
     CopyLists(view, tiles, lengths, row_of, region.get());

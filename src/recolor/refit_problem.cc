@@ -2,6 +2,7 @@
 #include "recolor/refit_problem.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -15,6 +16,8 @@ constexpr int kTilePixels = kTileSize * kTileSize;
 // The 11x11 window reaches 5 pixels; SSIM inside the region's bounds and its gradient reach twice
 // that.
 constexpr int kLossHalo = 10;
+// RestrictCompact() keeps at least every fourth row.
+constexpr double kMostRowsPerRow = 4;
 
 std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -153,6 +156,8 @@ size_t RefitProblem::NumKeptViews() const {
   return size_t(std::count_if(views_.begin(), views_.end(), [](auto& v) { return bool(v.kept); }));
 }
 
+double RefitProblem::NumTargetValues() const { return target_values_ / kMostRowsPerRow; }
+
 float* RefitProblem::Grow(Buffer<float>& buffer, size_t count) {
   if (buffer.size() < count) {
     buffer = {};  // free before taking the larger one
@@ -229,12 +234,16 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   backend().RegionTarget(*view.region, params);
 }
 
-// 1 inside, options.outside_weight outside, in between as the mask.
+// 1 inside, options.outside_weight outside, in between as the mask; rows that are left out pass
+// theirs on to the ones that stay. In units of kMostRowsPerRow / 255.
 void RefitProblem::PrepareWeights(const RefitTarget& target, RegionView& view) {
+  const uint16_t pixel_rows = view.region->pixel_rows();
+  const double rows_per_row = double(kTileSize) / std::popcount(pixel_rows);
   uint8_t weight_of[256];
   for (int m = 0; m < 256; ++m) {
     const double share = m / 255.0;
-    weight_of[m] = uint8_t(std::lround(255 * (share + (1 - share) * options_.outside_weight)));
+    const double weight = share + (1 - share) * options_.outside_weight;
+    weight_of[m] = uint8_t(std::lround(255 * weight * rows_per_row / kMostRowsPerRow));
   }
   const Mask& mask = *target.mask;
   const auto tiles = view.region->tiles();
@@ -245,6 +254,7 @@ void RefitProblem::PrepareWeights(const RefitTarget& target, RegionView& view) {
     const int y1 = std::min(y0 + kTileSize, mask.height);
     const int x1 = std::min(x0 + kTileSize, mask.width);
     for (int y = y0; y < y1; ++y) {
+      if (!(pixel_rows >> (y - y0) & 1)) continue;
       uint8_t* out = &weights[t * kTilePixels + size_t(y - y0) * kTileSize];
       for (int x = x0; x < x1; ++x) *out++ = weight_of[mask(x, y)];
     }

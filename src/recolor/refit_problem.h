@@ -29,7 +29,7 @@ struct RegionView {
   Buffer<float> base_colors;  // [rows, 3] colours of the original coefficients
   // mm: what the region's pixels should change by, see RegionTargetParams.
   Buffer<int16_t> target;
-  Buffer<uint8_t> weights;  // [tiles, kTileSize^2] of the pixels, in steps of 1 / 255
+  Buffer<uint8_t> weights;  // [tiles, kTileSize^2] of the pixels
   // adam: the original render (and the photo, where that is the target) around the region.
   std::array<int32_t, 4> roi{}, box{};  // x0, y0, x1, y1: the region's bounds; the loss's support
   Buffer<uint16_t> render, photo;
@@ -67,7 +67,8 @@ class RefitProblem {
   int64_t NumActive() const { return int64_t(active_.size()); }
   int num_coeffs() const { return num_coeffs_; }
   size_t NumValues() const { return active_.size() * size_t(num_coeffs_) * 3; }
-  double NumTargetValues() const { return target_values_; }  // of all regions: 3 a pixel
+  // Of all regions, 3 a pixel, in units of the pixels' weights.
+  double NumTargetValues() const;
   double RegionFraction() const { return image_values_ > 0 ? target_values_ / image_values_ : 0; }
   float target_unit() const { return target_unit_; }
   ColorMap map() const { return map_; }

@@ -187,6 +187,48 @@ TEST_P(RegionOp, CompactWeightsAreCloseAndSmall) {
   EXPECT_NEAR(forward, backward, 1e-4 * sum);
 }
 
+// What is left out below a coarse least weight goes to the pixel's others.
+TEST_P(RegionOp, CompactWeightsKeepAPixelsSum) {
+  Make(200, 150, 20000, 0.5f);
+  const auto exact = Restrict(kAmple);
+  const auto compact = backend_->RestrictCompact(*view_, device_active_.data(), kAmple, 0.01f);
+  const std::vector<float> ones(size_t(exact->num_rows()), 1.0f);
+  const auto expected = RunBlend(*backend_, *exact, ones, 1).image;
+  const auto actual = RunBlend(*backend_, *compact, ones, 1).image;
+  double difference = 0, sum = 0;
+  for (size_t p = 0; p < pixels_; ++p) {
+    difference += std::abs(double(actual[p]) - double(expected[p]));
+    sum += double(expected[p]);
+  }
+  ASSERT_GT(sum, 0);
+  EXPECT_LE(difference, 0.005 * sum);  // 0.008 when nothing takes over
+}
+
+TEST_P(RegionOp, CompactWeightsGiveUpRowsToFit) {
+  Make(200, 150, 20000, 0.5f);
+  const auto compact = [&](size_t budget) {
+    return backend_->RestrictCompact(*view_, device_active_.data(), budget, 1e-3f);
+  };
+  const auto full = compact(kAmple);
+  EXPECT_EQ(full->pixel_rows(), 0xffff);
+  const std::vector<float> ones(size_t(full->num_rows()), 1.0f);
+  const auto expected = RunBlend(*backend_, *full, ones, 1).image;
+  for (const double share : {0.8, 0.4}) {
+    const size_t budget = size_t(double(full->bytes()) * share);
+    const auto thin = compact(budget);
+    const uint16_t rows = thin->pixel_rows();
+    if (GetParam() != "cuda") {
+      EXPECT_LE(thin->bytes(), budget + size_t(thin->num_rows()) * 32);  // beside the weights
+      EXPECT_NE(rows, 0xffff);
+    }
+    const auto actual = RunBlend(*backend_, *thin, ones, 1).image;
+    for (size_t p = 0; p < pixels_; ++p) {
+      const bool kept = rows >> (p / 200 % kTileSize) & 1;
+      ASSERT_NEAR(actual[p], kept ? expected[p] : 0.0f, 1e-2) << p;
+    }
+  }
+}
+
 TEST_P(RegionOp, MayBeEmpty) {
   Make(50, 50, 100, 0.0f);
   for (const size_t budget : {kNoBudget, kAmple}) {
