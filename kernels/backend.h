@@ -175,6 +175,9 @@ struct ImageLossParams {
   float lambda;     // 0.2
   int32_t roi[4];   // all zero: the whole image
   float* gradient;  // dL/dy [H, W, 3]
+  // [1] backend memory: the loss is added here and the returned value is empty, so that nobody
+  // waits for it. Null: it is returned.
+  double* loss = nullptr;
 };
 
 struct ImageLossValue {
@@ -237,6 +240,11 @@ struct RegionTargetParams {
   ColorMap map;
   float unit;
   int16_t* target;  // [tiles, kTileSize^2, 3]
+  // Where not null, also the pixels' weights m inside_weight + (1 - m) outside_weight, m = mask /
+  // 255, in steps of 1 / 255: [tiles, kTileSize^2], 0 past the image's edge and in rows that the
+  // region left out.
+  uint8_t* weights = nullptr;
+  float inside_weight = 1, outside_weight = 1;
 };
 
 // r = target * unit - image on the region's tiles: residual = weight * r, loss[0] += weight * r^2.
@@ -386,6 +394,12 @@ class Backend {
   virtual void RegionResidual(const ViewGeometry& region, const RegionResidualParams& params) = 0;
   // image += delta on the region's tiles, both [H, W, 3].
   virtual void RegionAdd(const ViewGeometry& region, float* image, const float* delta) = 0;
+  // The weights of RegionTarget as an image [H, W], 0 outside the region's tiles.
+  virtual void RegionWeightImage(const ViewGeometry& region, const uint8_t* weights,
+                                 float* image) = 0;
+  // sums[g] += {sum_p W[p,g] mask[p] / 255, sum_p W[p,g]} for the Gaussians g of a whole view; mask
+  // [H, W], sums [N, 2].
+  virtual void AccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums) = 0;
   virtual void ShTangent(const Model& model, const ShTangentParams& params) = 0;
   virtual void AddRidge(const AddRidgeParams& params) = 0;
   virtual void ApplyRidge(const ApplyRidgeParams& params) = 0;

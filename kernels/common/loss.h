@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// L1 + D-SSIM, value and closed-form derivative at one pixel (Wang et al. 2004; Zhao et al. 2017).
+// The refit's losses: L1 + D-SSIM, value and closed-form derivative at one pixel (Wang et al. 2004;
+// Zhao et al. 2017).
 #pragma once
+
+#include <cstdint>
 
 #include "kernels/common/macros.h"
 
 namespace retint {
+
+// What a pixel counts in the refit: `inside` or `outside` the mask, as the mask between, in steps of
+// 1 / 255.
+RETINT_HD uint8_t PixelWeight(uint8_t mask, float inside, float outside) {
+  const double share = double(mask) / 255;
+  return uint8_t(255 * (share * double(inside) + (1 - share) * double(outside)) + 0.5);
+}
 
 inline constexpr int kSsimRadius = 5;  // 11 taps
 inline constexpr float kSsimC1 = 0.01f * 0.01f;

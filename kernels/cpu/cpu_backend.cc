@@ -107,7 +107,10 @@ class CpuBackend : public Backend {
     EvalShTransposeOnCpu(CpuModelOf(model), params);
   }
   ImageLossValue ImageLoss(const ImageLossParams& params) override {
-    return ImageLossOnCpu(loss_kernels_, params);
+    const ImageLossValue value = ImageLossOnCpu(loss_kernels_, params);
+    if (!params.loss) return value;
+    *params.loss += value.loss;
+    return {};
   }
   void Adam(const AdamParams& params) override { AdamOnCpu(params); }
   void AccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override {
@@ -124,6 +127,12 @@ class CpuBackend : public Backend {
   }
   void RegionAdd(const ViewGeometry& view, float* image, const float* delta) override {
     RegionAddOnCpu(view, image, delta);
+  }
+  void RegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override {
+    RegionWeightImageOnCpu(view, weights, image);
+  }
+  void AccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums) override {
+    AccumulateSharesOnCpu(kernels_, &scratch_, CpuViewOf(view), mask, sums);
   }
   void ShTangent(const Model& model, const ShTangentParams& params) override {
     ShTangentOnCpu(CpuModelOf(model), params);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "kernels/common/loss.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/parallel.h"
 
@@ -50,16 +51,23 @@ void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& param
   const size_t width = size_t(view.camera().width);
   const float* source = params.source ? params.source : params.render;
   const float scale = 1 / params.unit;
+  uint8_t weight_of[256];
+  for (int m = 0; m < 256; ++m) weight_of[m] = 
+        PixelWeight(uint8_t(m), params.inside_weight, params.outside_weight);
   ParallelTasks(int64_t(view.tiles().size()), [&](int64_t i) {
     int16_t* tile = params.target + i * kTilePixels * 3;
     std::fill_n(tile, kTilePixels * 3, int16_t(0));
+    uint8_t* weights = params.weights ? params.weights + i * kTilePixels : nullptr;
+    if (weights) std::fill_n(weights, kTilePixels, uint8_t(0));
     VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
       for (int y = y0; y < y1; ++y) {
         for (int x = x0; x < x1; ++x) {
           const size_t pixel = size_t(y) * width + size_t(x);
+          const int within = (y - y0) * kTileSize + (x - x0);
+          if (weights && (view.pixel_rows() >> (y - y0) & 1)) weights[within] = weight_of[params.mask[pixel]];
           float edited[3];
           EditPixel(params.map, params.mask[pixel], source + 3 * pixel, edited);
-          int16_t* out = tile + ((y - y0) * kTileSize + (x - x0)) * 3;
+          int16_t* out = tile + within * 3;
           for (int c = 0; c < 3; ++c) {
             const float steps = (edited[c] - params.render[3 * pixel + size_t(c)]) * scale;
             out[c] = int16_t(std::lrint(std::clamp(steps, -32768.0f, 32767.0f)));
@@ -93,6 +101,22 @@ void RegionResidualOnCpu(const ViewGeometry& view, const RegionResidualParams& p
       }
     });
     return sum;
+  });
+}
+
+void RegionWeightImageOnCpu(const ViewGeometry& view, const uint8_t* weights, float* image) {
+  const size_t width = size_t(view.camera().width);
+  std::fill_n(image, width * size_t(view.camera().height), 0.0f);
+  ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
+        for (int y = y0; y < y1; ++y) {
+          const uint8_t* in = weights + i * kTilePixels + (y - y0) * kTileSize;
+          float* out = image + size_t(y) * width;
+          for (int x = x0; x < x1; ++x) out[x] = float(*in++) * (1.0f / 255);
+        }
+      });
+    }
   });
 }
 

@@ -203,6 +203,24 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   });
 }
 
+void AccumulateSharesOnCpu(const TileKernels& kernels, ScratchPool* scratch,
+                           const CpuViewGeometry& view, const uint8_t* mask, double* sums) {
+  if (view.is_region) throw std::invalid_argument("shares need a whole view");
+  const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
+  auto residual = scratch->Take(2 * pixels);
+  for (size_t p = 0; p < pixels; ++p) {
+    residual.data()[2 * p] = float(mask[p]) / 255.0f;
+    residual.data()[2 * p + 1] = 1.0f;
+  }
+  std::vector<float> rows(2 * size_t(view.num_rows()));
+  BlendTransposeOnCpu(kernels, scratch, view, {residual.data(), 2, rows.data()});
+  for (size_t r = 0; r < size_t(view.num_rows()); ++r) {
+    double* sum = sums + 2 * view.row_gaussians[r];
+    sum[0] += double(rows[2 * r]);
+    sum[1] += double(rows[2 * r + 1]);
+  }
+}
+
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
                 const DepthParams& params) {
   if (view.is_region) throw std::invalid_argument("depth needs the geometry of a whole view");

@@ -39,6 +39,8 @@ class ScratchPool {
 void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const BlendParams& params);
 void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* scratch,
                          const CpuViewGeometry& view, const BlendTransposeParams& params);
+void AccumulateSharesOnCpu(const TileKernels& kernels, ScratchPool* scratch,
+                           const CpuViewGeometry& view, const uint8_t* mask, double* sums);
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const DepthParams& params);
 std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,

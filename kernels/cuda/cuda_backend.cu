@@ -16,7 +16,7 @@ class PoolMemory : public DeviceMemory {
  public:
   PoolMemory(cudaStream_t stream, size_t bytes) : DeviceMemory(nullptr, bytes), stream_(stream) {
     if (bytes == 0) return;
-    Check(cudaMallocAsync(&data_, bytes, stream), "cudaMallocAsync");
+    data_ = TakeMemory(bytes, stream);
     Check(cudaMemsetAsync(data_, 0, bytes, stream), "cudaMemsetAsync");
   }
   ~PoolMemory() override {
@@ -96,8 +96,13 @@ class CudaBackend : public Backend {
     return Prepare(Own(model), camera, stream_);
   }
   std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view, const uint8_t* active,
-                                               size_t) override {
-    return RestrictTo(Own(view), active, stream_);
+                                               size_t budget_bytes) override {
+    return RestrictTo(Own(view), active, budget_bytes, 0, stream_);
+  }
+  std::shared_ptr<const ViewGeometry> RestrictCompact(const ViewGeometry& view,
+                                                      const uint8_t* active, size_t budget_bytes,
+                                                      float min_weight) override {
+    return RestrictTo(Own(view), active, budget_bytes, min_weight, stream_);
   }
   void Blend(const ViewGeometry& view, const BlendParams& params) override {
     cuda::Blend(Own(view), params, stream_);
@@ -118,13 +123,17 @@ class CudaBackend : public Backend {
     Scratch<double> sums(stream_, 2);
     Fill(sums.data(), 0, sums.bytes());
     cuda::ImageLoss(params, sums.data(), stream_);
-    double host[2];
-    CopyToHost(host, sums.data(), sizeof(host));
     const bool whole = !params.roi[0] && !params.roi[1] && !params.roi[2] && !params.roi[3];
     const double count = double(params.width) * params.height * 3;
     const double pixels = whole ? count
                                 : double(std::max(0, params.roi[2] - params.roi[0])) *
                                       std::max(0, params.roi[3] - params.roi[1]) * 3;
+    if (params.loss) {
+      AddImageLoss(params, sums.data(), pixels, stream_);
+      return {};
+    }
+    double host[2];
+    CopyToHost(host, sums.data(), sizeof(host));
     // Pixels outside the region of interest agree: their SSIM is 1.
     ImageLossValue value{0, host[0] / count, (count - pixels + host[1]) / count};
     value.loss =
@@ -148,6 +157,12 @@ class CudaBackend : public Backend {
   }
   void RegionAdd(const ViewGeometry& view, float* image, const float* delta) override {
     cuda::RegionAdd(Own(view), image, delta, stream_);
+  }
+  void RegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override {
+    cuda::RegionWeightImage(Own(view), weights, image, stream_);
+  }
+  void AccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums) override {
+    cuda::AccumulateShares(Own(view), mask, sums, stream_);
   }
   void ShTangent(const Model& model, const ShTangentParams& params) override {
     cuda::ShTangent(Own(model), params, stream_);

@@ -28,16 +28,42 @@ bool CudaAvailable(std::string* reason) {
 }
 
 namespace cuda {
+namespace {
+
+std::string Mebibytes(size_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
+
+}  // namespace
+
+void* TakeMemory(size_t bytes, cudaStream_t stream) {
+  void* data = nullptr;
+  cudaError_t code = cudaMallocAsync(&data, bytes, stream);
+  if (code == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    int device = 0;
+    cudaMemPool_t pool = nullptr;
+    Check(cudaGetDevice(&device), "cudaGetDevice");
+    Check(cudaDeviceGetDefaultMemPool(&pool, device), "cudaDeviceGetDefaultMemPool");
+    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize");
+    Check(cudaMemPoolTrimTo(pool, 0), "cudaMemPoolTrimTo");
+    code = cudaMallocAsync(&data, bytes, stream);
+    if (code == cudaErrorMemoryAllocation) {
+      cudaGetLastError();
+      size_t free = 0, total = 0;
+      cudaMemGetInfo(&free, &total);
+      throw DeviceOutOfMemory("cudaMallocAsync: " + Mebibytes(bytes) +
+                              " of device memory do not fit, " + Mebibytes(free) + " of " +
+                              Mebibytes(total) + " are free");
+    }
+  }
+  Check(code, "cudaMallocAsync");
+  return data;
+}
 
 void Check(cudaError_t code, const char* call) {
   if (code == cudaSuccess) return;
   cudaGetLastError();  // clears what is not sticky
   if (code == cudaErrorMemoryAllocation) {
-    size_t free = 0, total = 0;
-    cudaMemGetInfo(&free, &total);
-    throw DeviceOutOfMemory(std::string(call) + ": out of device memory, " +
-                            std::to_string(free >> 20) + " of " + std::to_string(total >> 20) +
-                            " MiB free");
+    throw DeviceOutOfMemory(std::string(call) + ": out of device memory");
   }
   throw DeviceError(std::string(call) + ": " + cudaGetErrorString(code));
 }

@@ -13,22 +13,30 @@ namespace retint::cuda {
 
 inline constexpr unsigned kFullWarp = 0xffffffffu;
 
-// Throws std::runtime_error("cudaCall: why"), or std::bad_alloc's kin DeviceOutOfMemory for
-// exhausted memory.
+// Throws DeviceError("cudaCall: why"), or DeviceOutOfMemory for exhausted memory.
 void Check(cudaError_t code, const char* call);
+
+// Memory from the device's stream-ordered pool. Where there is none left, what the pool holds back
+// is given to the driver and the call tried again; DeviceOutOfMemory says what was asked and left.
+void* TakeMemory(size_t bytes, cudaStream_t stream);
 
 // Number of blocks of `threads` that cover `count`.
 inline unsigned Blocks(int64_t count, int threads) {
   return static_cast<unsigned>((count + threads - 1) / threads);
 }
 
-// Memory from the device's stream-ordered pool, given back in stream order.
+inline unsigned BlocksUpTo(unsigned most, int64_t count, int threads) {
+  const unsigned blocks = Blocks(count, threads);
+  return blocks < most ? blocks : most;
+}
+
+// Memory of the pool, given back in stream order.
 template <typename T>
 class Scratch {
  public:
   Scratch() = default;
   Scratch(cudaStream_t stream, size_t count) : stream_(stream), count_(count) {
-    Check(cudaMallocAsync(&data_, (count ? count : 1) * sizeof(T), stream), "cudaMallocAsync");
+    data_ = static_cast<T*>(TakeMemory((count ? count : 1) * sizeof(T), stream));
   }
   Scratch(Scratch&& other) noexcept { *this = static_cast<Scratch&&>(other); }
   Scratch& operator=(Scratch&& other) noexcept {

@@ -28,6 +28,18 @@ struct CudaModel : Model {
   Scratch<float> coefficients;       // [N, K, 3]
 };
 
+// Explicit weights of a region: entries by tile and quarter of 8x8 pixels (4 tile + quarter), front
+// to back within; each holds 64 weights, the two pixels (x, y) and (x, y + 4) of a lane side by
+// side.
+struct ExplicitWeights {
+  bool compact = false;     // bytes in units of `scales`; else half floats
+  Scratch<uint32_t> ends;   // [4 tiles] end of each quarter's entries; empty: no explicit weights
+  Scratch<int32_t> rows;    // [E]
+  Scratch<float> scales;    // [E]
+  Scratch<uint8_t> values;  // [E, 32, 2]
+  size_t bytes() const { return ends.bytes() + rows.bytes() + scales.bytes() + values.bytes(); }
+};
+
 // Tile lists: tile t's entries are [ranges[t].x, ranges[t].y), in order of (depth, index). A whole
 // view has a range for every tile of the grid; a region only for those in tile_ids, and a compact
 // copy of the splats that its lists name.
@@ -42,7 +54,7 @@ class CudaViewGeometry : public ViewGeometry {
   std::span<const int32_t> tiles() const override;
   size_t bytes() const override {
     return gaussians.bytes() + splats.bytes() + splat_rows.bytes() + tile_ids.bytes() +
-           ranges.bytes() + entries.bytes();
+           ranges.bytes() + entries.bytes() + weights.bytes();
   }
 
   Scratch<int32_t> gaussians;   // [rows]
@@ -52,6 +64,8 @@ class CudaViewGeometry : public ViewGeometry {
   Scratch<int2> ranges;         // [tiles of the grid], region: [tiles]
   Scratch<int32_t> entries;     // [E] index into splats
   bool is_region = false;
+  ExplicitWeights weights;  // region: replaces splats, splat_rows, ranges and entries
+  bool has_weights() const { return weights.ends.size() > 0; }
 
  private:
   cudaStream_t stream_;
@@ -62,7 +76,10 @@ class CudaViewGeometry : public ViewGeometry {
 std::unique_ptr<CudaModel> Upload(const GaussianArrays& host, cudaStream_t stream);
 std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraParams& camera,
                                           cudaStream_t stream);
+// `min_weight` 0: explicit weights are exact to half floats; else they are compact (see
+// Backend::RestrictCompact), and tiles left without a weight are dropped.
 std::shared_ptr<CudaViewGeometry> RestrictTo(const CudaViewGeometry& view, const uint8_t* active,
+                                             size_t budget_bytes, float min_weight,
                                              cudaStream_t stream);
 
 }  // namespace retint::cuda

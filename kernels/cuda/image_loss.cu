@@ -19,7 +19,9 @@ struct Box {
   int x0, y0, x1, y1;
 };
 
-__constant__ float kWindow[2 * kR + 1];
+__constant__ float kWindow[2 * kR + 1] = {
+    kSsimWindow[0], kSsimWindow[1], kSsimWindow[2], kSsimWindow[3], kSsimWindow[4], kSsimWindow[5],
+    kSsimWindow[6], kSsimWindow[7], kSsimWindow[8], kSsimWindow[9], kSsimWindow[10]};
 
 // Planar [3 channels][3 derivatives] maps of `box`.
 struct Maps {
@@ -133,18 +135,26 @@ __global__ void __launch_bounds__(kThreads)
   AddOverBlock(total, l1_sum);
 }
 
+__global__ void AddLossKernel(const double* sums, double l1_scale, double ssim_scale, double pixels,
+                              double* loss) {
+  *loss += l1_scale * sums[0] + ssim_scale * (pixels - sums[1]);
+}
+
 dim3 GridOf(const Box& box) {
   return dim3(Blocks(box.x1 - box.x0, kWidth), Blocks(box.y1 - box.y0, kHeight), 3);
 }
 
 }  // namespace
 
+void AddImageLoss(const ImageLossParams& params, const double* sums, double pixels,
+                  cudaStream_t stream) {
+  const double count = double(params.width) * params.height * 3;
+  AddLossKernel<<<1, 1, 0, stream>>>(sums, (1 - double(params.lambda)) / count,
+                                     double(params.lambda) / count, pixels, params.loss);
+  Check(cudaGetLastError(), "AddLossKernel");
+}
+
 void ImageLoss(const ImageLossParams& params, double* sums, cudaStream_t stream) {
-  static const bool kLoaded = [] {
-    Check(cudaMemcpyToSymbol(kWindow, kSsimWindow, sizeof(kSsimWindow)), "cudaMemcpyToSymbol");
-    return true;
-  }();
-  (void)kLoaded;
   Box roi{params.roi[0], params.roi[1], params.roi[2], params.roi[3]};
   if (roi.x0 == 0 && roi.y0 == 0 && roi.x1 == 0 && roi.y1 == 0) {
     roi.x1 = params.width, roi.y1 = params.height;

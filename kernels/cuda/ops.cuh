@@ -24,11 +24,19 @@ void Dot(const float* x, const float* y, int64_t count, double* sum, cudaStream_
 // sums: [2] |y - y*| and SSIM over the region of interest, accumulated.
 void ImageLoss(const ImageLossParams& params, double* sums, cudaStream_t stream);
 
+// Adds the loss of `sums` over `pixels` values to *params.loss.
+void AddImageLoss(const ImageLossParams& params, const double* sums, double pixels,
+                  cudaStream_t stream);
+
 void RegionTarget(const CudaViewGeometry& view, const RegionTargetParams& params,
                   cudaStream_t stream);
 void RegionResidual(const CudaViewGeometry& view, const RegionResidualParams& params,
                     cudaStream_t stream);
 void RegionAdd(const CudaViewGeometry& view, float* image, const float* delta, cudaStream_t stream);
+void RegionWeightImage(const CudaViewGeometry& view, const uint8_t* weights, float* image,
+                       cudaStream_t stream);
+void AccumulateShares(const CudaViewGeometry& view, const uint8_t* mask, double* sums,
+                      cudaStream_t stream);
 void PackBox(const PackBoxParams& params, cudaStream_t stream);
 void UnpackBox(const PackBoxParams& params, cudaStream_t stream);
 void EditImage(const EditImageParams& params, cudaStream_t stream);

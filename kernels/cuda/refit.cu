@@ -2,6 +2,8 @@
 // The refit's steps on the pixels of a region or of a box.
 #include <stdexcept>
 
+#include "kernels/common/loss.h"
+#include "kernels/cuda/blend.cuh"
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/ops.cuh"
 
@@ -76,6 +78,10 @@ void RegionTarget(const CudaViewGeometry& view, const RegionTargetParams& params
   ForEach(CountOf(view), stream, "RegionTarget", [=] __device__(int64_t i) {
     const int64_t p = pixels.Pixel(i);
     float change[3] = {};
+    if (params.weights) {
+      params.weights[i] =
+          p >= 0 ? PixelWeight(params.mask[p], params.inside_weight, params.outside_weight) : 0;
+    }
     if (p >= 0) {
       EditChange(params.map, float(params.mask[p]) * (1.0f / 255), source + 3 * p, change);
       for (int c = 0; c < 3; ++c) change[c] += source[3 * p + c] - params.render[3 * p + c];
@@ -92,8 +98,8 @@ void RegionResidual(const CudaViewGeometry& view, const RegionResidualParams& pa
   const RegionPixels pixels = PixelsOf(view);
   const int64_t count = CountOf(view);
   if (count == 0) return;
-  const unsigned blocks = Blocks(count, 256);
-  ResidualKernel < <<blocks<2048 ? blocks : 2048, 256, 0, stream>>>(count, pixels, params);
+  const unsigned blocks = BlocksUpTo(2048, count, 256);
+  ResidualKernel<<<blocks, 256, 0, stream>>>(count, pixels, params);
   Check(cudaGetLastError(), "RegionResidual");
 }
 
@@ -104,6 +110,38 @@ void RegionAdd(const CudaViewGeometry& view, float* image, const float* delta,
     const int64_t p = pixels.Pixel(i);
     if (p < 0) return;
     for (int c = 0; c < 3; ++c) image[3 * p + c] += delta[3 * p + c];
+  });
+}
+
+void RegionWeightImage(const CudaViewGeometry& view, const uint8_t* weights, float* image,
+                       cudaStream_t stream) {
+  const RegionPixels pixels = PixelsOf(view);
+  const size_t bytes = size_t(view.camera().width) * size_t(view.camera().height) * sizeof(float);
+  Check(cudaMemsetAsync(image, 0, bytes, stream), "cudaMemsetAsync");
+  ForEach(CountOf(view), stream, "RegionWeightImage", [=] __device__(int64_t i) {
+    const int64_t p = pixels.Pixel(i);
+    if (p >= 0) image[p] = float(weights[i]) * (1.0f / 255);
+  });
+}
+
+void AccumulateShares(const CudaViewGeometry& view, const uint8_t* mask, double* sums,
+                      cudaStream_t stream) {
+  if (view.is_region) throw std::invalid_argument("shares need a whole view");
+  const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
+  const int64_t rows = view.num_rows();
+  if (rows == 0) return;
+  Scratch<float2> residual(stream, size_t(pixels)), of_rows(stream, size_t(rows));
+  float2* to = residual.data();
+  ForEach(pixels, stream, "AccumulateShares", [=] __device__(int64_t p) {
+    to[p] = {float(mask[p]) / 255.0f, 1.0f};
+  });
+  BlendTranspose(view, {&residual.data()->x, 2, &of_rows.data()->x}, stream);
+  const int32_t* gaussians = view.rows();
+  const float2* from = of_rows.data();
+  ForEach(rows, stream, "AccumulateShares", [=] __device__(int64_t r) {
+    double* sum = sums + 2 * int64_t(gaussians[r]);  // rows are distinct
+    sum[0] += double(from[r].x);
+    sum[1] += double(from[r].y);
   });
 }
 

@@ -178,8 +178,8 @@ void LinearCombination(const LinearCombinationParams& params, cudaStream_t strea
 
 void Dot(const float* x, const float* y, int64_t count, double* sum, cudaStream_t stream) {
   if (count <= 0) return;
-  const unsigned blocks = Blocks(count, 256);
-  DotKernel < <<blocks<1024 ? blocks : 1024, 256, 0, stream>>>(x, y, count, sum);
+  const unsigned blocks = BlocksUpTo(1024, count, 256);
+  DotKernel<<<blocks, 256, 0, stream>>>(x, y, count, sum);
   Check(cudaGetLastError(), "Dot");
 }
 

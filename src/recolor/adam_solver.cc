@@ -23,6 +23,7 @@ AdamSolver::AdamSolver(RefitProblem& problem, const RefitOptions& options)
   for (auto* buffer : {&gradient_, &m_, &v_}) {
     *buffer = backend.Allocate<float>(problem_.NumValues());
   }
+  recent_loss_ = backend.Allocate<double>(1);
 }
 
 // Every view once a round, in a random order, as 3DGS trains.
@@ -39,7 +40,7 @@ size_t AdamSolver::NextView() {
   return view;
 }
 
-double AdamSolver::Evaluate(size_t index) {
+void AdamSolver::Evaluate(size_t index) {
   Backend& backend = problem_.backend();
   const auto view = problem_.Visit(index);
   const CameraParams& camera = view->region->camera();
@@ -96,7 +97,8 @@ double AdamSolver::Evaluate(size_t index) {
   loss.lambda = float(options_.lambda_dssim);
   std::copy_n(view->roi.begin(), 4, loss.roi);
   loss.gradient = delta;
-  const double value = backend.ImageLoss(loss).loss;
+  loss.loss = recent_loss_.data();
+  backend.ImageLoss(loss);
   BlendTransposeParams transpose{};
   transpose.residual = delta;
   transpose.channels = 3;
@@ -104,7 +106,6 @@ double AdamSolver::Evaluate(size_t index) {
   backend.BlendTranspose(*view->region, transpose);
   backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
   problem_.AddShGradient(*view, change, colors, gradient_.data());
-  return value;
 }
 
 bool AdamSolver::Step(Monitor& monitor) {
@@ -115,7 +116,7 @@ bool AdamSolver::Step(Monitor& monitor) {
   }
   if (iterations_ >= limit_) return false;
   monitor.Step("refit", double(iterations_), double(limit_));
-  recent_loss_ += Evaluate(NextView());
+  Evaluate(NextView());
   ++iterations_;
   AdamParams adam{};
   adam.values = values_.data();
@@ -131,8 +132,9 @@ bool AdamSolver::Step(Monitor& monitor) {
   problem_.backend().Adam(adam);
   const int in_interval = (iterations_ - 1) % kLossInterval + 1;
   if (in_interval == kLossInterval || iterations_ == limit_) {
-    losses_.push_back(recent_loss_ / in_interval);
-    recent_loss_ = 0;
+    Backend& backend = problem_.backend();
+    losses_.push_back(backend.Download(recent_loss_.data(), 1)[0] / in_interval);
+    backend.Fill(recent_loss_.data(), 0, sizeof(double));
   }
   if (iterations_ < limit_) return true;
   reason_ = "all steps done";

@@ -25,7 +25,7 @@ class AdamSolver {
   const std::string& reason() const { return reason_; }
 
   // The loss of one view and its gradient [active, K, 3] at the current coefficients.
-  double Evaluate(size_t view);
+  void Evaluate(size_t view);
   const Buffer<float>& gradient() const { return gradient_; }
 
  private:
@@ -39,7 +39,7 @@ class AdamSolver {
   std::vector<size_t> deck_;  // views left in this round
   int iterations_ = 0;
   bool converged_ = false;
-  double recent_loss_ = 0;
+  Buffer<double> recent_loss_;  // [1]
   std::vector<double> losses_;
   std::string reason_;
 };

@@ -43,26 +43,22 @@ std::vector<float> ClosedFormSh(const GaussianModel& model, std::span<const floa
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
                               Monitor& monitor) {
   const size_t count = size_t(renderer.model().count());
-  std::vector<double> inside(count, 0.0), total(count, 0.0);
-  std::vector<float> residual;
+  Backend& backend = renderer.backend();
+  const auto sums = backend.Allocate<double>(2 * count);  // inside, altogether
+  Buffer<uint8_t> mask;
   for (size_t v = 0; v < targets.size(); ++v) {
     monitor.Step("shares", double(v), double(targets.size()));
     CheckTarget(targets[v]);
-    const Mask& mask = *targets[v].mask;
-    residual.resize(mask.NumPixels() * 2);
-    for (size_t p = 0; p < mask.NumPixels(); ++p) {
-      residual[2 * p] = float(mask.data[p]) / 255.0f;
-      residual[2 * p + 1] = 1.0f;
-    }
-    const auto sums = renderer.BlendTransposeToGaussians(targets[v].camera, residual, 2);
-    for (size_t g = 0; g < count; ++g) {
-      inside[g] += sums[2 * g];
-      total[g] += sums[2 * g + 1];
-    }
+    const auto& pixels = targets[v].mask->data;
+    if (mask.size() < pixels.size()) mask = backend.Allocate<uint8_t>(pixels.size());
+    backend.CopyToDevice(mask.data(), pixels.data(), pixels.size());
+    backend.AccumulateShares(*renderer.Geometry(targets[v].camera), mask.data(), sums.data());
   }
+  const auto found = backend.Download(sums.data(), sums.size());
   std::vector<float> shares(count, 0.0f);
   for (size_t g = 0; g < count; ++g) {
-    if (total[g] > 0) shares[g] = float(std::clamp(inside[g] / total[g], 0.0, 1.0));
+    const double inside = found[2 * g], total = found[2 * g + 1];
+    if (total > 0) shares[g] = float(std::clamp(inside / total, 0.0, 1.0));
   }
   return shares;
 }

@@ -215,7 +215,6 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   }
   if (form_ == Targets::kRegions) {
     PrepareRegionTarget(target, view);
-    PrepareWeights(target, view);
   } else {
     PrepareBoxes(target, view);
   }
@@ -223,7 +222,9 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
 }
 
 void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& view) {
-  view.target = backend().Allocate<int16_t>(view.region->tiles().size() * kTilePixels * 3);
+  const size_t pixels = view.region->tiles().size() * kTilePixels;
+  view.target = backend().Allocate<int16_t>(pixels * 3);
+  view.weights = backend().Allocate<uint8_t>(pixels);
   RegionTargetParams params{};
   params.render = scratch_.images[0].data();
   params.source = target.photo ? photo_.data() : nullptr;
@@ -231,54 +232,16 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   params.map = map_;
   params.unit = target_unit_;
   params.target = view.target.data();
+  params.weights = view.weights.data();
+  // Rows that the region left out pass their weight on to the ones that stay.
+  const int kept_rows = std::popcount(view.region->pixel_rows());
+  params.inside_weight = float(double(kTileSize) / kept_rows / kMostRowsPerRow);
+  params.outside_weight = params.inside_weight * float(options_.outside_weight);
   backend().RegionTarget(*view.region, params);
 }
 
-// 1 inside, options.outside_weight outside, in between as the mask; rows that are left out pass
-// theirs on to the ones that stay. In units of kMostRowsPerRow / 255.
-void RefitProblem::PrepareWeights(const RefitTarget& target, RegionView& view) {
-  const uint16_t pixel_rows = view.region->pixel_rows();
-  const double rows_per_row = double(kTileSize) / std::popcount(pixel_rows);
-  uint8_t weight_of[256];
-  for (int m = 0; m < 256; ++m) {
-    const double share = m / 255.0;
-    const double weight = share + (1 - share) * options_.outside_weight;
-    weight_of[m] = uint8_t(std::lround(255 * weight * rows_per_row / kMostRowsPerRow));
-  }
-  const Mask& mask = *target.mask;
-  const auto tiles = view.region->tiles();
-  std::vector<uint8_t> weights(tiles.size() * kTilePixels, 0);
-  for (size_t t = 0; t < tiles.size(); ++t) {
-    const int x0 = tiles[t] % view.region->tiles_x() * kTileSize;
-    const int y0 = tiles[t] / view.region->tiles_x() * kTileSize;
-    const int y1 = std::min(y0 + kTileSize, mask.height);
-    const int x1 = std::min(x0 + kTileSize, mask.width);
-    for (int y = y0; y < y1; ++y) {
-      if (!(pixel_rows >> (y - y0) & 1)) continue;
-      uint8_t* out = &weights[t * kTilePixels + size_t(y - y0) * kTileSize];
-      for (int x = x0; x < x1; ++x) *out++ = weight_of[mask(x, y)];
-    }
-  }
-  view.weights = backend().Upload(std::span<const uint8_t>(weights));
-}
-
 void RefitProblem::WeightImage(const RegionView& view, float* image) {
-  const CameraParams& camera = view.region->camera();
-  const auto tiles = view.region->tiles();
-  const auto weights = backend().Download(view.weights.data(), view.weights.size());
-  std::vector<float> host(size_t(camera.width) * size_t(camera.height), 0.0f);
-  for (size_t t = 0; t < tiles.size(); ++t) {
-    const int x0 = tiles[t] % view.region->tiles_x() * kTileSize;
-    const int y0 = tiles[t] / view.region->tiles_x() * kTileSize;
-    for (int y = y0; y < std::min(y0 + kTileSize, camera.height); ++y) {
-      const uint8_t* in = &weights[t * kTilePixels + size_t(y - y0) * kTileSize];
-      float* out = &host[size_t(y) * size_t(camera.width)];
-      for (int x = x0; x < std::min(x0 + kTileSize, camera.width); ++x) {
-        out[x] = float(*in++) * (1.0f / 255);
-      }
-    }
-  }
-  backend().CopyToDevice(image, host.data(), host.size() * sizeof(float));
+  backend().RegionWeightImage(*view.region, view.weights.data(), image);
 }
 
 void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {

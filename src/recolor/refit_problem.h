@@ -97,7 +97,6 @@ class RefitProblem {
   RegionView Prepare(const RefitTarget& target, size_t budget);
   void RenderOriginal(const ViewGeometry& geometry);
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
-  void PrepareWeights(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);
   void FillSlots(RegionView& view);
   float* Grow(Buffer<float>& buffer, size_t count);

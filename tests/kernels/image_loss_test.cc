@@ -126,6 +126,18 @@ TEST_P(LossOp, RegionOfInterestIsExact) {
   }
 }
 
+TEST_P(LossOp, AddsToBackendMemoryOnRequest) {
+  const auto image = Picture(40, 30), target = Picture(40, 30);
+  Guarded<float> y(*backend_, image), t(*backend_, target), gradient(*backend_, image.size());
+  Guarded<double> sum(*backend_, std::vector<double>{1.0});
+  ImageLossParams params{y.data(), t.data(), 40, 30, 0.2f, {5, 5, 20, 30}, gradient.data()};
+  const double loss = backend_->ImageLoss(params).loss;
+  params.loss = sum.data();
+  EXPECT_EQ(backend_->ImageLoss(params).loss, 0);
+  EXPECT_GT(loss, 0);
+  EXPECT_DOUBLE_EQ(sum.Read()[0], 1 + loss);
+}
+
 TEST_P(LossOp, RegionOfInterestMayTouchTheBorder) {
   const auto image = Picture(40, 30), target = Picture(40, 30);
   const auto whole = Run(image, target, 40, 30, 0.2f);

@@ -16,6 +16,7 @@ class RefitOp : public BackendTest {
  protected:
   void SetUp() override {
     BackendTest::SetUp();
+    if (IsSkipped()) return;
     const TestModel model = RandomModel(rng_, 60);
     uploaded_ = backend_->UploadModel(model.arrays());
     const auto view = backend_->PrepareView(*uploaded_, TestCamera(kWidth, kHeight));
@@ -51,6 +52,29 @@ class RefitOp : public BackendTest {
   }
   size_t TileValues() const { return region_->tiles().size() * kTileSize * kTileSize * 3; }
 
+  // The weights that RegionTarget and RegionWeightImage give: m + (1 - m) outside.
+  void ExpectWeights(float outside) {
+    Guarded<float> render(*backend_, image_), weight_image(*backend_, kValues / 3);
+    Guarded<uint8_t> mask(*backend_, mask_), weights(*backend_, TileValues() / 3);
+    Guarded<int16_t> target(*backend_, TileValues());
+    RegionTargetParams params{render.data(), nullptr, mask.data(), map_, kUnit, target.data()};
+    params.weights = weights.data();
+    params.outside_weight = outside;
+    backend_->RegionTarget(*region_, params);
+    backend_->RegionWeightImage(*region_, weights.data(), weight_image.data());
+    const auto steps = weights.Read();
+    std::vector<double> expected(kValues / 3, 0.0);
+    ForTilePixels([&](size_t position, int pixel) {
+      if (pixel < 0) {
+        EXPECT_EQ(steps[position], 0);
+        return;
+      }
+      const double m = mask_[size_t(pixel)] / 255.0;
+      expected[size_t(pixel)] = m + (1 - m) * double(outside);
+    });
+    EXPECT_LE(WorstDifference(weight_image.Read(), expected), 0.51 / 255);
+  }
+
   std::unique_ptr<Model> uploaded_;
   std::shared_ptr<const ViewGeometry> region_;
   std::vector<float> image_, other_;
@@ -67,6 +91,7 @@ TEST_P(RefitOp, TargetsAndResiduals) {
     backend_->RegionTarget(*region_, {render.data(), photo ? source.data() : nullptr, mask.data(),
                                       map_, kUnit, target.data()});
     const auto steps = target.Read();
+    ExpectWeights(photo ? 0.25f : 1.0f);
     std::vector<uint8_t> weights(TileValues() / 3);
     for (uint8_t& w : weights) w = uint8_t(rng_());
     for (const bool weighted : {false, true}) {

@@ -91,6 +91,12 @@ std::vector<std::string> TestedBackends() {
   return names;
 }
 
+std::vector<std::string> AllBackends() {
+  auto names = TestedBackends();
+  if (names.back() != "cuda") names.push_back("cuda");
+  return names;
+}
+
 std::shared_ptr<Backend> MakeBackend(const std::string& name) {
   return name == "cpu-scalar" ? CreateCpuBackend({.scalar = true}) : CreateBackend(name);
 }

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every operation of a device backend against the CPU's, over the sizes that matter: a single
+// Gaussian to a million, a single pixel to a photo, every SH degree, 1, 3 and 8 channels, views
+// that see nothing. Skipped where there is no device.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <ostream>
+
+#include "tests/kernels/test_scene.h"
+
+namespace retint {
+namespace {
+
+struct Shape {
+  int64_t gaussians;
+  int width, height;
+};
+std::ostream& operator<<(std::ostream& out, const Shape& shape) {
+  return out << shape.gaussians << "_on_" << shape.width << "x" << shape.height;
+}
+
+// |a - b| / |b| over all values; infinite where a value is not finite or sizes differ.
+template <typename A, typename B>
+double RelativeError(const std::vector<A>& a, const std::vector<B>& b) {
+  if (a.size() != b.size()) return std::numeric_limits<double>::infinity();
+  double difference = 0, size = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    difference += std::pow(double(a[i]) - double(b[i]), 2);
+    size += std::pow(double(b[i]), 2);
+  }
+  const double error = size > 0 ? std::sqrt(difference / size) : std::sqrt(difference);
+  return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
+}
+
+// One backend's side of a comparison. Values of rows are kept by Gaussian, so that two Gaussians of
+// nearly equal depth may trade places.
+struct Side {
+  std::shared_ptr<Backend> backend;
+  std::unique_ptr<Model> model;
+  std::shared_ptr<const ViewGeometry> view;
+  std::vector<int32_t> rows;
+
+  Side(const std::string& name, const TestModel& host, const CameraParams& camera)
+      : backend(MakeBackend(name)),
+        model(backend->UploadModel(host.arrays())),
+        view(backend->PrepareView(*model, camera)),
+        rows(RowsOf(*backend, *view)) {}
+
+  std::vector<float> Gather(const std::vector<float>& by_gaussian, int channels,
+                            const ViewGeometry& geometry) const {
+    std::vector<float> out;
+    for (const int32_t g : RowsOf(*backend, geometry)) {
+      const auto from = by_gaussian.begin() + int64_t(g) * channels;
+      out.insert(out.end(), from, from + channels);
+    }
+    return out;
+  }
+  std::vector<float> Scatter(const std::vector<float>& by_row, int channels,
+                             const ViewGeometry& geometry) const {
+    std::vector<float> out(size_t(model->count()) * size_t(channels), 0.0f);
+    const auto of = RowsOf(*backend, geometry);
+    for (size_t r = 0; r < of.size(); ++r) {
+      std::copy_n(by_row.begin() + int64_t(r) * channels, channels,
+                  out.begin() + int64_t(of[r]) * channels);
+    }
+    return out;
+  }
+};
+
+class Parity : public testing::TestWithParam<Shape> {
+ protected:
+  void SetUp() override {
+    try {
+      MakeBackend("cuda");
+    } catch (const std::exception& error) {
+      GTEST_SKIP() << error.what();
+    }
+  }
+  void Make(int degree = 1) {
+    const Shape& shape = GetParam();
+    model_ = RandomModel(rng_, shape.gaussians, degree);
+    camera_ = TestCamera(shape.width, shape.height);
+    pixels_ = size_t(shape.width) * size_t(shape.height);
+    cpu_.emplace("cpu", model_, camera_);
+    cuda_.emplace("cuda", model_, camera_);
+  }
+  std::array<Side*, 2> Sides() { return {&*cpu_, &*cuda_}; }
+  std::vector<float> ByGaussian(int channels, float low = -1) {
+    return UniformVector(rng_, size_t(model_.count()) * size_t(channels), low, 1);
+  }
+  std::vector<float> ByPixel(int channels, float low = -1) {
+    return UniformVector(rng_, pixels_ * size_t(channels), low, 1);
+  }
+  // Rounding, and decisions at a threshold that fall the other way once in some thousand pixels.
+  static constexpr double kRounding = 3e-4;
+
+  std::mt19937 rng_ = TestRng();
+  TestModel model_;
+  CameraParams camera_;
+  size_t pixels_ = 0;
+  std::optional<Side> cpu_, cuda_;
+};
+
+TEST_P(Parity, SeesTheSameGaussiansInTheSameOrder) {
+  Make();
+  ASSERT_EQ(cuda_->rows.size(), cpu_->rows.size());
+  EXPECT_EQ(std::vector<int32_t>(cuda_->view->tiles().begin(), cuda_->view->tiles().end()),
+            std::vector<int32_t>(cpu_->view->tiles().begin(), cpu_->view->tiles().end()));
+  // Rounding of the depth may swap neighbours, never move one far.
+  size_t moved = 0;
+  for (size_t r = 0; r < cpu_->rows.size(); ++r) moved += cuda_->rows[r] != cpu_->rows[r];
+  EXPECT_LE(double(moved), 0.05 * double(cpu_->rows.size()));
+  auto a = cuda_->rows, b = cpu_->rows;
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
+  EXPECT_EQ(a, b);
+}
+
+TEST_P(Parity, BreaksTiesByIndex) {
+  Make();
+  // Everything in one place: the order is that of the indices.
+  for (size_t g = 1; g < size_t(model_.count()); ++g) {
+    std::copy_n(model_.means.begin(), 3, model_.means.begin() + int64_t(3 * g));
+  }
+  const Side side("cuda", model_, camera_);
+  EXPECT_TRUE(std::is_sorted(side.rows.begin(), side.rows.end()));
+}
+
+TEST_P(Parity, Blends) {
+  Make();
+  for (const int channels : {1, 3, 8}) {
+    const auto features = ByGaussian(channels);
+    const auto background = UniformVector(rng_, size_t(channels), 0, 1);
+    Blended out[2];
+    for (int i = 0; i < 2; ++i) {
+      Side& side = *Sides()[size_t(i)];
+      out[i] = RunBlend(*side.backend, *side.view, side.Gather(features, channels, *side.view),
+                        channels, background);
+    }
+    EXPECT_LE(RelativeError(out[1].image, out[0].image), kRounding);
+    EXPECT_LE(RelativeError(out[1].alpha, out[0].alpha), kRounding);
+    EXPECT_LE(WorstDifference(out[1].image, out[0].image), 0.02);
+  }
+}
+
+TEST_P(Parity, Transposes) {
+  Make();
+  for (const int channels : {1, 3, 8}) {
+    const auto residual = ByPixel(channels);
+    std::vector<float> out[2];
+    for (int i = 0; i < 2; ++i) {
+      Side& side = *Sides()[size_t(i)];
+      out[i] = side.Scatter(RunTranspose(*side.backend, *side.view, residual, channels), channels,
+                            *side.view);
+    }
+    EXPECT_LE(RelativeError(out[1], out[0]), 10 * kRounding);  // faint ones sum few pixels
+  }
+}
+
+TEST_P(Parity, FindsDepth) {
+  Make();
+  std::vector<float> median[2], expected[2], alpha[2];
+  for (int i = 0; i < 2; ++i) {
+    Side& side = *Sides()[size_t(i)];
+    Guarded<float> m(*side.backend, pixels_), e(*side.backend, pixels_), a(*side.backend, pixels_);
+    side.backend->Depth(*side.view, {m.data(), e.data(), a.data(), 0.5f});
+    median[i] = m.Read(), expected[i] = e.Read(), alpha[i] = a.Read();
+  }
+  size_t other = 0;
+  for (size_t p = 0; p < pixels_; ++p) {
+    if (!(std::fabs(median[1][p] - median[0][p]) < 1e-4f)) ++other;
+  }
+  EXPECT_LE(double(other), 2e-3 * double(pixels_));
+  EXPECT_LE(RelativeError(expected[1], expected[0]), 10 * kRounding);
+  EXPECT_LE(RelativeError(alpha[1], alpha[0]), kRounding);
+}
+
+TEST_P(Parity, EvaluatesShOfEveryDegree) {
+  for (int degree = 0; degree <= 3; ++degree) {
+    Make(degree);
+    const size_t k = size_t(model_.num_coeffs()), n = size_t(model_.count());
+    const auto gradients = ByGaussian(3);
+    const auto weights = ByGaussian(1, 0);
+    std::vector<float> colors[2], sums[2], blocks[2], tangents[2];
+    for (int i = 0; i < 2; ++i) {
+      Side& side = *Sides()[size_t(i)];
+      Backend& backend = *side.backend;
+      Guarded<float> c(backend, 3 * n), g(backend, gradients), t(backend, 3 * n);
+      Guarded<float> s(backend, std::vector<float>(3 * k * n, 0.0f)), w(backend, weights);
+      Guarded<float> b(backend, std::vector<float>(k * (k + 1) / 2 * n, 0.0f));
+      EvalShParams eval{nullptr, nullptr, int64_t(n), side.model->sh(), {}, c.data()};
+      std::copy_n(camera_.center, 3, eval.center);
+      backend.EvalSh(*side.model, eval);
+      EvalShTransposeParams transpose{nullptr,  nullptr, int64_t(n), g.data(),
+                                      c.data(), {},      s.data()};
+      std::copy_n(camera_.center, 3, transpose.center);
+      backend.EvalShTranspose(*side.model, transpose);
+      ShTangentParams tangent{nullptr, nullptr, int64_t(n), side.model->sh(),
+                              nullptr, {},      t.data()};
+      std::copy_n(camera_.center, 3, tangent.center);
+      backend.ShTangent(*side.model, tangent);
+      AccumulateBlocksParams accumulate{nullptr, nullptr, int64_t(n), w.data(), {}, b.data()};
+      std::copy_n(camera_.center, 3, accumulate.center);
+      backend.AccumulateBlocks(*side.model, accumulate);
+      colors[i] = c.Read(), sums[i] = s.Read(), blocks[i] = b.Read(), tangents[i] = t.Read();
+    }
+    EXPECT_LE(RelativeError(colors[1], colors[0]), 1e-5) << degree;
+    EXPECT_LE(RelativeError(tangents[1], tangents[0]), 1e-5) << degree;
+    EXPECT_LE(RelativeError(sums[1], sums[0]), 1e-3) << degree;  // a colour at 0 may be shut or not
+    EXPECT_LE(RelativeError(blocks[1], blocks[0]), 1e-5) << degree;
+  }
+}
+
+TEST_P(Parity, RestrictsAndSums) {
+  Make();
+  std::vector<uint8_t> active(size_t(model_.count())), mask(pixels_);
+  for (uint8_t& a : active) a = rng_() % 16 == 0;
+  for (uint8_t& m : mask) m = uint8_t(rng_());
+  const auto features = ByGaussian(3), residual = ByPixel(3), render = ByPixel(3, 0);
+  struct Kind {
+    size_t budget;
+    float min_weight;
+    double tolerance;
+  };
+  for (const Kind& kind : {Kind{0, 0, kRounding}, Kind{size_t{1} << 32, 0, 5e-4},
+                           Kind{size_t{1} << 32, 1e-3f, 2e-2}}) {
+    SCOPED_TRACE(std::to_string(kind.budget) + " " + std::to_string(kind.min_weight));
+    std::vector<float> image[2], sums[2], weight_image[2], residuals[2];
+    double loss[2];
+    for (int i = 0; i < 2; ++i) {
+      Side& side = *Sides()[size_t(i)];
+      Backend& backend = *side.backend;
+      Guarded<uint8_t> flags(backend, active), device_mask(backend, mask);
+      const auto region =
+          kind.min_weight > 0
+              ? backend.RestrictCompact(*side.view, flags.data(), kind.budget, kind.min_weight)
+              : backend.Restrict(*side.view, flags.data(), kind.budget);
+      const auto part = side.Gather(features, 3, *region);
+      image[i] = RunBlend(backend, *region, part, 3).image;
+      sums[i] = side.Scatter(RunTranspose(backend, *region, residual, 3), 3, *region);
+
+      const size_t positions = region->tiles().size() * kTileSize * kTileSize;
+      Guarded<float> device_render(backend, render), blended(backend, render);
+      Guarded<int16_t> target(backend, 3 * positions);
+      Guarded<uint8_t> weights(backend, positions);
+      RegionTargetParams params{};
+      params.render = device_render.data();
+      params.mask = device_mask.data();
+      params.map = {{0.5f, 0, 0, 0, -0.25f, 0, 0, 0, 1}, {0.1f, 0, -0.1f}};
+      params.unit = 1.0f / 8192;
+      params.target = target.data();
+      params.weights = weights.data();
+      params.outside_weight = 0.8f;
+      backend.RegionTarget(*region, params);
+      Guarded<double> device_loss(backend, std::vector<double>{0.0});
+      backend.RegionResidual(*region, {target.data(), params.unit, blended.data(), blended.data(),
+                                       device_loss.data(), weights.data()});
+      Guarded<float> of_weights(backend, pixels_);
+      backend.RegionWeightImage(*region, weights.data(), of_weights.data());
+      target.Read();
+      loss[i] = device_loss.Read()[0];
+      residuals[i] = blended.Read(), weight_image[i] = of_weights.Read();
+    }
+    EXPECT_LE(RelativeError(image[1], image[0]), kind.tolerance);
+    EXPECT_LE(RelativeError(sums[1], sums[0]), 10 * kind.tolerance);
+    if (kind.min_weight > 0) continue;  // the backends may leave out different tiles
+    EXPECT_LE(RelativeError(weight_image[1], weight_image[0]), 0);
+    EXPECT_LE(RelativeError(residuals[1], residuals[0]), 1e-4);
+    EXPECT_NEAR(loss[1], loss[0], 1e-4 * loss[0]);
+  }
+}
+
+TEST_P(Parity, SharesMasks) {
+  Make();
+  std::vector<uint8_t> mask(pixels_);
+  for (uint8_t& m : mask) m = uint8_t(rng_());
+  std::vector<double> out[2];
+  for (int i = 0; i < 2; ++i) {
+    Side& side = *Sides()[size_t(i)];
+    Guarded<uint8_t> device_mask(*side.backend, mask);
+    Guarded<double> sums(*side.backend, std::vector<double>(2 * size_t(model_.count()), 0.0));
+    side.backend->AccumulateShares(*side.view, device_mask.data(), sums.data());
+    side.backend->AccumulateShares(*side.view, device_mask.data(), sums.data());
+    out[i] = sums.Read();
+  }
+  EXPECT_LE(RelativeError(out[1], out[0]), kRounding);
+}
+
+TEST_P(Parity, MeasuresLoss) {
+  Make();
+  const auto image = ByPixel(3, 0), target = ByPixel(3, 0);
+  std::vector<float> gradient[2];
+  double loss[2], added[2];
+  for (int i = 0; i < 2; ++i) {
+    Backend& backend = *Sides()[size_t(i)]->backend;
+    Guarded<float> y(backend, image), t(backend, target), g(backend, image.size());
+    Guarded<double> sum(backend, std::vector<double>{2.0});
+    ImageLossParams params{y.data(), t.data(), camera_.width, camera_.height, 0.2f, {}, g.data()};
+    loss[i] = backend.ImageLoss(params).loss;
+    params.loss = sum.data();
+    EXPECT_EQ(backend.ImageLoss(params).loss, 0);
+    added[i] = sum.Read()[0];
+    gradient[i] = g.Read();
+  }
+  EXPECT_NEAR(loss[1], loss[0], 1e-5);
+  for (int i = 0; i < 2; ++i) EXPECT_NEAR(added[i], 2 + loss[i], 1e-9);
+  EXPECT_LE(RelativeError(gradient[1], gradient[0]), 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(cuda, Parity,
+                         testing::Values(Shape{0, 33, 47}, Shape{1, 1, 1}, Shape{1, 33, 47},
+                                         Shape{17, 33, 47}, Shape{10000, 1, 1},
+                                         Shape{10000, 707, 1261}, Shape{1000000, 33, 47},
+                                         Shape{1000000, 707, 1261}),
+                         testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace retint
