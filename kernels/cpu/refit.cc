@@ -52,8 +52,8 @@ void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& param
   const float* source = params.source ? params.source : params.render;
   const float scale = 1 / params.unit;
   uint8_t weight_of[256];
-  for (int m = 0; m < 256; ++m) weight_of[m] = 
-        PixelWeight(uint8_t(m), params.inside_weight, params.outside_weight);
+  for (int m = 0; m < 256; ++m)
+    weight_of[m] = PixelWeight(uint8_t(m), params.inside_weight, params.outside_weight);
   ParallelTasks(int64_t(view.tiles().size()), [&](int64_t i) {
     int16_t* tile = params.target + i * kTilePixels * 3;
     std::fill_n(tile, kTilePixels * 3, int16_t(0));
@@ -64,7 +64,8 @@ void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& param
         for (int x = x0; x < x1; ++x) {
           const size_t pixel = size_t(y) * width + size_t(x);
           const int within = (y - y0) * kTileSize + (x - x0);
-          if (weights && (view.pixel_rows() >> (y - y0) & 1)) weights[within] = weight_of[params.mask[pixel]];
+          if (weights && (view.pixel_rows() >> (y - y0) & 1))
+            weights[within] = weight_of[params.mask[pixel]];
           float edited[3];
           EditPixel(params.map, params.mask[pixel], source + 3 * pixel, edited);
           int16_t* out = tile + within * 3;

@@ -3,7 +3,7 @@
 // active entry, or, where memory allows, the active Gaussians' weights themselves.
 #include <algorithm>
 #include <atomic>
-#include <bit>
+#include <iterator>
 #include <utility>
 
 #include "kernels/cpu/parallel.h"
@@ -50,9 +50,6 @@ struct Thinning {
   float min_weight;  // in units of the one asked for
 };
 constexpr Thinning kThinnings[] = {{0xffff, 1}, {0x5555, 1}, {0x1111, 1}, {0x1111, 2}, {0x1111, 4}};
-// Compact weights of up to this many times the budget are worth an attempt to thin them.
-constexpr size_t kThinnable = 6;
-
 // Bits of WeightEntry::half_rows that lie in `pixel_rows`.
 uint32_t HalfRowsOf(uint16_t pixel_rows) {
   uint32_t half_rows = 0;
@@ -62,129 +59,108 @@ uint32_t HalfRowsOf(uint16_t pixel_rows) {
   return half_rows;
 }
 
-// body(half row, its 8 steps) for the entry's half rows; returns where the next entry's steps
-// begin.
-template <typename Step, typename Body>
-const Step* ForEachHalfRow(const WeightEntry& entry, const Step* steps, const Body& body) {
-  for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, steps += 8) {
-    body(std::countr_zero(left), steps);
-  }
-  return steps;
-}
+// Explicit weights of tiles of a whole view, one tile at a time.
+class WeightSource {
+ public:
+  WeightSource(const TileKernels& kernels, const CpuViewGeometry& view,
+               const std::vector<int64_t>& lengths, const std::vector<int32_t>& row_of)
+      : kernels_(kernels), view_(view), lengths_(lengths), row_of_(row_of) {}
 
-// A pixel's kept weights take over those left out beside them, up to this factor.
-constexpr float kMostTakenOver = 4;
+  void Exact(size_t tile, WeightTile* weights) const {
+    alignas(64) float transmittance[kTilePixels];
+    TileList list = TileListOf(view_, tile);
+    list.count = lengths_[tile];
+    list.splat_rows = row_of_.data();
+    InitTransmittance(view_.camera(), list.x0, list.y0, transmittance);
+    weights->entries.clear();
+    weights->weights.clear();
+    kernels_.weights(list, weights, transmittance);
+  }
+  void Compact(const WeightTile& weights, const Thinning& thinning, float min_weight,
+               WeightTile* compact) const {
+    kernels_.compact(weights, thinning.min_weight * min_weight, HalfRowsOf(thinning.pixel_rows),
+                     compact);
+  }
 
-// Of the half rows `wanted`, leaves out those whose weights are all below `min_weight`; keeps 8
-// bits of the others, which take over what was left out, so that a pixel's weights still sum to
-// what they did.
-template <typename Step>
-WeightTile Compact(const WeightTile& tile, const std::vector<Step>& steps, float min_weight,
-                   uint32_t wanted) {
-  alignas(64) float all[kTilePixels] = {}, kept[kTilePixels] = {};
-  const auto is_kept = [&](const WeightEntry& entry, int half, const Step* from) {
-    return (wanted >> half & 1) &&
-           float(*std::max_element(from, from + 8)) * entry.scale >= min_weight;
-  };
-  size_t count = 0;
-  const Step* at = steps.data();
-  for (const WeightEntry& entry : tile.entries) {
-    at = ForEachHalfRow(entry, at, [&](int half, const Step* from) {
-      const bool keep = is_kept(entry, half, from);
-      count += keep;
-      for (int i = 0; i < 8; ++i) {
-        const float weight = float(from[i]) * entry.scale;
-        all[8 * half + i] += weight;
-        if (keep) kept[8 * half + i] += weight;
-      }
-    });
-  }
-  WeightTile compact;
-  if (count == 0) return compact;
-  float* factor = kept;
-  for (int p = 0; p < kTilePixels; ++p) {
-    factor[p] = kept[p] > 0 ? std::min(all[p] / kept[p], kMostTakenOver) : 1.0f;
-  }
-  compact.compact.reserve(8 * count);
-  at = steps.data();
-  for (const WeightEntry& entry : tile.entries) {
-    const Step* const first = at;
-    WeightEntry out = entry;
-    out.half_rows = 0;
-    float largest = 0;
-    at = ForEachHalfRow(entry, at, [&](int half, const Step* from) {
-      if (!is_kept(entry, half, from)) return;
-      out.half_rows |= 1u << half;
-      for (int i = 0; i < 8; ++i) {
-        largest = std::max(largest, float(from[i]) * factor[8 * half + i]);
-      }
-    });
-    if (out.half_rows == 0) continue;
-    out.scale = entry.scale * largest / 255;
-    ForEachHalfRow(entry, first, [&](int half, const Step* from) {
-      if (!(out.half_rows >> half & 1)) return;
-      for (int i = 0; i < 8; ++i) {
-        const float weight = float(from[i]) * factor[8 * half + i];
-        compact.compact.push_back(uint8_t(weight * (255 / largest) + 0.5f));
-      }
-    });
-    compact.entries.push_back(out);
-  }
-  compact.entries.shrink_to_fit();
-  return compact;
-}
+ private:
+  const TileKernels& kernels_;
+  const CpuViewGeometry& view_;
+  const std::vector<int64_t>& lengths_;
+  const std::vector<int32_t>& row_of_;
+};
 
-// Gives up rows and small weights until the tiles fit the budget. False when they never do.
-bool ThinToFit(std::vector<WeightTile>* tiles, float min_weight, size_t budget_bytes,
-               uint16_t* pixel_rows) {
-  for (const Thinning& thinning : kThinnings) {
-    if (&thinning != kThinnings) {
-      ParallelRanges(int64_t(tiles->size()), 16, [&](int64_t begin, int64_t end) {
-        for (size_t i = size_t(begin); i < size_t(end); ++i) {
-          (*tiles)[i] = Compact((*tiles)[i], (*tiles)[i].compact, thinning.min_weight * min_weight,
-                                HalfRowsOf(thinning.pixel_rows));
-        }
-      });
-    }
-    *pixel_rows = thinning.pixel_rows;
-    size_t used = 0;
-    for (const WeightTile& tile : *tiles) used += tile.bytes();
-    if (used <= budget_bytes) return true;
-  }
-  return false;
-}
-
-// Weights of every region tile, or nothing when they exceed the budget (which does not depend on
-// the order in which tiles finish).
-std::vector<WeightTile> ComputeWeights(const TileKernels& kernels, const CpuViewGeometry& view,
-                                       const std::vector<size_t>& tiles,
-                                       const std::vector<int64_t>& lengths,
-                                       const std::vector<int32_t>& row_of, size_t budget_bytes,
-                                       float min_weight, uint16_t* pixel_rows) {
+// Exact weights of every region tile, or nothing when they exceed the budget (which does not depend
+// on the order in which tiles finish).
+std::vector<WeightTile> ExactWeights(const WeightSource& source, const std::vector<size_t>& tiles,
+                                     size_t budget_bytes) {
   std::vector<WeightTile> weights(tiles.size());
   std::atomic<size_t> used{0};
-  const size_t limit = min_weight > 0 ? kThinnable * budget_bytes : budget_bytes;
   ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
-    alignas(64) float transmittance[kTilePixels];
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
-      if (used.load(std::memory_order_relaxed) > limit) return;
-      TileList list = TileListOf(view, tiles[i]);
-      list.count = lengths[tiles[i]];
-      list.splat_rows = row_of.data();
-      InitTransmittance(view.camera(), list.x0, list.y0, transmittance);
-      work.entries.clear();
-      work.weights.clear();
-      kernels.weights(list, &work, transmittance);
-      weights[i] = min_weight > 0 ? Compact(work, work.weights, min_weight, ~0u)
-                                  : work;  // copies are of exact size
+      if (used.load(std::memory_order_relaxed) > budget_bytes) return;
+      source.Exact(tiles[i], &work);
+      weights[i] = work;  // of exact size
       used.fetch_add(weights[i].bytes(), std::memory_order_relaxed);
     }
   });
-  if (used.load() > limit ||
-      (min_weight > 0 && !ThinToFit(&weights, min_weight, budget_bytes, pixel_rows))) {
-    weights.clear();
+  if (used.load() > budget_bytes) weights.clear();
+  return weights;
+}
+
+// The first thinning that a sample of the tiles promises to fit, or the last one.
+size_t GuessThinning(const WeightSource& source, const std::vector<size_t>& tiles, float min_weight,
+                     size_t budget_bytes) {
+  constexpr size_t kStride = 16;
+  constexpr size_t kLast = std::size(kThinnings) - 1;
+  std::atomic<size_t> used[kLast] = {};
+  const size_t samples = (tiles.size() + kStride - 1) / kStride;
+  ParallelRanges(int64_t(samples), 4, [&](int64_t begin, int64_t end) {
+    WeightTile exact, compact;
+    for (int64_t i = begin; i < end; ++i) {
+      source.Exact(tiles[size_t(i) * kStride], &exact);
+      for (size_t level = 0; level < kLast; ++level) {
+        source.Compact(exact, kThinnings[level], min_weight, &compact);
+        used[level].fetch_add(compact.bytes(), std::memory_order_relaxed);
+      }
+    }
+  });
+  size_t level = 0;
+  while (level < kLast && used[level].load() * tiles.size() > budget_bytes * samples) ++level;
+  return level;
+}
+
+size_t BytesOf(const std::vector<WeightTile>& tiles) {
+  size_t bytes = 0;
+  for (const WeightTile& tile : tiles) bytes += tile.bytes();
+  return bytes;
+}
+
+// Compact weights of every region tile, thinned until they fit the budget, or nothing when they
+// never do.
+std::vector<WeightTile> CompactWeights(const WeightSource& source, const std::vector<size_t>& tiles,
+                                       float min_weight, size_t budget_bytes,
+                                       uint16_t* pixel_rows) {
+  std::vector<WeightTile> weights(tiles.size());
+  size_t level = GuessThinning(source, tiles, min_weight, budget_bytes);
+  ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
+    WeightTile work;
+    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+      source.Exact(tiles[i], &work);
+      source.Compact(work, kThinnings[level], min_weight, &weights[i]);
+    }
+  });
+  while (BytesOf(weights) > budget_bytes) {
+    if (++level == std::size(kThinnings)) return {};
+    ParallelRanges(int64_t(tiles.size()), 16, [&](int64_t begin, int64_t end) {
+      WeightTile thinner;
+      for (size_t i = size_t(begin); i < size_t(end); ++i) {
+        source.Compact(weights[i], kThinnings[level], min_weight, &thinner);
+        std::swap(weights[i], thinner);
+      }
+    });
   }
+  *pixel_rows = kThinnings[level].pixel_rows;
   return weights;
 }
 
@@ -275,8 +251,10 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
   }
   region->tile_ids.shrink_to_fit();
   uint16_t pixel_rows = 0xffff;
-  auto weights =
-      ComputeWeights(kernels, view, tiles, lengths, row_of, budget_bytes, min_weight, &pixel_rows);
+  const WeightSource source(kernels, view, lengths, row_of);
+  auto weights = min_weight > 0
+                     ? CompactWeights(source, tiles, min_weight, budget_bytes, &pixel_rows)
+                     : ExactWeights(source, tiles, budget_bytes);
   if (!weights.empty()) {
     region->SetPixelRows(pixel_rows);
     if (min_weight > 0) DropEmptyTiles(&weights, region.get());

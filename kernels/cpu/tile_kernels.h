@@ -21,6 +21,8 @@ struct TileList {
   int x0, y0;  // the tile's first pixel
 };
 
+inline constexpr float kMostTakenOver = 4;
+
 struct TileKernels {
   // sums += W c. `transmittance` holds 1, or -1 for pixels beyond the image, on entry; |T| is the
   // final transmittance afterwards.
@@ -34,6 +36,12 @@ struct TileKernels {
                 float* transmittance);
   // Explicit weights of the active entries that have any; slot is left kNoSlot.
   void (*weights)(const TileList& list, WeightTile* tile, float* transmittance);
+  // compact = tile's half rows that are in `half_rows` and have a weight of `min_weight` or more,
+  // in 8 bits of each entry's largest. They take over what is left out beside them, up to
+  // kMostTakenOver times their own, so that a pixel's weights sum to what they did. `compact` is
+  // not `tile`.
+  void (*compact)(const WeightTile& tile, float min_weight, uint32_t half_rows,
+                  WeightTile* compact);
   // blend and transpose from explicit weights.
   void (*blend_weights)(const WeightTile& tile, const float* features, int channels, float* sums);
   void (*transpose_weights)(const WeightTile& tile, const float* residual, int channels,

@@ -2,6 +2,7 @@
 // The tile loops in plain C++: pixel by pixel as the formulas read. The SIMD ones are tested
 // against these.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "kernels/common/blend.h"
@@ -119,6 +120,67 @@ void ForEachStored(const WeightTile& tile, const Visit& visit) {
   }
 }
 
+// body(entry, half row, its 8 steps) for the half rows of a tile.
+template <typename Step, typename Body>
+void ForEachHalfRow(const WeightTile& tile, const Step* steps, const Body& body) {
+  for (const WeightEntry& entry : tile.entries) {
+    for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, steps += 8) {
+      body(entry, std::countr_zero(left), steps);
+    }
+  }
+}
+
+template <typename Step>
+void CompactFrom(const WeightTile& tile, const Step* steps, float min_weight, uint32_t half_rows,
+                 WeightTile* compact) {
+  *compact = {};
+  const auto is_kept = [&](const WeightEntry& entry, int half, const Step* from) {
+    return float(*std::max_element(from, from + 8)) >= min_weight / entry.scale &&
+           (half_rows >> half & 1);
+  };
+  float kept[kTilePixels] = {}, dropped[kTilePixels] = {};
+  ForEachHalfRow(tile, steps, [&](const WeightEntry& entry, int half, const Step* from) {
+    float* to = is_kept(entry, half, from) ? kept : dropped;
+    for (int i = 0; i < 8; ++i) to[8 * half + i] += float(from[i]) * entry.scale;
+  });
+  float factor[kTilePixels];
+  for (int p = 0; p < kTilePixels; ++p) {
+    factor[p] = std::min((kept[p] + dropped[p]) / std::max(kept[p], 1e-12f), kMostTakenOver);
+  }
+  const WeightEntry* of = nullptr;
+  ForEachHalfRow(tile, steps, [&](const WeightEntry& entry, int half, const Step* from) {
+    if (!is_kept(entry, half, from)) return;
+    if (of != &entry) compact->entries.push_back({entry.row, 0, kNoSlot, 0});
+    of = &entry;
+    WeightEntry& out = compact->entries.back();
+    out.half_rows |= 1u << half;
+    for (int i = 0; i < 8; ++i) {
+      out.scale = std::max(out.scale, float(from[i]) * factor[8 * half + i] * (entry.scale / 255));
+    }
+  });
+  of = nullptr;
+  size_t at = 0;
+  ForEachHalfRow(tile, steps, [&](const WeightEntry& entry, int half, const Step* from) {
+    if (!is_kept(entry, half, from)) return;
+    if (of && of != &entry) ++at;
+    of = &entry;
+    const float inverse = entry.scale / compact->entries[at].scale;
+    for (int i = 0; i < 8; ++i) {
+      const float rounded = std::nearbyint(float(from[i]) * factor[8 * half + i] * inverse);
+      compact->compact.push_back(uint8_t(std::min(rounded, 255.0f)));
+    }
+  });
+}
+
+void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
+                 WeightTile* compact) {
+  if (tile.compact.empty()) {
+    CompactFrom(tile, tile.weights.data(), min_weight, half_rows, compact);
+  } else {
+    CompactFrom(tile, tile.compact.data(), min_weight, half_rows, compact);
+  }
+}
+
 void BlendWeights(const WeightTile& tile, const float* features, int channels, float* sums) {
   ForEachStored(tile, [&](const WeightEntry& entry, int pixel, float weight) {
     for (int c = 0; c < channels; ++c) {
@@ -144,8 +206,9 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
 }  // namespace
 
 const TileKernels& ScalarTileKernels() {
-  static constexpr TileKernels kKernels = {BlendTile,     TransposeTile, DepthTile,
-                                           WeightsOfTile, BlendWeights,  TransposeWeights};
+  static constexpr TileKernels kKernels = {BlendTile,       TransposeTile, DepthTile,
+                                           WeightsOfTile,   CompactTile,   BlendWeights,
+                                           TransposeWeights};
   return kKernels;
 }
 

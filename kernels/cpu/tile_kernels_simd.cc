@@ -314,6 +314,107 @@ void WeightsOfTile(const TileList& list, WeightTile* tile, float* HWY_RESTRICT t
   ForEachSplat(list, transmittance, visit, [](int64_t) {});
 }
 
+// Which half rows of an entry hold a weight of `threshold` steps or more.
+template <class Step>
+HWY_INLINE uint32_t LargeHalfRows(uint32_t half_rows, const Step* steps, float threshold) {
+  const HalfTag d;
+  const hn::Rebind<Step, HalfTag> ds;
+  const hn::RebindToSigned<HalfTag> di;
+  const auto limit = hn::Set(d, threshold);
+  uint32_t large = 0;
+  for (uint32_t left = half_rows; left != 0; left &= left - 1, steps += 8) {
+    bool any = false;
+    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
+      const auto weight = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(ds, steps + x)));
+      any = any || !hn::AllFalse(d, hn::Ge(weight, limit));
+    }
+    if (any) large |= left & (0 - left);
+  }
+  return large;
+}
+
+template <class Step>
+void CompactFrom(const WeightTile& tile, const Step* const all_steps, float min_weight,
+                 uint32_t half_rows, WeightTile* compact) {
+  const HalfTag d;
+  const hn::Rebind<Step, HalfTag> ds;
+  const hn::RebindToSigned<HalfTag> di;
+  const hn::Rebind<uint8_t, HalfTag> d8;
+  HWY_ALIGN float kept[kTilePixels] = {};
+  HWY_ALIGN float dropped[kTilePixels] = {};
+  // body(half, steps of its 8 weights)
+  const auto for_each_half = [&](uint32_t left, const Step* steps, const auto& body) HWY_ATTR {
+    for (; left != 0; left &= left - 1, steps += 8) {
+      body(hwy::Num0BitsBelowLS1Bit_Nonzero32(left), steps);
+    }
+  };
+  const auto load = [&](const Step* steps) HWY_ATTR {
+    return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(ds, steps)));
+  };
+
+  std::vector<uint32_t> keep(tile.entries.size());
+  size_t num_entries = 0, num_halves = 0;
+  const Step* steps = all_steps;
+  for (size_t e = 0; e < keep.size(); ++e) {
+    const WeightEntry& entry = tile.entries[e];
+    const auto scale = hn::Set(d, entry.scale);
+    keep[e] = half_rows & LargeHalfRows(entry.half_rows, steps, min_weight / entry.scale);
+    num_entries += keep[e] != 0;
+    num_halves += hwy::PopCount(keep[e]);
+    for_each_half(entry.half_rows, steps, [&](size_t half, const Step* from) HWY_ATTR {
+      float* to = (keep[e] >> half & 1 ? kept : dropped) + 8 * half;
+      for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
+        hn::Store(hn::MulAdd(load(from + x), scale, hn::Load(d, to + x)), d, to + x);
+      }
+    });
+    steps += 8 * hwy::PopCount(entry.half_rows);
+  }
+  float* const factor = dropped;
+  for (size_t p = 0; p < kTilePixels; p += hn::Lanes(d)) {
+    const auto own = hn::Load(d, kept + p), sum = hn::Add(own, hn::Load(d, dropped + p));
+    const auto grown = hn::Div(sum, hn::Max(own, hn::Set(d, 1e-12f)));
+    hn::Store(hn::Min(grown, hn::Set(d, kMostTakenOver)), d, factor + p);
+  }
+
+  *compact = {};
+  compact->entries.reserve(num_entries);
+  compact->compact.resize(8 * num_halves);
+  uint8_t* out = compact->compact.data();
+  steps = all_steps;
+  for (size_t e = 0; e < keep.size(); ++e) {
+    const WeightEntry& entry = tile.entries[e];
+    const Step* const first = steps;
+    steps += 8 * hwy::PopCount(entry.half_rows);
+    if (keep[e] == 0) continue;
+    auto largest = hn::Zero(d);
+    for_each_half(entry.half_rows, first, [&](size_t half, const Step* from) HWY_ATTR {
+      if (!(keep[e] >> half & 1)) return;
+      for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
+        largest = hn::Max(largest, hn::Mul(load(from + x), hn::Load(d, factor + 8 * half + x)));
+      }
+    });
+    const float peak = hn::GetLane(hn::MaxOfLanes(d, largest));
+    const auto inverse = hn::Set(d, 255 / peak);
+    for_each_half(entry.half_rows, first, [&](size_t half, const Step* from) HWY_ATTR {
+      if (!(keep[e] >> half & 1)) return;
+      for (size_t x = 0; x < 8; x += hn::Lanes(d), out += hn::Lanes(d)) {
+        const auto weight = hn::Mul(load(from + x), hn::Load(d, factor + 8 * half + x));
+        hn::StoreU(hn::DemoteTo(d8, hn::NearestInt(hn::Mul(weight, inverse))), d8, out);
+      }
+    });
+    compact->entries.push_back({entry.row, keep[e], kNoSlot, entry.scale * peak / 255});
+  }
+}
+
+void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
+                 WeightTile* compact) {
+  if (tile.compact.empty()) {
+    CompactFrom(tile, tile.weights.data(), min_weight, half_rows, compact);
+  } else {
+    CompactFrom(tile, tile.compact.data(), min_weight, half_rows, compact);
+  }
+}
+
 // visit(offset of the half row's vector in the tile, weights in steps) for an entry's weights.
 template <class Step, class Visit>
 HWY_INLINE const Step* VisitWeights(const WeightEntry& entry, const Step* weights,
@@ -391,8 +492,9 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
 }
 
 const TileKernels* Kernels() {
-  static constexpr TileKernels kKernels = {BlendTile,     TransposeTile, DepthTile,
-                                           WeightsOfTile, BlendWeights,  TransposeWeights};
+  static constexpr TileKernels kKernels = {BlendTile,       TransposeTile, DepthTile,
+                                           WeightsOfTile,   CompactTile,   BlendWeights,
+                                           TransposeWeights};
   return &kKernels;
 }
 
