@@ -147,7 +147,8 @@ struct EvalShParams {
   int64_t count;
   const float* sh;  // [*, K, 3]
   float center[3];  // camera centre, world
-  float* colors;    // [count, 3]
+  float* colors;    // [count, stride], of which the first 3 are written
+  int32_t stride = 3;
 };
 
 // Transpose of EvalSh for a fixed view: gradient[slot, k, :] += Y_k(d) * color_gradient[entry, :].

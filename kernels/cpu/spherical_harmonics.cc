@@ -72,11 +72,11 @@ void EvalShOnCpu(const CpuModel& model, const EvalShParams& params) {
   ForEachBasis(
       model, params, params.sh, 3 * k,
       [&](int64_t i, const float* sh, const float* basis) {
-        float* color = params.colors + 3 * i;
+        float* color = params.colors + params.stride * i;
         Dot(basis, sh, k, color);
         for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c] + 0.5f);
       },
-      [&](int64_t i) { std::fill_n(params.colors + 3 * i, 3, 0.0f); });
+      [&](int64_t i) { std::fill_n(params.colors + params.stride * i, 3, 0.0f); });
 }
 
 void EvalShTransposeOnCpu(const CpuModel& model, const EvalShTransposeParams& params) {

@@ -57,7 +57,7 @@ void EvalSh(const CudaModel& model, const EvalShParams& params, cudaStream_t str
   const Entries entries = EntriesOf(model, params);
   ForEach(params.count, stream, "EvalSh", [=] __device__(int64_t i) {
     const int64_t slot = entries.Slot(i);
-    float* color = params.colors + 3 * i;
+    float* color = params.colors + params.stride * i;
     if (slot < 0) {
       color[0] = color[1] = color[2] = 0;
       return;

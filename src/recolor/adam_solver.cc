@@ -108,6 +108,8 @@ void AdamSolver::Evaluate(size_t index) {
   problem_.AddShGradient(*view, change, colors, gradient_.data());
 }
 
+double AdamSolver::RecentLoss() { return problem_.backend().Download(recent_loss_.data(), 1)[0]; }
+
 bool AdamSolver::Step(Monitor& monitor) {
   if (problem_.NumActive() == 0) {
     converged_ = true;
@@ -133,7 +135,7 @@ bool AdamSolver::Step(Monitor& monitor) {
   const int in_interval = (iterations_ - 1) % kLossInterval + 1;
   if (in_interval == kLossInterval || iterations_ == limit_) {
     Backend& backend = problem_.backend();
-    losses_.push_back(backend.Download(recent_loss_.data(), 1)[0] / in_interval);
+    losses_.push_back(RecentLoss() / in_interval);
     backend.Fill(recent_loss_.data(), 0, sizeof(double));
   }
   if (iterations_ < limit_) return true;

@@ -24,8 +24,10 @@ class AdamSolver {
   const std::vector<double>& losses() const { return losses_; }  // mean of every 50 steps
   const std::string& reason() const { return reason_; }
 
-  // The loss of one view and its gradient [active, K, 3] at the current coefficients.
+  // One view at the current coefficients: leaves the gradient [active, K, 3], and adds the loss to
+  // RecentLoss(), which waits for the device.
   void Evaluate(size_t view);
+  double RecentLoss();
   const Buffer<float>& gradient() const { return gradient_; }
 
  private:

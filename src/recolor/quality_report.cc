@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <tbb/parallel_for.h>
+
 #include "base/error.h"
 #include "recolor/refit_problem.h"
 
@@ -38,20 +40,22 @@ float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
 
 double Square(float value) { return double(value) * double(value); }
 
-// As a viewer shows them: values are clamped to [0, 1] before they are compared.
-ErrorSums Compare(const RefitTarget& target, const ColorEdit& edit,
-                  const std::vector<float>& before, const std::vector<float>& after) {
+// As a viewer shows them: values are clamped to [0, 1] before they are compared. `images` [H, W,
+// 6]: before, after.
+ErrorSums CompareRow(const RefitTarget& target, const ColorEdit& edit,
+                     const std::vector<float>& images, size_t y) {
   ErrorSums sums;
-  const Mask& mask = *target.mask;
-  const float* source = target.photo ? target.photo->data.data() : before.data();
-  for (size_t p = 0; p < mask.NumPixels(); ++p) {
-    const uint8_t value = mask.data[p];
+  const size_t width = size_t(target.mask->width);
+  for (size_t p = y * width; p < (y + 1) * width; ++p) {
+    const uint8_t value = target.mask->data[p];
     if (value != 0 && value < kInside) continue;
-    const Eigen::Vector3f original(source[3 * p], source[3 * p + 1], source[3 * p + 2]);
+    const float* before = &images[6 * p];
+    const float* source = target.photo ? &target.photo->data[3 * p] : before;
+    const Eigen::Vector3f original(source[0], source[1], source[2]);
     const Eigen::Vector3f wanted = edit.Apply(original, float(value) / 255.0f);
     for (size_t c = 0; c < 3; ++c) {
       const float goal = Shown(wanted[Eigen::Index(c)]);
-      const float old = Shown(before[3 * p + c]), now = Shown(after[3 * p + c]);
+      const float old = Shown(before[c]), now = Shown(before[3 + c]);
       if (value == 0) {
         sums.outside += Square(now - goal);
         sums.bleed += std::abs(now - old);
@@ -63,6 +67,17 @@ ErrorSums Compare(const RefitTarget& target, const ColorEdit& edit,
       }
     }
   }
+  return sums;
+}
+
+// The sum does not depend on the number of threads.
+ErrorSums Compare(const RefitTarget& target, const ColorEdit& edit,
+                  const std::vector<float>& images) {
+  std::vector<ErrorSums> rows(size_t(target.mask->height));
+  tbb::parallel_for(size_t{0}, rows.size(),
+                    [&](size_t y) { rows[y] = CompareRow(target, edit, images, y); });
+  ErrorSums sums;
+  for (const ErrorSums& row : rows) sums += row;
   return sums;
 }
 
@@ -82,44 +97,46 @@ ShRange RangeOf(std::span<const float> sh) {
   return {*low, *high};
 }
 
-// Renders views with two sets of coefficients through one geometry.
+// Renders views with two sets of coefficients in one pass: visibilities cost more than channels.
 class PairRenderer {
  public:
   PairRenderer(Renderer& renderer, std::span<const float> before, std::span<const float> after)
       : renderer_(renderer),
         sh_{renderer.backend().Upload(before), renderer.backend().Upload(after)} {}
 
-  void Render(const PosedCamera& camera) {
+  // [H, W, 6]: before, after. Valid until the next call.
+  const std::vector<float>& Render(const PosedCamera& camera) {
     Backend& backend = renderer_.backend();
     const auto geometry = renderer_.Geometry(camera);
     const CameraParams& params = geometry->camera();
-    const size_t values = size_t(params.width) * size_t(params.height) * 3;
-    const size_t colors = size_t(geometry->num_rows()) * 3;
+    const size_t values = size_t(params.width) * size_t(params.height) * 6;
+    const size_t colors = size_t(geometry->num_rows()) * 6;
     if (colors_.size() < colors) colors_ = backend.Allocate<float>(colors);
-    if (image_.size() < values) image_ = backend.Allocate<float>(values);
+    if (images_.size() < values) images_ = backend.Allocate<float>(values);
     for (int which = 0; which < 2; ++which) {
       EvalShParams eval{};
       eval.rows = geometry->rows();
       eval.count = geometry->num_rows();
       eval.sh = sh_[which].data();
       std::copy_n(params.center, 3, eval.center);
-      eval.colors = colors_.data();
+      eval.colors = colors_.data() + 3 * which;
+      eval.stride = 6;
       backend.EvalSh(renderer_.model(), eval);
-      BlendParams blend{};
-      blend.features = colors_.data();
-      blend.channels = 3;
-      blend.image = image_.data();
-      backend.Blend(*geometry, blend);
-      images[which].resize(values);
-      backend.CopyToHost(images[which].data(), image_.data(), values * sizeof(float));
     }
+    BlendParams blend{};
+    blend.features = colors_.data();
+    blend.channels = 6;
+    blend.image = images_.data();
+    backend.Blend(*geometry, blend);
+    host_.resize(values);
+    backend.CopyToHost(host_.data(), images_.data(), values * sizeof(float));
+    return host_;
   }
-
-  std::vector<float> images[2];  // before, after: [H, W, 3]
 
  private:
   Renderer& renderer_;
-  Buffer<float> sh_[2], colors_, image_;
+  Buffer<float> sh_[2], colors_, images_;
+  std::vector<float> host_;
 };
 
 double Coverage(const Mask& mask) {
@@ -150,8 +167,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
     for (const RefitTarget& target : targets) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(target);
-      pair.Render(target.camera);
-      const ErrorSums sums = Compare(target, edit, pair.images[0], pair.images[1]);
+      const ErrorSums sums = Compare(target, edit, pair.Render(target.camera));
       all += sums;
       if (sums.inside_values == 0) continue;
       const QualityNumbers numbers = ToNumbers(sums, 1);
