@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A soft mask painted with strokes, shapes and operations, each one step of an undo history. Pure
+// logic, no Qt. Positions are continuous image coordinates: pixel (x, y) covers [x, x+1) × [y,
+// y+1). Every call that changes pixels returns the rectangle that holds all of them, for
+// repainting.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "scene/image.h"
+
+namespace retint {
+
+// Half-open; empty where x0 >= x1 or y0 >= y1.
+struct PixelRect {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool Empty() const { return x0 >= x1 || y0 >= y1; }
+  int width() const { return Empty() ? 0 : x1 - x0; }
+  int height() const { return Empty() ? 0 : y1 - y0; }
+  PixelRect United(const PixelRect& other) const;
+  PixelRect Clipped(const PixelRect& to) const;
+  bool operator==(const PixelRect&) const = default;
+};
+
+// How a stroke or a shape S with coverage in [0, 255] changes the mask M.
+enum class Combine {
+  kReplace,    // S
+  kAdd,        // max(M, S)
+  kRemove,     // min(M, 255 - S)
+  kIntersect,  // min(M, S)
+};
+
+struct BrushOptions {
+  double radius = 12;   // pixels, > 0
+  double hardness = 1;  // in [0, 1]: the share of the radius that is fully covered; at 1 the edge
+                        // is one pixel of anti-aliasing
+};
+
+struct FloodOptions {
+  int tolerance = 24;        // of 255, largest difference of a channel to the seed's colour
+  double depth_edge = 0.03;  // relative depth step between neighbours that stops the fill
+  int close_radius = 1;      // pixels; pinholes up to twice as wide are filled
+};
+
+class MaskEditor {
+ public:
+  // Steps older than `history_bytes` allows are forgotten; the newest always stays.
+  explicit MaskEditor(int width = 0, int height = 0, size_t history_bytes = size_t{64} << 20);
+
+  // Starts anew, without history. `mask` may be of another size than before.
+  void Reset(Mask mask);
+  const Mask& mask() const { return mask_; }
+  PixelRect Bounds() const { return {0, 0, mask_.width, mask_.height}; }
+  bool AnyInside() const;  // a pixel of 128 or more
+  size_t CountInside() const;
+
+  // --- Brush -----------------------------------------------------------------------------------
+
+  // One step of the history from BeginStroke to EndStroke. The first dab is set at once; StrokeTo
+  // covers what a brush swept along the segment from the last position covers. A move costs as much
+  // as the box about that segment, whatever the image's size. Overlaps within a stroke do not add
+  // up. kReplace and kIntersect clear what lies outside when the stroke begins. A stroke in
+  // progress is ended by any other change.
+  PixelRect BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush, Combine combine);
+  PixelRect StrokeTo(const Eigen::Vector2d& to);
+  void EndStroke();
+  PixelRect CancelStroke();  // as if it had never begun
+  bool InStroke() const { return stroke_.has_value(); }
+
+  // --- Shapes and operations, each one step unless nothing changes
+  // --------------------------------
+
+  // Corners in any order, each pixel that the rectangle covers half or more.
+  PixelRect FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Combine combine);
+  // Pixels whose centre lies within the closed outline, even-odd; lasso and polygon alike. Fewer
+  // than three points: nothing.
+  PixelRect FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine);
+  // The pixels of `image` that are connected to (x, y), look like it and are not behind a depth
+  // edge; `depth` may have no pixels: colour alone. Both of the mask's size. Outside the image:
+  // nothing.
+  PixelRect Flood(const Image8& image, const DepthMap& depth, int x, int y,
+                  const FloodOptions& options, Combine combine);
+  PixelRect Grow(int pixels);    // by a disc
+  PixelRect Shrink(int pixels);  // what the border cuts off does not count as outside
+  PixelRect Invert();
+  PixelRect SelectAll();
+  PixelRect SelectNone();
+  PixelRect SetMask(const Mask& mask);  // of the same size
+
+  // --- History ---------------------------------------------------------------------------------
+
+  bool CanUndo() const { return cursor_ > 0; }
+  bool CanRedo() const { return cursor_ < steps_.size(); }
+  PixelRect Undo();
+  PixelRect Redo();
+  size_t history_bytes() const { return bytes_; }
+
+ private:
+  // What changed: the old pixels XOR the new ones, so that the same bytes serve undo and redo.
+  struct Step {
+    PixelRect rect;
+    std::vector<uint8_t> delta;  // [height, width] of rect
+  };
+  struct Stroke {
+    BrushOptions brush;
+    Combine combine;
+    Eigen::Vector2d at;
+    PixelRect touched;
+  };
+  PixelRect Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  PixelRect Apply(const Mask& shape, Combine combine);
+  // Records the difference between `before_` and `mask_` within `rect`. Returns its bounds.
+  PixelRect Record(const PixelRect& rect);
+  PixelRect Toggle(const Step& step);
+  void Begin();  // before_ = mask_
+
+  Mask mask_;
+  Mask before_;    // when the change in progress began
+  Mask coverage_;  // of the stroke in progress; zero between strokes
+  std::optional<Stroke> stroke_;
+  std::vector<Step> steps_;
+  size_t cursor_ = 0;  // steps_[0 .. cursor_) are done
+  size_t bytes_ = 0, byte_budget_;
+};
+
+}  // namespace retint

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/selection/selection_bar.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QButtonGroup>
+#include <QEvent>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QSlider>
+#include <QSpinBox>
+#include <QStyle>
+#include <QToolButton>
+
+#include "viewer/selection/selection_canvas.h"
+#include "viewer/selection/tool_icons.h"
+
+namespace retint {
+namespace {
+
+constexpr int kSteps = 200;  // of a slider
+constexpr int kIcon = 20;
+
+struct ToolEntry {
+  SelectionTool tool;
+  ToolIcon icon;
+  const char* name;
+  const char* tip;
+};
+
+constexpr ToolEntry kTools[] = {
+    {SelectionTool::kBrush, ToolIcon::kBrush, "Brush",
+     "Brush (B): drag to paint, with Ctrl to erase"},
+    {SelectionTool::kEraser, ToolIcon::kEraser, "Eraser", "Eraser (E): drag to erase"},
+    {SelectionTool::kRectangle, ToolIcon::kRectangle, "Rectangle",
+     "Rectangle (R): drag from corner to corner"},
+    {SelectionTool::kLasso, ToolIcon::kLasso, "Lasso", "Lasso (L): drag around it"},
+    {SelectionTool::kPolygon, ToolIcon::kPolygon, "Polygon", "Polygon (P): click corner by corner"},
+    {SelectionTool::kFlood, ToolIcon::kFlood, "Flood", "Flood (O): click what is of one colour"},
+};
+
+QString HintFor(SelectionTool tool) {
+  const QString combine = QObject::tr("  ·  Shift adds, Ctrl removes, Shift+Ctrl intersects");
+  switch (tool) {
+    case SelectionTool::kBrush:
+      return QObject::tr("Drag to paint  ·  Ctrl erases, Shift+Ctrl intersects  ·  [ ] size");
+    case SelectionTool::kEraser:
+      return QObject::tr("Drag to erase  ·  [ ] or Alt+wheel changes the size");
+    case SelectionTool::kRectangle:
+      return QObject::tr("Drag a rectangle") + combine;
+    case SelectionTool::kLasso:
+      return QObject::tr("Drag around it") + combine;
+    case SelectionTool::kPolygon:
+      return QObject::tr("Click corners, double-click or Enter closes, Backspace takes one back");
+    case SelectionTool::kFlood:
+      return QObject::tr("Click a colour") + combine;
+  }
+  return {};
+}
+
+QToolButton* MakeButton(const QString& name, const QString& tip) {
+  auto* button = new QToolButton;
+  button->setAccessibleName(name);
+  button->setToolTip(tip);
+  button->setAutoRaise(true);
+  button->setIconSize({kIcon, kIcon});
+  button->setFocusPolicy(Qt::TabFocus);
+  return button;
+}
+
+QFrame* MakeLine() {
+  auto* line = new QFrame;
+  line->setFrameShape(QFrame::VLine);
+  line->setFrameShadow(QFrame::Sunken);
+  return line;
+}
+
+}  // namespace
+
+// --- SliderBox ---------------------------------------------------------------------------------
+
+SliderBox::SliderBox(const QString& label, int low, int high, const QString& suffix,
+                     bool logarithmic, const QString& tip, QWidget* parent)
+    : QWidget(parent), low_(low), high_(high), logarithmic_(logarithmic) {
+  slider_ = new QSlider(Qt::Horizontal);
+  slider_->setRange(0, kSteps);
+  slider_->setFixedWidth(76);
+  slider_->setAccessibleName(label);
+  slider_->setFocusPolicy(Qt::TabFocus);
+  box_ = new QSpinBox;
+  box_->setRange(low, high);
+  box_->setSuffix(suffix);
+  box_->setButtonSymbols(QAbstractSpinBox::NoButtons);
+  box_->setAlignment(Qt::AlignRight);
+  box_->setAccessibleName(label);
+  box_->setKeyboardTracking(false);
+  auto* text = new QLabel(label);
+  text->setBuddy(box_);
+  auto* layout = new QHBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(5);
+  layout->addWidget(text);
+  layout->addWidget(slider_);
+  layout->addWidget(box_);
+  setToolTip(tip);
+  SetValue(low);
+  connect(slider_, &QSlider::valueChanged, this, [this](int position) {
+    SetValue(FromSlider(position));
+    Q_EMIT changed(value());
+  });
+  connect(box_, &QSpinBox::valueChanged, this, [this](int value) {
+    SetValue(value);
+    Q_EMIT changed(value);
+  });
+}
+
+int SliderBox::value() const { return box_->value(); }
+
+void SliderBox::SetValue(int value) {
+  const QSignalBlocker quiet_slider(slider_), quiet_box(box_);
+  box_->setValue(value);
+  if (FromSlider(slider_->value()) != box_->value()) slider_->setValue(ToSlider(box_->value()));
+}
+
+int SliderBox::ToSlider(int value) const {
+  const double share = logarithmic_
+                           ? std::log(double(value) / low_) / std::log(double(high_) / low_)
+                           : double(value - low_) / (high_ - low_);
+  return static_cast<int>(std::lround(share * kSteps));
+}
+
+int SliderBox::FromSlider(int position) const {
+  const double share = double(position) / kSteps;
+  return static_cast<int>(std::lround(logarithmic_ ? low_ * std::pow(double(high_) / low_, share)
+                                                   : low_ + share * (high_ - low_)));
+}
+
+// --- ToolStrip ---------------------------------------------------------------------------------
+
+ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent), canvas_(canvas) {
+  auto* layout = new QHBoxLayout(this);
+  layout->setContentsMargins(6, 3, 6, 3);
+  layout->setSpacing(3);
+  tools_ = new QButtonGroup(this);
+  for (const ToolEntry& entry : kTools) {
+    QToolButton* button = MakeButton(tr(entry.name), tr(entry.tip));
+    button->setObjectName(QString("tool") + entry.name);
+    button->setCheckable(true);
+    tools_->addButton(button, static_cast<int>(entry.tool));
+    layout->addWidget(button);
+  }
+  connect(tools_, &QButtonGroup::idClicked, this, [this](int id) {
+    canvas_->SetTool(static_cast<SelectionTool>(id));
+    canvas_->setFocus();
+  });
+  layout->addWidget(MakeLine());
+  layout->addSpacing(4);
+  size_ = new SliderBox(tr("Size"), 1, 1000, tr(" px"), true,
+                        tr("Diameter of the brush in pixels of the view ([ and ], Alt+wheel)"));
+  hardness_ = new SliderBox(tr("Hardness"), 0, 100, tr(" %"), false,
+                            tr("100 %: a crisp edge; less: the edge fades out"));
+  tolerance_ = new SliderBox(tr("Tolerance"), 0, 255, {}, false,
+                             tr("How far a colour may be from the one clicked"));
+  edge_ = new SliderBox(tr("Depth edge"), 1, 100, tr(" ‰"), false,
+                        tr("A step in depth larger than this share of it stops the flood"));
+  opacity_ = new SliderBox(tr("Overlay"), 0, 100, tr(" %"), false,
+                           tr("Opacity of the overlay (, and .); hold \\ to hide it"));
+  for (SliderBox* box : {size_, hardness_, tolerance_, edge_}) {
+    layout->addWidget(box);
+    layout->addSpacing(8);
+  }
+  layout->addStretch(1);
+  layout->addWidget(opacity_);
+  connect(size_, &SliderBox::changed, this, [this](int value) {
+    canvas_->SetBrush({value / 2.0, canvas_->brush().hardness});
+  });
+  connect(hardness_, &SliderBox::changed, this, [this](int value) {
+    canvas_->SetBrush({canvas_->brush().radius, value / 100.0});
+  });
+  connect(tolerance_, &SliderBox::changed, this, [this](int value) {
+    FloodOptions flood = canvas_->flood();
+    flood.tolerance = value;
+    canvas_->SetFlood(flood);
+  });
+  connect(edge_, &SliderBox::changed, this, [this](int value) {
+    FloodOptions flood = canvas_->flood();
+    flood.depth_edge = value / 1000.0;
+    canvas_->SetFlood(flood);
+  });
+  connect(opacity_, &SliderBox::changed, this,
+          [this](int value) { canvas_->SetOverlayOpacity(value / 100.0); });
+  connect(canvas_, &SelectionCanvas::optionsChanged, this, &ToolStrip::Show);
+  DrawIcons();
+  Show();
+}
+
+void ToolStrip::Show() {
+  const SelectionTool tool = canvas_->tool();
+  tools_->button(static_cast<int>(tool))->setChecked(true);
+  const bool brush = tool == SelectionTool::kBrush || tool == SelectionTool::kEraser;
+  size_->setVisible(brush);
+  hardness_->setVisible(brush);
+  tolerance_->setVisible(tool == SelectionTool::kFlood);
+  edge_->setVisible(tool == SelectionTool::kFlood);
+  size_->SetValue(static_cast<int>(std::lround(2 * canvas_->brush().radius)));
+  hardness_->SetValue(static_cast<int>(std::lround(100 * canvas_->brush().hardness)));
+  tolerance_->SetValue(canvas_->flood().tolerance);
+  edge_->SetValue(static_cast<int>(std::lround(1000 * canvas_->flood().depth_edge)));
+  opacity_->SetValue(static_cast<int>(std::lround(100 * canvas_->overlay_opacity())));
+}
+
+void ToolStrip::DrawIcons() {
+  for (const ToolEntry& entry : kTools) {
+    tools_->button(static_cast<int>(entry.tool))->setIcon(MakeToolIcon(entry.icon, palette()));
+  }
+}
+
+void ToolStrip::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) DrawIcons();
+  QFrame::changeEvent(event);
+}
+
+// --- ActionStrip -------------------------------------------------------------------------------
+
+ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
+    : QFrame(parent), canvas_(canvas) {
+  auto* layout = new QHBoxLayout(this);
+  layout->setContentsMargins(6, 3, 6, 3);
+  layout->setSpacing(3);
+  const auto add = [&](ToolIcon icon, const char* name, const QString& tip, auto act) {
+    QToolButton* button = MakeButton(tr(name), tip);
+    button->setObjectName(QString("action") + QString(name).remove(' '));
+    connect(button, &QToolButton::clicked, this, [this, act] {
+      act(*canvas_);
+      canvas_->setFocus();
+    });
+    layout->addWidget(button);
+    buttons_.emplace_back(button, icon);
+  };
+  add(ToolIcon::kUndo, "Undo", tr("Undo the last stroke (Ctrl+Z)"), [](auto& c) { c.Undo(); });
+  add(ToolIcon::kRedo, "Redo", tr("Redo (Ctrl+Shift+Z or Ctrl+Y)"), [](auto& c) { c.Redo(); });
+  layout->addWidget(MakeLine());
+  add(ToolIcon::kGrow, "Grow", tr("Grow by a pixel (G)"), [](auto& c) { c.GrowBy(1); });
+  add(ToolIcon::kShrink, "Shrink", tr("Shrink by a pixel (Shift+G)"),
+      [](auto& c) { c.GrowBy(-1); });
+  add(ToolIcon::kInvert, "Invert", tr("Invert (Ctrl+I)"), [](auto& c) { c.Invert(); });
+  add(ToolIcon::kAll, "Select all", tr("Select all (Ctrl+A)"), [](auto& c) { c.SelectAll(); });
+  add(ToolIcon::kNone, "Select none", tr("Select nothing (Ctrl+Shift+A)"),
+      [](auto& c) { c.SelectNone(); });
+  layout->addWidget(MakeLine());
+  layout->addSpacing(4);
+  title_ = new QLabel;
+  QFont bold = font();
+  bold.setBold(true);
+  title_->setFont(bold);
+  layout->addWidget(title_);
+  layout->addSpacing(10);
+  hint_ = new QLabel;
+  hint_->setObjectName("selectionHint");
+  hint_->setMinimumWidth(40);
+  hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  layout->addWidget(hint_, 1);
+  layout->addSpacing(10);
+  cancel_ = new QPushButton(tr("Cancel"));
+  cancel_->setObjectName("selectionCancel");
+  cancel_->setToolTip(tr("Leave without a change (Esc); strokes are kept for the next visit"));
+  accept_ = new QPushButton(tr("Accept"));
+  accept_->setObjectName("selectionAccept");
+  accept_->setToolTip(tr("Find the selection in every view (Enter)"));
+  for (QPushButton* button : {cancel_, accept_}) {
+    button->setFocusPolicy(Qt::TabFocus);
+    layout->addWidget(button);
+  }
+  connect(cancel_, &QPushButton::clicked, this, &ActionStrip::cancel);
+  connect(accept_, &QPushButton::clicked, this, &ActionStrip::accept);
+  connect(canvas_, &SelectionCanvas::optionsChanged, this, &ActionStrip::Show);
+  connect(canvas_, &SelectionCanvas::edited, this, [this] {
+    message_.clear();
+    Show();
+  });
+  DrawIcons();
+  Show();
+}
+
+void ActionStrip::ShowMessage(const QString& message, bool warning) {
+  message_ = message;
+  warning_ = warning;
+  Show();
+}
+
+QString ActionStrip::message() const { return message_; }
+
+void ActionStrip::SetTitle(const QString& title) { title_->setText(title); }
+
+void ActionStrip::SetEnabled(bool paintable, bool acceptable) {
+  for (auto& [button, icon] : buttons_) button->setEnabled(paintable);
+  accept_->setEnabled(acceptable);
+  if (paintable) Show();
+}
+
+void ActionStrip::Show() {
+  const QString text = message_.isEmpty() ? HintFor(canvas_->tool())
+                       : warning_         ? QString::fromUtf8("⚠ ") + message_
+                                          : message_;
+  hint_->setText(text);
+  hint_->setToolTip(text);
+  QFont font = this->font();
+  font.setBold(!message_.isEmpty());
+  hint_->setFont(font);
+  if (!canvas_->HasView()) return;
+  buttons_[0].first->setEnabled(canvas_->editor().CanUndo());
+  buttons_[1].first->setEnabled(canvas_->editor().CanRedo());
+}
+
+void ActionStrip::DrawIcons() {
+  for (auto& [button, icon] : buttons_) button->setIcon(MakeToolIcon(icon, palette()));
+}
+
+void ActionStrip::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) DrawIcons();
+  QFrame::changeEvent(event);
+}
+
+}  // namespace retint

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The slim strips of selection mode. Above the view: the tools and the options of the one at hand.
+// Below it: operations, what a click does or what went wrong, accept and cancel.
+#pragma once
+
+#include <vector>
+
+#include <QFrame>
+#include <QString>
+
+class QButtonGroup;
+class QComboBox;
+class QHBoxLayout;
+class QLabel;
+class QPushButton;
+class QSlider;
+class QSpinBox;
+class QToolButton;
+
+namespace retint {
+
+class SelectionCanvas;
+enum class ToolIcon;
+
+// A number with its label, slider and box; the slider's scale may be logarithmic.
+class SliderBox : public QWidget {
+  Q_OBJECT
+
+ public:
+  SliderBox(const QString& label, int low, int high, const QString& suffix, bool logarithmic,
+            const QString& tip, QWidget* parent = nullptr);
+  int value() const;
+  void SetValue(int value);  // says nothing
+
+ Q_SIGNALS:
+  void changed(int value);  // by the user
+
+ private:
+  int ToSlider(int value) const;
+  int FromSlider(int position) const;
+
+  int low_, high_;
+  bool logarithmic_;
+  QSlider* slider_;
+  QSpinBox* box_;
+};
+
+class ToolStrip : public QFrame {
+  Q_OBJECT
+
+ public:
+  explicit ToolStrip(SelectionCanvas* canvas, QWidget* parent = nullptr);
+
+ protected:
+  void changeEvent(QEvent* event) override;
+
+ private:
+  void Show();  // the canvas's options
+  void DrawIcons();
+
+  SelectionCanvas* canvas_;
+  QButtonGroup* tools_;
+  SliderBox *size_, *hardness_, *tolerance_, *edge_, *opacity_;
+};
+
+class ActionStrip : public QFrame {
+  Q_OBJECT
+
+ public:
+  explicit ActionStrip(SelectionCanvas* canvas, QWidget* parent = nullptr);
+
+  // What went wrong or what to do next; stays until the next edit.
+  void ShowMessage(const QString& message, bool warning);
+  QString message() const;              // empty: only a hint shows
+  void SetTitle(const QString& title);  // what is painted: "Region 1 in 004.png"
+  void SetEnabled(bool paintable, bool acceptable);
+
+ Q_SIGNALS:
+  void accept();
+  void cancel();
+
+ protected:
+  void changeEvent(QEvent* event) override;
+
+ private:
+  void Show();
+  void DrawIcons();
+
+  SelectionCanvas* canvas_;
+  std::vector<std::pair<QToolButton*, ToolIcon>> buttons_;
+  QLabel *title_, *hint_;
+  QPushButton *accept_, *cancel_;
+  QString message_;
+  bool warning_ = false;
+};
+
+}  // namespace retint

@@ -1,0 +1,476 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/selection/selection_canvas.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QWheelEvent>
+
+namespace retint {
+namespace {
+
+constexpr double kLeastScale = 0.05, kMostScale = 64;
+constexpr double kLeastRadius = 0.5, kMostRadius = 500;
+constexpr double kClosing = 10;  // widget pixels within which a click closes the polygon
+constexpr double kMargin = 60;   // widget pixels of the image that stay visible
+
+Eigen::Vector2d ToEigen(const QPointF& point) { return {point.x(), point.y()}; }
+
+Image8 ToPixels(const QImage& image) {
+  Image8 pixels(image.width(), image.height());
+  const QImage rgb = image.convertToFormat(QImage::Format_RGB888);
+  for (int y = 0; y < pixels.height; ++y) {
+    std::copy_n(rgb.constScanLine(y), 3 * pixels.width, &pixels(0, y));
+  }
+  return pixels;
+}
+
+}  // namespace
+
+SelectionCanvas::SelectionCanvas(QWidget* parent) : QWidget(parent) {
+  setObjectName("selectionCanvas");
+  setFocusPolicy(Qt::StrongFocus);
+  setMouseTracking(true);
+  setAttribute(Qt::WA_OpaquePaintEvent);
+  setMinimumSize(160, 120);
+  setAccessibleName(tr("Selection view"));
+  UpdateCursor();
+}
+
+void SelectionCanvas::SetView(const QImage& image, DepthMap depth, Mask mask) {
+  CancelDrawing();
+  const bool same_size = image.size() == image_.size();
+  image_ = image.convertToFormat(QImage::Format_RGB32);
+  pixels_ = ToPixels(image_);
+  depth_ = std::move(depth);
+  editor_.Reset(std::move(mask));
+  ready_ = true;
+  if (!same_size || fitted_) FitView();
+  UpdateCursor();
+  update();
+  Q_EMIT edited();
+}
+
+void SelectionCanvas::ShowPicture(const QImage& image) {
+  CancelDrawing();
+  ready_ = false;
+  image_ = image.convertToFormat(QImage::Format_RGB32);
+  pixels_ = {};
+  depth_ = {};
+  editor_.Reset(Mask());
+  FitView();
+  UpdateCursor();
+  Q_EMIT edited();
+}
+
+void SelectionCanvas::Edited(const PixelRect& changed) {
+  if (!changed.Empty()) update(WidgetRect(changed));
+  Q_EMIT edited();
+}
+
+// --- Options -----------------------------------------------------------------------------------
+
+void SelectionCanvas::SetTool(SelectionTool tool) {
+  if (tool == tool_) return;
+  CancelDrawing();
+  tool_ = tool;
+  UpdateCursor();
+  UpdateBrushOutline();
+  Q_EMIT optionsChanged();
+}
+
+void SelectionCanvas::SetBrush(const BrushOptions& brush) {
+  brush_.radius = std::clamp(brush.radius, kLeastRadius, kMostRadius);
+  brush_.hardness = std::clamp(brush.hardness, 0.0, 1.0);
+  UpdateBrushOutline();
+  Q_EMIT optionsChanged();
+}
+
+void SelectionCanvas::SetFlood(const FloodOptions& flood) {
+  flood_ = flood;
+  Q_EMIT optionsChanged();
+}
+
+void SelectionCanvas::SetOverlayOpacity(double opacity) {
+  style_.opacity = std::clamp(opacity, 0.0, 1.0);
+  update();
+  Q_EMIT optionsChanged();
+}
+
+void SelectionCanvas::SetPaintable(bool paintable) {
+  if (!paintable) CancelDrawing();
+  paintable_ = paintable;
+  UpdateCursor();
+  update();
+}
+
+void SelectionCanvas::ScaleBrush(int steps) {
+  BrushOptions brush = brush_;
+  // By a tenth, by at least half a pixel.
+  for (int i = 0; i < std::abs(steps); ++i) {
+    const double by = std::max(0.5, 0.1 * brush.radius);
+    brush.radius = std::max(kLeastRadius, brush.radius + (steps > 0 ? by : -by));
+  }
+  SetBrush(brush);
+}
+
+// --- Operations --------------------------------------------------------------------------------
+
+void SelectionCanvas::Undo() {
+  if (drawing_) {
+    CancelDrawing();
+    return;
+  }
+  Edited(editor_.Undo());
+}
+
+void SelectionCanvas::Redo() {
+  CancelDrawing();
+  Edited(editor_.Redo());
+}
+
+void SelectionCanvas::GrowBy(int pixels) {
+  CancelDrawing();
+  Edited(pixels > 0 ? editor_.Grow(pixels) : editor_.Shrink(-pixels));
+}
+
+void SelectionCanvas::Invert() {
+  CancelDrawing();
+  Edited(editor_.Invert());
+}
+
+void SelectionCanvas::SelectAll() {
+  CancelDrawing();
+  Edited(editor_.SelectAll());
+}
+
+void SelectionCanvas::SelectNone() {
+  CancelDrawing();
+  Edited(editor_.SelectNone());
+}
+
+bool SelectionCanvas::CancelDrawing() {
+  if (editor_.InStroke()) {
+    Edited(editor_.CancelStroke());
+    return true;
+  }
+  if (!drawing_) return false;
+  drawing_.reset();
+  update();
+  return true;
+}
+
+// --- Drawing -----------------------------------------------------------------------------------
+
+Combine SelectionCanvas::CombineFor(Qt::KeyboardModifiers modifiers) const {
+  if (tool_ == SelectionTool::kEraser) return Combine::kRemove;
+  const bool shift = modifiers.testFlag(Qt::ShiftModifier);
+  const bool control = modifiers.testFlag(Qt::ControlModifier);
+  if (shift && control) return Combine::kIntersect;
+  if (control) return Combine::kRemove;
+  if (shift || tool_ == SelectionTool::kBrush) return Combine::kAdd;
+  return Combine::kReplace;
+}
+
+Eigen::Vector2d SelectionCanvas::ImageAt(const QPointF& widget) const {
+  return transform_.ToImage(ToEigen(widget));
+}
+
+void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers) {
+  const Combine combine = CombineFor(modifiers);
+  if (IsBrush()) {
+    Edited(editor_.BeginStroke(at, brush_, combine));
+  } else if (tool_ == SelectionTool::kFlood) {
+    Edited(editor_.Flood(pixels_, depth_, static_cast<int>(std::floor(at.x())),
+                         static_cast<int>(std::floor(at.y())), flood_, combine));
+  } else if (tool_ == SelectionTool::kPolygon && drawing_) {
+    const double to_first = (drawing_->points.front() - at).norm() * transform_.scale;
+    if (drawing_->points.size() > 3 && to_first < kClosing) {
+      drawing_->points.pop_back();
+      FinishDrawing();
+      return;
+    }
+    drawing_->points.back() = at;
+    drawing_->points.push_back(at);  // follows the cursor
+    update();
+  } else {
+    drawing_ = Drawing{tool_, combine, {at, at}};
+    update();
+  }
+}
+
+void SelectionCanvas::FinishDrawing() {
+  if (!drawing_) return;
+  const Drawing drawing = *std::exchange(drawing_, std::nullopt);
+  update();
+  if (drawing.tool == SelectionTool::kRectangle) {
+    Edited(editor_.FillRectangle(drawing.points.front(), drawing.points.back(), drawing.combine));
+  } else {
+    Edited(editor_.FillPolygon(drawing.points, drawing.combine));
+  }
+}
+
+void SelectionCanvas::mousePressEvent(QMouseEvent* event) {
+  cursor_ = event->position();
+  modifiers_ = event->modifiers();
+  const bool pans = event->button() == Qt::RightButton || event->button() == Qt::MiddleButton ||
+                    (event->button() == Qt::LeftButton && space_);
+  if (pans) {
+    if (!editor_.InStroke()) pan_from_ = event->position();
+    UpdateCursor();
+  } else if (event->button() == Qt::LeftButton && ready_ && paintable_) {
+    Press(ImageAt(event->position()), event->modifiers());
+  }
+  UpdateBrushOutline();
+}
+
+void SelectionCanvas::mouseMoveEvent(QMouseEvent* event) {
+  cursor_ = event->position();
+  modifiers_ = event->modifiers();
+  const Eigen::Vector2d at = ImageAt(event->position());
+  if (pan_from_) {
+    transform_.offset += ToEigen(event->position() - *std::exchange(pan_from_, cursor_));
+    fitted_ = false;
+    Moved();
+  } else if (editor_.InStroke()) {
+    Edited(editor_.StrokeTo(at));
+  } else if (drawing_ && drawing_->tool == SelectionTool::kLasso) {
+    if ((drawing_->points.back() - at).norm() * transform_.scale >= 1) {
+      drawing_->points.push_back(at);
+      update();
+    }
+  } else if (drawing_) {
+    drawing_->points.back() = at;
+    update();
+  }
+  UpdateBrushOutline();
+  Q_EMIT cursorMoved();
+}
+
+void SelectionCanvas::mouseReleaseEvent(QMouseEvent* event) {
+  if (pan_from_ && !(event->buttons() & (Qt::RightButton | Qt::MiddleButton | Qt::LeftButton))) {
+    pan_from_.reset();
+    UpdateCursor();
+    return;
+  }
+  if (event->button() != Qt::LeftButton) return;
+  if (editor_.InStroke()) {
+    editor_.EndStroke();
+    Q_EMIT edited();
+  } else if (drawing_ && drawing_->tool != SelectionTool::kPolygon) {
+    FinishDrawing();
+  }
+}
+
+void SelectionCanvas::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (event->button() == Qt::LeftButton && drawing_ && drawing_->tool == SelectionTool::kPolygon) {
+    drawing_->points.pop_back();  // the press before this set the last corner here
+    FinishDrawing();
+    return;
+  }
+  mousePressEvent(event);
+}
+
+// --- Zoom and pan --------------------------------------------------------------------------------
+
+void SelectionCanvas::FitView() {
+  fitted_ = true;
+  transform_ = ImageTransform::Fit({image_.width(), image_.height()}, {width(), height()});
+  Moved();
+}
+
+void SelectionCanvas::ActualSize() {
+  ZoomTo(QPointF(width() / 2.0, height() / 2.0), 1 / devicePixelRatioF());
+}
+
+void SelectionCanvas::ZoomTo(const QPointF& at, double scale) {
+  fitted_ = false;
+  transform_.ZoomAt(ToEigen(at), std::clamp(scale, kLeastScale, kMostScale));
+  Moved();
+}
+
+void SelectionCanvas::Moved() {
+  transform_.KeepVisible({image_.width(), image_.height()}, {width(), height()}, kMargin);
+  update();
+  Q_EMIT cursorMoved();
+}
+
+void SelectionCanvas::resizeEvent(QResizeEvent*) {
+  if (fitted_) {
+    FitView();
+  } else {
+    Moved();
+  }
+}
+
+void SelectionCanvas::wheelEvent(QWheelEvent* event) {
+  // With Alt, Qt turns the wheel sideways.
+  const QPoint angle = event->angleDelta();
+  const int delta = angle.y() != 0 ? angle.y() : angle.x();
+  event->accept();
+  if (event->modifiers().testFlag(Qt::AltModifier)) {
+    wheel_rest_ += delta / 120.0;
+    const int steps = static_cast<int>(wheel_rest_);
+    wheel_rest_ -= steps;
+    if (steps != 0) ScaleBrush(steps);
+    return;
+  }
+  ZoomTo(event->position(), transform_.scale * std::pow(1.2, delta / 120.0));
+  cursor_ = event->position();
+  UpdateBrushOutline();
+}
+
+// --- Keys --------------------------------------------------------------------------------------
+
+namespace {
+
+struct Key {
+  int key;
+  Qt::KeyboardModifiers modifiers;
+  void (*act)(SelectionCanvas&);
+};
+
+template <SelectionTool kTool>
+void Choose(SelectionCanvas& canvas) {
+  canvas.SetTool(kTool);
+}
+
+void ChangeOpacity(SelectionCanvas& canvas, double by) {
+  canvas.SetOverlayOpacity(canvas.overlay_opacity() + by);
+}
+
+const Key* FindKey(const QKeyEvent& event) {
+  constexpr auto kNone = Qt::NoModifier;
+  constexpr auto kControl = Qt::ControlModifier;
+  static const Key kKeys[] = {
+      {Qt::Key_B, kNone, Choose<SelectionTool::kBrush>},
+      {Qt::Key_E, kNone, Choose<SelectionTool::kEraser>},
+      {Qt::Key_R, kNone, Choose<SelectionTool::kRectangle>},
+      {Qt::Key_L, kNone, Choose<SelectionTool::kLasso>},
+      {Qt::Key_P, kNone, Choose<SelectionTool::kPolygon>},
+      {Qt::Key_O, kNone, Choose<SelectionTool::kFlood>},
+      {Qt::Key_BracketLeft, kNone, [](SelectionCanvas& c) { c.ScaleBrush(-1); }},
+      {Qt::Key_BracketRight, kNone, [](SelectionCanvas& c) { c.ScaleBrush(1); }},
+      {Qt::Key_A, kControl, [](SelectionCanvas& c) { c.SelectAll(); }},
+      {Qt::Key_A, kControl | Qt::ShiftModifier, [](SelectionCanvas& c) { c.SelectNone(); }},
+      {Qt::Key_I, kControl, [](SelectionCanvas& c) { c.Invert(); }},
+      {Qt::Key_Z, kControl, [](SelectionCanvas& c) { c.Undo(); }},
+      {Qt::Key_Z, kControl | Qt::ShiftModifier, [](SelectionCanvas& c) { c.Redo(); }},
+      {Qt::Key_Y, kControl, [](SelectionCanvas& c) { c.Redo(); }},
+      {Qt::Key_G, kNone, [](SelectionCanvas& c) { c.GrowBy(1); }},
+      {Qt::Key_G, Qt::ShiftModifier, [](SelectionCanvas& c) { c.GrowBy(-1); }},
+      {Qt::Key_Comma, kNone, [](SelectionCanvas& c) { ChangeOpacity(c, -0.1); }},
+      {Qt::Key_Period, kNone, [](SelectionCanvas& c) { ChangeOpacity(c, 0.1); }},
+      {Qt::Key_0, kNone, [](SelectionCanvas& c) { c.FitView(); }},
+      {Qt::Key_1, kNone, [](SelectionCanvas& c) { c.ActualSize(); }},
+  };
+  for (const Key& key : kKeys) {
+    const auto modifiers = event.modifiers() & ~Qt::KeypadModifier;
+    if (key.key == event.key() && key.modifiers == modifiers) return &key;
+  }
+  return nullptr;
+}
+
+bool IsEnter(int key) { return key == Qt::Key_Return || key == Qt::Key_Enter; }
+
+}  // namespace
+
+bool SelectionCanvas::WantsKey(const QKeyEvent& event) const {
+  switch (event.key()) {
+    case Qt::Key_Return:
+    case Qt::Key_Enter:
+    case Qt::Key_Escape:
+    case Qt::Key_Space:
+    case Qt::Key_Backslash:
+      return true;
+    case Qt::Key_Backspace:
+      return drawing_.has_value();
+    default:
+      return FindKey(event) != nullptr;
+  }
+}
+
+bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
+  if (IsEnter(event.key())) {
+    if (drawing_ && drawing_->tool == SelectionTool::kPolygon) {
+      drawing_->points.pop_back();
+      FinishDrawing();
+    } else if (!drawing_ && !editor_.InStroke()) {
+      Q_EMIT acceptRequested();
+    }
+  } else if (event.key() == Qt::Key_Escape) {
+    // Out of what is drawn, then of the tool, then of the mode.
+    if (CancelDrawing()) return true;
+    if (paintable_ && tool_ != SelectionTool::kBrush) {
+      SetTool(SelectionTool::kBrush);
+    } else {
+      Q_EMIT leaveRequested();
+    }
+  } else if (event.key() == Qt::Key_Space) {
+    if (!event.isAutoRepeat()) space_ = true;
+    UpdateCursor();
+  } else if (event.key() == Qt::Key_Backslash) {
+    overlay_hidden_ = true;
+    update();
+  } else if (event.key() == Qt::Key_Backspace && drawing_) {
+    if (drawing_->points.size() > 2) {
+      drawing_->points.erase(drawing_->points.end() - 2);
+      update();
+    } else {
+      CancelDrawing();
+    }
+  } else if (const Key* key = FindKey(event)) {
+    if (ready_ && paintable_) key->act(*this);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool SelectionCanvas::event(QEvent* event) {
+  // The window's shortcuts (undo, tools) mean the mask as long as one paints.
+  if (event->type() == QEvent::ShortcutOverride && WantsKey(*static_cast<QKeyEvent*>(event))) {
+    event->accept();
+    return true;
+  }
+  return QWidget::event(event);
+}
+
+void SelectionCanvas::keyPressEvent(QKeyEvent* event) {
+  modifiers_ = event->modifiers();
+  if (!HandleKey(*event)) QWidget::keyPressEvent(event);
+  UpdateBrushOutline();
+}
+
+void SelectionCanvas::keyReleaseEvent(QKeyEvent* event) {
+  if (event->key() == Qt::Key_Space && !event->isAutoRepeat()) {
+    space_ = false;
+    UpdateCursor();
+  } else if (event->key() == Qt::Key_Backslash && !event->isAutoRepeat()) {
+    overlay_hidden_ = false;
+    update();
+  } else {
+    QWidget::keyReleaseEvent(event);
+  }
+  modifiers_ = event->modifiers();
+  UpdateBrushOutline();
+}
+
+void SelectionCanvas::leaveEvent(QEvent*) {
+  cursor_.reset();
+  UpdateBrushOutline();
+  Q_EMIT cursorMoved();
+}
+
+void SelectionCanvas::focusOutEvent(QFocusEvent* event) {
+  // Keys that are let go elsewhere are not heard of here.
+  space_ = false;
+  if (std::exchange(overlay_hidden_, false)) update();
+  UpdateCursor();
+  QWidget::focusOutEvent(event);
+}
+
+}  // namespace retint

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/selection/selection_mode.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <QFrame>
+#include <QHBoxLayout>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QVBoxLayout>
+
+#include "base/error.h"
+#include "viewer/selection/selection_bar.h"
+
+namespace retint {
+namespace {
+
+bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
+  return a.camera == b.camera &&
+         a.cam_from_world.rotation.coeffs() == b.cam_from_world.rotation.coeffs() &&
+         a.cam_from_world.translation == b.cam_from_world.translation;
+}
+
+QString StageText(const QString& stage) {
+  if (stage == "depth") return SelectionMode::tr("Measuring depth");
+  if (stage == "rounds") return SelectionMode::tr("Comparing with earlier rounds");
+  if (stage == "cloud") return SelectionMode::tr("Building the cloud");
+  if (stage == "registration") return SelectionMode::tr("Registering to the sparse points");
+  if (stage == "projection") return SelectionMode::tr("Projecting onto every view");
+  return stage;
+}
+
+// The selection as it stands in a view: painted there, projected there, or seen from there.
+Mask MaskOf(const RegionSelection& selection, const SelectionEntry& entry, EditSession& session) {
+  const std::string name = entry.view.toStdString();
+  for (const PaintedView& view : selection.source.painted) {
+    if (!name.empty() && view.name == name) return view.mask;
+  }
+  const auto found = selection.masks.find(name);
+  if (found != selection.masks.end()) return found->second;
+  return session.SelectionSeenFrom(selection, entry.camera);
+}
+
+}  // namespace
+
+std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
+                                                     size_t most_points) {
+  const auto& points = selection.source.cloud.points;
+  if (points.empty() || most_points == 0) return nullptr;
+  auto cloud = std::make_shared<OverlayCloud>();
+  const size_t step = (points.size() + most_points - 1) / most_points;
+  cloud->points.reserve(points.size() / step + 1);
+  for (size_t i = 0; i < points.size(); i += step) cloud->points.push_back(points[i].position);
+  return cloud;
+}
+
+// What the worker finds out about a view.
+struct SelectionMode::Frozen {
+  QImage image;
+  DepthMap depth;
+  Mask mask;
+  std::shared_ptr<const RegionSelection> selection;
+};
+
+SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
+    : QWidget(parent), controller_(controller) {
+  setObjectName("selectionMode");
+  canvas_ = new SelectionCanvas;
+  tools_ = new ToolStrip(canvas_);
+  actions_ = new ActionStrip(canvas_);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(0);
+  layout->addWidget(tools_);
+  layout->addWidget(canvas_, 1);
+  layout->addWidget(actions_);
+  setFocusProxy(canvas_);
+
+  auto* progress = new QFrame(this);
+  progress->setFrameShape(QFrame::StyledPanel);
+  progress->setAutoFillBackground(true);
+  progress_ = progress;
+  stage_ = new QLabel;
+  bar_ = new QProgressBar;
+  bar_->setRange(0, 1000);
+  bar_->setMinimumWidth(280);
+  stop_ = new QPushButton(tr("Cancel"));
+  stop_->setObjectName("selectionStop");
+  stop_->setToolTip(tr("Back to painting (Esc)"));
+  auto* rows = new QVBoxLayout(progress);
+  rows->setContentsMargins(16, 12, 16, 12);
+  rows->addWidget(stage_);
+  auto* row = new QHBoxLayout;
+  row->addWidget(bar_, 1);
+  row->addWidget(stop_);
+  rows->addLayout(row);
+  progress_->hide();
+
+  connect(stop_, &QPushButton::clicked, this, &SelectionMode::Leave);
+  connect(canvas_, &SelectionCanvas::acceptRequested, this, &SelectionMode::Accept);
+  connect(canvas_, &SelectionCanvas::leaveRequested, this, &SelectionMode::Leave);
+  connect(actions_, &ActionStrip::accept, this, &SelectionMode::Accept);
+  connect(actions_, &ActionStrip::cancel, this, &SelectionMode::Leave);
+  connect(controller_, &SceneController::failed, this, &SelectionMode::TaskFailed);
+  connect(controller_, &SceneController::cancelled, this, [this](const QString& label) {
+    TaskFailed(label, tr("Cancelled, nothing was changed"));
+  });
+  connect(controller_, &SceneController::progress, this, &SelectionMode::Progressed);
+  connect(controller_, &SceneController::closed, this, [this] {
+    has_draft_ = false;
+    draft_selection_.reset();
+    if (state_ == State::kIdle) return;
+    Finish();
+    Q_EMIT left();
+  });
+  SetState(State::kIdle);
+}
+
+QString SelectionMode::message() const { return actions_->message(); }
+
+void SelectionMode::SetState(State state) {
+  state_ = state;
+  const bool painting = state == State::kPainting;
+  canvas_->SetPaintable(painting);
+  tools_->setEnabled(painting);
+  actions_->SetEnabled(painting, painting);
+  progress_->setVisible(state == State::kComputing);
+  if (state == State::kComputing) {
+    stage_->setText(tr("Waiting for the tasks before it"));
+    bar_->setValue(0);
+    PlaceProgress();
+    stop_->setEnabled(true);
+    stop_->setFocus();
+  } else if (state != State::kIdle) {
+    canvas_->setFocus();
+  }
+}
+
+void SelectionMode::Finish() {
+  ++visit_;
+  SetState(State::kIdle);
+}
+
+// --- Entering ----------------------------------------------------------------------------------
+
+bool SelectionMode::Enter(const SelectionEntry& entry) {
+  if (!controller_->IsOpen() || state_ == State::kComputing) return false;
+  const Region* region = entry.region ? controller_->regions().Find(entry.region) : nullptr;
+  if (entry.region && !region) return false;
+  const auto selection = region ? region->selection : nullptr;
+  const bool resumes = has_draft_ && canvas_->HasView() && entry_.view == entry.view &&
+                       entry_.region == entry.region && SameCamera(entry_.camera, entry.camera) &&
+                       draft_selection_ == selection;
+  entry_ = entry;
+  entry_.picture = {};
+  const QString what = region ? QString::fromStdString(region->name) : tr("New region");
+  actions_->SetTitle(entry.view.isEmpty() ? tr("%1, free view").arg(what)
+                                          : tr("%1 in %2").arg(what, entry.view));
+  const uint64_t visit = ++visit_;
+  if (resumes) {
+    SetState(State::kPainting);
+    actions_->ShowMessage(tr("Your strokes of the last visit are still here"), false);
+    Q_EMIT ready();
+    return true;
+  }
+  has_draft_ = false;
+  SetState(State::kRendering);
+  if (!entry.picture.isNull()) canvas_->ShowPicture(entry.picture);
+  actions_->ShowMessage(tr("Rendering the view"), false);
+  const auto frozen = std::make_shared<Frozen>();
+  frozen->selection = selection;
+  const ShPointer sh = controller_->sh();
+  return controller_->Run(
+      {},
+      [frozen, sh, entry = entry_](EditSession& session, Monitor&) {
+        session.ShowSh(sh ? *sh : session.original().sh);
+        RenderRequest request;
+        request.depth_median = true;
+        RenderOutput output = session.renderer().Render(entry.camera, request);
+        frozen->image = ToQImage(output.rgb);
+        frozen->depth = std::move(output.depth_median);
+        frozen->mask = frozen->selection
+                           ? MaskOf(*frozen->selection, entry, session)
+                           : Mask(entry.camera.camera.width, entry.camera.camera.height);
+      },
+      [this, frozen, visit] {
+        if (visit == visit_ && state_ == State::kRendering) ShowFrozen(frozen);
+      });
+}
+
+void SelectionMode::ShowFrozen(const std::shared_ptr<Frozen>& frozen) {
+  before_ = frozen->mask;
+  draft_selection_ = frozen->selection;
+  canvas_->SetView(frozen->image, std::move(frozen->depth), std::move(frozen->mask));
+  has_draft_ = true;
+  actions_->ShowMessage({}, false);
+  SetState(State::kPainting);
+  Q_EMIT ready();
+}
+
+// --- Leaving -----------------------------------------------------------------------------------
+
+void SelectionMode::Leave() {
+  if (state_ == State::kIdle) return;
+  if (state_ == State::kComputing) {
+    stop_->setEnabled(false);
+    stage_->setText(tr("Cancelling"));
+    controller_->Cancel();
+    return;
+  }
+  canvas_->CancelDrawing();
+  Finish();
+  Q_EMIT left();
+}
+
+QString SelectionMode::NewName() const {
+  for (int number = 1;; ++number) {
+    const QString name = tr("Region %1").arg(number);
+    const auto& regions = controller_->regions().regions;
+    if (std::none_of(regions.begin(), regions.end(),
+                     [&](const Region& region) { return region.name == name.toStdString(); })) {
+      return name;
+    }
+  }
+}
+
+void SelectionMode::Accept() {
+  if (state_ != State::kPainting) return;
+  canvas_->editor().EndStroke();
+  const MaskEditor& editor = canvas_->editor();
+  if (!editor.AnyInside()) {
+    actions_->ShowMessage(entry_.region
+                              ? tr("Nothing would be left; delete the region in its panel")
+                              : tr("Nothing is selected: paint something first"),
+                          true);
+    return;
+  }
+  if (entry_.region && editor.mask().data == before_.data) {
+    actions_->ShowMessage(tr("Nothing was changed"), true);
+    return;
+  }
+  PaintRound round;
+  round.view = {entry_.view.toStdString(), entry_.camera, editor.mask()};
+  if (entry_.region) round.before = before_;
+  const auto id = std::make_shared<RegionId>(entry_.region);
+  const uint64_t visit = ++visit_;
+  SetState(State::kComputing);
+  controller_->Run(
+      tr("Selecting"),
+      [id, round = std::move(round), select = select_, project = project_,
+       name = NewName().toStdString(), edit = new_edit_](EditSession& session, Monitor& monitor) {
+        const Region* region = *id ? session.regions().Find(*id) : nullptr;
+        if (*id && !region) throw InputError("the region is not there any more");
+        const auto base = region ? region->selection : nullptr;
+        RegionSelection selection =
+            session.SelectRound(base.get(), round, select, project, monitor);
+        // The last point at which cancelling changes nothing.
+        monitor.ThrowIfCancelled();
+        if (*id) {
+          session.SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
+                               monitor, std::move(selection.source));
+        } else {
+          *id = session.AddRegion(name, std::move(selection.masks), std::move(selection.shares),
+                                  edit, monitor, std::move(selection.source));
+        }
+      },
+      [this, id, visit] {
+        if (visit != visit_) return;
+        has_draft_ = false;
+        Finish();
+        Q_EMIT controller_->regionAdded(*id);
+        Q_EMIT accepted(*id);
+      });
+}
+
+bool SelectionMode::OwnLabel(const QString& label) const {
+  return (state_ == State::kComputing && label == tr("Selecting")) ||
+         (state_ == State::kRendering && label.isEmpty());
+}
+
+void SelectionMode::TaskFailed(const QString& label, const QString& message) {
+  if (!OwnLabel(label)) return;
+  if (state_ == State::kComputing) {
+    ++visit_;
+    SetState(State::kPainting);
+  }
+  actions_->ShowMessage(message, true);
+}
+
+void SelectionMode::Progressed(const QString& stage, double fraction) {
+  if (state_ != State::kComputing || !stop_->isEnabled()) return;
+  stage_->setText(StageText(stage));
+  bar_->setValue(static_cast<int>(1000 * fraction));
+}
+
+// --- Events ------------------------------------------------------------------------------------
+
+bool SelectionMode::event(QEvent* event) {
+  // Keys reach the canvas wherever the focus is within the mode.
+  if (event->type() == QEvent::ShortcutOverride && state_ != State::kIdle &&
+      canvas_->WantsKey(*static_cast<QKeyEvent*>(event))) {
+    event->accept();
+    return true;
+  }
+  return QWidget::event(event);
+}
+
+void SelectionMode::keyPressEvent(QKeyEvent* event) {
+  if (!canvas_->HandleKey(*event)) QWidget::keyPressEvent(event);
+}
+
+void SelectionMode::resizeEvent(QResizeEvent* event) {
+  QWidget::resizeEvent(event);
+  PlaceProgress();
+}
+
+void SelectionMode::PlaceProgress() {
+  progress_->adjustSize();
+  progress_->resize(std::min(progress_->width(), width()), progress_->height());
+  progress_->move((width() - progress_->width()) / 2, (height() - progress_->height()) / 2);
+  progress_->raise();
+}
+
+}  // namespace retint

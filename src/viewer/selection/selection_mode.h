@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Selection mode: one view frozen, painted on, and accepted as a region or as another round of one.
+// Everything long runs on the controller's worker; the widget only shows how far it is.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <QImage>
+#include <QString>
+#include <QWidget>
+
+#include "viewer/render_thread.h"
+#include "viewer/scene_controller.h"
+#include "viewer/selection/selection_canvas.h"
+
+class QLabel;
+class QProgressBar;
+class QPushButton;
+
+namespace retint {
+
+class ActionStrip;
+class ToolStrip;
+
+// A region's cloud as the scene's canvas draws it; null when it has none. At most `most_points`,
+// evenly thinned.
+std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
+                                                     size_t most_points = 200000);
+
+// Where selection mode is entered.
+struct SelectionEntry {
+  QString view;         // a workspace view's name; empty: `camera` stands freely
+  PosedCamera camera;   // pinhole, of the picture's size
+  RegionId region = 0;  // the region that the round extends and erases; 0: a new one
+  QImage picture;       // shown until the sharp view has been rendered; may be null
+};
+
+class SelectionMode : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit SelectionMode(SceneController* controller, QWidget* parent = nullptr);
+
+  // Freezes a view: ready() follows. Entering where one left without accepting goes on with the
+  // same strokes and their history. False when no scene is open or a selection is being computed.
+  bool Enter(const SelectionEntry& entry);
+  // Depth, cloud, registration and masks, then the region: accepted(). What cannot be accepted is
+  // said in message(); failures and cancelling lead back to painting.
+  void Accept();
+  // Out of the mode; strokes are kept for the next visit. While computing: cancels that instead.
+  void Leave();
+
+  enum class State { kIdle, kRendering, kPainting, kComputing };
+  State state() const { return state_; }
+  const SelectionEntry& entry() const { return entry_; }
+  SelectionCanvas& canvas() { return *canvas_; }
+  QString message() const;
+  // Of the next Accept().
+  void SetSelectOptions(const SelectOptions& options) { select_ = options; }
+  void SetProjectorOptions(const ProjectorOptions& options) { project_ = options; }
+  // What a new region does until its colour is chosen.
+  void SetNewEdit(const ColorEdit& edit) { new_edit_ = edit; }
+
+ Q_SIGNALS:
+  void ready();                        // the view can be painted
+  void accepted(retint::RegionId id);  // a region was made or changed; the mode is over
+  void left();                         // without a change
+
+ protected:
+  bool event(QEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+
+ private:
+  struct Frozen;
+  void ShowFrozen(const std::shared_ptr<Frozen>& frozen);
+  void SetState(State state);
+  void Finish();
+  void PlaceProgress();
+  bool OwnLabel(const QString& label) const;
+  void TaskFailed(const QString& label, const QString& message);
+  void Progressed(const QString& stage, double fraction);
+  QString NewName() const;
+
+  SceneController* controller_;
+  ToolStrip* tools_;
+  SelectionCanvas* canvas_;
+  ActionStrip* actions_;
+  QWidget* progress_;
+  QLabel* stage_;
+  QProgressBar* bar_;
+  QPushButton* stop_;
+  SelectOptions select_;
+  ProjectorOptions project_;
+  ColorEdit new_edit_;
+  State state_ = State::kIdle;
+  SelectionEntry entry_;
+  Mask before_;         // the mask on entering
+  uint64_t visit_ = 0;  // tells the answers for this visit from late ones
+  // Of the strokes that the canvas holds: where they belong.
+  std::shared_ptr<const RegionSelection> draft_selection_;
+  bool has_draft_ = false;
+};
+
+}  // namespace retint

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Icons of the selection tools, drawn in the palette's colour so that they suit light and dark.
+#pragma once
+
+#include <QIcon>
+#include <QPalette>
+
+namespace retint {
+
+enum class ToolIcon {
+  kBrush,
+  kEraser,
+  kRectangle,
+  kLasso,
+  kPolygon,
+  kFlood,
+  kUndo,
+  kRedo,
+  kGrow,
+  kShrink,
+  kInvert,
+  kAll,
+  kNone,
+};
+
+QIcon MakeToolIcon(ToolIcon icon, const QPalette& palette);
+
+}  // namespace retint

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The selection canvas with mouse and keys, checked by the pixels of the mask.
+#include "viewer/selection/selection_canvas.h"
+
+#include <cmath>
+#include <memory>
+
+#include <QMouseEvent>
+#include <QSignalSpy>
+#include <QTest>
+#include <QWheelEvent>
+
+#include "viewer/selection/selection_bar.h"
+
+namespace retint {
+
+constexpr int kWidth = 80, kHeight = 60;  // of the picture
+constexpr int kZoom = 5;                  // the widget shows it five times as large
+
+class SelectionCanvasTest : public QObject {
+  Q_OBJECT
+
+ private:
+  std::unique_ptr<SelectionCanvas> canvas_;
+
+  // The widget pixel over the centre of an image pixel.
+  QPoint At(int x, int y) const {
+    const Eigen::Vector2d at = canvas_->transform().ToWidget({x + 0.5, y + 0.5});
+    return {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y()))};
+  }
+  int Mask(int x, int y) const { return canvas_->editor().mask()(x, y); }
+  size_t Inside() const { return canvas_->editor().CountInside(); }
+  void Move(QPoint to, Qt::MouseButton button = Qt::NoButton,
+            Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    QMouseEvent move(QEvent::MouseMove, to, canvas_->mapToGlobal(to), Qt::NoButton,
+                     button == Qt::NoButton ? Qt::MouseButtons() : Qt::MouseButtons(button),
+                     modifiers);
+    QCoreApplication::sendEvent(canvas_.get(), &move);
+  }
+  void Drag(const QList<QPoint>& path, Qt::KeyboardModifiers modifiers = Qt::NoModifier,
+            Qt::MouseButton button = Qt::LeftButton) {
+    QTest::mousePress(canvas_.get(), button, modifiers, path.front());
+    for (const QPoint& at : path) Move(at, button, modifiers);
+    QTest::mouseRelease(canvas_.get(), button, modifiers, path.back());
+  }
+  void Click(QPoint at, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    QTest::mouseClick(canvas_.get(), Qt::LeftButton, modifiers, at);
+  }
+  void Key(Qt::Key key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    QTest::keyClick(canvas_.get(), key, modifiers);
+  }
+  void Wheel(QPoint at, QPoint angle, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    QWheelEvent event(at, canvas_->mapToGlobal(at), {}, angle, Qt::NoButton, modifiers,
+                      Qt::NoScrollPhase, false);
+    QCoreApplication::sendEvent(canvas_.get(), &event);
+  }
+  QImage Shot() { return canvas_->grab().toImage(); }
+
+ private Q_SLOTS:
+  void init() {
+    canvas_ = std::make_unique<SelectionCanvas>();
+    canvas_->resize(kZoom * kWidth, kZoom * kHeight);
+    QImage image(kWidth, kHeight, QImage::Format_RGB32);
+    DepthMap depth(kWidth, kHeight, 2);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        image.setPixel(x, y, x < 40 ? qRgb(90, 90, 90) : qRgb(20, 60, 160));
+        if (y >= 30) depth(x, y) = 3;  // the lower half lies behind a step
+      }
+    }
+    canvas_->SetView(image, depth, retint::Mask(kWidth, kHeight));
+    canvas_->show();
+    QVERIFY(QTest::qWaitForWindowExposed(canvas_.get()));
+    canvas_->SetBrush({4, 1});
+    canvas_->setFocus();
+  }
+
+  void TheBrushPaintsWhereTheMouseIs() {
+    QSignalSpy edited(canvas_.get(), &SelectionCanvas::edited);
+    Drag({At(20, 15), At(50, 15)});
+    QVERIFY(edited.count() > 0);
+    for (int x = 17; x <= 53; ++x) QCOMPARE(Mask(x, 15), 255);
+    QCOMPARE(Mask(14, 15), 0);
+    QCOMPARE(Mask(57, 15), 0);
+    QCOMPARE(Mask(35, 20), 0);
+    QCOMPARE(Mask(35, 11), 255);
+    QCOMPARE(Mask(35, 10), 0);
+  }
+
+  void AFastStrokeHasNoGaps() {
+    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, At(5, 5));
+    Move(At(70, 50), Qt::LeftButton);
+    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, At(70, 50));
+    for (int i = 0; i <= 65; ++i) QCOMPARE(Mask(5 + i, 5 + (i * 45) / 65), 255);
+  }
+
+  void ModifiersOfTheBrush() {
+    Drag({At(20, 15), At(50, 15)});
+    const size_t stroke = Inside();
+    Drag({At(20, 30), At(50, 30)}, Qt::ShiftModifier);
+    QVERIFY(Inside() > stroke);
+    QCOMPARE(Mask(35, 15), 255);
+    Drag({At(35, 15), At(50, 15)}, Qt::ControlModifier);
+    QCOMPARE(Mask(40, 15), 0);
+    QCOMPARE(Mask(22, 15), 255);
+    Drag({At(20, 30), At(30, 30)}, Qt::ControlModifier | Qt::ShiftModifier);
+    QCOMPARE(Mask(25, 30), 255);
+    QCOMPARE(Mask(45, 30), 0);
+    QCOMPARE(Mask(22, 15), 0);
+  }
+
+  void TheEraserErases() {
+    Drag({At(20, 15), At(50, 15)});
+    Key(Qt::Key_E);
+    QCOMPARE(canvas_->tool(), SelectionTool::kEraser);
+    Drag({At(35, 5), At(35, 25)});
+    QCOMPARE(Mask(35, 15), 0);
+    QCOMPARE(Mask(22, 15), 255);
+  }
+
+  void TheRectangleAndItsModifiers() {
+    Key(Qt::Key_R);
+    QCOMPARE(canvas_->tool(), SelectionTool::kRectangle);
+    Drag({At(10, 10), At(30, 30)});
+    const size_t first = Inside();
+    QVERIFY(first >= 19 * 19 && first <= 21 * 21);
+    QCOMPARE(Mask(12, 12), 255);
+    Drag({At(60, 40), At(40, 20)});  // replaces; drawn backwards
+    QCOMPARE(Mask(12, 12), 0);
+    QCOMPARE(Mask(50, 30), 255);
+    Drag({At(10, 10), At(30, 30)}, Qt::ShiftModifier);
+    QCOMPARE(Mask(12, 12), 255);
+    QCOMPARE(Mask(50, 30), 255);
+    Drag({At(5, 5), At(20, 50)}, Qt::ControlModifier);
+    QCOMPARE(Mask(12, 12), 0);
+    QCOMPARE(Mask(25, 25), 255);
+    Drag({At(22, 22), At(50, 28)}, Qt::ShiftModifier | Qt::ControlModifier);
+    QCOMPARE(Mask(25, 25), 255);
+    QCOMPARE(Mask(25, 12), 0);
+    QCOMPARE(Mask(55, 30), 0);
+  }
+
+  void TheLassoFollowsTheMouse() {
+    Key(Qt::Key_L);
+    Drag({At(10, 10), At(40, 10), At(40, 40), At(10, 40)});
+    QCOMPARE(Mask(25, 25), 255);
+    QCOMPARE(Mask(5, 25), 0);
+    QCOMPARE(Mask(45, 25), 0);
+    // A figure of eight is inside in both loops and even-odd where they overlap.
+    Drag({At(10, 10), At(60, 50), At(60, 10), At(10, 50)});
+    QCOMPARE(Mask(14, 30), 255);
+    QCOMPARE(Mask(56, 30), 255);
+    QCOMPARE(Mask(35, 12), 0);
+  }
+
+  void ThePolygonClosesByEnterDoubleClickAndItsFirstCorner() {
+    Key(Qt::Key_P);
+    QSignalSpy accepted(canvas_.get(), &SelectionCanvas::acceptRequested);
+    for (const QPoint& at : {At(10, 10), At(40, 10), At(40, 40)}) Click(at);
+    QCOMPARE(Inside(), size_t{0});
+    Key(Qt::Key_Return);
+    QCOMPARE(accepted.count(), 0);
+    QCOMPARE(Mask(35, 15), 255);
+    QCOMPARE(Mask(15, 35), 0);
+
+    Click(At(10, 10)), Click(At(70, 10)), Click(At(70, 50));
+    Click(At(10, 50));
+    QTest::mouseDClick(canvas_.get(), Qt::LeftButton, {}, At(10, 50));
+    QCOMPARE(Mask(15, 45), 255);
+
+    Click(At(10, 10)), Click(At(20, 10)), Click(At(20, 20)), Click(At(70, 55));
+    Key(Qt::Key_Backspace);
+    Click(At(10, 10));
+    QCOMPARE(Mask(18, 12), 255);
+    QCOMPARE(Mask(60, 45), 0);
+    QCOMPARE(Mask(60, 20), 0);
+  }
+
+  void TheFloodStopsAtColourAndDepth() {
+    Key(Qt::Key_O);
+    QCOMPARE(canvas_->tool(), SelectionTool::kFlood);
+    Click(At(10, 10));
+    QCOMPARE(Inside(), size_t{40 * 30});
+    QCOMPARE(Mask(39, 29), 255);
+    QCOMPARE(Mask(40, 10), 0);
+    QCOMPARE(Mask(10, 30), 0);
+    Click(At(10, 50), Qt::ShiftModifier);
+    QCOMPARE(Inside(), size_t{40 * 60});
+    Click(At(60, 10));
+    QCOMPARE(Inside(), size_t{40 * 30});
+    Click(At(60, 10), Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{0});
+  }
+
+  void KeysOfTheWholeMask() {
+    Key(Qt::Key_R);
+    Drag({At(20, 20), At(40, 40)});
+    const size_t square = Inside();
+    Key(Qt::Key_G);
+    QVERIFY(Inside() > square);
+    Key(Qt::Key_G, Qt::ShiftModifier);
+    QCOMPARE(Inside(), square);
+    Key(Qt::Key_I, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{kWidth * kHeight} - square);
+    Key(Qt::Key_A, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{kWidth * kHeight});
+    Key(Qt::Key_A, Qt::ControlModifier | Qt::ShiftModifier);
+    QCOMPARE(Inside(), size_t{0});
+    for (int i = 0; i < 5; ++i) Key(Qt::Key_Z, Qt::ControlModifier);
+    QCOMPARE(Inside(), square);
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{0});
+  }
+
+  void UndoAndRedoGoStrokeByStroke() {
+    Drag({At(10, 10), At(30, 10)});
+    const auto one = canvas_->editor().mask().data;
+    Drag({At(10, 30), At(30, 30), At(50, 30)});
+    const auto two = canvas_->editor().mask().data;
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    QVERIFY(canvas_->editor().mask().data == one);
+    Key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+    QVERIFY(canvas_->editor().mask().data == two);
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{0});
+    Key(Qt::Key_Y, Qt::ControlModifier);
+    Key(Qt::Key_Y, Qt::ControlModifier);
+    QVERIFY(canvas_->editor().mask().data == two);
+    Key(Qt::Key_Y, Qt::ControlModifier);
+    QVERIFY(canvas_->editor().mask().data == two);
+  }
+
+  void EscapeBacksOutOfWhatIsDrawnThenTheToolThenTheMode() {
+    QSignalSpy left(canvas_.get(), &SelectionCanvas::leaveRequested);
+    Key(Qt::Key_L);
+    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, At(10, 10));
+    Move(At(40, 10), Qt::LeftButton);
+    Move(At(40, 40), Qt::LeftButton);
+    Key(Qt::Key_Escape);
+    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, At(40, 40));
+    QCOMPARE(Inside(), size_t{0});
+    QCOMPARE(canvas_->tool(), SelectionTool::kLasso);
+    Key(Qt::Key_Escape);
+    QCOMPARE(canvas_->tool(), SelectionTool::kBrush);
+    QCOMPARE(left.count(), 0);
+
+    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, At(10, 10));
+    Move(At(40, 10), Qt::LeftButton);
+    QVERIFY(Inside() > 0);
+    Key(Qt::Key_Escape);
+    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, At(40, 10));
+    QCOMPARE(Inside(), size_t{0});
+    QVERIFY(!canvas_->editor().CanUndo());
+    Key(Qt::Key_Escape);
+    QCOMPARE(left.count(), 1);
+  }
+
+  void TheWheelZoomsAtTheCursor() {
+    const QPoint at = At(60, 20);
+    const Eigen::Vector2d before = canvas_->transform().ToImage({at.x() + 0.0, at.y() + 0.0});
+    for (int i = 0; i < 4; ++i) Wheel(at, {0, 120});
+    const Eigen::Vector2d after = canvas_->transform().ToImage({at.x() + 0.0, at.y() + 0.0});
+    QVERIFY((before - after).norm() < 1e-9);
+    QVERIFY(std::abs(canvas_->transform().scale - kZoom * std::pow(1.2, 4)) < 1e-9);
+    // Painting follows the zoom.
+    Drag({at, at});
+    QCOMPARE(Mask(60, 20), 255);
+    QCOMPARE(Mask(60, 30), 0);
+    // Neither far out nor far in loses the picture.
+    for (int i = 0; i < 100; ++i) Wheel({0, 0}, {0, -120});
+    QVERIFY(canvas_->transform().scale >= 0.04);
+    for (int i = 0; i < 200; ++i) Wheel({0, 0}, {0, 120});
+    QVERIFY(canvas_->transform().scale <= 65);
+    Key(Qt::Key_0);
+    QCOMPARE(canvas_->transform().scale, double(kZoom));
+  }
+
+  void RightAndSpaceDragsPan() {
+    Wheel(At(40, 30), {0, 360});
+    for (const bool with_space : {false, true}) {
+      const Eigen::Vector2d offset = canvas_->transform().offset;
+      if (with_space) QTest::keyPress(canvas_.get(), Qt::Key_Space);
+      Drag({{100, 100}, {130, 90}}, {}, with_space ? Qt::LeftButton : Qt::RightButton);
+      if (with_space) QTest::keyRelease(canvas_.get(), Qt::Key_Space);
+      QCOMPARE(canvas_->transform().offset, Eigen::Vector2d(offset + Eigen::Vector2d(30, -10)));
+    }
+    QCOMPARE(Inside(), size_t{0});
+    Drag({At(40, 30), At(40, 30)});
+    QCOMPARE(Mask(40, 30), 255);
+    // However far it is dragged, some of the picture stays.
+    for (int i = 0; i < 20; ++i) Drag({{0, 0}, {390, 290}}, {}, Qt::RightButton);
+    const Eigen::Vector2d corner = canvas_->transform().offset;
+    QVERIFY(corner.x() < canvas_->width() && corner.y() < canvas_->height());
+  }
+
+  void SizeByKeysAndAltWheel() {
+    const double radius = canvas_->brush().radius;
+    Key(Qt::Key_BracketRight);
+    QVERIFY(canvas_->brush().radius > radius);
+    Key(Qt::Key_BracketLeft);
+    Key(Qt::Key_BracketLeft);
+    QVERIFY(canvas_->brush().radius < radius);
+    const double scale = canvas_->transform().scale, small = canvas_->brush().radius;
+    Wheel(At(10, 10), {120, 0}, Qt::AltModifier);  // as Qt gives it
+    QVERIFY(canvas_->brush().radius > small);
+    QCOMPARE(canvas_->transform().scale, scale);
+    for (int i = 0; i < 200; ++i) Key(Qt::Key_BracketLeft);
+    QVERIFY(canvas_->brush().radius >= 0.5);
+    for (int i = 0; i < 200; ++i) Key(Qt::Key_BracketRight);
+    QVERIFY(canvas_->brush().radius <= 500);
+  }
+
+  void ASoftBrushHasAnEdge() {
+    canvas_->SetBrush({12, 0});
+    Drag({At(40, 30), At(40, 30)});
+    QCOMPARE(Mask(40, 30), 255);
+    QVERIFY(Mask(46, 30) > 0 && Mask(46, 30) < 255);
+    QCOMPARE(Mask(54, 30), 0);
+  }
+
+  void TheOverlayShowsTintAndOutline() {
+    const QRgb bare = Shot().pixel(At(20, 20));
+    Key(Qt::Key_R);
+    Drag({At(10, 10), At(30, 30)});
+    Move({1, 1});
+    const QImage shot = Shot();
+    const QRgb tinted = shot.pixel(At(20, 20));
+    QVERIFY(qRed(tinted) > qRed(bare) + 20);
+    QVERIFY(qBlue(tinted) < qBlue(bare));
+    QCOMPARE(shot.pixel(At(5, 5)), bare);
+    // From outside to inside over the left edge: black, then white.
+    const int y = At(20, 20).y();
+    bool found = false;
+    for (int x = At(8, 20).x(); x < At(13, 20).x(); ++x) {
+      found |= shot.pixel(x, y) == qRgb(0, 0, 0) && shot.pixel(x + 1, y) == qRgb(255, 255, 255);
+    }
+    QVERIFY(found);
+    canvas_->SetOverlayOpacity(0);
+    QCOMPARE(Shot().pixel(At(20, 20)), bare);
+    canvas_->SetOverlayOpacity(0.5);
+    QTest::keyPress(canvas_.get(), Qt::Key_Backslash);
+    QCOMPARE(Shot().pixel(At(20, 20)), bare);
+    QTest::keyRelease(canvas_.get(), Qt::Key_Backslash);
+    QVERIFY(Shot().pixel(At(20, 20)) != bare);
+  }
+
+  // What a move repaints is what it changed: a partial update leaves the same screen as a full one.
+  void PartialUpdatesLeaveNothingBehind() {
+    canvas_->SetBrush({3, 1});
+    for (int i = 0; i < 3; ++i) Wheel({200, 150}, {0, 120});
+    Drag({At(30, 20), At(40, 35), At(45, 25)});
+    Drag({At(30, 20), At(40, 35)}, Qt::ControlModifier);
+    QTest::qWait(30);
+    const QImage partial = Shot();
+    canvas_->repaint();
+    QCOMPARE(Shot(), partial);
+  }
+
+  void NothingIsPaintedWhereNothingMayBe() {
+    canvas_->SetPaintable(false);
+    Drag({At(20, 15), At(50, 15)});
+    Key(Qt::Key_A, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{0});
+    canvas_->SetPaintable(true);
+    canvas_->ShowPicture(QImage(10, 10, QImage::Format_RGB32));
+    Drag({{20, 15}, {50, 15}});
+    Key(Qt::Key_A, Qt::ControlModifier);
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    QVERIFY(!canvas_->HasView());
+    Shot();
+    SelectionCanvas empty;
+    empty.resize(100, 100);
+    empty.grab();
+  }
+
+  void TheStripsFollowTheCanvasAndLead() {
+    ToolStrip strip(canvas_.get());
+    ActionStrip actions(canvas_.get());
+    auto* lasso = strip.findChild<QAbstractButton*>("toolLasso");
+    QVERIFY(lasso);
+    QTest::mouseClick(lasso, Qt::LeftButton);
+    QCOMPARE(canvas_->tool(), SelectionTool::kLasso);
+    Key(Qt::Key_B);
+    QVERIFY(strip.findChild<QAbstractButton*>("toolBrush")->isChecked());
+    auto* undo = actions.findChild<QAbstractButton*>("actionUndo");
+    QVERIFY(!undo->isEnabled());
+    Drag({At(20, 15), At(50, 15)});
+    QVERIFY(undo->isEnabled());
+    QTest::mouseClick(undo, Qt::LeftButton);
+    QCOMPARE(Inside(), size_t{0});
+    QVERIFY(!undo->isEnabled());
+    QTest::mouseClick(actions.findChild<QAbstractButton*>("actionSelectall"), Qt::LeftButton);
+    QCOMPARE(Inside(), size_t{kWidth * kHeight});
+    QSignalSpy accept(&actions, &ActionStrip::accept);
+    QTest::mouseClick(actions.findChild<QAbstractButton*>("selectionAccept"), Qt::LeftButton);
+    QCOMPARE(accept.count(), 1);
+    for (const auto* button : strip.findChildren<QAbstractButton*>()) {
+      QVERIFY2(!button->toolTip().isEmpty() && !button->accessibleName().isEmpty(),
+               qPrintable(button->objectName()));
+    }
+  }
+};
+
+}  // namespace retint
+
+using retint::SelectionCanvasTest;
+QTEST_MAIN(SelectionCanvasTest)
+#include "selection_canvas_test.moc"
