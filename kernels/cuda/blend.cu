@@ -20,15 +20,21 @@ TileLists ListsOf(const CudaViewGeometry& view) {
           int(view.ranges.size())};
 }
 
-template <int C>
+// Of one splat; a region also needs to know whether it is active.
+template <int C, bool IsRegion>
 struct Features {
+  float value[C];
+};
+template <int C>
+struct Features<C, true> {
   float value[C];
   float active;
 };
 
-template <int C>
+template <int C, bool IsRegion>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
-  __shared__ __align__(16) Batch<Features<C>> batches[kWarps];
+  using Payload = Features<C, IsRegion>;
+  __shared__ __align__(16) Batch<Payload> batches[kWarps];
   const int index = blockIdx.x;
   if (params.keep_outside && lists.ranges[index].x == lists.ranges[index].y) return;
   const Lane lane = LaneOf(lists, lists.tile_ids ? lists.tile_ids[index] : index);
@@ -37,14 +43,14 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
   float share0 = 0, share1 = 0;  // of the active splats of a region
   WalkTile(
       lists, index, lane, &batches[threadIdx.x / 32],
-      [&](int row, Features<C>* out) {
-        out->active = row < 0 ? 0.0f : 1.0f;
+      [&](int row, Payload* out) {
+        if constexpr (IsRegion) out->active = row < 0 ? 0.0f : 1.0f;
 #pragma unroll
         for (int c = 0; c < C; ++c) {
-          out->value[c] = row < 0 ? 0.0f : params.features[int64_t(row) * C + c];
+          out->value[c] = IsRegion && row < 0 ? 0.0f : params.features[int64_t(row) * C + c];
         }
       },
-      [&](const Batch<Features<C>>& batch, int count) {
+      [&](const Batch<Payload>& batch, int count) {
         for (int i = 0; i < count; ++i) {
           const Splat s = batch.splats[i];
           const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
@@ -56,8 +62,10 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
             sum0[c] += w0 * f;
             sum1[c] += w1 * f;
           }
-          share0 += w0 * batch.payloads[i].active;
-          share1 += w1 * batch.payloads[i].active;
+          if constexpr (IsRegion) {
+            share0 += w0 * batch.payloads[i].active;
+            share1 += w1 * batch.payloads[i].active;
+          }
         }
       },
       [&] { return t0 > 0 || t1 > 0; });
@@ -68,7 +76,7 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
     for (int c = 0; c < C; ++c) {
       params.image[pixel * C + c] = sum[c] + (params.background ? left * params.background[c] : 0);
     }
-    if (params.alpha) params.alpha[pixel] = lists.tile_ids ? share : 1 - left;
+    if (params.alpha) params.alpha[pixel] = IsRegion ? share : 1 - left;
   };
   if (lane.inside0) store(lane.y0, t0, share0, sum0);
   if (lane.inside1) store(lane.y1, t1, share1, sum1);
@@ -178,7 +186,11 @@ void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream
   const TileLists lists = ListsOf(view);
   WithChannels(params.channels, [&](auto c) {
     if (lists.tiles == 0) return;
-    BlendKernel<c()><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    if (view.is_region) {
+      BlendKernel<c(), true><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    } else {
+      BlendKernel<c(), false><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    }
     Check(cudaGetLastError(), "BlendKernel");
   });
 }

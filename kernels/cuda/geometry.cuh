@@ -32,11 +32,11 @@ struct CudaModel : Model {
 // to back within; each holds 64 weights, the two pixels (x, y) and (x, y + 4) of a lane side by
 // side.
 struct ExplicitWeights {
-  bool compact = false;     // bytes in units of `scales`; else half floats
+  bool compact = false;     // bytes in units of `scales`; else 16 bits
   Scratch<uint32_t> ends;   // [4 tiles] end of each quarter's entries; empty: no explicit weights
   Scratch<int32_t> rows;    // [E]
   Scratch<float> scales;    // [E]
-  Scratch<uint8_t> values;  // [E, 32, 2]
+  Scratch<uint8_t> values;  // [E, 32, 2] of one or two bytes
   size_t bytes() const { return ends.bytes() + rows.bytes() + scales.bytes() + values.bytes(); }
 };
 

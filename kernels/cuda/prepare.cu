@@ -32,6 +32,58 @@ __device__ bool Project(const CameraParams& camera, const float4& mean_opacity,
   return true;
 }
 
+__device__ unsigned WarpSum(unsigned value) {
+#if __CUDA_ARCH__ >= 800
+  return __reduce_add_sync(kFullWarp, value);
+#else
+  for (int offset = 16; offset > 0; offset /= 2) value += __shfl_xor_sync(kFullWarp, value, offset);
+  return value;
+#endif
+}
+
+// The strips (rows of tiles) that the splats of a warp reach, a splat a lane. A splat of few strips
+// goes alone: one(strip, first column, last column). One of many gets the whole warp, a strip a
+// lane and 32 at a time: all(whether the splat is this lane's, strip, first, last) is called by
+// every lane, with last = first - 1 where the lane has no strip.
+template <typename One, typename All>
+__device__ void ForStrips(const CameraParams& camera, const Splat& splat, const Reach& reach,
+                          const TileRows& strips, const One& one, const All& all) {
+  constexpr int kFew = 4;
+  struct Large {
+    Reach reach;
+    TileRows strips;
+    float x, y;
+  };
+  __shared__ Large shared[kThreads / 32];
+  Large& large = shared[threadIdx.x / 32];
+  const TileGrid grid(camera);
+  const int number = strips.last - strips.first + 1, lane = threadIdx.x % 32;
+  int first, last;
+  if (number <= kFew) {
+    for (int strip = strips.first; strip <= strips.last; ++strip) {
+      if (ReachedColumns(grid, reach, splat.x, splat.y, strips, strip, &first, &last)) {
+        one(strip, first, last);
+      }
+    }
+  }
+  unsigned pending = __ballot_sync(kFullWarp, number > kFew);
+  while (pending) {
+    const int source = __ffs(pending) - 1;
+    pending &= pending - 1;
+    if (lane == source) large = {reach, strips, splat.x, splat.y};
+    __syncwarp();
+    for (int begin = large.strips.first; begin <= large.strips.last; begin += 32) {
+      const int strip = begin + lane;
+      if (strip > large.strips.last || !ReachedColumns(grid, large.reach, large.x, large.y,
+                                                       large.strips, strip, &first, &last)) {
+        first = 0, last = -1;
+      }
+      all(lane == source, strip, first, last);
+    }
+    __syncwarp();
+  }
+}
+
 // Behind every depth, which is positive and finite: what is not visible sorts last.
 constexpr uint32_t kBehindAll = 0x7fffffff;
 
@@ -49,27 +101,26 @@ __global__ void __launch_bounds__(kThreads)
   const int64_t g = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
   Splat splat;
   Reach reach;
+  TileRows strips{0, -1, 0, 0};
+  if (g < count && Project(camera, mean_opacity[g], covariances[g], &splat, &reach)) {
+    strips = ReachedRows(TileGrid(camera), reach, splat.y);
+  }
   unsigned number = 0;
+  ForStrips(
+      camera, splat, reach, strips,
+      [&](int, int first, int last) { number += unsigned(last - first + 1); },
+      [&](bool mine, int, int first, int last) {
+        const unsigned sum = WarpSum(unsigned(last - first + 1));
+        if (mine) number += sum;
+      });
   if (g < count) {
-    if (Project(camera, mean_opacity[g], covariances[g], &splat, &reach)) {
-      const TileGrid grid(camera);
-      const TileRows rows = ReachedRows(grid, reach, splat.y);
-      for (int row = rows.first; row <= rows.last; ++row) {
-        int first, last;
-        if (ReachedColumns(grid, reach, splat.x, splat.y, rows, row, &first, &last)) {
-          number += unsigned(last - first + 1);
-        }
-      }
-    }
     tiles[g] = number;
     depths[g] = number ? __float_as_uint(splat.depth) : kBehindAll;
     indices[g] = int32_t(g);
   }
   const int visible = __syncthreads_count(number > 0);
-  for (int offset = 16; offset > 0; offset /= 2) {
-    number += __shfl_down_sync(kFullWarp, number, offset);
-  }
-  if (threadIdx.x % 32 == 0 && number) atomicAdd(&totals->entries, number);
+  const unsigned long long sum = WarpSum(number);
+  if (threadIdx.x % 32 == 0 && sum) atomicAdd(&totals->entries, sum);
   if (threadIdx.x == 0 && visible) atomicAdd(&totals->rows, unsigned(visible));
 }
 
@@ -87,42 +138,52 @@ __global__ void RowsKernel(int64_t count, CameraParams camera, const int32_t* ga
   counts[r] = tiles[g];
 }
 
-// Writes the (tile, row) pairs of every row at its offset. A splat of many tiles is written by its
-// whole warp.
+// Writes the (tile, row) pairs of every row at its offset. Neighbours in depth go to different
+// warps: those far away are large together.
 template <typename Key>
-__global__ void EmitKernel(int64_t count, CameraParams camera, const Splat* splats,
-                           const uint32_t* ends, Key* keys, int32_t* rows) {
-  constexpr uint32_t kMany = 24;
-  const int64_t r = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
-  const int lane = threadIdx.x & 31;
+__global__ void __launch_bounds__(kThreads)
+    EmitKernel(int64_t count, CameraParams camera, const Splat* splats, const uint32_t* ends,
+               Key* keys, int32_t* rows) {
+  const int64_t thread = int64_t(blockIdx.x) * kThreads + threadIdx.x;
+  const int64_t warps = int64_t(gridDim.x) * (kThreads / 32);
+  const int lane = threadIdx.x % 32;
+  const int64_t r = lane * warps + thread / 32;
   const TileGrid grid(camera);
-  uint32_t begin = 0, end = 0;
+  uint32_t offset = 0;
+  Splat splat;
+  Reach reach;
+  TileRows strips{0, -1, 0, 0};
   if (r < count) {
-    begin = r ? ends[r - 1] : 0;
-    end = ends[r];
+    offset = r ? ends[r - 1] : 0;
+    splat = splats[r];
+    reach = ReachOf(splat);
+    strips = ReachedRows(grid, reach, splat.y);
   }
-  const bool many = end - begin > kMany;
-  const auto write = [&](int64_t row, uint32_t offset, int first_lane, int lanes) {
-    const Splat splat = splats[row];
-    const Reach reach = ReachOf(splat);
-    const TileRows strips = ReachedRows(grid, reach, splat.y);
-    for (int strip = strips.first; strip <= strips.last; ++strip) {
-      int first, last;
-      if (!ReachedColumns(grid, reach, splat.x, splat.y, strips, strip, &first, &last)) continue;
-      for (int column = first + first_lane; column <= last; column += lanes) {
-        keys[offset + column - first] = Key(strip * grid.tiles_x + column);
-        rows[offset + column - first] = int32_t(row);
-      }
-      offset += last - first + 1;
-    }
-  };
-  if (end > begin && !many) write(r, begin, 0, 1);
-  unsigned pending = __ballot_sync(kFullWarp, many);
-  while (pending) {
-    const int source = __ffs(pending) - 1;
-    pending &= pending - 1;
-    write(__shfl_sync(kFullWarp, r, source), __shfl_sync(kFullWarp, begin, source), lane, 32);
-  }
+  ForStrips(
+      camera, splat, reach, strips,
+      [&](int strip, int first, int last) {
+        for (int column = first; column <= last; ++column, ++offset) {
+          keys[offset] = Key(strip * grid.tiles_x + column);
+          rows[offset] = int32_t(r);
+        }
+      },
+      [&](bool mine, int strip, int first, int last) {
+        const int source = __ffs(__ballot_sync(kFullWarp, mine)) - 1;
+        const auto row = int32_t(__shfl_sync(kFullWarp, r, source));
+        const unsigned length = unsigned(last - first + 1);
+        unsigned end = length;
+        for (int shift = 1; shift < 32; shift *= 2) {
+          const unsigned before = __shfl_up_sync(kFullWarp, end, shift);
+          if (lane >= shift) end += before;
+        }
+        uint32_t at = __shfl_sync(kFullWarp, offset, source) + end - length;
+        for (int column = first; column <= last; ++column, ++at) {
+          keys[at] = Key(strip * grid.tiles_x + column);
+          rows[at] = row;
+        }
+        const unsigned total = __shfl_sync(kFullWarp, end, 31);
+        if (mine) offset += total;
+      });
 }
 
 // First and end entry of every tile of the grid; zero-initialised by the caller.

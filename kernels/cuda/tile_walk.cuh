@@ -33,10 +33,10 @@ struct Lane {
   float quarter_x, quarter_y;  // centre of the quarter's first pixel
 };
 
-__device__ inline Lane LaneOf(int width, int height, int tiles_x, int tile) {
-  const int warp = threadIdx.x / 32, lane = threadIdx.x % 32;
-  const int x0 = tile % tiles_x * kTileSize + (warp & 1) * kQuarter;
-  const int y0 = tile / tiles_x * kTileSize + (warp >> 1) * kQuarter;
+__device__ inline Lane QuarterLane(int width, int height, int tiles_x, int tile, int quarter) {
+  const int lane = threadIdx.x % 32;
+  const int x0 = tile % tiles_x * kTileSize + (quarter & 1) * kQuarter;
+  const int y0 = tile / tiles_x * kTileSize + (quarter >> 1) * kQuarter;
   Lane out;
   out.x = x0 + lane % kQuarter;
   out.y0 = y0 + lane / kQuarter;
@@ -49,7 +49,7 @@ __device__ inline Lane LaneOf(int width, int height, int tiles_x, int tile) {
 }
 
 __device__ inline Lane LaneOf(const TileLists& lists, int tile) {
-  return LaneOf(lists.width, lists.height, lists.tiles_x, tile);
+  return QuarterLane(lists.width, lists.height, lists.tiles_x, tile, int(threadIdx.x) / 32);
 }
 
 // The largest exponent of the splat over the quarter's pixel centres is at its centre when that

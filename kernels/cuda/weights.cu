@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "kernels/cuda/weights.cuh"
 
-#include <cuda_fp16.h>
-
 namespace retint::cuda {
 namespace {
 
@@ -49,19 +47,17 @@ __global__ void __launch_bounds__(kTileThreads)
   if (threadIdx.x % 32 == 0) counts[kWarps * blockIdx.x + threadIdx.x / 32] = count;
 }
 
-// The weights of one entry, two a lane.
-struct HalfPair {
-  __half2 pair;
-  __device__ static HalfPair Of(float w0, float w1, float) { return {__floats2half2_rn(w0, w1)}; }
-  __device__ float2 Values() const { return __half22float2(pair); }
-};
-struct BytePair {
-  uchar2 pair;
-  __device__ static BytePair Of(float w0, float w1, float steps) {
-    return {{uint8_t(__float2int_rn(w0 * steps)), uint8_t(__float2int_rn(w1 * steps))}};
+// The weights of one entry, two a lane, in steps of its largest.
+template <typename Step, int kSteps>
+struct Pair {
+  static constexpr int kLargest = kSteps;
+  Step first, second;
+  __device__ static Pair Of(float w0, float w1, float steps) {
+    return {Step(__float2int_rn(w0 * steps)), Step(__float2int_rn(w1 * steps))};
   }
-  __device__ float2 Values() const { return {float(pair.x), float(pair.y)}; }
 };
+using FinePair = Pair<uint16_t, 65535>;
+using CompactPair = Pair<uint8_t, 255>;
 
 template <typename Pair>
 __global__ void __launch_bounds__(kTileThreads)
@@ -71,14 +67,12 @@ __global__ void __launch_bounds__(kTileThreads)
   const int quarter = int(kWarps * blockIdx.x + threadIdx.x / 32), lane = threadIdx.x % 32;
   int64_t at = quarter ? ends[quarter - 1] : 0;
   WalkWeights(lists, min_weight, batches, [&](int row, float w0, float w1) {
-    float steps = 0;
-    if (scales) {
-      const float largest = WarpMax(fmaxf(w0, w1));
-      steps = 255 / largest;
-      if (lane == 0) scales[at] = largest * (1.0f / 255);
+    const float largest = WarpMax(fmaxf(w0, w1));
+    if (lane == 0) {
+      rows[at] = row;
+      scales[at] = largest * (1.0f / Pair::kLargest);
     }
-    if (lane == 0) rows[at] = row;
-    pairs[32 * at + lane] = Pair::Of(w0, w1, steps);
+    pairs[32 * at + lane] = Pair::Of(w0, w1, Pair::kLargest / largest);
     ++at;
   });
 }
@@ -94,74 +88,109 @@ struct Weights {
 
 Weights WeightsOf(const CudaViewGeometry& region) {
   const ExplicitWeights& weights = region.weights;
-  return {weights.ends.data(),
-          weights.rows.data(),
-          weights.compact ? weights.scales.data() : nullptr,
-          region.tile_ids.data(),
-          region.camera().width,
-          region.camera().height,
-          region.tiles_x(),
-          int(region.tile_ids.size())};
+  return {weights.ends.data(),    weights.rows.data(),        weights.scales.data(),
+          region.tile_ids.data(), region.camera().width,      region.camera().height,
+          region.tiles_x(),       int(region.tile_ids.size())};
 }
 
-// Entries of this warp's quarter.
-__device__ uint2 RangeOf(const Weights& weights) {
-  const unsigned quarter = kWarps * blockIdx.x + threadIdx.x / 32;
-  return {quarter ? weights.ends[quarter - 1] : 0, weights.ends[quarter]};
+// Regions are small and a quarter's entries one after the other would take long: they are dealt to
+// kShares warps, kDeal at a time.
+constexpr int kShares = 4, kDeal = 16;
+constexpr int kSharedThreads = 32 * kWarps * kShares;
+
+struct Deal {
+  int quarter, share;   // of this warp
+  unsigned first, end;  // entries of the quarter: first + kDeal * (share + kShares * i)
+};
+
+__device__ Deal DealOf(const Weights& weights) {
+  const int warp = threadIdx.x / 32;
+  Deal deal;
+  deal.quarter = warp % kWarps;
+  deal.share = warp / kWarps;
+  const unsigned at = kWarps * blockIdx.x + deal.quarter;
+  deal.first = (at ? weights.ends[at - 1] : 0) + kDeal * deal.share;
+  deal.end = weights.ends[at];
+  return deal;
+}
+
+// The pixels of this warp's quarter.
+__device__ Lane LaneOf(const Weights& weights, const Deal& deal) {
+  return QuarterLane(weights.width, weights.height, weights.tiles_x, weights.tile_ids[blockIdx.x],
+                     deal.quarter);
 }
 
 template <int C, typename Pair>
-__global__ void __launch_bounds__(kTileThreads)
-    BlendWeightsKernel(Weights weights, const Pair* pairs, BlendParams params) {
-  __shared__ float staged[kWarps][32][C + 1];  // features in the weights' steps, and the step
+__global__ void __launch_bounds__(kSharedThreads)
+    BlendWeightsKernel(Weights weights, Pair* pairs, BlendParams params) {
+  // Features in the weights' steps, and the step.
+  __shared__ float staged[kWarps * kShares][kDeal][C + 1];
+  __shared__ float partial[kShares - 1][kWarps][2][C + 1][32];
+  const Deal deal = DealOf(weights);
   float(*features)[C + 1] = staged[threadIdx.x / 32];
-  const Lane lane =
-      LaneOf(weights.width, weights.height, weights.tiles_x, weights.tile_ids[blockIdx.x]);
-  const uint2 range = RangeOf(weights);
   const unsigned lane_id = threadIdx.x % 32;
-  float sum0[C] = {}, sum1[C] = {}, share0 = 0, share1 = 0;
-  for (unsigned first = range.x; first < range.y; first += 32) {
-    const unsigned mine = first + lane_id;
-    if (mine < range.y) {
-      const float scale = weights.scales ? weights.scales[mine] : 1.0f;
-      const float* from = params.features + int64_t(weights.rows[mine]) * C;
+  float sum0[C + 1] = {}, sum1[C + 1] = {};  // the last is the active Gaussians' share
+  for (unsigned first = deal.first; first < deal.end; first += kDeal * kShares) {
+    Pair loaded[kDeal];
 #pragma unroll
-      for (int c = 0; c < C; ++c) features[lane_id][c] = scale * from[c];
+    for (int i = 0; i < kDeal; ++i) {
+      loaded[i] = {};
+      if (first + i < deal.end) loaded[i] = pairs[int64_t(first + i) * 32 + lane_id];
+    }
+    const unsigned mine = first + lane_id;
+    if (lane_id < kDeal) {
+      const bool live = mine < deal.end;
+      const float scale = live ? weights.scales[mine] : 0.0f;
+      const float* from = params.features + int64_t(live ? weights.rows[mine] : 0) * C;
+#pragma unroll
+      for (int c = 0; c < C; ++c) features[lane_id][c] = live ? scale * from[c] : 0.0f;
       features[lane_id][C] = scale;
     }
     __syncwarp();
-    const int count = min(32u, range.y - first);
-    const Pair* from = pairs + int64_t(first) * 32 + lane_id;
-#pragma unroll 4
-    for (int i = 0; i < count; ++i) {
-      const float2 w = from[32 * i].Values();
 #pragma unroll
-      for (int c = 0; c < C; ++c) {
-        sum0[c] += w.x * features[i][c];
-        sum1[c] += w.y * features[i][c];
+    for (int i = 0; i < kDeal; ++i) {
+      const float w0 = loaded[i].first, w1 = loaded[i].second;
+#pragma unroll
+      for (int c = 0; c <= C; ++c) {
+        sum0[c] += w0 * features[i][c];
+        sum1[c] += w1 * features[i][c];
       }
-      share0 += w.x * features[i][C];
-      share1 += w.y * features[i][C];
     }
     __syncwarp();
   }
-  const auto store = [&](int y, float share, const float* sum) {
+  if (deal.share > 0) {
+#pragma unroll
+    for (int c = 0; c <= C; ++c) {
+      partial[deal.share - 1][deal.quarter][0][c][lane_id] = sum0[c];
+      partial[deal.share - 1][deal.quarter][1][c][lane_id] = sum1[c];
+    }
+  }
+  __syncthreads();
+  if (deal.share > 0) return;
+  for (int share = 0; share < kShares - 1; ++share) {
+#pragma unroll
+    for (int c = 0; c <= C; ++c) {
+      sum0[c] += partial[share][deal.quarter][0][c][lane_id];
+      sum1[c] += partial[share][deal.quarter][1][c][lane_id];
+    }
+  }
+  const Lane lane = LaneOf(weights, deal);
+  const auto store = [&](int y, const float* sum) {
     const int64_t pixel = int64_t(y) * weights.width + lane.x;
 #pragma unroll
     for (int c = 0; c < C; ++c) params.image[pixel * C + c] = sum[c];
-    if (params.alpha) params.alpha[pixel] = share;
+    if (params.alpha) params.alpha[pixel] = sum[C];
   };
-  if (lane.inside0) store(lane.y0, share0, sum0);
-  if (lane.inside1) store(lane.y1, share1, sum1);
+  if (lane.inside0) store(lane.y0, sum0);
+  if (lane.inside1) store(lane.y1, sum1);
 }
 
 template <int C, typename Pair>
-__global__ void __launch_bounds__(kTileThreads)
-    TransposeWeightsKernel(Weights weights, const Pair* pairs, BlendTransposeParams params) {
-  const Lane lane =
-      LaneOf(weights.width, weights.height, weights.tiles_x, weights.tile_ids[blockIdx.x]);
-  const uint2 range = RangeOf(weights);
-  if (range.x == range.y) return;
+__global__ void __launch_bounds__(kSharedThreads)
+    TransposeWeightsKernel(Weights weights, Pair* pairs, BlendTransposeParams params) {
+  const Deal deal = DealOf(weights);
+  if (deal.first >= deal.end) return;
+  const Lane lane = LaneOf(weights, deal);
   const unsigned lane_id = threadIdx.x % 32;
   float residual0[C] = {}, residual1[C] = {};
   const auto read = [&](int y, float* residual) {
@@ -171,25 +200,31 @@ __global__ void __launch_bounds__(kTileThreads)
   };
   if (lane.inside0) read(lane.y0, residual0);
   if (lane.inside1) read(lane.y1, residual1);
-  for (unsigned first = range.x; first < range.y; first += 8) {
-    const Pair* from = pairs + int64_t(first) * 32 + lane_id;
-    float sums[C][8];
+  for (unsigned first = deal.first; first < deal.end; first += kDeal * kShares) {
+    Pair loaded[kDeal];
 #pragma unroll
-    for (int i = 0; i < 8; ++i) {
-      float2 w = {0, 0};
-      if (first + i < range.y) w = from[32 * i].Values();
-#pragma unroll
-      for (int c = 0; c < C; ++c) sums[c][i] = w.x * residual0[c] + w.y * residual1[c];
+    for (int i = 0; i < kDeal; ++i) {
+      loaded[i] = {};
+      if (first + i < deal.end) loaded[i] = pairs[int64_t(first + i) * 32 + lane_id];
     }
-    const unsigned mine = first + (lane_id >> 2);
-    const bool live = mine < range.y;
-    const int64_t row = live ? weights.rows[mine] : 0;
-    const float scale = live && weights.scales ? weights.scales[mine] : 1.0f;
 #pragma unroll
-    for (int c = 0; c < C; ++c) {
-      const float sum = scale * ReduceEight(sums[c]);
-      if ((lane_id & 3) == (c & 3) && live && sum != 0) {
-        atomicAdd(&params.result[row * C + c], sum);
+    for (int half = 0; half < kDeal; half += 8) {
+      const unsigned mine = first + half + (lane_id >> 2);
+      const bool live = mine < deal.end;
+      const int64_t row = live ? weights.rows[mine] : 0;
+      const float scale = live ? weights.scales[mine] : 0.0f;
+#pragma unroll
+      for (int c = 0; c < C; ++c) {
+        float sums[8];
+#pragma unroll
+        for (int i = 0; i < 8; ++i) {
+          sums[i] = float(loaded[half + i].first) * residual0[c] +
+                    float(loaded[half + i].second) * residual1[c];
+        }
+        const float sum = scale * ReduceEight(sums);
+        if ((lane_id & 3) == (c & 3) && live && sum != 0) {
+          atomicAdd(&params.result[row * C + c], sum);
+        }
       }
     }
   }
@@ -198,9 +233,19 @@ __global__ void __launch_bounds__(kTileThreads)
 }  // namespace
 
 size_t WeightBytes(int64_t tiles, int64_t total, bool compact) {
-  const size_t entry =
-      sizeof(int32_t) + (compact ? sizeof(float) + 32 * sizeof(BytePair) : 32 * sizeof(HalfPair));
+  const size_t pair = compact ? sizeof(CompactPair) : sizeof(FinePair);
+  const size_t entry = sizeof(int32_t) + sizeof(float) + 32 * pair;
   return size_t(tiles) * kWarps * sizeof(uint32_t) + size_t(total) * entry;
+}
+
+// function(null pointer to the kind of pair) for the region's.
+template <typename Function>
+void WithPair(bool compact, const Function& function) {
+  if (compact) {
+    function(static_cast<CompactPair*>(nullptr));
+  } else {
+    function(static_cast<FinePair*>(nullptr));
+  }
 }
 
 void CountWeights(const TileLists& lists, float min_weight, uint32_t* counts, cudaStream_t stream) {
@@ -215,34 +260,26 @@ void StoreWeights(const TileLists& lists, float min_weight, bool compact, Scratc
   weights.compact = compact;
   weights.ends = static_cast<Scratch<uint32_t>&&>(ends);
   weights.rows = Scratch<int32_t>(stream, size_t(total));
-  if (compact) weights.scales = Scratch<float>(stream, size_t(total));
-  const size_t pair = compact ? sizeof(BytePair) : sizeof(HalfPair);
+  weights.scales = Scratch<float>(stream, size_t(total));
+  const size_t pair = compact ? sizeof(CompactPair) : sizeof(FinePair);
   weights.values = Scratch<uint8_t>(stream, size_t(total) * 32 * pair);
   if (lists.tiles == 0) return;
-  if (compact) {
-    StoreWeightsKernel<BytePair><<<lists.tiles, kTileThreads, 0, stream>>>(
+  WithPair(compact, [&](auto* kind) {
+    StoreWeightsKernel<<<lists.tiles, kTileThreads, 0, stream>>>(
         lists, min_weight, weights.ends.data(), weights.rows.data(), weights.scales.data(),
-        reinterpret_cast<BytePair*>(weights.values.data()));
-  } else {
-    StoreWeightsKernel<HalfPair><<<lists.tiles, kTileThreads, 0, stream>>>(
-        lists, min_weight, weights.ends.data(), weights.rows.data(), nullptr,
-        reinterpret_cast<HalfPair*>(weights.values.data()));
-  }
+        reinterpret_cast<decltype(kind)>(weights.values.data()));
+  });
   Check(cudaGetLastError(), "StoreWeightsKernel");
 }
 
 void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cudaStream_t stream) {
   const Weights weights = WeightsOf(region);
-  const uint8_t* values = region.weights.values.data();
   WithChannels(params.channels, [&](auto c) {
     if (weights.tiles == 0) return;
-    if (region.weights.compact) {
-      BlendWeightsKernel<c(), BytePair><<<weights.tiles, kTileThreads, 0, stream>>>(
-          weights, reinterpret_cast<const BytePair*>(values), params);
-    } else {
-      BlendWeightsKernel<c(), HalfPair><<<weights.tiles, kTileThreads, 0, stream>>>(
-          weights, reinterpret_cast<const HalfPair*>(values), params);
-    }
+    WithPair(region.weights.compact, [&](auto* kind) {
+      BlendWeightsKernel<c()><<<weights.tiles, kSharedThreads, 0, stream>>>(
+          weights, reinterpret_cast<decltype(kind)>(region.weights.values.data()), params);
+    });
     Check(cudaGetLastError(), "BlendWeightsKernel");
   });
 }
@@ -250,16 +287,12 @@ void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cud
 void BlendWeightsTranspose(const CudaViewGeometry& region, const BlendTransposeParams& params,
                            cudaStream_t stream) {
   const Weights weights = WeightsOf(region);
-  const uint8_t* values = region.weights.values.data();
   WithChannels(params.channels, [&](auto c) {
     if (weights.tiles == 0) return;
-    if (region.weights.compact) {
-      TransposeWeightsKernel<c(), BytePair><<<weights.tiles, kTileThreads, 0, stream>>>(
-          weights, reinterpret_cast<const BytePair*>(values), params);
-    } else {
-      TransposeWeightsKernel<c(), HalfPair><<<weights.tiles, kTileThreads, 0, stream>>>(
-          weights, reinterpret_cast<const HalfPair*>(values), params);
-    }
+    WithPair(region.weights.compact, [&](auto* kind) {
+      TransposeWeightsKernel<c()><<<weights.tiles, kSharedThreads, 0, stream>>>(
+          weights, reinterpret_cast<decltype(kind)>(region.weights.values.data()), params);
+    });
     Check(cudaGetLastError(), "TransposeWeightsKernel");
   });
 }

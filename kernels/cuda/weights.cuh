@@ -12,7 +12,8 @@ namespace retint::cuda {
 void CountWeights(const TileLists& lists, float min_weight, uint32_t* counts, cudaStream_t stream);
 
 // Fills region->weights; its `ends` are the running sums of the counts, `total` the last of them.
-// `compact` keeps 8 bits of an entry's largest weight, else half floats.
+// Weights are kept in steps of their entry's largest: 1 / 255 of it
+// where `compact`, else 1 / 65535.
 void StoreWeights(const TileLists& lists, float min_weight, bool compact, Scratch<uint32_t> ends,
                   int64_t total, CudaViewGeometry* region, cudaStream_t stream);
 size_t WeightBytes(int64_t tiles, int64_t total, bool compact);
