@@ -87,16 +87,20 @@ void RegionResidualOnCpu(const ViewGeometry& view, const RegionResidualParams& p
     double sum = 0;
     VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
       for (int y = y0; y < y1; ++y) {
+        if (!(view.pixel_rows() >> (y - y0) & 1)) continue;
         const size_t at = (size_t(y) * width + size_t(x0)) * 3;
         const int first = (y - y0) * kTileSize;
+        float weights[kTileSize * 3];
+        for (int x = 0; x < kTileSize; ++x) {
+          const float weight = tile_weights ? float(tile_weights[first + x]) * (1.0f / 255) : 1.0f;
+          weights[3 * x] = weights[3 * x + 1] = weights[3 * x + 2] = weight;
+        }
         const int16_t* target = tile + first * 3;
         float row = 0;
         for (int j = 0; j < (x1 - x0) * 3; ++j) {
           const float r = float(target[j]) * params.unit - params.image[at + size_t(j)];
-          const float weight =
-              tile_weights ? float(tile_weights[first + j / 3]) * (1.0f / 255) : 1.0f;
-          params.residual[at + size_t(j)] = weight * r;
-          row += weight * r * r;
+          params.residual[at + size_t(j)] = weights[j] * r;
+          row += weights[j] * r * r;
         }
         sum += double(row);
       }

@@ -50,6 +50,7 @@ struct Thinning {
   float min_weight;  // in units of the one asked for
 };
 constexpr Thinning kThinnings[] = {{0xffff, 1}, {0x5555, 1}, {0x1111, 1}, {0x1111, 2}, {0x1111, 4}};
+constexpr size_t kMostRowsLeftOut = 2;  // the last that leaves out only rows
 // Bits of WeightEntry::half_rows that lie in `pixel_rows`.
 uint32_t HalfRowsOf(uint16_t pixel_rows) {
   uint32_t half_rows = 0;
@@ -108,9 +109,13 @@ std::vector<WeightTile> ExactWeights(const WeightSource& source, const std::vect
   return weights;
 }
 
+// So many weights a Gaussian are enough, with 48 unknowns and many views: rows are left out above,
+// so that the work goes with the Gaussians and not with their pixels.
+constexpr size_t kEnoughBytesPerRow = 384;
+
 // The first thinning that a sample of the tiles promises to fit, or the last one.
 size_t GuessThinning(const WeightSource& source, const std::vector<size_t>& tiles, float min_weight,
-                     size_t budget_bytes) {
+                     size_t budget_bytes, size_t enough_bytes) {
   constexpr size_t kStride = 16;
   constexpr size_t kLast = std::size(kThinnings) - 1;
   std::atomic<size_t> used[kLast] = {};
@@ -126,7 +131,11 @@ size_t GuessThinning(const WeightSource& source, const std::vector<size_t>& tile
     }
   });
   size_t level = 0;
-  while (level < kLast && used[level].load() * tiles.size() > budget_bytes * samples) ++level;
+  const auto bytes = [&](size_t l) {
+    return used[l].load() * tiles.size() / std::max<size_t>(samples, 1);
+  };
+  while (level < kMostRowsLeftOut && bytes(level) > enough_bytes) ++level;
+  while (level < kLast && bytes(level) > budget_bytes) ++level;
   return level;
 }
 
@@ -139,10 +148,10 @@ size_t BytesOf(const std::vector<WeightTile>& tiles) {
 // Compact weights of every region tile, thinned until they fit the budget, or nothing when they
 // never do.
 std::vector<WeightTile> CompactWeights(const WeightSource& source, const std::vector<size_t>& tiles,
-                                       float min_weight, size_t budget_bytes,
+                                       float min_weight, size_t budget_bytes, size_t enough_bytes,
                                        uint16_t* pixel_rows) {
   std::vector<WeightTile> weights(tiles.size());
-  size_t level = GuessThinning(source, tiles, min_weight, budget_bytes);
+  size_t level = GuessThinning(source, tiles, min_weight, budget_bytes, enough_bytes);
   ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
@@ -253,7 +262,8 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
   uint16_t pixel_rows = 0xffff;
   const WeightSource source(kernels, view, lengths, row_of);
   auto weights = min_weight > 0
-                     ? CompactWeights(source, tiles, min_weight, budget_bytes, &pixel_rows)
+                     ? CompactWeights(source, tiles, min_weight, budget_bytes,
+                                      kEnoughBytesPerRow * size_t(region->num_rows()), &pixel_rows)
                      : ExactWeights(source, tiles, budget_bytes);
   if (!weights.empty()) {
     region->SetPixelRows(pixel_rows);

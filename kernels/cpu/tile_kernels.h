@@ -22,6 +22,9 @@ struct TileList {
 };
 
 inline constexpr float kMostTakenOver = 4;
+// Tiles in which no pixel's active weights sum to as much are left out: what an edit changes there,
+// hardly a step of an 8-bit picture, is not worth a third of the tiles.
+inline constexpr float kFaint = 4.0f / 255;
 
 struct TileKernels {
   // sums += W c. `transmittance` holds 1, or -1 for pixels beyond the image, on entry; |T| is the

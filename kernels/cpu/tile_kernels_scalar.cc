@@ -143,10 +143,12 @@ void CompactFrom(const WeightTile& tile, const Step* steps, float min_weight, ui
     float* to = is_kept(entry, half, from) ? kept : dropped;
     for (int i = 0; i < 8; ++i) to[8 * half + i] += float(from[i]) * entry.scale;
   });
-  float factor[kTilePixels];
+  float factor[kTilePixels], largest_sum = 0;
   for (int p = 0; p < kTilePixels; ++p) {
+    largest_sum = std::max(largest_sum, kept[p] + dropped[p]);
     factor[p] = std::min((kept[p] + dropped[p]) / std::max(kept[p], 1e-12f), kMostTakenOver);
   }
+  if (largest_sum < kFaint) return;
   const WeightEntry* of = nullptr;
   ForEachHalfRow(tile, steps, [&](const WeightEntry& entry, int half, const Step* from) {
     if (!is_kept(entry, half, from)) return;

@@ -370,13 +370,16 @@ void CompactFrom(const WeightTile& tile, const Step* const all_steps, float min_
     steps += 8 * hwy::PopCount(entry.half_rows);
   }
   float* const factor = dropped;
+  auto largest_sum = hn::Zero(d);
   for (size_t p = 0; p < kTilePixels; p += hn::Lanes(d)) {
     const auto own = hn::Load(d, kept + p), sum = hn::Add(own, hn::Load(d, dropped + p));
+    largest_sum = hn::Max(largest_sum, sum);
     const auto grown = hn::Div(sum, hn::Max(own, hn::Set(d, 1e-12f)));
     hn::Store(hn::Min(grown, hn::Set(d, kMostTakenOver)), d, factor + p);
   }
 
   *compact = {};
+  if (hn::GetLane(hn::MaxOfLanes(d, largest_sum)) < kFaint) return;
   compact->entries.reserve(num_entries);
   compact->compact.resize(8 * num_halves);
   uint8_t* out = compact->compact.data();

@@ -227,8 +227,9 @@ TEST_P(RegionOp, CompactWeightsGiveUpRowsToFit) {
 
 TEST_P(RegionOp, MayBeEmpty) {
   Make(50, 50, 100, 0.0f);
-  for (const size_t budget : {kNoBudget, kAmple}) {
-    const auto region = Restrict(budget);
+  for (const auto& region :
+       {Restrict(kNoBudget), Restrict(kAmple),
+        backend_->RestrictCompact(*view_, device_active_.data(), kAmple, 1e-3f)}) {
     EXPECT_EQ(region->num_rows(), 0);
     EXPECT_TRUE(region->tiles().empty());
     const Blended blended = RunBlend(*backend_, *region, {}, 3);
