@@ -85,8 +85,8 @@ Mask MaskFrom(const cv::Mat& pixels) {
   return opaque ? by_color : by_alpha;
 }
 
-void Encode(const fs::path& path, int width, int height, int channels, const uint8_t* data) {
-  if (width <= 0 || height <= 0) throw RunError(path.string() + ": nothing to write, 0 pixels");
+// Empty when that fails.
+std::vector<uint8_t> PngBytes(int width, int height, int channels, const uint8_t* data) {
   cv::Mat pixels(height, width, CV_8UC(channels), const_cast<uint8_t*>(data));
   std::vector<uint8_t> bytes;
   bool encoded = false;
@@ -95,7 +95,14 @@ void Encode(const fs::path& path, int width, int height, int channels, const uin
   } catch (const cv::Exception&) {
     encoded = false;
   }
-  if (!encoded) throw RunError(path.string() + ": cannot encode the picture");
+  if (!encoded) bytes.clear();
+  return bytes;
+}
+
+void Encode(const fs::path& path, int width, int height, int channels, const uint8_t* data) {
+  if (width <= 0 || height <= 0) throw RunError(path.string() + ": nothing to write, 0 pixels");
+  const std::vector<uint8_t> bytes = PngBytes(width, height, channels, data);
+  if (bytes.empty()) throw RunError(path.string() + ": cannot encode the picture");
   AtomicFile file(path);
   file.Write(bytes.data(), bytes.size());
   file.Commit();
@@ -181,6 +188,13 @@ void WritePng(const fs::path& path, const ScalarImage& image) {
   std::vector<uint8_t> grey(image.data.size());
   std::transform(image.data.begin(), image.data.end(), grey.begin(), To8);
   Encode(path, image.width, image.height, 1, grey.data());
+}
+
+std::string EncodePng(const Mask& mask) {
+  std::vector<uint8_t> bytes;
+  if (!mask.Empty()) bytes = PngBytes(mask.width, mask.height, 1, mask.data.data());
+  if (bytes.empty()) throw RunError("cannot encode a mask");
+  return {bytes.begin(), bytes.end()};
 }
 
 fs::path ViewFile(const fs::path& folder, std::string_view image_name, std::string_view suffix) {

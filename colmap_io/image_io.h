@@ -32,6 +32,7 @@ void WritePng(const std::filesystem::path& path, const Image& image);
 void WritePng(const std::filesystem::path& path, const Image8& image);
 void WritePng(const std::filesystem::path& path, const Mask& mask);
 void WritePng(const std::filesystem::path& path, const ScalarImage& image);
+std::string EncodePng(const Mask& mask);  // the file's bytes
 
 // <folder>/<image name><suffix>, COLMAP's own naming of masks ("sub/0001.jpg.png"), also for any
 // other output that goes by view. InputError for an image name that would leave the folder.

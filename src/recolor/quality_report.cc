@@ -180,6 +180,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
   report.heldout = evaluate(heldout, true);
   std::stable_sort(report.worst.begin(), report.worst.end(),
                    [](auto& a, auto& b) { return a.psnr_inside < b.psnr_inside; });
+  report.views = report.worst;
   if (report.worst.size() > kMaxWorst) report.worst.resize(kMaxWorst);
   return report;
 }

@@ -79,32 +79,9 @@ class Projection {
     return shares;
   }
 
-  // W m around the threshold as a soft mask.
-  Mask Render(const View& view, const std::vector<float>& shares) {
-    const PosedCamera posed = reconstruction_.Posed(view);
-    const std::vector<float> image = renderer_.BlendFeatures(posed, shares, 1);
-    const double threshold = options_.share_threshold;
-    const double half = 0.5 * std::min(threshold, 1 - threshold);
-    Mask mask(posed.camera.width, posed.camera.height);
-    std::transform(image.begin(), image.end(), mask.data.begin(),
-                   [&](float share) { return ToByte(0.5 + 0.5 * (share - threshold) / half); });
-    return mask;
-  }
-
  private:
   DepthMap Depth(const PosedCamera& posed, const View* view) {
-    constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
-    RenderRequest request;
-    request.rgb = false;
-    request.depth_expected = true;
-    request.alpha = true;
-    RenderOutput output = renderer_.Render(posed, request);
-    DepthMap& depth = output.depth_expected;
-    for (size_t i = 0; i < depth.data.size(); ++i) {
-      if (output.alpha.data[i] < kOpaque) depth.data[i] = 0;
-    }
-    if (view) CorrectDepth(FitDepthBias(depth, posed, *view, reconstruction_), &depth);
-    return std::move(depth);
+    return SurfaceDepth(renderer_, posed, view, reconstruction_);
   }
 
   void Lift(const PosedCamera& posed, const Evidence& evidence) {
@@ -171,6 +148,17 @@ void ProjectorOptions::Check() const {
               "visible tolerance must be in (0, 1]");
 }
 
+Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
+                  const ProjectorOptions& options) {
+  const std::vector<float> image = renderer.BlendFeatures(view, shares, 1);
+  const double threshold = options.share_threshold;
+  const double half = 0.5 * std::min(threshold, 1 - threshold);
+  Mask mask(view.camera.width, view.camera.height);
+  std::transform(image.begin(), image.end(), mask.data.begin(),
+                 [&](float share) { return ToByte(0.5 + 0.5 * (share - threshold) / half); });
+  return mask;
+}
+
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
@@ -194,7 +182,8 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     // Backwards: the geometries cached last are those of the last views.
     for (auto view = views.rbegin(); view != views.rend(); ++view) {
       monitor.Step(kStage, done++, steps);
-      result.masks[(*view)->name] = projection.Render(**view, result.shares);
+      result.masks[(*view)->name] =
+          RenderShares(renderer, reconstruction.Posed(**view), result.shares, options);
     }
   }
   Finish(&result);

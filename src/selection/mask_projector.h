@@ -57,6 +57,10 @@ struct ProjectedMasks {
   double mean_coverage = 0;           // mean over views of the masked fraction
 };
 
+// W m of `shares`, [N], as a soft mask of any camera: 128 where it reaches share_threshold.
+Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
+                  const ProjectorOptions& options);
+
 // Projects `cloud` to every view of `views`. The depth test compares with each view's own rendered
 // depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud
 // alone): then every pixel that no surfel covers counts as outside; quads and surfels do not use

@@ -64,6 +64,22 @@ DepthBias FitDepthBias(const DepthMap& rendered, const PosedCamera& posed, const
   return bias;
 }
 
+DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
+                      const Reconstruction& reconstruction) {
+  constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
+  RenderRequest request;
+  request.rgb = false;
+  request.depth_expected = true;
+  request.alpha = true;
+  RenderOutput output = renderer.Render(posed, request);
+  DepthMap& depth = output.depth_expected;
+  for (size_t i = 0; i < depth.data.size(); ++i) {
+    if (output.alpha.data[i] < kOpaque) depth.data[i] = 0;
+  }
+  if (view) CorrectDepth(FitDepthBias(depth, posed, *view, reconstruction), &depth);
+  return std::move(depth);
+}
+
 void CorrectDepth(const DepthBias& bias, DepthMap* depth) {
   const auto a = static_cast<float>(bias.a), b = static_cast<float>(bias.b);
   for (float& z : depth->data) {

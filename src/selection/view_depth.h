@@ -8,6 +8,11 @@
 
 namespace retint {
 
+// The expected depth where the pixel is opaque enough to show a surface, else 0; its bias corrected
+// by the sparse points that `view` observes (null, a free camera: not corrected).
+DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
+                      const Reconstruction& reconstruction);
+
 // 1/z_true = a (1/z_rendered) + b.
 struct DepthBias {
   double a = 1, b = 0;

@@ -70,6 +70,11 @@ void BackgroundOptimizer::Wait() {
   changed_.wait(lock, [this] { return !busy_ && !pending_; });
 }
 
+void BackgroundOptimizer::Forget() {
+  std::lock_guard lock(mutex_);
+  if (!busy_ && !pending_) newest_ = nullptr;
+}
+
 BackgroundOptimizer::State BackgroundOptimizer::state() const {
   std::lock_guard lock(mutex_);
   return state_;

@@ -2,6 +2,7 @@
 #include "session/edit_session.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "base/error.h"
@@ -41,6 +42,9 @@ std::unique_ptr<EditSession> EditSession::Open(const std::filesystem::path& work
   options.Check();
   StageClock clock;
   std::unique_ptr<EditSession> session;
+  // Beside the reading, of the same cached pages; what is saved later refers to these bytes.
+  std::shared_future<FileChecksum> checksum =
+      std::async(std::launch::async, [splat] { return ChecksumFile(splat); });
   {
     const StageClock::Lap lap(clock, "load");
     monitor.Step("load", 0, 3);
@@ -53,6 +57,8 @@ std::unique_ptr<EditSession> EditSession::Open(const std::filesystem::path& work
     monitor.Step("load", 3, 3);
   }
   session->clock_ = clock;
+  session->splat_path_ = std::filesystem::absolute(splat).lexically_normal();
+  session->splat_checksum_ = std::move(checksum);
   return session;
 }
 
@@ -113,14 +119,16 @@ void EditSession::CheckMasks(const std::map<std::string, Mask>& masks) const {
   if (!any) throw InputError("no view's mask has a selected pixel");
 }
 
-RegionId EditSession::AddRegion(std::string name, std::map<std::string, Mask> masks,
-                                std::vector<float> shares, const ColorEdit& edit,
-                                Monitor& monitor) {
-  edit.Check();
+std::shared_ptr<RegionSelection> EditSession::MakeSelection(const std::string& name,
+                                                            std::map<std::string, Mask> masks,
+                                                            std::vector<float> shares,
+                                                            SelectionSource source,
+                                                            Monitor& monitor) {
   CheckMasks(masks);
   auto selection = std::make_shared<RegionSelection>();
   selection->id = next_selection_++;
   selection->masks = std::move(masks);
+  selection->source = std::move(source);
   if (shares.empty()) {
     shares =
         MaskShares(*renderer_, Targets(selection->masks, train_, TargetKind::kRender), monitor);
@@ -130,6 +138,15 @@ RegionId EditSession::AddRegion(std::string name, std::map<std::string, Mask> ma
                      " values for " + std::to_string(model_.NumGaussians()) + " Gaussians");
   }
   selection->shares = std::move(shares);
+  return selection;
+}
+
+RegionId EditSession::AddRegion(std::string name, std::map<std::string, Mask> masks,
+                                std::vector<float> shares, const ColorEdit& edit, Monitor& monitor,
+                                SelectionSource source) {
+  edit.Check();
+  auto selection =
+      MakeSelection(name, std::move(masks), std::move(shares), std::move(source), monitor);
   RegionSet state = regions();
   Region region;
   region.id = next_region_++;
@@ -150,6 +167,84 @@ Region& Require(RegionSet& state, RegionId id) {
 }
 
 }  // namespace
+
+void EditSession::SetSelection(RegionId id, std::map<std::string, Mask> masks,
+                               std::vector<float> shares, Monitor& monitor,
+                               SelectionSource source) {
+  RegionSet state = regions();
+  Region& region = Require(state, id);
+  region.selection =
+      MakeSelection(region.name, std::move(masks), std::move(shares), std::move(source), monitor);
+  history_.Push("Select " + region.name, std::move(state));
+}
+
+RegionId EditSession::DuplicateRegion(RegionId id) {
+  RegionSet state = regions();
+  Region copy = Require(state, id);
+  const std::string label = "Duplicate " + copy.name;
+  copy.id = next_region_++;
+  copy.name += " copy";
+  copy.fit = nullptr;  // it starts from what the first left, so its fit is another
+  const auto at = std::find_if(state.regions.begin(), state.regions.end(),
+                               [&](const Region& region) { return region.id == id; });
+  const RegionId copied = copy.id;
+  state.regions.insert(at + 1, std::move(copy));
+  history_.Push(label, std::move(state));
+  return copied;
+}
+
+void EditSession::CheckRegion(const Region& region) const {
+  const std::string name = "region " + region.name + ": ";
+  if (region.id == 0 || !region.selection || region.selection->id == 0) {
+    throw InputError(name + "has no id or no selection");
+  }
+  CheckMasks(region.selection->masks);
+  if (region.selection->shares.size() != model_.NumGaussians()) {
+    throw InputError(name + std::to_string(region.selection->shares.size()) + " shares for " +
+                     std::to_string(model_.NumGaussians()) + " Gaussians");
+  }
+  if (!(region.strength >= 0 && region.strength <= 1)) {
+    throw InputError(name + "strength is not between 0 and 1");
+  }
+  try {
+    region.edit.Check();
+  } catch (const OptionError& error) {
+    throw InputError(name + error.what());
+  }
+  if (!region.fit) return;
+  const RegionFit& fit = *region.fit;
+  const size_t block = static_cast<size_t>(model_.NumShCoeffs()) * 3;
+  const auto count = static_cast<int64_t>(model_.NumGaussians());
+  const bool ascending =
+      std::is_sorted(fit.indices.begin(), fit.indices.end(), std::less_equal<>());
+  if (fit.sh.size() != fit.indices.size() * block || !ascending ||
+      (!fit.indices.empty() && (fit.indices.front() < 0 || fit.indices.back() >= count))) {
+    throw InputError(name + "its fit is of another scene");
+  }
+}
+
+void EditSession::RestoreRegions(RegionSet restored, const RefitJob& job) {
+  try {
+    job.options.Check();
+  } catch (const OptionError& error) {
+    throw InputError(std::string("refit options: ") + error.what());
+  }
+  RegionId next_region = next_region_;
+  uint64_t next_selection = next_selection_;
+  for (size_t i = 0; i < restored.regions.size(); ++i) {
+    const Region& region = restored.regions[i];
+    CheckRegion(region);
+    if (restored.Find(region.id) != &region) {
+      throw InputError("region " + region.name + ": its id comes twice");
+    }
+    next_region = std::max(next_region, region.id + 1);
+    next_selection = std::max(next_selection, region.selection->id + 1);
+  }
+  history_.Restart(std::move(restored));
+  last_job_ = job;
+  next_region_ = next_region;
+  next_selection_ = next_selection;
+}
 
 void EditSession::SetEdit(RegionId id, const ColorEdit& edit, float strength,
                           std::string_view merge_key) {
@@ -261,6 +356,14 @@ uint64_t EditSession::StartRefit(const RefitJob& job) {
     }
     return std::make_unique<RefitChain>(*input, **renderer);
   });
+}
+
+void EditSession::DropFits() {
+  optimizer().Cancel();
+  optimizer().Wait();
+  optimizer().Forget();
+  const RegionSet state = regions();
+  for (const Region& region : state.regions) history_.SetFit(region.id, nullptr);
 }
 
 bool EditSession::CollectFits() {

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <memory>
 #include <span>
@@ -26,6 +27,7 @@
 #include "scene/gaussian_model.h"
 #include "selection/mask_projector.h"
 #include "session/background_optimizer.h"
+#include "session/checksum.h"
 #include "session/history.h"
 #include "session/refit_chain.h"
 #include "session/region.h"
@@ -65,6 +67,10 @@ class EditSession {
   const Workspace& workspace() const { return workspace_; }
   const Reconstruction& reconstruction() const { return workspace_.reconstruction; }
   const GaussianModel& original() const { return model_; }
+  const SessionOptions& options() const { return options_; }
+  // Of the file that Open() read; empty and invalid for a session made from memory.
+  const std::filesystem::path& splat_path() const { return splat_path_; }
+  const std::shared_future<FileChecksum>& splat_checksum() const { return splat_checksum_; }
   // Renders whatever coefficients the last call left there; ShowSh() chooses.
   Renderer& renderer() { return *renderer_; }
   void ShowSh(std::span<const float> sh) { renderer_->SetSh(sh); }
@@ -86,12 +92,28 @@ class EditSession {
   ProjectedMasks Project(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                          const ProjectorOptions& options, Monitor& monitor);
 
+  // A region's selection after one more round of painting; `base` is the selection so far, null in
+  // the first round. Where rounds disagree the newest holds: what it removed or added is removed
+  // from or added to the paint of the rounds before, on the surfaces that both see. A view painted
+  // again replaces its earlier paint. A view of no name is a free camera and is given one.
+  // InputError when nothing is left selected.
+  RegionSelection SelectRound(const RegionSelection* base, PaintRound round,
+                              const SelectOptions& select, const ProjectorOptions& project,
+                              Monitor& monitor);
+  // The selection as a soft mask of any camera.
+  Mask SelectionSeenFrom(const RegionSelection& selection, const PosedCamera& camera);
+
   // --- Regions ---------------------------------------------------------------------------------
 
   // `masks` by image name; `shares` [N] or empty: computed from the masks of the training views.
   // InputError when a name or size fits no view, or no pixel of any mask is set.
   RegionId AddRegion(std::string name, std::map<std::string, Mask> masks, std::vector<float> shares,
-                     const ColorEdit& edit, Monitor& monitor);
+                     const ColorEdit& edit, Monitor& monitor, SelectionSource source = {});
+  // Another selection for a region, from a later round of painting. The same checks.
+  void SetSelection(RegionId id, std::map<std::string, Mask> masks, std::vector<float> shares,
+                    Monitor& monitor, SelectionSource source = {});
+  // A copy of a region above it, "NAME copy"; shares its selection.
+  RegionId DuplicateRegion(RegionId id);
   // Edits of values, each one step of the history (of one `merge_key`: one step together).
   void SetEdit(RegionId id, const ColorEdit& edit, float strength = 1,
                std::string_view merge_key = "");
@@ -99,6 +121,10 @@ class EditSession {
   void Rename(RegionId id, std::string name);
   void MoveRegion(RegionId id, size_t position);  // 0 is applied first
   void RemoveRegion(RegionId id);
+  // For a session just opened, before its first refit: starts the history from regions that were
+  // saved and the job whose fits they hold. InputError when they do not belong to this scene; then
+  // nothing is changed.
+  void RestoreRegions(RegionSet regions, const RefitJob& job);
   const RegionSet& regions() const { return history_.current(); }
   EditHistory& history() { return history_; }
   bool Undo() { return history_.Undo(); }
@@ -113,6 +139,9 @@ class EditSession {
   uint64_t StartRefit(const RefitJob& job);
   BackgroundOptimizer& optimizer();
   std::shared_ptr<const ShSnapshot> NewestSnapshot() { return optimizer().Newest(); }
+  // Back to the closed forms, as before any refit. Not an edit.
+  void DropFits();
+  const RefitJob& last_job() const { return last_job_; }
   // Takes over the fits that the background thread has finished and that are still wanted. True
   // when there was one.
   bool CollectFits();
@@ -143,6 +172,11 @@ class EditSession {
 
  private:
   void SplitViews();
+  std::shared_ptr<RegionSelection> MakeSelection(const std::string& name,
+                                                 std::map<std::string, Mask> masks,
+                                                 std::vector<float> shares, SelectionSource source,
+                                                 Monitor& monitor);
+  void CheckRegion(const Region& region) const;
   void CheckMasks(const std::map<std::string, Mask>& masks) const;
   void LoadPhotos(Monitor* monitor);
   std::vector<RefitTarget> Targets(const std::map<std::string, Mask>& masks,
@@ -152,6 +186,8 @@ class EditSession {
   Workspace workspace_;
   GaussianModel model_;
   SessionOptions options_;
+  std::filesystem::path splat_path_;
+  std::shared_future<FileChecksum> splat_checksum_;
   StageClock clock_;
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Renderer> renderer_;

@@ -7,6 +7,13 @@ namespace retint {
 
 EditHistory::EditHistory(size_t byte_budget) : byte_budget_(byte_budget), entries_(1) {}
 
+void EditHistory::Restart(RegionSet state) {
+  std::vector<Entry> fresh(1);
+  fresh[0].state = std::move(state);
+  entries_ = std::move(fresh);
+  cursor_ = 0;
+}
+
 void EditHistory::SetFit(RegionId id, std::shared_ptr<const RegionFit> fit) {
   if (Region* region = entries_[cursor_].state.Find(id)) region->fit = std::move(fit);
 }

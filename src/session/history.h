@@ -20,6 +20,8 @@ class EditHistory {
   explicit EditHistory(size_t byte_budget = size_t{512} << 20);
 
   const RegionSet& current() const { return entries_[cursor_].state; }
+  // Forgets every state and starts anew from this one.
+  void Restart(RegionSet state);
   // Replaces the fit of a region of the current state: derived data, not an edit.
   void SetFit(RegionId id, std::shared_ptr<const RegionFit> fit);
 

@@ -19,8 +19,14 @@ void AppendBits(std::string& key, const T& value) {
 
 }  // namespace
 
+size_t SelectionSource::Bytes() const {
+  size_t bytes = cloud.points.size() * sizeof(SelectionPoint);
+  for (const PaintedView& view : painted) bytes += view.mask.data.size();
+  return bytes;
+}
+
 size_t RegionSelection::Bytes() const {
-  size_t bytes = shares.size() * sizeof(float);
+  size_t bytes = shares.size() * sizeof(float) + source.Bytes();
   for (const auto& [name, mask] : masks) bytes += mask.data.size();
   return bytes;
 }

@@ -14,14 +14,27 @@
 #include "recolor/color_edit.h"
 #include "recolor/sh_refitter.h"
 #include "scene/image.h"
+#include "selection/mask_projector.h"
+#include "selection/selection_cloud.h"
+#include "session/report.h"
 
 namespace retint {
+
+// What a selection's masks were computed from, so that later rounds of painting can go on and the
+// cloud can be shown. A painted view need not be one of the workspace's: its camera is its own.
+struct SelectionSource {
+  std::vector<PaintedView> painted;  // in the order of the rounds, each name once
+  SelectionCloud cloud;
+  std::vector<PaintedReport> reports;  // what became of the newest paint of a view
+  size_t Bytes() const;
+};
 
 // Where an edit applies. Immutable once it is part of a region.
 struct RegionSelection {
   uint64_t id = 0;                    // unique in the session; part of a fit's key
   std::map<std::string, Mask> masks;  // by image name, soft
   std::vector<float> shares;          // [N] m_g in [0, 1]
+  SelectionSource source;             // may be empty: masks from elsewhere
   size_t Bytes() const;
 };
 

@@ -168,7 +168,15 @@ std::string ToJson(const RunReport& report) {
   }
   Json painted = Json::array();
   for (const PaintedReport& view : report.painted) painted.push_back(PaintedJson(view));
-  const Json json = {
+  Json regions = Json::array();
+  for (const RegionReport& region : report.regions) {
+    regions.push_back({{"name", region.name},
+                       {"quality",
+                        {{"train", QualityJson(region.quality.train)},
+                         {"heldout", QualityJson(region.quality.heldout)},
+                         {"worst", WorstJson(region.quality.worst)}}}});
+  }
+  Json json = {
       {"version", Version()},
       {"backend", report.backend},
       {"gaussians", report.gaussians},
@@ -196,6 +204,7 @@ std::string ToJson(const RunReport& report) {
        {{"before", RangeJson(report.quality.sh_before)},
         {"after", RangeJson(report.quality.sh_after)}}},
   };
+  if (!report.regions.empty()) json["regions"] = std::move(regions);
   // Names of views are bytes of a file; ones that are not UTF-8 must not end a finished run.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -59,6 +59,12 @@ struct PaintedReport {
   RegistrationSummary registration;
 };
 
+// Of one region of several.
+struct RegionReport {
+  std::string name;
+  QualityReport quality;
+};
+
 struct RunReport {
   std::string backend;
   int64_t gaussians = 0;
@@ -70,6 +76,7 @@ struct RunReport {
   double mean_coverage = 0;
   RefitSummary refit;
   QualityReport quality;
+  std::vector<RegionReport> regions;  // of a session's report
 };
 
 // The report's text. Figures that do not exist (no held-out views, a stage that did not run) are

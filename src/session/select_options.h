@@ -5,10 +5,17 @@
 #include <string>
 
 #include "depth/factory.h"
+#include "selection/mask_projector.h"
 #include "selection/registration.h"
 #include "selection/selection_cloud.h"
 
 namespace retint {
+
+// One round of painting in one view.
+struct PaintRound {
+  PaintedView view;  // its mask: the whole selection as it should be seen there, empty or not
+  Mask before;       // what was there when painting began; no pixels: nothing
+};
 
 struct SelectOptions {
   std::string method = "stereo-hv";  // one of DepthMethods()

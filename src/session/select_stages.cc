@@ -46,7 +46,7 @@ SelectionResult EditSession::Select(const std::vector<PaintedView>& painted,
     {
       const StageClock::Lap lap(clock_, "cloud");
       monitor.Step("cloud", 0, 1);
-      const Image image = RenderView(*reconstruction().FindView(view.name), model_.sh);
+      const Image image = renderer_->Render(view.camera).rgb;
       cloud = MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, image,
                         options.cloud, &report.cloud);
       if (options.keep_raw) {

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/export.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <set>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Picture = std::function<Image(size_t)>;
+using Name = std::function<fs::path(const fs::path& folder, size_t)>;
+
+void ExportPictures(size_t count, const fs::path& folder, const Name& name, const Picture& picture,
+                    Monitor& monitor) {
+  CheckOutput(folder, /*as_folder=*/true);
+  StagedOutput output;
+  output.AddFolder(folder, [&](const fs::path& staged) {
+    for (size_t i = 0; i < count; ++i) {
+      monitor.Step("save", static_cast<double>(i), static_cast<double>(count));
+      WritePng(name(staged, i), picture(i));
+    }
+  });
+  output.Commit();
+  monitor.Step("save", 1, 1);
+}
+
+// Of four values in a row, at t in [0, 1] between the second and the third.
+template <typename Vector>
+Vector CatmullRom(const Vector& a, const Vector& b, const Vector& c, const Vector& d, double t) {
+  return 0.5 * (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) +
+                t * t * t * (3 * b - a - 3 * c + d));
+}
+
+double Coverage(const RegionSelection& selection, std::set<std::string>* views) {
+  double sum = 0;
+  for (const auto& [name, mask] : selection.masks) {
+    const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
+                                      [](uint8_t value) { return value >= 128; });
+    if (inside > 0) views->insert(name);
+    sum += static_cast<double>(inside) / static_cast<double>(std::max<size_t>(1, mask.NumPixels()));
+  }
+  return selection.masks.empty() ? 0 : sum / static_cast<double>(selection.masks.size());
+}
+
+}  // namespace
+
+void ExportViews(EditSession& session, const std::vector<const View*>& views,
+                 std::span<const float> sh, const fs::path& folder, Monitor& monitor) {
+  CheckOption(!views.empty(), "no view to export");
+  ExportPictures(
+      views.size(), folder,
+      [&](const fs::path& staged, size_t i) { return ViewFile(staged, views[i]->name); },
+      [&](size_t i) { return session.RenderView(*views[i], sh); }, monitor);
+}
+
+void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
+                  std::span<const float> sh, const fs::path& folder, Monitor& monitor) {
+  CheckOption(!path.empty(), "no frame to export");
+  session.ShowSh(sh);
+  RenderRequest request;
+  request.cache = false;  // seen once
+  const int digits = std::max<int>(4, static_cast<int>(std::to_string(path.size() - 1).size()));
+  ExportPictures(
+      path.size(), folder,
+      [&](const fs::path& staged, size_t i) {
+        const std::string number = std::to_string(i);
+        return staged /
+               (std::string(static_cast<size_t>(digits) - number.size(), '0') + number + ".png");
+      },
+      [&](size_t i) { return std::move(session.renderer().Render(path[i], request).rgb); },
+      monitor);
+}
+
+std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,
+                                   const Eigen::Vector3d& up, int frames) {
+  CheckOption(frames >= 1, "a turn has at least one frame");
+  CheckOption(up.norm() > 0, "the axis of a turn has no direction");
+  std::vector<PosedCamera> path(static_cast<size_t>(frames), start);
+  const Eigen::Vector3d axis = up.normalized();
+  for (int i = 0; i < frames; ++i) {
+    const double angle = 2 * std::numbers::pi * i / frames;
+    // The camera turns with the world held still: world points turn back before it sees them.
+    const Eigen::Quaterniond back(Eigen::AngleAxisd(-angle, axis));
+    Rigid3d& pose = path[static_cast<size_t>(i)].cam_from_world;
+    pose.rotation = (start.cam_from_world.rotation * back).normalized();
+    pose.translation =
+        start.cam_from_world.rotation * (focus - back * focus) + start.cam_from_world.translation;
+  }
+  return path;
+}
+
+std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
+                                  const std::vector<const View*>& views, int frames) {
+  CheckOption(frames >= 1, "a path has at least one frame");
+  CheckOption(!views.empty(), "a path needs a view");
+  std::vector<Eigen::Vector3d> centers;
+  std::vector<Eigen::Vector4d> rotations;  // x, y, z, w; neighbours on the same side
+  for (const View* view : views) {
+    centers.push_back(view->cam_from_world.OriginInSource());
+    Eigen::Vector4d q = view->cam_from_world.rotation.coeffs();
+    if (!rotations.empty() && q.dot(rotations.back()) < 0) q = -q;
+    rotations.push_back(q);
+  }
+  const auto last = static_cast<int>(views.size()) - 1;
+  std::vector<PosedCamera> path(static_cast<size_t>(frames), reconstruction.Posed(*views[0]));
+  for (int i = 0; i < frames; ++i) {
+    const double at = frames > 1 ? static_cast<double>(i) * last / (frames - 1) : 0;
+    const int from = std::min(static_cast<int>(at), std::max(0, last - 1));
+    const auto index = [&](int by) { return static_cast<size_t>(std::clamp(from + by, 0, last)); };
+    const double t = at - from;
+    Rigid3d& pose = path[static_cast<size_t>(i)].cam_from_world;
+    const Eigen::Vector3d center =
+        CatmullRom(centers[index(-1)], centers[index(0)], centers[index(1)], centers[index(2)], t);
+    const Eigen::Vector4d q = CatmullRom(rotations[index(-1)], rotations[index(0)],
+                                         rotations[index(1)], rotations[index(2)], t);
+    pose.rotation = Eigen::Quaterniond(q).normalized();
+    pose.translation = -(pose.rotation * center);
+  }
+  return path;
+}
+
+RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) {
+  RunReport report = session.MakeReport();
+  const RegionSet regions = session.regions();
+  std::set<std::string> views;
+  double coverage = 0;
+  int visible = 0;
+  GaussianModel scratch;
+  scratch.Resize(session.original().NumGaussians(), session.original().sh_degree);
+  std::vector<float> before = session.original().sh;
+  for (size_t i = 0; i < regions.regions.size(); ++i) {
+    const Region& region = regions.regions[i];
+    for (const PaintedReport& painted : region.selection->source.reports) {
+      report.painted.push_back(painted);
+    }
+    if (!region.visible) continue;
+    std::vector<float> after = ComposeSh(regions, session.last_job(), i, i + 1, before, scratch);
+    RegionReport one;
+    one.name = region.name;
+    one.quality = session.Evaluate(region.id, before, after, target, monitor);
+    if (visible++ == 0) report.quality = one.quality;
+    report.regions.push_back(std::move(one));
+    coverage += Coverage(*region.selection, &views);
+    before = std::move(after);
+  }
+  if (visible > 1) {
+    QualityReport none;
+    none.sh_before = report.regions.front().quality.sh_before;
+    none.sh_after = report.regions.back().quality.sh_after;
+    report.quality = none;
+  }
+  report.mask_views = static_cast<int>(views.size());
+  report.mean_coverage = visible > 0 ? coverage / visible : 0;
+  return report;
+}
+
+void ExportReport(EditSession& session, TargetKind target, const fs::path& path, Monitor& monitor) {
+  CheckOutput(path);
+  WriteFile(path, ToJson(FullReport(session, target, monitor)));
+}
+
+}  // namespace retint

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a session gives away besides its splat: pictures of the edited scene and the report. Each is
+// written whole or not at all; RunError when it cannot be, Cancelled between pictures.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "session/edit_session.h"
+
+namespace retint {
+
+// <folder>/<image name>.png of each view with the coefficients `sh`, [N, K, 3], at the view's size.
+void ExportViews(EditSession& session, const std::vector<const View*>& views,
+                 std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
+
+// <folder>/0000.png, 0001.png, ... along a camera path.
+void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
+                  std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
+
+// `frames` cameras on one turn about the axis `up` through `focus`, beginning with `start`; after
+// the last comes the first again. OptionError for fewer than one frame or an axis of no length.
+std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,
+                                   const Eigen::Vector3d& up, int frames);
+
+// `frames` cameras on a smooth curve through the views in their order (Catmull-Rom, in the centres
+// and in the quaternions), from the first to the last, with the first view's intrinsics.
+// OptionError for fewer than one frame or no view.
+std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
+                                  const std::vector<const View*>& views, int frames);
+
+// MakeReport() with what a session knows of its regions: `painted` of all, masks and, measured
+// here, the quality of each visible region, between what the regions before it left and what it
+// left. `quality` is the one region's, where only one is visible.
+RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor);
+void ExportReport(EditSession& session, TargetKind target, const std::filesystem::path& path,
+                  Monitor& monitor);
+
+}  // namespace retint

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rounds of painting: a selection extended and erased from one view after another.
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "selection/evidence.h"
+#include "selection/view_depth.h"
+#include "session/edit_session.h"
+
+namespace retint {
+namespace {
+
+constexpr uint8_t kInside = 128;
+
+bool AnyInside(const Mask& mask) {
+  return std::any_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= kInside; });
+}
+
+bool SizeFits(const Mask& mask, const Camera& camera) {
+  return mask.width == camera.width && mask.height == camera.height;
+}
+
+// 255 where `mask` is inside and `other` (no pixels: nowhere) is not.
+Mask InsideBut(const Mask& mask, const Mask& other) {
+  Mask result(mask.width, mask.height);
+  for (size_t i = 0; i < mask.data.size(); ++i) {
+    const bool in_other = !other.Empty() && other.data[i] >= kInside;
+    result.data[i] = mask.data[i] >= kInside && !in_other ? 255 : 0;
+  }
+  return result;
+}
+
+// Sets the pixels of `mask` to `value` where the surface in them shows `change` in `changed`.
+void CarryOver(const DepthMap& depth, const PosedCamera& camera, const PaintedSurface& changed,
+               double tolerance, uint8_t value, Mask* mask) {
+  const Evidence seen = LookUpPaint(camera, depth, {changed}, tolerance, 0);
+  for (size_t i = 0; i < mask->data.size(); ++i) {
+    if (seen.weight.data[i] > 0 && seen.inside.data[i] >= 0.5F) mask->data[i] = value;
+  }
+}
+
+std::string FreeViewName(const Reconstruction& reconstruction,
+                         const std::vector<PaintedView>& painted) {
+  for (int number = 1;; ++number) {
+    const std::string name = "free view " + std::to_string(number);
+    const bool used = std::any_of(painted.begin(), painted.end(),
+                                  [&](const PaintedView& view) { return view.name == name; });
+    if (!used && !reconstruction.FindView(name)) return name;
+  }
+}
+
+// Points that were sampled in the view `name` go; `sources` stays, so that no index changes.
+void DropSource(const std::string& name, SelectionCloud* cloud) {
+  const auto found = std::find(cloud->sources.begin(), cloud->sources.end(), name);
+  if (found == cloud->sources.end()) return;
+  const auto source = static_cast<uint16_t>(found - cloud->sources.begin());
+  std::erase_if(cloud->points, [&](const SelectionPoint& p) { return p.source == source; });
+}
+
+}  // namespace
+
+RegionSelection EditSession::SelectRound(const RegionSelection* base, PaintRound round,
+                                         const SelectOptions& select,
+                                         const ProjectorOptions& project, Monitor& monitor) {
+  const Camera& camera = round.view.camera.camera;
+  if (!SizeFits(round.view.mask, camera) ||
+      !(round.before.Empty() || SizeFits(round.before, camera))) {
+    throw InputError("mask of view " + round.view.name + " is not of the view's size");
+  }
+  RegionSelection result;
+  std::vector<PaintedView>& painted = result.source.painted;
+  SelectionCloud& cloud = result.source.cloud;
+  if (base) {
+    result.source = base->source;
+    if (painted.empty()) {  // masks from files are paint as good as any
+      for (const auto& [name, mask] : base->masks) {
+        painted.push_back({name, reconstruction().Posed(workspace_.RequireView(name)), mask});
+      }
+    }
+  }
+  if (round.view.name.empty()) {
+    round.view.name = FreeViewName(reconstruction(), painted);
+  }
+  const std::string& name = round.view.name;
+  std::erase_if(painted, [&](const PaintedView& view) { return view.name == name; });
+  DropSource(name, &cloud);
+  std::erase_if(result.source.reports,
+                [&](const PaintedReport& report) { return report.view == name; });
+
+  const Mask erased = round.before.Empty() ? Mask(camera.width, camera.height)
+                                           : InsideBut(round.before, round.view.mask);
+  const Mask added = InsideBut(round.view.mask, round.before);
+  if (!painted.empty() && (AnyInside(erased) || AnyInside(added))) {
+    renderer_->SetSh(model_.sh);
+    const auto depth_of = [&](const PaintedView& view) {
+      return SurfaceDepth(*renderer_, view.camera, reconstruction().FindView(view.name),
+                          reconstruction());
+    };
+    PaintedSurface changed{name, round.view.camera, &erased, depth_of(round.view)};
+    Erase(cloud, round.view.camera, erased, changed.depth, project.visible_tolerance);
+    double done = 0;
+    for (PaintedView& view : painted) {
+      monitor.Step("rounds", done++, static_cast<double>(painted.size()));
+      const DepthMap depth = depth_of(view);
+      changed.mask = &erased;
+      CarryOver(depth, view.camera, changed, project.visible_tolerance, 0, &view.mask);
+      changed.mask = &added;
+      CarryOver(depth, view.camera, changed, project.visible_tolerance, 255, &view.mask);
+    }
+  }
+  if (AnyInside(round.view.mask)) {
+    SelectOptions options = select;
+    options.keep_raw = false;
+    SelectionResult selected = Select({round.view}, options, monitor);
+    Append(cloud, selected.cloud);
+    for (PaintedReport& report : selected.painted) {
+      result.source.reports.push_back(std::move(report));
+    }
+  }
+  painted.push_back(std::move(round.view));
+  ProjectedMasks projected = Project(cloud, painted, project, monitor);
+  result.masks = std::move(projected.masks);
+  result.shares = std::move(projected.shares);
+  return result;
+}
+
+Mask EditSession::SelectionSeenFrom(const RegionSelection& selection, const PosedCamera& camera) {
+  return RenderShares(*renderer_, camera, selection.shares, {});
+}
+
+}  // namespace retint

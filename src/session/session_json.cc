@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/session_json.h"
+
+#include <algorithm>
+
+#include "base/files.h"
+
+namespace retint::session_json {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsUtf8(std::string_view text) {
+  for (size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const size_t more = lead < 0x80   ? 0
+                        : lead < 0xC2 ? 9
+                        : lead < 0xE0 ? 1
+                        : lead < 0xF0 ? 2
+                        : lead < 0xF5 ? 3
+                                      : 9;
+    if (more == 9 || i + more >= text.size()) return false;
+    for (size_t k = 1; k <= more; ++k) {
+      if ((static_cast<unsigned char>(text[i + k]) & 0xC0) != 0x80) return false;
+    }
+    if (more >= 2) {  // overlong forms, surrogates, beyond U+10FFFF
+      const auto next = static_cast<unsigned char>(text[i + 1]);
+      if ((lead == 0xE0 && next < 0xA0) || (lead == 0xED && next > 0x9F) ||
+          (lead == 0xF0 && next < 0x90) || (lead == 0xF4 && next > 0x8F)) {
+        return false;
+      }
+    }
+    i += more + 1;
+  }
+  return true;
+}
+
+int HexValue(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+}  // namespace
+
+std::string EscapeBytes(std::string_view bytes) {
+  const bool utf8 = IsUtf8(bytes);
+  std::string text;
+  for (const char c : bytes) {
+    const auto value = static_cast<unsigned char>(c);
+    if (c != '%' && value >= 0x20 && (value < 0x80 || utf8) && value != 0x7F) {
+      text += c;
+      continue;
+    }
+    constexpr char kDigits[] = "0123456789ABCDEF";
+    text += '%';
+    text += kDigits[value >> 4];
+    text += kDigits[value & 15];
+  }
+  return text;
+}
+
+std::string UnescapeBytes(std::string_view text) {
+  std::string bytes;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const int high = text[i] == '%' && i + 2 < text.size() ? HexValue(text[i + 1]) : -1;
+    const int low = high >= 0 ? HexValue(text[i + 2]) : -1;
+    if (low < 0) {
+      bytes += text[i];
+      continue;
+    }
+    bytes += static_cast<char>(16 * high + low);
+    i += 2;
+  }
+  return bytes;
+}
+
+Node Node::At(const char* key) const {
+  if (!json_->is_object()) Fail("is not an object");
+  const auto found = json_->find(key);
+  const std::string name = (name_.empty() ? "" : name_ + ".") + key;
+  if (found == json_->end()) Fail(std::string("has no \"") + key + "\"");
+  return {*found, *path_, name};
+}
+
+std::vector<Node> Node::List() const {
+  if (!json_->is_array()) Fail("is not a list");
+  std::vector<Node> nodes;
+  for (size_t i = 0; i < json_->size(); ++i) {
+    nodes.emplace_back((*json_)[i], *path_, name_ + "[" + std::to_string(i) + "]");
+  }
+  return nodes;
+}
+
+std::vector<Node> Node::List(size_t n) const {
+  std::vector<Node> nodes = List();
+  if (nodes.size() != n) {
+    Fail("has " + std::to_string(nodes.size()) + " values, not " + std::to_string(n));
+  }
+  return nodes;
+}
+
+std::string Node::Text() const {
+  if (!json_->is_string()) Fail("is not a text");
+  return json_->get<std::string>();
+}
+
+bool Node::Bool() const {
+  if (!json_->is_boolean()) Fail("is neither true nor false");
+  return json_->get<bool>();
+}
+
+double Node::Number() const {
+  if (!json_->is_number()) Fail("is not a number");
+  const double value = json_->get<double>();
+  if (!std::isfinite(value)) Fail("is not a finite number");
+  return value;
+}
+
+float Node::Float() const {
+  const double value = Number();
+  if (std::abs(value) > std::numeric_limits<float>::max()) Fail("is too large");
+  return static_cast<float>(value);
+}
+
+uint64_t Node::Unsigned(uint64_t max) const {
+  if (!json_->is_number_unsigned()) Fail("is not a whole number from 0 on");
+  const auto value = json_->get<uint64_t>();
+  if (value > max) Fail("is " + std::to_string(value) + ", more than " + std::to_string(max));
+  return value;
+}
+
+int64_t Node::Signed(int64_t min, int64_t max) const {
+  if (!json_->is_number_integer()) Fail("is not a whole number");
+  const bool huge = json_->is_number_unsigned() && json_->get<uint64_t>() > uint64_t(INT64_MAX);
+  const int64_t value = huge ? INT64_MAX : json_->get<int64_t>();
+  if (value < min || value > max) {
+    Fail("is not between " + std::to_string(min) + " and " + std::to_string(max));
+  }
+  return value;
+}
+
+uint64_t Node::Hex() const {
+  const std::string text = Text();
+  uint64_t value = 0;
+  bool good = text.size() == 16;
+  for (const char c : text) {
+    good = good && HexValue(c) >= 0;
+    value = (value << 4) | static_cast<uint64_t>(HexValue(c) & 15);
+  }
+  if (!good) Fail("is not sixteen hexadecimal digits");
+  return value;
+}
+
+Json ReadManifest(const fs::path& folder) {
+  if (!IsFolder(folder)) throw InputError(folder, "is not a session: no such folder");
+  const fs::path path = folder / kManifest;
+  if (!IsFile(path)) {
+    throw InputError(folder, std::string("is not a session: it holds no ") + kManifest);
+  }
+  const std::string text = ReadFile(path);
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw InputError(path, "is not JSON, or cut off, at byte " + std::to_string(error.byte));
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path, "holds a number that is out of range");
+  }
+  const Node root(json, path, "");
+  if (!json.is_object() || !json.contains("format") || json["format"] != kFormat) {
+    throw InputError(path, std::string("is not a session: its \"format\" is not ") + kFormat);
+  }
+  const uint64_t version = root.At("version").Unsigned();
+  if (version != kSessionVersion) {
+    throw InputError(path, "is of version " + std::to_string(version) +
+                               " of the format; this program reads version " +
+                               std::to_string(kSessionVersion) +
+                               (version > kSessionVersion ? ": a newer one is needed" : ""));
+  }
+  return json;
+}
+
+namespace {
+
+constexpr const char* kSolvers[] = {"mm", "adam"};
+constexpr const char* kAccelerations[] = {"none", "nesterov", "lbfgs"};
+constexpr const char* kTargets[] = {"render", "photo"};
+
+template <typename Enum, size_t N>
+Enum ReadEnum(const Node& node, const char* const (&names)[N]) {
+  const std::string text = node.Text();
+  for (size_t i = 0; i < N; ++i) {
+    if (text == names[i]) return static_cast<Enum>(i);
+  }
+  node.Fail("'" + text + "' is not known");
+}
+
+}  // namespace
+
+Json JobJson(const RefitJob& job) {
+  const RefitOptions& options = job.options;
+  return {{"target", kTargets[static_cast<size_t>(job.target)]},
+          {"solver", kSolvers[static_cast<size_t>(options.solver)]},
+          {"iterations", options.iterations},
+          {"closed_form_start", options.closed_form_start},
+          {"acceleration", kAccelerations[static_cast<size_t>(options.acceleration)]},
+          {"learning_rate", options.learning_rate},
+          {"lambda_dssim", options.lambda_dssim},
+          {"ridge_dc", options.ridge_dc},
+          {"ridge_rest", options.ridge_rest},
+          {"outside_weight", options.outside_weight},
+          {"active_threshold", options.active_threshold},
+          {"min_weight", options.min_weight},
+          {"tolerance", options.tolerance},
+          {"seed", options.seed},
+          {"region_cache_bytes", options.region_cache_bytes}};
+}
+
+RefitJob ReadJob(const Node& node) {
+  RefitJob job;
+  RefitOptions& options = job.options;
+  job.target = ReadEnum<TargetKind>(node.At("target"), kTargets);
+  options.solver = ReadEnum<Solver>(node.At("solver"), kSolvers);
+  options.iterations = node.At("iterations").Int(0, std::numeric_limits<int>::max());
+  options.closed_form_start = node.At("closed_form_start").Bool();
+  options.acceleration = ReadEnum<MmAcceleration>(node.At("acceleration"), kAccelerations);
+  options.learning_rate = node.At("learning_rate").Number();
+  options.lambda_dssim = node.At("lambda_dssim").Number();
+  options.ridge_dc = node.At("ridge_dc").Number();
+  options.ridge_rest = node.At("ridge_rest").Number();
+  options.outside_weight = node.At("outside_weight").Number();
+  options.active_threshold = node.At("active_threshold").Number();
+  options.min_weight = node.At("min_weight").Number();
+  options.tolerance = node.At("tolerance").Number();
+  options.seed = node.At("seed").Unsigned();
+  options.region_cache_bytes = node.At("region_cache_bytes").Unsigned();
+  try {
+    options.Check();
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  }
+  return job;
+}
+
+Json EditJson(const Region& region) {
+  Json gain = Json::array(), offset = Json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) gain.push_back(region.edit.gain(row, column));
+    offset.push_back(region.edit.offset(row));
+  }
+  return {{"id", region.id},
+          {"name", EscapeBytes(region.name)},
+          {"visible", region.visible},
+          {"strength", region.strength},
+          {"gain", gain},
+          {"offset", offset}};
+}
+
+void ReadEdit(const Node& node, Region* region) {
+  region->id = static_cast<RegionId>(
+      node.At("id").Unsigned(std::numeric_limits<RegionId>::max() - 1));  // the next one exists
+  if (region->id == 0) node.At("id").Fail("is 0");
+  region->name = node.At("name").Bytes();
+  region->visible = node.At("visible").Bool();
+  region->strength = node.At("strength").Float();
+  if (region->strength < 0 || region->strength > 1) {
+    node.At("strength").Fail("is not between 0 and 1");
+  }
+  const std::vector<Node> gain = node.At("gain").List(9), offset = node.At("offset").List(3);
+  for (int i = 0; i < 9; ++i) region->edit.gain(i / 3, i % 3) = gain[size_t(i)].Float();
+  for (int i = 0; i < 3; ++i) region->edit.offset(i) = offset[size_t(i)].Float();
+  try {
+    region->edit.Check();
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  }
+}
+
+Json CameraJson(const PosedCamera& view) {
+  const Rigid3d& pose = view.cam_from_world;
+  const Eigen::Quaterniond& q = pose.rotation;
+  return {{"id", view.camera.id},
+          {"model", static_cast<int>(view.camera.model)},
+          {"width", view.camera.width},
+          {"height", view.camera.height},
+          {"params", view.camera.params},
+          {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+          {"translation", {pose.translation.x(), pose.translation.y(), pose.translation.z()}}};
+}
+
+PosedCamera ReadCamera(const Node& node) {
+  constexpr int kMostPixels = 65535;
+  PosedCamera view;
+  Camera& camera = view.camera;
+  camera.id = static_cast<CameraId>(node.At("id").Unsigned(std::numeric_limits<CameraId>::max()));
+  const CameraModelInfo* info = FindCameraModel(node.At("model").Int(-1, 1000));
+  if (!info) node.At("model").Fail("is not known");
+  camera.model = info->id;
+  camera.width = node.At("width").Int(1, kMostPixels);
+  camera.height = node.At("height").Int(1, kMostPixels);
+  const Node params = node.At("params");
+  for (const Node& value : params.List(static_cast<size_t>(info->num_params))) {
+    camera.params.push_back(value.Number());
+  }
+  if (!camera.IsPinhole()) node.At("model").Fail("is not a pinhole");
+  if (camera.fx() <= 0 || camera.fy() <= 0) params.Fail("focal length is not positive");
+  const std::vector<Node> q = node.At("rotation_wxyz").List(4);
+  view.cam_from_world.rotation =
+      Eigen::Quaterniond(q[0].Number(), q[1].Number(), q[2].Number(), q[3].Number());
+  const double norm = view.cam_from_world.rotation.norm();
+  if (!(std::abs(norm - 1) < 1e-6)) node.At("rotation_wxyz").Fail("is not of unit length");
+  const std::vector<Node> t = node.At("translation").List(3);
+  for (size_t i = 0; i < 3; ++i) {
+    view.cam_from_world.translation[Eigen::Index(i)] = t[i].Number();
+  }
+  return view;
+}
+
+namespace {
+
+Json Finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+double FiniteOrNone(const Node& node) {
+  return node.IsNull() ? std::numeric_limits<double>::quiet_NaN() : node.Number();
+}
+
+}  // namespace
+
+Json ReportJson(const PaintedReport& report) {
+  const RegistrationSummary& moved = report.registration;
+  const Sim3d& sim = moved.world_from_cloud;
+  return {{"view", EscapeBytes(report.view)},
+          {"depth_method", report.depth_method},
+          {"depth_reason", EscapeBytes(report.depth_reason)},
+          {"valid_fraction", Finite(report.valid_fraction)},
+          {"mask_pixels", report.cloud.mask_pixels},
+          {"sampled", report.cloud.sampled},
+          {"kept", report.cloud.kept},
+          {"points_used", moved.points_used},
+          {"points_heldout", moved.points_heldout},
+          {"rms_before", Finite(moved.rms_before)},
+          {"rms_after", Finite(moved.rms_after)},
+          {"heldout_before", Finite(moved.heldout_before)},
+          {"heldout_after", Finite(moved.heldout_after)},
+          {"a", Finite(moved.a)},
+          {"b", Finite(moved.b)},
+          {"scale", Finite(sim.scale)},
+          {"rotation_wxyz",
+           {Finite(sim.rotation.w()), Finite(sim.rotation.x()), Finite(sim.rotation.y()),
+            Finite(sim.rotation.z())}},
+          {"translation",
+           {Finite(sim.translation.x()), Finite(sim.translation.y()), Finite(sim.translation.z())}},
+          {"accepted", moved.accepted},
+          {"reason", EscapeBytes(moved.reason)}};
+}
+
+PaintedReport ReadReport(const Node& node) {
+  constexpr int kMost = std::numeric_limits<int>::max();
+  PaintedReport report;
+  RegistrationSummary& moved = report.registration;
+  const auto number = [&](const char* key) { return FiniteOrNone(node.At(key)); };
+  report.view = node.At("view").Bytes();
+  report.depth_method = node.At("depth_method").Text();
+  report.depth_reason = node.At("depth_reason").Bytes();
+  report.valid_fraction = number("valid_fraction");
+  report.cloud.mask_pixels = node.At("mask_pixels").Int(0, kMost);
+  report.cloud.sampled = node.At("sampled").Int(0, kMost);
+  report.cloud.kept = node.At("kept").Int(0, kMost);
+  moved.points_used = node.At("points_used").Int(0, kMost);
+  moved.points_heldout = node.At("points_heldout").Int(0, kMost);
+  moved.rms_before = number("rms_before");
+  moved.rms_after = number("rms_after");
+  moved.heldout_before = number("heldout_before");
+  moved.heldout_after = number("heldout_after");
+  moved.a = number("a");
+  moved.b = number("b");
+  Sim3d& sim = moved.world_from_cloud;
+  sim.scale = number("scale");
+  const std::vector<Node> q = node.At("rotation_wxyz").List(4);
+  sim.rotation = Eigen::Quaterniond(FiniteOrNone(q[0]), FiniteOrNone(q[1]), FiniteOrNone(q[2]),
+                                    FiniteOrNone(q[3]));
+  const std::vector<Node> t = node.At("translation").List(3);
+  for (size_t i = 0; i < 3; ++i) sim.translation[Eigen::Index(i)] = FiniteOrNone(t[i]);
+  moved.accepted = node.At("accepted").Bool();
+  moved.reason = node.At("reason").Bytes();
+  return report;
+}
+
+Json SummaryJson(const RefitSummary& summary) {
+  Json losses = Json::array();
+  // A step that diverged has no loss: null.
+  for (const double loss : summary.losses) {
+    losses.push_back(std::isfinite(loss) ? Json(loss) : Json(nullptr));
+  }
+  return {{"solver", summary.solver},
+          {"iterations", summary.iterations},
+          {"active_gaussians", summary.active_gaussians},
+          {"changed_gaussians", summary.changed_gaussians},
+          {"views", summary.views},
+          {"views_kept", summary.views_kept},
+          {"region_bytes", summary.region_bytes},
+          {"region_fraction", std::isfinite(summary.region_fraction) ? summary.region_fraction : 0},
+          {"converged", summary.converged},
+          {"losses", losses},
+          {"reason", summary.reason}};
+}
+
+RefitSummary ReadSummary(const Node& node) {
+  constexpr int kMost = std::numeric_limits<int>::max();
+  RefitSummary summary;
+  summary.solver = node.At("solver").Text();
+  summary.iterations = node.At("iterations").Int(0, kMost);
+  summary.active_gaussians = node.At("active_gaussians").Int(0, kMost);
+  summary.changed_gaussians = node.At("changed_gaussians").Int(0, kMost);
+  summary.views = node.At("views").Int(0, kMost);
+  summary.views_kept = node.At("views_kept").Int(0, kMost);
+  summary.region_bytes = node.At("region_bytes").Unsigned();
+  summary.region_fraction = node.At("region_fraction").Number();
+  summary.converged = node.At("converged").Bool();
+  for (const Node& loss : node.At("losses").List()) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    summary.losses.push_back(loss.IsNull() ? kNone : loss.Number());
+  }
+  summary.reason = node.At("reason").Text();
+  return summary;
+}
+
+Json PathJson(const fs::path& path, const fs::path& folder) {
+  const fs::path from = fs::absolute(folder).lexically_normal().parent_path();
+  return {{"relative", EscapeBytes(path.lexically_relative(from).generic_string())},
+          {"absolute", EscapeBytes(path.generic_string())}};
+}
+
+std::vector<fs::path> ReadPaths(const Node& node, const fs::path& folder) {
+  const fs::path from = fs::absolute(folder).lexically_normal().parent_path();
+  const std::string relative = node.At("relative").Bytes(), absolute = node.At("absolute").Bytes();
+  std::vector<fs::path> paths;
+  for (const fs::path& path :
+       {relative.empty() ? fs::path() : (from / relative).lexically_normal(), fs::path(absolute)}) {
+    const bool bad = path.native().find('\0') != std::string::npos;
+    if (!path.empty() && !bad && (paths.empty() || paths[0] != path)) paths.push_back(path);
+  }
+  if (paths.empty()) node.Fail("is empty");
+  return paths;
+}
+
+}  // namespace retint::session_json

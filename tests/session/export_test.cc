@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/export.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "tests/session/saved_scene.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Export : public ::testing::Test {
+ protected:
+  Export() { EditTinyScene(scene_, *session_); }
+
+  const TinyScene scene_{51};
+  const TempFolder folder_;
+  Monitor monitor_;
+  std::unique_ptr<EditSession> session_ = MakeSession(scene_);
+};
+
+TEST_F(Export, ViewsShowTheEdit) {
+  const auto views = session_->reconstruction().ViewsByName();
+  const std::vector<float> sh = session_->CurrentSh();
+  ExportViews(*session_, {views[1], views[3]}, sh, folder_ / "out", monitor_);
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "view0.png"));
+  const Image expected = session_->RenderView(*views[3], sh);
+  const Image found = ReadImage(folder_ / "out" / "view3.png");
+  ASSERT_EQ(found.data.size(), expected.data.size());
+  for (size_t i = 0; i < found.data.size(); ++i) {
+    ASSERT_NEAR(found.data[i], std::clamp(expected.data[i], 0.0F, 1.0F), 0.51 / 255) << i;
+  }
+  EXPECT_THROW(ExportViews(*session_, {}, sh, folder_ / "none", monitor_), OptionError);
+}
+
+TEST_F(Export, ACancelledExportLeavesNothing) {
+  Monitor* cancel = nullptr;
+  int pictures = 0;
+  Monitor cancelling([&](const Progress&) {
+    if (++pictures == 3) cancel->Cancel();
+  });
+  cancel = &cancelling;
+  EXPECT_THROW(ExportViews(*session_, session_->train_views(), session_->CurrentSh(),
+                           folder_ / "out", cancelling),
+               Cancelled);
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(Export, AnOrbitKeepsDistanceAndAim) {
+  const PosedCamera start = scene_.cameras[1];
+  const Eigen::Vector3d focus(0.1, -0.2, 0.3), up(0, -2, 0);
+  const auto path = OrbitPath(start, focus, up, 8);
+  ASSERT_EQ(path.size(), 8u);
+  EXPECT_LT((path[0].Center() - start.Center()).norm(), 1e-12);
+  const Eigen::Vector3d seen = *start.Project(focus);
+  for (size_t i = 0; i < path.size(); ++i) {
+    EXPECT_LT((*path[i].Project(focus) - seen).norm(), 1e-9) << "the focus stays in its pixel";
+    EXPECT_NEAR(path[i].Center().y(), start.Center().y(), 1e-12) << "on a circle about the axis";
+    const double step = (path[(i + 1) % 8].Center() - path[i].Center()).norm();
+    EXPECT_NEAR(step, (path[1].Center() - path[0].Center()).norm(), 1e-9);
+    EXPECT_GT(step, 0.1);
+  }
+  EXPECT_THROW(OrbitPath(start, focus, {0, 0, 0}, 8), OptionError);
+  EXPECT_THROW(OrbitPath(start, focus, up, 0), OptionError);
+}
+
+TEST_F(Export, APathGoesThroughTheViews) {
+  const auto views = session_->reconstruction().ViewsByName();
+  const auto path = ViewPath(session_->reconstruction(), views, 5 * 4 + 1);
+  ASSERT_EQ(path.size(), 21u);
+  double longest = 0, total = 0;
+  for (size_t i = 0; i < path.size(); ++i) {
+    if (i % 4 == 0) {
+      const Rigid3d& pose = views[i / 4]->cam_from_world;
+      EXPECT_LT((path[i].Center() - pose.OriginInSource()).norm(), 1e-9);
+      EXPECT_LT(path[i].cam_from_world.rotation.angularDistance(pose.rotation), 1e-7);
+    }
+    if (i == 0) continue;
+    const double step = (path[i].Center() - path[i - 1].Center()).norm();
+    longest = std::max(longest, step);
+    total += step;
+  }
+  EXPECT_LT(longest, 2 * total / 20) << "smoothly";
+  EXPECT_EQ(ViewPath(session_->reconstruction(), {views[0]}, 3).size(), 3u);
+  EXPECT_THROW(ViewPath(session_->reconstruction(), {}, 3), OptionError);
+}
+
+TEST_F(Export, FramesAreNumbered) {
+  const auto path = OrbitPath(scene_.cameras[0], {0, 0, 0}, {0, 1, 0}, 3);
+  ExportFrames(*session_, path, session_->CurrentSh(), folder_ / "turn", monitor_);
+  for (const char* name : {"0000.png", "0001.png", "0002.png"}) {
+    EXPECT_EQ(ReadImage8(folder_ / "turn" / name).width, 64) << name;
+  }
+}
+
+TEST_F(Export, TheReportHasEveryRegion) {
+  ExportReport(*session_, TargetKind::kRender, folder_ / "report.json", monitor_);
+  const auto json = nlohmann::json::parse(ReadFile(folder_ / "report.json"));
+  ASSERT_EQ(json["regions"].size(), 2u);
+  EXPECT_EQ(json["regions"][1]["name"], "right");
+  EXPECT_GT(json["regions"][0]["quality"]["train"]["psnr_inside_after"].get<double>(),
+            json["regions"][0]["quality"]["train"]["psnr_inside_before"].get<double>() + 3);
+  EXPECT_EQ(json["painted"][0]["view"], "view0");
+  EXPECT_EQ(json["masks"]["views"], 6);
+  EXPECT_TRUE(json["quality"]["train"]["psnr_outside"].is_null()) << "of one region only";
+  session_->SetVisible(2, false);
+  const RunReport one = FullReport(*session_, TargetKind::kRender, monitor_);
+  EXPECT_EQ(one.quality.train.views, 6);
+}
+
+}  // namespace
+}  // namespace retint

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rounds of painting on the ball before the wall, against its exact masks.
+#include <algorithm>
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "session/edit_session.h"
+#include "tests/selection/tiny_gaussians.h"
+
+namespace retint {
+namespace {
+
+constexpr int kViews = 5;
+const ColorEdit kBlue = ColorEdit::Tint({0.2F, 0.4F, 1.0F});
+
+// `part` of `whole`: pixels whose column is on the given side of `column`.
+Mask LeftOf(const Mask& whole, int column, bool left) {
+  Mask part = whole;
+  for (int y = 0; y < part.height; ++y) {
+    for (int x = 0; x < part.width; ++x) {
+      if ((x < column) != left) part(x, y) = 0;
+    }
+  }
+  return part;
+}
+
+double Iou(const Mask& a, const Mask& b) {
+  double both = 0, either = 0;
+  for (size_t i = 0; i < a.data.size(); ++i) {
+    both += a.data[i] >= 128 && b.data[i] >= 128;
+    either += a.data[i] >= 128 || b.data[i] >= 128;
+  }
+  return either > 0 ? both / either : 1;
+}
+
+class SelectionRound : public testing::Test {
+ protected:
+  SelectionRound() {
+    Workspace workspace;
+    workspace.root = "tiny";
+    workspace.reconstruction = world_.reconstruction;
+    SessionOptions options;
+    options.backend = "cpu";
+    session_ =
+        std::make_unique<EditSession>(std::move(workspace), TinyGaussians(world_).model, options);
+    select_.method = "gaussian";  // exact enough here; stereo is tested where it belongs
+  }
+
+  PaintRound Round(int view, Mask mask, Mask before = {}) const {
+    return {{world_.view(view).name, world_.Posed(view), std::move(mask)}, std::move(before)};
+  }
+  RegionSelection Select(const RegionSelection* base, PaintRound round) {
+    return session_->SelectRound(base, std::move(round), select_, {}, monitor_);
+  }
+  const Mask& MaskOf(const RegionSelection& selection, int view) const {
+    return selection.masks.at(world_.view(view).name);
+  }
+  Mask Truth(int view) const { return world_.BallMask(world_.Posed(view)); }
+
+  TinyWorld world_ = TinyWorld::Make(kViews, 600, 0.002, 7);
+  std::unique_ptr<EditSession> session_;
+  SelectOptions select_;
+  Monitor monitor_;
+};
+
+TEST_F(SelectionRound, TheFirstRoundReachesEveryView) {
+  const RegionSelection selection = Select(nullptr, Round(2, Truth(2)));
+  ASSERT_EQ(selection.masks.size(), size_t(kViews));
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(selection, v), Truth(v)), 0.8) << v;
+  ASSERT_EQ(selection.source.painted.size(), 1u);
+  EXPECT_FALSE(selection.source.cloud.points.empty());
+  EXPECT_GT(selection.Bytes(), selection.source.cloud.points.size() * sizeof(SelectionPoint));
+}
+
+TEST_F(SelectionRound, ASecondRoundExtendsFromAnotherView) {
+  const int column = 81;
+  const RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), column, true)));
+  const double before = Iou(MaskOf(half, 2), Truth(2));
+  EXPECT_LT(before, 0.75);
+  const RegionSelection whole = Select(&half, Round(1, Truth(1), MaskOf(half, 1)));
+  EXPECT_EQ(whole.source.painted.size(), 2u);
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(whole, v), Truth(v)), 0.8) << v;
+}
+
+TEST_F(SelectionRound, ASecondRoundErasesWhatTheFirstPaintedTooMuch) {
+  Mask all(160, 120, 255);  // the wall too
+  const RegionSelection everything = Select(nullptr, Round(2, all));
+  EXPECT_LT(Iou(MaskOf(everything, 2), Truth(2)), 0.5);
+  const size_t points = everything.source.cloud.points.size();
+  const RegionSelection ball = Select(&everything, Round(1, Truth(1), MaskOf(everything, 1)));
+  EXPECT_LT(ball.source.cloud.points.size(), points);
+  // What view 1 sees of the wall is gone from view 2's paint as well.
+  EXPECT_GT(Iou(MaskOf(ball, 1), Truth(1)), 0.8);
+  EXPECT_GT(Iou(MaskOf(ball, 2), Truth(2)), 0.7);
+}
+
+TEST_F(SelectionRound, AViewPaintedAgainReplacesItsPaint) {
+  const RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), 81, true)));
+  const RegionSelection other =
+      Select(&half, Round(2, LeftOf(Truth(2), 81, false), MaskOf(half, 2)));
+  ASSERT_EQ(other.source.painted.size(), 1u);
+  EXPECT_GT(Iou(MaskOf(other, 2), LeftOf(Truth(2), 81, false)), 0.8);
+}
+
+TEST_F(SelectionRound, AFreeCameraCanBePainted) {
+  PosedCamera camera = world_.Posed(2);
+  camera.cam_from_world.translation += Eigen::Vector3d(0.1, -0.15, 0.2);
+  PaintRound round{{"", camera, world_.BallMask(camera)}, {}};
+  const RegionSelection selection = Select(nullptr, round);
+  EXPECT_EQ(selection.source.painted[0].name, "free view 1");
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(selection, v), Truth(v)), 0.8) << v;
+  EXPECT_GT(Iou(session_->SelectionSeenFrom(selection, camera), world_.BallMask(camera)), 0.8);
+  // A second free view gets a name of its own.
+  const RegionSelection again = Select(&selection, round);
+  ASSERT_EQ(again.source.painted.size(), 2u);
+  EXPECT_EQ(again.source.painted[1].name, "free view 2");
+}
+
+TEST_F(SelectionRound, MasksFromFilesCountAsPaint) {
+  RegionSelection loaded;
+  for (int v = 0; v < kViews; ++v) {
+    loaded.masks[world_.view(v).name] = LeftOf(Truth(v), 81, true);
+  }
+  const RegionSelection whole = Select(&loaded, Round(1, Truth(1), MaskOf(loaded, 1)));
+  EXPECT_EQ(whole.source.painted.size(), size_t(kViews));
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(whole, v), Truth(v)), 0.75) << v;
+}
+
+TEST_F(SelectionRound, NothingLeftIsAnError) {
+  EXPECT_THROW(Select(nullptr, Round(2, Mask(160, 120))), InputError);
+  const RegionSelection ball = Select(nullptr, Round(2, Truth(2)));
+  EXPECT_THROW(Select(&ball, Round(2, Mask(160, 120), Truth(2))), InputError);
+  EXPECT_THROW(Select(nullptr, Round(2, Mask(10, 10, 255))), InputError);
+  EXPECT_THROW(Select(nullptr, Round(2, Truth(2), Mask(10, 10, 255))), InputError);
+}
+
+TEST_F(SelectionRound, CancelLeavesTheSessionAsItWas) {
+  Monitor cancelled;
+  cancelled.Cancel();
+  EXPECT_THROW(session_->SelectRound(nullptr, Round(2, Truth(2)), select_, {}, cancelled),
+               Cancelled);
+  EXPECT_TRUE(session_->regions().regions.empty());
+  EXPECT_FALSE(session_->history().CanUndo());
+}
+
+TEST_F(SelectionRound, ReplacingASelectionIsOneStepAndOutdatesTheFit) {
+  RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), 81, true)));
+  const RegionId region =
+      session_->AddRegion("ball", half.masks, half.shares, kBlue, monitor_, half.source);
+  const auto first = session_->regions().Find(region)->selection;
+  EXPECT_EQ(first->source.painted.size(), 1u);
+  RefitJob job;
+  job.options.iterations = 2;
+  session_->Refit(job, monitor_);
+  const std::string key = session_->regions().FitKey(0, job);
+  EXPECT_EQ(session_->regions().Find(region)->fit->key, key);
+
+  RegionSelection whole = Select(first.get(), Round(1, Truth(1), MaskOf(half, 1)));
+  session_->SetSelection(region, whole.masks, whole.shares, monitor_, whole.source);
+  const Region* replaced = session_->regions().Find(region);
+  EXPECT_NE(replaced->selection, first);
+  EXPECT_EQ(replaced->selection->source.painted.size(), 2u);
+  EXPECT_NE(session_->regions().FitKey(0, job), key);
+  EXPECT_EQ(replaced->name, "ball");
+  EXPECT_EQ(session_->history().UndoLabel(), "Select ball");
+  ASSERT_TRUE(session_->Undo());
+  EXPECT_EQ(session_->regions().Find(region)->selection, first);
+  ASSERT_TRUE(session_->Redo());
+  EXPECT_EQ(session_->regions().Find(region)->selection->source.painted.size(), 2u);
+
+  EXPECT_THROW(session_->SetSelection(99, half.masks, half.shares, monitor_), OptionError);
+  EXPECT_THROW(session_->SetSelection(region, {}, {}, monitor_), InputError);
+  EXPECT_FALSE(session_->history().CanRedo());
+}
+
+}  // namespace
+}  // namespace retint

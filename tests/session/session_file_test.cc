@@ -1,0 +1,486 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/session_file.h"
+
+#include <atomic>
+#include <set>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "tests/session/saved_scene.h"
+#include "tests/support/file_size_limit.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+class SessionFile : public ::testing::Test {
+ protected:
+  SessionFile() {
+    WriteTinyScene(scene_, folder_.path());
+    session_ = OpenTinyScene(folder_.path());
+    EditTinyScene(scene_, *session_);
+  }
+
+  fs::path File() const { return folder_ / "edit.retint"; }
+  fs::path Manifest() const { return File() / "session.json"; }
+  SessionSnapshot Snapshot() {
+    SessionSnapshot snapshot = TakeSnapshot(*session_);
+    snapshot.draft = std::make_shared<const SelectionSource>(TinySource(scene_));
+    snapshot.view = R"({"camera":{"zoom":0.1,"name":"é"},"panels":[1,null]})";
+    return snapshot;
+  }
+  void Save() {
+    Monitor monitor;
+    SessionWriter(File()).Write(Snapshot(), monitor);
+  }
+  OpenedSession Load() { return Load(File()); }
+  OpenedSession Load(const fs::path& path) {
+    SessionOptions options;
+    options.backend = "cpu";
+    Monitor monitor;
+    return OpenSession(path, options, monitor);
+  }
+  // Of the InputError that opening throws; anything else fails the test.
+  std::string Refusal() {
+    try {
+      Load();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "was not refused";
+    return {};
+  }
+  Json ReadManifest() const { return Json::parse(ReadFile(Manifest())); }
+  void ChangeManifest(const std::function<void(Json&)>& change) {
+    Json json = ReadManifest();
+    change(json);
+    WriteFile(Manifest(), json.dump());
+  }
+  fs::path FirstPart(const std::string& key, const std::string& of) const {
+    return File() / ReadManifest()[key][0][of].get<std::string>();
+  }
+
+  const TinyScene scene_{21};
+  const TempFolder folder_;
+  std::unique_ptr<EditSession> session_;
+};
+
+void ExpectSame(const SelectionSource& a, const SelectionSource& b) {
+  ASSERT_EQ(a.painted.size(), b.painted.size());
+  for (size_t i = 0; i < a.painted.size(); ++i) {
+    EXPECT_EQ(a.painted[i].name, b.painted[i].name);
+    EXPECT_EQ(a.painted[i].mask.data, b.painted[i].mask.data);
+    EXPECT_EQ(a.painted[i].camera.camera, b.painted[i].camera.camera);
+    EXPECT_EQ(a.painted[i].camera.cam_from_world.rotation.coeffs(),
+              b.painted[i].camera.cam_from_world.rotation.coeffs());
+    EXPECT_EQ(a.painted[i].camera.cam_from_world.translation,
+              b.painted[i].camera.cam_from_world.translation);
+  }
+  EXPECT_EQ(RegistrationsToJson(a.reports), RegistrationsToJson(b.reports));
+  EXPECT_EQ(a.cloud.sources, b.cloud.sources);
+  ASSERT_EQ(a.cloud.points.size(), b.cloud.points.size());
+  for (size_t i = 0; i < a.cloud.points.size(); ++i) {
+    const SelectionPoint &p = a.cloud.points[i], &q = b.cloud.points[i];
+    EXPECT_TRUE(p.position == q.position && p.normal == q.normal && p.footprint == q.footprint &&
+                p.confidence == q.confidence && p.coverage == q.coverage && p.color == q.color &&
+                p.source == q.source && p.x == q.x && p.y == q.y)
+        << "point " << i;
+  }
+}
+
+void ExpectSame(const RegionSet& a, const RegionSet& b) {
+  ASSERT_EQ(a.regions.size(), b.regions.size());
+  for (size_t i = 0; i < a.regions.size(); ++i) {
+    const Region &one = a.regions[i], &two = b.regions[i];
+    EXPECT_EQ(one.id, two.id);
+    EXPECT_EQ(one.name, two.name);
+    EXPECT_EQ(one.visible, two.visible);
+    EXPECT_EQ(one.strength, two.strength);
+    EXPECT_EQ(one.edit.gain, two.edit.gain);
+    EXPECT_EQ(one.edit.offset, two.edit.offset);
+    EXPECT_EQ(one.selection->id, two.selection->id);
+    EXPECT_TRUE(SameBits(one.selection->shares, two.selection->shares));
+    ASSERT_EQ(one.selection->masks.size(), two.selection->masks.size());
+    for (const auto& [name, mask] : one.selection->masks) {
+      EXPECT_EQ(mask.data, two.selection->masks.at(name).data) << name;
+    }
+    ExpectSame(one.selection->source, two.selection->source);
+    ASSERT_EQ(one.fit == nullptr, two.fit == nullptr);
+    if (!one.fit) continue;
+    EXPECT_EQ(one.fit->key, two.fit->key);
+    EXPECT_EQ(one.fit->indices, two.fit->indices);
+    EXPECT_TRUE(SameBits(one.fit->sh, two.fit->sh));
+    EXPECT_EQ(one.fit->summary.losses, two.fit->summary.losses);
+    EXPECT_EQ(one.fit->summary.BriefReport(), two.fit->summary.BriefReport());
+  }
+}
+
+TEST_F(SessionFile, RestoresEverythingToTheLastBit) {
+  Save();
+  const OpenedSession opened = Load();
+  ExpectSame(opened.session->regions(), session_->regions());
+  EXPECT_TRUE(SameBits(opened.session->CurrentSh(), session_->CurrentSh()));
+  EXPECT_FALSE(SameBits(opened.session->CurrentSh(), scene_.model.sh));
+  ASSERT_NE(opened.draft, nullptr);
+  ExpectSame(*opened.draft, TinySource(scene_));
+  EXPECT_EQ(Json::parse(opened.view), Json::parse(Snapshot().view));
+  EXPECT_FALSE(opened.session->history().CanUndo());
+  EXPECT_EQ(opened.session->last_job().options.ridge_dc, 0.1 / 3.0);
+}
+
+TEST_F(SessionFile, GoesOnWhereItWas) {
+  Save();
+  const OpenedSession opened = Load();
+  Monitor monitor;
+  for (EditSession* session : {session_.get(), opened.session.get()}) {
+    session->Refit(session->last_job(), monitor);
+    const RegionId added = session->AddRegion("new", MasksOf(scene_), scene_.shares,
+                                              ColorEdit::Tint({0.5F, 1, 1}), monitor);
+    EXPECT_EQ(added, 3u) << "ids go on";
+  }
+  EXPECT_TRUE(SameBits(opened.session->CurrentSh(), session_->CurrentSh()));
+  ASSERT_TRUE(opened.session->Undo());
+  EXPECT_EQ(opened.session->regions().regions.size(), 2u);
+}
+
+TEST_F(SessionFile, AnOutdatedFitComesBackWhenItFitsAgain) {
+  // Undone before saving: the fit of the second region is up to date again.
+  const RegionId right = session_->regions().regions[1].id;
+  const Region now = session_->regions().regions[1];
+  Save();
+  const OpenedSession opened = Load();
+  const ColorEdit before = ColorEdit::Tint({1.0F, 0.1F, 0.1F});
+  session_->SetEdit(right, before, 1);
+  opened.session->SetEdit(right, before, 1);
+  EXPECT_TRUE(SameBits(opened.session->CurrentSh(), session_->CurrentSh()));
+  ASSERT_NE(now.fit, nullptr);
+  EXPECT_EQ(opened.session->regions().regions[1].fit->key,
+            opened.session->regions().FitKey(1, opened.session->last_job()));
+}
+
+TEST_F(SessionFile, SharedSelectionsAreWrittenOnceAndStayShared) {
+  session_->DuplicateRegion(session_->regions().regions[0].id);
+  Save();
+  EXPECT_EQ(ReadManifest()["selections"].size(), 2u);
+  const OpenedSession opened = Load();
+  const auto& regions = opened.session->regions().regions;
+  ASSERT_EQ(regions.size(), 3u);
+  EXPECT_EQ(regions[0].selection, regions[1].selection);
+  EXPECT_EQ(regions[1].name, regions[0].name + " copy");
+}
+
+TEST_F(SessionFile, SavingAgainWritesOnlyWhatIsNew) {
+  Monitor monitor;
+  SessionWriter writer(File());
+  SessionSnapshot snapshot = Snapshot();
+  writer.Write(snapshot, monitor);
+  EXPECT_EQ(writer.parts_written(), 5) << "two selections, two fits, the draft";
+  session_->SetEdit(1, ColorEdit::Tint({0.3F, 0.3F, 0.3F}));
+  snapshot.regions = session_->regions();
+  writer.Write(snapshot, monitor);
+  EXPECT_EQ(writer.parts_written(), 0);
+  EXPECT_TRUE(SameBits(Load().session->CurrentSh(), session_->CurrentSh()));
+  // What is not needed any more goes.
+  session_->RemoveRegion(1);
+  snapshot.regions = session_->regions();
+  snapshot.draft = nullptr;
+  writer.Write(snapshot, monitor);
+  EXPECT_EQ(writer.parts_written(), 0);
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(File())) {
+    names.insert(entry.path().filename().string());
+  }
+  EXPECT_EQ(names.size(), 3u) << "session.json, a selection, a fit";
+  EXPECT_EQ(Load().draft, nullptr);
+}
+
+TEST_F(SessionFile, MovesWithItsScene) {
+  Save();
+  const std::vector<float> expected = session_->CurrentSh();
+  const TempFolder elsewhere;
+  fs::rename(folder_ / "ws", elsewhere / "ws");
+  fs::rename(File(), elsewhere / "edit.retint");
+  EXPECT_TRUE(SameBits(Load(elsewhere / "edit.retint").session->CurrentSh(), expected));
+  // And is found again where only the session moved.
+  const TempFolder third;
+  fs::rename(elsewhere / "ws", folder_ / "ws");
+  fs::create_directory(third / "deep");
+  fs::rename(elsewhere / "edit.retint", third / "deep" / "edit.retint");
+  EXPECT_TRUE(SameBits(Load(third / "deep" / "edit.retint").session->CurrentSh(), expected));
+}
+
+TEST_F(SessionFile, RefusesAnotherSplat) {
+  Save();
+  GaussianModel other = scene_.model;
+  other.sh[5] += 0.25F;
+  WriteSplat(folder_ / "ws" / "splat.ply", other);
+  EXPECT_THAT(Refusal(), HasSubstr("splat.ply: is not the splat that the session edit.retint"));
+  fs::remove(folder_ / "ws" / "splat.ply");
+  EXPECT_THAT(Refusal(), HasSubstr("its splat is not there"));
+  fs::remove_all(folder_ / "ws");
+  EXPECT_THAT(Refusal(), HasSubstr("its workspace is not there"));
+}
+
+TEST_F(SessionFile, RefusesWhatIsNoSession) {
+  EXPECT_THAT(Refusal(), HasSubstr("no such folder"));
+  fs::create_directory(File());
+  EXPECT_THAT(Refusal(), HasSubstr("holds no session.json"));
+  WriteFile(Manifest(), "{}");
+  EXPECT_THAT(Refusal(), HasSubstr("session.json: is not a session"));
+  WriteFile(Manifest(), "");
+  EXPECT_THAT(Refusal(), HasSubstr("session.json: is not JSON"));
+  WriteFile(Manifest(), std::string(100000, '['));
+  EXPECT_THAT(Refusal(), HasSubstr("session.json: is not JSON"));
+}
+
+TEST_F(SessionFile, RefusesOtherVersions) {
+  Save();
+  ChangeManifest([](Json& json) { json["version"] = 2; });
+  EXPECT_THAT(Refusal(), HasSubstr("session.json: is of version 2"));
+  EXPECT_THAT(Refusal(), HasSubstr("a newer one is needed"));
+  ChangeManifest([](Json& json) { json["version"] = 0; });
+  EXPECT_THAT(Refusal(), HasSubstr("is of version 0"));
+}
+
+TEST_F(SessionFile, NamesTheFaultOfAValue) {
+  Save();
+  const Json good = ReadManifest();
+  const auto expect = [&](const std::function<void(Json&)>& change, const std::string& fault) {
+    Json json = good;
+    change(json);
+    WriteFile(Manifest(), json.dump());
+    EXPECT_THAT(Refusal(), HasSubstr("session.json: " + fault));
+  };
+  expect([](Json& j) { j["regions"][1]["strength"] = nullptr; },
+         "regions[1].strength: is not a number");
+  expect([](Json& j) { j["regions"][1]["strength"] = 2; }, "regions[1].strength: is not between");
+  expect([](Json& j) { j["regions"][0]["gain"][3] = 1e300; }, "regions[0].gain[3]: is too large");
+  expect([](Json& j) { j["regions"][0]["gain"][0] = -1; }, "regions[0]: edit: negative");
+  expect([](Json& j) { j["regions"][0]["gain"].push_back(1); }, "regions[0].gain: has 10 values");
+  expect([](Json& j) { j["regions"][0].erase("name"); }, "regions[0]: has no \"name\"");
+  expect([](Json& j) { j["regions"][1]["id"] = 1; }, "regions[1].id: comes twice");
+  expect([](Json& j) { j["regions"][1]["selection"] = 7; }, "regions[1].selection: there is no");
+  expect([](Json& j) { j["refit"]["solver"] = "magic"; }, "refit.solver: 'magic' is not known");
+  expect([](Json& j) { j["refit"]["tolerance"] = -1; }, "refit: ");
+  expect([](Json& j) { j["selections"][0]["folder"] = "selection-/../.."; },
+         "selections[0].folder: 'selection-/../..' is not the name of a part");
+  expect([](Json& j) { j["selections"][0]["masks"][0]["view"] = "nowhere"; },
+         "selections[0].masks[0]: the workspace has no view nowhere");
+  expect([](Json& j) { j["regions"][0]["fit"]["count"] = 1000000; }, "regions[0].fit.count: is");
+  expect([](Json& j) { j["draft"]["painted"][0]["camera"]["params"][0] = 0; },
+         "draft.painted[0].camera.params: focal length");
+  expect([](Json& j) { j["view"] = 3; }, "view: is not an object");
+  expect([](Json& j) { j["splat"]["xxh64"] = "12"; }, "splat.xxh64: is not sixteen");
+}
+
+TEST_F(SessionFile, RefusesDamagedParts) {
+  Save();
+  const fs::path selection = FirstPart("selections", "folder");
+  const fs::path fit = File() / ReadManifest()["regions"][0]["fit"]["file"].get<std::string>();
+  const fs::path parts[] = {selection / "shares.bin", selection / "cloud.ply",
+                            selection / "masks" / "view2.png",
+                            selection / "painted" / "free view 1.png", fit};
+  for (const fs::path& part : parts) {
+    const std::string bytes = ReadFile(part);
+    WriteFile(part, bytes.substr(0, bytes.size() - 1));
+    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": truncated"));
+    WriteFile(part, bytes + "x");
+    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": has "));
+    std::string flipped = bytes;
+    flipped[flipped.size() / 2] = static_cast<char>(flipped[flipped.size() / 2] ^ 4);
+    WriteFile(part, flipped);
+    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": is damaged"));
+    fs::remove(part);
+    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": is missing"));
+    WriteFile(part, bytes);
+  }
+  EXPECT_NO_THROW(Load());
+}
+
+// As a forger would: checksums that fit the damage.
+TEST_F(SessionFile, RefusesValuesThatCannotBe) {
+  Save();
+  const auto forge = [&](const fs::path& part, Json& entry, size_t at, auto value) {
+    std::string bytes = ReadFile(part);
+    std::memcpy(bytes.data() + at, &value, sizeof(value));
+    WriteFile(part, bytes);
+    entry["xxh64"] = HexText(Xxh64(bytes));
+  };
+  Json json = ReadManifest();
+  const Json good = json;
+  const fs::path shares = FirstPart("selections", "folder") / "shares.bin";
+  const std::string old_shares = ReadFile(shares);
+  forge(shares, json["selections"][0]["shares"], 8, std::numeric_limits<float>::quiet_NaN());
+  WriteFile(Manifest(), json.dump());
+  EXPECT_THAT(Refusal(), HasSubstr("shares.bin: holds a share that is not finite"));
+  WriteFile(shares, old_shares);
+
+  const fs::path fit = File() / good["regions"][0]["fit"]["file"].get<std::string>();
+  const std::string old_fit = ReadFile(fit);
+  for (const int32_t index : {-1, 1 << 30}) {
+    json = good;
+    forge(fit, json["regions"][0]["fit"], 0, index);
+    WriteFile(Manifest(), json.dump());
+    EXPECT_THAT(Refusal(), HasSubstr("is not ascending or no Gaussian's"));
+    WriteFile(fit, old_fit);
+  }
+  json = good;
+  forge(fit, json["regions"][0]["fit"], old_fit.size() - 4, std::numeric_limits<float>::infinity());
+  WriteFile(Manifest(), json.dump());
+  EXPECT_THAT(Refusal(), HasSubstr("holds a coefficient that is not finite"));
+}
+
+// Whatever is wrong with session.json, it is either refused as bad input or still a session.
+TEST_F(SessionFile, AnyDamageToTheManifestIsAnswered) {
+  Save();
+  const std::string good = ReadFile(Manifest());
+  TestRandom random(5);
+  int refused = 0, accepted = 0;
+  const auto attempt = [&](const std::string& bytes) {
+    WriteFile(Manifest(), bytes);
+    try {
+      Load();
+      ++accepted;
+    } catch (const InputError& error) {
+      ++refused;
+      EXPECT_THAT(error.what(), HasSubstr(folder_.path().string())) << "names a file";
+    }
+  };
+  for (int i = 0; i < 60; ++i) {  // the last two bytes are "}\n"
+    attempt(good.substr(0, static_cast<size_t>(random.Uniform(0, double(good.size() - 2)))));
+  }
+  EXPECT_EQ(refused, 60);
+  for (int i = 0; i < 200; ++i) {
+    std::string bytes = good;
+    for (int flips = 0; flips < 1 + i % 3; ++flips) {
+      bytes[static_cast<size_t>(random.Uniform(0, double(bytes.size())))] =
+          static_cast<char>(random.Uniform(0, 256));
+    }
+    attempt(bytes);
+  }
+  EXPECT_GT(refused, 100);
+  // Every value of the file replaced by each of these.
+  const Json odd[] = {nullptr,           -1,  1e300,         0.5,
+                      uint64_t{1} << 63, "x", Json::array(), Json::object()};
+  const Json flat = Json::parse(good).flatten();
+  size_t step = 0;
+  for (const auto& [pointer, value] : flat.items()) {
+    Json json = Json::parse(good);
+    json[Json::json_pointer(pointer)] = odd[step++ % std::size(odd)];
+    attempt(json.dump());
+  }
+  EXPECT_GT(accepted, 0) << "some keys are only for people";
+  WriteFile(Manifest(), good);
+  EXPECT_NO_THROW(Load());
+}
+
+TEST_F(SessionFile, AFullDiskLeavesTheOldSession) {
+  Save();
+  const std::vector<float> saved = Load().session->CurrentSh();
+  session_->Undo();
+  Monitor monitor;
+  RefitJob job = session_->last_job();
+  job.options.iterations = 2;
+  session_->Refit(job, monitor);
+  {
+    const FileSizeLimit limit(2000);
+    EXPECT_THROW(SessionWriter(File()).Write(Snapshot(), monitor), RunError);
+    try {
+      SessionWriter(folder_ / "new.retint").Write(Snapshot(), monitor);
+      ADD_FAILURE() << "the disk is full";
+    } catch (const RunError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("new.retint"));
+    }
+  }
+  EXPECT_TRUE(SameBits(Load().session->CurrentSh(), saved));
+  EXPECT_FALSE(fs::exists(folder_ / "new.retint"));
+  size_t entries = 0;
+  for (const auto& entry : fs::directory_iterator(folder_.path())) entries += entry.exists();
+  EXPECT_EQ(entries, 2u) << "the workspace and the session, nothing left behind";
+}
+
+TEST_F(SessionFile, ACancelledSaveLeavesTheOldSession) {
+  Save();
+  const std::string before = ReadFile(Manifest());
+  Monitor cancelled;
+  cancelled.Cancel();
+  EXPECT_THROW(SessionWriter(File()).Write(Snapshot(), cancelled), Cancelled);
+  EXPECT_THROW(SessionWriter(folder_ / "new.retint").Write(Snapshot(), cancelled), Cancelled);
+  EXPECT_EQ(ReadFile(Manifest()), before);
+  EXPECT_FALSE(fs::exists(folder_ / "new.retint"));
+  EXPECT_NO_THROW(Load());
+}
+
+TEST_F(SessionFile, DoesNotWriteOverOtherThings) {
+  Monitor monitor;
+  fs::create_directory(File());
+  WriteFile(File() / "mine.txt", "precious");
+  EXPECT_THROW(SessionWriter(File()).Write(Snapshot(), monitor), RunError);
+  EXPECT_EQ(ReadFile(File() / "mine.txt"), "precious");
+  WriteFile(folder_ / "file", "precious");
+  EXPECT_THROW(SessionWriter(folder_ / "file").Write(Snapshot(), monitor), RunError);
+  // A file of the user's in a session stays.
+  fs::remove(File() / "mine.txt");
+  Save();
+  WriteFile(File() / "notes.txt", "precious");
+  Save();
+  EXPECT_EQ(ReadFile(File() / "notes.txt"), "precious");
+}
+
+TEST_F(SessionFile, RefusesToSaveWhatItCannot) {
+  Monitor monitor;
+  EXPECT_THROW(TakeSnapshot(*MakeSession(scene_)), InputError);
+  SessionSnapshot snapshot = Snapshot();
+  snapshot.view = "[1";
+  EXPECT_THROW(SessionWriter(File()).Write(snapshot, monitor), OptionError);
+  EXPECT_FALSE(fs::exists(File()));
+}
+
+TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
+  Save();
+  const std::vector<float> one = session_->CurrentSh();
+  const SessionSnapshot first = Snapshot();
+  session_->RemoveRegion(1);
+  const SessionSnapshot second = Snapshot();
+  const std::vector<float> two = session_->CurrentSh();
+  std::atomic<bool> stop = false;
+  std::thread writer([&] {
+    Monitor monitor;
+    // A writer of its own each time: every part is written anew and the old ones are removed.
+    for (int i = 0; !stop; ++i) SessionWriter(File()).Write(i % 2 == 0 ? second : first, monitor);
+  });
+  int seen_one = 0, seen_two = 0, other = 0;
+  for (int i = 0; i < 30; ++i) {
+    try {
+      const std::vector<float> sh = Load().session->CurrentSh();
+      (SameBits(sh, one) ? seen_one : SameBits(sh, two) ? seen_two : other) += 1;
+    } catch (const InputError&) {
+      // Overtaken four times in a row.
+    }
+  }
+  stop = true;
+  writer.join();
+  EXPECT_EQ(other, 0);
+  EXPECT_GT(seen_one + seen_two, 0);
+}
+
+TEST_F(SessionFile, TellsAboutItselfWithoutItsParts) {
+  Save();
+  fs::remove_all(FirstPart("selections", "folder"));
+  const SessionInfo info = ReadSessionInfo(File());
+  EXPECT_EQ(info.splat, folder_ / "ws" / "splat.ply");
+  EXPECT_EQ(info.workspace, folder_ / "ws");
+  EXPECT_EQ(info.regions, 2u);
+  EXPECT_TRUE(info.saved.empty());
+}
+
+}  // namespace
+}  // namespace retint
