@@ -94,7 +94,8 @@ class ViewGeometry {
   virtual ~ViewGeometry() = default;
   const CameraParams& camera() const { return camera_; }
   int64_t num_rows() const { return num_rows_; }
-  // Gaussian index of each row, backend memory, [num_rows].
+  // Gaussian index of each row, backend memory, [num_rows]; distinct, in an order of the backend's
+  // choosing.
   virtual const int32_t* rows() const = 0;
   virtual size_t bytes() const = 0;  // for cache budgets
   // Tiles this geometry visits (all tiles with Gaussians, or the region's), row-major tile index,

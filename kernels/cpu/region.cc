@@ -12,6 +12,25 @@
 namespace retint {
 namespace {
 
+// The active Gaussians of a view in ascending order, as their coefficients lie in memory; returns
+// each one's place by row of the view, -1 for the others.
+std::vector<int32_t> ActiveRows(const CpuViewGeometry& view, const uint8_t* active,
+                                std::vector<int32_t>* gaussians) {
+  std::vector<std::pair<int32_t, int32_t>> found;  // Gaussian, row of the view
+  for (int32_t r = 0; r < int32_t(view.num_rows()); ++r) {
+    const int32_t gaussian = view.row_gaussians[size_t(r)];
+    if (active[gaussian]) found.emplace_back(gaussian, r);
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<int32_t> row_of(size_t(view.num_rows()), -1);
+  gaussians->reserve(found.size());
+  for (const auto& [gaussian, row] : found) {
+    row_of[size_t(row)] = int32_t(gaussians->size());
+    gaussians->push_back(gaussian);
+  }
+  return row_of;
+}
+
 // For every tile of `view`, the number of entries up to and with the last active one.
 std::vector<int64_t> CutLists(const CpuViewGeometry& view, const std::vector<int32_t>& row_of) {
   std::vector<int64_t> lengths(view.tile_ids.size(), 0);
@@ -67,12 +86,17 @@ class WeightSource {
                const std::vector<int64_t>& lengths, const std::vector<int32_t>& row_of)
       : kernels_(kernels), view_(view), lengths_(lengths), row_of_(row_of) {}
 
-  void Exact(size_t tile, WeightTile* weights) const {
+  // Of the pixel rows asked for.
+  void Exact(size_t tile, uint16_t pixel_rows, WeightTile* weights) const {
     alignas(64) float transmittance[kTilePixels];
     TileList list = TileListOf(view_, tile);
     list.count = lengths_[tile];
     list.splat_rows = row_of_.data();
     InitTransmittance(view_.camera(), list.x0, list.y0, transmittance);
+    for (int y = 0; y < kTileSize; ++y) {
+      if (pixel_rows >> y & 1) continue;
+      std::fill_n(transmittance + y * kTileSize, kTileSize, -1.0f);  // as if beyond the image
+    }
     weights->entries.clear();
     weights->weights.clear();
     kernels_.weights(list, weights, transmittance);
@@ -100,7 +124,7 @@ std::vector<WeightTile> ExactWeights(const WeightSource& source, const std::vect
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
       if (used.load(std::memory_order_relaxed) > budget_bytes) return;
-      source.Exact(tiles[i], &work);
+      source.Exact(tiles[i], 0xffff, &work);
       weights[i] = work;  // of exact size
       used.fetch_add(weights[i].bytes(), std::memory_order_relaxed);
     }
@@ -123,7 +147,7 @@ size_t GuessThinning(const WeightSource& source, const std::vector<size_t>& tile
   ParallelRanges(int64_t(samples), 4, [&](int64_t begin, int64_t end) {
     WeightTile exact, compact;
     for (int64_t i = begin; i < end; ++i) {
-      source.Exact(tiles[size_t(i) * kStride], &exact);
+      source.Exact(tiles[size_t(i) * kStride], 0xffff, &exact);
       for (size_t level = 0; level < kLast; ++level) {
         source.Compact(exact, kThinnings[level], min_weight, &compact);
         used[level].fetch_add(compact.bytes(), std::memory_order_relaxed);
@@ -155,7 +179,7 @@ std::vector<WeightTile> CompactWeights(const WeightSource& source, const std::ve
   ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
-      source.Exact(tiles[i], &work);
+      source.Exact(tiles[i], kThinnings[level].pixel_rows, &work);
       source.Compact(work, kThinnings[level], min_weight, &weights[i]);
     }
   });
@@ -242,13 +266,7 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
   if (view.is_region) throw std::invalid_argument("a region cannot be restricted again");
   auto region = std::make_shared<CpuViewGeometry>();
   region->is_region = true;
-  std::vector<int32_t> row_of(size_t(view.num_rows()), -1);
-  for (size_t r = 0; r < row_of.size(); ++r) {
-    if (!active[view.row_gaussians[r]]) continue;
-    row_of[r] = int32_t(region->row_gaussians.size());
-    region->row_gaussians.push_back(view.row_gaussians[r]);
-  }
-  region->row_gaussians.shrink_to_fit();
+  const std::vector<int32_t> row_of = ActiveRows(view, active, &region->row_gaussians);
   region->SetShape(view.camera(), int64_t(region->row_gaussians.size()));
 
   const std::vector<int64_t> lengths = CutLists(view, row_of);
