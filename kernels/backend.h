@@ -414,8 +414,12 @@ class Backend {
 
 // "cpu", and "cuda" where built and a device is present.
 std::vector<std::string> AvailableBackends();
-// `name` is "auto", "cpu" or "cuda". Throws std::invalid_argument for an unknown or unavailable
-// one.
+// Why "cuda" cannot be used here: not built in, no driver, no device, too old a device. Empty where
+// it can.
+inline constexpr std::string_view kCudaNotBuiltIn = "not built in";
+std::string CudaFault();
+// `name` is "auto", "cpu" or "cuda"; "auto" is cuda where it can be used, else cpu. Throws
+// std::invalid_argument, with the fault, for an unknown or unavailable one.
 std::shared_ptr<Backend> CreateBackend(std::string_view name);
 
 }  // namespace retint

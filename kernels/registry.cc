@@ -10,35 +10,30 @@
 
 namespace retint {
 
-namespace {
-
-// Null where there is none; `reason` then says why.
-std::shared_ptr<Backend> TryCuda(std::string* reason) {
-#ifdef RETINT_HAVE_CUDA
-  return CudaAvailable(reason) ? CreateCudaBackend() : nullptr;
-#else
-  *reason = "not built in";
-  return nullptr;
-#endif
-}
-
-}  // namespace
-
 std::vector<std::string> AvailableBackends() {
   std::vector<std::string> names = {"cpu"};
-#ifdef RETINT_HAVE_CUDA
-  if (CudaAvailable()) names.push_back("cuda");
-#endif
+  if (CudaFault().empty()) names.push_back("cuda");
   return names;
 }
 
-std::shared_ptr<Backend> CreateBackend(std::string_view name) {
+std::string CudaFault() {
+#ifdef RETINT_HAVE_CUDA
   std::string reason;
+  return CudaAvailable(&reason) ? "" : reason;
+#else
+  return std::string(kCudaNotBuiltIn);
+#endif
+}
+
+std::shared_ptr<Backend> CreateBackend(std::string_view name) {
   if (name == "cpu") return CreateCpuBackend();
   if (name == "cuda" || name == "auto") {
-    if (auto backend = TryCuda(&reason)) return backend;
+    const std::string fault = CudaFault();
+#ifdef RETINT_HAVE_CUDA
+    if (fault.empty()) return CreateCudaBackend();
+#endif
     if (name == "auto") return CreateCpuBackend();
-    throw std::invalid_argument("backend \"cuda\" cannot be used: " + reason);
+    throw std::invalid_argument("backend \"cuda\" cannot be used: " + fault);
   }
   throw std::invalid_argument("unknown backend \"" + std::string(name) +
                               "\"; use auto, cpu or cuda");

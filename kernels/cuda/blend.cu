@@ -17,7 +17,8 @@ TileLists ListsOf(const CudaViewGeometry& view) {
           view.camera().width,
           view.camera().height,
           view.tiles_x(),
-          int(view.ranges.size())};
+          int(view.ranges.size()),
+          view.order.size() > 0 ? view.order.data() : nullptr};
 }
 
 // Of one splat; a region also needs to know whether it is active.
@@ -35,7 +36,7 @@ template <int C, bool IsRegion>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
   using Payload = Features<C, IsRegion>;
   __shared__ __align__(16) Batch<Payload> batches[kWarps];
-  const int index = blockIdx.x;
+  const int index = lists.Index();
   if (params.keep_outside && lists.ranges[index].x == lists.ranges[index].y) return;
   const Lane lane = LaneOf(lists, lists.tile_ids ? lists.tile_ids[index] : index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
@@ -51,6 +52,7 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
         }
       },
       [&](const Batch<Payload>& batch, int count) {
+#pragma unroll 4
         for (int i = 0; i < count; ++i) {
           const Splat s = batch.splats[i];
           const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
@@ -86,7 +88,7 @@ template <int C>
 __global__ void __launch_bounds__(kTileThreads)
     BlendTransposeKernel(TileLists lists, BlendTransposeParams params) {
   __shared__ __align__(16) Batch<int> batches[kWarps];
-  const int index = blockIdx.x, lane_id = threadIdx.x % 32;
+  const int index = lists.Index(), lane_id = threadIdx.x % 32;
   const Lane lane = LaneOf(lists, lists.tile_ids ? lists.tile_ids[index] : index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
   float residual0[C] = {}, residual1[C] = {};
@@ -134,7 +136,7 @@ __global__ void __launch_bounds__(kTileThreads)
 __global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, DepthParams params) {
   struct Nothing {};
   __shared__ __align__(16) Batch<Nothing> batches[kWarps];
-  const int index = blockIdx.x;
+  const int index = lists.Index();
   const Lane lane = LaneOf(lists, index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
   float sum0 = 0, sum1 = 0, median0 = 0, median1 = 0;

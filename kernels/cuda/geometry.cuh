@@ -54,7 +54,7 @@ class CudaViewGeometry : public ViewGeometry {
   std::span<const int32_t> tiles() const override;
   size_t bytes() const override {
     return gaussians.bytes() + splats.bytes() + splat_rows.bytes() + tile_ids.bytes() +
-           ranges.bytes() + entries.bytes() + weights.bytes();
+           ranges.bytes() + order.bytes() + entries.bytes() + weights.bytes();
   }
 
   Scratch<int32_t> gaussians;   // [rows]
@@ -62,6 +62,7 @@ class CudaViewGeometry : public ViewGeometry {
   Scratch<int32_t> splat_rows;  // region: row of each splat, -1 for an inactive one
   Scratch<int32_t> tile_ids;    // region: [tiles] ascending
   Scratch<int2> ranges;         // [tiles of the grid], region: [tiles]
+  Scratch<int32_t> order;       // whole view: [tiles] indices of the ranges, long ones first
   Scratch<int32_t> entries;     // [E] index into splats
   bool is_region = false;
   ExplicitWeights weights;  // region: replaces splats, splat_rows, ranges and entries

@@ -124,16 +124,48 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x == 0 && visible) atomicAdd(&totals->rows, unsigned(visible));
 }
 
+// Blocks start in order: tiles of many splats first leave no block that runs on alone at the end.
+constexpr int kOrderThreads = 1024;
+__global__ void __launch_bounds__(kOrderThreads)
+    OrderTilesKernel(int tiles, const int2* ranges, int32_t* order) {
+  constexpr int kClasses = 64, kLength = 64;  // classes of so many splats
+  __shared__ int begin[kClasses];
+  if (threadIdx.x < kClasses) begin[threadIdx.x] = 0;
+  __syncthreads();
+  const auto class_of = [&](int tile) {
+    const int2 range = ranges[tile];
+    const int length = (range.y - range.x + kLength - 1) / kLength;
+    return length < kClasses ? kClasses - 1 - length : 0;
+  };
+  for (int tile = threadIdx.x; tile < tiles; tile += kOrderThreads) {
+    atomicAdd(&begin[class_of(tile)], 1);
+  }
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    int sum = 0;
+    for (int i = 0; i < kClasses; ++i) {
+      const int count = begin[i];
+      begin[i] = sum;
+      sum += count;
+    }
+  }
+  __syncthreads();
+  for (int tile = threadIdx.x; tile < tiles; tile += kOrderThreads) {
+    order[atomicAdd(&begin[class_of(tile)], 1)] = tile;
+  }
+}
+
 // Rows in their final order: the splat of each and the number of its tiles.
 __global__ void RowsKernel(int64_t count, CameraParams camera, const int32_t* gaussians,
                            const float4* mean_opacity, const Covariance3* covariances,
-                           const uint32_t* tiles, Splat* splats, uint32_t* counts) {
+                           const uint32_t* tiles, int32_t* rows, Splat* splats, uint32_t* counts) {
   const int64_t r = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
   if (r >= count) return;
   const int32_t g = gaussians[r];
   Splat splat;
   Reach reach;
   Project(camera, mean_opacity[g], covariances[g], &splat, &reach);
+  rows[r] = g;
   splats[r] = splat;
   counts[r] = tiles[g];
 }
@@ -276,13 +308,10 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
   }
   view->gaussians = Scratch<int32_t>(stream, size_t(rows));
   view->splats = Scratch<Splat>(stream, size_t(rows));
-  Check(cudaMemcpyAsync(view->gaussians.data(), order.data(), view->gaussians.bytes(),
-                        cudaMemcpyDeviceToDevice, stream),
-        "cudaMemcpyAsync");
   Scratch<uint32_t> counts(stream, size_t(rows)), ends(stream, size_t(rows));
   RowsKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(
-      rows, camera, view->gaussians.data(), model.mean_opacity.data(), model.covariances.data(),
-      tiles.data(), view->splats.data(), counts.data());
+      rows, camera, order.data(), model.mean_opacity.data(), model.covariances.data(), tiles.data(),
+      view->gaussians.data(), view->splats.data(), counts.data());
   Check(cudaGetLastError(), "RowsKernel");
   InclusiveSum(rows, counts.data(), ends.data(), stream);
   if (grid_tiles <= 65536) {
@@ -290,6 +319,10 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
   } else {
     BinRows<uint32_t>(camera, ends.data(), rows, entries, grid_tiles, view.get(), stream);
   }
+  view->order = Scratch<int32_t>(stream, size_t(grid_tiles));
+  OrderTilesKernel<<<1, kOrderThreads, 0, stream>>>(grid_tiles, view->ranges.data(),
+                                                    view->order.data());
+  Check(cudaGetLastError(), "OrderTilesKernel");
   return view;
 }
 

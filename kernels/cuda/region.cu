@@ -171,9 +171,16 @@ bool AddWeights(const CudaViewGeometry& view, const Restriction& found, size_t b
   CutRangesKernel<<<Blocks(tiles, kThreads), kThreads, 0, stream>>>(
       tiles, region->tile_ids.data(), found.lengths.data(), view.ranges.data(), ranges.data());
   Check(cudaGetLastError(), "CutRangesKernel");
-  TileLists lists{view.splats.data(),      view.entries.data(), ranges.data(),
-                  region->tile_ids.data(), row_of.data(),       view.camera().width,
-                  view.camera().height,    view.tiles_x(),      tiles};
+  TileLists lists{view.splats.data(),
+                  view.entries.data(),
+                  ranges.data(),
+                  region->tile_ids.data(),
+                  row_of.data(),
+                  view.camera().width,
+                  view.camera().height,
+                  view.tiles_x(),
+                  tiles,
+                  nullptr};
   const size_t quarters = size_t(tiles) * kWarps;
   Scratch<uint32_t> counts(stream, quarters), ends(stream, quarters);
   Scratch<uint8_t> has_weights(stream, size_t(tiles));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "kernels/common/sh.h"
 
+#include <type_traits>
+
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/ops.cuh"
 
@@ -51,6 +53,101 @@ __device__ float3 Contract(const float* basis, const float* coefficients, int k)
   return {sum[0], sum[1], sum[2]};
 }
 
+// The kernels that add to blocks of coefficients: a thread an entry for its basis, then all threads
+// over the blocks, so that memory is passed over in its order.
+constexpr int kBatch = 128;
+
+template <int K>
+struct Prepared {
+  float basis[kBatch][K + 1];  // odd or even, the rows of 32 threads start in different banks
+  float value[kBatch][3];
+  int64_t slot[kBatch];
+};
+
+// block[slot] += term(entry in the batch, element) for `kElements` elements of every live entry.
+template <int kElements, typename Term>
+__device__ void AddToBlocks(const int64_t* slots, int entries, float* blocks, const Term& term) {
+  constexpr int kWide = kElements % 4 == 0 ? 4 : 1, kPieces = kElements / kWide;
+  for (int i = threadIdx.x; i < entries * kPieces; i += kBatch) {
+    const int entry = i / kPieces, piece = i % kPieces;
+    if (slots[entry] < 0) continue;
+    float* const to = blocks + slots[entry] * kElements + kWide * piece;
+    if constexpr (kWide == 4) {
+      float4 value = *reinterpret_cast<float4*>(to);
+      value.x += term(entry, 4 * piece);
+      value.y += term(entry, 4 * piece + 1);
+      value.z += term(entry, 4 * piece + 2);
+      value.w += term(entry, 4 * piece + 3);
+      *reinterpret_cast<float4*>(to) = value;
+    } else {
+      *to += term(entry, piece);
+    }
+  }
+}
+
+// Fills the batch of this block; returns how many entries it has.
+template <int K>
+__device__ int PrepareBatch(const Entries& entries, int64_t count, Prepared<K>* batch) {
+  const int64_t first = int64_t(blockIdx.x) * kBatch, entry = first + threadIdx.x;
+  if (entry < count) {
+    batch->slot[threadIdx.x] = entries.Slot(entry);
+    float basis[kMaxShCoeffs];
+    entries.Basis(entry, basis);
+#pragma unroll
+    for (int k = 0; k < K; ++k) batch->basis[threadIdx.x][k] = basis[k];
+  }
+  return int(count - first < kBatch ? count - first : kBatch);
+}
+
+template <int K>
+__global__ void __launch_bounds__(kBatch)
+    TransposeKernel(Entries entries, EvalShTransposeParams params) {
+  __shared__ Prepared<K> batch;
+  const int live = PrepareBatch<K>(entries, params.count, &batch);
+  const int64_t first = int64_t(blockIdx.x) * kBatch * 3;
+  for (int i = threadIdx.x; i < 3 * live; i += kBatch) {
+    const bool open = !params.colors || params.colors[first + i] > 0;
+    batch.value[i / 3][i % 3] = open ? params.color_gradients[first + i] : 0.0f;
+  }
+  __syncthreads();
+  AddToBlocks<3 * K>(batch.slot, live, params.gradient, [&](int entry, int element) {
+    return batch.basis[entry][element / 3] * batch.value[entry][element % 3];
+  });
+}
+
+template <int K>
+__global__ void __launch_bounds__(kBatch)
+    BlocksKernel(Entries entries, AccumulateBlocksParams params) {
+  __shared__ Prepared<K> batch;
+  const int live = PrepareBatch<K>(entries, params.count, &batch);
+  const int64_t entry_of_thread = int64_t(blockIdx.x) * kBatch + threadIdx.x;
+  if (entry_of_thread < params.count) {
+    batch.value[threadIdx.x][0] = params.weights[entry_of_thread];
+  }
+  __syncthreads();
+  AddToBlocks<K*(K + 1) / 2>(batch.slot, live, params.blocks, [&](int entry, int element) {
+    int row = int((sqrtf(8.0f * float(element) + 1) - 1) * 0.5f);
+    if ((row + 1) * (row + 2) / 2 <= element) ++row;
+    const int column = element - row * (row + 1) / 2;
+    return batch.value[entry][0] * batch.basis[entry][row] * batch.basis[entry][column];
+  });
+}
+
+// function(std::integral_constant<int, K>) for the run-time number of coefficients.
+template <typename Function>
+void WithCoefficients(int k, const Function& function) {
+  switch (k) {
+    case 1:
+      return function(std::integral_constant<int, 1>());
+    case 4:
+      return function(std::integral_constant<int, 4>());
+    case 9:
+      return function(std::integral_constant<int, 9>());
+    default:
+      return function(std::integral_constant<int, 16>());
+  }
+}
+
 }  // namespace
 
 void EvalSh(const CudaModel& model, const EvalShParams& params, cudaStream_t stream) {
@@ -73,21 +170,11 @@ void EvalSh(const CudaModel& model, const EvalShParams& params, cudaStream_t str
 
 void EvalShTranspose(const CudaModel& model, const EvalShTransposeParams& params,
                      cudaStream_t stream) {
+  if (params.count <= 0) return;
   const Entries entries = EntriesOf(model, params);
-  ForEach(params.count, stream, "EvalShTranspose", [=] __device__(int64_t i) {
-    const int64_t slot = entries.Slot(i);
-    if (slot < 0) return;
-    float basis[kMaxShCoeffs];
-    entries.Basis(i, basis);
-    float g[3];
-    for (int c = 0; c < 3; ++c) {
-      const bool open = !params.colors || params.colors[3 * i + c] > 0;
-      g[c] = open ? params.color_gradients[3 * i + c] : 0.0f;
-    }
-    float* out = params.gradient + slot * 3 * entries.k;
-    for (int j = 0; j < entries.k; ++j) {
-      for (int c = 0; c < 3; ++c) out[3 * j + c] += basis[j] * g[c];
-    }
+  WithCoefficients(entries.k, [&](auto k) {
+    TransposeKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream>>>(entries, params);
+    Check(cudaGetLastError(), "EvalShTranspose");
   });
 }
 
@@ -113,17 +200,11 @@ void ShTangent(const CudaModel& model, const ShTangentParams& params, cudaStream
 
 void AccumulateBlocks(const CudaModel& model, const AccumulateBlocksParams& params,
                       cudaStream_t stream) {
+  if (params.count <= 0) return;
   const Entries entries = EntriesOf(model, params);
-  ForEach(params.count, stream, "AccumulateBlocks", [=] __device__(int64_t i) {
-    const int64_t slot = entries.Slot(i);
-    if (slot < 0) return;
-    float basis[kMaxShCoeffs];
-    entries.Basis(i, basis);
-    float* block = params.blocks + slot * (entries.k * (entries.k + 1) / 2);
-    for (int row = 0; row < entries.k; ++row) {
-      const float scaled = params.weights[i] * basis[row];
-      for (int column = 0; column <= row; ++column) *block++ += scaled * basis[column];
-    }
+  WithCoefficients(entries.k, [&](auto k) {
+    BlocksKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream>>>(entries, params);
+    Check(cudaGetLastError(), "AccumulateBlocks");
   });
 }
 

@@ -24,6 +24,10 @@ struct TileLists {
   const int32_t* tile_ids;    // null: every tile of the grid
   const int32_t* splat_rows;  // null: splat is row
   int width, height, tiles_x, tiles;
+  const int32_t* order;  // of the tiles over the blocks; null: as they come
+
+  // What this block walks.
+  __device__ int Index() const { return order ? order[blockIdx.x] : int(blockIdx.x); }
 };
 
 // The lane's two pixels: (x, y0) and (x, y1).

@@ -25,6 +25,7 @@ __device__ void WalkWeights(const TileLists& lists, float min_weight, Batch<int>
   WalkTile(
       lists, blockIdx.x, lane, &batches[threadIdx.x / 32], [](int row, int* out) { *out = row; },
       [&](const Batch<int>& batch, int count) {
+#pragma unroll 4
         for (int i = 0; i < count; ++i) {
           const Splat s = batch.splats[i];
           const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
@@ -93,10 +94,10 @@ Weights WeightsOf(const CudaViewGeometry& region) {
           region.tiles_x(),       int(region.tile_ids.size())};
 }
 
-// Regions are small and a quarter's entries one after the other would take long: they are dealt to
-// kShares warps, kDeal at a time.
+// A quarter's entries one after the other would take long: they are dealt to kShares warps, kDeal
+// at a time.
 constexpr int kShares = 4, kDeal = 16;
-constexpr int kSharedThreads = 32 * kWarps * kShares;
+constexpr int kSharedThreads = kTileThreads * kShares;
 
 struct Deal {
   int quarter, share;   // of this warp
@@ -277,8 +278,9 @@ void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cud
   WithChannels(params.channels, [&](auto c) {
     if (weights.tiles == 0) return;
     WithPair(region.weights.compact, [&](auto* kind) {
-      BlendWeightsKernel<c()><<<weights.tiles, kSharedThreads, 0, stream>>>(
-          weights, reinterpret_cast<decltype(kind)>(region.weights.values.data()), params);
+      auto* values = reinterpret_cast<decltype(kind)>(region.weights.values.data());
+      BlendWeightsKernel<c()>
+          <<<weights.tiles, kSharedThreads, 0, stream>>>(weights, values, params);
     });
     Check(cudaGetLastError(), "BlendWeightsKernel");
   });
@@ -290,8 +292,9 @@ void BlendWeightsTranspose(const CudaViewGeometry& region, const BlendTransposeP
   WithChannels(params.channels, [&](auto c) {
     if (weights.tiles == 0) return;
     WithPair(region.weights.compact, [&](auto* kind) {
-      TransposeWeightsKernel<c()><<<weights.tiles, kSharedThreads, 0, stream>>>(
-          weights, reinterpret_cast<decltype(kind)>(region.weights.values.data()), params);
+      auto* values = reinterpret_cast<decltype(kind)>(region.weights.values.data());
+      TransposeWeightsKernel<c()>
+          <<<weights.tiles, kSharedThreads, 0, stream>>>(weights, values, params);
     });
     Check(cudaGetLastError(), "TransposeWeightsKernel");
   });

@@ -118,6 +118,12 @@ struct Renderer::Cache {
     bytes += size;
   }
 
+  void Clear() {
+    entries.clear();
+    index.clear();
+    bytes = 0;
+  }
+
   static float* Grow(Backend& backend, Buffer<float>& buffer, size_t count) {
     if (buffer.size() < count) {
       buffer = {};  // free before taking the larger one
@@ -149,7 +155,14 @@ size_t Renderer::cached_bytes() const { return cache_->bytes; }
 std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, bool cache) {
   const CameraParams params = ToCameraParams(view);
   if (auto found = cache_->Find(params)) return found;
-  auto geometry = backend_->PrepareView(*model_, params);
+  std::shared_ptr<const ViewGeometry> geometry;
+  try {
+    geometry = backend_->PrepareView(*model_, params);
+  } catch (const std::bad_alloc&) {
+    if (cache_->entries.empty()) throw;
+    cache_->Clear();
+    geometry = backend_->PrepareView(*model_, params);
+  }
   if (cache) cache_->Insert(params, geometry, options_.cache_bytes);
   return geometry;
 }

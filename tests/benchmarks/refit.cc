@@ -46,7 +46,7 @@ struct Flags {
   size_t region_mb = RefitOptions().region_cache_bytes >> 20;
   double min_weight = RefitOptions().min_weight;
   double outside_weight = RefitOptions().outside_weight;
-  double scale = 1;
+  double scale = 1, ball = 0;
   bool cold_start = false, no_quality = false, area = false;
 };
 
@@ -118,6 +118,31 @@ Mask Resized(const Mask& mask, double scale) {
   return small;
 }
 
+// A selection for scenes without masks: 1 for the Gaussians in a ball, `radius` of its depth wide,
+// around what the first view shows in its middle.
+std::vector<float> BallShares(const GaussianModel& model, const PosedCamera& view, double radius) {
+  const auto mean = [&](size_t g) {
+    return Eigen::Vector3d(Eigen::Map<const Eigen::Vector3f>(&model.means[3 * g]).cast<double>());
+  };
+  std::vector<double> depths;
+  for (size_t g = 0; g < model.NumGaussians(); ++g) {
+    const auto pixel = view.Project(mean(g));
+    if (!pixel || model.opacity_logits[g] < 0) continue;
+    if (std::abs((*pixel)[0] / view.camera.width - 0.5) > 0.05) continue;
+    if (std::abs((*pixel)[1] / view.camera.height - 0.5) > 0.05) continue;
+    depths.push_back((*pixel)[2]);
+  }
+  std::nth_element(depths.begin(), depths.begin() + int64_t(depths.size() / 3), depths.end());
+  const double depth = depths[depths.size() / 3];
+  const Eigen::Vector3d middle =
+      view.Unproject({0.5 * view.camera.width, 0.5 * view.camera.height}, depth);
+  std::vector<float> shares(model.NumGaussians());
+  for (size_t g = 0; g < shares.size(); ++g) {
+    shares[g] = (mean(g) - middle).norm() < radius * depth ? 1.0f : 0.0f;
+  }
+  return shares;
+}
+
 Scene LoadScene(const std::string& name, const Flags& flags) {
   Scene scene;
   scene.name = name;
@@ -127,7 +152,12 @@ Scene LoadScene(const std::string& name, const Flags& flags) {
   Shrink(scene, flags.scale);
   Renderer renderer(CreateBackend(flags.backend), scene.model);
   Monitor monitor;
-  if (name != "fox" || !flags.fox_masks.empty()) {
+  if (flags.ball > 0) {
+    const View& view = *scene.workspace.reconstruction.ViewsByName()[0];
+    MasksFromShares(
+        scene, renderer,
+        BallShares(scene.model, scene.workspace.reconstruction.Posed(view), flags.ball));
+  } else if (name != "fox" || !flags.fox_masks.empty()) {
     const fs::path folder = name == "fox" ? fs::path(flags.fox_masks) : root / "truth";
     for (const View* view : scene.workspace.reconstruction.ViewsByName()) {
       scene.masks[view->name] = Resized(ReadMask(ViewFile(folder, view->name)), flags.scale);
@@ -229,7 +259,8 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  std::printf(",\"peak_rss_mb\":%ld}\n", usage.ru_maxrss / 1024);
+  std::printf(",\"peak_rss_mb\":%ld,\"peak_device_mb\":%.0f}\n", usage.ru_maxrss / 1024,
+              double(renderer.backend().PeakDeviceBytes()) / 1e6);
   std::fflush(stdout);
   WritePictures(scene, renderer, sh, label, flags);
 }
@@ -321,6 +352,8 @@ int Main(int argc, char** argv) {
   app.add_option("--min-weight", flags.min_weight);
   app.add_option("--outside-weight", flags.outside_weight);
   app.add_option("--scale", flags.scale, "of the cameras");
+  app.add_option("--ball", flags.ball,
+                 "select a ball, of this share of its depth, instead of masks");
   app.add_flag("--cold-start", flags.cold_start, "adam starts from the original coefficients");
   app.add_flag("--no-quality", flags.no_quality);
   app.add_flag("--area", flags.area, "also fit a selection of a tenth of the area");

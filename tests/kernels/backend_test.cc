@@ -21,6 +21,22 @@ TEST(Registry, RefusesUnknownNames) {
   EXPECT_NO_THROW(CreateBackend("auto"));
 }
 
+TEST(Registry, SaysWhyThereIsNoCuda) {
+  const std::string fault = CudaFault();
+  if (fault.empty()) {
+    EXPECT_EQ(CreateBackend("auto")->Name(), "cuda");
+    EXPECT_EQ(CreateBackend("cuda")->Name(), "cuda");
+    return;
+  }
+  EXPECT_EQ(CreateBackend("auto")->Name(), "cpu");
+  try {
+    CreateBackend("cuda");
+    FAIL() << "there is no device";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(fault));
+  }
+}
+
 TEST(Registry, DescribesTargetAndThreads) {
   EXPECT_THAT(CreateBackend("cpu")->Description(), testing::HasSubstr("Highway"));
   EXPECT_THAT(MakeBackend("cpu-scalar")->Description(), testing::HasSubstr("scalar"));
@@ -36,6 +52,20 @@ TEST_P(Memory, IsZeroedAndCopied) {
   EXPECT_EQ(backend_->Download(copy.data(), 77), values);
   backend_->Fill(copy.data(), 0, 4 * sizeof(float));
   EXPECT_EQ(backend_->Download(copy.data(), 5), (std::vector<float>{0, 0, 0, 0, values[4]}));
+}
+
+// The host's allocator may be one that aborts (sanitizers), so only a device is asked for too much.
+TEST_P(Memory, SaysWhatDoesNotFit) {
+  if (GetParam() != "cuda") GTEST_SKIP() << "a device's memory";
+  try {
+    backend_->AllocateBytes(size_t{1} << 50);
+    FAIL() << "a petabyte fits";
+  } catch (const std::bad_alloc& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("1073741824 MiB"));
+  }
+  const auto values = UniformVector(rng_, 100, -1, 1);
+  const auto copy = backend_->Upload(std::span<const float>(values));
+  EXPECT_EQ(backend_->Download(copy.data(), 100), values);
 }
 
 TEST_P(Memory, TakesNothing) {
