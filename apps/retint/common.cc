@@ -101,7 +101,12 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   options.holdout = holdout;
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
   for (const std::string& warning : session->workspace().warnings) run.Warn(warning);
-  run.Info("backend " + session->renderer().backend().Description());
+  const Backend& backend = session->renderer().backend();
+  run.Info("backend " + backend.Description());
+  const std::string fault = CudaFault();
+  if (options.backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn) {
+    run.Warn("no GPU is used (" + fault + "): kernels run on the CPU");
+  }
   return session;
 }
 

@@ -56,8 +56,12 @@ int Execute(const Globals& globals, const Action& action) {
     return Fail(kInput, error.what());
   } catch (const Cancelled&) {
     return Fail(kInterrupted, "interrupted; nothing was written");
-  } catch (const std::bad_alloc&) {
-    return Fail(kRunTime, "out of memory");
+  } catch (const std::bad_alloc& error) {
+    // A device's says what did not fit.
+    const std::string what = error.what();
+    return Fail(kRunTime, what == std::bad_alloc().what()
+                              ? "out of memory"
+                              : what + "; a smaller --cache-mb leaves more for the rest");
   } catch (const std::exception& error) {
     return Fail(kRunTime, error.what());
   }
