@@ -271,6 +271,7 @@ class RenderThread::Impl {
     const double pixels = double(request.camera.camera.width) * request.camera.camera.height;
     const double doubled = (request.before ? 2 : 1) * (request.cloud ? 1.5 : 1);
     auto frame = std::make_shared<Frame>();
+    frame->serial = request.serial;
     frame->camera = request.camera;
     frame->what = request.what;
     frame->moving = request.moving;

@@ -31,7 +31,8 @@ struct OverlayCloud {
 };
 
 struct FrameRequest {
-  PosedCamera camera;  // size and intrinsics of the sharp frame, pinhole
+  uint64_t serial = 0;  // comes back with the frame
+  PosedCamera camera;   // size and intrinsics of the sharp frame, pinhole
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;                        // small and soon rather than sharp
   ShPointer sh;                               // null: what the frame before had
@@ -41,8 +42,9 @@ struct FrameRequest {
 };
 
 struct Frame {
-  QImage image;        // RGB32, the camera's size times `scale`
-  QImage before;       // of FrameRequest::before, else null
+  QImage image;   // RGB32, the camera's size times `scale`
+  QImage before;  // of FrameRequest::before, else null
+  uint64_t serial = 0;
   PosedCamera camera;  // as requested
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;

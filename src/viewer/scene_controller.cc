@@ -96,39 +96,47 @@ SceneController::~SceneController() {
 // ----------------------------------------------------------------------------------------
 
 void SceneController::Open(const OpenRequest& request) {
-  const auto session = std::make_shared<std::shared_ptr<EditSession>>();
-  const auto start = std::chrono::steady_clock::now();
-  worker_->Post(
-      {tr("Opening %1").arg(Text(request.workspace.filename().string())),
-       [session, request](Monitor& monitor) {
-         *session = EditSession::Open(request.workspace, request.splat, request.options, monitor);
-         (*session)->optimizer();  // made here, so that every thread may call it
-       },
-       [this, session, request, start](std::exception_ptr error) {
-         const double seconds =
-             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-         QMetaObject::invokeMethod(
-             this,
-             [this, session, request, seconds, error] {
-               if (!error) return OpenDone(*session, request, seconds);
-               try {
-                 std::rethrow_exception(error);
-               } catch (const std::bad_alloc&) {
-                 Q_EMIT openFailed(tr("out of memory"));
-               } catch (const std::exception& failure) {
-                 Q_EMIT openFailed(Text(failure.what()));
-               }
-             },
-             Qt::QueuedConnection);
-       }});
+  auto folder = request.workspace;
+  if (folder.filename().empty()) folder = folder.parent_path();
+  OpenWith(Text(folder.filename().string()), [request](Monitor& monitor) {
+    return EditSession::Open(request.workspace, request.splat, request.options, monitor);
+  });
 }
 
-void SceneController::OpenDone(const std::shared_ptr<EditSession>& session,
-                               const OpenRequest& request, double seconds) {
+void SceneController::OpenWith(const QString& name, Opener opener, std::function<void()> done) {
+  const auto session = std::make_shared<std::shared_ptr<EditSession>>();
+  const auto start = std::chrono::steady_clock::now();
+  const auto finish = [this, session, start, done = std::move(done)](std::exception_ptr error) {
+    if (!error) {
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      OpenDone(*session, taken.count());
+      if (done) done();
+      return;
+    }
+    try {
+      std::rethrow_exception(error);
+    } catch (const std::bad_alloc&) {
+      Q_EMIT openFailed(tr("out of memory"));
+    } catch (const std::exception& failure) {
+      Q_EMIT openFailed(Text(failure.what()));
+    }
+  };
+  worker_->Post({tr("Opening %1").arg(name),
+                 [session, opener = std::move(opener)](Monitor& monitor) {
+                   *session = opener(monitor);
+                   (*session)->optimizer();  // made here, so that every thread may call it
+                 },
+                 [this, finish](std::exception_ptr error) {
+                   QMetaObject::invokeMethod(
+                       this, [finish, error] { finish(error); }, Qt::QueuedConnection);
+                 }});
+}
+
+void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, double seconds) {
   Retire();
   session_ = session;
   auto facts = std::make_shared<SceneFacts>();
-  facts->request = request;
+  facts->request = {session->workspace().root, session->splat_path(), session->options()};
   // Aliases: the session lives as long as anyone reads these.
   facts->workspace = {session, &session->workspace()};
   facts->original = {session, &session->original()};
@@ -141,9 +149,13 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session,
   facts_ = facts;
   sh_ = original_sh();
   ++sh_version_;
+  // A restored session has regions already; no task of the worker's touches it yet.
+  regions_ = session->regions();
+  started_job_ = job_ = session->last_job();
   Q_EMIT opened();
   Q_EMIT regionsChanged();
   Q_EMIT shChanged();
+  Refresh();
 }
 
 void SceneController::Retire() {

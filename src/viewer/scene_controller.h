@@ -40,7 +40,7 @@ struct OpenRequest {
 // What does not change while a scene is open. Safe to keep and read on any thread, also after the
 // scene was closed.
 struct SceneFacts {
-  OpenRequest request;
+  OpenRequest request;  // as the session says: where the files are, with what options
   std::shared_ptr<const Workspace> workspace;
   std::shared_ptr<const GaussianModel> original;
   std::shared_ptr<Backend> backend;
@@ -87,6 +87,9 @@ class SceneController : public QObject {
 
   // Replaces the open scene once the new one has loaded; a failed or cancelled load keeps it.
   void Open(const OpenRequest& request);
+  // The same for any way of making a session. `done` runs after opened().
+  using Opener = std::function<std::unique_ptr<EditSession>(Monitor& monitor)>;
+  void OpenWith(const QString& name, Opener opener, std::function<void()> done = {});
   void Close();
   bool IsOpen() const { return facts_ != nullptr; }
   std::shared_ptr<const SceneFacts> facts() const { return facts_; }
@@ -163,8 +166,8 @@ class SceneController : public QObject {
   void WriteSplat(const std::filesystem::path& path);
   void WriteMasks(const std::filesystem::path& folder, RegionId id);
   void WriteReport(const std::filesystem::path& path);
-  // <folder>/<image name>.png of every view with the current colours.
-  void WriteViews(const std::filesystem::path& folder);
+  // <folder>/<image name>.png of these views (none named: every one) with the current colours.
+  void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
   // <folder>/0000.png, ...: a camera path.
   void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras);
 
@@ -189,8 +192,7 @@ class SceneController : public QObject {
  private:
   struct State;    // what the worker publishes after a task
   struct Outcome;  // a task's end, on its way to the GUI thread
-  void OpenDone(const std::shared_ptr<EditSession>& session, const OpenRequest& request,
-                double seconds);
+  void OpenDone(const std::shared_ptr<EditSession>& session, double seconds);
   void TaskDone(const Outcome& outcome);
   void Apply(const State& state);
   void ReportFailure(const QString& label, std::exception_ptr error);

@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/files.h"
-#include "colmap_io/image_io.h"
+#include "session/export.h"
 #include "viewer/scene_controller.h"
 
 namespace retint {
@@ -142,45 +141,23 @@ void SceneController::WriteMasks(const std::filesystem::path& folder, RegionId i
 }
 
 void SceneController::WriteReport(const std::filesystem::path& path) {
-  RunWrite(
-      tr("Saving the report"), path,
-      [=, original = original_sh(), target = job_.target](EditSession& session, Monitor& monitor) {
-        CheckOutput(path);
-        session.CollectFits();
-        RunReport report = session.MakeReport();
-        const auto& regions = session.regions().regions;
-        const auto shown = std::find_if(regions.begin(), regions.end(),
-                                        [](const Region& region) { return region.visible; });
-        if (shown != regions.end()) {
-          double sum = 0;
-          for (const auto& [name, mask] : shown->selection->masks) {
-            double inside = 0;
-            for (const uint8_t value : mask.data) inside += value >= 128 ? 1 : 0;
-            if (inside > 0) ++report.mask_views;
-            sum += inside / static_cast<double>(std::max<size_t>(1, mask.NumPixels()));
-          }
-          report.mean_coverage =
-              sum / static_cast<double>(std::max<size_t>(1, shown->selection->masks.size()));
-          report.quality =
-              session.Evaluate(shown->id, *original, session.CurrentSh(), target, monitor);
-        }
-        WriteFile(path, ToJson(report) + "\n");
-      });
+  RunWrite(tr("Saving the report"), path,
+           [=, target = job_.target](EditSession& session, Monitor& monitor) {
+             session.CollectFits();
+             ExportReport(session, target, path, monitor);
+           });
 }
 
-void SceneController::WriteViews(const std::filesystem::path& folder) {
+void SceneController::WriteViews(const std::filesystem::path& folder,
+                                 const std::vector<std::string>& names) {
   RunWrite(tr("Saving views"), folder, [=, sh = sh_](EditSession& session, Monitor& monitor) {
-    CheckOutput(folder, /*as_folder=*/true);
-    const auto views = session.reconstruction().ViewsByName();
-    StagedOutput output;
-    output.AddFolder(folder, [&](const auto& staged) {
-      for (size_t i = 0; i < views.size(); ++i) {
-        monitor.Step("save", static_cast<double>(i), static_cast<double>(views.size()));
-        WritePng(ViewFile(staged, views[i]->name), session.RenderView(*views[i], *sh));
-      }
-    });
-    output.Commit();
-    monitor.Step("save", 1, 1);
+    std::vector<const View*> views = session.reconstruction().ViewsByName();
+    if (!names.empty()) {
+      std::erase_if(views, [&](const View* view) {
+        return std::find(names.begin(), names.end(), view->name) == names.end();
+      });
+    }
+    ExportViews(session, views, *sh, folder, monitor);
   });
 }
 
@@ -188,21 +165,7 @@ void SceneController::WriteFrames(const std::filesystem::path& folder,
                                   std::vector<PosedCamera> cameras) {
   RunWrite(tr("Saving frames"), folder,
            [=, sh = sh_, cameras = std::move(cameras)](EditSession& session, Monitor& monitor) {
-             CheckOutput(folder, /*as_folder=*/true);
-             session.ShowSh(*sh);
-             RenderRequest request;
-             request.cache = false;
-             StagedOutput output;
-             output.AddFolder(folder, [&](const std::filesystem::path& staged) {
-               for (size_t i = 0; i < cameras.size(); ++i) {
-                 monitor.Step("save", static_cast<double>(i), static_cast<double>(cameras.size()));
-                 const QString name = QStringLiteral("%1.png").arg(i, 4, 10, QLatin1Char('0'));
-                 WritePng(staged / name.toStdString(),
-                          session.renderer().Render(cameras[i], request).rgb);
-               }
-             });
-             output.Commit();
-             monitor.Step("save", 1, 1);
+             ExportFrames(session, cameras, *sh, folder, monitor);
            });
 }
 

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint-viewer: parses the command line and shows the window.
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include <QApplication>
+#include <QCommandLineParser>
+#include <QIcon>
+#include <QSettings>
+#include <QTimer>
+
+#include "session/report.h"
+#include "viewer/main_window.h"
+#include "viewer/theme.h"
+
+namespace retint {
+namespace {
+
+constexpr int kUsage = 2;
+
+void Describe(QCommandLineParser& parser) {
+  parser.setApplicationDescription(
+      "Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces: the desktop "
+      "editor.");
+  parser.addOptions({
+      {{"h", "help"}, "Show this help."},
+      {"version", "Show the version."},
+      {"workspace", "COLMAP workspace to open.", "WS"},
+      {"splat", "Gaussians of that scene; left out: looked for in the workspace.", "S.ply"},
+      {"images", "Folder of the photos; left out: found in the workspace.", "DIR"},
+      {"session", "Saved session to go on with.", "S.retint"},
+      {"backend", "auto, cpu or cuda.", "NAME", "auto"},
+      {"holdout", "Keep every n-th view by name out of the fit; 0 keeps none.", "N", "0"},
+      {"theme", "system, light or dark; left out: as chosen last.", "NAME"},
+  });
+  parser.addPositionalArgument("paths", "Workspace, splat or session, as if dropped on the window.",
+                               "[paths...]");
+}
+
+// Why the command line cannot be used; empty when it can.
+QString Fault(const QCommandLineParser& parser) {
+  const QString backend = parser.value("backend"), theme = parser.value("theme");
+  if (!QStringList({"auto", "cpu", "cuda"}).contains(backend)) {
+    return "--backend: '" + backend + "' is not auto, cpu or cuda";
+  }
+  if (parser.isSet("theme") && !QStringList({"system", "light", "dark"}).contains(theme)) {
+    return "--theme: '" + theme + "' is not system, light or dark";
+  }
+  bool ok = false;
+  const int holdout = parser.value("holdout").toInt(&ok);
+  if (!ok || holdout < 0 || holdout == 1) {
+    return "--holdout: '" + parser.value("holdout") + "' is not 0 or at least 2";
+  }
+  if (parser.isSet("session") && (parser.isSet("workspace") || parser.isSet("splat"))) {
+    return "--session names its workspace and splat itself";
+  }
+  return {};
+}
+
+StartOptions Resolve(const QCommandLineParser& parser) {
+  StartOptions start;
+  start.scene.workspace = parser.value("workspace").toStdString();
+  start.scene.splat = parser.value("splat").toStdString();
+  start.scene.options.image_folder = parser.value("images").toStdString();
+  start.scene.options.backend = parser.value("backend").toStdString();
+  start.scene.options.holdout = parser.value("holdout").toInt();
+  start.session = parser.value("session").toStdString();
+  return start;
+}
+
+int Main(int argc, char** argv) {
+  // Writing beyond a file size limit is an error like a full disk, not a crash.
+  std::signal(SIGXFSZ, SIG_IGN);
+  QCoreApplication::setApplicationName("retint-viewer");
+  QCoreApplication::setOrganizationName("retint");
+  QCoreApplication::setApplicationVersion(
+      QString::fromUtf8(Version().data(), qsizetype(Version().size())));
+  QCommandLineParser parser;
+  Describe(parser);
+  {
+    // Help needs no display.
+    QStringList arguments;
+    for (int i = 0; i < argc; ++i) arguments << QString::fromLocal8Bit(argv[i]);
+    bool text_only = false;
+    for (const QString& argument : arguments) {
+      text_only = text_only || argument == "--help" || argument == "-h" || argument == "--version";
+    }
+    if (text_only) {
+      const QCoreApplication app(argc, argv);
+      if (!parser.parse(app.arguments())) {
+        std::fprintf(stderr, "retint-viewer: %s\n", qPrintable(parser.errorText()));
+        return kUsage;
+      }
+      std::printf("%s", parser.isSet("help")
+                            ? qPrintable(parser.helpText())
+                            : qPrintable("retint-viewer " + app.applicationVersion() + "\n"));
+      return 0;
+    }
+  }
+  QApplication app(argc, argv);
+  QApplication::setApplicationDisplayName("Retint");
+  QGuiApplication::setDesktopFileName("retint-viewer");
+  const bool parsed = parser.parse(app.arguments());
+  const QString fault = parsed ? Fault(parser) : parser.errorText();
+  if (!fault.isEmpty()) {
+    std::fprintf(stderr, "retint-viewer: %s\n", qPrintable(fault));
+    return kUsage;
+  }
+  Theme theme;
+  theme.Choose(ParseTheme(parser.isSet("theme") ? parser.value("theme")
+                                                : QSettings().value("theme").toString()));
+  MainWindow window(&theme);
+  window.show();
+  // Once the window is on the screen.
+  QTimer::singleShot(0, &window, [&] {
+    if (!parser.positionalArguments().isEmpty()) {
+      window.OpenPaths(parser.positionalArguments());
+    } else {
+      window.Start(Resolve(parser));
+    }
+  });
+  return QApplication::exec();
+}
+
+}  // namespace
+}  // namespace retint
+
+int main(int argc, char** argv) { return retint::Main(argc, argv); }

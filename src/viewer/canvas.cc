@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/canvas.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QWheelEvent>
+#include <nlohmann/json.hpp>
+
+namespace retint {
+namespace {
+
+constexpr int kRestMs = 90;       // without a movement, before the sharp frame is asked for
+constexpr int kNewsMs = 250;      // between frames that only show the optimiser's progress
+constexpr int kFlyMs = 15;        // between steps of flying
+constexpr double kSplitGrab = 8;  // pixels to either side of the line
+
+// Shares of `at` in `count` values of a JSON list; false when they are not there.
+bool ReadNumbers(const nlohmann::json& object, const char* key, double* values, size_t count) {
+  if (!object.contains(key) || !object[key].is_array() || object[key].size() != count) return false;
+  for (size_t i = 0; i < count; ++i) {
+    if (!object[key][i].is_number()) return false;
+    values[i] = object[key][i].get<double>();
+    if (!std::isfinite(values[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Canvas::Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader* photos,
+               QWidget* parent)
+    : QWidget(parent),
+      controller_(controller),
+      renderer_(renderer),
+      photos_(photos),
+      keys_(KeyMap::Named({})) {
+  setFocusPolicy(Qt::StrongFocus);
+  setMouseTracking(true);
+  setAttribute(Qt::WA_OpaquePaintEvent);
+  setMinimumSize(160, 120);
+  setAccessibleName(tr("Scene"));
+  rest_.setSingleShot(true);
+  rest_.setInterval(kRestMs);
+  connect(&rest_, &QTimer::timeout, this, [this] { Request(false); });
+  news_.setSingleShot(true);
+  news_.setInterval(kNewsMs);
+  connect(&news_, &QTimer::timeout, this, [this] {
+    if (std::exchange(more_news_, false)) Request(moving_);
+  });
+  fly_.setInterval(kFlyMs);
+  connect(&fly_, &QTimer::timeout, this, &Canvas::FlyStep);
+  connect(controller_, &SceneController::opened, this, &Canvas::OnScene);
+  connect(controller_, &SceneController::closed, this, &Canvas::OnScene);
+  connect(controller_, &SceneController::shChanged, this, &Canvas::OnSh);
+  connect(renderer_, &RenderThread::frameReady, this, &Canvas::OnFrame);
+  connect(renderer_, &RenderThread::probed, this, &Canvas::OnProbed);
+  connect(photos_, &PhotoLoader::thumbnailReady, this, [this] {
+    if (frusta_) update();
+  });
+  connect(photos_, &PhotoLoader::photoReady, this, [this] {
+    if (photo_) update();
+  });
+}
+
+void Canvas::OnScene() {
+  frame_.reset();
+  cloud_.reset();
+  flying_.clear();
+  photo_ = original_ = false;
+  fps_ = 0;
+  const auto facts = controller_->facts();
+  photos_->SetScene(facts);
+  renderer_->SetScene(facts);
+  if (facts) {
+    navigation_.SetScene(facts->workspace->reconstruction);
+    double sum = 0;
+    for (const View* view : facts->views) {
+      sum += (view->cam_from_world.OriginInSource() - navigation_.center()).norm();
+    }
+    frustum_size_ = 0.07 * sum / static_cast<double>(std::max<size_t>(1, facts->views.size()));
+    UpdateViewport();
+    Request(false);
+    Q_EMIT cameraChanged();
+  }
+  update();
+}
+
+void Canvas::OnSh() {
+  if (!controller_->IsOpen() || original_) return;
+  if (controller_->optimizer().Active()) {
+    // Sharp at once, but not so often that rendering slows the optimiser down.
+    if (news_.isActive()) {
+      more_news_ = true;
+    } else {
+      Request(moving_);
+      news_.start();
+    }
+    return;
+  }
+  // A colour that is being dragged wants an answer.
+  const bool dragged = frame_ && frame_->milliseconds > 60;
+  Request(moving_ || dragged);
+  if (dragged) rest_.start();
+}
+
+void Canvas::UpdateViewport() {
+  const double ratio = devicePixelRatioF();
+  navigation_.SetViewport(int(std::lround(width() * ratio)), int(std::lround(height() * ratio)));
+}
+
+void Canvas::CameraMoved() {
+  if (!controller_->IsOpen()) return;
+  if (!moving_) since_frame_.invalidate();
+  Request(true);
+  rest_.start();
+  Q_EMIT cameraChanged();
+}
+
+void Canvas::Request(bool moving) {
+  if (!controller_->IsOpen()) return;
+  moving_ = moving;
+  FrameRequest request;
+  request.serial = ++serial_;
+  request.camera = navigation_.Rendered();
+  request.what = what_;
+  request.moving = moving;
+  request.sh = original_ ? controller_->original_sh() : controller_->sh();
+  if (split_ && !original_) request.before = controller_->original_sh();
+  if (cloud_shown_ && !original_) request.cloud = cloud_;
+  renderer_->Request(request);
+}
+
+void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
+  if (!controller_->IsOpen() || frame->sh->size() != controller_->sh()->size()) return;
+  if (frame->moving && moving_) {
+    if (since_frame_.isValid()) {
+      const double now = 1000.0 / std::max<qint64>(1, since_frame_.elapsed());
+      fps_ = fps_ > 0 ? 0.8 * fps_ + 0.2 * now : now;
+    }
+    since_frame_.start();
+  }
+  frame_ = std::move(frame);
+  update();
+  Q_EMIT frameShown();
+}
+
+bool Canvas::IsSharp() const {
+  return frame_ && !frame_->moving && frame_->serial == serial_ && !rest_.isActive() && !more_news_;
+}
+
+// --- Camera
+// ---------------------------------------------------------------------------------------
+
+bool Canvas::GoTo(const std::string& name) {
+  if (!controller_->IsOpen()) return false;
+  const auto facts = controller_->facts();
+  const View* view = facts->workspace->reconstruction.FindView(name);
+  if (!view) return false;
+  navigation_.GoTo(*view, facts->Posed(*view));
+  CameraMoved();
+  photos_->Photo(name);  // someone may hold P
+  return true;
+}
+
+void Canvas::StepView(int by) {
+  if (!controller_->IsOpen()) return;
+  const auto& views = controller_->facts()->views;
+  const auto count = static_cast<std::ptrdiff_t>(views.size());
+  auto at = std::find(views.begin(), views.end(), navigation_.view());
+  if (at == views.end()) {
+    // From a free camera: to the view that stands nearest.
+    const Eigen::Vector3d here = navigation_.Rendered().Center();
+    at = std::min_element(views.begin(), views.end(), [&](const View* a, const View* b) {
+      return (a->cam_from_world.OriginInSource() - here).norm() <
+             (b->cam_from_world.OriginInSource() - here).norm();
+    });
+    by = 0;
+  }
+  const std::ptrdiff_t index = (at - views.begin() + by % count + count) % count;
+  GoTo(views[static_cast<size_t>(index)]->name);
+}
+
+void Canvas::FrameSelection() {
+  if (!controller_->IsOpen()) return;
+  if (cloud_ && cloud_shown_ && !cloud_->points.empty()) {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const auto& point : cloud_->points) center += point.cast<double>();
+    center /= static_cast<double>(cloud_->points.size());
+    double radius = 0;
+    for (const auto& point : cloud_->points) {
+      radius = std::max(radius, (point.cast<double>() - center).norm());
+    }
+    navigation_.Frame(center, radius);
+  } else {
+    navigation_.Frame(navigation_.center(), navigation_.radius());
+  }
+  CameraMoved();
+}
+
+void Canvas::ResetCamera() {
+  navigation_.Reset();
+  CameraMoved();
+}
+
+void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, double depth) {
+  if (!controller_->IsOpen()) return;
+  if (depth <= 0) {
+    Q_EMIT hint(tr("There is nothing under the cursor to turn around"));
+    return;
+  }
+  navigation_.SetFocus(camera.Unproject(pixel, depth));
+  CameraMoved();
+}
+
+std::string Canvas::CameraState() const {
+  const PosedCamera camera = navigation_.Rendered();
+  const Eigen::Quaterniond& q = camera.cam_from_world.rotation;
+  const Eigen::Vector3d& t = camera.cam_from_world.translation;
+  const Eigen::Vector3d& f = navigation_.focus();
+  nlohmann::json state = {
+      {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+      {"translation", {t.x(), t.y(), t.z()}},
+      {"focus", {f.x(), f.y(), f.z()}},
+      {"fov_y", 2 * std::atan(0.5 * camera.camera.height / camera.camera.fy())}};
+  if (navigation_.view()) state["view"] = navigation_.view()->name;
+  return state.dump();
+}
+
+bool Canvas::RestoreCamera(const std::string& text) {
+  const auto state = nlohmann::json::parse(text, nullptr, false);
+  if (!state.is_object() || !controller_->IsOpen()) return false;
+  if (state.contains("view") && state["view"].is_string() &&
+      GoTo(state["view"].get<std::string>())) {
+    return true;
+  }
+  double q[4], t[3], f[3];
+  if (!ReadNumbers(state, "rotation_wxyz", q, 4) || !ReadNumbers(state, "translation", t, 3) ||
+      !ReadNumbers(state, "focus", f, 3) || !state.contains("fov_y") ||
+      !state["fov_y"].is_number()) {
+    return false;
+  }
+  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  const double fov = state["fov_y"].get<double>();
+  if (!(rotation.norm() > 1e-6) || !(fov > 0.01 && fov < 3.1)) return false;
+  const double focal = 0.5 / std::tan(0.5 * fov);
+  PosedCamera camera{Camera::Pinhole(0, 1, 1, focal, focal, 0.5, 0.5),
+                     {rotation.normalized(), Eigen::Vector3d(t[0], t[1], t[2])}};
+  navigation_.SetFree(camera, {f[0], f[1], f[2]});
+  CameraMoved();
+  return true;
+}
+
+// --- What is shown
+// --------------------------------------------------------------------------------
+
+void Canvas::SetDepth(bool depth) {
+  what_ = depth ? RenderWhat::kDepth : RenderWhat::kRgb;
+  Request(false);
+  Q_EMIT stateChanged();
+}
+
+void Canvas::SetFrusta(bool frusta) {
+  frusta_ = frusta;
+  update();
+  Q_EMIT stateChanged();
+}
+
+void Canvas::SetSplit(bool split) {
+  split_ = split;
+  Request(false);
+  UpdateCursor();
+  Q_EMIT stateChanged();
+}
+
+void Canvas::SetSplitAt(double at) {
+  split_at_ = std::clamp(at, 0.0, 1.0);
+  update();
+}
+
+void Canvas::SetFlyMode(bool fly) {
+  fly_mode_ = fly;
+  update();
+  Q_EMIT stateChanged();
+}
+
+void Canvas::SetCloud(std::shared_ptr<const OverlayCloud> cloud) {
+  cloud_ = std::move(cloud);
+  Request(false);
+}
+
+void Canvas::SetCloudShown(bool shown) {
+  cloud_shown_ = shown;
+  Request(false);
+  Q_EMIT stateChanged();
+}
+
+bool Canvas::showing_photo() const {
+  return photo_ && navigation_.view() && !photos_->Photo(navigation_.view()->name).isNull();
+}
+
+void Canvas::SetHeld(const Command& command, bool down) {
+  const std::string_view id = command.id;
+  if (id == "show.photo") {
+    photo_ = down;
+    if (down && controller_->IsOpen() && !navigation_.view()) {
+      Q_EMIT hint(tr("Photos are shown from training views: %1 goes to the nearest")
+                      .arg(keys_.KeyText("view.next")));
+    }
+    update();
+  } else if (id == "show.original") {
+    original_ = down;
+    Request(false);
+  } else {
+    if (down) {
+      flying_.insert(std::string(id));
+    } else {
+      flying_.erase(std::string(id));
+    }
+    if (flying_.empty()) {
+      fly_.stop();
+    } else if (!fly_.isActive()) {
+      fly_clock_.start();
+      fly_.start();
+    }
+  }
+}
+
+void Canvas::FlyStep() {
+  const auto axis = [this](const char* plus, const char* minus) {
+    return double(flying_.count(plus)) - double(flying_.count(minus));
+  };
+  const Eigen::Vector3d direction(axis("fly.right", "fly.left"), axis("fly.down", "fly.up"),
+                                  axis("fly.forward", "fly.back"));
+  // A window that was busy must not make the camera jump.
+  const double seconds = std::min(0.1, fly_clock_.restart() / 1000.0);
+  if (direction.isZero() || !controller_->IsOpen()) return;
+  navigation_.Fly(direction, seconds, fly_factor_);
+  CameraMoved();
+}
+
+// --- Input
+// ----------------------------------------------------------------------------------------
+
+void Canvas::resizeEvent(QResizeEvent* event) {
+  QWidget::resizeEvent(event);
+  UpdateViewport();
+  if (!controller_->IsOpen()) return;
+  Request(true);
+  rest_.start();
+}
+
+bool Canvas::OnSplitHandle(const QPointF& at) const {
+  if (!split_ || !frame_) return false;
+  const QRectF rect = ImageRect(frame_->camera);
+  return rect.contains(at) &&
+         std::abs(at.x() - (rect.left() + split_at_ * rect.width())) <= kSplitGrab;
+}
+
+void Canvas::UpdateCursor() {
+  setCursor(split_drag_ || OnSplitHandle(mouse_) ? Qt::SplitHCursor : Qt::ArrowCursor);
+}
+
+void Canvas::mousePressEvent(QMouseEvent* event) {
+  mouse_ = event->position();
+  if (!controller_->IsOpen()) return;
+  if (event->button() == Qt::LeftButton && OnSplitHandle(mouse_)) {
+    split_drag_ = true;
+    return;
+  }
+  gesture_ = keys_.Gesture(event->button(), event->modifiers());
+  if (gesture_ == MouseGesture::kOrbit && fly_mode_) gesture_ = MouseGesture::kLook;
+}
+
+void Canvas::mouseMoveEvent(QMouseEvent* event) {
+  const QPointF moved = (event->position() - mouse_) * devicePixelRatioF();
+  mouse_ = event->position();
+  if (split_drag_) {
+    const QRectF rect = ImageRect(frame_->camera);
+    SetSplitAt((mouse_.x() - rect.left()) / rect.width());
+    return;
+  }
+  UpdateCursor();
+  if (!gesture_ || moved.isNull()) return;
+  switch (*gesture_) {
+    case MouseGesture::kOrbit:
+      navigation_.Orbit(moved.x(), moved.y());
+      break;
+    case MouseGesture::kPan:
+      navigation_.Pan(moved.x(), moved.y());
+      break;
+    case MouseGesture::kZoom:
+      navigation_.Zoom(-0.05 * moved.y() / devicePixelRatioF());
+      break;
+    case MouseGesture::kLook:
+      navigation_.Look(moved.x(), moved.y());
+      break;
+  }
+  CameraMoved();
+}
+
+void Canvas::mouseReleaseEvent(QMouseEvent*) {
+  gesture_.reset();
+  split_drag_ = false;
+  UpdateCursor();
+}
+
+void Canvas::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (!controller_->IsOpen() || event->button() != Qt::LeftButton) return;
+  if (frusta_) {
+    if (const View* view = FrustumAt(event->position())) {
+      GoTo(view->name);
+      return;
+    }
+  }
+  const PosedCamera camera = navigation_.Rendered();
+  const QRectF rect = ImageRect(camera);
+  if (!rect.contains(event->position())) return;
+  const QPointF pixel = (event->position() - rect.topLeft()) * devicePixelRatioF();
+  renderer_->Probe(camera, {pixel.x(), pixel.y()});
+}
+
+void Canvas::wheelEvent(QWheelEvent* event) {
+  if (!controller_->IsOpen() || event->angleDelta().y() == 0) return;
+  navigation_.Zoom(event->angleDelta().y() / 120.0);
+  CameraMoved();
+  event->accept();
+}
+
+void Canvas::keyPressEvent(QKeyEvent* event) {
+  const Command* command = keys_.Held(event->key(), event->modifiers());
+  fly_factor_ = event->modifiers() & Qt::ShiftModifier ? 10
+                : event->modifiers() & Qt::AltModifier ? 0.1
+                                                       : 1;
+  if (!command) {
+    QWidget::keyPressEvent(event);
+    return;
+  }
+  if (!event->isAutoRepeat()) SetHeld(*command, true);
+}
+
+void Canvas::keyReleaseEvent(QKeyEvent* event) {
+  const Qt::KeyboardModifiers modifiers = event->modifiers();
+  fly_factor_ = modifiers & Qt::ShiftModifier ? 10 : modifiers & Qt::AltModifier ? 0.1 : 1;
+  const Command* command = keys_.Held(event->key(), Qt::NoModifier);
+  if (!command) {
+    QWidget::keyReleaseEvent(event);
+    return;
+  }
+  if (!event->isAutoRepeat()) SetHeld(*command, false);
+}
+
+void Canvas::focusOutEvent(QFocusEvent* event) {
+  QWidget::focusOutEvent(event);
+  // Releases will go elsewhere.
+  flying_.clear();
+  fly_.stop();
+  photo_ = false;
+  if (std::exchange(original_, false)) Request(false);
+  update();
+}
+
+}  // namespace retint

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The picture in the middle of the window: shows what the render thread makes, moves the camera,
+// draws frusta, photo, split line and labels on top. Pixels that are rendered are device pixels.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include <QElapsedTimer>
+#include <QTimer>
+#include <QWidget>
+
+#include "viewer/key_map.h"
+#include "viewer/navigation.h"
+#include "viewer/photo_loader.h"
+#include "viewer/render_thread.h"
+
+namespace retint {
+
+class Canvas : public QWidget {
+  Q_OBJECT
+
+ public:
+  Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader* photos,
+         QWidget* parent = nullptr);
+
+  void SetKeyMap(const KeyMap& keys) { keys_ = keys; }
+
+  // The camera. After a change through navigation() call CameraMoved().
+  Navigation& navigation() { return navigation_; }
+  const Navigation& navigation() const { return navigation_; }
+  void CameraMoved();
+  bool GoTo(const std::string& view);  // false: there is no such view
+  void StepView(int by);               // through the views by name, from the nearest one
+  void FrameSelection();               // the cloud, else the scene
+  void ResetCamera();
+
+  // What is shown.
+  void SetDepth(bool depth);
+  void SetFrusta(bool frusta);
+  void SetSplit(bool split);
+  void SetSplitAt(double at);  // share of the width that shows the scene before
+  void SetFlyMode(bool fly);
+  void SetCloud(std::shared_ptr<const OverlayCloud> cloud);  // null: none
+  void SetCloudShown(bool shown);
+  void SetHeld(const Command& command, bool down);  // photo, original, flying
+  bool depth() const { return what_ == RenderWhat::kDepth; }
+  bool frusta() const { return frusta_; }
+  bool split() const { return split_; }
+  double split_at() const { return split_at_; }
+  bool fly_mode() const { return fly_mode_; }
+  bool cloud_shown() const { return cloud_shown_; }
+  bool showing_photo() const;
+  bool showing_original() const { return original_; }
+
+  std::shared_ptr<const Frame> frame() const { return frame_; }  // null before the first
+  // Frames a second while moving; 0 before any.
+  double frames_per_second() const { return fps_; }
+  // The frame at rest is on the screen, of this camera and these colours.
+  bool IsSharp() const;
+  // The part of the widget that a camera's picture fills.
+  QRectF ImageRect(const PosedCamera& camera) const;
+
+  // The camera as a JSON object, for the session file. Restore: false when it is not one.
+  std::string CameraState() const;
+  bool RestoreCamera(const std::string& state);
+
+ Q_SIGNALS:
+  void cameraChanged();
+  void frameShown();
+  void stateChanged();  // depth, frusta, split, fly mode, cloud
+  void hint(const QString& text);
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void keyReleaseEvent(QKeyEvent* event) override;
+  void focusOutEvent(QFocusEvent* event) override;
+
+ private:
+  struct Frustum {
+    const View* view;
+    QPointF apex;
+    std::array<QPointF, 4> corners;
+    double depth;
+  };
+
+  void OnScene();
+  void OnSh();
+  void OnFrame(std::shared_ptr<const Frame> frame);
+  void OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, double depth);
+  void UpdateViewport();
+  void Request(bool moving);
+  void FlyStep();
+  std::vector<Frustum> Frusta() const;
+  const View* FrustumAt(const QPointF& at) const;
+  void PaintFrusta(QPainter& painter) const;
+  void PaintSplit(QPainter& painter, const QRectF& rect) const;
+  void PaintLabels(QPainter& painter, const QRectF& rect) const;
+  bool OnSplitHandle(const QPointF& at) const;
+  void UpdateCursor();
+
+  SceneController* controller_;
+  RenderThread* renderer_;
+  PhotoLoader* photos_;
+  KeyMap keys_;
+  Navigation navigation_;
+  double frustum_size_ = 1;
+
+  RenderWhat what_ = RenderWhat::kRgb;
+  bool frusta_ = false, split_ = false, fly_mode_ = false, cloud_shown_ = true;
+  bool photo_ = false, original_ = false;
+  double split_at_ = 0.5;
+  std::shared_ptr<const OverlayCloud> cloud_;
+
+  std::shared_ptr<const Frame> frame_;
+  bool moving_ = false;
+  uint64_t serial_ = 0;  // of the newest request
+  double fps_ = 0;
+  QElapsedTimer since_frame_;
+
+  std::optional<MouseGesture> gesture_;
+  bool split_drag_ = false;
+  QPointF mouse_;
+  std::set<std::string> flying_;  // held commands
+  QTimer rest_, fly_, news_;
+  bool more_news_ = false;  // the optimiser has published since the last frame
+  QElapsedTimer fly_clock_;
+  double fly_factor_ = 1;
+};
+
+}  // namespace retint

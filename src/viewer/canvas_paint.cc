@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the canvas draws on and around the rendered picture.
+#include <algorithm>
+#include <cmath>
+
+#include <QPainter>
+#include <QPainterPath>
+
+#include "viewer/canvas.h"
+
+namespace retint {
+namespace {
+
+const QColor kSurround(30, 31, 34);
+const QColor kLine(255, 255, 255, 170);
+const QColor kAccent(255, 170, 0);
+constexpr double kSmallestQuad = 5;  // pixels; below, a frustum is not drawn
+
+void DrawLabel(QPainter& painter, const QPointF& at, const QString& text, Qt::Alignment align) {
+  const QFontMetricsF metrics(painter.font());
+  QRectF box = metrics.boundingRect(text).adjusted(-8, -4, 8, 4);
+  box.moveTopLeft(align & Qt::AlignRight ? at - QPointF(box.width(), 0) : at);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(QColor(0, 0, 0, 160));
+  painter.drawRoundedRect(box, 4, 4);
+  painter.setPen(Qt::white);
+  painter.drawText(box, Qt::AlignCenter, text);
+}
+
+}  // namespace
+
+QRectF Canvas::ImageRect(const PosedCamera& camera) const {
+  const double ratio = devicePixelRatioF();
+  const double w = camera.camera.width / ratio, h = camera.camera.height / ratio;
+  return {(width() - w) / 2, (height() - h) / 2, w, h};
+}
+
+std::vector<Canvas::Frustum> Canvas::Frusta() const {
+  std::vector<Frustum> frusta;
+  const auto facts = controller_->facts();
+  if (!facts) return frusta;
+  const PosedCamera shown = navigation_.Rendered();
+  const QRectF rect = ImageRect(shown);
+  const double ratio = devicePixelRatioF();
+  const double near = 0.3 * frustum_size_;
+  for (const View* view : facts->views) {
+    if (view == navigation_.view()) continue;
+    const PosedCamera posed = facts->Posed(*view);
+    const Eigen::Vector3d center = shown.cam_from_world * posed.Center();
+    if (center.z() < near) continue;
+    Frustum frustum{view, {}, {}, center.z()};
+    bool inside = true;
+    const auto project = [&](const Eigen::Vector3d& point) {
+      const auto seen = shown.Project(point);
+      if (!seen || seen->z() < near) {
+        inside = false;
+        return QPointF();
+      }
+      return rect.topLeft() + QPointF(seen->x(), seen->y()) / ratio;
+    };
+    frustum.apex = project(posed.Center());
+    const double w = posed.camera.width, h = posed.camera.height;
+    const Eigen::Vector2d pixels[4] = {{0, 0}, {w, 0}, {w, h}, {0, h}};
+    for (size_t i = 0; i < 4; ++i) {
+      frustum.corners[i] = project(posed.Unproject(pixels[i], frustum_size_));
+    }
+    if (!inside) continue;
+    const QRectF box = QPolygonF({frustum.apex, frustum.corners[0], frustum.corners[1],
+                                  frustum.corners[2], frustum.corners[3]})
+                           .boundingRect();
+    if (!box.intersects(QRectF(this->rect())) ||
+        std::max(box.width(), box.height()) < kSmallestQuad) {
+      continue;
+    }
+    frusta.push_back(frustum);
+  }
+  std::sort(frusta.begin(), frusta.end(),
+            [](const Frustum& a, const Frustum& b) { return a.depth > b.depth; });
+  return frusta;
+}
+
+const View* Canvas::FrustumAt(const QPointF& at) const {
+  const auto frusta = Frusta();
+  for (auto it = frusta.rbegin(); it != frusta.rend(); ++it) {
+    const auto& c = it->corners;
+    if (QPolygonF({c[0], c[1], c[2], c[3]}).containsPoint(at, Qt::OddEvenFill)) return it->view;
+  }
+  return nullptr;
+}
+
+void Canvas::PaintFrusta(QPainter& painter) const {
+  painter.save();
+  painter.setRenderHints(QPainter::Antialiasing | QPainter::SmoothPixmapTransform);
+  for (const Frustum& frustum : Frusta()) {
+    const QPolygonF quad(
+        {frustum.corners[0], frustum.corners[1], frustum.corners[2], frustum.corners[3]});
+    const QImage picture = photos_->Thumbnail(frustum.view->name);
+    QTransform transform;
+    const double w = picture.width(), h = picture.height();
+    if (!picture.isNull() &&
+        QTransform::quadToQuad(QPolygonF({{0, 0}, {w, 0}, {w, h}, {0, h}}), quad, transform)) {
+      painter.save();
+      painter.setTransform(transform, true);
+      painter.setOpacity(0.85);
+      painter.drawImage(QPointF(0, 0), picture);
+      painter.restore();
+    }
+    painter.setPen(QPen(kLine, 1));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawPolygon(quad);
+    for (const QPointF& corner : frustum.corners) painter.drawLine(frustum.apex, corner);
+  }
+  painter.restore();
+}
+
+void Canvas::PaintSplit(QPainter& painter, const QRectF& rect) const {
+  const double x = rect.left() + split_at_ * rect.width();
+  if (!frame_->before.isNull()) {
+    painter.save();
+    painter.setClipRect(QRectF(rect.topLeft(), QPointF(x, rect.bottom())));
+    painter.drawImage(rect, frame_->before);
+    painter.restore();
+  }
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(QPen(QColor(0, 0, 0, 140), 4));
+  painter.drawLine(QPointF(x, rect.top()), QPointF(x, rect.bottom()));
+  painter.setPen(QPen(Qt::white, 2));
+  painter.drawLine(QPointF(x, rect.top()), QPointF(x, rect.bottom()));
+  // The grip: two arrows in a disc.
+  const QPointF middle(x, rect.center().y());
+  painter.setBrush(Qt::white);
+  painter.setPen(QPen(QColor(0, 0, 0, 140), 1));
+  painter.drawEllipse(middle, 13, 13);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(QColor(60, 60, 60));
+  for (const double side : {-1.0, 1.0}) {
+    painter.drawPolygon(QPolygonF({middle + QPointF(side * 9, 0), middle + QPointF(side * 3, -5),
+                                   middle + QPointF(side * 3, 5)}));
+  }
+  const double bottom = rect.bottom() - 32;
+  DrawLabel(painter, {x - 12, bottom}, tr("before"), Qt::AlignRight);
+  DrawLabel(painter, {x + 12, bottom}, tr("after"), Qt::AlignLeft);
+}
+
+void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
+  painter.setRenderHint(QPainter::Antialiasing);
+  const View* view = navigation_.view();
+  const double top = std::max(0.0, rect.top()) + 10;
+  DrawLabel(painter, {std::max(0.0, rect.left()) + 10, top},
+            view ? QString::fromStdString(view->name) : tr("free camera"), Qt::AlignLeft);
+  QString mode;
+  if (showing_photo()) {
+    mode = tr("photo");
+  } else if (original_) {
+    mode = tr("before the edits");
+  } else if (what_ == RenderWhat::kDepth) {
+    mode = tr("depth");
+  } else if (fly_mode_) {
+    mode = tr("fly");
+  }
+  if (mode.isEmpty()) return;
+  DrawLabel(painter, {std::min<double>(width(), rect.right()) - 10, top}, mode, Qt::AlignRight);
+}
+
+void Canvas::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), kSurround);
+  if (!frame_) return;
+  const QRectF picture = ImageRect(frame_->camera);
+  // Smooth only where pixels do not map one to one.
+  painter.setRenderHint(QPainter::SmoothPixmapTransform, frame_->scale != 1);
+  if (showing_photo()) {
+    painter.setRenderHint(QPainter::SmoothPixmapTransform);
+    painter.drawImage(ImageRect(navigation_.Rendered()), photos_->Photo(navigation_.view()->name));
+  } else {
+    painter.drawImage(picture, frame_->image);
+    if (split_ && !original_) PaintSplit(painter, picture);
+    if (frusta_) PaintFrusta(painter);
+  }
+  PaintLabels(painter, ImageRect(navigation_.Rendered()));
+}
+
+}  // namespace retint

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/keys_dialog.h"
+
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QFileDialog>
+#include <QHBoxLayout>
+#include <QHeaderView>
+#include <QLabel>
+#include <QPushButton>
+#include <QTableWidget>
+#include <QVBoxLayout>
+
+namespace retint {
+namespace {
+
+// Selection mode's keys are its own, the same in every profile.
+const KeyRow kSelectionRows[] = {
+    {"Selection mode", "Brush, eraser", "B, E (or hold Ctrl while painting)"},
+    {"Selection mode", "Rectangle, lasso, polygon", "R, L, P"},
+    {"Selection mode", "Flood: similar colour, up to depth edges", "O"},
+    {"Selection mode", "Brush size", "[ and ], Alt+wheel"},
+    {"Selection mode", "Add, remove, intersect", "hold Shift, Ctrl, Shift+Ctrl"},
+    {"Selection mode", "All, nothing, invert", "Ctrl+A, Ctrl+Shift+A, Ctrl+I"},
+    {"Selection mode", "Undo, redo a stroke", "Ctrl+Z, Ctrl+Shift+Z or Ctrl+Y"},
+    {"Selection mode", "Zoom at the cursor", "wheel"},
+    {"Selection mode", "Pan", "right drag, hold Space and drag"},
+    {"Selection mode", "Accept", "Enter"},
+    {"Selection mode", "Leave", "Esc"},
+};
+
+}  // namespace
+
+std::vector<KeyRow> KeyRows(const KeyMap& keys) {
+  std::vector<KeyRow> rows;
+  const auto mouse = [&](const char* what, const QString& text) {
+    if (!text.isEmpty()) rows.push_back({"Mouse", what, text});
+  };
+  mouse("Orbit around the focus", keys.MouseText(MouseGesture::kOrbit));
+  mouse("Pan", keys.MouseText(MouseGesture::kPan));
+  mouse("Zoom", "wheel, " + keys.MouseText(MouseGesture::kZoom));
+  mouse("Look around", keys.MouseText(MouseGesture::kLook));
+  mouse("Set the focus; go to a camera's view", "double-click");
+  for (const Command& command : Commands()) {
+    rows.push_back({command.group, command.title, keys.KeyText(command.id)});
+    if (std::string_view(command.id) == "fly.up") {
+      rows.push_back({command.group, "Ten times faster, slower", "hold Shift, Alt"});
+    }
+  }
+  rows.insert(rows.end(), std::begin(kSelectionRows), std::end(kSelectionRows));
+  return rows;
+}
+
+KeysDialog::KeysDialog(const KeyMap& keys, QWidget* parent) : QDialog(parent) {
+  setWindowTitle(tr("Keys"));
+  resize(620, 700);
+  profile_ = new QComboBox;
+  profile_->setObjectName("profile");
+  profile_->addItems(KeyMap::BuiltIn());
+  auto* file = new QPushButton(tr("Load a profile…"));
+  file->setAutoDefault(false);
+  conflicts_ = new QLabel;
+  conflicts_->setObjectName("conflicts");
+  conflicts_->setWordWrap(true);
+  table_ = new QTableWidget;
+  table_->setColumnCount(2);
+  table_->setHorizontalHeaderLabels({tr("What"), tr("Keys")});
+  table_->verticalHeader()->hide();
+  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  table_->setSelectionMode(QAbstractItemView::NoSelection);
+  table_->setShowGrid(false);
+  table_->setAlternatingRowColors(true);
+  table_->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
+  auto* top = new QHBoxLayout;
+  top->addWidget(new QLabel(tr("Profile")));
+  top->addWidget(profile_);
+  top->addStretch();
+  top->addWidget(file);
+  auto* close = new QDialogButtonBox(QDialogButtonBox::Close);
+  connect(close, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  auto* layout = new QVBoxLayout(this);
+  layout->addLayout(top);
+  layout->addWidget(conflicts_);
+  layout->addWidget(table_);
+  layout->addWidget(close);
+  connect(profile_, &QComboBox::textActivated, this, &KeysDialog::profileChosen);
+  connect(file, &QPushButton::clicked, this, [this] {
+    const QString path =
+        QFileDialog::getOpenFileName(this, tr("Key map profile"), {}, tr("Profiles (*.json)"));
+    if (!path.isEmpty()) Q_EMIT fileChosen(path);
+  });
+  Show(keys);
+}
+
+void KeysDialog::Show(const KeyMap& keys) {
+  if (profile_->findText(keys.name()) < 0) profile_->addItem(keys.name());
+  profile_->setCurrentText(keys.name());
+  const QStringList conflicts = keys.Conflicts();
+  conflicts_->setVisible(!conflicts.isEmpty());
+  conflicts_->setText(tr("Conflicts: %1. None of the two acts.").arg(conflicts.join("; ")));
+  const auto rows = KeyRows(keys);
+  table_->setRowCount(0);
+  QString group;
+  for (const KeyRow& row : rows) {
+    if (row.group != group) {
+      group = row.group;
+      const int at = table_->rowCount();
+      table_->insertRow(at);
+      auto* heading = new QTableWidgetItem(group);
+      QFont bold = heading->font();
+      bold.setBold(true);
+      heading->setFont(bold);
+      table_->setItem(at, 0, heading);
+      table_->setSpan(at, 0, 1, 2);
+    }
+    const int at = table_->rowCount();
+    table_->insertRow(at);
+    table_->setItem(at, 0, new QTableWidgetItem(row.what));
+    table_->setItem(at, 1, new QTableWidgetItem(row.keys));
+  }
+}
+
+}  // namespace retint

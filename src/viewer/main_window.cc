@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/main_window.h"
+
+#include <unistd.h>
+#include <cstdio>
+
+#include <QAction>
+#include <QDockWidget>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QMenu>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSettings>
+#include <QStackedWidget>
+#include <QStatusBar>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "viewer/selection/selection_mode.h"
+#include "viewer/session_store.h"
+
+namespace retint {
+namespace {
+
+constexpr int kMessageMs = 6000;
+constexpr int kStatusMs = 1000;
+
+double ResidentMb() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (!file) return PeakRssMb();
+  long total = 0, resident = 0;
+  const int read = std::fscanf(file, "%ld %ld", &total, &resident);
+  std::fclose(file);
+  return read == 2 ? double(resident) * double(sysconf(_SC_PAGESIZE)) / (1 << 20) : PeakRssMb();
+}
+
+}  // namespace
+
+MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), theme_(theme) {
+  setObjectName("retint");
+  setAcceptDrops(true);
+  setDockOptions(AllowTabbedDocks | AllowNestedDocks | AnimatedDocks);
+  setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
+  setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+  setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
+  resize(1400, 900);
+  controller_ = new SceneController(this);
+  renderer_ = new RenderThread(this);
+  photos_ = new PhotoLoader(this);
+  sessions_ = new SessionStore(controller_, this);
+  sessions_->SetViewState([this] { return canvas_->CameraState(); });
+  BuildCenter();
+  BuildStatusBar();
+  BuildActions();
+  BuildMenus();
+  AddPanels();
+  ConnectScene();
+  const QSettings settings;
+  SetKeyMap(KeyMap::Named(settings.value("keys").toString()));
+  restoreGeometry(settings.value("geometry").toByteArray());
+  restoreState(settings.value("layout").toByteArray());
+  ShowPage();
+  UpdateTitle();
+  UpdateActions();
+  UpdateStatus();
+}
+
+MainWindow::~MainWindow() = default;
+
+void MainWindow::BuildCenter() {
+  pages_ = new QStackedWidget;
+  welcome_ = new QWidget;
+  welcome_text_ = new QLabel;
+  welcome_text_->setAlignment(Qt::AlignCenter);
+  welcome_text_->setWordWrap(true);
+  welcome_text_->setTextFormat(Qt::RichText);
+  auto* open = new QPushButton(tr("Open a scene…"));
+  open->setObjectName("welcome_open");
+  connect(open, &QPushButton::clicked, this, [this] { AskAndOpen({}); });
+  auto* layout = new QVBoxLayout(welcome_);
+  layout->addStretch();
+  layout->addWidget(welcome_text_);
+  layout->addSpacing(16);
+  layout->addWidget(open, 0, Qt::AlignCenter);
+  layout->addStretch();
+  canvas_ = new Canvas(controller_, renderer_, photos_);
+  selection_ = new SelectionMode(controller_);
+  pages_->addWidget(welcome_);
+  pages_->addWidget(canvas_);
+  pages_->addWidget(selection_);
+  setCentralWidget(pages_);
+}
+
+void MainWindow::BuildStatusBar() {
+  message_ = new QLabel;
+  message_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  progress_ = new QProgressBar;
+  progress_->setFixedWidth(180);
+  progress_->setRange(0, 1000);
+  progress_->setTextVisible(false);
+  cancel_ = new QToolButton;
+  cancel_->setText(tr("Cancel"));
+  cancel_->setToolTip(tr("Stop what runs (Esc)"));
+  connect(cancel_, &QToolButton::clicked, controller_, &SceneController::Cancel);
+  backend_ = new QLabel;
+  gaussians_ = new QLabel;
+  speed_ = new QLabel;
+  memory_ = new QLabel;
+  speed_->setToolTip(tr("Frames a second while the camera moves"));
+  memory_->setToolTip(tr("Memory that this program holds"));
+  statusBar()->addWidget(message_, 1);
+  statusBar()->addPermanentWidget(progress_);
+  statusBar()->addPermanentWidget(cancel_);
+  for (QLabel* label : {backend_, gaussians_, speed_, memory_}) {
+    label->setContentsMargins(6, 0, 6, 0);
+    statusBar()->addPermanentWidget(label);
+  }
+  progress_->hide();
+  cancel_->hide();
+  message_timer_.setSingleShot(true);
+  message_timer_.setInterval(kMessageMs);
+  connect(&message_timer_, &QTimer::timeout, this,
+          [this] { message_->setText(controller_->task()); });
+  status_timer_.setInterval(kStatusMs);
+  connect(&status_timer_, &QTimer::timeout, this, &MainWindow::UpdateStatus);
+  status_timer_.start();
+}
+
+void MainWindow::ConnectScene() {
+  const auto say = [this](const QString& text) {
+    message_->setText(text);
+    message_timer_.start();
+  };
+  connect(controller_, &SceneController::opened, this, [this] {
+    if (!opening_.isEmpty()) Remember(opening_);
+    SetCurrentRegion(0);
+    ShowPage();
+    UpdateTitle();
+    UpdateActions();
+    UpdateStatus();
+    canvas_->setFocus();
+  });
+  connect(controller_, &SceneController::closed, this, [this] {
+    SetCurrentRegion(0);
+    ShowPage();
+    UpdateTitle();
+    UpdateActions();
+    UpdateStatus();
+  });
+  connect(controller_, &SceneController::openFailed, this, [this](const QString& message) {
+    ShowPage();
+    if (message != "cancelled") ShowError(tr("The scene cannot be opened"), message);
+  });
+  connect(controller_, &SceneController::regionsChanged, this, &MainWindow::OnRegions);
+  connect(controller_, &SceneController::regionAdded, this, &MainWindow::SetCurrentRegion);
+  connect(controller_, &SceneController::taskChanged, this, [this](const QString& label) {
+    message_->setText(label);
+    message_timer_.stop();
+    const bool busy = !label.isEmpty();
+    progress_->setVisible(busy);
+    progress_->setRange(0, 0);  // busy, until something is reported
+    cancel_->setVisible(busy);
+    if (!controller_->IsOpen()) ShowPage();
+    UpdateActions();
+  });
+  connect(controller_, &SceneController::progress, this, [this](const QString& stage, double done) {
+    progress_->setRange(0, 1000);
+    progress_->setValue(int(done * 1000));
+    progress_->setToolTip(stage);
+    if (controller_->IsBusy()) message_->setText(controller_->task() + ": " + stage);
+  });
+  connect(controller_, &SceneController::failed, this,
+          [this](const QString& label, const QString& message) {
+            if (IsSelecting()) return;  // it says so itself
+            ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label),
+                      message);
+          });
+  connect(controller_, &SceneController::cancelled, this,
+          [say](const QString& label) { say(tr("%1: cancelled").arg(label)); });
+  connect(controller_, &SceneController::written, this,
+          [say](const QString& path) { say(tr("Wrote %1").arg(path)); });
+  connect(renderer_, &RenderThread::failed, this,
+          [this](const QString& message) { ShowError(tr("Rendering failed"), message); });
+  connect(canvas_, &Canvas::hint, this, say);
+  connect(canvas_, &Canvas::frameShown, this, [this] {
+    if (canvas_->frames_per_second() > 0) {
+      speed_->setText(tr("%1 fps").arg(canvas_->frames_per_second(), 0, 'f', 0));
+    }
+  });
+  connect(canvas_, &Canvas::stateChanged, this, &MainWindow::UpdateActions);
+  connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
+    SetCurrentRegion(id);
+    ShowPage();
+    canvas_->setFocus();
+  });
+  connect(selection_, &SelectionMode::left, this, [this] {
+    ShowPage();
+    canvas_->setFocus();
+  });
+  connect(sessions_, &SessionStore::saved, this, [this, say](const QString& path) {
+    OnRegions();
+    UpdateTitle();
+    Remember(path);
+    say(tr("Saved %1").arg(path));
+  });
+  connect(sessions_, &SessionStore::restored, this, [this](const std::string& view) {
+    OnRegions();
+    if (!view.empty()) canvas_->RestoreCamera(view);
+    UpdateTitle();
+  });
+  connect(sessions_, &SessionStore::autosaveFailed, this,
+          [say](const QString& message) { say(tr("Autosave: %1").arg(message)); });
+}
+
+bool MainWindow::IsSelecting() const { return pages_->currentWidget() == selection_; }
+
+void MainWindow::ShowPage() {
+  QWidget* page = welcome_;
+  if (controller_->IsOpen()) {
+    page = selection_->state() == SelectionMode::State::kIdle ? static_cast<QWidget*>(canvas_)
+                                                              : selection_;
+  }
+  pages_->setCurrentWidget(page);
+  QString text =
+      tr("<h2>Retint</h2>Open a COLMAP workspace and its splat,<br>"
+         "or drop both on this window.");
+  if (controller_->IsBusy()) text = "<h2>" + controller_->task().toHtmlEscaped() + "…</h2>";
+  welcome_text_->setText(text);
+  UpdateActions();
+}
+
+void MainWindow::EnterSelection(RegionId region) {
+  if (!controller_->IsOpen() || IsSelecting()) return;
+  const View* view = canvas_->navigation().view();
+  SelectionEntry entry;
+  entry.view = view ? QString::fromStdString(view->name) : QString();
+  entry.camera = canvas_->navigation().Exact();
+  entry.region = region;
+  if (const auto frame = canvas_->frame()) entry.picture = frame->image;
+  if (!selection_->Enter(entry)) return;
+  pages_->setCurrentWidget(selection_);
+  selection_->setFocus();
+  UpdateActions();
+}
+
+void MainWindow::SetCurrentRegion(RegionId id) {
+  if (id != 0 && !controller_->regions().Find(id)) id = 0;
+  if (id != current_region_) {
+    current_region_ = id;
+    Q_EMIT currentRegionChanged(id);
+  }
+  ShowCloudOfCurrent();
+}
+
+void MainWindow::ShowCloudOfCurrent() {
+  const Region* region = controller_->regions().Find(current_region_);
+  canvas_->SetCloud(region ? MakeOverlayCloud(*region->selection) : nullptr);
+}
+
+void MainWindow::OnRegions() {
+  setWindowModified(sessions_->IsModified());
+  if (current_region_ != 0 && !controller_->regions().Find(current_region_)) SetCurrentRegion(0);
+  UpdateActions();
+}
+
+void MainWindow::UpdateTitle() {
+  const auto facts = controller_->facts();
+  QString name;
+  if (facts) {
+    auto path = sessions_->folder().empty() ? facts->request.workspace : sessions_->folder();
+    if (path.filename().empty()) path = path.parent_path();
+    name = QString::fromStdString(path.filename().string()) + "[*] — ";
+  }
+  setWindowTitle(name + "Retint");
+}
+
+void MainWindow::UpdateStatus() {
+  memory_->setText(tr("%1 MB").arg(ResidentMb(), 0, 'f', 0));
+  const auto facts = controller_->facts();
+  for (QLabel* label : {backend_, gaussians_, speed_}) label->setVisible(facts != nullptr);
+  if (!facts) return;
+  backend_->setText(
+      QString::fromUtf8(facts->backend->Name().data(), qsizetype(facts->backend->Name().size()))
+          .toUpper());
+  backend_->setToolTip(QString::fromStdString(facts->backend->Description()));
+  gaussians_->setText(tr("%L1 Gaussians").arg(facts->original->NumGaussians()));
+}
+
+QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidget* panel,
+                                  Qt::DockWidgetArea area) {
+  auto* dock = new QDockWidget(title, this);
+  dock->setObjectName(id);
+  dock->setWidget(panel);
+  addDockWidget(area, dock);
+  panels_menu_->addAction(dock->toggleViewAction());
+  docks_.push_back(dock);
+  return dock;
+}
+
+void MainWindow::SetPanelsShown(bool shown) {
+  if (shown == panels_shown_) return;
+  panels_shown_ = shown;
+  if (!shown) {
+    hidden_by_tab_.clear();
+    for (QDockWidget* dock : docks_) {
+      if (dock->isHidden()) continue;
+      hidden_by_tab_.push_back(dock);
+      dock->hide();
+    }
+  } else {
+    for (QDockWidget* dock : hidden_by_tab_) dock->show();
+  }
+}
+
+// Keys that no widget wanted: flying works wherever the focus is.
+void MainWindow::keyPressEvent(QKeyEvent* event) {
+  const Command* command = keys_.Held(event->key(), event->modifiers());
+  if (command && controller_->IsOpen() && !IsSelecting() && !canvas_->hasFocus()) {
+    canvas_->setFocus();
+    if (!event->isAutoRepeat()) canvas_->SetHeld(*command, true);
+    return;
+  }
+  QMainWindow::keyPressEvent(event);
+}
+
+void MainWindow::keyReleaseEvent(QKeyEvent* event) { QMainWindow::keyReleaseEvent(event); }
+
+}  // namespace retint

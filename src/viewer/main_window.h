@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The window: puts canvas, selection mode and panels together, owns menus, status bar and the
+// dialogs. What the scene is and does lies behind SceneController.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <QMainWindow>
+#include <QMessageBox>
+#include <QPointer>
+#include <QTimer>
+
+#include "viewer/canvas.h"
+#include "viewer/key_map.h"
+#include "viewer/keys_dialog.h"
+#include "viewer/open_dialog.h"
+#include "viewer/photo_loader.h"
+#include "viewer/render_thread.h"
+#include "viewer/scene_controller.h"
+#include "viewer/theme.h"
+
+class QAction;
+class QDockWidget;
+class QLabel;
+class QMenu;
+class QProgressBar;
+class QStackedWidget;
+class QToolButton;
+
+namespace retint {
+
+class SelectionMode;
+class SessionStore;
+
+// What the command line asks for.
+struct StartOptions {
+  OpenRequest scene;              // empty paths: not given
+  std::filesystem::path session;  // NAME.retint
+};
+
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+
+ public:
+  explicit MainWindow(Theme* theme, QWidget* parent = nullptr);
+  ~MainWindow() override;
+
+  // After show(): opens what was asked for; missing parts are asked for in the dialog.
+  void Start(const StartOptions& options);
+  void OpenScene(const OpenRequest& request);
+  void OpenPaths(const QStringList& paths);  // as if dropped
+  void OpenSession(const std::filesystem::path& folder);
+
+  SceneController& controller() { return *controller_; }
+  Canvas& canvas() { return *canvas_; }
+  SelectionMode& selection() { return *selection_; }
+  PhotoLoader& photos() { return *photos_; }
+  SessionStore& sessions() { return *sessions_; }
+  // Of a command, see Commands(); null for held ones.
+  QAction* action(std::string_view command) const;
+  const KeyMap& keys() const { return keys_; }
+  void SetKeyMap(const KeyMap& keys);
+
+  // The region that tools and shortcuts mean; 0: none.
+  RegionId current_region() const { return current_region_; }
+  void SetCurrentRegion(RegionId id);
+  // Paints on the view that shows, for a new region (0) or another round of one.
+  void EnterSelection(RegionId region = 0);
+  bool IsSelecting() const;
+
+  // A dock with an entry in the Panels menu. `id` names it in the saved layout.
+  QDockWidget* AddPanel(const QString& id, const QString& title, QWidget* panel,
+                        Qt::DockWidgetArea area);
+  void SetPanelsShown(bool shown);
+  bool panels_shown() const { return panels_shown_; }
+
+  // A dialog that does not stop the program; one at a time, the rest follow.
+  void ShowError(const QString& title, const QString& message);
+  QMessageBox* dialog() const { return dialog_; }
+  // Whether the regions differ from what was last saved or opened.
+  bool IsModified() const { return isWindowModified(); }
+
+ Q_SIGNALS:
+  void currentRegionChanged(retint::RegionId id);
+
+ protected:
+  void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void keyReleaseEvent(QKeyEvent* event) override;
+
+ private:
+  // main_window.cc
+  void BuildCenter();
+  void BuildStatusBar();
+  void ConnectScene();
+  void ShowPage();
+  void UpdateTitle();
+  void UpdateStatus();
+  void UpdateActions();
+  void OnRegions();
+  void ShowCloudOfCurrent();
+  // main_window_actions.cc
+  void BuildActions();
+  QAction* MakeAction(const char* command, const QString& text, std::function<void()> act,
+                      bool checkable = false);
+  void BuildMenus();
+  void BackOut();
+  void SaveScreenshot();
+  void ShowKeys();
+  void LoadProfile(const QString& path);
+  void ChooseTheme(ThemeChoice choice);
+  // main_window_files.cc
+  void AskAndOpen(OpenRequest start);
+  void Remember(const QString& entry);
+  void FillRecent();
+  void Save(bool as, std::function<void()> then = {});
+  void OfferRecovery();
+  void ExportSplat();
+  void ExportMasks();
+  void ExportViews();
+  void ExportReport();
+  void ExportTurntable();
+  QString AskFolder(const QString& title);
+  // Runs `go` at once, or after the user agreed to lose or save what would be lost.
+  void ConfirmThen(const QString& what, std::function<void()> go);
+  void ShowDialog(QMessageBox* box);
+  void NextError();
+  // main_window_panels.cc
+  void AddPanels();
+
+  Theme* theme_;
+  SceneController* controller_;
+  RenderThread* renderer_;
+  PhotoLoader* photos_;
+  SessionStore* sessions_;
+  Canvas* canvas_;
+  SelectionMode* selection_;
+  QStackedWidget* pages_;
+  QWidget* welcome_;
+  QLabel* welcome_text_;
+  QLabel *backend_, *gaussians_, *speed_, *memory_, *message_;
+  QProgressBar* progress_;
+  QToolButton* cancel_;
+  QTimer message_timer_, status_timer_;
+  std::map<std::string, QAction*, std::less<>> actions_;
+  QMenu *recent_ = nullptr, *panels_menu_ = nullptr;
+  std::vector<QDockWidget*> docks_;
+  std::vector<QDockWidget*> hidden_by_tab_;
+  bool panels_shown_ = true;
+  KeyMap keys_;
+  QPointer<KeysDialog> keys_dialog_;
+  QPointer<QMessageBox> dialog_;
+  std::deque<std::pair<QString, QString>> errors_;
+  QString opening_;  // entry of the recent files, once it has opened
+  RegionId current_region_ = 0;
+  bool closing_ = false;
+};
+
+}  // namespace retint

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The window's dealings with files: opening, sessions, exports, and the questions that go with
+// them. No question blocks the program: each is a dialog whose answer arrives later.
+#include <algorithm>
+
+#include <QAction>
+#include <QCloseEvent>
+#include <QDragEnterEvent>
+#include <QDropEvent>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QMenu>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPushButton>
+#include <QSettings>
+#include <QUrl>
+
+#include "session/export.h"
+#include "viewer/main_window.h"
+#include "viewer/panels/export_dialog.h"
+#include "viewer/session_store.h"
+
+namespace retint {
+namespace {
+
+constexpr qsizetype kRecentKept = 8;
+constexpr QChar kBetween(0x1f);  // workspace and splat of a recent scene; not in a path
+
+std::filesystem::path Path(const QString& text) { return text.toStdString(); }
+QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
+
+}  // namespace
+
+// --- Opening
+// --------------------------------------------------------------------------------------
+
+void MainWindow::Start(const StartOptions& options) {
+  const OpenRequest& scene = options.scene;
+  if (!options.session.empty()) return OpenSession(options.session);
+  if (!scene.workspace.empty() || !scene.splat.empty()) {
+    OpenRequest request = scene;
+    if (request.splat.empty()) request.splat = Path(GuessSplat(Text(request.workspace)));
+    if (request.workspace.empty() || request.splat.empty()) return AskAndOpen(request);
+    return OpenScene(request);
+  }
+  OfferRecovery();
+}
+
+void MainWindow::OpenScene(const OpenRequest& request) {
+  ConfirmThen(tr("Open another scene?"), [this, request] {
+    opening_ = QFileInfo(Text(request.workspace)).absoluteFilePath() + kBetween +
+               QFileInfo(Text(request.splat)).absoluteFilePath();
+    controller_->Open(request);
+  });
+}
+
+void MainWindow::OpenSession(const std::filesystem::path& folder) {
+  QString path = Text(folder);
+  if (path.isEmpty()) {
+    path = QFileDialog::getExistingDirectory(this, tr("Open a session (a .retint folder)"));
+    if (path.isEmpty()) return;
+  }
+  ConfirmThen(tr("Open another session?"), [this, path] {
+    opening_ = QFileInfo(path).absoluteFilePath();
+    sessions_->Open(Path(path), SessionOptions{});
+  });
+}
+
+void MainWindow::OpenPaths(const QStringList& paths) {
+  const DroppedPaths dropped = SortPaths(paths);
+  if (!dropped.problem.isEmpty()) return ShowError(tr("That cannot be opened"), dropped.problem);
+  if (!dropped.session.isEmpty()) return OpenSession(Path(dropped.session));
+  OpenRequest request;
+  request.workspace = Path(dropped.workspace);
+  request.splat = Path(dropped.splat);
+  // A splat alone is meant for the workspace that is open.
+  if (request.workspace.empty() && controller_->IsOpen()) {
+    request.workspace = controller_->facts()->request.workspace;
+    request.options = controller_->facts()->request.options;
+  }
+  if (request.workspace.empty() || request.splat.empty()) return AskAndOpen(request);
+  OpenScene(request);
+}
+
+void MainWindow::AskAndOpen(OpenRequest start) {
+  if (start.workspace.empty() && start.splat.empty() && controller_->IsOpen()) {
+    start = controller_->facts()->request;
+  }
+  auto* dialog = new OpenDialog(start, this);
+  dialog->setObjectName("open_dialog");
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QDialog::accepted, this, [this, dialog] { OpenScene(dialog->request()); });
+  dialog->open();
+}
+
+void MainWindow::Remember(const QString& entry) {
+  QSettings settings;
+  QStringList recent = settings.value("recent").toStringList();
+  recent.removeAll(entry);
+  recent.prepend(entry);
+  settings.setValue("recent", recent.mid(0, kRecentKept));
+}
+
+void MainWindow::FillRecent() {
+  recent_->clear();
+  for (const QString& entry : QSettings().value("recent").toStringList()) {
+    const QStringList parts = entry.split(kBetween);
+    const QString title = parts.join(tr(" with "));
+    QAction* action = recent_->addAction(QString(title).replace("&", "&&"));
+    connect(action, &QAction::triggered, this, [this, parts] {
+      if (parts.size() == 1) return OpenSession(Path(parts.front()));
+      OpenRequest request;
+      request.workspace = Path(parts[0]);
+      request.splat = Path(parts[1]);
+      OpenScene(request);
+    });
+  }
+  if (recent_->isEmpty()) recent_->addAction(tr("nothing yet"))->setEnabled(false);
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  QStringList paths;
+  for (const QUrl& url : event->mimeData()->urls()) {
+    if (url.isLocalFile()) paths << url.toLocalFile();
+  }
+  if (paths.isEmpty()) return;
+  event->acceptProposedAction();
+  OpenPaths(paths);
+}
+
+// --- Sessions
+// -------------------------------------------------------------------------------------
+
+void MainWindow::Save(bool as, std::function<void()> then) {
+  if (!controller_->IsOpen()) return;
+  auto folder = sessions_->folder();
+  if (as || folder.empty()) {
+    const auto start = folder.empty() ? controller_->facts()->request.workspace : folder;
+    QString path = QFileDialog::getSaveFileName(this, tr("Save the session"), Text(start),
+                                                tr("Sessions (*.retint)"), nullptr,
+                                                QFileDialog::DontConfirmOverwrite);
+    if (path.isEmpty()) return;
+    if (!path.endsWith(".retint")) path += ".retint";
+    folder = Path(path);
+  }
+  sessions_->Save(folder, std::move(then));
+}
+
+void MainWindow::OfferRecovery() {
+  std::vector<std::filesystem::path> known;
+  for (const QString& entry : QSettings().value("recent").toStringList()) {
+    if (!entry.contains(kBetween)) known.push_back(Path(entry));
+  }
+  const auto found = FindRecoverable(known);
+  if (found.empty()) return;
+  const Recovery newest = found.front();
+  const QString of = newest.session.empty() ? Text(newest.info.workspace) : Text(newest.session);
+  auto* box = new QMessageBox(
+      QMessageBox::Question, tr("Recover unsaved work?"),
+      tr("Retint ended without saving %n region(s) of %1.", nullptr, int(newest.info.regions))
+          .arg(of),
+      QMessageBox::NoButton, this);
+  QPushButton* recover = box->addButton(tr("Recover"), QMessageBox::AcceptRole);
+  QPushButton* discard = box->addButton(tr("Throw away"), QMessageBox::DestructiveRole);
+  box->addButton(tr("Later"), QMessageBox::RejectRole);
+  box->setDefaultButton(recover);
+  connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
+    if (button == recover) {
+      opening_.clear();
+      sessions_->Open(newest.folder, SessionOptions{});
+    } else if (button == discard) {
+      RemoveRecovery(newest);
+    }
+  });
+  ShowDialog(box);
+}
+
+// --- Questions
+// ------------------------------------------------------------------------------------
+
+void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
+  const bool running = controller_->optimizer().Active();
+  const bool busy = controller_->IsOpen() && controller_->IsBusy();
+  const bool modified = controller_->IsOpen() && IsModified();
+  if (!running && !busy && !modified) return go();
+  QStringList reasons;
+  if (running) reasons << tr("The optimiser is still running; it will be stopped.");
+  if (busy) reasons << tr("%1 is still under way; it will be stopped.").arg(controller_->task());
+  if (modified) reasons << tr("There are edits that have not been saved.");
+  auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
+  box->setInformativeText(reasons.join("\n"));
+  QPushButton* save = nullptr;
+  if (modified) save = box->addButton(tr("&Save"), QMessageBox::AcceptRole);
+  QPushButton* leave = box->addButton(modified ? tr("&Don't save") : tr("&Stop and go on"),
+                                      QMessageBox::DestructiveRole);
+  box->setDefaultButton(save ? save : leave);
+  const auto stop_and_go = [this, go = std::move(go)] {
+    controller_->CancelRefit();
+    controller_->Cancel();
+    go();
+  };
+  connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
+    if (button == leave) {
+      stop_and_go();
+    } else if (save && button == save) {
+      controller_->CancelRefit();
+      Save(false, stop_and_go);
+    }
+  });
+  ShowDialog(box);
+}
+
+void MainWindow::ShowDialog(QMessageBox* box) {
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  dialog_ = box;
+  connect(box, &QDialog::finished, this, [this] {
+    // After the dialog is gone, so that the next is not closed with it.
+    QTimer::singleShot(0, this, &MainWindow::NextError);
+  });
+  box->open();
+}
+
+void MainWindow::ShowError(const QString& title, const QString& message) {
+  errors_.emplace_back(title, message);
+  if (!dialog_) NextError();
+}
+
+void MainWindow::NextError() {
+  if (errors_.empty() || (dialog_ && dialog_->isVisible())) return;
+  const auto [title, message] = errors_.front();
+  errors_.pop_front();
+  auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, this);
+  box->setInformativeText(message);
+  box->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  ShowDialog(box);
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (!closing_) {
+    event->ignore();
+    if (dialog_ && dialog_->isVisible()) return;  // already asked
+    ConfirmThen(tr("Quit Retint?"), [this] {
+      closing_ = true;
+      close();
+    });
+    if (!closing_) return;
+  }
+  QSettings settings;
+  if (panels_shown_) {
+    settings.setValue("geometry", saveGeometry());
+    settings.setValue("layout", saveState());
+  }
+  sessions_->DropAutosave();
+  controller_->Close();
+  event->accept();
+}
+
+// --- Exports
+// --------------------------------------------------------------------------------------
+
+QString MainWindow::AskFolder(const QString& title) {
+  return QFileDialog::getExistingDirectory(this, title);
+}
+
+void MainWindow::ExportSplat() {
+  if (!controller_->IsOpen()) return;
+  QString path = QFileDialog::getSaveFileName(
+      this, tr("Export the splat"), Text(controller_->facts()->request.splat.parent_path()),
+      tr("Gaussian splats (*.ply)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".ply")) path += ".ply";
+  controller_->WriteSplat(Path(path));
+}
+
+void MainWindow::ExportMasks() {
+  if (current_region_ == 0) {
+    return ShowError(tr("Export masks"), tr("Choose a region first: masks are a region's."));
+  }
+  const QString folder = AskFolder(tr("Export masks to a folder"));
+  if (!folder.isEmpty()) controller_->WriteMasks(Path(folder), current_region_);
+}
+
+void MainWindow::ExportViews() {
+  if (!controller_->IsOpen()) return;
+  const View* view = canvas_->navigation().view();
+  const std::string shown = view ? view->name : std::string();
+  const auto beside = controller_->facts()->request.workspace / "edited";
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
+                                  Text(beside), this);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QDialog::accepted, this, [=, this] {
+    std::vector<std::string> names;
+    if (dialog->choice() == ExportDialog::kShownView) names.push_back(shown);
+    controller_->WriteViews(dialog->folder(), names);
+  });
+  dialog->open();
+}
+
+void MainWindow::ExportReport() {
+  QString path =
+      QFileDialog::getSaveFileName(this, tr("Export the report"), {}, tr("Reports (*.json)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".json")) path += ".json";
+  controller_->WriteReport(Path(path));
+}
+
+void MainWindow::ExportTurntable() {
+  if (!controller_->IsOpen()) return;
+  const auto beside = controller_->facts()->request.workspace / "turntable";
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kTurntable, {}, Text(beside), this);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QDialog::accepted, this, [this, dialog] {
+    const auto facts = controller_->facts();
+    if (!facts) return;
+    const PosedCamera shown = canvas_->navigation().Rendered();
+    // Even sizes: video encoders want them.
+    controller_->WriteFrames(
+        dialog->folder(),
+        dialog->choice() == ExportDialog::kThroughViews
+            ? ViewPath(facts->workspace->reconstruction, facts->views, dialog->frames())
+            : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
+                                              shown.camera.height & ~1));
+  });
+  dialog->open();
+}
+
+}  // namespace retint

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which panels the window has, where they stand, and how the keyboard gets there.
+#include <QAction>
+#include <QApplication>
+#include <QDockWidget>
+#include <QKeyEvent>
+#include <QMenu>
+#include <QScrollArea>
+#include <QScrollBar>
+
+#include "viewer/main_window.h"
+#include "viewer/panels/optimizer_panel.h"
+#include "viewer/panels/quality_panel.h"
+#include "viewer/panels/regions_panel.h"
+#include "viewer/panels/scene_panel.h"
+#include "viewer/panels/views_panel.h"
+
+namespace retint {
+namespace {
+
+// While the focus is in a panel, plain keys are the panel's: arrows move its sliders, Tab goes to
+// the next control. Only function keys and those with Ctrl or Alt stay the window's, and Esc, which
+// leads back to the canvas.
+class PanelKeys : public QObject {
+ public:
+  using QObject::QObject;
+
+ protected:
+  bool eventFilter(QObject* object, QEvent* event) override {
+    if (event->type() != QEvent::ShortcutOverride) return false;
+    auto* widget = qobject_cast<QWidget*>(object);
+    if (!widget || !InPanel(widget)) return false;
+    const auto* key = static_cast<QKeyEvent*>(event);
+    const bool plain = !(key->modifiers() & (Qt::ControlModifier | Qt::AltModifier));
+    const bool function = key->key() >= Qt::Key_F1 && key->key() <= Qt::Key_F35;
+    if (!plain || function || key->key() == Qt::Key_Escape) return false;
+    event->accept();
+    return true;
+  }
+
+ private:
+  bool InPanel(QWidget* widget) const {
+    for (; widget && widget != parent(); widget = widget->parentWidget()) {
+      if (qobject_cast<QDockWidget*>(widget)) return true;
+    }
+    return false;
+  }
+};
+
+// Scrolls where the window is too low for the panel; never cuts off to the right.
+QWidget* Scrolling(QWidget* panel) {
+  auto* area = new QScrollArea;
+  area->setFrameShape(QFrame::NoFrame);
+  area->setWidgetResizable(true);
+  area->setFocusPolicy(Qt::NoFocus);
+  area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  area->setWidget(panel);
+  const int bar = area->verticalScrollBar()->sizeHint().width();
+  area->setMinimumWidth(panel->minimumSizeHint().width() + bar);
+  return area;
+}
+
+// Where the keyboard begins in a panel.
+QWidget* FirstControl(QWidget* panel) {
+  QWidget* at = panel;
+  for (int guard = 0; guard < 1000; ++guard) {
+    at = at->nextInFocusChain();
+    if (at == panel) break;
+    if (panel->isAncestorOf(at) && at->isVisible() && at->isEnabled() &&
+        (at->focusPolicy() & Qt::TabFocus)) {
+      return at;
+    }
+  }
+  return panel;
+}
+
+}  // namespace
+
+void MainWindow::AddPanels() {
+  QDockWidget* regions = AddPanel("regions", tr("Regions"), Scrolling(new RegionsPanel(this)),
+                                  Qt::RightDockWidgetArea);
+  QDockWidget* optimizer = AddPanel("optimizer", tr("Optimiser"),
+                                    Scrolling(new OptimizerPanel(this)), Qt::RightDockWidgetArea);
+  QDockWidget* quality = AddPanel("quality", tr("Quality"), Scrolling(new QualityPanel(this)),
+                                  Qt::RightDockWidgetArea);
+  QDockWidget* views = AddPanel("views", tr("Views"), new ViewsPanel(this), Qt::LeftDockWidgetArea);
+  QDockWidget* scene = AddPanel("scene", tr("Scene"), new ScenePanel(this), Qt::LeftDockWidgetArea);
+  tabifyDockWidget(optimizer, quality);
+  tabifyDockWidget(views, scene);
+  optimizer->raise();
+  views->raise();
+  resizeDocks({views, regions}, {300, 340}, Qt::Horizontal);
+  resizeDocks({regions, optimizer}, {500, 500}, Qt::Vertical);
+
+  panels_menu_->addSeparator();
+  int number = 1;
+  for (QDockWidget* dock : {regions, optimizer, quality, views, scene}) {
+    auto* go = new QAction(tr("Go to %1").arg(dock->windowTitle()), this);
+    go->setObjectName("go." + dock->objectName());
+    go->setShortcut(QKeySequence(tr("Alt+%1").arg(number++)));
+    connect(go, &QAction::triggered, this, [this, dock] {
+      SetPanelsShown(true);
+      dock->show();
+      dock->raise();
+      FirstControl(dock->widget())->setFocus(Qt::ShortcutFocusReason);
+    });
+    addAction(go);
+    panels_menu_->addAction(go);
+    dock->toggleViewAction()->setToolTip(
+        tr("%1 (go there: %2)").arg(dock->windowTitle(), go->shortcut().toString()));
+  }
+  qApp->installEventFilter(new PanelKeys(this));
+}
+
+}  // namespace retint

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/open_dialog.h"
+
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QDir>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QFormLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QVBoxLayout>
+
+namespace retint {
+namespace {
+
+const char* const kModelFolders[] = {"sparse/0", "sparse", ".", "0"};
+
+bool HoldsModel(const QString& folder) {
+  for (const char* inner : kModelFolders) {
+    for (const char* suffix : {".bin", ".txt"}) {
+      if (QFileInfo::exists(QDir(folder).filePath(QString(inner) + "/images" + suffix)))
+        return true;
+    }
+  }
+  return false;
+}
+
+QString PathText(const std::filesystem::path& path) {
+  return QString::fromStdString(path.string());
+}
+
+}  // namespace
+
+QString GuessSplat(const QString& workspace) {
+  const QDir folder(workspace);
+  const QStringList plys = folder.entryList({"*.ply"}, QDir::Files, QDir::Name);
+  if (plys.contains("splat.ply")) return folder.filePath("splat.ply");
+  if (plys.size() == 1) return folder.filePath(plys.front());
+  const QDir iterations(folder.filePath("point_cloud"));
+  int newest = -1;
+  QString found;
+  for (const QString& name : iterations.entryList({"iteration_*"}, QDir::Dirs)) {
+    const int number = name.mid(int(qstrlen("iteration_"))).toInt();
+    const QString path = iterations.filePath(name + "/point_cloud.ply");
+    if (number > newest && QFileInfo::exists(path)) {
+      newest = number;
+      found = path;
+    }
+  }
+  return found;
+}
+
+DroppedPaths SortPaths(const QStringList& paths) {
+  DroppedPaths sorted;
+  for (const QString& path : paths) {
+    const QFileInfo info(path);
+    if (!info.exists()) {
+      sorted.problem = QObject::tr("%1 does not exist").arg(path);
+    } else if (path.endsWith(".retint") || path.endsWith(".retint/")) {
+      sorted.session = path;
+    } else if (info.isDir()) {
+      if (!HoldsModel(path)) {
+        sorted.problem =
+            QObject::tr("%1 holds no COLMAP model (cameras, images, points3D)").arg(path);
+      }
+      sorted.workspace = path;
+    } else {
+      sorted.splat = path;
+    }
+  }
+  if (!sorted.workspace.isEmpty() && sorted.splat.isEmpty()) {
+    sorted.splat = GuessSplat(sorted.workspace);
+  }
+  return sorted;
+}
+
+OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(parent) {
+  setWindowTitle(tr("Open a scene"));
+  auto* form = new QFormLayout;
+  const auto row = [&](const QString& title, const std::filesystem::path& path, const QString& hint,
+                       bool folder) {
+    auto* edit = new QLineEdit(PathText(path));
+    edit->setPlaceholderText(hint);
+    edit->setMinimumWidth(420);
+    auto* browse = new QPushButton(tr("Browse…"));
+    browse->setAutoDefault(false);
+    auto* line = new QHBoxLayout;
+    line->addWidget(edit);
+    line->addWidget(browse);
+    auto* label = new QLabel(title);
+    label->setBuddy(edit);
+    form->addRow(label, line);
+    connect(browse, &QPushButton::clicked, this,
+            [this, edit, folder, title] { Browse(edit, folder, title); });
+    connect(edit, &QLineEdit::textChanged, this, &OpenDialog::Check);
+    return edit;
+  };
+  workspace_ = row(tr("&Workspace"), start.workspace, tr("folder of a COLMAP model"), true);
+  splat_ = row(tr("&Splat"), start.splat, tr("Gaussians of this scene, .ply"), false);
+  photos_ = row(tr("&Photos"), start.options.image_folder, tr("found in the workspace"), true);
+  workspace_->setObjectName("workspace");
+  splat_->setObjectName("splat");
+  backend_ = new QComboBox;
+  backend_->addItem(tr("best available"), "auto");
+  for (const std::string& name : AvailableBackends()) {
+    backend_->addItem(QString::fromStdString(name).toUpper(), QString::fromStdString(name));
+  }
+  const int at = backend_->findData(QString::fromStdString(start.options.backend));
+  backend_->setCurrentIndex(std::max(0, at));
+  form->addRow(tr("&Backend"), backend_);
+  holdout_ = new QSpinBox;
+  holdout_->setRange(0, 100);
+  holdout_->setValue(start.options.holdout);
+  holdout_->setSpecialValueText(tr("none"));
+  holdout_->setToolTip(tr("Every n-th view is kept out of the fit, to measure quality on it"));
+  form->addRow(tr("&Held-out views, every"), holdout_);
+  problem_ = new QLabel;
+  problem_->setWordWrap(true);
+  problem_->setMinimumHeight(problem_->fontMetrics().lineSpacing());
+  buttons_ = new QDialogButtonBox(QDialogButtonBox::Open | QDialogButtonBox::Cancel);
+  connect(buttons_, &QDialogButtonBox::accepted, this, &QDialog::accept);
+  connect(buttons_, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  auto* layout = new QVBoxLayout(this);
+  layout->addLayout(form);
+  layout->addWidget(problem_);
+  layout->addWidget(buttons_);
+  Check();
+}
+
+OpenRequest OpenDialog::request() const {
+  OpenRequest request;
+  request.workspace = workspace_->text().trimmed().toStdString();
+  request.splat = splat_->text().trimmed().toStdString();
+  request.options.image_folder = photos_->text().trimmed().toStdString();
+  request.options.backend = backend_->currentData().toString().toStdString();
+  request.options.holdout = holdout_->value() == 1 ? 2 : holdout_->value();
+  return request;
+}
+
+void OpenDialog::Browse(QLineEdit* edit, bool folder, const QString& title) {
+  const QString plain = QString(title).remove('&');
+  const QString start = edit->text().isEmpty() ? workspace_->text() : edit->text();
+  const QString path = folder
+                           ? QFileDialog::getExistingDirectory(this, plain, start)
+                           : QFileDialog::getOpenFileName(
+                                 this, plain, start, tr("Gaussian splats (*.ply);;All files (*)"));
+  if (path.isEmpty()) return;
+  edit->setText(path);
+  if (edit == workspace_ && splat_->text().isEmpty()) splat_->setText(GuessSplat(path));
+}
+
+void OpenDialog::Check() {
+  const QString workspace = workspace_->text().trimmed(), splat = splat_->text().trimmed();
+  QString problem;
+  if (workspace.isEmpty() || splat.isEmpty()) {
+    problem = tr("A workspace and a splat are needed.");
+  } else if (!QFileInfo(workspace).isDir()) {
+    problem = tr("The workspace is not a folder.");
+  } else if (!HoldsModel(workspace)) {
+    problem = tr("The workspace holds no COLMAP model (cameras, images, points3D).");
+  } else if (!QFileInfo(splat).isFile()) {
+    problem = tr("The splat is not a file.");
+  }
+  problem_->setText(problem);
+  buttons_->button(QDialogButtonBox::Open)->setEnabled(problem.isEmpty());
+}
+
+}  // namespace retint

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What to open: workspace, splat, photos, backend. Nothing is read here but folder listings.
+#pragma once
+
+#include <QDialog>
+#include <QString>
+#include <QStringList>
+
+#include "viewer/scene_controller.h"
+
+class QComboBox;
+class QDialogButtonBox;
+class QLabel;
+class QLineEdit;
+class QSpinBox;
+
+namespace retint {
+
+class OpenDialog : public QDialog {
+  Q_OBJECT
+
+ public:
+  explicit OpenDialog(const OpenRequest& start, QWidget* parent = nullptr);
+  OpenRequest request() const;
+
+ private:
+  void Browse(QLineEdit* edit, bool folder, const QString& title);
+  void Check();
+
+  QLineEdit *workspace_, *splat_, *photos_;
+  QComboBox* backend_;
+  QSpinBox* holdout_;
+  QLabel* problem_;
+  QDialogButtonBox* buttons_;
+};
+
+// What dropped or given paths mean together: a folder with a model is a workspace, NAME.retint a
+// session, any other file a splat.
+struct DroppedPaths {
+  QString workspace, splat, session, problem;
+};
+DroppedPaths SortPaths(const QStringList& paths);
+// The splat that a workspace folder most likely means: the only *.ply in it, or the newest
+// iteration of a 3DGS output (point_cloud/iteration_*/point_cloud.ply); empty where there is none.
+QString GuessSplat(const QString& workspace);
+
+}  // namespace retint

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/session_store.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+
+namespace retint {
+namespace {
+
+constexpr int kAutosaveMs = 1500;  // after a change; changes in between are one
+
+bool IsAutosave(const std::filesystem::path& folder) {
+  return folder.filename().string().ends_with(".autosave.retint");
+}
+
+// Whether two states would be saved alike; fits are derived.
+bool SameEdits(const RegionSet& a, const RegionSet& b) {
+  return std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
+                    [](const Region& x, const Region& y) {
+                      return x.id == y.id && x.name == y.name && x.selection == y.selection &&
+                             x.edit.gain == y.edit.gain && x.edit.offset == y.edit.offset &&
+                             x.strength == y.strength && x.visible == y.visible;
+                    });
+}
+
+}  // namespace
+
+SessionStore::SessionStore(SceneController* controller, QObject* parent)
+    : QObject(parent), controller_(controller) {
+  timer_.setSingleShot(true);
+  timer_.setInterval(kAutosaveMs);
+  connect(&timer_, &QTimer::timeout, this, &SessionStore::SubmitAutosave);
+  const auto forget = [this] {
+    // Of the scene before: its user has agreed to lose what was not saved.
+    DropAutosave();
+    autosave_.reset();
+    autosave_broken_ = false;
+    writer_.reset();
+    folder_.clear();
+    saved_ = submitted_ = {};
+  };
+  connect(controller_, &SceneController::opened, this, forget);
+  connect(controller_, &SceneController::closed, this, forget);
+  connect(controller_, &SceneController::regionsChanged, this, &SessionStore::OnRegions);
+  // An accepted selection is minutes of work.
+  connect(controller_, &SceneController::regionAdded, this, &SessionStore::SubmitAutosave);
+}
+
+SessionStore::~SessionStore() = default;
+
+bool SessionStore::IsModified() const {
+  return controller_->IsOpen() && !SameEdits(saved_, controller_->regions());
+}
+
+void SessionStore::Open(const std::filesystem::path& folder, const SessionOptions& options) {
+  const auto opened = std::make_shared<OpenedSession>();
+  controller_->OpenWith(
+      QString::fromStdString(folder.filename().string()),
+      [=](Monitor& monitor) {
+        *opened = retint::OpenSession(folder, options, monitor);
+        return std::move(opened->session);
+      },
+      [=, this] {
+        if (IsAutosave(folder)) {
+          folder_ = opened->saved;
+          recovered_ = folder;
+        } else {
+          folder_ = folder;
+          saved_ = controller_->regions();
+        }
+        submitted_ = controller_->regions();
+        Q_EMIT restored(opened->view);
+      });
+}
+
+void SessionStore::Save(const std::filesystem::path& folder, std::function<void()> then) {
+  if (!writer_ || writer_->folder() != folder) writer_ = std::make_shared<SessionWriter>(folder);
+  const auto written = std::make_shared<RegionSet>();
+  controller_->Run(
+      tr("Saving the session"),
+      [written, writer = writer_, view = ViewState()](EditSession& session, Monitor& monitor) {
+        session.CollectFits();
+        SessionSnapshot snapshot = TakeSnapshot(session);
+        snapshot.view = view;
+        writer->Write(snapshot, monitor);
+        *written = snapshot.regions;
+      },
+      [=, this] {
+        if (folder_ != folder) autosave_.reset();  // the next one is beside the new session
+        folder_ = folder;
+        saved_ = submitted_ = *written;
+        DropAutosave();
+        Q_EMIT saved(QString::fromStdString(folder.string()));
+        if (then) then();
+      });
+}
+
+void SessionStore::OnRegions() {
+  if (!SameEdits(submitted_, controller_->regions())) timer_.start();
+}
+
+void SessionStore::SubmitAutosave() {
+  timer_.stop();
+  if (!controller_->IsOpen() || autosave_broken_) return;
+  if (!IsModified()) {
+    if (autosave_) autosave_->Discard();  // all was undone
+    return;
+  }
+  if (!autosave_) {
+    try {
+      autosave_ = std::make_unique<Autosave>(folder_, [this](const std::string& error) {
+        if (error.empty()) return;
+        QMetaObject::invokeMethod(
+            this, [this, error] { Q_EMIT autosaveFailed(QString::fromStdString(error)); },
+            Qt::QueuedConnection);
+      });
+    } catch (const Error& error) {
+      autosave_broken_ = true;
+      Q_EMIT autosaveFailed(QString::fromStdString(error.what()));
+      return;
+    }
+  }
+  const auto snapshot = std::make_shared<SessionSnapshot>();
+  controller_->Run(
+      {}, [snapshot](EditSession& session, Monitor&) { *snapshot = TakeSnapshot(session); },
+      [=, this] {
+        if (!autosave_) return;
+        submitted_ = snapshot->regions;
+        snapshot->view = ViewState();
+        snapshot->saved = folder_;
+        autosave_->Submit(std::move(*snapshot));
+      });
+}
+
+void SessionStore::DropAutosave() {
+  timer_.stop();
+  if (autosave_) autosave_->Discard();
+  if (recovered_.empty()) return;
+  Recovery recovery;
+  recovery.folder = std::exchange(recovered_, {});
+  RemoveRecovery(recovery);
+}
+
+}  // namespace retint
