@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include <QAbstractButton>
 #include <QMouseEvent>
 #include <QSignalSpy>
 #include <QTest>
@@ -83,7 +84,7 @@ class SelectionCanvasTest : public QObject {
     QCOMPARE(Mask(14, 15), 0);
     QCOMPARE(Mask(57, 15), 0);
     QCOMPARE(Mask(35, 20), 0);
-    QCOMPARE(Mask(35, 11), 255);
+    QCOMPARE(Mask(35, 12), 255);
     QCOMPARE(Mask(35, 10), 0);
   }
 
@@ -377,6 +378,7 @@ class SelectionCanvasTest : public QObject {
   void TheStripsFollowTheCanvasAndLead() {
     ToolStrip strip(canvas_.get());
     ActionStrip actions(canvas_.get());
+    actions.SetPaintable(true);
     auto* lasso = strip.findChild<QAbstractButton*>("toolLasso");
     QVERIFY(lasso);
     QTest::mouseClick(lasso, Qt::LeftButton);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 
+#include <QComboBox>
 #include <QMouseEvent>
 #include <QPushButton>
 #include <QSignalSpy>
@@ -254,6 +255,24 @@ class SelectionModeTest : public QObject {
     const auto& painted = SelectionOf(id)->source.painted;
     QCOMPARE(painted.size(), size_t{2});
     QVERIFY(Iou(painted[0].mask, Truth(first_)) < 0.8);
+  }
+
+  void TheTargetCanBeChosenUntilTheFirstStroke() {
+    const RegionId id = AddRegion(first_, Truth(first_));
+    QVERIFY(id != 0);
+    QVERIFY(Enter(Entry(second_)));
+    auto* target = mode_->findChild<QComboBox*>("selectionTarget");
+    QVERIFY(target && target->isEnabled());
+    QCOMPARE(target->count(), 2);
+    QCOMPARE(target->currentIndex(), 0);
+    QSignalSpy ready(mode_.get(), &SelectionMode::ready);
+    target->setFocus();
+    QTest::keyClick(target, Qt::Key_Down);
+    QVERIFY(ready.count() > 0 || ready.wait(kWait));
+    QCOMPARE(mode_->entry().region, id);
+    QCOMPARE(mode_->canvas().editor().mask().data, SelectionOf(id)->masks.at(Name(second_)).data);
+    Paint(LeftHalf(Truth(second_)), Qt::ControlModifier);
+    QVERIFY(!target->isEnabled());
   }
 
   void AViewAlreadyPaintedShowsItsPaint() {

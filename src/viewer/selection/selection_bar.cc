@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <QButtonGroup>
+#include <QComboBox>
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -251,11 +252,16 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
       [](auto& c) { c.SelectNone(); });
   layout->addWidget(MakeLine());
   layout->addSpacing(4);
-  title_ = new QLabel;
-  QFont bold = font();
-  bold.setBold(true);
-  title_->setFont(bold);
-  layout->addWidget(title_);
+  target_ = new QComboBox;
+  target_->setObjectName("selectionTarget");
+  target_->setAccessibleName(tr("Target of the strokes"));
+  target_->setToolTip(tr("What the strokes go to; can be changed until the first stroke"));
+  target_->setFocusPolicy(Qt::TabFocus);
+  target_->setSizeAdjustPolicy(QComboBox::AdjustToContents);
+  layout->addWidget(target_);
+  layout->addSpacing(4);
+  place_ = new QLabel;
+  layout->addWidget(place_);
   layout->addSpacing(10);
   hint_ = new QLabel;
   hint_->setObjectName("selectionHint");
@@ -273,6 +279,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     button->setFocusPolicy(Qt::TabFocus);
     layout->addWidget(button);
   }
+  connect(target_, &QComboBox::activated, this, &ActionStrip::targetChosen);
   connect(cancel_, &QPushButton::clicked, this, &ActionStrip::cancel);
   connect(accept_, &QPushButton::clicked, this, &ActionStrip::accept);
   connect(canvas_, &SelectionCanvas::optionsChanged, this, &ActionStrip::Show);
@@ -292,12 +299,16 @@ void ActionStrip::ShowMessage(const QString& message, bool warning) {
 
 QString ActionStrip::message() const { return message_; }
 
-void ActionStrip::SetTitle(const QString& title) { title_->setText(title); }
+void ActionStrip::SetTargets(const QStringList& targets, int current, const QString& place) {
+  target_->clear();
+  target_->addItems(targets);
+  target_->setCurrentIndex(current);
+  place_->setText(place);
+}
 
-void ActionStrip::SetEnabled(bool paintable, bool acceptable) {
-  for (auto& [button, icon] : buttons_) button->setEnabled(paintable);
-  accept_->setEnabled(acceptable);
-  if (paintable) Show();
+void ActionStrip::SetPaintable(bool paintable) {
+  paintable_ = paintable;
+  Show();
 }
 
 void ActionStrip::Show() {
@@ -309,9 +320,13 @@ void ActionStrip::Show() {
   QFont font = this->font();
   font.setBold(!message_.isEmpty());
   hint_->setFont(font);
-  if (!canvas_->HasView()) return;
-  buttons_[0].first->setEnabled(canvas_->editor().CanUndo());
-  buttons_[1].first->setEnabled(canvas_->editor().CanRedo());
+  const bool undo = canvas_->editor().CanUndo(), redo = canvas_->editor().CanRedo();
+  for (auto& [button, icon] : buttons_) {
+    const bool useful = icon == ToolIcon::kUndo ? undo : icon == ToolIcon::kRedo ? redo : true;
+    button->setEnabled(paintable_ && useful);
+  }
+  accept_->setEnabled(paintable_);
+  target_->setEnabled(paintable_ && !undo && !redo);
 }
 
 void ActionStrip::DrawIcons() {

@@ -7,6 +7,7 @@
 
 #include <QFrame>
 #include <QString>
+#include <QStringList>
 
 class QButtonGroup;
 class QComboBox;
@@ -71,13 +72,16 @@ class ActionStrip : public QFrame {
 
   // What went wrong or what to do next; stays until the next edit.
   void ShowMessage(const QString& message, bool warning);
-  QString message() const;              // empty: only a hint shows
-  void SetTitle(const QString& title);  // what is painted: "Region 1 in 004.png"
-  void SetEnabled(bool paintable, bool acceptable);
+  QString message() const;  // empty: only a hint shows
+  // What the strokes go to, "New region" or a region, and where one paints. Another target can be
+  // chosen until the first stroke.
+  void SetTargets(const QStringList& targets, int current, const QString& place);
+  void SetPaintable(bool paintable);
 
  Q_SIGNALS:
   void accept();
   void cancel();
+  void targetChosen(int index);
 
  protected:
   void changeEvent(QEvent* event) override;
@@ -88,10 +92,11 @@ class ActionStrip : public QFrame {
 
   SelectionCanvas* canvas_;
   std::vector<std::pair<QToolButton*, ToolIcon>> buttons_;
-  QLabel *title_, *hint_;
+  QComboBox* target_;
+  QLabel *place_, *hint_;
   QPushButton *accept_, *cancel_;
   QString message_;
-  bool warning_ = false;
+  bool warning_ = false, paintable_ = false;
 };
 
 }  // namespace retint

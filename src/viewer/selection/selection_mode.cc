@@ -104,6 +104,7 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   connect(canvas_, &SelectionCanvas::leaveRequested, this, &SelectionMode::Leave);
   connect(actions_, &ActionStrip::accept, this, &SelectionMode::Accept);
   connect(actions_, &ActionStrip::cancel, this, &SelectionMode::Leave);
+  connect(actions_, &ActionStrip::targetChosen, this, &SelectionMode::ChooseTarget);
   connect(controller_, &SceneController::failed, this, &SelectionMode::TaskFailed);
   connect(controller_, &SceneController::cancelled, this, [this](const QString& label) {
     TaskFailed(label, tr("Cancelled, nothing was changed"));
@@ -126,7 +127,7 @@ void SelectionMode::SetState(State state) {
   const bool painting = state == State::kPainting;
   canvas_->SetPaintable(painting);
   tools_->setEnabled(painting);
-  actions_->SetEnabled(painting, painting);
+  actions_->SetPaintable(painting);
   progress_->setVisible(state == State::kComputing);
   if (state == State::kComputing) {
     stage_->setText(tr("Waiting for the tasks before it"));
@@ -156,9 +157,7 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
                        draft_selection_ == selection;
   entry_ = entry;
   entry_.picture = {};
-  const QString what = region ? QString::fromStdString(region->name) : tr("New region");
-  actions_->SetTitle(entry.view.isEmpty() ? tr("%1, free view").arg(what)
-                                          : tr("%1 in %2").arg(what, entry.view));
+  ShowTargets();
   const uint64_t visit = ++visit_;
   if (resumes) {
     SetState(State::kPainting);
@@ -189,6 +188,27 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
       [this, frozen, visit] {
         if (visit == visit_ && state_ == State::kRendering) ShowFrozen(frozen);
       });
+}
+
+void SelectionMode::ShowTargets() {
+  QStringList names = {tr("New region")};
+  targets_ = {0};
+  for (const Region& other : controller_->regions().regions) {
+    names << QString::fromStdString(other.name);
+    targets_.push_back(other.id);
+  }
+  const auto current = std::find(targets_.begin(), targets_.end(), entry_.region);
+  actions_->SetTargets(names, static_cast<int>(current - targets_.begin()),
+                       entry_.view.isEmpty() ? tr("in a free view") : tr("in %1").arg(entry_.view));
+}
+
+void SelectionMode::ChooseTarget(int index) {
+  if (state_ != State::kPainting || index < 0 || index >= static_cast<int>(targets_.size())) return;
+  SelectionEntry entry = entry_;
+  entry.region = targets_[static_cast<size_t>(index)];
+  if (entry.region == entry_.region || Enter(entry)) return;
+  ShowTargets();
+  actions_->ShowMessage(tr("This region is not there any more"), true);
 }
 
 void SelectionMode::ShowFrozen(const std::shared_ptr<Frozen>& frozen) {

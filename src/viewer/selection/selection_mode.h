@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include <QImage>
 #include <QString>
@@ -76,6 +77,8 @@ class SelectionMode : public QWidget {
   struct Frozen;
   void ShowFrozen(const std::shared_ptr<Frozen>& frozen);
   void SetState(State state);
+  void ShowTargets();
+  void ChooseTarget(int index);
   void Finish();
   void PlaceProgress();
   bool OwnLabel(const QString& label) const;
@@ -96,8 +99,9 @@ class SelectionMode : public QWidget {
   ColorEdit new_edit_;
   State state_ = State::kIdle;
   SelectionEntry entry_;
-  Mask before_;         // the mask on entering
-  uint64_t visit_ = 0;  // tells the answers for this visit from late ones
+  std::vector<RegionId> targets_;  // as listed; 0: a new region
+  Mask before_;                    // the mask on entering
+  uint64_t visit_ = 0;             // tells the answers for this visit from late ones
   // Of the strokes that the canvas holds: where they belong.
   std::shared_ptr<const RegionSelection> draft_selection_;
   bool has_draft_ = false;
