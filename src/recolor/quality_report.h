@@ -36,7 +36,8 @@ struct QualityReport {
   QualityNumbers train, heldout;
   std::vector<ViewQuality> worst;  // up to 5, lowest psnr_inside first
   ShRange sh_before, sh_after;
-  std::vector<ViewQuality> views;  // that hold a masked pixel, all of them, lowest psnr_inside first
+  std::vector<ViewQuality>
+      views;  // that hold a masked pixel, all of them, lowest psnr_inside first
 };
 
 // Renders every target before and after. A perfect match is reported as 99 dB.

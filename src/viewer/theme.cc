@@ -7,8 +7,11 @@
 #include <QDBusPendingCallWatcher>
 #include <QDBusPendingReply>
 #include <QDBusVariant>
+#include <QPainter>
 #include <QPalette>
+#include <QProxyStyle>
 #include <QStyleFactory>
+#include <QStyleOption>
 #include <QToolTip>
 
 namespace retint {
@@ -58,6 +61,27 @@ QPalette PaletteOf(const Shades& shades) {
   return palette;
 }
 
+// Fusion draws the frame of a check box darker than the window: on a dark one nobody sees a box
+// that is not checked.
+class FramedStyle : public QProxyStyle {
+ public:
+  FramedStyle() : QProxyStyle(QStyleFactory::create("Fusion")) {}
+
+  void drawPrimitive(PrimitiveElement element, const QStyleOption* option, QPainter* painter,
+                     const QWidget* widget) const override {
+    QProxyStyle::drawPrimitive(element, option, painter, widget);
+    if (element != PE_IndicatorCheckBox && element != PE_IndicatorItemViewItemCheck) return;
+    const bool enabled = option->state & State_Enabled;
+    QColor frame = option->palette.color(QPalette::Text);
+    frame.setAlpha(enabled ? 150 : 60);
+    painter->save();
+    painter->setBrush(Qt::NoBrush);
+    painter->setPen(frame);
+    painter->drawRect(option->rect.adjusted(0, 0, -1, -1));
+    painter->restore();
+  }
+};
+
 }  // namespace
 
 ThemeChoice ParseTheme(const QString& name) {
@@ -80,7 +104,7 @@ QString ThemeName(ThemeChoice choice) {
 Theme::Theme(QObject* parent) : QObject(parent) {
   // Before anything of ours is set, the palette is the platform's.
   system_dark_ = QApplication::palette().color(QPalette::Window).lightness() < 128;
-  QApplication::setStyle(QStyleFactory::create("Fusion"));
+  QApplication::setStyle(new FramedStyle);
   Apply();
   QDBusConnection bus = QDBusConnection::sessionBus();
   if (!bus.isConnected()) return;

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/export_dialog.h"
+
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QFileDialog>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QStandardItemModel>
+
+#include "base/error.h"
+#include "session/staged_output.h"
+
+namespace retint {
+namespace {
+
+constexpr int kTurntableFrames = 120;
+
+}  // namespace
+
+ExportDialog::ExportDialog(Kind kind, const QString& view, const QString& folder, QWidget* parent)
+    : QDialog(parent) {
+  setObjectName("export_dialog");
+  const bool views = kind == Kind::kViews;
+  setWindowTitle(views ? tr("Export edited views") : tr("Export turntable frames"));
+  choice_ = new QComboBox;
+  choice_->setObjectName("export_choice");
+  if (views) {
+    choice_->addItem(tr("Every view"));
+    choice_->addItem(view.isEmpty() ? tr("The view that shows") : tr("Only %1").arg(view));
+    choice_->setToolTip(tr("PNG files named after the photos, at the photos' size"));
+    if (view.isEmpty()) {
+      qobject_cast<QStandardItemModel*>(choice_->model())->item(kShownView)->setEnabled(false);
+    }
+  } else {
+    choice_->addItems({tr("Once around the focus"), tr("Through the training views")});
+    choice_->setToolTip(tr("The path of the camera; double-click the picture to set the focus"));
+  }
+  folder_ = new QLineEdit(folder);
+  folder_->setObjectName("export_folder");
+  folder_->setMinimumWidth(360);
+  folder_->setToolTip(tr("The folder is made where it does not exist"));
+  auto* browse = new QPushButton(tr("&Browse…"));
+  browse->setAutoDefault(false);
+  connect(browse, &QPushButton::clicked, this, [this] {
+    const QString chosen =
+        QFileDialog::getExistingDirectory(this, tr("Export to a folder"), folder_->text());
+    if (!chosen.isEmpty()) folder_->setText(chosen);
+  });
+  auto* form = new QFormLayout(this);
+  form->addRow(views ? tr("&Views") : tr("&Path"), choice_);
+  if (!views) {
+    frames_ = new QSpinBox;
+    frames_->setObjectName("export_frames");
+    frames_->setRange(2, 100000);
+    frames_->setValue(kTurntableFrames);
+    frames_->setToolTip(tr("Pictures along the whole path"));
+    form->addRow(tr("F&rames"), frames_);
+  }
+  auto* line = new QHBoxLayout;
+  line->addWidget(folder_, 1);
+  line->addWidget(browse);
+  form->addRow(tr("F&older"), line);
+  problem_ = new QLabel;
+  problem_->setObjectName("export_problem");
+  problem_->setWordWrap(true);
+  form->addRow(problem_);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel);
+  write_ = buttons->addButton(tr("&Export"), QDialogButtonBox::AcceptRole);
+  write_->setObjectName("export_write");
+  write_->setDefault(true);
+  form->addRow(buttons);
+  connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
+  connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  connect(folder_, &QLineEdit::textChanged, this, &ExportDialog::Check);
+  Check();
+}
+
+int ExportDialog::choice() const { return choice_->currentIndex(); }
+int ExportDialog::frames() const { return frames_ ? frames_->value() : 0; }
+
+std::filesystem::path ExportDialog::folder() const { return folder_->text().toStdString(); }
+
+void ExportDialog::Check() {
+  QString problem;
+  if (folder_->text().isEmpty()) {
+    problem = tr("Choose a folder.");
+  } else {
+    try {
+      CheckOutput(folder(), /*as_folder=*/true);
+    } catch (const Error& error) {
+      problem = QStringLiteral("⚠ ") + QString::fromUtf8(error.what());
+    }
+  }
+  problem_->setText(problem);
+  write_->setEnabled(problem.isEmpty());
+}
+
+}  // namespace retint

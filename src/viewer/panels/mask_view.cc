@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/mask_view.h"
+
+#include <QEvent>
+#include <QPainter>
+
+#include "viewer/main_window.h"
+
+namespace retint {
+namespace {
+
+constexpr int kRestMs = 200;
+constexpr uint8_t kInside = 128;
+constexpr int kStripe = 8;  // pixels; hatched, so that colour is not the only signal
+
+QImage Overlay(const Mask& mask) {
+  QImage picture(mask.width, mask.height, QImage::Format_ARGB32_Premultiplied);
+  picture.fill(Qt::transparent);
+  const auto inside = [&](int x, int y) { return mask.Contains(x, y) && mask(x, y) >= kInside; };
+  for (int y = 0; y < mask.height; ++y) {
+    auto* row = reinterpret_cast<QRgb*>(picture.scanLine(y));
+    for (int x = 0; x < mask.width; ++x) {
+      if (!inside(x, y)) continue;
+      const bool edge =
+          !inside(x - 1, y) || !inside(x + 1, y) || !inside(x, y - 1) || !inside(x, y + 1);
+      const bool stripe = (x + y) % (2 * kStripe) < 3;
+      if (edge) {
+        row[x] = qRgba(255, 255, 255, 255);
+      } else {
+        row[x] = qPremultiply(qRgba(255, 120, 0, stripe ? 190 : 70));
+      }
+    }
+  }
+  return picture;
+}
+
+bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
+  return a.camera == b.camera &&
+         a.cam_from_world.rotation.coeffs() == b.cam_from_world.rotation.coeffs() &&
+         a.cam_from_world.translation == b.cam_from_world.translation;
+}
+
+}  // namespace
+
+MaskView::MaskView(MainWindow* window) : QWidget(&window->canvas()), window_(window) {
+  setObjectName("mask_view");
+  setAttribute(Qt::WA_TransparentForMouseEvents);
+  setAttribute(Qt::WA_NoSystemBackground);
+  setFocusPolicy(Qt::NoFocus);
+  window_->canvas().installEventFilter(this);
+  rest_.setSingleShot(true);
+  rest_.setInterval(kRestMs);
+  connect(&rest_, &QTimer::timeout, this, &MaskView::Ask);
+  SceneController& controller = window_->controller();
+  connect(&controller, &SceneController::selectionSeen, this, &MaskView::Take);
+  connect(&controller, &SceneController::closed, this, &MaskView::Forget);
+  connect(&controller, &SceneController::opened, this, &MaskView::Forget);
+  connect(&controller, &SceneController::regionAdded, this, &MaskView::Forget);
+  connect(window_, &MainWindow::currentRegionChanged, this, &MaskView::Forget);
+  connect(&window_->canvas(), &Canvas::cameraChanged, this, [this] {
+    if (!SameCamera(camera_, window_->canvas().navigation().Rendered())) Forget();
+  });
+  hide();
+}
+
+void MaskView::SetShown(bool shown) {
+  shown_ = shown;
+  setVisible(shown);
+  setGeometry(window_->canvas().rect());
+  Forget();
+}
+
+void MaskView::Forget() {
+  picture_ = {};
+  update();
+  if (shown_) rest_.start();
+}
+
+void MaskView::Ask() {
+  const RegionId id = window_->current_region();
+  if (!shown_ || id == 0 || !window_->controller().IsOpen()) return;
+  if (asked_ != 0) return rest_.start();  // one at a time
+  asked_ = id;
+  camera_ = window_->canvas().navigation().Rendered();
+  window_->controller().SeeSelection(id, camera_);
+}
+
+void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
+  if (id != asked_ || !mask || mask->width != camera_.camera.width ||
+      mask->height != camera_.camera.height) {
+    return;  // somebody else asked
+  }
+  asked_ = 0;
+  const bool wanted = shown_ && id == window_->current_region() &&
+                      SameCamera(camera_, window_->canvas().navigation().Rendered());
+  if (!wanted) return rest_.start();
+  picture_ = Overlay(*mask);
+  update();
+  Q_EMIT ready();
+}
+
+bool MaskView::eventFilter(QObject* object, QEvent* event) {
+  if (event->type() == QEvent::Resize) {
+    setGeometry(window_->canvas().rect());
+    Forget();
+  }
+  return QWidget::eventFilter(object, event);
+}
+
+void MaskView::paintEvent(QPaintEvent*) {
+  if (picture_.isNull()) return;
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::SmoothPixmapTransform);
+  painter.drawImage(window_->canvas().ImageRect(camera_), picture_);
+}
+
+}  // namespace retint

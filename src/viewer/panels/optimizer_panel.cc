@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/optimizer_panel.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFormLayout>
+#include <QGridLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QVBoxLayout>
+
+#include "base/error.h"
+#include "viewer/main_window.h"
+#include "viewer/panels/loss_plot.h"
+
+namespace retint {
+namespace {
+
+using State = BackgroundOptimizer::State;
+
+constexpr int kAdamStepsPerLoss = 50;  // RefitSummary::losses
+
+QString StateText(State state) {
+  switch (state) {
+    case State::kIdle:
+      return OptimizerPanel::tr("○ idle");
+    case State::kRunning:
+      return OptimizerPanel::tr("▶ running");
+    case State::kPaused:
+      return OptimizerPanel::tr("❚❚ paused");
+    case State::kFinished:
+      return OptimizerPanel::tr("✔ finished");
+    case State::kCancelled:
+      return OptimizerPanel::tr("■ stopped");
+    case State::kFailed:
+      return OptimizerPanel::tr("✘ failed");
+  }
+  return {};
+}
+
+QString Decibels(double value) { return OptimizerPanel::tr("%1 dB").arg(value, 0, 'f', 2); }
+
+}  // namespace
+
+OptimizerPanel::OptimizerPanel(MainWindow* window)
+    : window_(window), controller_(&window->controller()) {
+  setObjectName("optimizer_panel");
+  state_ = new QLabel;
+  state_->setObjectName("optimizer_state");
+  speed_ = new QLabel;
+  speed_->setObjectName("optimizer_speed");
+  speed_->setAlignment(Qt::AlignRight);
+  plot_ = new LossPlot;
+  plot_->setObjectName("loss_plot");
+  const auto button = [this](const char* name, const QString& text, const QString& tip) {
+    auto* made = new QPushButton(text);
+    made->setObjectName(name);
+    made->setToolTip(tip);
+    return made;
+  };
+  toggle_ = button("optimizer_toggle", tr("&Pause"), tr("Pause or go on (Alt+P)"));
+  reset_ = button("optimizer_reset", tr("&Reset"),
+                  tr("Drop every fit and begin again from the closed form (Alt+R)"));
+  measure_ = button("optimizer_measure", tr("&Measure"),
+                    tr("PSNR of the current region over all views, against its edited targets "
+                       "(Alt+M)"));
+  connect(toggle_, &QPushButton::clicked, this, &OptimizerPanel::Toggle);
+  connect(reset_, &QPushButton::clicked, this, &OptimizerPanel::Reset);
+  connect(measure_, &QPushButton::clicked, this,
+          [this] { controller_->Evaluate(window_->current_region()); });
+  inside_ = new QLabel;
+  inside_->setObjectName("psnr_inside");
+  outside_ = new QLabel;
+  outside_->setObjectName("psnr_outside");
+  measured_ = new QLabel;
+  measured_->setWordWrap(true);
+
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(6, 6, 6, 6);
+  auto* line = new QHBoxLayout;
+  line->addWidget(state_);
+  line->addWidget(speed_, 1);
+  layout->addLayout(line);
+  layout->addWidget(plot_);
+  auto* buttons = new QHBoxLayout;
+  for (QPushButton* one : {toggle_, reset_, measure_}) buttons->addWidget(one);
+  layout->addLayout(buttons);
+  auto* figures = new QFormLayout;
+  figures->addRow(tr("PSNR inside"), inside_);
+  figures->addRow(tr("PSNR outside"), outside_);
+  layout->addLayout(figures);
+  layout->addWidget(measured_);
+  BuildOptions();
+  layout->addWidget(options_);
+  layout->addStretch();
+
+  connect(controller_, &SceneController::optimizerChanged, this, &OptimizerPanel::ShowStatus);
+  connect(controller_, &SceneController::regionsChanged, this, &OptimizerPanel::ShowStatus);
+  connect(controller_, &SceneController::qualityReady, this, &OptimizerPanel::ShowQuality);
+  const auto fresh = [this] {
+    inside_->setText(QStringLiteral("–"));
+    outside_->setText(QStringLiteral("–"));
+    measured_->setText(tr("not measured yet"));
+    ShowJob();
+    ShowStatus();
+  };
+  connect(controller_, &SceneController::opened, this, fresh);
+  connect(controller_, &SceneController::closed, this, fresh);
+  connect(window_, &MainWindow::currentRegionChanged, this, &OptimizerPanel::ShowStatus);
+  fresh();
+}
+
+void OptimizerPanel::BuildOptions() {
+  options_ = new QWidget;
+  auto* form = new QFormLayout(options_);
+  form->setContentsMargins(0, 6, 0, 0);
+  solver_ = new QComboBox;
+  solver_->setObjectName("solver");
+  solver_->addItems({tr("mm: closed-form sweeps"), tr("adam: gradient steps")});
+  solver_->setToolTip(tr("mm converges in a dozen sweeps; adam is the reference, in thousands"));
+  target_ = new QComboBox;
+  target_->setObjectName("target");
+  target_->addItems({tr("the render, edited"), tr("the photo, edited")});
+  target_->setToolTip(
+      tr("What the fit aims at: the render leaves everything outside as it is; the photo also "
+         "takes over what the scene had not learnt"));
+  iterations_ = new QSpinBox;
+  iterations_->setObjectName("iterations");
+  iterations_->setRange(0, 100000);
+  iterations_->setSpecialValueText(tr("as the solver needs"));
+  iterations_->setToolTip(tr("At most this many sweeps or steps"));
+  const auto number = [](double most, int decimals, double step, const QString& tip) {
+    auto* box = new QDoubleSpinBox;
+    box->setRange(0, most);
+    box->setDecimals(decimals);
+    box->setSingleStep(step);
+    box->setToolTip(tip);
+    return box;
+  };
+  tolerance_ = number(1, 4, 0.001, tr("Stop when a sweep gains less than this share of the loss"));
+  tolerance_->setObjectName("tolerance");
+  outside_weight_ = number(10, 2, 0.1, tr("How much a pixel outside the mask counts"));
+  learning_rate_ = number(1, 6, 1e-4, tr("Length of adam's steps"));
+  learning_rate_->setMinimum(1e-6);
+  automatic_ = new QCheckBox(tr("Start after each ed&it"));
+  automatic_->setObjectName("automatic");
+  automatic_->setToolTip(tr("Off: edits show in closed form until the optimiser is started"));
+  form->addRow(tr("&Solver"), solver_);
+  form->addRow(tr("&Aim at"), target_);
+  form->addRow(tr("Steps at most"), iterations_);
+  form->addRow(tr("Tolerance"), tolerance_);
+  form->addRow(tr("Outside weight"), outside_weight_);
+  form->addRow(tr("Learning rate"), learning_rate_);
+  form->addRow(automatic_);
+  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+  for (QComboBox* box : {solver_, target_}) {
+    box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+    box->setMinimumContentsLength(14);
+    connect(box, &QComboBox::activated, this, &OptimizerPanel::TakeJob);
+  }
+  for (QDoubleSpinBox* box : {tolerance_, outside_weight_, learning_rate_}) {
+    box->setKeyboardTracking(false);
+    connect(box, &QDoubleSpinBox::valueChanged, this, &OptimizerPanel::TakeJob);
+  }
+  iterations_->setKeyboardTracking(false);
+  connect(iterations_, &QSpinBox::valueChanged, this, &OptimizerPanel::TakeJob);
+  connect(automatic_, &QCheckBox::toggled, controller_, &SceneController::SetAutomaticRefit);
+}
+
+void OptimizerPanel::ShowJob() {
+  filling_ = true;
+  const RefitJob& job = controller_->refit_job();
+  solver_->setCurrentIndex(job.options.solver == Solver::kMm ? 0 : 1);
+  target_->setCurrentIndex(job.target == TargetKind::kRender ? 0 : 1);
+  iterations_->setValue(job.options.iterations);
+  tolerance_->setValue(job.options.tolerance);
+  outside_weight_->setValue(job.options.outside_weight);
+  learning_rate_->setValue(job.options.learning_rate);
+  automatic_->setChecked(controller_->automatic_refit());
+  const bool mm = job.options.solver == Solver::kMm;
+  tolerance_->setEnabled(mm);
+  outside_weight_->setEnabled(mm);
+  learning_rate_->setEnabled(!mm);
+  filling_ = false;
+}
+
+void OptimizerPanel::TakeJob() {
+  if (filling_) return;
+  RefitJob job = controller_->refit_job();
+  job.options.solver = solver_->currentIndex() == 0 ? Solver::kMm : Solver::kAdam;
+  job.target = target_->currentIndex() == 0 ? TargetKind::kRender : TargetKind::kPhoto;
+  job.options.iterations = iterations_->value();
+  job.options.tolerance = tolerance_->value();
+  job.options.outside_weight = outside_weight_->value();
+  job.options.learning_rate = learning_rate_->value();
+  try {
+    controller_->SetRefitJob(job);
+  } catch (const Error& error) {
+    window_->ShowError(tr("The optimiser cannot work so"), QString::fromUtf8(error.what()));
+    return ShowJob();
+  }
+  ShowJob();
+  if (controller_->automatic_refit() && !controller_->regions().regions.empty()) {
+    controller_->StartRefit();
+  }
+}
+
+void OptimizerPanel::ShowStatus() {
+  const OptimizerStatus status = controller_->optimizer();
+  const Region* region = controller_->regions().Find(status.region);
+  QString text = StateText(status.state);
+  if (region && status.Active()) text += ": " + QString::fromStdString(region->name);
+  state_->setText(text);
+  state_->setToolTip(QString::fromStdString(status.error));
+  QString speed;
+  if (status.steps > 0 && status.seconds > 0) {
+    speed =
+        tr("%1 steps, %2 a second").arg(status.steps).arg(status.steps / status.seconds, 0, 'g', 3);
+  }
+  speed_->setText(speed);
+  const bool adam = controller_->refit_job().options.solver == Solver::kAdam;
+  // At rest, those of the fit that the current region shows.
+  const Region* current = controller_->regions().Find(window_->current_region());
+  const bool fitted = !status.Active() && current && current->fit;
+  const std::vector<double>& losses = fitted ? current->fit->summary.losses : status.losses;
+  const bool in_steps = fitted ? current->fit->summary.solver == "adam" : adam;
+  plot_->SetLosses(losses, in_steps ? kAdamStepsPerLoss : 1);
+  const bool any = !controller_->regions().regions.empty();
+  toggle_->setText(status.state == State::kRunning  ? tr("&Pause")
+                   : status.state == State::kPaused ? tr("Resume (&P)")
+                                                    : tr("Start (&P)"));
+  toggle_->setEnabled(any);
+  reset_->setEnabled(any);
+  measure_->setEnabled(controller_->regions().Find(window_->current_region()) != nullptr);
+}
+
+void OptimizerPanel::Toggle() {
+  switch (controller_->optimizer().state) {
+    case State::kRunning:
+      return controller_->PauseRefit();
+    case State::kPaused:
+      return controller_->ResumeRefit();
+    default:
+      return controller_->StartRefit();
+  }
+}
+
+void OptimizerPanel::Reset() {
+  controller_->CancelRefit();
+  controller_->Run({}, [](EditSession& session, Monitor&) { session.DropFits(); });
+  controller_->StartRefit();
+}
+
+void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report) {
+  const QualityNumbers& numbers = report.train;
+  inside_->setText(
+      tr("%1 (before the edit %2)")
+          .arg(Decibels(numbers.psnr_inside_after), Decibels(numbers.psnr_inside_before)));
+  outside_->setText(Decibels(numbers.psnr_outside));
+  const Region* region = controller_->regions().Find(id);
+  measured_->setText(tr("measured over %1 views, for %2")
+                         .arg(numbers.views)
+                         .arg(region ? QString::fromStdString(region->name) : tr("a region")));
+}
+
+}  // namespace retint

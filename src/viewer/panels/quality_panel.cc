@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/quality_panel.h"
+
+#include <cmath>
+
+#include <QCheckBox>
+#include <QHeaderView>
+#include <QLabel>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QSlider>
+#include <QTableWidget>
+#include <QVBoxLayout>
+
+#include "viewer/main_window.h"
+#include "viewer/panels/mask_view.h"
+
+namespace retint {
+namespace {
+
+constexpr int kSplitSteps = 1000;
+
+QString Figure(double value, int decimals) {
+  return std::isfinite(value) ? QString::number(value, 'f', decimals) : QStringLiteral("–");
+}
+
+QString Significant(double value) {
+  return std::isfinite(value) ? QString::number(value, 'g', 3) : QStringLiteral("–");
+}
+
+QTableWidget* MakeTable(const char* name, const QStringList& columns) {
+  auto* table = new QTableWidget(0, int(columns.size()));
+  table->setObjectName(name);
+  table->setHorizontalHeaderLabels(columns);
+  table->setEditTriggers(QTableWidget::NoEditTriggers);
+  table->setSelectionBehavior(QTableWidget::SelectRows);
+  table->setHorizontalScrollBarPolicy(Qt::ScrollBarAsNeeded);
+  table->setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  table->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  table->setTabKeyNavigation(false);
+  table->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
+  table->verticalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
+  return table;
+}
+
+// As high as its rows: the panel scrolls, not its tables.
+void FitHeight(QTableWidget* table) {
+  table->resizeRowsToContents();
+  int height = table->horizontalHeader()->sizeHint().height() + 2 * table->frameWidth();
+  for (int row = 0; row < table->rowCount(); ++row) height += table->rowHeight(row);
+  table->setFixedHeight(height);
+  table->setVisible(table->rowCount() > 0);
+}
+
+void SetRow(QTableWidget* table, int row, const QString& head, const QStringList& cells) {
+  table->setVerticalHeaderItem(row, new QTableWidgetItem(head));
+  for (int column = 0; column < cells.size(); ++column) {
+    auto* item = new QTableWidgetItem(cells[column]);
+    item->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
+    item->setToolTip(head + ": " + cells[column]);
+    table->setItem(row, column, item);
+  }
+}
+
+}  // namespace
+
+QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
+  setObjectName("quality_panel");
+  mask_view_ = new MaskView(window);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(6, 6, 6, 6);
+  BuildSwitches(layout);
+  measure_ = new QPushButton(tr("Measure this re&gion"));
+  measure_->setObjectName("quality_measure");
+  measure_->setToolTip(tr("Renders every view before and after the edit (Alt+G)"));
+  connect(measure_, &QPushButton::clicked, this,
+          [this] { window_->controller().Evaluate(window_->current_region()); });
+  layout->addWidget(measure_);
+  of_ = new QLabel;
+  of_->setWordWrap(true);
+  layout->addWidget(of_);
+  report_ = MakeTable("report_table", {tr("Fitted views"), tr("Held out")});
+  layout->addWidget(report_);
+  worst_ = MakeTable("worst_table", {tr("Inside, dB"), tr("Outside, dB"), tr("Mask, %")});
+  worst_->setToolTip(tr("The worst views first; double-click or Return goes there"));
+  connect(worst_, &QTableWidget::cellActivated, this, [this](int row, int) {
+    window_->canvas().GoTo(
+        worst_->verticalHeaderItem(row)->data(Qt::UserRole).toString().toStdString());
+  });
+  layout->addWidget(worst_);
+  registration_of_ = new QLabel;
+  registration_of_->setWordWrap(true);
+  layout->addWidget(registration_of_);
+  registration_ =
+      MakeTable("registration_table", {tr("Points"), tr("RMS"), tr("Held out"), tr("Used")});
+  registration_->setToolTip(
+      tr("Distances of the selection's depth to COLMAP's points, before → after the correction, "
+         "in the scene's unit"));
+  layout->addWidget(registration_);
+  layout->addStretch();
+
+  SceneController& controller = window->controller();
+  connect(&window->canvas(), &Canvas::stateChanged, this, &QualityPanel::ShowCanvas);
+  connect(&controller, &SceneController::qualityReady, this, &QualityPanel::ShowReport);
+  connect(&controller, &SceneController::regionsChanged, this, &QualityPanel::ShowRegion);
+  connect(&controller, &SceneController::opened, this, &QualityPanel::Clear);
+  connect(&controller, &SceneController::closed, this, &QualityPanel::Clear);
+  connect(window, &MainWindow::currentRegionChanged, this, &QualityPanel::ShowRegion);
+  Clear();
+}
+
+void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
+  const auto add = [&](const char* name, const QString& text, const QString& tip) {
+    auto* box = new QCheckBox(text);
+    box->setObjectName(name);
+    box->setToolTip(tip);
+    layout->addWidget(box);
+    return box;
+  };
+  const auto with_key = [this](const QString& tip, const char* command) {
+    const QString keys = window_->keys().KeyText(command);
+    return keys.isEmpty() ? tip : tr("%1 (%2)").arg(tip, keys);
+  };
+  split_ = add("split_switch", tr("&Before | after"),
+               with_key(tr("The scene before the edits to the left of a line"), "show.split"));
+  at_ = new QSlider(Qt::Horizontal);
+  at_->setObjectName("split_slider");
+  at_->setRange(0, kSplitSteps);
+  at_->setAccessibleName(tr("Where before ends and after begins"));
+  at_->setToolTip(tr("Where before ends and after begins (arrows, Page Up, Page Down)"));
+  layout->addWidget(at_);
+  depth_ = add("depth_switch", tr("&Depth"),
+               with_key(tr("Depth instead of colour: near warm, far cold"), "show.depth"));
+  mask_ = add("mask_switch", tr("Mas&k of the current region"),
+              tr("The selection over the picture, hatched and outlined, once the camera rests "
+                 "(Alt+K)"));
+  connect(split_, &QCheckBox::toggled, &window_->canvas(), &Canvas::SetSplit);
+  connect(depth_, &QCheckBox::toggled, &window_->canvas(), &Canvas::SetDepth);
+  connect(mask_, &QCheckBox::toggled, mask_view_, &MaskView::SetShown);
+  connect(at_, &QSlider::valueChanged, this,
+          [this](int value) { window_->canvas().SetSplitAt(double(value) / kSplitSteps); });
+}
+
+void QualityPanel::ShowCanvas() {
+  const Canvas& canvas = window_->canvas();
+  const QSignalBlocker quiet(split_), quiet_too(depth_), quiet_at(at_);
+  split_->setChecked(canvas.split());
+  depth_->setChecked(canvas.depth());
+  at_->setEnabled(canvas.split());
+  if (!at_->isSliderDown()) at_->setValue(int(std::lround(canvas.split_at() * kSplitSteps)));
+}
+
+void QualityPanel::Clear() {
+  for (QTableWidget* table : {report_, worst_}) {
+    table->setRowCount(0);
+    FitHeight(table);
+  }
+  of_->setText(tr("Not measured yet."));
+  ShowCanvas();
+  ShowRegion();
+}
+
+void QualityPanel::ShowRegion() {
+  SceneController& controller = window_->controller();
+  const Region* region = controller.regions().Find(window_->current_region());
+  measure_->setEnabled(region != nullptr);
+  for (QWidget* widget : std::initializer_list<QWidget*>{split_, depth_, mask_}) {
+    widget->setEnabled(controller.IsOpen());
+  }
+  registration_->setRowCount(0);
+  if (!region) {
+    registration_of_->setText(tr("Registration: choose a region."));
+  } else if (region->selection->source.reports.empty()) {
+    registration_of_->setText(tr("Registration: this region's masks come from elsewhere."));
+  } else {
+    const auto& reports = region->selection->source.reports;
+    registration_of_->setText(tr("Registration to the sparse points, by painted view:"));
+    registration_->setRowCount(int(reports.size()));
+    for (int row = 0; row < int(reports.size()); ++row) {
+      const PaintedReport& report = reports[size_t(row)];
+      const RegistrationSummary& moved = report.registration;
+      const auto change = [](double before, double after) {
+        return Significant(before) + QStringLiteral(" → ") + Significant(after);
+      };
+      SetRow(registration_, row, QString::fromStdString(report.view),
+             {QString::number(moved.points_used), change(moved.rms_before, moved.rms_after),
+              change(moved.heldout_before, moved.heldout_after),
+              moved.accepted ? tr("✔ yes") : tr("✘ no")});
+      registration_->item(row, 3)->setToolTip(QString::fromStdString(moved.reason));
+    }
+  }
+  FitHeight(registration_);
+}
+
+void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {
+  const Region* region = window_->controller().regions().Find(id);
+  of_->setText(tr("%1, against its edited targets:")
+                   .arg(region ? QString::fromStdString(region->name) : tr("A region")));
+  const auto cells = [&](double QualityNumbers::*member, int decimals) {
+    QStringList list;
+    for (const QualityNumbers* numbers : {&report.train, &report.heldout}) {
+      list << (numbers->views > 0 ? Figure(numbers->*member, decimals) : QStringLiteral("–"));
+    }
+    return list;
+  };
+  report_->setRowCount(6);
+  SetRow(report_, 0, tr("Views"),
+         {QString::number(report.train.views), QString::number(report.heldout.views)});
+  SetRow(report_, 1, tr("Inside before, dB"), cells(&QualityNumbers::psnr_inside_before, 2));
+  SetRow(report_, 2, tr("Inside after, dB"), cells(&QualityNumbers::psnr_inside_after, 2));
+  SetRow(report_, 3, tr("Outside, dB"), cells(&QualityNumbers::psnr_outside, 2));
+  SetRow(report_, 4, tr("Bleed"), cells(&QualityNumbers::bleed, 5));
+  SetRow(
+      report_, 5, tr("Coefficients"),
+      {tr("%1 … %2").arg(Significant(report.sh_after.min), Significant(report.sh_after.max)), {}});
+  FitHeight(report_);
+  worst_->setRowCount(int(report.worst.size()));
+  for (int row = 0; row < int(report.worst.size()); ++row) {
+    const ViewQuality& view = report.worst[size_t(row)];
+    const QString name = QString::fromStdString(view.name);
+    SetRow(worst_, row, view.heldout ? tr("%1 (held out)").arg(name) : name,
+           {Figure(view.psnr_inside, 2), Figure(view.psnr_outside, 2),
+            Figure(100 * view.coverage, 1)});
+    worst_->verticalHeaderItem(row)->setData(Qt::UserRole, name);
+  }
+  FitHeight(worst_);
+}
+
+}  // namespace retint

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How good an edit is: before and after side by side, what lies over the picture, the report in
+// figures, and how well the selection's depth met the sparse points.
+#pragma once
+
+#include <QWidget>
+
+#include "recolor/quality_report.h"
+#include "session/region.h"
+
+class QCheckBox;
+class QLabel;
+class QPushButton;
+class QSlider;
+class QTableWidget;
+class QVBoxLayout;
+
+namespace retint {
+
+class MainWindow;
+class MaskView;
+
+class QualityPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit QualityPanel(MainWindow* window);
+  MaskView& mask_view() { return *mask_view_; }
+
+ private:
+  void BuildSwitches(QVBoxLayout* layout);
+  void ShowCanvas();
+  void ShowRegion();
+  void ShowReport(RegionId id, const QualityReport& report);
+  void Clear();
+
+  MainWindow* window_;
+  MaskView* mask_view_;
+  QCheckBox *split_, *depth_, *mask_;
+  QSlider* at_;
+  QPushButton* measure_;
+  QTableWidget *report_, *worst_, *registration_;
+  QLabel *of_, *registration_of_;
+};
+
+}  // namespace retint

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/scene_panel.h"
+
+#include <algorithm>
+#include <map>
+
+#include <QApplication>
+#include <QClipboard>
+#include <QFileInfo>
+#include <QHeaderView>
+#include <QLabel>
+#include <QListWidget>
+#include <QLocale>
+#include <QShortcut>
+#include <QTreeWidget>
+#include <QVBoxLayout>
+
+#include "viewer/main_window.h"
+
+namespace retint {
+namespace {
+
+QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
+
+QString CameraText(const Camera& camera) {
+  const CameraModelInfo* info = FindCameraModel(static_cast<int>(camera.model));
+  const QString model =
+      info ? QString::fromUtf8(info->name.data(), qsizetype(info->name.size())) : QString();
+  return QStringLiteral("%1 %2×%3").arg(model).arg(camera.width).arg(camera.height);
+}
+
+QString FocalText(const Camera& camera) {
+  if (!camera.IsPinhole()) return QStringLiteral("–");
+  return ScenePanel::tr("%1 pixels").arg(camera.fx(), 0, 'f', 1);
+}
+
+double MeanError(const Reconstruction& reconstruction) {
+  double sum = 0;
+  size_t count = 0;
+  for (const auto& [id, point] : reconstruction.points) {
+    if (point.error < 0) continue;
+    sum += point.error;
+    ++count;
+  }
+  return count > 0 ? sum / double(count) : -1;
+}
+
+}  // namespace
+
+ScenePanel::ScenePanel(MainWindow* window) : window_(window) {
+  setObjectName("scene_panel");
+  none_ =
+      new QLabel(tr("No scene is open. Open one with Ctrl+O, or drop a COLMAP workspace and "
+                    "a splat on the window."));
+  none_->setWordWrap(true);
+  facts_ = new QTreeWidget;
+  facts_->setObjectName("scene_facts");
+  facts_->setAccessibleName(tr("What is open"));
+  facts_->setToolTip(tr("Ctrl+C copies a line"));
+  facts_->setColumnCount(2);
+  facts_->setHeaderHidden(true);
+  facts_->setRootIsDecorated(false);
+  facts_->setTextElideMode(Qt::ElideMiddle);
+  facts_->header()->setSectionResizeMode(0, QHeaderView::ResizeToContents);
+  facts_->header()->setStretchLastSection(true);
+  auto* copy = new QShortcut(QKeySequence::Copy, facts_);
+  copy->setContext(Qt::WidgetShortcut);
+  connect(copy, &QShortcut::activated, this, [this] {
+    if (const auto* item = facts_->currentItem()) QApplication::clipboard()->setText(item->text(1));
+  });
+  warnings_title_ = new QLabel;
+  warnings_ = new QListWidget;
+  warnings_->setObjectName("scene_warnings");
+  warnings_->setAccessibleName(tr("Warnings"));
+  warnings_->setWordWrap(true);
+  warnings_->setTextElideMode(Qt::ElideNone);
+  warnings_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(6, 6, 6, 6);
+  layout->addWidget(none_);
+  layout->addWidget(facts_, 3);
+  layout->addWidget(warnings_title_);
+  layout->addWidget(warnings_, 1);
+  SceneController& controller = window->controller();
+  connect(&controller, &SceneController::opened, this, &ScenePanel::Show);
+  connect(&controller, &SceneController::closed, this, &ScenePanel::Show);
+  Show();
+}
+
+void ScenePanel::Show() {
+  const auto facts = window_->controller().facts();
+  none_->setVisible(!facts);
+  for (QWidget* widget : std::initializer_list<QWidget*>{facts_, warnings_title_, warnings_}) {
+    widget->setVisible(facts != nullptr);
+  }
+  facts_->clear();
+  warnings_->clear();
+  if (!facts) return;
+  const auto add = [this](const QString& what, const QString& value) {
+    auto* item = new QTreeWidgetItem(facts_, {what, value});
+    item->setToolTip(1, value);
+  };
+  const QLocale locale;
+  const Reconstruction& model = facts->workspace->reconstruction;
+  add(tr("Workspace"), Text(facts->request.workspace));
+  add(tr("Sparse model"), Text(facts->workspace->sparse_folder));
+  add(tr("Photos"), Text(facts->workspace->image_folder));
+  add(tr("Splat"), Text(facts->request.splat));
+  std::map<std::pair<QString, QString>, int> cameras;  // texts, number of views
+  for (const auto& [id, view] : model.views) {
+    const Camera& camera = model.cameras.at(view.camera_id);
+    ++cameras[{CameraText(camera), FocalText(camera)}];
+  }
+  constexpr int kMostCameras = 6;
+  int shown = 0;
+  for (const auto& [text, count] : cameras) {
+    if (++shown > kMostCameras) {
+      add(tr("Cameras"), tr("and %1 more").arg(int(cameras.size()) - kMostCameras));
+      break;
+    }
+    add(tr("Camera"), text.first);
+    add(tr("Focal length"), text.second);
+    if (cameras.size() > 1) add(tr("… of views"), locale.toString(count));
+  }
+  add(tr("Views"),
+      facts->heldout.empty()
+          ? locale.toString(qulonglong(facts->views.size()))
+          : tr("%1, %2 of them held out").arg(facts->views.size()).arg(facts->heldout.size()));
+  const double error = MeanError(model);
+  QString points = locale.toString(qulonglong(model.points.size()));
+  if (error >= 0) points += tr(", mean error %1 pixels").arg(error, 0, 'f', 2);
+  add(tr("Sparse points"), points);
+  add(tr("Gaussians"), locale.toString(qulonglong(facts->original->NumGaussians())));
+  add(tr("SH degree"), tr("%1 (%2 coefficients a channel)")
+                           .arg(facts->original->sh_degree)
+                           .arg(facts->original->NumShCoeffs()));
+  add(tr("Backend"), QString::fromStdString(facts->backend->Description()));
+  add(tr("Loaded in"), tr("%1 s").arg(facts->load_seconds, 0, 'f', 2));
+
+  for (const std::string& warning : facts->warnings) {
+    auto* item = new QListWidgetItem(QStringLiteral("⚠ ") + QString::fromStdString(warning));
+    item->setToolTip(QString::fromStdString(warning));
+    warnings_->addItem(item);
+  }
+  const int count = int(facts->warnings.size());
+  warnings_title_->setText(count == 0 ? tr("✔ No warnings") : tr("Warnings (%1):").arg(count));
+  warnings_->setVisible(count > 0);
+}
+
+}  // namespace retint

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/views_panel.h"
+
+#include <algorithm>
+
+#include <QApplication>
+#include <QComboBox>
+#include <QLabel>
+#include <QListWidget>
+#include <QPainter>
+#include <QScrollBar>
+#include <QStyledItemDelegate>
+#include <QVBoxLayout>
+
+#include "viewer/main_window.h"
+
+namespace retint {
+namespace {
+
+constexpr uint8_t kInside = 128;
+constexpr int kThumbWidth = 112, kThumbHeight = 84;
+enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown };
+
+double Coverage(const Mask& mask) {
+  const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
+                                    [](uint8_t value) { return value >= kInside; });
+  return mask.data.empty() ? 0 : double(inside) / double(mask.data.size());
+}
+
+// A thumbnail with its badge, the name below.
+class ViewDelegate : public QStyledItemDelegate {
+ public:
+  using QStyledItemDelegate::QStyledItemDelegate;
+
+  QSize sizeHint(const QStyleOptionViewItem& option, const QModelIndex&) const override {
+    return {kThumbWidth + 12, kThumbHeight + option.fontMetrics.height() + 14};
+  }
+
+  void paint(QPainter* painter, const QStyleOptionViewItem& option,
+             const QModelIndex& index) const override {
+    painter->save();
+    const QPalette& colors = option.palette;
+    const QRect cell = option.rect.adjusted(2, 2, -2, -2);
+    const bool selected = option.state & QStyle::State_Selected;
+    if (selected) painter->fillRect(cell, colors.color(QPalette::Highlight));
+    const QRect frame(cell.center().x() - kThumbWidth / 2, cell.top() + 4, kThumbWidth,
+                      kThumbHeight);
+    painter->fillRect(frame, colors.color(QPalette::AlternateBase));
+    const auto picture = index.data(kPicture).value<QImage>();
+    if (!picture.isNull()) {
+      const QSize size = picture.size().scaled(frame.size(), Qt::KeepAspectRatio);
+      QRect place(QPoint(), size);
+      place.moveCenter(frame.center());
+      painter->setRenderHint(QPainter::SmoothPixmapTransform);
+      painter->drawImage(place, picture);
+    }
+    if (index.data(kShown).toBool()) {
+      painter->setPen(
+          QPen(colors.color(selected ? QPalette::HighlightedText : QPalette::Highlight), 3));
+      painter->drawRect(frame.adjusted(1, 1, -2, -2));
+    }
+    const QString badge = index.data(kBadge).toString();
+    if (!badge.isEmpty()) {
+      const QFontMetrics metrics(option.font);
+      QRect box(0, 0, metrics.horizontalAdvance(badge) + 10, metrics.height() + 2);
+      box.moveBottomRight(frame.bottomRight() - QPoint(3, 3));
+      painter->setRenderHint(QPainter::Antialiasing);
+      painter->setPen(Qt::white);
+      painter->setBrush(QColor(0, 0, 0, 200));
+      painter->drawRoundedRect(box, 4, 4);
+      painter->drawText(box, Qt::AlignCenter, badge);
+    }
+    const QRect below(cell.left() + 2, frame.bottom() + 3, cell.width() - 4,
+                      option.fontMetrics.height());
+    painter->setPen(colors.color(selected ? QPalette::HighlightedText : QPalette::Text));
+    painter->drawText(below, Qt::AlignCenter,
+                      option.fontMetrics.elidedText(index.data(kName).toString(), Qt::ElideMiddle,
+                                                    below.width()));
+    if (option.state & QStyle::State_HasFocus) {
+      painter->setBrush(Qt::NoBrush);
+      painter->setPen(QPen(colors.color(QPalette::Text), 1, Qt::DotLine));
+      painter->drawRect(cell.adjusted(0, 0, -1, -1));
+    }
+    painter->restore();
+  }
+};
+
+}  // namespace
+
+ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&window->controller()) {
+  setObjectName("views_panel");
+  pool_.setMaxThreadCount(1);
+  order_ = new QComboBox;
+  order_->setObjectName("views_order");
+  order_->addItems({tr("By name"), tr("Largest mask first"), tr("Worst first (measures)")});
+  order_->setToolTip(
+      tr("Order of the views. Worst first renders every view to measure the "
+         "current region (Alt+O)"));
+  auto* label = new QLabel(tr("&Order"));
+  label->setBuddy(order_);
+  list_ = new QListWidget;
+  list_->setObjectName("views_list");
+  list_->setAccessibleName(tr("Training views"));
+  list_->setToolTip(
+      tr("Double-click or Return goes there; the badge is the share of the picture "
+         "that the current region's mask covers"));
+  list_->setViewMode(QListView::IconMode);
+  list_->setMovement(QListView::Static);
+  list_->setResizeMode(QListView::Adjust);
+  list_->setUniformItemSizes(true);
+  list_->setLayoutMode(QListView::Batched);
+  list_->setItemDelegate(new ViewDelegate(list_));
+  list_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  note_ = new QLabel;
+  note_->setObjectName("views_note");
+  note_->setWordWrap(true);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(6, 6, 6, 6);
+  auto* line = new QHBoxLayout;
+  line->addWidget(label);
+  line->addWidget(order_, 1);
+  layout->addLayout(line);
+  layout->addWidget(list_, 1);
+  layout->addWidget(note_);
+
+  connect(order_, &QComboBox::activated, this, &ViewsPanel::ChooseOrder);
+  connect(list_, &QListWidget::itemActivated, this, &ViewsPanel::Jump);
+  connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);
+  connect(&window_->photos(), &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
+  connect(controller_, &SceneController::opened, this, &ViewsPanel::Fill);
+  connect(controller_, &SceneController::closed, this, &ViewsPanel::Fill);
+  connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::CountCoverage);
+  connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
+  connect(window_, &MainWindow::currentRegionChanged, this, &ViewsPanel::CountCoverage);
+  connect(&window_->canvas(), &Canvas::cameraChanged, this, &ViewsPanel::Follow);
+  Fill();
+}
+
+ViewsPanel::~ViewsPanel() { pool_.waitForDone(); }
+
+void ViewsPanel::Fill() {
+  list_->clear();
+  items_.clear();
+  coverage_.clear();
+  quality_.clear();
+  counted_ = 0;
+  order_->setCurrentIndex(kByName);
+  const auto facts = controller_->facts();
+  order_->setEnabled(facts != nullptr);
+  note_->setText(facts ? QString() : tr("No scene is open."));
+  note_->setVisible(!note_->text().isEmpty());
+  if (!facts) return;
+  for (const View* view : facts->views) {
+    auto* item = new QListWidgetItem(list_);
+    item->setData(kName, QString::fromStdString(view->name));
+    items_.emplace(view->name, item);
+    Label(item);
+  }
+  // PhotoLoader hears of the scene from the same signal as this panel.
+  QTimer::singleShot(0, this, &ViewsPanel::AskThumbnails);
+  CountCoverage();
+  Follow();
+}
+
+// All of them, those on the screen first: the loader reads in the order in which it was asked.
+void ViewsPanel::AskThumbnails() {
+  const QRect shown = list_->viewport()->rect();
+  for (const bool visible : {true, false}) {
+    for (const auto& [name, item] : items_) {
+      if (list_->visualItemRect(item).intersects(shown) != visible) continue;
+      if (!item->data(kPicture).value<QImage>().isNull()) continue;
+      const QImage picture = window_->photos().Thumbnail(name);
+      if (!picture.isNull()) item->setData(kPicture, picture);
+    }
+  }
+}
+
+void ViewsPanel::ShowThumbnail(const QString& view) {
+  QListWidgetItem* item = ItemOf(view.toStdString());
+  if (item) item->setData(kPicture, window_->photos().Thumbnail(view.toStdString()));
+}
+
+QListWidgetItem* ViewsPanel::ItemOf(const std::string& view) const {
+  const auto found = items_.find(view);
+  return found == items_.end() ? nullptr : found->second;
+}
+
+void ViewsPanel::CountCoverage() {
+  const Region* region = controller_->regions().Find(window_->current_region());
+  const auto selection = region ? region->selection : nullptr;
+  const uint64_t id = selection ? selection->id : 0;
+  if (id == counted_) return;
+  counted_ = id;
+  coverage_.clear();
+  quality_.clear();
+  if (order_->currentIndex() == kWorstFirst) order_->setCurrentIndex(kByName);
+  Sort();
+  if (!selection) return;
+  pool_.start([this, selection] {
+    std::map<std::string, double> coverage;
+    for (const auto& [name, mask] : selection->masks) coverage[name] = Coverage(mask);
+    QMetaObject::invokeMethod(
+        this, [=, this] { TakeCoverage(selection->id, coverage); }, Qt::QueuedConnection);
+  });
+}
+
+void ViewsPanel::TakeCoverage(uint64_t selection, std::map<std::string, double> coverage) {
+  if (selection != counted_) return;
+  coverage_ = std::move(coverage);
+  Sort();
+}
+
+void ViewsPanel::TakeQuality(RegionId id, const QualityReport& report) {
+  if (id != window_->current_region()) return;
+  quality_.clear();
+  for (const ViewQuality& view : report.views) quality_[view.name] = view;
+  Sort();
+}
+
+void ViewsPanel::ChooseOrder(int order) {
+  const RegionId id = window_->current_region();
+  if (order == kWorstFirst && quality_.empty()) {
+    if (id == 0) {
+      order_->setCurrentIndex(kByName);
+      note_->setText(tr("Choose a region to measure first."));
+      note_->show();
+    } else {
+      controller_->Evaluate(id);  // Sort() when it is there
+    }
+    return;
+  }
+  Sort();
+}
+
+void ViewsPanel::Sort() {
+  const auto facts = controller_->facts();
+  if (!facts) return;
+  std::vector<const View*> views = facts->views;
+  const auto covered = [&](const View* view) {
+    const auto found = coverage_.find(view->name);
+    return found == coverage_.end() ? 0.0 : found->second;
+  };
+  const auto inside = [&](const View* view) {
+    const auto found = quality_.find(view->name);
+    return found == quality_.end() ? 1e9 : found->second.psnr_inside;
+  };
+  const int order = order_->currentIndex();
+  std::stable_sort(views.begin(), views.end(), [&](const View* a, const View* b) {
+    if (order == kByCoverage) return covered(a) > covered(b);
+    if (order == kWorstFirst) return inside(a) < inside(b);
+    return false;
+  });
+  QListWidgetItem* current = list_->currentItem();
+  for (int row = 0; row < int(views.size()); ++row) {
+    QListWidgetItem* item = ItemOf(views[size_t(row)]->name);
+    const int now = list_->row(item);
+    if (now != row) list_->insertItem(row, list_->takeItem(now));
+    Label(item);
+  }
+  if (current) list_->setCurrentItem(current);
+  note_->hide();
+}
+
+void ViewsPanel::Label(QListWidgetItem* item) {
+  const QString name = item->data(kName).toString();
+  const auto covered = coverage_.find(name.toStdString());
+  const auto quality = quality_.find(name.toStdString());
+  QString badge, tip = name;
+  if (covered != coverage_.end()) {
+    badge = covered->second > 0 ? tr("%1 %").arg(100 * covered->second, 0, 'f', 1) : tr("none");
+    tip += tr("\nMask: %1 of the picture").arg(badge);
+  }
+  if (quality != quality_.end()) {
+    badge = tr("%1 dB").arg(quality->second.psnr_inside, 0, 'f', 1);
+    tip += tr("\nPSNR inside %1, outside %2 dB")
+               .arg(quality->second.psnr_inside, 0, 'f', 2)
+               .arg(quality->second.psnr_outside, 0, 'f', 2);
+  }
+  const auto facts = controller_->facts();
+  const bool heldout =
+      facts && std::any_of(facts->heldout.begin(), facts->heldout.end(),
+                           [&](const View* view) { return view->name == name.toStdString(); });
+  if (heldout) tip += tr("\nHeld out of the fit");
+  item->setData(kBadge, badge);
+  item->setToolTip(tip);
+  item->setData(Qt::AccessibleTextRole, badge.isEmpty() ? name : name + ", " + badge);
+}
+
+void ViewsPanel::Follow() {
+  const View* shown = controller_->IsOpen() ? window_->canvas().navigation().view() : nullptr;
+  for (const auto& [name, item] : items_) {
+    const bool is = shown && name == shown->name;
+    if (item->data(kShown).toBool() != is) item->setData(kShown, is);
+    if (is && !list_->hasFocus()) list_->scrollToItem(item);
+  }
+}
+
+void ViewsPanel::Jump(QListWidgetItem* item) {
+  window_->canvas().GoTo(item->data(kName).toString().toStdString());
+}
+
+}  // namespace retint

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The training views as pictures. A badge says how much of each the current region's mask covers.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include <QThreadPool>
+#include <QWidget>
+
+#include "recolor/quality_report.h"
+#include "session/region.h"
+
+class QComboBox;
+class QLabel;
+class QListWidget;
+class QListWidgetItem;
+class QPushButton;
+
+namespace retint {
+
+class MainWindow;
+class SceneController;
+
+class ViewsPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit ViewsPanel(MainWindow* window);
+  ~ViewsPanel() override;
+  QListWidget& list() { return *list_; }
+
+ private:
+  enum Order { kByName, kByCoverage, kWorstFirst };
+
+  void Fill();  // of another scene
+  void AskThumbnails();
+  void ShowThumbnail(const QString& view);
+  void CountCoverage();
+  void TakeCoverage(uint64_t selection, std::map<std::string, double> coverage);
+  void TakeQuality(RegionId id, const QualityReport& report);
+  void ChooseOrder(int order);
+  void Sort();
+  void Label(QListWidgetItem* item);
+  void Follow();  // marks the view that the canvas shows
+  void Jump(QListWidgetItem* item);
+  QListWidgetItem* ItemOf(const std::string& view) const;
+
+  MainWindow* window_;
+  SceneController* controller_;
+  QComboBox* order_;
+  QListWidget* list_;
+  QLabel* note_;
+  std::map<std::string, QListWidgetItem*> items_;
+  std::map<std::string, double> coverage_;  // in [0, 1], of counted_
+  std::map<std::string, ViewQuality> quality_;
+  uint64_t counted_ = 0;  // selection, 0: none
+  QThreadPool pool_;
+};
+
+}  // namespace retint
