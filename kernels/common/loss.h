@@ -9,8 +9,8 @@
 
 namespace retint {
 
-// What a pixel counts in the refit: `inside` or `outside` the mask, as the mask between, in steps of
-// 1 / 255.
+// What a pixel counts in the refit: `inside` or `outside` the mask, as the mask between, in steps
+// of 1 / 255.
 RETINT_HD uint8_t PixelWeight(uint8_t mask, float inside, float outside) {
   const double share = double(mask) / 255;
   return uint8_t(255 * (share * double(inside) + (1 - share) * double(outside)) + 0.5);
