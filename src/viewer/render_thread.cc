@@ -18,9 +18,11 @@ namespace retint {
 namespace {
 
 constexpr size_t kCacheBytes = size_t{192} << 20;  // of view geometries
-constexpr double kSmallestScale = 0.125;
-constexpr double kScaleStep = 1.0 / 16;  // so that a resting camera finds its geometry again
-constexpr double kMemory = 0.6;          // of the running means
+constexpr double kSmallestScale = 0.25;
+// Where the geometry alone takes the budget, smaller pictures hardly come sooner.
+constexpr double kLeastPixelShare = 0.25;  // of the geometry's time
+constexpr double kScaleStep = 1.0 / 16;    // so that a resting camera finds its geometry again
+constexpr double kMemory = 0.6;            // of the running means
 
 class Stopwatch {
  public:
@@ -42,7 +44,7 @@ class FrameClock {
   double ScaleFor(double budget, double pixels) {
     double wanted = 1;
     if (per_pixel_ > 0) {
-      const double left = std::max(budget - geometry_, 0.15 * budget);
+      const double left = std::max(budget - geometry_, kLeastPixelShare * geometry_);
       wanted = std::sqrt(left / (per_pixel_ * pixels));
     } else {
       wanted = 0.5;  // nothing known yet

@@ -5,6 +5,7 @@
 
 #include <QAction>
 #include <QDir>
+#include <QDockWidget>
 #include <QDropEvent>
 #include <QFile>
 #include <QLabel>
@@ -16,6 +17,7 @@
 
 #include "colmap_io/image_io.h"
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/selection/selection_mode.h"
 #include "viewer/session_store.h"
 
 namespace retint {
@@ -425,6 +427,9 @@ class MainWindowTest : public QObject {
     QSignalSpy opened(&controller(), &SceneController::opened);
     QMimeData data;
     data.setUrls({QUrl::fromLocalFile(QString::fromStdString(scene_->workspace().string()))});
+    QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QCoreApplication::sendEvent(window_.get(), &enter);
+    QVERIFY(enter.isAccepted());
     QDropEvent drop({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
     QCoreApplication::sendEvent(window_.get(), &drop);
     QVERIFY(opened.count() > 0 || opened.wait(kWaitMs));

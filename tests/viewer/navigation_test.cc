@@ -70,7 +70,7 @@ TEST_F(NavigationTest, WithoutAnythingThereStillIsACamera) {
 }
 
 TEST_F(NavigationTest, AViewKeepsItsAspectInAnyViewport) {
-  for (const auto [width, height] : {std::pair{800, 600}, {300, 900}, {57, 31}, {1, 1}}) {
+  for (const auto& [width, height] : {std::pair{800, 600}, {300, 900}, {57, 31}, {1, 1}}) {
     navigation_.SetViewport(width, height);
     const Camera camera = navigation_.Rendered().camera;
     EXPECT_LE(camera.width, width);
