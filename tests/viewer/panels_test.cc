@@ -632,7 +632,11 @@ class PanelsTest : public QObject {
       QCOMPARE(window_->size(), QSize(1600, 1000));
       const QByteArray to = qgetenv("RETINT_SCREENSHOTS");
       if (!to.isEmpty()) {
-        window_->grab().save(to + (theme == ThemeChoice::kDark ? "/dark.png" : "/light.png"));
+        const QByteArray name = theme == ThemeChoice::kDark ? "/dark" : "/light";
+        for (const char* panel : {"optimizer", "views"}) Show(panel);
+        window_->grab().save(to + name + "1.png");
+        for (const char* panel : {"quality", "scene"}) Show(panel);
+        window_->grab().save(to + name + "2.png");
       }
     }
     theme_->Choose(ThemeChoice::kLight);

@@ -272,8 +272,10 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   item->setText(kColor, color.name());
   item->setText(kStrength, tr("%1 %").arg(qRound(region.strength * 100)));
   item->setTextAlignment(kStrength, Qt::AlignRight | Qt::AlignVCenter);
-  item->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsUserCheckable |
-                 Qt::ItemIsEditable | Qt::ItemNeverHasChildren);
+  // Set anew, even the same flags would reset the text of an editor that is open.
+  const Qt::ItemFlags flags = Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsUserCheckable |
+                              Qt::ItemIsEditable | Qt::ItemNeverHasChildren;
+  if (item->flags() != flags) item->setFlags(flags);
 }
 
 void RegionsPanel::Refresh() {
