@@ -242,6 +242,9 @@ void AddProjectorOptions(CLI::App* verb, ProjectorArguments& projector) {
   verb->add_option("--unknown-weight", options.unknown_weight,
                    "gaussians: weight against surfaces that no painted view sees")
       ->group(kGroup);
+  verb->add_option("--visible-tolerance", options.visible_tolerance,
+                   "gaussians: relative depth within which a painted view sees a surface")
+      ->group(kGroup);
 }
 
 ProjectorOptions Resolve(const ProjectorArguments& projector) {
