@@ -86,7 +86,11 @@ void SceneController::PollOptimizer() {
     snapshot_ = newest;
     optimizer_.steps = newest->steps;
     optimizer_.region = newest->region;
-    if (newest->region != 0) optimizer_.losses = newest->losses;
+    if (newest->region != 0) {
+      optimizer_.losses = newest->losses;
+    } else if (!newest->fits.empty()) {  // all done: a quick fit may not have been seen on its way
+      optimizer_.losses = newest->fits.rbegin()->second->summary.losses;
+    }
     if (refit_generation_ == generation_ && solo_ == 0 && !shown_key_.empty()) SetSh(newest->sh);
   }
   if (!optimizer_.Active()) {
