@@ -128,29 +128,39 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
   return path;
 }
 
+QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target,
+                             Monitor& monitor) {
+  RegionSet regions = session.regions();
+  Region* region = regions.Find(id);
+  if (!region) throw OptionError("there is no region " + std::to_string(id));
+  region->visible = true;
+  const auto index = static_cast<size_t>(region - regions.regions.data());
+  GaussianModel scratch;
+  scratch.Resize(session.original().NumGaussians(), session.original().sh_degree);
+  const RefitJob& job = session.last_job();
+  const std::vector<float> before =
+      ComposeSh(regions, job, 0, index, session.original().sh, scratch);
+  const std::vector<float> after = ComposeSh(regions, job, index, index + 1, before, scratch);
+  return session.Evaluate(id, before, after, target, monitor);
+}
+
 RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) {
   RunReport report = session.MakeReport();
   const RegionSet regions = session.regions();
   std::set<std::string> views;
   double coverage = 0;
   int visible = 0;
-  GaussianModel scratch;
-  scratch.Resize(session.original().NumGaussians(), session.original().sh_degree);
-  std::vector<float> before = session.original().sh;
-  for (size_t i = 0; i < regions.regions.size(); ++i) {
-    const Region& region = regions.regions[i];
+  for (const Region& region : regions.regions) {
     for (const PaintedReport& painted : region.selection->source.reports) {
       report.painted.push_back(painted);
     }
     if (!region.visible) continue;
-    std::vector<float> after = ComposeSh(regions, session.last_job(), i, i + 1, before, scratch);
     RegionReport one;
     one.name = region.name;
-    one.quality = session.Evaluate(region.id, before, after, target, monitor);
+    one.quality = EvaluateRegion(session, region.id, target, monitor);
     if (visible++ == 0) report.quality = one.quality;
     report.regions.push_back(std::move(one));
     coverage += Coverage(*region.selection, &views);
-    before = std::move(after);
   }
   if (visible > 1) {
     QualityReport none;

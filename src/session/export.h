@@ -32,9 +32,14 @@ std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector
 std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
                                   const std::vector<const View*>& views, int frames);
 
+// What the edit of one region did, fitted or in closed form: between what the visible regions
+// before it left and what it makes of that, so that other regions do not count as bleeding. A
+// hidden region is measured as if it showed.
+QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target,
+                             Monitor& monitor);
+
 // MakeReport() with what a session knows of its regions: `painted` of all, masks and, measured
-// here, the quality of each visible region, between what the regions before it left and what it
-// left. `quality` is the one region's, where only one is visible.
+// here, EvaluateRegion() of each visible one. `quality` is the one region's, where only one shows.
 RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor);
 void ExportReport(EditSession& session, TargetKind target, const std::filesystem::path& path,
                   Monitor& monitor);

@@ -113,9 +113,9 @@ void SceneController::Evaluate(RegionId id) {
   const auto report = std::make_shared<QualityReport>();
   Run(
       tr("Measuring quality"),
-      [=, sh = sh_, original = original_sh(), target = job_.target](EditSession& session,
-                                                                    Monitor& monitor) {
-        *report = session.Evaluate(id, *original, *sh, target, monitor);
+      [=, target = job_.target](EditSession& session, Monitor& monitor) {
+        session.CollectFits();
+        *report = EvaluateRegion(session, id, target, monitor);
       },
       [=, this] { Q_EMIT qualityReady(id, *report); });
 }

@@ -106,6 +106,10 @@ TEST_F(Export, TheReportHasEveryRegion) {
   EXPECT_EQ(json["regions"][1]["name"], "right");
   EXPECT_GT(json["regions"][0]["quality"]["train"]["psnr_inside_after"].get<double>(),
             json["regions"][0]["quality"]["train"]["psnr_inside_before"].get<double>() + 3);
+  for (const auto& region : json["regions"]) {
+    EXPECT_GT(region["quality"]["train"]["psnr_outside"].get<double>(), 20)
+        << "the other region's edit is not counted as bleeding";
+  }
   EXPECT_EQ(json["painted"][0]["view"], "view0");
   EXPECT_EQ(json["masks"]["views"], 6);
   EXPECT_TRUE(json["quality"]["train"]["psnr_outside"].is_null()) << "of one region only";

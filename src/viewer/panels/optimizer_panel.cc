@@ -60,7 +60,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
     made->setToolTip(tip);
     return made;
   };
-  toggle_ = button("optimizer_toggle", tr("&Pause"), tr("Pause or go on (Alt+P)"));
+  toggle_ = button("optimizer_toggle", {}, tr("Start, pause or go on (Alt+P)"));
   reset_ = button("optimizer_reset", tr("&Reset"),
                   tr("Drop every fit and begin again from the closed form (Alt+R)"));
   measure_ = button("optimizer_measure", tr("&Measure"),
@@ -228,9 +228,13 @@ void OptimizerPanel::ShowStatus() {
   const bool in_steps = fitted ? current->fit->summary.solver == "adam" : adam;
   plot_->SetLosses(losses, in_steps ? kAdamStepsPerLoss : 1);
   const bool any = !controller_->regions().regions.empty();
-  toggle_->setText(status.state == State::kRunning  ? tr("&Pause")
-                   : status.state == State::kPaused ? tr("Resume (&P)")
-                                                    : tr("Start (&P)"));
+  const QString text_of_toggle = status.state == State::kRunning  ? tr("Pause")
+                                 : status.state == State::kPaused ? tr("Resume")
+                                                                  : tr("Start");
+  if (toggle_->text() != text_of_toggle) {
+    toggle_->setText(text_of_toggle);
+    toggle_->setShortcut(QKeySequence(tr("Alt+P")));  // a new text drops it
+  }
   toggle_->setEnabled(any);
   reset_->setEnabled(any);
   measure_->setEnabled(controller_->regions().Find(window_->current_region()) != nullptr);

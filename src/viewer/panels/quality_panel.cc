@@ -81,8 +81,10 @@ QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
   layout->addWidget(of_);
   report_ = MakeTable("report_table", {tr("Fitted views"), tr("Held out")});
   layout->addWidget(report_);
-  worst_ = MakeTable("worst_table", {tr("Inside, dB"), tr("Outside, dB"), tr("Mask, %")});
-  worst_->setToolTip(tr("The worst views first; double-click or Return goes there"));
+  worst_ = MakeTable("worst_table", {tr("In dB"), tr("Out dB"), tr("Mask %")});
+  worst_->setToolTip(
+      tr("The worst views first: PSNR inside and outside the mask, and the share of the picture "
+         "that it covers. Double-click or Return goes there"));
   connect(worst_, &QTableWidget::cellActivated, this, [this](int row, int) {
     window_->canvas().GoTo(
         worst_->verticalHeaderItem(row)->data(Qt::UserRole).toString().toStdString());

@@ -30,7 +30,10 @@ QIcon Swatch(const QColor& color, const QPalette& palette) {
   QPainter painter(&picture);
   painter.setPen(palette.color(QPalette::Text));
   painter.drawRect(0, 0, kSwatch - 1, kSwatch - 1);
-  return picture;
+  // In a selected row too: the style would blend it with the selection's colour.
+  QIcon icon(picture);
+  icon.addPixmap(picture, QIcon::Selected);
+  return icon;
 }
 
 bool IsListKey(const QKeyEvent& event) {

@@ -134,7 +134,9 @@ void ScenePanel::Show() {
   add(tr("SH degree"), tr("%1 (%2 coefficients a channel)")
                            .arg(facts->original->sh_degree)
                            .arg(facts->original->NumShCoeffs()));
-  add(tr("Backend"), QString::fromStdString(facts->backend->Description()));
+  const std::string_view backend = facts->backend->Name();
+  add(tr("Backend"), QString::fromUtf8(backend.data(), qsizetype(backend.size())).toUpper() + ": " +
+                         QString::fromStdString(facts->backend->Description()));
   add(tr("Loaded in"), tr("%1 s").arg(facts->load_seconds, 0, 'f', 2));
 
   for (const std::string& warning : facts->warnings) {
