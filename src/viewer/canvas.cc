@@ -128,6 +128,7 @@ void Canvas::Request(bool moving) {
   request.what = what_;
   request.moving = moving;
   request.sh = original_ ? controller_->original_sh() : controller_->sh();
+  if (!original_) request.sh_active = controller_->sh_active();
   if (split_ && !original_) request.before = controller_->original_sh();
   if (cloud_shown_ && !original_) request.cloud = cloud_;
   renderer_->Request(request);

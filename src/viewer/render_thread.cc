@@ -252,19 +252,37 @@ class RenderThread::Impl {
   void Load() {
     renderer_.reset();
     shown_.reset();
+    shown_active_.reset();
     clock_ = {};
     if (!scene_) return;
     RendererOptions options;
     options.cache_bytes = kCacheBytes;
     options.background = scene_->request.options.background;
     renderer_ = std::make_unique<Renderer>(scene_->backend, *scene_->original, options);
-    shown_ = {scene_->original, &scene_->original->sh};
+    shown_ = Original();
+    shown_active_ = std::make_shared<const std::vector<int32_t>>();
   }
 
-  void Show(const ShPointer& sh) {
+  ShPointer Original() const { return {scene_->original, &scene_->original->sh}; }
+
+  // Uploads coefficients. Where it is known which differ from the original, before and now, only
+  // those: on the CPU, where a copy of a few floats costs nothing.
+  void Show(const ShPointer& sh, ActivePointer active) {
     if (!sh || sh == shown_ || sh->size() != scene_->original->sh.size()) return;
-    renderer_->SetSh(*sh);
+    if (sh == Original()) active = std::make_shared<const std::vector<int32_t>>();
+    if (active && shown_active_ && scene_->backend->Name() == "cpu") {
+      const size_t block = static_cast<size_t>(scene_->original->NumShCoeffs()) * 3;
+      for (const auto* indices : {shown_active_.get(), active.get()}) {
+        for (const int32_t index : *indices) {
+          const size_t at = static_cast<size_t>(index) * block;
+          std::copy_n(sh->data() + at, block, renderer_->model().sh() + at);
+        }
+      }
+    } else {
+      renderer_->SetSh(*sh);
+    }
     shown_ = sh;
+    shown_active_ = std::move(active);
   }
 
   void Draw(const FrameRequest& request, double budget) {
@@ -287,10 +305,10 @@ class RenderThread::Impl {
     }
     const Stopwatch watch;
     if (request.before && request.what == RenderWhat::kRgb) {
-      Show(request.before);
+      Show(request.before, nullptr);
       frame->before = ToQImage(renderer_->Render(camera).rgb);
     }
-    Show(request.sh);
+    Show(request.sh, request.sh_active);
     frame->sh = shown_;
     RenderRequest render;
     render.rgb = request.what == RenderWhat::kRgb;
@@ -356,6 +374,7 @@ class RenderThread::Impl {
   std::shared_ptr<const SceneFacts> scene_;
   std::unique_ptr<Renderer> renderer_;
   ShPointer shown_;
+  ActivePointer shown_active_;
   FrameClock clock_;
   std::thread thread_;  // last: starts when everything above exists
 };

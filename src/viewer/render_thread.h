@@ -36,6 +36,7 @@ struct FrameRequest {
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;                        // small and soon rather than sharp
   ShPointer sh;                               // null: what the frame before had
+  ActivePointer sh_active;                    // of `sh`, see SceneController::sh_active()
   ShPointer before;                           // also render these, for the split slider; null: no
   std::shared_ptr<const OverlayCloud> cloud;  // null: none
   bool keep_depth = false;                    // fill Frame::depth

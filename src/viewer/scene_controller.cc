@@ -51,16 +51,18 @@ struct SceneController::Outcome {
 };
 
 SceneController::SceneController(QObject* parent) : QObject(parent) {
-  composer_ = std::make_unique<ShComposer>([this](ShPointer sh, uint64_t generation) {
+  composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
     QMetaObject::invokeMethod(
         this,
-        [this, sh = std::move(sh), generation] {
+        [this, result] {
           // An older one still is nearer to what is wanted than what shows, unless the optimiser
           // has been faster.
-          if (!IsOpen() || sh->size() != facts_->original->sh.size()) return;
-          const bool overtaken = refit_generation_ == generation_ && snapshot_ && solo_ == 0 &&
-                                 generation <= generation_ && optimizer_.Active();
-          if (!overtaken) SetSh(shown_key_.empty() ? original_sh() : sh);
+          if (!IsOpen() || result.sh->size() != facts_->original->sh.size()) return;
+          const bool overtaken =
+              refit_generation_ == generation_ && snapshot_ && solo_ == 0 && optimizer_.Active();
+          if (overtaken) return;
+          if (shown_key_.empty()) return SetSh(original_sh());
+          SetSh(result.sh, result.active);
         },
         Qt::QueuedConnection);
   });
@@ -148,6 +150,7 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   facts->load_seconds = seconds;
   facts_ = facts;
   sh_ = original_sh();
+  sh_active_.reset();
   ++sh_version_;
   // A restored session has regions already; no task of the worker's touches it yet.
   regions_ = session->regions();
@@ -174,6 +177,7 @@ void SceneController::Retire() {
   pending_.clear();
   solo_ = 0;
   sh_.reset();
+  sh_active_.reset();
   shown_key_.clear();
   snapshot_.reset();
   optimizer_ = {};
@@ -436,9 +440,10 @@ void SceneController::Compose() {
   composer_->Compose({facts_->original, Shown(), started_job_, generation_});
 }
 
-void SceneController::SetSh(ShPointer sh) {
+void SceneController::SetSh(ShPointer sh, ActivePointer active) {
   if (sh == sh_) return;
   sh_ = std::move(sh);
+  sh_active_ = std::move(active);
   ++sh_version_;
   Q_EMIT shChanged();
 }

@@ -31,6 +31,8 @@ class ShComposer;
 
 // A scene's coefficients, [N, K, 3]; immutable, shared by everyone who shows them.
 using ShPointer = std::shared_ptr<const std::vector<float>>;
+// The Gaussians where a scene's coefficients may differ from the original's; null: anywhere.
+using ActivePointer = std::shared_ptr<const std::vector<int32_t>>;
 
 struct OpenRequest {
   std::filesystem::path workspace, splat;
@@ -142,6 +144,7 @@ class SceneController : public QObject {
 
   // The newest of closed form, fits and the optimiser's snapshot; the original's before any edit.
   ShPointer sh() const { return sh_; }
+  ActivePointer sh_active() const { return sh_active_; }
   ShPointer original_sh() const;
   uint64_t sh_version() const { return sh_version_; }
   // No region shows: sh() is the original.
@@ -199,7 +202,7 @@ class SceneController : public QObject {
   bool Edit(std::function<void(RegionSet&)> local, Work work);
   void Refresh();
   void Compose();
-  void SetSh(ShPointer sh);
+  void SetSh(ShPointer sh, ActivePointer active = nullptr);
   void PollOptimizer();
   void Retire();  // the open session
   void RunWrite(const QString& label, const std::filesystem::path& path, Work work);
@@ -216,6 +219,7 @@ class SceneController : public QObject {
   uint64_t edits_ = 0;
   RegionId solo_ = 0;
   ShPointer sh_;
+  ActivePointer sh_active_;
   uint64_t sh_version_ = 0;
   std::string shown_key_;    // of what sh_ shows or will show
   uint64_t generation_ = 0;  // counts changes of shown_key_

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A thread that turns regions into coefficients: what is fitted as fitted, the rest in closed form.
-// Only the newest request counts.
+// Only the newest request counts. Only the Gaussians that some region touches are computed and
+// written, into buffers that are used again, so that a change of colour costs next to nothing.
 #pragma once
 
 #include <condition_variable>
@@ -25,9 +26,13 @@ class ShComposer {
     RefitJob job;  // that the fits are of
     uint64_t generation = 0;
   };
-  using Sh = std::shared_ptr<const std::vector<float>>;
+  struct Result {
+    std::shared_ptr<const std::vector<float>> sh;        // [N, K, 3]
+    std::shared_ptr<const std::vector<int32_t>> active;  // where it may differ from the original
+    uint64_t generation = 0;
+  };
   // Called on the composer's thread.
-  using OnComposed = std::function<void(Sh sh, uint64_t generation)>;
+  using OnComposed = std::function<void(const Result& result)>;
 
   explicit ShComposer(OnComposed on_composed);
   ~ShComposer();
@@ -36,9 +41,15 @@ class ShComposer {
   void Drop();  // the request that waits, and what was kept for the next
 
  private:
+  class Touched;
+  class Buffers;
   void Loop();
+  Result Work(const Request& request);
 
   const OnComposed on_composed_;
+  // The thread's own.
+  std::unique_ptr<Touched> touched_;
+  std::shared_ptr<Buffers> buffers_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Request> pending_;

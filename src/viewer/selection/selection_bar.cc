@@ -56,7 +56,7 @@ QString HintFor(SelectionTool tool) {
     case SelectionTool::kPolygon:
       return QObject::tr("Click corners, double-click or Enter closes, Backspace takes one back");
     case SelectionTool::kFlood:
-      return QObject::tr("Click a colour") + combine;
+      return QObject::tr("Click a colour, drag for more or less") + combine;
   }
   return {};
 }
@@ -162,8 +162,9 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
                         tr("Diameter of the brush in pixels of the view ([ and ], Alt+wheel)"));
   hardness_ = new SliderBox(tr("Hardness"), 0, 100, tr(" %"), false,
                             tr("100 %: a crisp edge; less: the edge fades out"));
-  tolerance_ = new SliderBox(tr("Tolerance"), 0, 255, {}, false,
-                             tr("How far a colour may be from the one clicked"));
+  tolerance_ = new SliderBox(
+      tr("Tolerance"), 0, 255, {}, false,
+      tr("How far a colour may be from the one clicked (drag right or left while clicking)"));
   edge_ = new SliderBox(tr("Depth edge"), 1, 100, tr(" ‰"), false,
                         tr("A step in depth larger than this share of it stops the flood"));
   opacity_ = new SliderBox(tr("Overlay"), 0, 100, tr(" %"), false,
@@ -201,10 +202,13 @@ void ToolStrip::Show() {
   const SelectionTool tool = canvas_->tool();
   tools_->button(static_cast<int>(tool))->setChecked(true);
   const bool brush = tool == SelectionTool::kBrush || tool == SelectionTool::kEraser;
-  size_->setVisible(brush);
-  hardness_->setVisible(brush);
-  tolerance_->setVisible(tool == SelectionTool::kFlood);
-  edge_->setVisible(tool == SelectionTool::kFlood);
+  const bool flood = tool == SelectionTool::kFlood;
+  // Hidden before others are shown: all at once would widen the window.
+  for (SliderBox* box : {size_, hardness_}) {
+    if (!brush) box->hide();
+  }
+  for (SliderBox* box : {tolerance_, edge_}) box->setVisible(flood);
+  for (SliderBox* box : {size_, hardness_}) box->setVisible(brush);
   size_->SetValue(static_cast<int>(std::lround(2 * canvas_->brush().radius)));
   hardness_->SetValue(static_cast<int>(std::lround(100 * canvas_->brush().hardness)));
   tolerance_->SetValue(canvas_->flood().tolerance);

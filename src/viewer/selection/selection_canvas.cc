@@ -120,7 +120,7 @@ void SelectionCanvas::ScaleBrush(int steps) {
 // --- Operations --------------------------------------------------------------------------------
 
 void SelectionCanvas::Undo() {
-  if (drawing_) {
+  if (drawing_ || flooding_) {
     CancelDrawing();
     return;
   }
@@ -157,6 +157,13 @@ bool SelectionCanvas::CancelDrawing() {
     Edited(editor_.CancelStroke());
     return true;
   }
+  if (flooding_) {
+    const Flooding flooding = *std::exchange(flooding_, std::nullopt);
+    if (flooding.filled) Edited(editor_.Undo());
+    flood_.tolerance = flooding.tolerance;
+    Q_EMIT optionsChanged();
+    return true;
+  }
   if (!drawing_) return false;
   drawing_.reset();
   update();
@@ -184,8 +191,8 @@ void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers mod
   if (IsBrush()) {
     Edited(editor_.BeginStroke(at, brush_, combine));
   } else if (tool_ == SelectionTool::kFlood) {
-    Edited(editor_.Flood(pixels_, depth_, static_cast<int>(std::floor(at.x())),
-                         static_cast<int>(std::floor(at.y())), flood_, combine));
+    flooding_ = Flooding{at, *cursor_, flood_.tolerance, combine};
+    FloodAt(*cursor_);
   } else if (tool_ == SelectionTool::kPolygon && drawing_) {
     const double to_first = (drawing_->points.front() - at).norm() * transform_.scale;
     if (drawing_->points.size() > 3 && to_first < kClosing) {
@@ -200,6 +207,24 @@ void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers mod
     drawing_ = Drawing{tool_, combine, {at, at}};
     update();
   }
+}
+
+void SelectionCanvas::FloodAt(const QPointF& cursor) {
+  constexpr double kStep = 4;  // widget pixels a step of tolerance
+  FloodOptions flood = flood_;
+  flood.tolerance =
+      std::clamp(flooding_->tolerance +
+                     static_cast<int>(std::lround((cursor.x() - flooding_->from.x()) / kStep)),
+                 0, 255);
+  if (flooding_->filled && flood.tolerance == flood_.tolerance) return;
+  PixelRect changed;
+  if (flooding_->filled) changed = editor_.Undo();
+  const PixelRect filled =
+      editor_.Flood(pixels_, depth_, static_cast<int>(std::floor(flooding_->at.x())),
+                    static_cast<int>(std::floor(flooding_->at.y())), flood, flooding_->combine);
+  flooding_->filled = !filled.Empty();
+  Edited(changed.United(filled));
+  if (flood.tolerance != flood_.tolerance) SetFlood(flood);
 }
 
 void SelectionCanvas::FinishDrawing() {
@@ -237,6 +262,8 @@ void SelectionCanvas::mouseMoveEvent(QMouseEvent* event) {
     Moved();
   } else if (editor_.InStroke()) {
     Edited(editor_.StrokeTo(at));
+  } else if (flooding_) {
+    FloodAt(event->position());
   } else if (drawing_ && drawing_->tool == SelectionTool::kLasso) {
     if ((drawing_->points.back() - at).norm() * transform_.scale >= 1) {
       drawing_->points.push_back(at);
@@ -257,6 +284,7 @@ void SelectionCanvas::mouseReleaseEvent(QMouseEvent* event) {
     return;
   }
   if (event->button() != Qt::LeftButton) return;
+  flooding_.reset();
   if (editor_.InStroke()) {
     editor_.EndStroke();
     Q_EMIT edited();
@@ -398,7 +426,7 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
     if (drawing_ && drawing_->tool == SelectionTool::kPolygon) {
       drawing_->points.pop_back();
       FinishDrawing();
-    } else if (!drawing_ && !editor_.InStroke()) {
+    } else if (!drawing_ && !flooding_ && !editor_.InStroke()) {
       Q_EMIT acceptRequested();
     }
   } else if (event.key() == Qt::Key_Escape) {

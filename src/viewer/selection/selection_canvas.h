@@ -94,10 +94,19 @@ class SelectionCanvas : public QWidget {
     Combine combine;
     std::vector<Eigen::Vector2d> points;
   };
+  // The flood follows the mouse until it is let go: to the right more, to the left less tolerance.
+  struct Flooding {
+    Eigen::Vector2d at;  // image
+    QPointF from;        // widget
+    int tolerance;       // at the press
+    Combine combine;
+    bool filled = false;  // the press is a step of the history
+  };
   bool IsBrush() const { return tool_ == SelectionTool::kBrush || tool_ == SelectionTool::kEraser; }
   Combine CombineFor(Qt::KeyboardModifiers modifiers) const;
   void Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers);
   void FinishDrawing();
+  void FloodAt(const QPointF& cursor);
   void UpdateCursor();
   void UpdateBrushOutline();
   void ZoomTo(const QPointF& at, double scale);
@@ -121,6 +130,7 @@ class SelectionCanvas : public QWidget {
   OverlayStyle style_;
   bool overlay_hidden_ = false;
   std::optional<Drawing> drawing_;
+  std::optional<Flooding> flooding_;
   std::optional<QPointF> cursor_;  // over the widget
   Qt::KeyboardModifiers modifiers_;
   std::optional<QPointF> pan_from_;

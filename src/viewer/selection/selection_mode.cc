@@ -51,6 +51,8 @@ std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& sele
   const auto& points = selection.source.cloud.points;
   if (points.empty() || most_points == 0) return nullptr;
   auto cloud = std::make_shared<OverlayCloud>();
+  // Wider than a mask's test: the points' depth was measured, the scene's is the Gaussians'.
+  cloud->depth_tolerance = 0.05;
   const size_t step = (points.size() + most_points - 1) / most_points;
   cloud->points.reserve(points.size() / step + 1);
   for (size_t i = 0; i < points.size(); i += step) cloud->points.push_back(points[i].position);
