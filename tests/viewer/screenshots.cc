@@ -9,6 +9,7 @@
 #include <QApplication>
 #include <QDir>
 #include <QDockWidget>
+#include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
 

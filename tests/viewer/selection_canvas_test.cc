@@ -2,6 +2,7 @@
 // The selection canvas with mouse and keys, checked by the pixels of the mask.
 #include "viewer/selection/selection_canvas.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -191,6 +192,44 @@ class SelectionCanvasTest : public QObject {
     QCOMPARE(Inside(), size_t{40 * 30});
     Click(At(60, 10), Qt::ControlModifier);
     QCOMPARE(Inside(), size_t{0});
+  }
+
+  void DraggingAFloodChangesItsToleranceInOneStep() {
+    Key(Qt::Key_O);
+    const int tolerance = canvas_->flood().tolerance;
+    const QPoint at = At(10, 10);
+    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, at);
+    QCOMPARE(Inside(), size_t{40 * 30});
+    Move(at + QPoint(330, 0), Qt::LeftButton);  // the other colour differs by 70
+    QVERIFY(canvas_->flood().tolerance > tolerance + 70);
+    QCOMPARE(Inside(), size_t{80 * 30});
+    Move(at + QPoint(40, 0), Qt::LeftButton);
+    QCOMPARE(Inside(), size_t{40 * 30});
+    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, at + QPoint(40, 0));
+    QCOMPARE(canvas_->flood().tolerance, tolerance + 10);
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{0});
+    QVERIFY(!canvas_->editor().CanUndo());
+    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, at);
+    Move(at + QPoint(40, 0), Qt::LeftButton);
+    Key(Qt::Key_Escape);
+    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, at);
+    QCOMPARE(Inside(), size_t{0});
+    QCOMPARE(canvas_->flood().tolerance, tolerance + 10);
+  }
+
+  void TheStripWidensTheWindowNoMoreThanItMust() {
+    ToolStrip strip(canvas_.get());
+    strip.show();
+    QTest::qWait(20);
+    int widest = strip.width();
+    for (const Qt::Key key : {Qt::Key_O, Qt::Key_B, Qt::Key_L, Qt::Key_O, Qt::Key_E}) {
+      Key(key);
+      QTest::qWait(5);
+      widest = std::max(widest, strip.minimumSizeHint().width());
+      QVERIFY2(strip.width() <= widest, qPrintable(QString::number(strip.width())));
+    }
+    QVERIFY2(widest < 900, qPrintable(QString::number(widest)));
   }
 
   void KeysOfTheWholeMask() {
