@@ -113,6 +113,10 @@ class ViewGeometry {
   uint16_t pixel_rows_ = 0xffff;
 };
 
+// `pixel_rows` in what follows: bit y % kTileSize says that rows y are wanted. Backends may leave
+// the others out, and with them their cost; what an image then holds there is unspecified.
+inline constexpr uint16_t kAllPixelRows = 0xffff;
+
 struct BlendParams {
   const float* features;    // [rows, C]
   int32_t channels;         // C, 1..kMaxChannels
@@ -121,12 +125,14 @@ struct BlendParams {
                  // background
   float* alpha;  // [H, W] = 1 - T_final (a region: W_A 1), or null
   bool keep_outside;
+  uint16_t pixel_rows = kAllPixelRows;
 };
 
 struct BlendTransposeParams {
   const float* residual;  // [H, W, C]
   int32_t channels;       // C, 1..kMaxChannels
   float* result;          // [rows, C], overwritten: sum over pixels of W[p,row] * residual[p]
+  uint16_t pixel_rows = kAllPixelRows;  // `residual` is zero in the others
 };
 
 // Expected depth W z / W 1 (0 where W 1 is 0) and median depth: z of the Gaussian at which T
@@ -136,6 +142,7 @@ struct DepthParams {
   float* expected;  // [H, W] or null
   float* alpha;     // [H, W] or null
   float threshold;  // 0.5
+  uint16_t pixel_rows = kAllPixelRows;
 };
 
 // Colour of `count` Gaussians seen from `center`: f = max(0, 0.5 + sum_k Y_k(d) sh_k), d =

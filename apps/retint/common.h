@@ -23,7 +23,7 @@ struct Globals {
   std::string backend = "auto";
   int threads = 0;
   uint64_t seed = 0;
-  size_t cache_mb = 384;
+  size_t cache_mb = 640;
   std::string log_level = "warn";
   std::string progress = "auto";
   bool quiet = false;

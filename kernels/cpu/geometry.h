@@ -10,13 +10,14 @@
 
 #include "kernels/backend.h"
 #include "kernels/common/projection.h"
+#include "kernels/cpu/memory.h"
 
 namespace retint {
 
 struct CpuModel : Model {
-  std::vector<float> means;              // [N, 3]
-  std::vector<Covariance3> covariances;  // [N]
-  std::vector<float> opacities;          // [N]
+  LargeVector<float> means;              // [N, 3]
+  LargeVector<Covariance3> covariances;  // [N]
+  LargeVector<float> opacities;          // [N]
   Buffer<float> coefficients;            // [N, K, 3]
 
   CpuModel(int64_t count, int sh_degree) {
@@ -51,16 +52,16 @@ struct WeightTile {
 // Tile lists in CSR form: the entries of tile tiles()[i] are [tile_begin[i], tile_begin[i + 1]), in
 // order of (depth, index).
 struct CpuViewGeometry : ViewGeometry {
-  std::vector<int32_t> row_gaussians;  // [rows]
-  std::vector<Splat> splats;           // whole view: one a row; region: those of its tile lists
-  std::vector<int32_t> splat_rows;     // region only: row of each splat, -1 for an inactive one
+  LargeVector<int32_t> row_gaussians;  // [rows]
+  LargeVector<Splat> splats;           // whole view: one a row; region: those of its tile lists
+  LargeVector<int32_t> splat_rows;     // region only: row of each splat, -1 for an inactive one
   std::vector<int32_t> tile_ids;       // ascending
   std::vector<int64_t> tile_begin;     // [tiles + 1]
-  std::vector<int32_t> entries;        // [E] index into splats
+  LargeVector<int32_t> entries;        // [E] index into splats
   // Where entry e's partial sums go, so that those of one row lie side by side, in tile order:
   // row r owns [row_begin[r], row_begin[r + 1]). kNoSlot for an inactive entry.
-  std::vector<uint32_t> slots;     // [E]
-  std::vector<int64_t> row_begin;  // [rows + 1]
+  LargeVector<uint32_t> slots;     // [E]
+  LargeVector<int64_t> row_begin;  // [rows + 1]
   bool is_region = false;
   std::vector<WeightTile> weights;  // region with explicit weights: replaces splats and entries
 

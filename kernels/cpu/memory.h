@@ -3,7 +3,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <cstdlib>
 #include <memory>
+#include <new>
+#include <utility>
+#include <vector>
 
 #include "kernels/backend.h"
 
@@ -13,5 +18,35 @@ namespace retint {
 // visited in order of depth, anywhere in memory, and the address translation of small pages would
 // cost more than the arithmetic. std::bad_alloc when there is none.
 std::shared_ptr<DeviceMemory> AllocateHost(size_t bytes);
+
+// The same without the zeros. std::bad_alloc when there is none; freed with std::free.
+void* AllocateUnset(size_t bytes);
+
+template <typename T>
+struct UnsetAllocator {
+  using value_type = T;
+  UnsetAllocator() = default;
+  template <typename U>
+  UnsetAllocator(const UnsetAllocator<U>&) {}
+  T* allocate(size_t count) {
+    if (count > SIZE_MAX / sizeof(T)) throw std::bad_alloc();
+    return static_cast<T*>(AllocateUnset(count * sizeof(T)));
+  }
+  void deallocate(T* data, size_t) { std::free(data); }
+  template <typename U, typename... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    if constexpr (sizeof...(Arguments) == 0) {
+      ::new (static_cast<void*>(at)) U;
+    } else {
+      ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+    }
+  }
+  bool operator==(const UnsetAllocator&) const = default;
+};
+
+// A large array whose elements resize() leaves unset, so that the threads that fill it are the
+// first to touch it.
+template <typename T>
+using LargeVector = std::vector<T, UnsetAllocator<T>>;
 
 }  // namespace retint

@@ -15,7 +15,7 @@ namespace {
 // The active Gaussians of a view in ascending order, as their coefficients lie in memory; returns
 // each one's place by row of the view, -1 for the others.
 std::vector<int32_t> ActiveRows(const CpuViewGeometry& view, const uint8_t* active,
-                                std::vector<int32_t>* gaussians) {
+                                LargeVector<int32_t>* gaussians) {
   std::vector<std::pair<int32_t, int32_t>> found;  // Gaussian, row of the view
   for (int32_t r = 0; r < int32_t(view.num_rows()); ++r) {
     const int32_t gaussian = view.row_gaussians[size_t(r)];
@@ -46,21 +46,40 @@ std::vector<int64_t> CutLists(const CpuViewGeometry& view, const std::vector<int
   return lengths;
 }
 
-// Slots for the entries for which row(e) >= 0, so that those of a row lie side by side.
-template <typename RowOf, typename SlotOf>
-void AssignSlots(int64_t num_rows, int64_t count, const RowOf& row_of, const SlotOf& slot_of,
-                 std::vector<int64_t>* row_begin) {
-  row_begin->assign(size_t(num_rows) + 1, 0);
-  for (int64_t e = 0; e < count; ++e) {
-    const int32_t row = row_of(e);
-    if (row >= 0) ++(*row_begin)[size_t(row) + 1];
+// Slots for the entries of tiles, so that those of a row lie side by side in tile order.
+// for_each(tile, visit) calls visit(row, &slot) for the tile's entries; a row of -1 has no slot.
+template <typename ForEach>
+void AssignSlots(int64_t num_rows, int64_t num_tiles, const ForEach& for_each,
+                 LargeVector<int64_t>* row_begin) {
+  constexpr int64_t kBlocks = 16;
+  const int64_t block = std::max<int64_t>(64, (num_tiles + kBlocks - 1) / kBlocks);
+  const int64_t blocks = (num_tiles + block - 1) / block;
+  std::vector<std::vector<uint32_t>> cursors(static_cast<size_t>(blocks));
+  const auto for_each_of = [&](int64_t b, const auto& visit) {
+    for (int64_t i = b * block; i < std::min(num_tiles, (b + 1) * block); ++i) {
+      for_each(size_t(i), visit);
+    }
+  };
+  ParallelTasks(blocks, [&](int64_t b) {
+    auto& counts = cursors[size_t(b)];
+    counts.assign(size_t(num_rows), 0);
+    for_each_of(b, [&](int32_t row, uint32_t*) {
+      if (row >= 0) ++counts[size_t(row)];
+    });
+  });
+  row_begin->resize(size_t(num_rows) + 1);
+  int64_t sum = 0;
+  for (size_t row = 0; row < size_t(num_rows); ++row) {
+    (*row_begin)[row] = sum;
+    for (auto& counts : cursors) sum += std::exchange(counts[row], uint32_t(sum));
   }
-  for (size_t r = 1; r < row_begin->size(); ++r) (*row_begin)[r] += (*row_begin)[r - 1];
-  std::vector<int64_t> next(row_begin->begin(), row_begin->end() - 1);
-  for (int64_t e = 0; e < count; ++e) {
-    const int32_t row = row_of(e);
-    slot_of(e) = row >= 0 ? uint32_t(next[size_t(row)]++) : kNoSlot;
-  }
+  row_begin->back() = sum;
+  ParallelTasks(blocks, [&](int64_t b) {
+    auto& cursor = cursors[size_t(b)];
+    for_each_of(b, [&](int32_t row, uint32_t* slot) {
+      *slot = row >= 0 ? cursor[size_t(row)]++ : kNoSlot;
+    });
+  });
 }
 
 // What is given up, in turn, until compact weights fit the budget: pixel rows, then small weights.
@@ -92,11 +111,7 @@ class WeightSource {
     TileList list = TileListOf(view_, tile);
     list.count = lengths_[tile];
     list.splat_rows = row_of_.data();
-    InitTransmittance(view_.camera(), list.x0, list.y0, transmittance);
-    for (int y = 0; y < kTileSize; ++y) {
-      if (pixel_rows >> y & 1) continue;
-      std::fill_n(transmittance + y * kTileSize, kTileSize, -1.0f);  // as if beyond the image
-    }
+    InitTransmittance(view_.camera(), list.x0, list.y0, pixel_rows, transmittance);
     weights->entries.clear();
     weights->weights.clear();
     kernels_.weights(list, weights, transmittance);
@@ -211,14 +226,12 @@ void DropEmptyTiles(std::vector<WeightTile>* weights, CpuViewGeometry* region) {
 
 void AdoptWeights(std::vector<WeightTile> weights, CpuViewGeometry* region) {
   region->weights = std::move(weights);
-  std::vector<WeightEntry*> entries;
-  for (WeightTile& tile : region->weights) {
-    for (WeightEntry& entry : tile.entries) entries.push_back(&entry);
-  }
   AssignSlots(
-      region->num_rows(), int64_t(entries.size()),
-      [&](int64_t e) { return entries[size_t(e)]->row; },
-      [&](int64_t e) -> uint32_t& { return entries[size_t(e)]->slot; }, &region->row_begin);
+      region->num_rows(), int64_t(region->weights.size()),
+      [&](size_t i, const auto& visit) {
+        for (WeightEntry& entry : region->weights[i].entries) visit(entry.row, &entry.slot);
+      },
+      &region->row_begin);
 }
 
 // Copies the cut lists with the splats that they name.
@@ -252,9 +265,13 @@ void CopyLists(const CpuViewGeometry& view, const std::vector<size_t>& tiles,
   }
   region->slots.resize(size_t(total));
   AssignSlots(
-      region->num_rows(), total,
-      [&](int64_t e) { return region->splat_rows[size_t(region->entries[size_t(e)])]; },
-      [&](int64_t e) -> uint32_t& { return region->slots[size_t(e)]; }, &region->row_begin);
+      region->num_rows(), int64_t(tiles.size()),
+      [&](size_t i, const auto& visit) {
+        for (auto e = size_t(region->tile_begin[i]); e < size_t(region->tile_begin[i + 1]); ++e) {
+          visit(region->splat_rows[size_t(region->entries[e])], &region->slots[e]);
+        }
+      },
+      &region->row_begin);
 }
 
 }  // namespace

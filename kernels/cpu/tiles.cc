@@ -87,12 +87,12 @@ void FillOutside(const ViewGeometry& view, int channels, const float* background
 
 // body(i, rect, scratch) for every visited tile, with the transmittance ready.
 template <typename Body>
-void ForEachTile(const CpuViewGeometry& view, const Body& body) {
+void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, const Body& body) {
   ParallelRanges(int64_t(view.tile_ids.size()), 4, [&](int64_t begin, int64_t end) {
     TileScratch scratch;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
       const TileRect rect = RectOf(view, view.tile_ids[i]);
-      InitTransmittance(view.camera(), rect.x0, rect.y0, scratch.transmittance);
+      InitTransmittance(view.camera(), rect.x0, rect.y0, pixel_rows, scratch.transmittance);
       body(i, rect, scratch);
     }
   });
@@ -101,7 +101,7 @@ void ForEachTile(const CpuViewGeometry& view, const Body& body) {
 }  // namespace
 
 ScratchPool::Lease ScratchPool::Take(size_t count) {
-  std::vector<float> array;
+  LargeVector<float> array;
   {
     const std::lock_guard lock(mutex_);
     if (!free_.empty()) {
@@ -116,7 +116,7 @@ ScratchPool::Lease ScratchPool::Take(size_t count) {
   return Lease(this, std::move(array));
 }
 
-void ScratchPool::Return(std::vector<float> array) {
+void ScratchPool::Return(LargeVector<float> array) {
   const std::lock_guard lock(mutex_);
   free_.push_back(std::move(array));
 }
@@ -133,11 +133,14 @@ TileList TileListOf(const CpuViewGeometry& view, size_t i) {
           rect.y0};
 }
 
-void InitTransmittance(const CameraParams& camera, int x0, int y0, float* transmittance) {
-  for (int pixel = 0; pixel < kTilePixels; ++pixel) {
-    const bool inside =
-        x0 + pixel % kTileSize < camera.width && y0 + pixel / kTileSize < camera.height;
-    transmittance[pixel] = inside ? 1.0f : -1.0f;
+void InitTransmittance(const CameraParams& camera, int x0, int y0, uint16_t pixel_rows,
+                       float* transmittance) {
+  const int width = std::min(kTileSize, camera.width - x0);
+  for (int y = 0; y < kTileSize; ++y) {
+    float* const row = transmittance + y * kTileSize;
+    const int inside = y0 + y < camera.height && (pixel_rows >> y & 1) ? width : 0;
+    std::fill_n(row, inside, 1.0f);
+    std::fill_n(row + inside, kTileSize - inside, -1.0f);
   }
 }
 
@@ -151,7 +154,7 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
     if (params.alpha) FillOutside(view, 1, nullptr, params.alpha);
   }
   const bool explicit_weights = !view.weights.empty();
-  ForEachTile(view, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+  ForEachTile(view, params.pixel_rows, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     std::fill_n(scratch.values, channels * kTilePixels, 0.0f);
     if (explicit_weights) {
       kernels.blend_weights(view.weights[i], params.features, channels, scratch.values);
@@ -182,7 +185,7 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   const int channels = params.channels, width = view.camera().width;
   auto partials = pool->Take(size_t(view.num_slots()) * size_t(channels));
   const bool explicit_weights = !view.weights.empty();
-  ForEachTile(view, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+  ForEachTile(view, params.pixel_rows, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     LoadTile(rect, params.residual, channels, width, scratch.values);
     if (explicit_weights) {
       kernels.transpose_weights(view.weights[i], scratch.values, channels, partials.data());
@@ -228,7 +231,7 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   for (float* image : {params.median, params.expected, params.alpha}) {
     if (image) FillOutside(view, 1, nullptr, image);
   }
-  ForEachTile(view, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+  ForEachTile(view, params.pixel_rows, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     std::fill_n(scratch.values, kTilePixels, 0.0f);
     std::fill_n(scratch.median, kTilePixels, 0.0f);
     kernels.depth(TileListOf(view, i), params.threshold, scratch.values, scratch.median,

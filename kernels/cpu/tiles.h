@@ -17,7 +17,7 @@ class ScratchPool {
  public:
   class Lease {
    public:
-    Lease(ScratchPool* pool, std::vector<float> array) : pool_(pool), array_(std::move(array)) {}
+    Lease(ScratchPool* pool, LargeVector<float> array) : pool_(pool), array_(std::move(array)) {}
     ~Lease() { pool_->Return(std::move(array_)); }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
@@ -25,15 +25,15 @@ class ScratchPool {
 
    private:
     ScratchPool* pool_;
-    std::vector<float> array_;
+    LargeVector<float> array_;
   };
   // At least `count` floats of unspecified value.
   Lease Take(size_t count);
 
  private:
-  void Return(std::vector<float> array);
+  void Return(LargeVector<float> array);
   std::mutex mutex_;
-  std::vector<std::vector<float>> free_;
+  std::vector<LargeVector<float>> free_;
 };
 
 void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const BlendParams& params);
@@ -49,7 +49,9 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
 
 // The list of the geometry's i-th tile.
 TileList TileListOf(const CpuViewGeometry& view, size_t i);
-// 1 inside the image, -1 beyond its edge, for the tile whose first pixel is (x0, y0).
-void InitTransmittance(const CameraParams& camera, int x0, int y0, float* transmittance);
+// 1 inside the image, -1 beyond its edge and in rows that are not wanted, for the tile whose first
+// pixel is (x0, y0).
+void InitTransmittance(const CameraParams& camera, int x0, int y0, uint16_t pixel_rows,
+                       float* transmittance);
 
 }  // namespace retint

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <ranges>
 
 #include <tbb/parallel_for.h>
 
@@ -164,7 +165,8 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
   size_t done = 0;
   const auto evaluate = [&](const std::vector<RefitTarget>& targets, bool is_heldout) {
     ErrorSums all;
-    for (const RefitTarget& target : targets) {
+    // Backwards: the geometries that a fit leaves in the cache are those of the last views.
+    for (const RefitTarget& target : targets | std::views::reverse) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(target);
       const ErrorSums sums = Compare(target, edit, pair.Render(target.camera));

@@ -166,7 +166,7 @@ float* RefitProblem::Grow(Buffer<float>& buffer, size_t count) {
   return buffer.data();
 }
 
-void RefitProblem::RenderOriginal(const ViewGeometry& geometry) {
+void RefitProblem::RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_rows) {
   const CameraParams& camera = geometry.camera();
   const size_t rows = size_t(geometry.num_rows());
   EvalShParams eval{};
@@ -180,6 +180,7 @@ void RefitProblem::RenderOriginal(const ViewGeometry& geometry) {
   blend.features = eval.colors;
   blend.channels = 3;
   blend.image = scratch_.images[0].data();
+  blend.pixel_rows = pixel_rows;
   backend().Blend(geometry, blend);
 }
 
@@ -195,7 +196,7 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   if (rows == 0) return view;
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
   for (auto& image : scratch_.images) Grow(image, pixels * 3);
-  RenderOriginal(*geometry);
+  RenderOriginal(*geometry, view.region->pixel_rows());
   for (auto& features : scratch_.features) Grow(features, rows * 3);
 
   view.base_colors = backend().Allocate<float>(rows * 3);

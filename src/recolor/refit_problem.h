@@ -95,7 +95,7 @@ class RefitProblem {
   };
 
   RegionView Prepare(const RefitTarget& target, size_t budget);
-  void RenderOriginal(const ViewGeometry& geometry);
+  void RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_rows);
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);
   void FillSlots(RegionView& view);

@@ -208,6 +208,7 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
     depth.expected = request.depth_expected ? planes + pixels : nullptr;
     depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
     depth.threshold = request.median_threshold;
+    depth.pixel_rows = request.pixel_rows;
     backend_->Depth(*geometry, depth);
     const auto fetch = [&](const float* plane, PixelArray<float, 1>& image) {
       if (!plane) return;
@@ -263,7 +264,7 @@ std::vector<float> Renderer::BlendFeatures(const PosedCamera& view, std::span<co
 
 std::vector<float> Renderer::BlendTransposeToGaussians(const PosedCamera& view,
                                                        std::span<const float> residual,
-                                                       int channels) {
+                                                       int channels, uint16_t pixel_rows) {
   const auto geometry = Geometry(view);
   const size_t pixels = size_t(geometry->camera().width) * size_t(geometry->camera().height);
   CheckOption(channels > 0, "BlendTransposeToGaussians needs at least one channel");
@@ -288,6 +289,7 @@ std::vector<float> Renderer::BlendTransposeToGaussians(const PosedCamera& view,
     backend_->CopyToDevice(on_device, host, pixels * size_t(now) * sizeof(float));
     transpose.residual = on_device;
     transpose.channels = now;
+    transpose.pixel_rows = pixel_rows;
     transpose.result = Cache::Grow(*backend_, cache_->features, rows * size_t(now));
     backend_->BlendTranspose(*geometry, transpose);
     part.resize(rows * size_t(now));

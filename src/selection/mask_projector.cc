@@ -2,8 +2,11 @@
 #include "selection/mask_projector.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string_view>
+
+#include <oneapi/tbb/parallel_for.h>
 
 #include "base/error.h"
 #include "selection/depth_sampling.h"
@@ -15,6 +18,9 @@ namespace retint {
 namespace {
 
 constexpr std::string_view kStage = "projection";
+// Of views that are not painted every second row of pixels is lifted: a Gaussian's share is a mean
+// over many.
+constexpr uint16_t kLiftedRows = 0x5555;
 
 uint8_t ToByte(double value) {
   return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255));
@@ -36,12 +42,13 @@ class Projection {
     if (options.kind != ProjectorKind::kGaussians) return;
     for (const auto& view : painted) {
       painted_.push_back({view.name, view.camera, &view.mask,
-                          Depth(view.camera, reconstruction.FindView(view.name))});
+                          SurfaceDepth(renderer, view.camera, reconstruction.FindView(view.name),
+                                       reconstruction)});
     }
     inside_.resize(static_cast<size_t>(renderer.model().count()));
     total_.resize(inside_.size());
     for (const auto& surface : painted_) {
-      Lift(surface.camera, PaintedEvidence(*surface.mask, options.painted_weight));
+      Lift(surface.camera, PaintedEvidence(*surface.mask, options.painted_weight), kAllPixelRows);
     }
   }
 
@@ -53,7 +60,9 @@ class Projection {
   // Quads or surfels as a mask, or, for gaussians, evidence lifted and no mask yet.
   Mask Draw(const View& view) {
     const PosedCamera posed = reconstruction_.Posed(view);
-    const DepthMap depth = Depth(posed, &view);
+    const bool lifts = options_.kind == ProjectorKind::kGaussians;
+    const uint16_t rows = lifts ? kLiftedRows : kAllPixelRows;
+    const DepthMap depth = SurfaceDepth(renderer_, posed, &view, reconstruction_, rows);
     if (options_.kind == ProjectorKind::kQuads) {
       return ToMask(
           DrawQuads(cloud_, posed, depth, options_.quad_pixels, options_.depth_tolerance));
@@ -61,12 +70,12 @@ class Projection {
     Mask surfels = Close(
         ToMask(DrawSurfels(cloud_, posed, depth, options_.surfel_scale, options_.depth_tolerance)),
         options_.close_radius);
-    if (options_.kind == ProjectorKind::kSurfels) return surfels;
+    if (!lifts) return surfels;
     // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
     const double unknown = painted_.empty() ? 1 : options_.unknown_weight;
     Evidence evidence = LookUpPaint(posed, depth, painted_, options_.visible_tolerance, unknown);
     AddCoverage(surfels, &evidence);
-    Lift(posed, evidence);
+    Lift(posed, evidence, rows);
     return {};
   }
 
@@ -80,17 +89,20 @@ class Projection {
   }
 
  private:
-  DepthMap Depth(const PosedCamera& posed, const View* view) {
-    return SurfaceDepth(renderer_, posed, view, reconstruction_);
-  }
-
-  void Lift(const PosedCamera& posed, const Evidence& evidence) {
+  void Lift(const PosedCamera& posed, const Evidence& evidence, uint16_t rows) {
     residual_.resize(evidence.inside.NumPixels() * 2);
-    for (size_t i = 0; i < evidence.inside.NumPixels(); ++i) {
-      residual_[2 * i] = evidence.weight.data[i] * evidence.inside.data[i];
-      residual_[2 * i + 1] = evidence.weight.data[i];
-    }
-    const auto lifted = renderer_.BlendTransposeToGaussians(posed, residual_, 2);
+    const float density = static_cast<float>(kTileSize) / static_cast<float>(std::popcount(rows));
+    const auto width = static_cast<size_t>(evidence.inside.width);
+    tbb::parallel_for(0, evidence.inside.height, [&](int y) {
+      const float scale = rows >> (y % kTileSize) & 1 ? density : 0;
+      for (size_t i = static_cast<size_t>(y) * width; i < (static_cast<size_t>(y) + 1) * width;
+           ++i) {
+        const float weight = scale * evidence.weight.data[i];
+        residual_[2 * i] = weight * evidence.inside.data[i];
+        residual_[2 * i + 1] = weight;
+      }
+    });
+    const auto lifted = renderer_.BlendTransposeToGaussians(posed, residual_, 2, rows);
     for (size_t g = 0; g < inside_.size(); ++g) {
       inside_[g] += lifted[2 * g];
       total_[g] += lifted[2 * g + 1];

@@ -65,16 +65,26 @@ DepthBias FitDepthBias(const DepthMap& rendered, const PosedCamera& posed, const
 }
 
 DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
-                      const Reconstruction& reconstruction) {
+                      const Reconstruction& reconstruction, uint16_t pixel_rows) {
   constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
   RenderRequest request;
   request.rgb = false;
   request.depth_expected = true;
   request.alpha = true;
+  request.pixel_rows = pixel_rows;
   RenderOutput output = renderer.Render(posed, request);
   DepthMap& depth = output.depth_expected;
-  for (size_t i = 0; i < depth.data.size(); ++i) {
-    if (output.alpha.data[i] < kOpaque) depth.data[i] = 0;
+  const auto width = static_cast<size_t>(depth.width);
+  for (int y = 0; y < depth.height; ++y) {
+    float* const row = depth.data.data() + static_cast<size_t>(y) * width;
+    if (!(pixel_rows >> (y % kTileSize) & 1)) {
+      std::copy_n(row - width, width, row);
+      continue;
+    }
+    const float* const alpha = output.alpha.data.data() + static_cast<size_t>(y) * width;
+    for (size_t x = 0; x < width; ++x) {
+      if (alpha[x] < kOpaque) row[x] = 0;
+    }
   }
   if (view) CorrectDepth(FitDepthBias(depth, posed, *view, reconstruction), &depth);
   return std::move(depth);

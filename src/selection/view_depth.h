@@ -9,9 +9,10 @@
 namespace retint {
 
 // The expected depth where the pixel is opaque enough to show a surface, else 0; its bias corrected
-// by the sparse points that `view` observes (null, a free camera: not corrected).
+// by the sparse points that `view` observes (null, a free camera: not corrected). Rows outside
+// `pixel_rows` (see kernels/backend.h; bit 0 is set) repeat the row above.
 DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
-                      const Reconstruction& reconstruction);
+                      const Reconstruction& reconstruction, uint16_t pixel_rows = kAllPixelRows);
 
 // 1/z_true = a (1/z_rendered) + b.
 struct DepthBias {

@@ -39,7 +39,7 @@ namespace retint {
 
 struct SessionOptions {
   std::string backend = "auto";                 // "auto", "cpu" or "cuda"
-  size_t cache_bytes = size_t{384} << 20;       // of the per-view geometry cache
+  size_t cache_bytes = size_t{640} << 20;       // of the per-view geometry cache
   size_t history_bytes = size_t{512} << 20;     // of the undo history
   std::array<float, 3> background = {0, 0, 0};  // behind the Gaussians, RGB
   std::filesystem::path image_folder;           // photos; empty: found in the workspace
