@@ -41,8 +41,8 @@ struct WeightEntry {
 };
 struct WeightTile {
   std::vector<WeightEntry> entries;
-  std::vector<uint16_t> weights;  // 8 a half row
-  std::vector<uint8_t> compact;   // or these instead
+  LargeVector<uint16_t> weights;  // 8 a half row
+  LargeVector<uint8_t> compact;   // or these instead
   size_t bytes() const {
     return sizeof(*this) + entries.capacity() * sizeof(WeightEntry) +
            weights.capacity() * sizeof(uint16_t) + compact.capacity();
