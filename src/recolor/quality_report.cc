@@ -102,8 +102,9 @@ ShRange RangeOf(std::span<const float> sh) {
 class PairRenderer {
  public:
   PairRenderer(Renderer& renderer, std::span<const float> before, std::span<const float> after)
-      : renderer_(renderer),
-        sh_{renderer.backend().Upload(before), renderer.backend().Upload(after)} {}
+      : renderer_(renderer), after_(renderer.backend().Upload(after)) {
+    renderer_.SetSh(before);
+  }
 
   // [H, W, 6]: before, after. Valid until the next call.
   const std::vector<float>& Render(const PosedCamera& camera) {
@@ -118,7 +119,7 @@ class PairRenderer {
       EvalShParams eval{};
       eval.rows = geometry->rows();
       eval.count = geometry->num_rows();
-      eval.sh = sh_[which].data();
+      eval.sh = which == 0 ? renderer_.model().sh() : after_.data();
       std::copy_n(params.center, 3, eval.center);
       eval.colors = colors_.data() + 3 * which;
       eval.stride = 6;
@@ -136,7 +137,7 @@ class PairRenderer {
 
  private:
   Renderer& renderer_;
-  Buffer<float> sh_[2], colors_, images_;
+  Buffer<float> after_, colors_, images_;
   std::vector<float> host_;
 };
 

@@ -40,7 +40,8 @@ struct QualityReport {
       views;  // that hold a masked pixel, all of them, lowest psnr_inside first
 };
 
-// Renders every target before and after. A perfect match is reported as 99 dB.
+// Renders every target before and after. A perfect match is reported as 99 dB. The renderer is left
+// with `sh_before`.
 QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
                            std::span<const float> sh_after, const std::vector<RefitTarget>& train,
                            const std::vector<RefitTarget>& heldout, const ColorEdit& edit,

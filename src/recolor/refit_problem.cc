@@ -104,7 +104,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   std::vector<uint8_t> flags(count);
   for (size_t g = 0; g < count; ++g) flags[g] = shares[g] > options.active_threshold;
   active_flags_ = backend().Upload(std::span<const uint8_t>(flags));
-  original_sh_ = backend().Upload(std::span<const float>(model.sh));
+  renderer_.SetSh(model.sh);
 
   std::vector<uint8_t> seen(count, 0);
   size_t beside_weights = 0;  // what a view takes besides its region, guessed from the last one
@@ -140,7 +140,6 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
     FillSlots(*view);
     slot.kept = std::move(view);
   }
-  if (NumKeptViews() == views_.size()) original_sh_ = {};
 
   const auto closed_form = ClosedFormSh(model, shares, edit, options.active_threshold);
   original_.reserve(active_.size() * per_gaussian);
@@ -172,7 +171,7 @@ void RefitProblem::RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_r
   EvalShParams eval{};
   eval.rows = geometry.rows();
   eval.count = geometry.num_rows();
-  eval.sh = original_sh_.data();
+  eval.sh = model().sh();
   std::copy_n(camera.center, 3, eval.center);
   eval.colors = Grow(scratch_.features[0], rows * 3);
   backend().EvalSh(model(), eval);
@@ -203,7 +202,7 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   EvalShParams eval{};
   eval.rows = view.region->rows();
   eval.count = view.region->num_rows();
-  eval.sh = original_sh_.data();
+  eval.sh = model().sh();
   std::copy_n(camera.center, 3, eval.center);
   eval.colors = view.base_colors.data();
   backend().EvalSh(model(), eval);

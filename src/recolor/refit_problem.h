@@ -111,7 +111,6 @@ class RefitProblem {
   std::vector<int32_t> active_, slot_of_;  // slot_of_[gaussian], -1 when not active
   std::vector<float> original_, start_;
   Buffer<uint8_t> active_flags_;  // [N]
-  Buffer<float> original_sh_;     // [N, K, 3]
   Buffer<float> photo_;           // [H, W, 3] scratch
   Buffer<uint8_t> mask_;          // [H, W] scratch
   RefitScratch scratch_;

@@ -63,8 +63,8 @@ struct RefitSummary {
 class ShRefitter {
  public:
   // `shares` is m_g, [N]; empty: computed from the masks as sum_v W^T M / sum_v W^T 1.
-  // `model` are the original coefficients that the edit starts from; it, `renderer` and the
-  // targets' masks and photos must outlive the refitter.
+  // `model` are the original coefficients that the edit starts from; the renderer is given them and
+  // must keep them. Both, and the targets' masks and photos, must outlive the refitter.
   ShRefitter(Renderer& renderer, const GaussianModel& model, std::vector<RefitTarget> targets,
              const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
              Monitor& monitor);

@@ -63,7 +63,6 @@ bool RefitChain::Step(Monitor& monitor) {
 
 void RefitChain::Begin(Monitor& monitor) {
   const Region& region = input_.state.regions[index_];
-  renderer_.SetSh(working_.sh);
   refitter_ = std::make_unique<ShRefitter>(renderer_, working_, input_.targets[index_],
                                            region.EffectiveEdit(), region.selection->shares,
                                            input_.job.options, monitor);
