@@ -327,6 +327,8 @@ struct EditImageParams {
   float* out;  // [H, W, 3]; may be `image`
 };
 
+class StereoOps;  // kernels/stereo.h
+
 // Arguments that cannot be (channels beyond kMaxChannels, a box outside its image, a region where a
 // whole view is needed) are std::invalid_argument. Thread-safe.
 class Backend {
@@ -417,6 +419,10 @@ class Backend {
   virtual void PackBox(const PackBoxParams& params) = 0;
   virtual void UnpackBox(const PackBoxParams& params) = 0;
   virtual void EditImage(const EditImageParams& params) = 0;
+
+  // Stereo on rendered pairs without leaving backend memory; null where the backend has none. Lives
+  // as long as the backend.
+  virtual StereoOps* Stereo() { return nullptr; }
 };
 
 // "cpu", and "cuda" where built and a device is present.

@@ -6,6 +6,7 @@
 
 #include "kernels/cuda/blend.cuh"
 #include "kernels/cuda/ops.cuh"
+#include "kernels/cuda/stereo.cuh"
 
 namespace retint {
 namespace cuda {
@@ -44,6 +45,7 @@ class CudaBackend : public Backend {
     uint64_t keep = UINT64_MAX;
     Check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep),
           "cudaMemPoolSetAttribute");
+    stereo_ = MakeStereoOps(stream_);
   }
   ~CudaBackend() override { cudaStreamDestroy(stream_); }
   CudaBackend(const CudaBackend&) = delete;
@@ -183,11 +185,13 @@ class CudaBackend : public Backend {
   void PackBox(const PackBoxParams& params) override { cuda::PackBox(params, stream_); }
   void UnpackBox(const PackBoxParams& params) override { cuda::UnpackBox(params, stream_); }
   void EditImage(const EditImageParams& params) override { cuda::EditImage(params, stream_); }
+  StereoOps* Stereo() override { return stereo_.get(); }
 
  private:
   int device_ = 0;
   cudaStream_t stream_ = nullptr;
   cudaMemPool_t pool_ = nullptr;
+  std::unique_ptr<StereoOps> stereo_;
 };
 
 }  // namespace

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The small stages of stereo: luma, quantiles, inverses and the fusion of pairs.
+#include "kernels/cuda/stereo.cuh"
+
+#include <stdexcept>
+
+#include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/scan.cuh"
+
+namespace retint::cuda {
+namespace {
+
+constexpr int kMaxQuantiles = 8;
+struct Fractions {
+  double value[kMaxQuantiles];
+  int count;
+};
+struct Quantiles {
+  float value[kMaxQuantiles];
+};
+struct QuantileResult {
+  Quantiles values;
+  int64_t positive;
+};
+
+// `sorted` descends as unsigned bits, so that the positive floats come first among those that are
+// kept: the others were made 0.
+__global__ void PickQuantilesKernel(const uint32_t* sorted, int64_t count, Fractions fractions,
+                                    QuantileResult* result) {
+  int64_t low = 0, high = count;  // the first 0 lies in [low, high]
+  while (low < high) {
+    const int64_t middle = (low + high) / 2;
+    if (sorted[middle] > 0) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  result->positive = low;
+  for (int i = 0; i < fractions.count; ++i) {
+    const int64_t ascending = int64_t(fractions.value[i] * double(low - 1));
+    result->values.value[i] = low > 0 ? __uint_as_float(sorted[low - 1 - ascending]) : 0.0f;
+  }
+}
+
+__device__ float Unit(float value) { return fminf(fmaxf(value, 0.0f), 1.0f); }
+
+// By insertion: at most kMaxStereoViews values.
+__device__ void InsertDescending(float value, float (&sorted)[kMaxStereoViews]) {
+#pragma unroll
+  for (int i = 0; i < kMaxStereoViews; ++i) {
+    if (value > sorted[i]) {
+      const float pushed = sorted[i];
+      sorted[i] = value;
+      value = pushed;
+    }
+  }
+}
+
+__device__ float FusePixel(const StereoFuseParams& params, int64_t i) {
+  float found[kMaxStereoViews] = {};  // positive ones first, nearest first
+  for (int k = 0; k < params.num_pairs; ++k) InsertDescending(params.pairs[k][i], found);
+  if (!(found[0] > 0)) return -1.0f;
+  if (params.nearest) return found[0];
+  float best_sum = 0;
+  int best_count = 0;
+#pragma unroll
+  for (int first = 0; first < kMaxStereoViews; ++first) {
+    float sum = 0;
+    int count = 0;
+#pragma unroll
+    for (int k = first; k < kMaxStereoViews; ++k) {
+      if (found[k] > 0 && found[first] - found[k] <= params.tolerance) {
+        sum += found[k];
+        ++count;
+      }
+    }
+    if (count > best_count) {
+      best_sum = sum;
+      best_count = count;
+    }
+  }
+  return best_sum / float(best_count);
+}
+
+class CudaStereoOps : public StereoOps {
+ public:
+  explicit CudaStereoOps(cudaStream_t stream) : stream_(stream) {}
+
+  std::vector<float> PositiveQuantiles(const float* values, int64_t count,
+                                       std::span<const double> fractions) override {
+    if (fractions.size() > size_t(kMaxQuantiles)) throw std::invalid_argument("too many quantiles");
+    Fractions wanted{{}, int(fractions.size())};
+    for (size_t i = 0; i < fractions.size(); ++i) {
+      if (!(fractions[i] >= 0 && fractions[i] <= 1)) {
+        throw std::invalid_argument("quantiles lie in [0, 1]");
+      }
+      wanted.value[i] = fractions[i];
+    }
+    if (count <= 0) return {};
+    Scratch<uint32_t> bits(stream_, size_t(count)), sorted(stream_, size_t(count));
+    uint32_t* const to = bits.data();
+    ForEach(count, stream_, "PositiveBits",
+            [=] __device__(int64_t i) { to[i] = values[i] > 0 ? __float_as_uint(values[i]) : 0; });
+    WithTemporary(stream_, "cub::DeviceRadixSort", [&](void* memory, size_t& bytes) {
+      return cub::DeviceRadixSort::SortKeysDescending(memory, bytes, bits.data(), sorted.data(),
+                                                      count, 0, 31, stream_);
+    });
+    Scratch<QuantileResult> result(stream_, 1);
+    PickQuantilesKernel<<<1, 1, 0, stream_>>>(sorted.data(), count, wanted, result.data());
+    Check(cudaGetLastError(), "PickQuantilesKernel");
+    const auto [found] = ReadBack(stream_, result.data());
+    if (found.positive == 0) return {};
+    return {found.values.value, found.values.value + fractions.size()};
+  }
+
+  void Gray(const float* rgb, int64_t pixels, float* gray) override {
+    ForEach(pixels, stream_, "Gray", [=] __device__(int64_t i) {
+      gray[i] =
+          0.299f * Unit(rgb[3 * i]) + 0.587f * Unit(rgb[3 * i + 1]) + 0.114f * Unit(rgb[3 * i + 2]);
+    });
+  }
+
+  void Invert(const float* values, const float* otherwise, int64_t count, float scale,
+              float* out) override {
+    ForEach(count, stream_, "Invert", [=] __device__(int64_t i) {
+      const float value = values[i];
+      out[i] = value > 0 ? scale / value : otherwise ? otherwise[i] : -1.0f;
+    });
+  }
+
+  void Match(const StereoMatchParams& params) override { MatchStereo(params, stream_); }
+
+  void Fuse(const StereoFuseParams& params) override {
+    if (params.num_pairs < 1 || params.num_pairs > kMaxStereoViews) {
+      throw std::invalid_argument("fusion takes 1 to 4 pairs");
+    }
+    ForEach(params.pixels, stream_, "Fuse",
+            [=] __device__(int64_t i) { params.disparity[i] = FusePixel(params, i); });
+  }
+
+  void Arbitrate(const StereoArbitrateParams& params) override { ArbitrateStereo(params, stream_); }
+  void Refine(const StereoRefineParams& params) override { RefineStereo(params, stream_); }
+
+ private:
+  cudaStream_t stream_;
+};
+
+}  // namespace
+
+std::unique_ptr<StereoOps> MakeStereoOps(cudaStream_t stream) {
+  return std::make_unique<CudaStereoOps>(stream);
+}
+
+void RequireGrid(const StereoView& view, int width, int height) {
+  if (width < 1 || height < 1 || view.x > 0 || view.y > 0 || view.x + view.width < width ||
+      view.y + view.height < height) {
+    throw std::invalid_argument("an image of a stereo pair must hold the whole grid");
+  }
+}
+
+void RequireViews(const StereoView& reference, const StereoView* shifted, int num_shifted,
+                  int width, int height) {
+  if (num_shifted < 1 || num_shifted > kMaxStereoViews) {
+    throw std::invalid_argument("stereo takes 1 to 4 shifted views");
+  }
+  RequireGrid(reference, width, height);
+  for (int k = 0; k < num_shifted; ++k) {
+    RequireGrid(shifted[k], width, height);
+    if (shifted[k].dx * shifted[k].dx + shifted[k].dy * shifted[k].dy != 1) {
+      throw std::invalid_argument("a shifted view moves along one axis");
+    }
+  }
+}
+
+}  // namespace retint::cuda

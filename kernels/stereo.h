@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stereo on rendered pairs (Stereo-HV, src/depth) in backend memory: Backend::Stereo(). Each
+// operation is one stage; nothing travels to the host but a few quantiles.
+//
+// The reference view's pixels are the grid [H, W]. Every other image lies on that grid's plane
+// with its first pixel at (x, y), which may be negative. A pixel p of the reference with disparity
+// s > 0 is seen at p + s (dx, dy) in a shifted view, one of dx, dy being +-1, the other 0; that is
+// s = f beta / z, whichever way the view was shifted. Unknown disparities are negative.
+//
+// Impossible arguments are std::invalid_argument. Thread-safe; stream order as in backend.h.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace retint {
+
+inline constexpr int kMaxStereoViews = 4;
+inline constexpr int kStereoCountStep = 32;  // disparities searched: a multiple of this ...
+inline constexpr int kMaxStereoCount = 256;  // ... and at most this
+
+struct StereoView {
+  const float* rgb;       // [height, width, 3]
+  const float* gray;      // [height, width], of StereoOps::Gray
+  int32_t x, y;           // of the first pixel, on the grid
+  int32_t width, height;  // pixels
+  int32_t dx, dy;         // motion of the content; 0, 0 for the reference
+};
+
+// Semi-global matching (Hirschmueller 2008) of the reference with one shifted view: the cost of a
+// disparity is how many bits of the census transforms over 9 x 7 pixels differ (9 along the
+// baseline), summed up along four paths, left, right, above and below.
+struct StereoMatchParams {
+  StereoView reference, shifted;  // gray is read; both images hold the whole grid, and the
+                                  // reference what `shifted` shows
+  int32_t width, height;          // W, H
+  int32_t lowest, count;          // disparities searched: lowest ... lowest + count - 1
+  float tolerance;                // pixels, between matching this way and the other
+  float* disparity;               // [H, W] sub-pixel
+  // Penalties, in units of one differing census bit, of a change of one disparity between
+  // neighbours and of a larger one.
+  int32_t p1 = 6, p2 = 80;
+  int32_t uniqueness_percent = 10;  // margin by which the best cost must beat the others
+};
+
+// Per pixel: the mean of the largest set of disparities that agrees within `tolerance`, of two as
+// large the nearer; with `nearest` simply the nearest (largest) one.
+struct StereoFuseParams {
+  const float* pairs[kMaxStereoViews];  // [H, W] each
+  int32_t num_pairs;
+  int64_t pixels;
+  float tolerance;  // pixels
+  bool nearest;
+  float* disparity;  // [H, W]
+};
+
+// Settles where `disparity` and the Gaussians' own, `rough`, disagree (see ArbitrateDisparity in
+// src/depth/stereo_pairs.h, whose rules these are).
+struct StereoArbitrateParams {
+  StereoView reference;  // rgb is read
+  StereoView shifted[kMaxStereoViews];
+  int32_t num_shifted;
+  int32_t width, height;
+  const float* rough;  // [H, W]
+  float* disparity;    // [H, W], in and out
+  uint8_t* measured;   // [H, W] 255 where the result was measured in the pairs, else 0
+};
+
+// Removes the matcher's sub-pixel bias by Gauss-Newton against all shifted views (RefineDisparity
+// in src/depth/stereo_pairs.h).
+struct StereoRefineParams {
+  StereoView reference;  // gray is read
+  StereoView shifted[kMaxStereoViews];
+  int32_t num_shifted;
+  int32_t width, height;
+  float* disparity;  // [H, W], in and out
+};
+
+class StereoOps {
+ public:
+  virtual ~StereoOps() = default;
+
+  // The values at fractions of the sorted positive ones: index fraction * (n - 1), rounded down.
+  // Returned on the host; empty when none is positive. At most 8 fractions.
+  virtual std::vector<float> PositiveQuantiles(const float* values, int64_t count,
+                                               std::span<const double> fractions) = 0;
+  // Luma 0.299 R + 0.587 G + 0.114 B of the channels clamped to [0, 1]: [pixels, 3] -> [pixels].
+  virtual void Gray(const float* rgb, int64_t pixels, float* gray) = 0;
+  // out = scale / value where value > 0, else `otherwise` (null: -1) [count]; out may be either.
+  virtual void Invert(const float* values, const float* otherwise, int64_t count, float scale,
+                      float* out) = 0;
+  virtual void Match(const StereoMatchParams& params) = 0;
+  virtual void Fuse(const StereoFuseParams& params) = 0;
+  virtual void Arbitrate(const StereoArbitrateParams& params) = 0;
+  virtual void Refine(const StereoRefineParams& params) = 0;
+};
+
+}  // namespace retint
