@@ -289,6 +289,12 @@ void Canvas::SetFlyMode(bool fly) {
 
 void Canvas::SetCloud(std::shared_ptr<const OverlayCloud> cloud) {
   cloud_ = std::move(cloud);
+  if (cloud_ && devicePixelRatioF() != 1) {
+    // Its squares are as large on a fine screen.
+    auto scaled = std::make_shared<OverlayCloud>(*cloud_);
+    scaled->quad_pixels *= devicePixelRatioF();
+    cloud_ = std::move(scaled);
+  }
   Request(false);
 }
 

@@ -118,6 +118,16 @@ void MainWindow::BuildStatusBar() {
   }
   progress_->hide();
   cancel_->hide();
+  for (const auto& [widget, name] :
+       std::initializer_list<std::pair<QWidget*, const char*>>{{message_, "message"},
+                                                               {progress_, "progress"},
+                                                               {cancel_, "cancel"},
+                                                               {backend_, "backend"},
+                                                               {gaussians_, "gaussians"},
+                                                               {speed_, "speed"},
+                                                               {memory_, "memory"}}) {
+    widget->setObjectName(name);
+  }
   message_timer_.setSingleShot(true);
   message_timer_.setInterval(kMessageMs);
   connect(&message_timer_, &QTimer::timeout, this,
@@ -134,6 +144,7 @@ void MainWindow::ConnectScene() {
   };
   connect(controller_, &SceneController::opened, this, [this] {
     if (!opening_.isEmpty()) Remember(opening_);
+    unchecked_ = true;
     SetCurrentRegion(0);
     ShowPage();
     UpdateTitle();
@@ -178,6 +189,10 @@ void MainWindow::ConnectScene() {
           });
   connect(controller_, &SceneController::cancelled, this,
           [say](const QString& label) { say(tr("%1: cancelled").arg(label)); });
+  connect(controller_, &SceneController::sceneChecked, this,
+          [say](const std::vector<std::string>& warnings) {
+            if (!warnings.empty()) say(QStringLiteral("⚠ ") + QString::fromStdString(warnings[0]));
+          });
   connect(controller_, &SceneController::written, this,
           [say](const QString& path) { say(tr("Wrote %1").arg(path)); });
   connect(renderer_, &RenderThread::failed, this,
@@ -186,6 +201,11 @@ void MainWindow::ConnectScene() {
   connect(canvas_, &Canvas::frameShown, this, [this] {
     if (canvas_->frames_per_second() > 0) {
       speed_->setText(tr("%1 fps").arg(canvas_->frames_per_second(), 0, 'f', 0));
+    }
+    // Once the scene is to be seen: the check renders too.
+    if (unchecked_ && canvas_->IsSharp()) {
+      unchecked_ = false;
+      controller_->Check();
     }
   });
   connect(canvas_, &Canvas::stateChanged, this, &MainWindow::UpdateActions);
@@ -255,12 +275,16 @@ void MainWindow::SetCurrentRegion(RegionId id) {
 
 void MainWindow::ShowCloudOfCurrent() {
   const Region* region = controller_->regions().Find(current_region_);
-  canvas_->SetCloud(region ? MakeOverlayCloud(*region->selection) : nullptr);
+  const auto selection = region ? region->selection : nullptr;
+  if (selection == cloud_of_) return;
+  cloud_of_ = selection;
+  canvas_->SetCloud(selection ? MakeOverlayCloud(*selection) : nullptr);
 }
 
 void MainWindow::OnRegions() {
   setWindowModified(sessions_->IsModified());
   if (current_region_ != 0 && !controller_->regions().Find(current_region_)) SetCurrentRegion(0);
+  ShowCloudOfCurrent();  // undo may have given it another selection
   UpdateActions();
 }
 

@@ -160,7 +160,9 @@ class MainWindow : public QMainWindow {
   std::deque<std::pair<QString, QString>> errors_;
   QString opening_;  // entry of the recent files, once it has opened
   RegionId current_region_ = 0;
+  std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
   bool closing_ = false;
+  bool unchecked_ = false;  // CheckScene() is still to come
 };
 
 }  // namespace retint

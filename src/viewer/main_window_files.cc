@@ -160,11 +160,13 @@ void MainWindow::OfferRecovery() {
   if (found.empty()) return;
   const Recovery newest = found.front();
   const QString of = newest.session.empty() ? Text(newest.info.workspace) : Text(newest.session);
-  auto* box = new QMessageBox(
-      QMessageBox::Question, tr("Recover unsaved work?"),
-      tr("Retint ended without saving %n region(s) of %1.", nullptr, int(newest.info.regions))
-          .arg(of),
-      QMessageBox::NoButton, this);
+  auto* box =
+      new QMessageBox(QMessageBox::Question, tr("Recover unsaved work?"),
+                      tr("Retint ended without saving %1 of %2.")
+                          .arg(newest.info.regions == 1 ? tr("1 region")
+                                                        : tr("%1 regions").arg(newest.info.regions),
+                               of),
+                      QMessageBox::NoButton, this);
   QPushButton* recover = box->addButton(tr("Recover"), QMessageBox::AcceptRole);
   QPushButton* discard = box->addButton(tr("Throw away"), QMessageBox::DestructiveRole);
   box->addButton(tr("Later"), QMessageBox::RejectRole);

@@ -90,7 +90,7 @@ void MainWindow::AddPanels() {
   optimizer->raise();
   views->raise();
   resizeDocks({views, regions}, {300, 340}, Qt::Horizontal);
-  resizeDocks({regions, optimizer}, {500, 500}, Qt::Vertical);
+  resizeDocks({regions, optimizer}, {420, 500}, Qt::Vertical);
 
   panels_menu_->addSeparator();
   int number = 1;

@@ -6,6 +6,7 @@
 #include <QImageReader>
 
 #include "colmap_io/image_io.h"
+#include "viewer/post.h"
 #include "viewer/render_thread.h"
 
 namespace retint {
@@ -42,6 +43,7 @@ PhotoLoader::PhotoLoader(QObject* parent) : QObject(parent) { pool_.setMaxThread
 PhotoLoader::~PhotoLoader() {
   pool_.clear();
   pool_.waitForDone();
+  PoolIsDone();
 }
 
 void PhotoLoader::SetScene(std::shared_ptr<const SceneFacts> facts) {
@@ -73,25 +75,22 @@ void PhotoLoader::Read(const std::string& view, bool small) {
   const auto path = facts_->workspace->PhotoPath(*found);
   const auto job = [this, facts = facts_, path, view, small] {
     QImage image = ReadPicture(path, small ? kThumbnailSide : 0);
-    QMetaObject::invokeMethod(
-        this,
-        [this, facts, view, small, image] {
-          if (facts != facts_) return;  // of a scene that was closed
-          if (small) {
-            thumbnails_[view] = image;
-            Q_EMIT thumbnailReady(QString::fromStdString(view));
-            return;
-          }
-          if (photos_.size() >= kPhotosKept) {
-            asked_photos_.erase(photos_.begin()->first);
-            photos_.erase(photos_.begin());
-          }
-          photos_[view] = image;
-          Q_EMIT photoReady(QString::fromStdString(view));
-        },
-        Qt::QueuedConnection);
+    Post(this, [this, facts, view, small, image] {
+      if (facts != facts_) return;  // of a scene that was closed
+      if (small) {
+        thumbnails_[view] = image;
+        Q_EMIT thumbnailReady(QString::fromStdString(view));
+        return;
+      }
+      if (photos_.size() >= kPhotosKept) {
+        asked_photos_.erase(photos_.begin()->first);
+        photos_.erase(photos_.begin());
+      }
+      photos_[view] = image;
+      Q_EMIT photoReady(QString::fromStdString(view));
+    });
   };
-  pool_.start(job, small ? 0 : 1);  // someone waits for a whole photo
+  PostToPool(pool_, job, small ? 0 : 1);  // someone waits for a whole photo
 }
 
 }  // namespace retint

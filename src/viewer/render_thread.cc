@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "depth/depth_picture.h"
+#include "viewer/post.h"
 
 namespace retint {
 namespace {
@@ -245,8 +246,7 @@ class RenderThread::Impl {
       message = QString::fromStdString(error.what());
     }
     RenderThread* owner = &owner_;
-    QMetaObject::invokeMethod(
-        owner, [owner, message] { Q_EMIT owner->failed(message); }, Qt::QueuedConnection);
+    Post(owner, [owner, message] { Q_EMIT owner->failed(message); });
   }
 
   void Load() {
@@ -334,8 +334,7 @@ class RenderThread::Impl {
     if (request.keep_depth) frame->depth = std::move(output.depth_median);
     frame->milliseconds = whole.Milliseconds();
     RenderThread* owner = &owner_;
-    QMetaObject::invokeMethod(
-        owner, [owner, frame] { Q_EMIT owner->frameReady(frame); }, Qt::QueuedConnection);
+    Post(owner, [owner, frame] { Q_EMIT owner->frameReady(frame); });
   }
 
   // The depth in a window of a few pixels around the one asked for.
@@ -356,9 +355,7 @@ class RenderThread::Impl {
     double depth = output.depth_median(middle, middle);
     if (depth <= 0) depth = output.depth_expected(middle, middle);
     RenderThread* owner = &owner_;
-    QMetaObject::invokeMethod(
-        owner, [owner, camera, pixel, depth] { Q_EMIT owner->probed(camera, pixel, depth); },
-        Qt::QueuedConnection);
+    Post(owner, [owner, camera, pixel, depth] { Q_EMIT owner->probed(camera, pixel, depth); });
   }
 
   RenderThread& owner_;

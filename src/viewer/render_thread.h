@@ -26,7 +26,7 @@ struct OverlayCloud {
   std::vector<Eigen::Vector3f> points;  // world
   std::array<uint8_t, 3> color = {255, 170, 0};
   double opacity = 0.6;
-  double quad_pixels = 3;  // of the sharp frame
+  double quad_pixels = 2;  // of the sharp frame
   double depth_tolerance = 0.02;
 };
 

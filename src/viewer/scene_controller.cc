@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "viewer/post.h"
 #include "viewer/scene_worker.h"
 #include "viewer/sh_composer.h"
 
@@ -52,34 +53,26 @@ struct SceneController::Outcome {
 
 SceneController::SceneController(QObject* parent) : QObject(parent) {
   composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
-    QMetaObject::invokeMethod(
-        this,
-        [this, result] {
-          // An older one still is nearer to what is wanted than what shows, unless the optimiser
-          // has been faster.
-          if (!IsOpen() || result.sh->size() != facts_->original->sh.size()) return;
-          const bool overtaken =
-              refit_generation_ == generation_ && snapshot_ && solo_ == 0 && optimizer_.Active();
-          if (overtaken) return;
-          if (shown_key_.empty()) return SetSh(original_sh());
-          SetSh(result.sh, result.active);
-        },
-        Qt::QueuedConnection);
+    Post(this, [this, result] {
+      // An older one still is nearer to what is wanted than what shows, unless the optimiser
+      // has been faster.
+      if (!IsOpen() || result.sh->size() != facts_->original->sh.size()) return;
+      const bool overtaken =
+          refit_generation_ == generation_ && snapshot_ && solo_ == 0 && optimizer_.Active();
+      if (overtaken) return;
+      if (shown_key_.empty()) return SetSh(original_sh());
+      SetSh(result.sh, result.active);
+    });
   });
   worker_ = std::make_unique<SceneWorker>(
       [this](const Progress& step) {
-        QMetaObject::invokeMethod(
-            this, [this, step] { Q_EMIT progress(Text(step.stage), step.fraction); },
-            Qt::QueuedConnection);
+        Post(this, [this, step] { Q_EMIT progress(Text(step.stage), step.fraction); });
       },
       [this](const QString& label) {
-        QMetaObject::invokeMethod(
-            this,
-            [this, label] {
-              task_ = label;
-              Q_EMIT taskChanged(label);
-            },
-            Qt::QueuedConnection);
+        Post(this, [this, label] {
+          task_ = label;
+          Q_EMIT taskChanged(label);
+        });
       });
   poll_.setInterval(kPollMs);
   connect(&poll_, &QTimer::timeout, this, &SceneController::PollOptimizer);
@@ -129,8 +122,7 @@ void SceneController::OpenWith(const QString& name, Opener opener, std::function
                    (*session)->optimizer();  // made here, so that every thread may call it
                  },
                  [this, finish](std::exception_ptr error) {
-                   QMetaObject::invokeMethod(
-                       this, [finish, error] { finish(error); }, Qt::QueuedConnection);
+                   Post(this, [finish, error] { finish(error); });
                  }});
 }
 
@@ -215,8 +207,7 @@ bool SceneController::Run(const QString& label, Work work, std::function<void()>
              outcome->session->regions(),
              {history.CanUndo(), history.CanRedo(), history.UndoLabel(), history.RedoLabel()},
              edits};
-         QMetaObject::invokeMethod(
-             this, [this, outcome] { TaskDone(*outcome); }, Qt::QueuedConnection);
+         Post(this, [this, outcome] { TaskDone(*outcome); });
        }});
   return true;
 }
@@ -302,7 +293,7 @@ void SceneController::SeeSelection(RegionId id, const PosedCamera& camera) {
       tr("Projecting the selection"),
       [=](EditSession& session, Monitor&) {
         const Region* region = session.regions().Find(id);
-        if (!region) throw OptionError("there is no region " + std::to_string(id));
+        if (!region) throw Cancelled();  // deleted meanwhile
         *mask = session.SelectionSeenFrom(*region->selection, camera);
       },
       [=, this] { Q_EMIT selectionSeen(id, mask); });

@@ -166,6 +166,8 @@ class SceneController : public QObject {
   // --- Results ---------------------------------------------------------------------------------
 
   void Evaluate(RegionId id);  // qualityReady()
+  // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.
+  void Check();
   void WriteSplat(const std::filesystem::path& path);
   void WriteMasks(const std::filesystem::path& folder, RegionId id);
   void WriteReport(const std::filesystem::path& path);
@@ -184,6 +186,7 @@ class SceneController : public QObject {
   void selectionFinished(std::shared_ptr<const retint::SelectionOutcome> outcome);
   void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
   void optimizerChanged();  // optimizer()
+  void sceneChecked(const std::vector<std::string>& warnings);
   void qualityReady(retint::RegionId id, const retint::QualityReport& report);
   void written(const QString& path);
   // `label` began (IsBusy), or ended when empty.

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "session/export.h"
+#include "session/scene_check.h"
 #include "viewer/scene_controller.h"
 
 namespace retint {
@@ -118,6 +119,13 @@ void SceneController::Evaluate(RegionId id) {
         *report = EvaluateRegion(session, id, target, monitor);
       },
       [=, this] { Q_EMIT qualityReady(id, *report); });
+}
+
+void SceneController::Check() {
+  const auto check = std::make_shared<SceneCheck>();
+  Run(
+      {}, [=](EditSession& session, Monitor& monitor) { *check = CheckScene(session, monitor); },
+      [=, this] { Q_EMIT sceneChecked(check->warnings); });
 }
 
 void SceneController::RunWrite(const QString& label, const std::filesystem::path& path, Work work) {

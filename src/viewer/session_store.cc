@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "viewer/post.h"
 
 namespace retint {
 namespace {
@@ -112,9 +113,7 @@ void SessionStore::SubmitAutosave() {
     try {
       autosave_ = std::make_unique<Autosave>(folder_, [this](const std::string& error) {
         if (error.empty()) return;
-        QMetaObject::invokeMethod(
-            this, [this, error] { Q_EMIT autosaveFailed(QString::fromStdString(error)); },
-            Qt::QueuedConnection);
+        Post(this, [this, error] { Q_EMIT autosaveFailed(QString::fromStdString(error)); });
       });
     } catch (const Error& error) {
       autosave_broken_ = true;

@@ -53,9 +53,23 @@ MaskView::MaskView(MainWindow* window) : QWidget(&window->canvas()), window_(win
   connect(&rest_, &QTimer::timeout, this, &MaskView::Ask);
   SceneController& controller = window_->controller();
   connect(&controller, &SceneController::selectionSeen, this, &MaskView::Take);
-  connect(&controller, &SceneController::closed, this, &MaskView::Forget);
-  connect(&controller, &SceneController::opened, this, &MaskView::Forget);
-  connect(&controller, &SceneController::regionAdded, this, &MaskView::Forget);
+  // An answer that will not come any more must not keep the next question from being asked.
+  const auto unanswered = [this] {
+    asked_ = 0;
+    Forget();
+  };
+  connect(&controller, &SceneController::closed, this, unanswered);
+  connect(&controller, &SceneController::opened, this, unanswered);
+  connect(&controller, &SceneController::cancelled, this, [=, this] {
+    if (asked_ != 0) unanswered();
+  });
+  connect(&controller, &SceneController::failed, this, [=, this] {
+    if (asked_ != 0) unanswered();
+  });
+  connect(&controller, &SceneController::regionsChanged, this, [this] {
+    const Region* region = window_->controller().regions().Find(window_->current_region());
+    if (region && region->selection != of_) Forget();  // undone, or painted again
+  });
   connect(window_, &MainWindow::currentRegionChanged, this, &MaskView::Forget);
   connect(&window_->canvas(), &Canvas::cameraChanged, this, [this] {
     if (!SameCamera(camera_, window_->canvas().navigation().Rendered())) Forget();
@@ -80,7 +94,10 @@ void MaskView::Ask() {
   const RegionId id = window_->current_region();
   if (!shown_ || id == 0 || !window_->controller().IsOpen()) return;
   if (asked_ != 0) return rest_.start();  // one at a time
+  const Region* region = window_->controller().regions().Find(id);
+  if (!region) return;
   asked_ = id;
+  of_ = region->selection;
   camera_ = window_->canvas().navigation().Rendered();
   window_->controller().SeeSelection(id, camera_);
 }

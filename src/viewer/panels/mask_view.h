@@ -41,9 +41,10 @@ class MaskView : public QWidget {
 
   MainWindow* window_;
   bool shown_ = false;
-  RegionId asked_ = 0;  // 0: nothing is under way
-  PosedCamera camera_;  // of picture_ or of what was asked for
-  QImage picture_;      // ARGB, the mask's size; null: none
+  RegionId asked_ = 0;                         // 0: nothing is under way
+  std::shared_ptr<const RegionSelection> of_;  // of what was asked for last
+  PosedCamera camera_;                         // of picture_ or of what was asked for
+  QImage picture_;                             // ARGB, the mask's size; null: none
   QTimer rest_;
 };
 

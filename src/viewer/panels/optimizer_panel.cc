@@ -114,7 +114,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
 
 void OptimizerPanel::BuildOptions() {
   options_ = new QWidget;
-  auto* form = new QFormLayout(options_);
+  auto* form = form_ = new QFormLayout(options_);
   form->setContentsMargins(0, 6, 0, 0);
   solver_ = new QComboBox;
   solver_->setObjectName("solver");
@@ -180,9 +180,12 @@ void OptimizerPanel::ShowJob() {
   learning_rate_->setValue(job.options.learning_rate);
   automatic_->setChecked(controller_->automatic_refit());
   const bool mm = job.options.solver == Solver::kMm;
-  tolerance_->setEnabled(mm);
-  outside_weight_->setEnabled(mm);
-  learning_rate_->setEnabled(!mm);
+  // Only what the solver asks for.
+  for (QDoubleSpinBox* box : {tolerance_, outside_weight_, learning_rate_}) {
+    const bool shown = mm == (box != learning_rate_);
+    box->setVisible(shown);
+    form_->labelForField(box)->setVisible(shown);
+  }
   filling_ = false;
 }
 

@@ -11,6 +11,7 @@
 class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
+class QFormLayout;
 class QLabel;
 class QPushButton;
 class QSpinBox;
@@ -42,6 +43,7 @@ class OptimizerPanel : public QWidget {
   LossPlot* plot_;
   QPushButton *toggle_, *reset_, *measure_;
   QWidget* options_;
+  QFormLayout* form_;
   QComboBox *solver_, *target_;
   QSpinBox* iterations_;
   QDoubleSpinBox *tolerance_, *outside_weight_, *learning_rate_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <QCheckBox>
+#include <QHBoxLayout>
 #include <QHeaderView>
 #include <QLabel>
 #include <QPushButton>
@@ -112,11 +113,13 @@ QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
 }
 
 void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
+  auto* line = new QHBoxLayout;
+  layout->addLayout(line);
   const auto add = [&](const char* name, const QString& text, const QString& tip) {
     auto* box = new QCheckBox(text);
     box->setObjectName(name);
     box->setToolTip(tip);
-    layout->addWidget(box);
+    line->addWidget(box);
     return box;
   };
   const auto with_key = [this](const QString& tip, const char* command) {
@@ -125,17 +128,17 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
   };
   split_ = add("split_switch", tr("&Before | after"),
                with_key(tr("The scene before the edits to the left of a line"), "show.split"));
+  depth_ = add("depth_switch", tr("&Depth"),
+               with_key(tr("Depth instead of colour: near warm, far cold"), "show.depth"));
+  mask_ = add("mask_switch", tr("Mas&k"),
+              tr("The current region's selection over the picture, hatched and outlined, once the "
+                 "camera rests (Alt+K)"));
   at_ = new QSlider(Qt::Horizontal);
   at_->setObjectName("split_slider");
   at_->setRange(0, kSplitSteps);
   at_->setAccessibleName(tr("Where before ends and after begins"));
   at_->setToolTip(tr("Where before ends and after begins (arrows, Page Up, Page Down)"));
   layout->addWidget(at_);
-  depth_ = add("depth_switch", tr("&Depth"),
-               with_key(tr("Depth instead of colour: near warm, far cold"), "show.depth"));
-  mask_ = add("mask_switch", tr("Mas&k of the current region"),
-              tr("The selection over the picture, hatched and outlined, once the camera rests "
-                 "(Alt+K)"));
   connect(split_, &QCheckBox::toggled, &window_->canvas(), &Canvas::SetSplit);
   connect(depth_, &QCheckBox::toggled, &window_->canvas(), &Canvas::SetDepth);
   connect(mask_, &QCheckBox::toggled, mask_view_, &MaskView::SetShown);

@@ -160,16 +160,18 @@ RegionsPanel::RegionsPanel(MainWindow* window)
   for (const int column : {kSolo, kColor, kStrength}) {
     list_->header()->setSectionResizeMode(column, QHeaderView::ResizeToContents);
   }
-  list_->setMinimumHeight(5 * (fontMetrics().height() + 8));
+  list_->setMinimumHeight(4 * (fontMetrics().height() + 8));
   empty_ = new QLabel(tr("No region yet. Stop at a good view and press Enter or B to paint one."));
   empty_->setWordWrap(true);
   empty_->setMargin(8);
+  empty_->setAlignment(Qt::AlignTop | Qt::AlignLeft);
+  empty_->setMinimumHeight(list_->minimumHeight());
   BuildButtons();
   BuildEditors();
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   layout->addWidget(buttons_);
-  layout->addWidget(empty_);
+  layout->addWidget(empty_, 1);
   layout->addWidget(list_, 1);
   layout->addWidget(editors_);
 
@@ -297,6 +299,7 @@ void RegionsPanel::Refresh() {
   list_->setCurrentItem(current);
   filling_ = false;
   empty_->setVisible(regions.empty());
+  list_->setVisible(!regions.empty());
   ShowCurrent();
 }
 

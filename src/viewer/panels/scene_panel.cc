@@ -84,6 +84,7 @@ ScenePanel::ScenePanel(MainWindow* window) : window_(window) {
   SceneController& controller = window->controller();
   connect(&controller, &SceneController::opened, this, &ScenePanel::Show);
   connect(&controller, &SceneController::closed, this, &ScenePanel::Show);
+  connect(&controller, &SceneController::sceneChecked, this, &ScenePanel::AddWarnings);
   Show();
 }
 
@@ -139,12 +140,16 @@ void ScenePanel::Show() {
                          QString::fromStdString(facts->backend->Description()));
   add(tr("Loaded in"), tr("%1 s").arg(facts->load_seconds, 0, 'f', 2));
 
-  for (const std::string& warning : facts->warnings) {
+  AddWarnings(facts->warnings);
+}
+
+void ScenePanel::AddWarnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) {
     auto* item = new QListWidgetItem(QStringLiteral("⚠ ") + QString::fromStdString(warning));
     item->setToolTip(QString::fromStdString(warning));
     warnings_->addItem(item);
   }
-  const int count = int(facts->warnings.size());
+  const int count = warnings_->count();
   warnings_title_->setText(count == 0 ? tr("✔ No warnings") : tr("Warnings (%1):").arg(count));
   warnings_->setVisible(count > 0);
 }

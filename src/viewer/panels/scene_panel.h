@@ -2,6 +2,9 @@
 // What is open: files, cameras, points, Gaussians, and what seems wrong with them.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <QWidget>
 
 class QLabel;
@@ -20,6 +23,7 @@ class ScenePanel : public QWidget {
 
  private:
   void Show();
+  void AddWarnings(const std::vector<std::string>& warnings);
 
   MainWindow* window_;
   QLabel* none_;

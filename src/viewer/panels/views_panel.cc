@@ -13,12 +13,14 @@
 #include <QVBoxLayout>
 
 #include "viewer/main_window.h"
+#include "viewer/post.h"
 
 namespace retint {
 namespace {
 
 constexpr uint8_t kInside = 128;
-constexpr int kThumbWidth = 112, kThumbHeight = 84;
+constexpr int kThumbWidth = 112;  // at least; the columns share what the list is wider
+constexpr int kThumbMargin = 12;
 enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown };
 
 double Coverage(const Mask& mask) {
@@ -33,7 +35,11 @@ class ViewDelegate : public QStyledItemDelegate {
   using QStyledItemDelegate::QStyledItemDelegate;
 
   QSize sizeHint(const QStyleOptionViewItem& option, const QModelIndex&) const override {
-    return {kThumbWidth + 12, kThumbHeight + option.fontMetrics.height() + 14};
+    const auto* list = qobject_cast<const QListWidget*>(parent());
+    const int room = list ? list->viewport()->width() - 2 : 0;
+    const int columns = std::max(1, room / (kThumbWidth + kThumbMargin));
+    const int width = std::max(room / columns, kThumbWidth + kThumbMargin);
+    return {width, Thumb(width).height() + option.fontMetrics.height() + 14};
   }
 
   void paint(QPainter* painter, const QStyleOptionViewItem& option,
@@ -43,8 +49,8 @@ class ViewDelegate : public QStyledItemDelegate {
     const QRect cell = option.rect.adjusted(2, 2, -2, -2);
     const bool selected = option.state & QStyle::State_Selected;
     if (selected) painter->fillRect(cell, colors.color(QPalette::Highlight));
-    const QRect frame(cell.center().x() - kThumbWidth / 2, cell.top() + 4, kThumbWidth,
-                      kThumbHeight);
+    const QSize thumb = Thumb(option.rect.width());
+    const QRect frame({cell.center().x() - thumb.width() / 2, cell.top() + 4}, thumb);
     painter->fillRect(frame, colors.color(QPalette::AlternateBase));
     const auto picture = index.data(kPicture).value<QImage>();
     if (!picture.isNull()) {
@@ -83,6 +89,12 @@ class ViewDelegate : public QStyledItemDelegate {
     }
     painter->restore();
   }
+
+ private:
+  static QSize Thumb(int cell) {
+    const int width = cell - kThumbMargin;
+    return {width, width * 3 / 4};
+  }
 };
 
 }  // namespace
@@ -111,6 +123,8 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   list_->setLayoutMode(QListView::Batched);
   list_->setItemDelegate(new ViewDelegate(list_));
   list_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  // A bar that comes and goes would change the columns, and those whether it is needed.
+  list_->setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOn);
   note_ = new QLabel;
   note_->setObjectName("views_note");
   note_->setWordWrap(true);
@@ -136,7 +150,10 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   Fill();
 }
 
-ViewsPanel::~ViewsPanel() { pool_.waitForDone(); }
+ViewsPanel::~ViewsPanel() {
+  pool_.waitForDone();
+  PoolIsDone();
+}
 
 void ViewsPanel::Fill() {
   list_->clear();
@@ -196,11 +213,10 @@ void ViewsPanel::CountCoverage() {
   if (order_->currentIndex() == kWorstFirst) order_->setCurrentIndex(kByName);
   Sort();
   if (!selection) return;
-  pool_.start([this, selection] {
+  PostToPool(pool_, [this, selection] {
     std::map<std::string, double> coverage;
     for (const auto& [name, mask] : selection->masks) coverage[name] = Coverage(mask);
-    QMetaObject::invokeMethod(
-        this, [=, this] { TakeCoverage(selection->id, coverage); }, Qt::QueuedConnection);
+    Post(this, [=, this] { TakeCoverage(selection->id, coverage); });
   });
 }
 

@@ -42,11 +42,14 @@ constexpr ToolEntry kTools[] = {
     {SelectionTool::kFlood, ToolIcon::kFlood, "Flood", "Flood (O): click what is of one colour"},
 };
 
+const QString kBetweenHints = QStringLiteral("  ·  ");
+
 QString HintFor(SelectionTool tool) {
-  const QString combine = QObject::tr("  ·  Shift adds, Ctrl removes, Shift+Ctrl intersects");
+  const QString combine =
+      kBetweenHints + QObject::tr("Shift adds, Ctrl removes, Shift+Ctrl intersects");
   switch (tool) {
     case SelectionTool::kBrush:
-      return QObject::tr("Drag to paint  ·  Ctrl erases, Shift+Ctrl intersects  ·  [ ] size");
+      return QObject::tr("Drag to paint, Ctrl erases  ·  [ ] size  ·  Shift+Ctrl intersects");
     case SelectionTool::kEraser:
       return QObject::tr("Drag to erase  ·  [ ] or Alt+wheel changes the size");
     case SelectionTool::kRectangle:
@@ -271,6 +274,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   hint_->setObjectName("selectionHint");
   hint_->setMinimumWidth(40);
   hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  hint_->installEventFilter(this);
   layout->addWidget(hint_, 1);
   layout->addSpacing(10);
   cancel_ = new QPushButton(tr("Cancel"));
@@ -316,14 +320,10 @@ void ActionStrip::SetPaintable(bool paintable) {
 }
 
 void ActionStrip::Show() {
-  const QString text = message_.isEmpty() ? HintFor(canvas_->tool())
-                       : warning_         ? QString::fromUtf8("⚠ ") + message_
-                                          : message_;
-  hint_->setText(text);
-  hint_->setToolTip(text);
   QFont font = this->font();
   font.setBold(!message_.isEmpty());
   hint_->setFont(font);
+  FitHint();
   const bool undo = canvas_->editor().CanUndo(), redo = canvas_->editor().CanRedo();
   for (auto& [button, icon] : buttons_) {
     const bool useful = icon == ToolIcon::kUndo ? undo : icon == ToolIcon::kRedo ? redo : true;
@@ -331,6 +331,27 @@ void ActionStrip::Show() {
   }
   accept_->setEnabled(paintable_);
   target_->setEnabled(paintable_ && !undo && !redo);
+}
+
+// As much of the hint as there is room for, whole parts where it can be.
+void ActionStrip::FitHint() {
+  const QString whole = message_.isEmpty() ? HintFor(canvas_->tool())
+                        : warning_         ? QString::fromUtf8("⚠ ") + message_
+                                           : message_;
+  hint_->setToolTip(whole);
+  const QFontMetrics metrics(hint_->font());
+  QStringList parts = whole.split(kBetweenHints);
+  while (parts.size() > 1 &&
+         metrics.horizontalAdvance(parts.join(kBetweenHints)) > hint_->width()) {
+    parts.removeLast();
+  }
+  hint_->setText(
+      metrics.elidedText(parts.join(kBetweenHints), Qt::ElideRight, std::max(hint_->width(), 1)));
+}
+
+bool ActionStrip::eventFilter(QObject* object, QEvent* event) {
+  if (object == hint_ && event->type() == QEvent::Resize) FitHint();
+  return QFrame::eventFilter(object, event);
 }
 
 void ActionStrip::DrawIcons() {

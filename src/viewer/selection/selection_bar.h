@@ -85,9 +85,11 @@ class ActionStrip : public QFrame {
 
  protected:
   void changeEvent(QEvent* event) override;
+  bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
   void Show();
+  void FitHint();
   void DrawIcons();
 
   SelectionCanvas* canvas_;

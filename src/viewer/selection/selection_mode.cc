@@ -2,6 +2,8 @@
 #include "viewer/selection/selection_mode.h"
 
 #include <algorithm>
+#include <array>
+#include <set>
 #include <utility>
 
 #include <QFrame>
@@ -17,6 +19,8 @@
 
 namespace retint {
 namespace {
+
+constexpr int kCloudCells = 280;  // across a painted view
 
 bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
   return a.camera == b.camera &&
@@ -53,9 +57,19 @@ std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& sele
   auto cloud = std::make_shared<OverlayCloud>();
   // Wider than a mask's test: the points' depth was measured, the scene's is the Gaussians'.
   cloud->depth_tolerance = 0.05;
-  const size_t step = (points.size() + most_points - 1) / most_points;
-  cloud->points.reserve(points.size() / step + 1);
-  for (size_t i = 0; i < points.size(); i += step) cloud->points.push_back(points[i].position);
+  // One a cell of the painted view, so that the colour below shows between them.
+  const auto& painted = selection.source.painted;
+  std::set<std::array<int, 3>> taken;
+  std::vector<Eigen::Vector3f> kept;
+  for (const SelectionPoint& point : points) {
+    const int width = point.source < painted.size() ? painted[point.source].mask.width : 0;
+    const int cell = std::max(1, width / kCloudCells);
+    const std::array<int, 3> at = {point.source, point.x / cell, point.y / cell};
+    if (cell == 1 || taken.insert(at).second) kept.push_back(point.position);
+  }
+  const size_t step = (kept.size() + most_points - 1) / most_points;
+  cloud->points.reserve(kept.size() / step + 1);
+  for (size_t i = 0; i < kept.size(); i += step) cloud->points.push_back(kept[i]);
   return cloud;
 }
 
