@@ -10,6 +10,7 @@
 
 #include "kernels/common/sh.h"
 #include "kernels/common/types.h"
+#include "scene/synthetic_discs.h"
 #include "scene/synthetic_noise.h"
 
 namespace retint::synthetic {
@@ -18,43 +19,23 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kMaxRing = 18;             // pixels
 constexpr double kRadiusPerRing = 0.42;  // a disc's radius per distance to the nearest change
-constexpr double kMinRadius = 1.45;      // pixels between neighbours where texture is finest
+constexpr double kMinRadius = 1.6;       // pixels between neighbours where texture is finest
+constexpr double kFineRadius = 1.25;     // the same on what is there to be selected
 constexpr float kFlatColor = 0.055f;     // largest change of colour that one disc may cover
 constexpr float kFlatNormal = 0.985f;    // cosine of the largest change of normal
 constexpr double kOpacity = 0.96;
-constexpr double kReach = 1.3;  // standard deviations of a disc that must lie on the surface
-// Pixels by which discs of solids are sunk: a render widens every outline by about as much.
-constexpr double kSink = 0.5;
 constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
 constexpr double kRidge = 0.02;   // per view, on the higher SH degrees of matt surfaces
 constexpr double kLevelRatio = 1.25;  // between levels of world radius
 
 double Logit(double p) { return std::log(p / (1 - p)); }
 
-// A place where a disc may go.
-struct Seed {
-  Vec3 point;
-  double radius;  // metres to its neighbours
-  double pixels;  // the same in the view
-  uint32_t pixel;
-  uint16_t view;
-  int16_t level;
-  uint64_t order;
-};
-
-struct Disc {
-  Vec3 point, normal, axis;  // axis: tangent of the first scale
-  double sigma[2];
-  int part;
-  Hit hit;
-};
-
 // How large a disc a pixel allows: by the distance to where its part's colour or normal changes or
 // its surface ends.
 class RadiusFinder {
  public:
-  explicit RadiusFinder(const TracedView& view)
-      : view_(view), mixed_(view.parts.width, view.parts.height) {
+  RadiusFinder(const World& world, const TracedView& view)
+      : world_(world), view_(view), mixed_(view.parts.width, view.parts.height) {
     const auto& depth = view.truth.depth;
     for (int y = 0; y < mixed_.height; ++y) {
       for (int x = 0; x < mixed_.width; ++x) {
@@ -81,7 +62,9 @@ class RadiusFinder {
       }
       clear += !stopped;
     }
-    return std::max(kMinRadius, kRadiusPerRing * clear + 0.65);
+    const int object = world_.parts[size_t(view_.parts(x, y))].object;
+    const double least = world_.objects[size_t(object)].furniture ? kMinRadius : kFineRadius;
+    return std::max(least, kRadiusPerRing * clear + 0.4);
   }
 
  private:
@@ -97,6 +80,7 @@ class RadiusFinder {
            m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < kFlatNormal;
   }
 
+  const World& world_;
   const TracedView& view_;
   // 1: beside another part, so the colour is mixed; 2: and that part is nearer.
   PixelArray<uint8_t, 1> mixed_;
@@ -108,7 +92,7 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
   std::vector<std::vector<std::vector<Seed>>> of_view(views.size());
   tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
     const TracedView& view = views[v];
-    const RadiusFinder finder(view);
+    const RadiusFinder finder(world, view);
     // Where discs are large, few candidates will do; most views only fill what others miss.
     const double density = view.padding > 0 ? 7 : 0.8;
     auto& out = of_view[v];
@@ -120,7 +104,7 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
         if (part < 0) continue;
         const uint64_t order = HashOf(seed, v, uint64_t(y) << 32 | uint64_t(x));
         const double lot = Unit(Mix(order));
-        if (lot * kMinRadius * kMinRadius > density) continue;
+        if (lot * kFineRadius * kFineRadius > density) continue;
         const double pixels = finder.At(x, y);
         if (pixels == 0 || lot * pixels * pixels > density) continue;
         const double z = view.truth.depth(x, y);
@@ -131,8 +115,11 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
             std::clamp(std::abs(n.dot(ray.direction)) / ray.direction.norm(), 0.25, 1.0);
         const double wanted = pixels * z / focal / std::sqrt(slant);
         const int level = int(std::floor(std::log(wanted) / std::log(kLevelRatio)));
-        out[size_t(part)].push_back({ray.origin + z * ray.direction, std::pow(kLevelRatio, level),
-                                     pixels, uint32_t(y) * uint32_t(view.parts.width) + uint32_t(x),
+        Vec3 point = ray.origin + z * ray.direction;
+        const auto strand = world.parts[size_t(part)].shape->StrandAt(point);
+        if (strand) point = strand->point;
+        out[size_t(part)].push_back({point, std::pow(kLevelRatio, level), pixels,
+                                     uint32_t(y) * uint32_t(view.parts.width) + uint32_t(x),
                                      uint16_t(v), int16_t(level), order});
       }
     }
@@ -226,98 +213,11 @@ std::vector<Seed> Thin(std::vector<Seed> seeds) {
   return kept;
 }
 
-// The part's surface under a point offset in the tangent plane.
-bool Probe(const World& world, int part, const Vec3& point, const Vec3& normal, double height,
-           Hit* hit, Vec3* where) {
-  const Ray ray = {point + height * normal, -normal};
-  if (!world.parts[size_t(part)].shape->Intersect(ray, 0, 2 * height, hit)) return false;
-  hit->shape = part;
-  *where = ray.origin + hit->t * ray.direction;
-  return hit->normal.dot(normal) > 0.5;
-}
-
-void Sink(const World& world, const Seed& seed, Disc* disc) {
-  const Part& part = world.parts[size_t(disc->part)];
-  const Vec3 sunk = disc->point - kSink * seed.radius / seed.pixels * disc->normal;
-  if (part.shape->Contains(sunk, 0)) disc->point = sunk;
-}
-
-// A round disc, or near the part's edge one that ends there.
-bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Seed& seed, int part,
-              Disc* disc) {
-  const TracedView& view = views[seed.view];
-  const int width = view.parts.width;
-  const Ray ray =
-      PixelRay(view.camera, seed.pixel % uint32_t(width) + 0.5, seed.pixel / uint32_t(width) + 0.5);
-  disc->part = part;
-  if (!world.parts[size_t(part)].shape->Intersect(ray, 1e-6, 1e3, &disc->hit)) return false;
-  disc->hit.shape = part;
-  disc->point = ray.origin + disc->hit.t * ray.direction;
-  disc->normal = disc->hit.normal;
-  disc->axis = disc->normal.unitOrthogonal();
-  // Where colour is flat, overlap costs nothing and closes the gaps.
-  const double sigma = seed.radius * (0.85 + 0.40 * Smooth(1.2, 3, seed.pixels));
-  const double reach = kReach * sigma;
-  disc->sigma[0] = disc->sigma[1] = sigma;
-  const auto on_surface = [&](const Vec3& offset) {
-    Hit hit;
-    Vec3 where;
-    return Probe(world, part, disc->point + offset, disc->normal, 0.7 * offset.norm() + 1e-4, &hit,
-                 &where);
-  };
-  // Directions in which the surface ends, as an axis: ends on opposite sides add up.
-  Vec2 doubled = Vec2::Zero();
-  const Vec3 first = disc->axis, second = disc->normal.cross(disc->axis);
-  bool edge = false;
-  for (int k = 0; k < 8; ++k) {
-    const double phi = k * kPi / 4;
-    if (on_surface(reach * (std::cos(phi) * first + std::sin(phi) * second))) continue;
-    doubled += Vec2(std::cos(2 * phi), std::sin(2 * phi));
-    edge = true;
-  }
-  if (!edge) {
-    Sink(world, seed, disc);
-    return true;
-  }
-  if (doubled.norm() > 1e-3) {
-    const double phi = 0.5 * std::atan2(doubled.y(), doubled.x());
-    disc->axis = std::cos(phi) * first + std::sin(phi) * second;
-  }
-  Vec3 shift = Vec3::Zero();
-  for (int axis = 0; axis < 2; ++axis) {
-    const Vec3 direction = axis == 0 ? disc->axis : Vec3(disc->normal.cross(disc->axis));
-    double extent[2];
-    for (int side = 0; side < 2; ++side) {
-      double inside = 0, outside = reach;
-      const Vec3 outward = side == 0 ? direction : Vec3(-direction);
-      if (on_surface(reach * outward)) inside = reach;
-      for (int step = 0; step < 4 && inside < reach; ++step) {
-        const double middle = 0.5 * (inside + outside);
-        (on_surface(middle * outward) ? inside : outside) = middle;
-      }
-      extent[side] = inside;
-    }
-    disc->sigma[axis] = std::max(0.4 * sigma, 0.5 * (extent[0] + extent[1]) / kReach);
-    shift += 0.5 * (extent[0] - extent[1]) * direction;
-  }
-  Hit hit;
-  Vec3 where;
-  if (Probe(world, part, disc->point + shift, disc->normal, 0.7 * shift.norm() + 1e-4, &hit,
-            &where)) {
-    disc->point = where;
-    disc->hit = hit;
-    disc->axis = (disc->axis - hit.normal.dot(disc->axis) * hit.normal).normalized();
-    disc->normal = hit.normal;
-  }
-  Sink(world, seed, disc);
-  return true;
-}
-
 // Where a disc shows in a view. Neighbours on its near side cover it, it covers those on its far
 // side: what is seen of it lies off its centre, towards larger depth.
 bool VisibleSpot(const TracedView& view, const Disc& disc, double* x, double* y) {
-  if (!Sees(view, disc.part, disc.point, x, y)) return false;
-  const Vec3 in_camera = view.camera.cam_from_world * disc.point;
+  if (!Sees(view, disc.part, disc.surface, x, y)) return false;
+  const Vec3 in_camera = view.camera.cam_from_world * disc.surface;
   const Vec3 normal = view.camera.cam_from_world.rotation * disc.normal;
   const double focal = view.camera.camera.fx(), z = in_camera.z();
   const Vec2 downhill = normal.head<2>();
@@ -346,6 +246,17 @@ bool LookUp(const TracedView& view, int part, double x, double y, Vec3* color) {
   return true;
 }
 
+// The photo where it shows the rod that the bead is on.
+bool LookUpBead(const TracedView& view, const Disc& disc, Vec3* color) {
+  const auto at = view.camera.Project(disc.point);
+  if (!at) return false;
+  const int x = int(std::floor(at->x())), y = int(std::floor(at->y()));
+  if (!view.parts.Contains(x, y) || view.parts(x, y) < 0) return false;
+  if (std::abs(view.truth.depth(x, y) - at->z()) > 2 * disc.rod) return false;
+  for (int c = 0; c < 3; ++c) (*color)[c] = view.truth.photo(x, y, c);
+  return true;
+}
+
 // Writes the SH coefficients [16, 3] of a disc: least squares over the colours that the views show
 // where it is seen; a ridge pulls the higher degrees to zero where nothing asks for them.
 void FitColor(const World& world, const Lighting& lighting, const std::vector<TracedView>& views,
@@ -362,14 +273,21 @@ void FitColor(const World& world, const Lighting& lighting, const std::vector<Tr
     right += weight * basis * (color - Vec3::Constant(0.5)).transpose();
   };
   const auto traced = [&](const Vec3& direction) {
-    return lighting.EncodeHere(lighting.Radiance(disc.hit, disc.point, direction));
+    return lighting.EncodeHere(lighting.Radiance(disc.hit, disc.surface, direction));
   };
   double total = 0;
   for (const TracedView& view : views) {
     double x, y;
     Vec3 color;
+    if (disc.rod > 0) {
+      if (LookUpBead(view, disc, &color)) {
+        add((disc.point - view.camera.Center()).normalized(), color, 1);
+        total += 1;
+      }
+      continue;
+    }
     if (!VisibleSpot(view, disc, &x, &y)) continue;
-    const Vec3 direction = (disc.point - view.camera.Center()).normalized();
+    const Vec3 direction = (disc.surface - view.camera.Center()).normalized();
     if (LookUp(view, disc.part, x, y, &color)) {
       add(direction, color, 1);
     } else {
@@ -418,7 +336,7 @@ void Write(const Disc& disc, size_t i, GaussianModel* model) {
   axes.col(1) = disc.normal.cross(disc.axis);
   axes.col(2) = disc.normal;
   const Eigen::Quaterniond q = Eigen::Quaterniond(axes).normalized();
-  const double thin = std::max(2e-4, 0.12 * std::min(disc.sigma[0], disc.sigma[1]));
+  const double thin = Thickness(disc);
   const double scales[3] = {disc.sigma[0], disc.sigma[1], thin};
   for (size_t c = 0; c < 3; ++c) {
     model->means[3 * i + c] = float(disc.point[Eigen::Index(c)]);
@@ -484,6 +402,19 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   }
   monitor.Step("gaussians", 0.75, 1);
 
+  const Silhouettes silhouettes(world, views);
+  std::vector<Disc> fillers(discs.size());
+  std::vector<unsigned char> filled(discs.size());
+  tbb::parallel_for(size_t{0}, discs.size(), [&](size_t i) {
+    silhouettes.KeepInside(&discs[i]);
+    filled[i] = MakeFiller(world, discs[i], &fillers[i]);
+    if (!filled[i]) return;
+    silhouettes.KeepInside(&fillers[i]);
+    filled[i] = silhouettes.Hides(fillers[i]);
+  });
+  for (size_t i = 0; i < fillers.size(); ++i) {
+    if (filled[i]) discs.push_back(fillers[i]);
+  }
   GaussianModel model;
   model.Resize(discs.size(), 3);
   tbb::parallel_for(size_t{0}, discs.size(), [&](size_t i) {

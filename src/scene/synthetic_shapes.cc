@@ -429,6 +429,11 @@ bool Capsule::Contains(const Vec3& point, double margin) const {
   return (p - along * axis_).norm() < radius_ - margin;
 }
 
+std::optional<Strand> Capsule::StrandAt(const Vec3& point) const {
+  const double along = std::clamp(axis_.dot(point - a_), 0.0, length_);
+  return Strand{a_ + along * axis_, axis_, radius_};
+}
+
 std::vector<Vec2> Capsule::ChartSizes() const { return {{2 * kPi * radius_, length_}}; }
 
 Eigen::AlignedBox3d Capsule::Bounds() const {
@@ -453,11 +458,16 @@ double Leaf::HalfWidth(double u) const {
   return 0.5 * form_.width * std::pow(std::sin(kPi * std::pow(u, 0.8)), form_.tip);
 }
 
+double Leaf::Drop() const {
+  const double half = form_.length / 2;
+  return std::sqrt(form_.bend * form_.bend - form_.fold * form_.fold - half * half);
+}
+
 bool Leaf::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const {
   const Vec3 o = world_from_local_.transpose() * (ray.origin - base_);
   const Vec3 d = world_from_local_.transpose() * ray.direction;
   const double r2 = form_.bend * form_.bend;
-  const double drop = std::sqrt(r2 - form_.fold * form_.fold);
+  const double drop = Drop();
   double best = t_max;
   Vec3 best_normal = Vec3::Zero();
   Vec2 best_uv = Vec2::Zero();
@@ -489,7 +499,7 @@ bool Leaf::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const
 Surfel Leaf::At(int chart, const Vec2& uv) const {
   const double y = (uv.y() - 0.5) * form_.width;
   const double side = y < 0 ? -1 : 1;
-  const double drop = std::sqrt(form_.bend * form_.bend - form_.fold * form_.fold);
+  const double drop = Drop();
   Vec3 n((uv.x() - 0.5) * form_.length, y - side * form_.fold, 0);
   n.z() = std::sqrt(std::max(1e-12, form_.bend * form_.bend - n.squaredNorm()));
   const Vec3 p = n + Vec3(form_.length / 2, side * form_.fold, -drop);

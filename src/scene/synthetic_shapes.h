@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,6 +36,12 @@ struct Hit {
   Vec3 face;    // the surface's own normal, which differs on turned shapes only
 };
 
+// The piece of a rod's axis nearest to a point.
+struct Strand {
+  Vec3 point, direction;
+  double radius;
+};
+
 class Shape {
  public:
   virtual ~Shape() = default;
@@ -44,6 +51,8 @@ class Shape {
   virtual Surfel At(int chart, const Vec2& uv) const = 0;
   // Whether a closed shape has `point` inside by more than `margin`; sheets have no inside.
   virtual bool Contains(const Vec3& /*point*/, double /*margin*/) const { return false; }
+  // Of rods, which are too thin for a surface of discs.
+  virtual std::optional<Strand> StrandAt(const Vec3& /*point*/) const { return std::nullopt; }
   // Width and height of every chart in metres.
   virtual std::vector<Vec2> ChartSizes() const = 0;
   virtual bool WrapsU() const { return false; }
@@ -127,6 +136,7 @@ class Capsule : public Shape {
   bool Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const override;
   Surfel At(int chart, const Vec2& uv) const override;
   bool Contains(const Vec3& point, double margin) const override;
+  std::optional<Strand> StrandAt(const Vec3& point) const override;
   std::vector<Vec2> ChartSizes() const override;
   bool WrapsU() const override { return true; }
   Eigen::AlignedBox3d Bounds() const override;
@@ -138,8 +148,8 @@ class Capsule : public Shape {
 
 // A thin leaf: two sheets, each cut from a sphere, that meet in a crease along the midrib. In its
 // frame (x along the midrib from the base, y across, z up) z is
-// sqrt(R^2 - (x - L/2)^2 - (|y| - s)^2) - sqrt(R^2 - s^2), inside |y| <= HalfWidth(x / L).
-// Charts: upper side, lower side; u along, v across.
+// sqrt(R^2 - (x - L/2)^2 - (|y| - s)^2) - sqrt(R^2 - s^2 - L^2 / 4), inside |y| <= HalfWidth(x /
+// L). Charts: upper side, lower side; u along, v across.
 class Leaf : public Shape {
  public:
   struct Form {
@@ -156,6 +166,7 @@ class Leaf : public Shape {
   double HalfWidth(double u) const;
 
  private:
+  double Drop() const;  // of the spheres' centres, so that the crease begins at the base
   Vec3 base_;
   Form form_;
   Eigen::Matrix3d world_from_local_;

@@ -31,7 +31,7 @@ Ray PixelRay(const PosedCamera& camera, double x, double y) {
 
 std::vector<PosedCamera> MakeArc(const SyntheticOptions& options) {
   const double focal =
-      0.5 * std::max(options.width, options.height * 4 / 3) / std::tan(23.5 * kPi / 180);
+      0.5 * std::max(options.width, options.height * 4 / 3) / std::tan(21.0 * kPi / 180);
   const Camera camera = Camera::Pinhole(1, options.width, options.height, focal, focal,
                                         0.5 * options.width, 0.5 * options.height);
   std::vector<PosedCamera> cameras;

@@ -291,7 +291,7 @@ TEST(SyntheticTest, SparsePointsLieOnTexturedSurfaces) {
       wrong += view.object_ids(x, y) == plain || view.object_ids(x, y) == ball;
     }
   }
-  // Half a pixel at these 184 pixels of focal length is 0.3 % sideways; depth along a slanted
+  // Half a pixel at these 208 pixels of focal length is 0.3 % sideways; depth along a slanted
   // surface and triangulation over the arc keep it within three times that.
   EXPECT_LT(Median(errors), 0.009);
   // At a silhouette, noise may carry the projection one pixel over.
@@ -312,6 +312,7 @@ TEST(SyntheticTest, GaussiansAreValidFlatAndOpaque) {
   EXPECT_EQ(model.sh_degree, 3);
   const size_t floaters = size_t(SmallOptions().floaters), count = model.NumGaussians();
   ASSERT_GT(count, 10000u);
+  size_t flat = 0;
   for (size_t i = 0; i < count; ++i) {
     double norm = 0;
     for (size_t c = 0; c < 4; ++c) norm += std::pow(model.quats_wxyz[4 * i + c], 2);
@@ -319,13 +320,15 @@ TEST(SyntheticTest, GaussiansAreValidFlatAndOpaque) {
     const double opacity = 1 / (1 + std::exp(-model.opacity_logits[i]));
     if (i < count - floaters) {
       ASSERT_GE(opacity, 0.95);
-      // Thin along its third axis.
+      // Thin along its third axis, but for the plant's stems: beads, as thick as they are wide.
       const float* scales = &model.log_scales[3 * i];
-      ASSERT_LT(scales[2], std::max(scales[0], scales[1]) - std::log(3.0f));
+      flat += scales[2] < std::max(scales[0], scales[1]) - std::log(3.0f);
+      ASSERT_LE(scales[2], std::max(scales[0], scales[1]));
     } else {
       ASSERT_LE(opacity, 0.1);
     }
   }
+  EXPECT_GT(flat, (count - floaters) * 95 / 100);
 }
 
 // Evaluated towards a view that sees it, a Gaussian has the photo's colour at its place.

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The flat Gaussians of a synthetic world before they have a colour. Internal to the synthetic
+// scenes.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "scene/synthetic_views.h"
+
+namespace retint::synthetic {
+
+// A place where a disc may go.
+struct Seed {
+  Vec3 point;
+  double radius;  // metres to its neighbours
+  double pixels;  // the same in the view
+  uint32_t pixel;
+  uint16_t view;
+  int16_t level;
+  uint64_t order;
+};
+
+struct Disc {
+  Vec3 point;         // centre
+  Vec3 surface;       // what it shows: on the surface, where `point` may lie below
+  Vec3 normal, axis;  // axis: tangent of the first scale
+  double sigma[2];
+  int part;
+  Hit hit;              // at `surface`
+  double rod = 0;       // radius where it is a bead on a rod's axis, as thick as it is wide
+  double pixel = 0;     // metres a pixel in the view that it comes from
+  double wanted = 0;    // standard deviation where nothing asks for less
+  bool solid = false;   // `point` is sunk below the surface
+  bool filler = false;  // closes a crack from below
+};
+
+// Standard deviation along the normal.
+inline double Thickness(const Disc& disc) {
+  return disc.rod > 0 ? disc.sigma[1]
+                      : std::max(2e-4, 0.12 * std::min(disc.sigma[0], disc.sigma[1]));
+}
+
+// A round disc, or near the part's edge one that ends there, or a bead on a rod's axis. False where
+// the seed's pixel misses the part.
+bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Seed& seed, int part,
+              Disc* disc);
+
+// A disc trimmed or moved away from an edge leaves a crack along it, through which the inside would
+// show: one deeper in the solid, which closes it. False where none is needed.
+bool MakeFiller(const World& world, const Disc& disc, Disc* filler);
+
+// The objects' outlines in every view.
+class Silhouettes {
+ public:
+  Silhouettes(const World& world, const std::vector<TracedView>& views);
+  // A render widens what it draws by a pixel's blur, and a disc at an outline hangs over it: moves
+  // and shrinks the disc along its own axes until what is opaque of it lies inside its object's
+  // outline in every view, except where something nearer hides it.
+  void KeepInside(Disc* disc) const;
+  // Whether in every view something lies in front of the disc's middle and of its ends.
+  bool Hides(const Disc& disc) const;
+
+ private:
+  struct Sight;
+  struct Room;
+  struct Demand;
+  std::vector<Sight> Sights(const Disc& disc, const Vec3 (&axes)[3]) const;
+  Room Walk(const Sight& sight, const Vec2& at, int axis, double z, int object, double reach) const;
+  Demand Ask(const std::vector<Sight>& sights, const Disc& disc, int axis, int object) const;
+
+  const World& world_;
+  const std::vector<TracedView>& views_;
+  // Per view: pixels (chessboard) to the nearest pixel of which a neighbour shows another object.
+  std::vector<PixelArray<uint8_t, 1>> distances_;
+};
+
+}  // namespace retint::synthetic
