@@ -143,6 +143,7 @@ struct DepthParams {
   float* alpha;     // [H, W] or null
   float threshold;  // 0.5
   uint16_t pixel_rows = kAllPixelRows;
+  float min_alpha = 0;  // `expected` is 0 in pixels less opaque
 };
 
 // Colour of `count` Gaussians seen from `center`: f = max(0, 0.5 + sum_k Y_k(d) sh_k), d =
@@ -329,6 +330,70 @@ struct EditImageParams {
 
 class StereoOps;  // kernels/stereo.h
 
+// The mask projection's steps (src/selection), so that a view's images never leave backend memory.
+// In depth maps, [H, W], 0 is no depth, and rows outside `pixel_rows` (bit 0 is set) are taken to
+// be as the wanted one above.
+
+// Depth at continuous pixels (x, y), bilinear in 1/z, exact on planes. 0 outside the image, or
+// where the four pixels around lack depth or disagree by more than `max_spread` of the nearest.
+struct SampleDepthParams {
+  const float* depth;  // [H, W]
+  int32_t width, height;
+  const double* pixels;  // [count, 2]
+  int64_t count;
+  double max_spread;  // 0.03
+  double* samples;    // [count]
+  uint16_t pixel_rows = kAllPixelRows;
+};
+
+// 1 / z' = a / z + b, in place; 0 where that is near or below 0. All rows are written.
+struct CorrectDepthParams {
+  float* depth;  // [H, W]
+  int32_t width, height;
+  float a, b;
+  uint16_t pixel_rows = kAllPixelRows;
+};
+
+// Coverage in [0, 1]: the largest of the points that cover a pixel and are not hidden, that is
+// further than depth * (1 + depth_tolerance). Each point is a disc in the world across its normal
+// (facing the viewer where it has none) of radius `disc_scale` footprints, full within the radius
+// less half a footprint and 0 half a footprint outside, its plane's depth tested at every pixel;
+// or, where square_pixels > 0, a square of that side about its projection, as deep as the point.
+struct DrawCloudParams {
+  CameraParams camera;
+  const CloudPoint* points;  // [count]
+  int64_t count;
+  float square_pixels, disc_scale;
+  const float* depth;  // [H, W]
+  float depth_tolerance;
+  float* coverage;  // [H, W], overwritten
+};
+
+// mask = 255 clamp(scale * image + offset, 0, 1), rounded; then closed: the maximum over a disc of
+// close_radius pixels, then the minimum, inside the image.
+struct MakeMaskParams {
+  const float* image;  // [H, W]
+  int32_t width, height;
+  double scale, offset;
+  int32_t close_radius;  // 0: not closed
+  uint8_t* mask;         // [H, W]
+};
+
+// What is known of each pixel: mask value M and weight K. The pixel's surface is looked up in the
+// painted views: where one sees it (their depths differ by at most `tolerance`), M is the paint
+// there, the mean where several do, and K = 1; else M = 0, K = unknown_weight. `coverage` raises
+// both to its value. residual = scale * (K M, K), zero outside `pixel_rows`.
+struct EvidenceParams {
+  CameraParams camera;                    // its pose is not read
+  const float* depth;                     // [H, W]; null: none
+  std::span<const PaintedImage> painted;  // in host memory, its images in backend memory
+  float tolerance, unknown_weight;
+  const uint8_t* coverage;  // [H, W], steps of 1 / 255; null: none
+  float scale;
+  float* residual;  // [H, W, 2]
+  uint16_t pixel_rows = kAllPixelRows;
+};
+
 // Arguments that cannot be (channels beyond kMaxChannels, a box outside its image, a region where a
 // whole view is needed) are std::invalid_argument. Thread-safe.
 class Backend {
@@ -419,6 +484,19 @@ class Backend {
   virtual void PackBox(const PackBoxParams& params) = 0;
   virtual void UnpackBox(const PackBoxParams& params) = 0;
   virtual void EditImage(const EditImageParams& params) = 0;
+
+  // Steps of the mask projection.
+  virtual void SampleDepth(const SampleDepthParams& params) = 0;
+  virtual void CorrectDepth(const CorrectDepthParams& params) = 0;
+  virtual void DrawCloud(const DrawCloudParams& params) = 0;
+  virtual void MakeMask(const MakeMaskParams& params) = 0;
+  virtual void Evidence(const EvidenceParams& params) = 0;
+  // Between the Gaussians' order, [N, C], and a geometry's rows, [rows, C]: values[r] =
+  // of[rows()[r]] and sums[rows()[r]] += values[r].
+  virtual void GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
+                          float* values) = 0;
+  virtual void AddRows(const ViewGeometry& view, const float* values, int32_t channels,
+                       float* sums) = 0;
 
   // Stereo on rendered pairs without leaving backend memory; null where the backend has none. Lives
   // as long as the backend.

@@ -41,4 +41,20 @@ struct GaussianArrays {
   int32_t sh_degree;            // 0-3, K = (sh_degree + 1)^2
 };
 
+// A point of a selection's cloud, in the world.
+struct CloudPoint {
+  float position[3];
+  float normal[3];  // zero: unknown
+  float footprint;  // size of the pixel that it was seen in
+  float coverage;   // in (0, 1]
+};
+
+// A painted view: what it sees, and where it is painted. `camera` is posed in the frame of the view
+// that is looked up in it.
+struct PaintedImage {
+  CameraParams camera;
+  const float* depth;   // [H, W]
+  const uint8_t* mask;  // [H, W]
+};
+
 }  // namespace retint

@@ -11,6 +11,7 @@
 
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/image_loss.h"
+#include "kernels/cpu/mask_projection.h"
 #include "kernels/cpu/memory.h"
 #include "kernels/cpu/parallel.h"
 #include "kernels/cpu/refit.h"
@@ -148,6 +149,20 @@ class CpuBackend : public Backend {
   void PackBox(const PackBoxParams& params) override { PackBoxOnCpu(params); }
   void UnpackBox(const PackBoxParams& params) override { UnpackBoxOnCpu(params); }
   void EditImage(const EditImageParams& params) override { EditImageOnCpu(params); }
+
+  void SampleDepth(const SampleDepthParams& params) override { SampleDepthOnCpu(params); }
+  void CorrectDepth(const CorrectDepthParams& params) override { CorrectDepthOnCpu(params); }
+  void DrawCloud(const DrawCloudParams& params) override { DrawCloudOnCpu(params); }
+  void MakeMask(const MakeMaskParams& params) override { MakeMaskOnCpu(params); }
+  void Evidence(const EvidenceParams& params) override { EvidenceOnCpu(params); }
+  void GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
+                  float* values) override {
+    GatherRowsOnCpu(view, of, channels, values);
+  }
+  void AddRows(const ViewGeometry& view, const float* values, int32_t channels,
+               float* sums) override {
+    AddRowsOnCpu(view, values, channels, sums);
+  }
 
  private:
   const TileKernels& kernels_;

@@ -239,7 +239,7 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
     if (params.median) StoreTile(rect, scratch.median, 1, width, params.median);
     for (int p = 0; p < kTilePixels; ++p) {
       const float alpha = 1 - std::fabs(scratch.transmittance[p]);
-      scratch.values[p] = alpha > 0 ? scratch.values[p] / alpha : 0;
+      scratch.values[p] = alpha > 0 && alpha >= params.min_alpha ? scratch.values[p] / alpha : 0;
       scratch.transmittance[p] = alpha;
     }
     if (params.expected) StoreTile(rect, scratch.values, 1, width, params.expected);

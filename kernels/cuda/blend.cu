@@ -161,7 +161,9 @@ __global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, Dep
     const int64_t pixel = int64_t(y) * lists.width + lane.x;
     const float alpha = 1 - fabsf(t);
     if (params.median) params.median[pixel] = median;
-    if (params.expected) params.expected[pixel] = alpha > 0 ? sum / alpha : 0;
+    if (params.expected) {
+      params.expected[pixel] = alpha > 0 && alpha >= params.min_alpha ? sum / alpha : 0;
+    }
     if (params.alpha) params.alpha[pixel] = alpha;
   };
   if (lane.inside0) store(lane.y0, t0, sum0, median0);

@@ -6,6 +6,7 @@
 
 #include "kernels/cuda/blend.cuh"
 #include "kernels/cuda/ops.cuh"
+#include "kernels/cuda/projection.cuh"
 #include "kernels/cuda/stereo.cuh"
 
 namespace retint {
@@ -185,6 +186,22 @@ class CudaBackend : public Backend {
   void PackBox(const PackBoxParams& params) override { cuda::PackBox(params, stream_); }
   void UnpackBox(const PackBoxParams& params) override { cuda::UnpackBox(params, stream_); }
   void EditImage(const EditImageParams& params) override { cuda::EditImage(params, stream_); }
+
+  void SampleDepth(const SampleDepthParams& params) override { cuda::SampleDepth(params, stream_); }
+  void CorrectDepth(const CorrectDepthParams& params) override {
+    cuda::CorrectDepth(params, stream_);
+  }
+  void DrawCloud(const DrawCloudParams& params) override { cuda::DrawCloud(params, stream_); }
+  void MakeMask(const MakeMaskParams& params) override { cuda::MakeMask(params, stream_); }
+  void Evidence(const EvidenceParams& params) override { cuda::Evidence(params, stream_); }
+  void GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
+                  float* values) override {
+    cuda::GatherRows(Own(view), of, channels, values, stream_);
+  }
+  void AddRows(const ViewGeometry& view, const float* values, int32_t channels,
+               float* sums) override {
+    cuda::AddRows(Own(view), values, channels, sums, stream_);
+  }
   StereoOps* Stereo() override { return stereo_.get(); }
 
  private:

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <opencv2/imgproc.hpp>
+
+#include "kernels/backend.h"
+#include "kernels/common/mask_projection.h"
 
 namespace retint {
 namespace {
@@ -40,38 +42,13 @@ cv::Mat View8(const Mask& mask) {
   return cv::Mat(mask.height, mask.width, CV_8UC1, const_cast<uint8_t*>(mask.data.data()));
 }
 
-Mask Morph(const Mask& mask, int radius, int operation) {
-  if (radius <= 0 || mask.Empty()) return mask;
-  Mask out(mask.width, mask.height);
-  const int side = 2 * radius + 1;
-  cv::Mat target = View8(out);
-  cv::morphologyEx(View8(mask), target, operation,
-                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
-  return out;
-}
-
 }  // namespace
 
 std::optional<double> SampleDepth(const DepthMap& depth, const Eigen::Vector2d& pixel,
                                   double max_spread) {
-  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < depth.width && pixel.y() < depth.height)) {
-    return std::nullopt;
-  }
-  const double x = std::clamp(pixel.x() - 0.5, 0.0, depth.width - 1.0);
-  const double y = std::clamp(pixel.y() - 0.5, 0.0, depth.height - 1.0);
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  const int x1 = std::min(x0 + 1, depth.width - 1), y1 = std::min(y0 + 1, depth.height - 1);
-  double low = std::numeric_limits<double>::infinity(), high = 0, inverse = 0;
-  for (int corner = 0; corner < 4; ++corner) {
-    const int i = corner & 1 ? x1 : x0, j = corner & 2 ? y1 : y0;
-    if (!HasDepth(depth, i, j)) return std::nullopt;
-    const double z = depth(i, j);
-    low = std::min(low, z);
-    high = std::max(high, z);
-    inverse += (corner & 1 ? x - x0 : 1 - (x - x0)) * (corner & 2 ? y - y0 : 1 - (y - y0)) / z;
-  }
-  if (high - low > max_spread * low) return std::nullopt;
-  return 1 / inverse;
+  const double z = SampleDepthAt(depth.data.data(), depth.width, depth.height, kAllPixelRows,
+                                 pixel.x(), pixel.y(), max_spread);
+  return z > 0 ? std::optional(z) : std::nullopt;
 }
 
 Eigen::Vector3d NormalFromDepth(const Camera& camera, const DepthMap& depth, int x, int y) {
@@ -82,8 +59,13 @@ Eigen::Vector3d NormalFromDepth(const Camera& camera, const DepthMap& depth, int
   return -Eigen::Vector3d(slope_u, slope_v, offset).normalized();
 }
 
-Mask Dilate(const Mask& mask, int radius) { return Morph(mask, radius, cv::MORPH_DILATE); }
-
-Mask Close(const Mask& mask, int radius) { return Morph(mask, radius, cv::MORPH_CLOSE); }
+Mask Dilate(const Mask& mask, int radius) {
+  if (radius <= 0 || mask.Empty()) return mask;
+  Mask out(mask.width, mask.height);
+  const int side = 2 * radius + 1;
+  cv::Mat target = View8(out);
+  cv::dilate(View8(mask), target, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
+  return out;
+}
 
 }  // namespace retint

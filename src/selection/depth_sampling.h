@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reading a depth map between pixels and its surface normals, with care at depth edges; mask
-// morphology.
+// Reading a depth map between pixels and its surface normals, with care at depth edges; masks
+// grown.
 #pragma once
 
 #include <optional>
@@ -28,8 +28,7 @@ std::optional<double> SampleDepth(const DepthMap& depth, const Eigen::Vector2d& 
 // a depth edge. Faces the camera where no neighbour has depth.
 Eigen::Vector3d NormalFromDepth(const Camera& camera, const DepthMap& depth, int x, int y);
 
-// Morphology with a disc of `radius` pixels on soft masks (maximum and minimum).
+// The maximum over a disc of `radius` pixels.
 Mask Dilate(const Mask& mask, int radius);
-Mask Close(const Mask& mask, int radius);
 
 }  // namespace retint

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is known of each pixel of a view: whether it shows the selection, and how surely.
+// What is known of each pixel of a view from the paint on others: whether it shows the selection,
+// and how surely.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "render/renderer.h"
 #include "scene/camera.h"
 #include "scene/image.h"
 
@@ -23,17 +25,16 @@ struct Evidence {
   ScalarImage weight;  // K >= 0
 };
 
-// The paint as it stands.
-Evidence PaintedEvidence(const Mask& mask, double weight);
+// The painted view `painted` as Backend::Evidence looks `view` up in it; depth and mask are in
+// backend memory.
+PaintedImage LookedUpFrom(const PosedCamera& view, const PosedCamera& painted, const float* depth,
+                          const uint8_t* mask);
 
 // Looks the surface of each pixel (its `depth` unprojected) up in the painted views: where the
 // depth there agrees within `tolerance`, the paint is its value, the mean where several see it.
 // Weight 1 where any does, `unknown_weight` elsewhere.
-Evidence LookUpPaint(const PosedCamera& view, const DepthMap& depth,
+Evidence LookUpPaint(Backend& backend, const PosedCamera& view, const DepthMap& depth,
                      const std::vector<PaintedSurface>& painted, double tolerance,
                      double unknown_weight);
-
-// Adds what the cloud covers: the larger value, with a weight of at least the coverage.
-void AddCoverage(const Mask& coverage, Evidence* evidence);
 
 }  // namespace retint

@@ -2,16 +2,19 @@
 #include "selection/mask_projector.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
-#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <numeric>
+#include <span>
 #include <string_view>
+#include <utility>
 
 #include <oneapi/tbb/parallel_for.h>
 
 #include "base/error.h"
-#include "selection/depth_sampling.h"
 #include "selection/evidence.h"
-#include "selection/splat_raster.h"
 #include "selection/view_depth.h"
 
 namespace retint {
@@ -22,101 +25,220 @@ constexpr std::string_view kStage = "projection";
 // over many.
 constexpr uint16_t kLiftedRows = 0x5555;
 
-uint8_t ToByte(double value) {
-  return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255));
+template <typename T>
+T* Grow(Backend& backend, size_t count, Buffer<T>* buffer) {
+  if (buffer->size() < count) {
+    *buffer = {};  // free before taking the larger one
+    *buffer = backend.Allocate<T>(count);
+  }
+  return buffer->data();
 }
 
-Mask ToMask(const ScalarImage& coverage) {
-  Mask mask(coverage.width, coverage.height);
-  std::transform(coverage.data.begin(), coverage.data.end(), mask.data.begin(), ToByte);
-  return mask;
-}
-
-// What the views share: depth, drawing, lifting.
+// What the views share: the cloud and the painted views in backend memory, and images to draw to.
 class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
              const Reconstruction& reconstruction, Renderer& renderer,
              const ProjectorOptions& options)
-      : cloud_(cloud), reconstruction_(reconstruction), renderer_(renderer), options_(options) {
+      : backend_(renderer.backend()), options_(options) {
+    std::vector<CloudPoint> points(cloud.points.size());
+    std::transform(cloud.points.begin(), cloud.points.end(), points.begin(), ToCloudPoint);
+    points_ = backend_.Upload(std::span<const CloudPoint>(points));
     if (options.kind != ProjectorKind::kGaussians) return;
+    sums_ = backend_.Allocate<float>(2 * static_cast<size_t>(renderer.model().count()));
+    std::vector<SurfaceRequest> requests;
     for (const auto& view : painted) {
-      painted_.push_back({view.name, view.camera, &view.mask,
-                          SurfaceDepth(renderer, view.camera, reconstruction.FindView(view.name),
-                                       reconstruction)});
+      painted_.push_back(
+          {view.name, view.camera, backend_.Upload(std::span<const uint8_t>(view.mask.data)), {}});
+      requests.push_back({view.camera, reconstruction.FindView(view.name)});
     }
-    inside_.resize(static_cast<size_t>(renderer.model().count()));
-    total_.resize(inside_.size());
-    for (const auto& surface : painted_) {
-      Lift(surface.camera, PaintedEvidence(*surface.mask, options.painted_weight), kAllPixelRows);
+    SurfaceRenderer surfaces(renderer, reconstruction, std::move(requests));
+    for (size_t i = 0; i < painted_.size();) {
+      for (ViewSurface& surface : surfaces.Next()) {
+        LiftPaint(*surface.geometry, painted_[i].mask.data());
+        painted_[i++].depth = std::move(surface.depth);
+      }
     }
   }
 
   bool IsPainted(const View& view) const {
     return std::any_of(painted_.begin(), painted_.end(),
-                       [&](const PaintedSurface& surface) { return surface.name == view.name; });
+                       [&](const Painted& painted) { return painted.name == view.name; });
   }
 
-  // Quads or surfels as a mask, or, for gaussians, evidence lifted and no mask yet.
-  Mask Draw(const View& view) {
-    const PosedCamera posed = reconstruction_.Posed(view);
-    const bool lifts = options_.kind == ProjectorKind::kGaussians;
-    const uint16_t rows = lifts ? kLiftedRows : kAllPixelRows;
-    const DepthMap depth = SurfaceDepth(renderer_, posed, &view, reconstruction_, rows);
-    if (options_.kind == ProjectorKind::kQuads) {
-      return ToMask(
-          DrawQuads(cloud_, posed, depth, options_.quad_pixels, options_.depth_tolerance));
+  // Quads or surfels as a mask.
+  Mask Draw(const ViewSurface& surface) {
+    const CameraParams& camera = surface.geometry->camera();
+    DrawCloud(surface);
+    Mask mask(camera.width, camera.height);
+    backend_.CopyToHost(mask.data.data(), coverage_mask_.data(), mask.data.size());
+    return mask;
+  }
+
+  // Adds what a view that is not painted says of the Gaussians.
+  void Lift(const PosedCamera& posed, const ViewSurface& surface) {
+    DrawCloud(surface);
+    std::vector<PaintedImage> painted;
+    for (const auto& view : painted_) {
+      painted.push_back(LookedUpFrom(posed, view.camera, view.depth.data(), view.mask.data()));
     }
-    Mask surfels = Close(
-        ToMask(DrawSurfels(cloud_, posed, depth, options_.surfel_scale, options_.depth_tolerance)),
-        options_.close_radius);
-    if (!lifts) return surfels;
+    EvidenceParams evidence{};
+    evidence.depth = surface.depth.data();
+    evidence.painted = painted;
+    evidence.tolerance = static_cast<float>(options_.visible_tolerance);
     // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
-    const double unknown = painted_.empty() ? 1 : options_.unknown_weight;
-    Evidence evidence = LookUpPaint(posed, depth, painted_, options_.visible_tolerance, unknown);
-    AddCoverage(surfels, &evidence);
-    Lift(posed, evidence, rows);
-    return {};
+    evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : options_.unknown_weight);
+    evidence.coverage = coverage_mask_.data();
+    evidence.scale = static_cast<float>(kTileSize) / static_cast<float>(std::popcount(kLiftedRows));
+    evidence.pixel_rows = kLiftedRows;
+    AddEvidence(*surface.geometry, evidence);
   }
 
   std::vector<float> Shares() const {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
-    std::vector<float> shares(inside_.size());
+    const std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
+    std::vector<float> shares(sums.size() / 2);
     for (size_t g = 0; g < shares.size(); ++g) {
-      if (total_[g] > kLeastVisible) shares[g] = std::clamp(inside_[g] / total_[g], 0.0f, 1.0f);
+      const float inside = sums[2 * g], total = sums[2 * g + 1];
+      if (total > kLeastVisible) shares[g] = std::clamp(inside / total, 0.0f, 1.0f);
     }
     return shares;
   }
 
  private:
-  void Lift(const PosedCamera& posed, const Evidence& evidence, uint16_t rows) {
-    residual_.resize(evidence.inside.NumPixels() * 2);
-    const float density = static_cast<float>(kTileSize) / static_cast<float>(std::popcount(rows));
-    const auto width = static_cast<size_t>(evidence.inside.width);
-    tbb::parallel_for(0, evidence.inside.height, [&](int y) {
-      const float scale = rows >> (y % kTileSize) & 1 ? density : 0;
-      for (size_t i = static_cast<size_t>(y) * width; i < (static_cast<size_t>(y) + 1) * width;
-           ++i) {
-        const float weight = scale * evidence.weight.data[i];
-        residual_[2 * i] = weight * evidence.inside.data[i];
-        residual_[2 * i + 1] = weight;
-      }
-    });
-    const auto lifted = renderer_.BlendTransposeToGaussians(posed, residual_, 2, rows);
-    for (size_t g = 0; g < inside_.size(); ++g) {
-      inside_[g] += lifted[2 * g];
-      total_[g] += lifted[2 * g + 1];
-    }
+  struct Painted {
+    std::string name;
+    PosedCamera camera;
+    Buffer<uint8_t> mask;
+    Buffer<float> depth;
+  };
+
+  static CloudPoint ToCloudPoint(const SelectionPoint& point) {
+    CloudPoint out{};
+    Eigen::Map<Eigen::Vector3f>(out.position) = point.position;
+    Eigen::Map<Eigen::Vector3f>(out.normal) = point.normal;
+    out.footprint = point.footprint;
+    out.coverage = point.coverage;
+    return out;
   }
 
-  const SelectionCloud& cloud_;
-  const Reconstruction& reconstruction_;
-  Renderer& renderer_;
+  // The cloud's coverage of a view, closed, into coverage_mask_.
+  void DrawCloud(const ViewSurface& surface) {
+    const bool quads = options_.kind == ProjectorKind::kQuads;
+    DrawCloudParams draw{};
+    draw.camera = surface.geometry->camera();
+    draw.points = points_.data();
+    draw.count = static_cast<int64_t>(points_.size());
+    draw.square_pixels = quads ? static_cast<float>(options_.quad_pixels) : 0;
+    draw.disc_scale = static_cast<float>(options_.surfel_scale);
+    draw.depth = surface.depth.data();
+    draw.depth_tolerance = static_cast<float>(options_.depth_tolerance);
+    draw.coverage = Grow(backend_, surface.depth.size(), &coverage_);
+    backend_.DrawCloud(draw);
+    backend_.MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
+                       quads ? 0 : options_.close_radius,
+                       Grow(backend_, surface.depth.size(), &coverage_mask_)});
+  }
+
+  // The paint as it stands: M is the paint, K the same everywhere.
+  void LiftPaint(const ViewGeometry& view, const uint8_t* mask) {
+    EvidenceParams evidence{};
+    evidence.unknown_weight = 1;
+    evidence.coverage = mask;
+    evidence.scale = static_cast<float>(options_.painted_weight);
+    AddEvidence(view, evidence);
+  }
+
+  // W^T of the evidence, to the Gaussians' sums.
+  void AddEvidence(const ViewGeometry& view, EvidenceParams evidence) {
+    evidence.camera = view.camera();
+    const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
+    evidence.residual = Grow(backend_, 2 * pixels, &residual_);
+    backend_.Evidence(evidence);
+    BlendTransposeParams lift{};
+    lift.residual = evidence.residual;
+    lift.channels = 2;
+    lift.result = Grow(backend_, 2 * size_t(view.num_rows()), &lifted_);
+    lift.pixel_rows = evidence.pixel_rows;
+    backend_.BlendTranspose(view, lift);
+    backend_.AddRows(view, lift.result, 2, sums_.data());
+  }
+
+  Backend& backend_;
   const ProjectorOptions& options_;
-  std::vector<PaintedSurface> painted_;
-  std::vector<float> inside_, total_;  // [N] W^T (K M), W^T K
-  std::vector<float> residual_;
+  Buffer<CloudPoint> points_;
+  std::vector<Painted> painted_;
+  Buffer<float> sums_;  // [N, 2] W^T (K M), W^T K
+  Buffer<float> coverage_, residual_, lifted_;
+  Buffer<uint8_t> coverage_mask_;
 };
+
+// W m of the shares as masks.
+class ShareRenderer {
+ public:
+  ShareRenderer(Renderer& renderer, const std::vector<float>& shares,
+                const ProjectorOptions& options)
+      : renderer_(renderer), backend_(renderer.backend()) {
+    CheckOption(static_cast<int64_t>(shares.size()) == renderer.model().count(),
+                "a mask needs one share a Gaussian");
+    shares_ = backend_.Upload(std::span<const float>(shares));
+    const double half = 0.5 * std::min(options.share_threshold, 1 - options.share_threshold);
+    scale_ = 0.5 / half;
+    offset_ = 0.5 - scale_ * options.share_threshold;
+  }
+
+  // Queues a view's mask, [H, W].
+  Buffer<uint8_t> Render(const PosedCamera& view) {
+    const auto geometry = renderer_.Geometry(view);
+    const CameraParams& camera = geometry->camera();
+    const size_t pixels = size_t(camera.width) * size_t(camera.height);
+    BlendParams blend{};
+    float* const features = Grow(backend_, size_t(geometry->num_rows()), &features_);
+    backend_.GatherRows(*geometry, shares_.data(), 1, features);
+    blend.features = features;
+    blend.channels = 1;
+    blend.image = Grow(backend_, pixels, &image_);
+    backend_.Blend(*geometry, blend);
+    auto mask = backend_.Allocate<uint8_t>(pixels);
+    backend_.MakeMask({blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
+    return mask;
+  }
+
+ private:
+  Renderer& renderer_;
+  Backend& backend_;
+  Buffer<float> shares_, features_, image_;
+  double scale_, offset_;
+};
+
+// Masks of `views` to `masks`, a group at a time: the host takes its memory while a device still
+// draws.
+void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
+                 const std::vector<const View*>& views, const std::vector<float>& shares,
+                 const ProjectorOptions& options, const std::function<void()>& step,
+                 std::map<std::string, Mask>* masks) {
+  constexpr size_t kGroup = 16;
+  ShareRenderer share_renderer(renderer, shares, options);
+  // Backwards: the geometries cached last are those of the last views.
+  for (size_t end = views.size(); end > 0;) {
+    const size_t count = std::min(end, kGroup);
+    std::vector<Buffer<uint8_t>> drawn(count);
+    std::vector<Mask> group(count);
+    for (size_t i = 0; i < count; ++i) {
+      step();
+      drawn[i] = share_renderer.Render(reconstruction.Posed(*views[end - 1 - i]));
+    }
+    tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+      const Camera& camera = reconstruction.Posed(*views[end - 1 - i]).camera;
+      group[i] = Mask(camera.width, camera.height);
+    });
+    for (size_t i = 0; i < count; ++i) {
+      renderer.backend().CopyToHost(group[i].data.data(), drawn[i].data(), drawn[i].size());
+      (*masks)[views[end - 1 - i]->name] = std::move(group[i]);
+    }
+    end -= count;
+  }
+}
 
 void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                 const std::vector<const View*>& views) {
@@ -132,17 +254,23 @@ void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& pai
 }
 
 void Finish(ProjectedMasks* result) {
-  bool any = false;
-  double sum = 0;
-  for (const auto& [name, mask] : result->masks) {
+  std::vector<const Mask*> masks;
+  for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
+  std::vector<double> covered(masks.size());
+  std::atomic<bool> any = false;
+  tbb::parallel_for(size_t{0}, masks.size(), [&](size_t i) {
     int64_t inside = 0;
-    for (const uint8_t value : mask.data) {
-      any |= value >= 128;
+    uint8_t largest = 0;
+    for (const uint8_t value : masks[i]->data) {
+      largest = std::max(largest, value);
       inside += value;
     }
-    sum += static_cast<double>(inside) / (255.0 * double(std::max<size_t>(1, mask.NumPixels())));
-  }
+    if (largest >= 128) any = true;
+    covered[i] = static_cast<double>(inside) /
+                 (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
+  });
   if (!any) throw InputError("the selection reaches no view");
+  const double sum = std::accumulate(covered.begin(), covered.end(), 0.0);
   result->mean_coverage = sum / static_cast<double>(result->masks.size());
 }
 
@@ -162,12 +290,9 @@ void ProjectorOptions::Check() const {
 
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
                   const ProjectorOptions& options) {
-  const std::vector<float> image = renderer.BlendFeatures(view, shares, 1);
-  const double threshold = options.share_threshold;
-  const double half = 0.5 * std::min(threshold, 1 - threshold);
+  const auto drawn = ShareRenderer(renderer, shares, options).Render(view);
   Mask mask(view.camera.width, view.camera.height);
-  std::transform(image.begin(), image.end(), mask.data.begin(),
-                 [&](float share) { return ToByte(0.5 + 0.5 * (share - threshold) / half); });
+  renderer.backend().CopyToHost(mask.data.data(), drawn.data(), drawn.size());
   return mask;
 }
 
@@ -179,24 +304,32 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   CheckInput(cloud, painted, views);
   ProjectedMasks result;
   const bool lifts = options.kind == ProjectorKind::kGaussians;
-  const double steps = static_cast<double>(views.size() * (lifts ? 2 : 1));
-  double done = 0;
-  monitor.Step(kStage, done, steps);
   Projection projection(cloud, painted, reconstruction, renderer, options);
+  std::vector<const View*> drawn;  // what is painted is known already
+  std::vector<SurfaceRequest> requests;
   for (const View* view : views) {
-    monitor.Step(kStage, done++, steps);
     if (lifts && projection.IsPainted(*view)) continue;
-    Mask mask = projection.Draw(*view);
-    if (!lifts) result.masks[view->name] = std::move(mask);
+    drawn.push_back(view);
+    requests.push_back({reconstruction.Posed(*view), view});
+  }
+  const double steps = static_cast<double>(2 * drawn.size() + (lifts ? views.size() : 0));
+  double done = 0;
+  const auto step = [&] { monitor.Step(kStage, done++, steps); };
+  SurfaceRenderer surfaces(renderer, reconstruction, requests, lifts ? kLiftedRows : kAllPixelRows);
+  for (size_t i = 0; i < drawn.size();) {
+    for (const ViewSurface& surface : surfaces.Next(step)) {
+      step();
+      if (lifts) {
+        projection.Lift(requests[i].posed, surface);
+      } else {
+        result.masks[drawn[i]->name] = projection.Draw(surface);
+      }
+      ++i;
+    }
   }
   if (lifts) {
     result.shares = projection.Shares();
-    // Backwards: the geometries cached last are those of the last views.
-    for (auto view = views.rbegin(); view != views.rend(); ++view) {
-      monitor.Step(kStage, done++, steps);
-      result.masks[(*view)->name] =
-          RenderShares(renderer, reconstruction.Posed(**view), result.shares, options);
-    }
+    RenderMasks(renderer, reconstruction, views, result.shares, options, step, &result.masks);
   }
   Finish(&result);
   return result;

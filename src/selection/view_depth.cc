@@ -3,16 +3,42 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <utility>
 
+#include <oneapi/tbb/parallel_for.h>
 #include <Eigen/LU>
 
-#include "selection/depth_sampling.h"
-
 namespace retint {
+namespace {
 
-DepthBias FitDepthBias(const DepthMap& rendered, const PosedCamera& posed, const View& view,
-                       const Reconstruction& reconstruction, double max_relative) {
+constexpr size_t kBatchBytes = size_t{256} << 20;  // depths and geometries held at a time
+constexpr size_t kMostViews = 32;
+constexpr double kMaxSpread = 0.03;  // of a depth sample's four pixels
+
+// The sparse points that a view observes, as it should see them.
+struct SparseDepths {
+  std::vector<double> pixels;  // [n, 2]
+  std::vector<double> z;       // [n]
+};
+
+SparseDepths SparseDepthsOf(const SurfaceRequest& request, const Reconstruction& reconstruction) {
+  SparseDepths sparse;
+  if (!request.view) return sparse;
+  for (const auto& observation : request.view->observations) {
+    const auto found = reconstruction.points.find(observation.point_id);
+    if (found == reconstruction.points.end()) continue;
+    const auto projected = request.posed.Project(found->second.xyz);
+    if (!projected) continue;
+    sparse.pixels.insert(sparse.pixels.end(), {projected->x(), projected->y()});
+    sparse.z.push_back(projected->z());
+  }
+  return sparse;
+}
+
+}  // namespace
+
+DepthBias FitDepthBias(std::span<const double> rendered, std::span<const double> sparse,
+                       double max_relative) {
   constexpr int kLeastPoints = 10, kIterations = 20;
   constexpr double kPrior = 0.1;  // of a - 1, and of b times the depth
   constexpr double kLeastNoise = 1e-3;
@@ -20,14 +46,9 @@ DepthBias FitDepthBias(const DepthMap& rendered, const PosedCamera& posed, const
     double rendered, sparse;
   };
   std::vector<Pair> pairs;
-  for (const auto& observation : view.observations) {
-    const auto found = reconstruction.points.find(observation.point_id);
-    if (found == reconstruction.points.end()) continue;
-    const auto projected = posed.Project(found->second.xyz);
-    if (!projected) continue;
-    const auto z = SampleDepth(rendered, projected->head<2>());
-    if (z && std::abs(*z - projected->z()) <= max_relative * projected->z()) {
-      pairs.push_back({*z, projected->z()});
+  for (size_t i = 0; i < sparse.size(); ++i) {
+    if (rendered[i] > 0 && std::abs(rendered[i] - sparse[i]) <= max_relative * sparse[i]) {
+      pairs.push_back({rendered[i], sparse[i]});
     }
   }
   DepthBias bias;
@@ -64,38 +85,77 @@ DepthBias FitDepthBias(const DepthMap& rendered, const PosedCamera& posed, const
   return bias;
 }
 
-DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
-                      const Reconstruction& reconstruction, uint16_t pixel_rows) {
-  constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
-  RenderRequest request;
-  request.rgb = false;
-  request.depth_expected = true;
-  request.alpha = true;
-  request.pixel_rows = pixel_rows;
-  RenderOutput output = renderer.Render(posed, request);
-  DepthMap& depth = output.depth_expected;
-  const auto width = static_cast<size_t>(depth.width);
-  for (int y = 0; y < depth.height; ++y) {
-    float* const row = depth.data.data() + static_cast<size_t>(y) * width;
-    if (!(pixel_rows >> (y % kTileSize) & 1)) {
-      std::copy_n(row - width, width, row);
-      continue;
-    }
-    const float* const alpha = output.alpha.data.data() + static_cast<size_t>(y) * width;
-    for (size_t x = 0; x < width; ++x) {
-      if (alpha[x] < kOpaque) row[x] = 0;
-    }
+SurfaceRenderer::SurfaceRenderer(Renderer& renderer, const Reconstruction& reconstruction,
+                                 std::vector<SurfaceRequest> requests, uint16_t pixel_rows)
+    : renderer_(renderer), requests_(std::move(requests)), pixel_rows_(pixel_rows) {
+  std::vector<SparseDepths> found(requests_.size());
+  tbb::parallel_for(size_t{0}, found.size(),
+                    [&](size_t i) { found[i] = SparseDepthsOf(requests_[i], reconstruction); });
+  std::vector<double> pixels;
+  sparse_begin_.push_back(0);
+  for (const auto& sparse : found) {
+    pixels.insert(pixels.end(), sparse.pixels.begin(), sparse.pixels.end());
+    sparse_.insert(sparse_.end(), sparse.z.begin(), sparse.z.end());
+    sparse_begin_.push_back(sparse_.size());
   }
-  if (view) CorrectDepth(FitDepthBias(depth, posed, *view, reconstruction), &depth);
-  return std::move(depth);
+  pixels_ = renderer.backend().Upload(std::span<const double>(pixels));
+  samples_ = renderer.backend().Allocate<double>(sparse_.size());
 }
 
-void CorrectDepth(const DepthBias& bias, DepthMap* depth) {
-  const auto a = static_cast<float>(bias.a), b = static_cast<float>(bias.b);
-  for (float& z : depth->data) {
-    const float divisor = a + b * z;
-    z = z > 0 && divisor > 0.1f ? z / divisor : 0;
+std::vector<ViewSurface> SurfaceRenderer::Next(const std::function<void()>& before_each) {
+  constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
+  Backend& backend = renderer_.backend();
+  const size_t first = next_;
+  std::vector<ViewSurface> surfaces;
+  for (size_t bytes = 0;
+       next_ < requests_.size() && surfaces.size() < kMostViews && bytes < kBatchBytes; ++next_) {
+    before_each();
+    ViewSurface surface;
+    surface.geometry = renderer_.Geometry(requests_[next_].posed);
+    const CameraParams& camera = surface.geometry->camera();
+    surface.depth = backend.Allocate<float>(size_t(camera.width) * size_t(camera.height));
+    DepthParams depth{};
+    depth.expected = surface.depth.data();
+    depth.threshold = 0.5f;
+    depth.min_alpha = kOpaque;
+    depth.pixel_rows = pixel_rows_;
+    backend.Depth(*surface.geometry, depth);
+    const size_t begin = sparse_begin_[next_];
+    backend.SampleDepth({surface.depth.data(), camera.width, camera.height,
+                         pixels_.data() + 2 * begin, int64_t(sparse_begin_[next_ + 1] - begin),
+                         kMaxSpread, samples_.data() + begin, pixel_rows_});
+    bytes += surface.geometry->bytes() + surface.depth.size() * sizeof(float);
+    surfaces.push_back(std::move(surface));
   }
+  Correct(first, &surfaces);
+  return surfaces;
+}
+
+void SurfaceRenderer::Correct(size_t first, std::vector<ViewSurface>* surfaces) {
+  const size_t begin = sparse_begin_[first];
+  const std::vector<double> samples = renderer_.backend().Download(
+      samples_.data() + begin, sparse_begin_[first + surfaces->size()] - begin);
+  std::vector<DepthBias> biases(surfaces->size());
+  tbb::parallel_for(size_t{0}, biases.size(), [&](size_t i) {
+    const size_t from = sparse_begin_[first + i], count = sparse_begin_[first + i + 1] - from;
+    biases[i] = FitDepthBias(std::span(samples).subspan(from - begin, count),
+                             std::span(sparse_).subspan(from, count));
+  });
+  for (size_t i = 0; i < biases.size(); ++i) {
+    const ViewSurface& surface = (*surfaces)[i];
+    const CameraParams& camera = surface.geometry->camera();
+    renderer_.backend().CorrectDepth({surface.depth.data(), camera.width, camera.height,
+                                      float(biases[i].a), float(biases[i].b), pixel_rows_});
+  }
+}
+
+DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
+                      const Reconstruction& reconstruction) {
+  SurfaceRenderer surfaces(renderer, reconstruction, {{posed, view}});
+  const ViewSurface surface = surfaces.Next()[0];
+  DepthMap depth(posed.camera.width, posed.camera.height);
+  depth.data = renderer.backend().Download(surface.depth.data(), surface.depth.size());
+  return depth;
 }
 
 }  // namespace retint

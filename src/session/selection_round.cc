@@ -32,9 +32,9 @@ Mask InsideBut(const Mask& mask, const Mask& other) {
 }
 
 // Sets the pixels of `mask` to `value` where the surface in them shows `change` in `changed`.
-void CarryOver(const DepthMap& depth, const PosedCamera& camera, const PaintedSurface& changed,
-               double tolerance, uint8_t value, Mask* mask) {
-  const Evidence seen = LookUpPaint(camera, depth, {changed}, tolerance, 0);
+void CarryOver(Backend& backend, const DepthMap& depth, const PosedCamera& camera,
+               const PaintedSurface& changed, double tolerance, uint8_t value, Mask* mask) {
+  const Evidence seen = LookUpPaint(backend, camera, depth, {changed}, tolerance, 0);
   for (size_t i = 0; i < mask->data.size(); ++i) {
     if (seen.weight.data[i] > 0 && seen.inside.data[i] >= 0.5F) mask->data[i] = value;
   }
@@ -104,9 +104,11 @@ RegionSelection EditSession::SelectRound(const RegionSelection* base, PaintRound
       monitor.Step("rounds", done++, static_cast<double>(painted.size()));
       const DepthMap depth = depth_of(view);
       changed.mask = &erased;
-      CarryOver(depth, view.camera, changed, project.visible_tolerance, 0, &view.mask);
+      CarryOver(renderer_->backend(), depth, view.camera, changed, project.visible_tolerance, 0,
+                &view.mask);
       changed.mask = &added;
-      CarryOver(depth, view.camera, changed, project.visible_tolerance, 255, &view.mask);
+      CarryOver(renderer_->backend(), depth, view.camera, changed, project.visible_tolerance, 255,
+                &view.mask);
     }
   }
   if (AnyInside(round.view.mask)) {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "selection/depth_sampling.h"
 #include "selection/evidence.h"
-#include "selection/splat_raster.h"
 #include "selection/view_depth.h"
 #include "tests/selection/tiny_gaussians.h"
 
@@ -31,6 +31,26 @@ Overlap Compare(const Mask& mask, const Mask& truth) {
     in_truth += b;
   }
   return {both / (in_mask + in_truth - both), both / std::max(1.0, in_mask), both / in_truth};
+}
+
+// Coverage of a view by squares of `square` pixels or, where that is 0, discs of `scale`
+// footprints.
+ScalarImage Draw(const SelectionCloud& cloud, const PosedCamera& view, const DepthMap& depth,
+                 float square, float scale) {
+  const auto backend = CreateBackend("cpu");
+  std::vector<CloudPoint> points;
+  for (const auto& point : cloud.points) {
+    const auto &at = point.position, &normal = point.normal;
+    points.push_back({{at.x(), at.y(), at.z()},
+                      {normal.x(), normal.y(), normal.z()},
+                      point.footprint,
+                      point.coverage});
+  }
+  ScalarImage drawn(depth.width, depth.height);
+  DrawCloudParams draw{ToCameraParams(view), points.data(), int64_t(points.size()), square, scale,
+                       depth.data.data(),    0.02f,         drawn.data.data()};
+  backend->DrawCloud(draw);
+  return drawn;
 }
 
 class MaskProjectorTest : public ::testing::Test {
@@ -95,8 +115,8 @@ TEST_F(MaskProjectorTest, QuadsLeaveMoreHolesThanSurfels) {
     return Compare(mask, truth).recall;
   };
   const SelectionCloud cloud = Cloud(2);
-  const double quads = recall(DrawQuads(cloud, near, depth, 1, 0.02));
-  const double surfels = recall(DrawSurfels(cloud, near, depth, 1.5, 0.02));
+  const double quads = recall(Draw(cloud, near, depth, 1, 0));
+  const double surfels = recall(Draw(cloud, near, depth, 0, 1.5));
   EXPECT_LT(quads, 0.5);
   EXPECT_GT(surfels, 0.85);
 }
@@ -109,8 +129,7 @@ TEST_F(MaskProjectorTest, QuadsAndSurfelsStayBehindWhatHidesThem) {
   for (int y = 0; y < depth.height; ++y) {
     for (int x = 0; x < 80; ++x) depth(x, y) = 2;
   }
-  for (const auto& drawn :
-       {DrawQuads(cloud, posed, depth, 3, 0.02), DrawSurfels(cloud, posed, depth, 1.5, 0.02)}) {
+  for (const auto& drawn : {Draw(cloud, posed, depth, 3, 0), Draw(cloud, posed, depth, 0, 1.5)}) {
     double left = 0, right = 0;
     for (int y = 0; y < depth.height; ++y) {
       for (int x = 0; x < 160; ++x) (x < 80 ? left : right) += drawn(x, y);
@@ -131,7 +150,7 @@ TEST_F(MaskProjectorTest, ASurfelIsADiscOfItsFootprint) {
   cloud.points[0].footprint = 0.1f;  // ten pixels here
   const auto extent = [&](const Eigen::Vector3f& normal) {
     cloud.points[0].normal = normal;
-    const ScalarImage drawn = DrawSurfels(cloud, view, DepthMap(200, 200), 2, 0.02);
+    const ScalarImage drawn = Draw(cloud, view, DepthMap(200, 200), 0, 2);
     int columns = 0, rows = 0;
     for (int i = 0; i < 200; ++i) {
       columns += drawn(i, 100) >= 0.5f;
@@ -292,16 +311,49 @@ TEST_F(MaskProjectorTest, DepthBiasIsFoundFromTheSparsePoints) {
     biased.data[i] = float(0.97 / (1 / exact.data[i] - 0.003));
     if (i % 160 < 32) biased.data[i] *= 1.1f;
   }
-  const DepthBias bias = FitDepthBias(biased, posed, world.view(1), world.reconstruction);
+  std::vector<double> rendered, sparse;
+  for (const auto& observation : world.view(1).observations) {
+    const auto at = posed.Project(world.reconstruction.points.at(observation.point_id).xyz);
+    rendered.push_back(SampleDepth(biased, at->head<2>()).value_or(0));
+    sparse.push_back(at->z());
+  }
+  const DepthBias bias = FitDepthBias(rendered, sparse);
   EXPECT_GT(bias.points, 500);
-  CorrectDepth(bias, &biased);
   for (size_t i = 0; i < biased.data.size(); ++i) {
     // The outliers' pull on a Cauchy loss is bounded; what is left is below a fifth of a percent.
     if (i % 160 < 32) continue;
-    EXPECT_NEAR(biased.data[i] / exact.data[i], 1, 2e-3);
+    EXPECT_NEAR(biased.data[i] / (bias.a + bias.b * biased.data[i]) / exact.data[i], 1, 2e-3);
   }
   // Too few points: untouched.
-  EXPECT_EQ(FitDepthBias(exact, posed, View{}, world.reconstruction).a, 1);
+  EXPECT_EQ(FitDepthBias({}, {}).a, 1);
+}
+
+TEST_F(MaskProjectorTest, SurfacesOfABatchAreThoseOfEachView) {
+  std::vector<SurfaceRequest> requests;
+  for (const View* view : views) requests.push_back({world.reconstruction.Posed(*view), view});
+  requests[3].view = nullptr;  // a free camera
+  int called = 0;
+  SurfaceRenderer batch(renderer, world.reconstruction, requests);
+  const auto surfaces = batch.Next([&] { ++called; });
+  ASSERT_EQ(surfaces.size(), requests.size());
+  EXPECT_EQ(called, 5);
+  EXPECT_TRUE(batch.Next().empty());
+  for (size_t i = 0; i < requests.size(); ++i) {
+    const auto& request = requests[i];
+    const DepthMap one = SurfaceDepth(renderer, request.posed, request.view, world.reconstruction);
+    EXPECT_EQ(renderer.backend().Download(surfaces[i].depth.data(), surfaces[i].depth.size()),
+              one.data);
+    // The sparse points pull the Gaussians' depth towards the truth.
+    const DepthMap truth = world.Depth(request.posed);
+    const DepthMap raw = SurfaceDepth(renderer, request.posed, nullptr, world.reconstruction);
+    double error = 0, raw_error = 0;
+    for (size_t p = 0; p < truth.data.size(); ++p) {
+      if (raw.data[p] == 0) continue;
+      error += std::abs(one.data[p] / truth.data[p] - 1);
+      raw_error += std::abs(raw.data[p] / truth.data[p] - 1);
+    }
+    EXPECT_LE(error, raw_error);
+  }
 }
 
 TEST_F(MaskProjectorTest, PaintIsLookedUpOnlyOnSurfacesThatItSees) {
@@ -309,7 +361,7 @@ TEST_F(MaskProjectorTest, PaintIsLookedUpOnlyOnSurfacesThatItSees) {
   const Mask mask = world.BallMask(to);
   const std::vector<PaintedSurface> painted = {{"p", to, &mask, world.Depth(to)}};
   const DepthMap depth = world.Depth(from);
-  const Evidence evidence = LookUpPaint(from, depth, painted, 0.03, 0.2);
+  const Evidence evidence = LookUpPaint(renderer.backend(), from, depth, painted, 0.03, 0.2);
   int seen = 0, wrong = 0, unseen = 0, blind = 0;
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 160; ++x) {

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/cpu/mask_projection.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <vector>
+
+#include "kernels/common/mask_projection.h"
+#include "kernels/cpu/parallel.h"
+
+namespace retint {
+namespace {
+
+constexpr int kBandRows = 16;
+
+void CheckRows(uint16_t pixel_rows) {
+  if (!(pixel_rows & 1)) throw std::invalid_argument("the first row of a tile must be wanted");
+}
+
+// The splats of a cloud by the bands of rows that they reach.
+struct Bands {
+  std::vector<CloudSplat> splats;
+  std::vector<size_t> begin;    // [bands + 1]
+  std::vector<uint32_t> which;  // splats of each band
+};
+
+Bands ProjectCloud(const DrawCloudParams& params) {
+  constexpr int64_t kPiece = 4096;
+  const int64_t pieces = (params.count + kPiece - 1) / kPiece;
+  std::vector<std::vector<CloudSplat>> found(static_cast<size_t>(pieces));
+  ParallelTasks(pieces, [&](int64_t piece) {
+    std::vector<CloudSplat>& splats = found[size_t(piece)];
+    const int64_t end = std::min(params.count, (piece + 1) * kPiece);
+    for (int64_t i = piece * kPiece; i < end; ++i) {
+      CloudSplat splat;
+      if (ProjectCloudPoint(params.camera, params.points[i], params.square_pixels,
+                            params.disc_scale, &splat)) {
+        splats.push_back(splat);
+      }
+    }
+  });
+  Bands bands;
+  const auto number = size_t((params.camera.height + kBandRows - 1) / kBandRows);
+  bands.begin.assign(number + 1, 0);
+  for (const auto& splats : found) {
+    bands.splats.insert(bands.splats.end(), splats.begin(), splats.end());
+  }
+  const auto each_band = [&](const auto& body) {
+    for (size_t i = 0; i < bands.splats.size(); ++i) {
+      const int last = (bands.splats[i].y1 - 1) / kBandRows;
+      for (int band = bands.splats[i].y0 / kBandRows; band <= last; ++band) body(i, size_t(band));
+    }
+  };
+  each_band([&](size_t, size_t band) { ++bands.begin[band + 1]; });
+  for (size_t band = 0; band < number; ++band) bands.begin[band + 1] += bands.begin[band];
+  bands.which.resize(bands.begin.back());
+  std::vector<size_t> at(bands.begin.begin(), bands.begin.end() - 1);
+  each_band([&](size_t i, size_t band) { bands.which[at[band]++] = uint32_t(i); });
+  return bands;
+}
+
+// out = the extreme of `in` over a disc, inside the image; skip(y, dy): row y + dy changes nothing
+// in row y.
+template <typename Extreme, typename Skip>
+void OverDisc(const uint8_t* in, int width, int height, int radius, const Extreme& extreme,
+              const Skip& skip, uint8_t* out) {
+  ParallelRanges(height, 32, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      uint8_t* const to = out + int64_t(y) * width;
+      std::copy_n(in + int64_t(y) * width, width, to);
+      for (int dy = std::max(-radius, -y); dy <= std::min(radius, height - 1 - y); ++dy) {
+        if (skip(y, dy)) continue;
+        const uint8_t* const from = in + int64_t(y + dy) * width;
+        const int reach = DiscReach(radius, dy);
+        for (int dx = -reach; dx <= reach; ++dx) {
+          const int last = std::min(width, width - dx);
+          for (int x = std::max(0, -dx); x < last; ++x) to[x] = extreme(to[x], from[x + dx]);
+        }
+      }
+    }
+  });
+}
+
+// `used[y]` is 0 where row y of the mask is 0 throughout.
+void Close(const MakeMaskParams& params, const std::vector<uint8_t>& used) {
+  const int width = params.width, height = params.height, radius = params.close_radius;
+  std::vector<uint8_t> dilated(size_t(width) * size_t(height)), reached(size_t(height), 0);
+  for (int y = 0; y < height; ++y) {
+    if (!used[size_t(y)]) continue;
+    const auto begin = reached.begin();
+    std::fill(begin + std::max(0, y - radius), begin + std::min(height, y + radius + 1),
+              uint8_t(1));
+  }
+  OverDisc(
+      params.mask, width, height, radius, [](uint8_t a, uint8_t b) { return a > b ? a : b; },
+      [&](int y, int dy) { return !used[size_t(y + dy)]; }, dilated.data());
+  OverDisc(
+      dilated.data(), width, height, radius, [](uint8_t a, uint8_t b) { return a < b ? a : b; },
+      [&](int y, int) { return !reached[size_t(y)]; }, params.mask);
+}
+
+}  // namespace
+
+void SampleDepthOnCpu(const SampleDepthParams& params) {
+  CheckRows(params.pixel_rows);
+  ParallelRanges(params.count, 1024, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      params.samples[i] =
+          SampleDepthAt(params.depth, params.width, params.height, params.pixel_rows,
+                        params.pixels[2 * i], params.pixels[2 * i + 1], params.max_spread);
+    }
+  });
+}
+
+void CorrectDepthOnCpu(const CorrectDepthParams& params) {
+  CheckRows(params.pixel_rows);
+  const int64_t width = params.width;
+  // Tile by tile, so that a row is read before those that repeat it are written.
+  ParallelRanges((params.height + kTileSize - 1) / kTileSize, 4, [&](int64_t begin, int64_t end) {
+    for (int64_t y = begin * kTileSize; y < std::min<int64_t>(end * kTileSize, params.height);
+         ++y) {
+      float* const row = params.depth + y * width;
+      if (!(params.pixel_rows >> (y % kTileSize) & 1)) {
+        std::copy_n(row - width, width, row);
+        continue;
+      }
+      for (int64_t x = 0; x < width; ++x) row[x] = CorrectedDepth(row[x], params.a, params.b);
+    }
+  });
+}
+
+void DrawCloudOnCpu(const DrawCloudParams& params) {
+  const int width = params.camera.width, height = params.camera.height;
+  const Bands bands = ProjectCloud(params);
+  // The maximum does not depend on the points' order.
+  ParallelTasks(int64_t(bands.begin.size()) - 1, [&](int64_t band) {
+    const int top = int(band) * kBandRows, bottom = std::min(height, top + kBandRows);
+    std::fill(params.coverage + int64_t(top) * width, params.coverage + int64_t(bottom) * width,
+              0.0f);
+    for (size_t i = bands.begin[size_t(band)]; i < bands.begin[size_t(band) + 1]; ++i) {
+      const CloudSplat& splat = bands.splats[bands.which[i]];
+      for (int y = std::max(top, splat.y0); y < std::min(bottom, splat.y1); ++y) {
+        for (int x = splat.x0; x < splat.x1; ++x) {
+          const int64_t pixel = int64_t(y) * width + x;
+          float& covered = params.coverage[pixel];
+          if (covered >= splat.coverage) continue;
+          covered = std::max(covered, CoverageAt(params.camera, splat, x, y, params.depth[pixel],
+                                                 params.depth_tolerance));
+        }
+      }
+    }
+  });
+}
+
+void MakeMaskOnCpu(const MakeMaskParams& params) {
+  const int64_t width = params.width;
+  std::vector<uint8_t> used(size_t(params.height), 0);
+  ParallelRanges(params.height, 32, [&](int64_t begin, int64_t end) {
+    for (int64_t y = begin; y < end; ++y) {
+      uint8_t any = 0;
+      for (int64_t i = y * width; i < (y + 1) * width; ++i) {
+        params.mask[i] = ToByte(params.scale * double(params.image[i]) + params.offset);
+        any |= params.mask[i];
+      }
+      used[size_t(y)] = any;
+    }
+  });
+  if (params.close_radius > 0) Close(params, used);
+}
+
+void EvidenceOnCpu(const EvidenceParams& params) {
+  const CameraParams& camera = params.camera;
+  const int64_t width = camera.width;
+  ParallelRanges(camera.height, 8, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      float* out = params.residual + 2 * y * width;
+      if (!(params.pixel_rows >> (y % kTileSize) & 1)) {
+        std::fill_n(out, 2 * width, 0.0f);
+        continue;
+      }
+      const float* const depth = params.depth ? params.depth + y * width : nullptr;
+      const uint8_t* const coverage = params.coverage ? params.coverage + y * width : nullptr;
+      for (int x = 0; x < int(width); ++x, out += 2) {
+        const glm::vec2 evidence = EvidenceAt(
+            camera, x, y, depth ? depth[x] : 0, params.painted.data(), int(params.painted.size()),
+            params.tolerance, params.unknown_weight, coverage ? coverage[x] : uint8_t(0));
+        out[0] = params.scale * evidence.x;
+        out[1] = params.scale * evidence.y;
+      }
+    }
+  });
+}
+
+void GatherRowsOnCpu(const ViewGeometry& view, const float* of, int32_t channels, float* values) {
+  const int32_t* const gaussians = view.rows();
+  ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
+    for (int64_t r = begin; r < end; ++r) {
+      std::copy_n(of + int64_t(gaussians[r]) * channels, channels, values + r * channels);
+    }
+  });
+}
+
+void AddRowsOnCpu(const ViewGeometry& view, const float* values, int32_t channels, float* sums) {
+  const int32_t* const gaussians = view.rows();  // distinct
+  ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
+    for (int64_t r = begin; r < end; ++r) {
+      float* const sum = sums + int64_t(gaussians[r]) * channels;
+      for (int c = 0; c < channels; ++c) sum[c] += values[r * channels + c];
+    }
+  });
+}
+
+}  // namespace retint

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The mask projection's steps: depth samples, clouds drawn, paint looked up, masks.
+#include <stdexcept>
+
+#include "kernels/common/mask_projection.h"
+#include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/projection.cuh"
+
+namespace retint::cuda {
+namespace {
+
+void CheckRows(uint16_t pixel_rows) {
+  if (!(pixel_rows & 1)) throw std::invalid_argument("the first row of a tile must be wanted");
+}
+
+template <typename Body>
+__global__ void PixelsKernel(int width, int height, Body body) {
+  const int x = int(blockIdx.x * blockDim.x + threadIdx.x);
+  const int y = int(blockIdx.y * blockDim.y + threadIdx.y);
+  if (x < width && y < height) body(x, y, int64_t(y) * width + x);
+}
+
+// body(x, y, index) for every pixel, a thread each.
+template <typename Body>
+void ForPixels(int width, int height, cudaStream_t stream, const char* name, const Body& body) {
+  if (width <= 0 || height <= 0) return;
+  const dim3 threads(32, 8), blocks(Blocks(width, 32), Blocks(height, 8));
+  PixelsKernel<<<blocks, threads, 0, stream>>>(width, height, body);
+  Check(cudaGetLastError(), name);
+}
+
+// A warp a point: few have more pixels than lanes. Coverage is never negative, so that its bits
+// order as integers do.
+constexpr int kDrawThreads = 128;
+__global__ void __launch_bounds__(kDrawThreads) DrawCloudKernel(DrawCloudParams params) {
+  const int64_t i = (int64_t(blockIdx.x) * kDrawThreads + threadIdx.x) / 32;
+  if (i >= params.count) return;
+  CloudSplat splat;
+  if (!ProjectCloudPoint(params.camera, params.points[i], params.square_pixels, params.disc_scale,
+                         &splat)) {
+    return;
+  }
+  const int width = splat.x1 - splat.x0, area = width * (splat.y1 - splat.y0);
+  for (int p = int(threadIdx.x % 32); p < area; p += 32) {
+    const int x = splat.x0 + p % width, y = splat.y0 + p / width;
+    const int64_t pixel = int64_t(y) * params.camera.width + x;
+    if (params.coverage[pixel] >= splat.coverage) continue;
+    const float covered =
+        CoverageAt(params.camera, splat, x, y, params.depth[pixel], params.depth_tolerance);
+    if (covered > 0) {
+      atomicMax(reinterpret_cast<int*>(params.coverage + pixel), __float_as_int(covered));
+    }
+  }
+}
+
+struct Largest {
+  __device__ static uint8_t Of(uint8_t a, uint8_t b) { return a > b ? a : b; }
+};
+struct Smallest {
+  __device__ static uint8_t Of(uint8_t a, uint8_t b) { return a < b ? a : b; }
+};
+
+// out = the extreme of `in` over a disc, inside the image.
+template <typename Extreme>
+void OverDisc(const uint8_t* in, int width, int height, int radius, uint8_t* out,
+              cudaStream_t stream) {
+  ForPixels(width, height, stream, "MakeMask", [=] __device__(int x, int y, int64_t i) {
+    uint8_t value = in[i];
+    for (int dy = max(-radius, -y); dy <= min(radius, height - 1 - y); ++dy) {
+      const int reach = DiscReach(radius, dy);
+      const uint8_t* const row = in + i + int64_t(dy) * width;
+      for (int dx = max(-reach, -x); dx <= min(reach, width - 1 - x); ++dx) {
+        value = Extreme::Of(value, row[dx]);
+      }
+    }
+    out[i] = value;
+  });
+}
+
+}  // namespace
+
+void SampleDepth(const SampleDepthParams& params, cudaStream_t stream) {
+  CheckRows(params.pixel_rows);
+  ForEach(params.count, stream, "SampleDepth", [=] __device__(int64_t i) {
+    params.samples[i] =
+        SampleDepthAt(params.depth, params.width, params.height, params.pixel_rows,
+                      params.pixels[2 * i], params.pixels[2 * i + 1], params.max_spread);
+  });
+}
+
+void CorrectDepth(const CorrectDepthParams& params, cudaStream_t stream) {
+  CheckRows(params.pixel_rows);
+  // The thread of a wanted row also writes those that repeat it.
+  ForPixels(params.width, params.height, stream, "CorrectDepth",
+            [=] __device__(int, int y, int64_t i) {
+              if (!(params.pixel_rows >> (y % kTileSize) & 1)) return;
+              const float z = CorrectedDepth(params.depth[i], params.a, params.b);
+              do {
+                params.depth[i] = z;
+                i += params.width;
+                ++y;
+              } while (y < params.height && !(params.pixel_rows >> (y % kTileSize) & 1));
+            });
+}
+
+void DrawCloud(const DrawCloudParams& params, cudaStream_t stream) {
+  const size_t pixels = size_t(params.camera.width) * size_t(params.camera.height);
+  Check(cudaMemsetAsync(params.coverage, 0, pixels * sizeof(float), stream), "cudaMemsetAsync");
+  if (params.count == 0) return;
+  DrawCloudKernel<<<Blocks(params.count * 32, kDrawThreads), kDrawThreads, 0, stream>>>(params);
+  Check(cudaGetLastError(), "DrawCloudKernel");
+}
+
+void MakeMask(const MakeMaskParams& params, cudaStream_t stream) {
+  const int width = params.width, height = params.height, radius = params.close_radius;
+  const int64_t pixels = int64_t(width) * height;
+  ForEach(pixels, stream, "MakeMask", [=] __device__(int64_t i) {
+    params.mask[i] = ToByte(params.scale * double(params.image[i]) + params.offset);
+  });
+  if (radius <= 0) return;
+  Scratch<uint8_t> dilated(stream, size_t(pixels));
+  OverDisc<Largest>(params.mask, width, height, radius, dilated.data(), stream);
+  OverDisc<Smallest>(dilated.data(), width, height, radius, params.mask, stream);
+}
+
+void Evidence(const EvidenceParams& params, cudaStream_t stream) {
+  const int count = int(params.painted.size());
+  Scratch<PaintedImage> painted(stream, params.painted.size());
+  if (count > 0) {
+    Check(cudaMemcpyAsync(painted.data(), params.painted.data(), params.painted.size_bytes(),
+                          cudaMemcpyHostToDevice, stream),
+          "cudaMemcpyAsync");
+  }
+  const PaintedImage* const views = painted.data();
+  const CameraParams camera = params.camera;
+  const float* const depth = params.depth;
+  const uint8_t* const coverage = params.coverage;
+  const float tolerance = params.tolerance, unknown = params.unknown_weight, scale = params.scale;
+  const uint16_t pixel_rows = params.pixel_rows;
+  auto* const residual = reinterpret_cast<float2*>(params.residual);
+  ForPixels(camera.width, camera.height, stream, "Evidence",
+            [=] __device__(int x, int y, int64_t i) {
+              float2 out = {0, 0};
+              if (pixel_rows >> (y % kTileSize) & 1) {
+                const glm::vec2 evidence =
+                    EvidenceAt(camera, x, y, depth ? depth[i] : 0, views, count, tolerance, unknown,
+                               coverage ? coverage[i] : uint8_t(0));
+                out = {scale * evidence.x, scale * evidence.y};
+              }
+              residual[i] = out;
+            });
+}
+
+void GatherRows(const CudaViewGeometry& view, const float* of, int32_t channels, float* values,
+                cudaStream_t stream) {
+  const int32_t* const gaussians = view.rows();
+  ForEach(view.num_rows() * channels, stream, "GatherRows", [=] __device__(int64_t i) {
+    values[i] = of[int64_t(gaussians[i / channels]) * channels + i % channels];
+  });
+}
+
+void AddRows(const CudaViewGeometry& view, const float* values, int32_t channels, float* sums,
+             cudaStream_t stream) {
+  const int32_t* const gaussians = view.rows();  // distinct
+  ForEach(view.num_rows() * channels, stream, "AddRows", [=] __device__(int64_t i) {
+    sums[int64_t(gaussians[i / channels]) * channels + i % channels] += values[i];
+  });
+}
+
+}  // namespace retint::cuda
