@@ -101,8 +101,8 @@ class ViewGeometry {
   // Tiles this geometry visits (all tiles with Gaussians, or the region's), row-major tile index,
   // host memory.
   virtual std::span<const int32_t> tiles() const = 0;
-  // Bit y: row y of every tile has its weights. Only RestrictCompact() leaves rows out: every
-  // second one, or three of four; Blend writes zeros there, BlendTranspose does not read them.
+  // Bit y: row y of every tile has its weights. Only RestrictCompact() leaves rows out, and keeps
+  // every second, fourth or eighth; Blend writes zeros there, BlendTranspose does not read them.
   uint16_t pixel_rows() const { return pixel_rows_; }
   int tiles_x() const { return (camera_.width + kTileSize - 1) / kTileSize; }
   int tiles_y() const { return (camera_.height + kTileSize - 1) / kTileSize; }

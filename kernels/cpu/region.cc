@@ -2,10 +2,12 @@
 // The part of a view that active Gaussians touch: their tiles only, each list cut after its last
 // active entry, or, where memory allows, the active Gaussians' weights themselves.
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <iterator>
+#include <bit>
 #include <utility>
 
+#include "kernels/common/thinning.h"
 #include "kernels/cpu/parallel.h"
 #include "kernels/cpu/tiles.h"
 
@@ -82,13 +84,6 @@ void AssignSlots(int64_t num_rows, int64_t num_tiles, const ForEach& for_each,
   });
 }
 
-// What is given up, in turn, until compact weights fit the budget: pixel rows, then small weights.
-struct Thinning {
-  uint16_t pixel_rows;
-  float min_weight;  // in units of the one asked for
-};
-constexpr Thinning kThinnings[] = {{0xffff, 1}, {0x5555, 1}, {0x1111, 1}, {0x1111, 2}, {0x1111, 4}};
-constexpr size_t kMostRowsLeftOut = 2;  // the last that leaves out only rows
 // Bits of WeightEntry::half_rows that lie in `pixel_rows`.
 uint32_t HalfRowsOf(uint16_t pixel_rows) {
   uint32_t half_rows = 0;
@@ -139,7 +134,7 @@ std::vector<WeightTile> ExactWeights(const WeightSource& source, const std::vect
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
       if (used.load(std::memory_order_relaxed) > budget_bytes) return;
-      source.Exact(tiles[i], 0xffff, &work);
+      source.Exact(tiles[i], kAllPixelRows, &work);
       weights[i] = work;  // of exact size
       used.fetch_add(weights[i].bytes(), std::memory_order_relaxed);
     }
@@ -148,34 +143,35 @@ std::vector<WeightTile> ExactWeights(const WeightSource& source, const std::vect
   return weights;
 }
 
-// So many weights a Gaussian are enough, with 48 unknowns and many views: rows are left out above,
-// so that the work goes with the Gaussians and not with their pixels.
-constexpr size_t kEnoughBytesPerRow = 384;
+// 8x8 quarters of the tile that hold any weight of an entry, over the entries.
+uint64_t CountQuarters(const WeightTile& tile) {
+  constexpr uint32_t kQuarters[] = {0x5555, 0xaaaa, 0x55550000, 0xaaaa0000};
+  uint64_t count = 0;
+  for (const WeightEntry& entry : tile.entries) {
+    for (const uint32_t quarter : kQuarters) count += (entry.half_rows & quarter) != 0;
+  }
+  return count;
+}
 
-// The first thinning that a sample of the tiles promises to fit, or the last one.
 size_t GuessThinning(const WeightSource& source, const std::vector<size_t>& tiles, float min_weight,
-                     size_t budget_bytes, size_t enough_bytes) {
-  constexpr size_t kStride = 16;
-  constexpr size_t kLast = std::size(kThinnings) - 1;
-  std::atomic<size_t> used[kLast] = {};
-  const size_t samples = (tiles.size() + kStride - 1) / kStride;
+                     size_t rows, size_t budget_bytes) {
+  const size_t samples = (tiles.size() + kThinningStride - 1) / kThinningStride;
+  std::vector<std::array<uint64_t, kNumRowThinnings>> counts(samples);
   ParallelRanges(int64_t(samples), 4, [&](int64_t begin, int64_t end) {
     WeightTile exact, compact;
-    for (int64_t i = begin; i < end; ++i) {
-      source.Exact(tiles[size_t(i) * kStride], 0xffff, &exact);
-      for (size_t level = 0; level < kLast; ++level) {
+    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+      source.Exact(tiles[i * kThinningStride], kAllPixelRows, &exact);
+      for (size_t level = 0; level < kNumRowThinnings; ++level) {
         source.Compact(exact, kThinnings[level], min_weight, &compact);
-        used[level].fetch_add(compact.bytes(), std::memory_order_relaxed);
+        counts[i][level] = CountQuarters(compact);
       }
     }
   });
-  size_t level = 0;
-  const auto bytes = [&](size_t l) {
-    return used[l].load() * tiles.size() / std::max<size_t>(samples, 1);
-  };
-  while (level < kMostRowsLeftOut && bytes(level) > enough_bytes) ++level;
-  while (level < kLast && bytes(level) > budget_bytes) ++level;
-  return level;
+  uint64_t sums[kNumRowThinnings] = {};
+  for (const auto& sample : counts) {
+    for (size_t level = 0; level < kNumRowThinnings; ++level) sums[level] += sample[level];
+  }
+  return ChooseRowThinning(sums, samples, tiles.size(), rows, budget_bytes);
 }
 
 size_t BytesOf(const std::vector<WeightTile>& tiles) {
@@ -187,10 +183,10 @@ size_t BytesOf(const std::vector<WeightTile>& tiles) {
 // Compact weights of every region tile, thinned until they fit the budget, or nothing when they
 // never do.
 std::vector<WeightTile> CompactWeights(const WeightSource& source, const std::vector<size_t>& tiles,
-                                       float min_weight, size_t budget_bytes, size_t enough_bytes,
+                                       float min_weight, size_t budget_bytes, size_t rows,
                                        uint16_t* pixel_rows) {
   std::vector<WeightTile> weights(tiles.size());
-  size_t level = GuessThinning(source, tiles, min_weight, budget_bytes, enough_bytes);
+  size_t level = GuessThinning(source, tiles, min_weight, rows, budget_bytes);
   ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
@@ -199,7 +195,7 @@ std::vector<WeightTile> CompactWeights(const WeightSource& source, const std::ve
     }
   });
   while (BytesOf(weights) > budget_bytes) {
-    if (++level == std::size(kThinnings)) return {};
+    if (++level == kNumThinnings) return {};
     ParallelRanges(int64_t(tiles.size()), 16, [&](int64_t begin, int64_t end) {
       WeightTile thinner;
       for (size_t i = size_t(begin); i < size_t(end); ++i) {
@@ -294,12 +290,11 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
     region->tile_ids.push_back(view.tile_ids[i]);
   }
   region->tile_ids.shrink_to_fit();
-  uint16_t pixel_rows = 0xffff;
+  uint16_t pixel_rows = kAllPixelRows;
   const WeightSource source(kernels, view, lengths, row_of);
-  auto weights = min_weight > 0
-                     ? CompactWeights(source, tiles, min_weight, budget_bytes,
-                                      kEnoughBytesPerRow * size_t(region->num_rows()), &pixel_rows)
-                     : ExactWeights(source, tiles, budget_bytes);
+  auto weights = min_weight > 0 ? CompactWeights(source, tiles, min_weight, budget_bytes,
+                                                 size_t(region->num_rows()), &pixel_rows)
+                                : ExactWeights(source, tiles, budget_bytes);
   if (!weights.empty()) {
     region->SetPixelRows(pixel_rows);
     if (min_weight > 0) DropEmptyTiles(&weights, region.get());

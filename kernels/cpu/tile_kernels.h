@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "kernels/common/projection.h"
+#include "kernels/common/thinning.h"
 #include "kernels/cpu/geometry.h"
 
 namespace retint {
@@ -20,11 +21,6 @@ struct TileList {
   int64_t count;
   int x0, y0;  // the tile's first pixel
 };
-
-inline constexpr float kMostTakenOver = 4;
-// Tiles in which no pixel's active weights sum to as much are left out: what an edit changes there,
-// hardly a step of an 8-bit picture, is not worth a third of the tiles.
-inline constexpr float kFaint = 4.0f / 255;
 
 struct TileKernels {
   // sums += W c. `transmittance` holds 1, or -1 for pixels beyond the image, on entry; |T| is the

@@ -29,14 +29,15 @@ struct CudaModel : Model {
 };
 
 // Explicit weights of a region: entries by tile and quarter of 8x8 pixels (4 tile + quarter), front
-// to back within; each holds 64 weights, the two pixels (x, y) and (x, y + 4) of a lane side by
-// side.
+// to back within; each holds those of every row_step-th pixel row. With a step of 1 the two pixels
+// (x, y) and (x, y + 4) of a lane lie side by side, else they are in order.
 struct ExplicitWeights {
   bool compact = false;     // bytes in units of `scales`; else 16 bits
+  int row_step = 1;         // 1, 2, 4 or 8
   Scratch<uint32_t> ends;   // [4 tiles] end of each quarter's entries; empty: no explicit weights
   Scratch<int32_t> rows;    // [E]
   Scratch<float> scales;    // [E]
-  Scratch<uint8_t> values;  // [E, 32, 2] of one or two bytes
+  Scratch<uint8_t> values;  // [E, 64 / row_step] of one or two bytes
   size_t bytes() const { return ends.bytes() + rows.bytes() + scales.bytes() + values.bytes(); }
 };
 
@@ -50,6 +51,7 @@ class CudaViewGeometry : public ViewGeometry {
     camera_ = view_camera;
     num_rows_ = rows;
   }
+  void SetPixelRows(uint16_t pixel_rows) { pixel_rows_ = pixel_rows; }
   const int32_t* rows() const override { return gaussians.data(); }
   std::span<const int32_t> tiles() const override;
   size_t bytes() const override {

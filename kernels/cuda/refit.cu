@@ -25,6 +25,12 @@ __device__ void EditChange(const ColorMap& map, float mask, const float* color, 
 struct RegionPixels {
   const int32_t* tile_ids;
   int tiles_x, width, height;
+  uint16_t pixel_rows;
+
+  // Whether pixel i lies in a row that the region left out.
+  __device__ bool IsLeftOut(int64_t i) const {
+    return !(pixel_rows >> (i % kTilePixels / kTileSize) & 1);
+  }
 
   __device__ int64_t Pixel(int64_t i) const {
     const int tile = tile_ids[i / kTilePixels], within = int(i % kTilePixels);
@@ -36,7 +42,8 @@ struct RegionPixels {
 
 RegionPixels PixelsOf(const CudaViewGeometry& view) {
   if (!view.is_region) throw std::invalid_argument("needs a region");
-  return {view.tile_ids.data(), view.tiles_x(), view.camera().width, view.camera().height};
+  return {view.tile_ids.data(), view.tiles_x(), view.camera().width, view.camera().height,
+          view.pixel_rows()};
 }
 
 int64_t CountOf(const CudaViewGeometry& view) {
@@ -48,7 +55,7 @@ __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidua
   for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
        i += int64_t(gridDim.x) * blockDim.x) {
     const int64_t pixel = pixels.Pixel(i);
-    if (pixel < 0) continue;
+    if (pixel < 0 || pixels.IsLeftOut(i)) continue;
     const float weight = params.weights ? float(params.weights[i]) * (1.0f / 255) : 1.0f;
     for (int c = 0; c < 3; ++c) {
       const float r = float(params.target[3 * i + c]) * params.unit - params.image[3 * pixel + c];
@@ -79,8 +86,9 @@ void RegionTarget(const CudaViewGeometry& view, const RegionTargetParams& params
     const int64_t p = pixels.Pixel(i);
     float change[3] = {};
     if (params.weights) {
+      const bool counts = p >= 0 && !pixels.IsLeftOut(i);
       params.weights[i] =
-          p >= 0 ? PixelWeight(params.mask[p], params.inside_weight, params.outside_weight) : 0;
+          counts ? PixelWeight(params.mask[p], params.inside_weight, params.outside_weight) : 0;
     }
     if (p >= 0) {
       EditChange(params.map, float(params.mask[p]) * (1.0f / 255), source + 3 * p, change);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The part of a view that active Gaussians touch: their tiles only, each list cut after its last
 // active entry, or, where memory allows, the active Gaussians' weights themselves.
+#include <array>
+#include <bit>
 #include <stdexcept>
 #include <utility>
 
@@ -157,7 +159,7 @@ Restriction FindTiles(const CudaViewGeometry& view, const uint8_t* active, CudaV
   return found;
 }
 
-// The explicit weights, where they fit; false leaves the region as it was.
+// The explicit weights, thinned until they fit; false leaves the region as it was.
 bool AddWeights(const CudaViewGeometry& view, const Restriction& found, size_t budget_bytes,
                 float min_weight, CudaViewGeometry* region, cudaStream_t stream) {
   const int64_t rows = view.num_rows();
@@ -181,13 +183,29 @@ bool AddWeights(const CudaViewGeometry& view, const Restriction& found, size_t b
                   view.tiles_x(),
                   tiles,
                   nullptr};
+  WeightChoice choice{min_weight, 1, compact};
+  size_t level = 0;
+  if (compact) {
+    using Counts = std::array<uint32_t, kNumRowThinnings>;
+    Scratch<Counts> counts(stream, 1);
+    Check(cudaMemsetAsync(counts.data(), 0, counts.bytes(), stream), "cudaMemsetAsync");
+    SampleWeights(lists, min_weight, counts.data()->data(), stream);
+    const auto sampled = std::get<0>(ReadBack(stream, counts.data()));
+    const std::array<uint64_t, kNumRowThinnings> quarters = {sampled[0], sampled[1], sampled[2],
+                                                             sampled[3]};
+    level = ChooseRowThinning(quarters.data(), Blocks(tiles, kThinningStride), size_t(tiles),
+                              size_t(region->num_rows()), budget_bytes);
+  }
   const size_t quarters = size_t(tiles) * kWarps;
+  Scratch<float> factors(stream, quarters * kQuarter * kQuarter);
   Scratch<uint32_t> counts(stream, quarters), ends(stream, quarters);
   Scratch<uint8_t> has_weights(stream, size_t(tiles));
   Scratch<int32_t> kept(stream, size_t(tiles)), selected(stream, 1);
-  // The least weight is raised until the rest fits.
-  for (const float factor : {1.0f, 1.5f, 2.0f, 3.0f, 4.0f}) {
-    CountWeights(lists, factor * min_weight, counts.data(), stream);
+  for (; level < kNumThinnings; ++level) {
+    const Thinning& thinning = kThinnings[level];
+    choice.min_weight = thinning.min_weight * min_weight;
+    choice.row_step = kTileSize / std::popcount(thinning.pixel_rows);
+    CountWeights(lists, choice, counts.data(), factors.data(), stream);
     InclusiveSum(int64_t(quarters), counts.data(), ends.data(), stream);
     HasWeightsKernel<<<Blocks(tiles, kThreads), kThreads, 0, stream>>>(tiles, counts.data(),
                                                                        has_weights.data());
@@ -196,7 +214,7 @@ bool AddWeights(const CudaViewGeometry& view, const Restriction& found, size_t b
     const auto [total, remaining] = ReadBack(stream, ends.data() + quarters - 1, selected.data());
     const int left = compact ? remaining : tiles;
     const size_t bytes = region->gaussians.bytes() + size_t(left) * sizeof(int32_t) +
-                         WeightBytes(left, total, compact);
+                         WeightBytes(left, total, choice);
     if (bytes > budget_bytes) {
       if (!compact) return false;
       continue;
@@ -218,7 +236,9 @@ bool AddWeights(const CudaViewGeometry& view, const Restriction& found, size_t b
       lists.ranges = ranges.data();
       lists.tiles = left;
     }
-    StoreWeights(lists, factor * min_weight, compact, std::move(ends), total, region, stream);
+    region->SetPixelRows(thinning.pixel_rows);
+    StoreWeights(lists, choice, left < tiles ? kept.data() : nullptr, factors.data(),
+                 std::move(ends), total, region, stream);
     return true;
   }
   return false;

@@ -30,23 +30,25 @@ struct TileLists {
   __device__ int Index() const { return order ? order[blockIdx.x] : int(blockIdx.x); }
 };
 
-// The lane's two pixels: (x, y0) and (x, y1).
+// The lane's two pixels: (x, y0) and (x, y1). Where only every second, fourth or eighth row is
+// visited (`row_step`), there is one, (x, y0), and one, two or four lanes share it.
 struct Lane {
   int x, y0, y1;
   bool inside0, inside1;
   float quarter_x, quarter_y;  // centre of the quarter's first pixel
 };
 
-__device__ inline Lane QuarterLane(int width, int height, int tiles_x, int tile, int quarter) {
+template <int row_step = 1>
+__device__ Lane QuarterLane(int width, int height, int tiles_x, int tile, int quarter) {
   const int lane = threadIdx.x % 32;
   const int x0 = tile % tiles_x * kTileSize + (quarter & 1) * kQuarter;
   const int y0 = tile / tiles_x * kTileSize + (quarter >> 1) * kQuarter;
   Lane out;
   out.x = x0 + lane % kQuarter;
-  out.y0 = y0 + lane / kQuarter;
+  out.y0 = y0 + row_step * (lane / kQuarter) % kQuarter;
   out.y1 = out.y0 + kQuarter / 2;
   out.inside0 = out.x < width && out.y0 < height;
-  out.inside1 = out.x < width && out.y1 < height;
+  out.inside1 = row_step == 1 && out.x < width && out.y1 < height;
   out.quarter_x = float(x0) + 0.5f;
   out.quarter_y = float(y0) + 0.5f;
   return out;
@@ -117,12 +119,13 @@ __device__ void WalkTile(const TileLists& lists, int index, const Lane& lane, Ba
   }
 }
 
-// Sums each of `values[8]` over the warp with 9 shuffles: afterwards every lane holds the sum of
-// value number (bit 4, bit 3, bit 2 of its index).
-__device__ inline float ReduceEight(float* values) {
+// Sums each of `values[8]` over every `width` lanes, 32, 16 or 8, with 9, 8 or 7 shuffles: afterwards
+// every lane holds the sum of value number lane % width / (width / 8).
+template <int width = 32>
+__device__ float ReduceEight(float* values) {
   const int lane = threadIdx.x % 32;
 #pragma unroll
-  for (int half = 4, bit = 16; half >= 1; half /= 2, bit /= 2) {
+  for (int half = 4, bit = width / 2; half >= 1; half /= 2, bit /= 2) {
     const bool upper = lane & bit;
 #pragma unroll
     for (int i = 0; i < 4; ++i) {
@@ -133,8 +136,8 @@ __device__ inline float ReduceEight(float* values) {
     }
   }
   float sum = values[0];
-  sum += __shfl_xor_sync(kFullWarp, sum, 2);
-  sum += __shfl_xor_sync(kFullWarp, sum, 1);
+#pragma unroll
+  for (int bit = width / 16; bit >= 1; bit /= 2) sum += __shfl_xor_sync(kFullWarp, sum, bit);
   return sum;
 }
 

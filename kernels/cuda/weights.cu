@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "kernels/cuda/weights.cuh"
 
+#include <type_traits>
+
 namespace retint::cuda {
 namespace {
 
@@ -15,65 +17,169 @@ __device__ float WarpMax(float value) {
 #endif
 }
 
-// Walks the tiles with keep(row, w0, w1), the lane's two weights, for every active splat that has a
-// weight above min_weight in the warp's quarter.
-template <typename Keep>
-__device__ void WalkWeights(const TileLists& lists, float min_weight, Batch<int>* batches,
-                            const Keep& keep) {
-  const Lane lane = LaneOf(lists, lists.tile_ids[blockIdx.x]);
-  float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
+constexpr int kQuarterPixels = kQuarter * kQuarter;
+
+// Every lane's share of a quarter's pixels.
+template <int row_step>
+constexpr int kPixelsOfLane = row_step == 1 ? 2 : 1;
+// The others share pixels with these.
+template <int row_step>
+constexpr int kLanes = row_step == 1 ? 32 : 64 / row_step;
+
+// Walks the tile with visit(row, w0, w1), the lane's weights, for every active splat that the
+// warp's quarter may see.
+template <int row_step, typename Visit>
+__device__ void WalkWeights(const TileLists& lists, int tile, Batch<int>* batches,
+                            const Visit& visit) {
+  const Lane lane = QuarterLane<row_step>(lists.width, lists.height, lists.tiles_x,
+                                          lists.tile_ids[tile], int(threadIdx.x) / 32);
+  const bool is_first = threadIdx.x % 32 < kLanes<row_step>;
+  float t0 = lane.inside0 && is_first ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
   WalkTile(
-      lists, blockIdx.x, lane, &batches[threadIdx.x / 32], [](int row, int* out) { *out = row; },
+      lists, tile, lane, &batches[threadIdx.x / 32], [](int row, int* out) { *out = row; },
       [&](const Batch<int>& batch, int count) {
 #pragma unroll 4
         for (int i = 0; i < count; ++i) {
           const Splat s = batch.splats[i];
           const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
           const float w0 = BlendStep(SplatExponent(s, dx, dy), &t0);
-          const float w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
+          float w1 = 0;
+          if (row_step == 1) w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
           const int row = batch.payloads[i];
-          if (row < 0) continue;  // the same for the whole warp
-          const float larger = fmaxf(w0, w1);
-          if (__any_sync(kFullWarp, larger > 0 && larger >= min_weight)) keep(row, w0, w1);
+          if (row >= 0) visit(row, w0, w1);  // the same for the whole warp
         }
       },
       [&] { return t0 > 0 || t1 > 0; });
 }
 
-__global__ void __launch_bounds__(kTileThreads)
-    CountWeightsKernel(TileLists lists, float min_weight, uint32_t* counts) {
-  __shared__ __align__(16) Batch<int> batches[kWarps];
-  uint32_t count = 0;
-  WalkWeights(lists, min_weight, batches, [&](int, float, float) { ++count; });
-  if (threadIdx.x % 32 == 0) counts[kWarps * blockIdx.x + threadIdx.x / 32] = count;
-}
+// Which of the lanes' weights are large; a half row is eight lanes side by side.
+struct LargeWeights {
+  unsigned first, second;  // a bit a lane
 
-// The weights of one entry, two a lane, in steps of its largest.
-template <typename Step, int kSteps>
-struct Pair {
-  static constexpr int kLargest = kSteps;
-  Step first, second;
-  __device__ static Pair Of(float w0, float w1, float steps) {
-    return {Step(__float2int_rn(w0 * steps)), Step(__float2int_rn(w1 * steps))};
+  __device__ LargeWeights(float w0, float w1, float min_weight)
+      : first(__ballot_sync(kFullWarp, w0 > 0 && w0 >= min_weight)),
+        second(__ballot_sync(kFullWarp, w1 > 0 && w1 >= min_weight)) {}
+  __device__ bool Any() const { return (first | second) != 0; }
+  // Whether the lane's half row has one.
+  __device__ static bool Keeps(unsigned large) {
+    return (large & 0xffu << (threadIdx.x & 24)) != 0;
   }
 };
-using FinePair = Pair<uint16_t, 65535>;
-using CompactPair = Pair<uint8_t, 255>;
 
-template <typename Pair>
+// Bit y: pixel row y of the quarter has one.
+__device__ unsigned HalfRows(const LargeWeights& large) {
+  unsigned rows = 0;
+  for (int y = 0; y < 4; ++y) {
+    if (large.first >> 8 * y & 0xff) rows |= 1u << y;
+    if (large.second >> 8 * y & 0xff) rows |= 16u << y;
+  }
+  return rows;
+}
+
+// Whether no pixel of the tile sums to kFaint. `sum`: the lane's larger.
+__device__ bool IsFaint(float sum) {
+  __shared__ float largest[kWarps];
+  const float of_warp = WarpMax(sum);
+  if (threadIdx.x % 32 == 0) largest[threadIdx.x / 32] = of_warp;
+  __syncthreads();
+  float all = 0;
+  for (const float one : largest) all = fmaxf(all, one);
+  return all < kFaint;
+}
+
 __global__ void __launch_bounds__(kTileThreads)
-    StoreWeightsKernel(TileLists lists, float min_weight, const uint32_t* ends, int32_t* rows,
-                       float* scales, Pair* pairs) {
+    SampleWeightsKernel(TileLists lists, float min_weight, uint32_t* quarters) {
+  constexpr unsigned kRows[] = {0xff, 0x55, 0x11, 0x01};
+  static_assert(sizeof(kRows) / sizeof(kRows[0]) == kNumRowThinnings);
   __shared__ __align__(16) Batch<int> batches[kWarps];
+  unsigned counts[kNumRowThinnings] = {};
+  float sum0 = 0, sum1 = 0;
+  WalkWeights<1>(lists, int(blockIdx.x) * kThinningStride, batches, [&](int, float w0, float w1) {
+    sum0 += w0;
+    sum1 += w1;
+    const unsigned rows = HalfRows(LargeWeights(w0, w1, min_weight));
+#pragma unroll
+    for (size_t level = 0; level < kNumRowThinnings; ++level) {
+      counts[level] += (rows & kRows[level]) != 0;
+    }
+  });
+  if (IsFaint(fmaxf(sum0, sum1)) || threadIdx.x % 32 != 0) return;
+  for (size_t level = 0; level < kNumRowThinnings; ++level) {
+    atomicAdd(quarters + level, counts[level]);
+  }
+}
+
+template <int row_step>
+__global__ void __launch_bounds__(kTileThreads)
+    CountWeightsKernel(TileLists lists, float min_weight, bool drop_faint, uint32_t* counts,
+                       float* factors) {
+  __shared__ __align__(16) Batch<int> batches[kWarps];
+  uint32_t count = 0;
+  float kept0 = 0, kept1 = 0, sum0 = 0, sum1 = 0;
+  WalkWeights<row_step>(lists, int(blockIdx.x), batches, [&](int, float w0, float w1) {
+    const LargeWeights large(w0, w1, min_weight);
+    count += large.Any();
+    sum0 += w0;
+    sum1 += w1;
+    if (LargeWeights::Keeps(large.first)) kept0 += w0;
+    if (LargeWeights::Keeps(large.second)) kept1 += w1;
+  });
+  if (drop_faint && IsFaint(fmaxf(sum0, sum1))) count = 0;
   const int quarter = int(kWarps * blockIdx.x + threadIdx.x / 32), lane = threadIdx.x % 32;
-  int64_t at = quarter ? ends[quarter - 1] : 0;
-  WalkWeights(lists, min_weight, batches, [&](int row, float w0, float w1) {
+  if (lane == 0) counts[quarter] = count;
+  float* const to = factors + int64_t(quarter) * (kQuarterPixels / row_step);
+  const auto factor = [](float sum, float kept) {
+    return fminf(sum / fmaxf(kept, 1e-12f), kMostTakenOver);
+  };
+  if (row_step == 1) {
+    to[2 * lane] = factor(sum0, kept0);
+    to[2 * lane + 1] = factor(sum1, kept1);
+  } else if (lane < kLanes<row_step>) {
+    to[lane] = factor(sum0, kept0);
+  }
+}
+
+template <typename Step>
+constexpr int kSteps = sizeof(Step) == 1 ? 255 : 65535;
+
+template <typename Step, int row_step>
+__global__ void __launch_bounds__(kTileThreads)
+    StoreWeightsKernel(TileLists lists, float min_weight, const int32_t* kept, const float* factors,
+                       const uint32_t* ends, int32_t* rows, float* scales, Step* values) {
+  constexpr int kValues = kQuarterPixels / row_step;
+  __shared__ __align__(16) Batch<int> batches[kWarps];
+  const int warp = int(threadIdx.x) / 32, lane = threadIdx.x % 32;
+  const int quarter = int(kWarps * blockIdx.x) + warp;
+  const unsigned first = quarter ? ends[quarter - 1] : 0;
+  int64_t at = first;
+  const bool is_dropped = ends[quarter] == first;
+  const float* const from =
+      factors + (int64_t(kWarps) * (kept ? kept[blockIdx.x] : int(blockIdx.x)) + warp) * kValues;
+  float factor0, factor1 = 0;
+  if (row_step == 1) {
+    factor0 = from[2 * lane];
+    factor1 = from[2 * lane + 1];
+  } else {
+    factor0 = from[lane % kLanes<row_step>];
+  }
+  WalkWeights<row_step>(lists, int(blockIdx.x), batches, [&](int row, float w0, float w1) {
+    const LargeWeights large(w0, w1, min_weight);
+    if (!large.Any() || is_dropped) return;
+    w0 = LargeWeights::Keeps(large.first) ? w0 * factor0 : 0;
+    w1 = LargeWeights::Keeps(large.second) ? w1 * factor1 : 0;
     const float largest = WarpMax(fmaxf(w0, w1));
     if (lane == 0) {
       rows[at] = row;
-      scales[at] = largest * (1.0f / Pair::kLargest);
+      scales[at] = largest * (1.0f / kSteps<Step>);
     }
-    pairs[32 * at + lane] = Pair::Of(w0, w1, Pair::kLargest / largest);
+    const float steps = kSteps<Step> / largest;
+    Step* const to = values + at * kValues;
+    if (row_step == 1) {
+      to[2 * lane] = Step(__float2int_rn(w0 * steps));
+      to[2 * lane + 1] = Step(__float2int_rn(w1 * steps));
+    } else if (lane < kLanes<row_step>) {
+      to[lane] = Step(__float2int_rn(w0 * steps));
+    }
     ++at;
   });
 }
@@ -96,7 +202,9 @@ Weights WeightsOf(const CudaViewGeometry& region) {
 
 // A quarter's entries one after the other would take long: they are dealt to kShares warps, kDeal
 // at a time.
-constexpr int kShares = 4, kDeal = 16;
+constexpr int kShares = 4;
+template <int row_step>
+constexpr int kDeal = row_step == 8 ? 32 : 16;
 constexpr int kSharedThreads = kTileThreads * kShares;
 
 struct Deal {
@@ -104,42 +212,80 @@ struct Deal {
   unsigned first, end;  // entries of the quarter: first + kDeal * (share + kShares * i)
 };
 
+template <int row_step>
 __device__ Deal DealOf(const Weights& weights) {
   const int warp = threadIdx.x / 32;
   Deal deal;
   deal.quarter = warp % kWarps;
   deal.share = warp / kWarps;
   const unsigned at = kWarps * blockIdx.x + deal.quarter;
-  deal.first = (at ? weights.ends[at - 1] : 0) + kDeal * deal.share;
+  deal.first = (at ? weights.ends[at - 1] : 0) + kDeal<row_step> * deal.share;
   deal.end = weights.ends[at];
   return deal;
 }
 
 // The pixels of this warp's quarter.
+template <int row_step>
 __device__ Lane LaneOf(const Weights& weights, const Deal& deal) {
-  return QuarterLane(weights.width, weights.height, weights.tiles_x, weights.tile_ids[blockIdx.x],
-                     deal.quarter);
+  return QuarterLane<row_step>(weights.width, weights.height, weights.tiles_x,
+                               weights.tile_ids[blockIdx.x], deal.quarter);
 }
 
-template <int C, typename Pair>
+// A lane's weights of one entry.
+template <typename Step, int row_step>
+struct LaneWeights {
+  Step first, second;
+};
+template <typename Step>
+struct LaneWeights<Step, 2> {
+  Step first;
+  static constexpr Step second = 0;
+};
+template <typename Step>
+struct LaneWeights<Step, 4> : LaneWeights<Step, 2> {};
+template <typename Step>
+struct LaneWeights<Step, 8> : LaneWeights<Step, 2> {};
+
+// How a warp reads the entries dealt to it: every load brings one weight or two a lane, of one
+// entry or more.
+template <typename Step, int row_step>
+struct Loads {
+  using Values = LaneWeights<Step, row_step>;
+  static constexpr int kEntries = 32 / kLanes<row_step>;  // a load
+  static constexpr int kCount = kDeal<row_step> / kEntries;
+  Values of_lane[kCount];
+
+  __device__ void Read(const Step* values, unsigned first, unsigned end) {
+    const Values* const from = reinterpret_cast<const Values*>(values);
+#pragma unroll
+    for (int i = 0; i < kCount; ++i) {
+      of_lane[i] = {};
+      if (Entry(first, i) < end) {
+        of_lane[i] = from[int64_t(first + kEntries * i) * kLanes<row_step> + threadIdx.x % 32];
+      }
+    }
+  }
+  __device__ static unsigned Entry(unsigned first, int load) {
+    return first + kEntries * load + threadIdx.x % 32 / kLanes<row_step>;
+  }
+};
+
+template <int C, typename Step, int row_step>
 __global__ void __launch_bounds__(kSharedThreads)
-    BlendWeightsKernel(Weights weights, Pair* pairs, BlendParams params) {
+    BlendWeightsKernel(Weights weights, const Step* values, BlendParams params) {
   // Features in the weights' steps, and the step.
-  __shared__ float staged[kWarps * kShares][kDeal][C + 1];
+  __shared__ float staged[kWarps * kShares][kDeal<row_step>][C + 1];
   __shared__ float partial[kShares - 1][kWarps][2][C + 1][32];
-  const Deal deal = DealOf(weights);
+  const Deal deal = DealOf<row_step>(weights);
   float(*features)[C + 1] = staged[threadIdx.x / 32];
   const unsigned lane_id = threadIdx.x % 32;
   float sum0[C + 1] = {}, sum1[C + 1] = {};  // the last is the active Gaussians' share
-  for (unsigned first = deal.first; first < deal.end; first += kDeal * kShares) {
-    Pair loaded[kDeal];
-#pragma unroll
-    for (int i = 0; i < kDeal; ++i) {
-      loaded[i] = {};
-      if (first + i < deal.end) loaded[i] = pairs[int64_t(first + i) * 32 + lane_id];
-    }
+  using LoadsOf = Loads<Step, row_step>;
+  for (unsigned first = deal.first; first < deal.end; first += kDeal<row_step> * kShares) {
+    LoadsOf loads;
+    loads.Read(values, first, deal.end);
     const unsigned mine = first + lane_id;
-    if (lane_id < kDeal) {
+    if (lane_id < kDeal<row_step>) {
       const bool live = mine < deal.end;
       const float scale = live ? weights.scales[mine] : 0.0f;
       const float* from = params.features + int64_t(live ? weights.rows[mine] : 0) * C;
@@ -149,15 +295,21 @@ __global__ void __launch_bounds__(kSharedThreads)
     }
     __syncwarp();
 #pragma unroll
-    for (int i = 0; i < kDeal; ++i) {
-      const float w0 = loaded[i].first, w1 = loaded[i].second;
+    for (int i = 0; i < LoadsOf::kCount; ++i) {
+      const float w0 = loads.of_lane[i].first, w1 = loads.of_lane[i].second;
+      const float* const feature = features[LoadsOf::Entry(0, i)];
 #pragma unroll
       for (int c = 0; c <= C; ++c) {
-        sum0[c] += w0 * features[i][c];
-        sum1[c] += w1 * features[i][c];
+        sum0[c] += w0 * feature[c];
+        if (row_step == 1) sum1[c] += w1 * feature[c];
       }
     }
     __syncwarp();
+  }
+#pragma unroll
+  for (int other = kLanes<row_step>; other < 32; other *= 2) {
+#pragma unroll
+    for (int c = 0; c <= C; ++c) sum0[c] += __shfl_xor_sync(kFullWarp, sum0[c], other);
   }
   if (deal.share > 0) {
 #pragma unroll
@@ -175,23 +327,27 @@ __global__ void __launch_bounds__(kSharedThreads)
       sum1[c] += partial[share][deal.quarter][1][c][lane_id];
     }
   }
-  const Lane lane = LaneOf(weights, deal);
+  const Lane lane = LaneOf<row_step>(weights, deal);
   const auto store = [&](int y, const float* sum) {
     const int64_t pixel = int64_t(y) * weights.width + lane.x;
 #pragma unroll
     for (int c = 0; c < C; ++c) params.image[pixel * C + c] = sum[c];
     if (params.alpha) params.alpha[pixel] = sum[C];
   };
-  if (lane.inside0) store(lane.y0, sum0);
+  if (lane.inside0 && lane_id < kLanes<row_step>) {
+    store(lane.y0, sum0);
+    const float nothing[C + 1] = {};
+    for (int y = lane.y0 + 1; y < min(lane.y0 + row_step, weights.height); ++y) store(y, nothing);
+  }
   if (lane.inside1) store(lane.y1, sum1);
 }
 
-template <int C, typename Pair>
+template <int C, typename Step, int row_step>
 __global__ void __launch_bounds__(kSharedThreads)
-    TransposeWeightsKernel(Weights weights, Pair* pairs, BlendTransposeParams params) {
-  const Deal deal = DealOf(weights);
+    TransposeWeightsKernel(Weights weights, const Step* values, BlendTransposeParams params) {
+  const Deal deal = DealOf<row_step>(weights);
   if (deal.first >= deal.end) return;
-  const Lane lane = LaneOf(weights, deal);
+  const Lane lane = LaneOf<row_step>(weights, deal);
   const unsigned lane_id = threadIdx.x % 32;
   float residual0[C] = {}, residual1[C] = {};
   const auto read = [&](int y, float* residual) {
@@ -201,16 +357,15 @@ __global__ void __launch_bounds__(kSharedThreads)
   };
   if (lane.inside0) read(lane.y0, residual0);
   if (lane.inside1) read(lane.y1, residual1);
-  for (unsigned first = deal.first; first < deal.end; first += kDeal * kShares) {
-    Pair loaded[kDeal];
+  using LoadsOf = Loads<Step, row_step>;
+  constexpr int kSumLanes = kLanes<row_step> / 8;  // hold the same sum
+  for (unsigned first = deal.first; first < deal.end; first += kDeal<row_step> * kShares) {
+    LoadsOf loads;
+    loads.Read(values, first, deal.end);
 #pragma unroll
-    for (int i = 0; i < kDeal; ++i) {
-      loaded[i] = {};
-      if (first + i < deal.end) loaded[i] = pairs[int64_t(first + i) * 32 + lane_id];
-    }
-#pragma unroll
-    for (int half = 0; half < kDeal; half += 8) {
-      const unsigned mine = first + half + (lane_id >> 2);
+    for (int eight = 0; eight < LoadsOf::kCount; eight += 8) {
+      const unsigned mine =
+          LoadsOf::Entry(first, eight + int(lane_id % kLanes<row_step> / kSumLanes));
       const bool live = mine < deal.end;
       const int64_t row = live ? weights.rows[mine] : 0;
       const float scale = live ? weights.scales[mine] : 0.0f;
@@ -219,11 +374,12 @@ __global__ void __launch_bounds__(kSharedThreads)
         float sums[8];
 #pragma unroll
         for (int i = 0; i < 8; ++i) {
-          sums[i] = float(loaded[half + i].first) * residual0[c] +
-                    float(loaded[half + i].second) * residual1[c];
+          const auto& weight = loads.of_lane[eight + i];
+          sums[i] = float(weight.first) * residual0[c];
+          if (row_step == 1) sums[i] += float(weight.second) * residual1[c];
         }
-        const float sum = scale * ReduceEight(sums);
-        if ((lane_id & 3) == (c & 3) && live && sum != 0) {
+        const float sum = scale * ReduceEight<kLanes<row_step>>(sums);
+        if (int(lane_id) % kSumLanes == c % kSumLanes && live && sum != 0) {
           atomicAdd(&params.result[row * C + c], sum);
         }
       }
@@ -231,73 +387,100 @@ __global__ void __launch_bounds__(kSharedThreads)
   }
 }
 
-}  // namespace
-
-size_t WeightBytes(int64_t tiles, int64_t total, bool compact) {
-  const size_t pair = compact ? sizeof(CompactPair) : sizeof(FinePair);
-  const size_t entry = sizeof(int32_t) + sizeof(float) + 32 * pair;
-  return size_t(tiles) * kWarps * sizeof(uint32_t) + size_t(total) * entry;
-}
-
-// function(null pointer to the kind of pair) for the region's.
+// function(a value of the weights' type, std::integral_constant<int, row step>).
 template <typename Function>
-void WithPair(bool compact, const Function& function) {
+void WithKind(bool compact, int row_step, const Function& function) {
+  const auto with_step = [&](auto value) {
+    switch (row_step) {
+      case 1:
+        return function(value, std::integral_constant<int, 1>());
+      case 2:
+        return function(value, std::integral_constant<int, 2>());
+      case 4:
+        return function(value, std::integral_constant<int, 4>());
+      default:
+        return function(value, std::integral_constant<int, 8>());
+    }
+  };
   if (compact) {
-    function(static_cast<CompactPair*>(nullptr));
+    with_step(uint8_t{});
   } else {
-    function(static_cast<FinePair*>(nullptr));
+    function(uint16_t{}, std::integral_constant<int, 1>());
   }
 }
 
-void CountWeights(const TileLists& lists, float min_weight, uint32_t* counts, cudaStream_t stream) {
+}  // namespace
+
+size_t WeightBytes(int64_t tiles, int64_t total, const WeightChoice& choice) {
+  const size_t values = size_t(kQuarterPixels / choice.row_step) * (choice.compact ? 1 : 2);
+  return size_t(tiles) * kWarps * sizeof(uint32_t) +
+         size_t(total) * (sizeof(int32_t) + sizeof(float) + values);
+}
+
+void SampleWeights(const TileLists& lists, float min_weight, uint32_t* quarters,
+                   cudaStream_t stream) {
   if (lists.tiles == 0) return;
-  CountWeightsKernel<<<lists.tiles, kTileThreads, 0, stream>>>(lists, min_weight, counts);
+  SampleWeightsKernel<<<Blocks(lists.tiles, kThinningStride), kTileThreads, 0, stream>>>(
+      lists, min_weight, quarters);
+  Check(cudaGetLastError(), "SampleWeightsKernel");
+}
+
+void CountWeights(const TileLists& lists, const WeightChoice& choice, uint32_t* counts,
+                  float* factors, cudaStream_t stream) {
+  if (lists.tiles == 0) return;
+  WithKind(choice.compact, choice.row_step, [&](auto, auto row_step) {
+    CountWeightsKernel<row_step()><<<lists.tiles, kTileThreads, 0, stream>>>(
+        lists, choice.min_weight, choice.compact, counts, factors);
+  });
   Check(cudaGetLastError(), "CountWeightsKernel");
 }
 
-void StoreWeights(const TileLists& lists, float min_weight, bool compact, Scratch<uint32_t> ends,
-                  int64_t total, CudaViewGeometry* region, cudaStream_t stream) {
+void StoreWeights(const TileLists& lists, const WeightChoice& choice, const int32_t* kept,
+                  const float* factors, Scratch<uint32_t> ends, int64_t total,
+                  CudaViewGeometry* region, cudaStream_t stream) {
   ExplicitWeights& weights = region->weights;
-  weights.compact = compact;
+  weights.compact = choice.compact;
+  weights.row_step = choice.row_step;
   weights.ends = static_cast<Scratch<uint32_t>&&>(ends);
   weights.rows = Scratch<int32_t>(stream, size_t(total));
   weights.scales = Scratch<float>(stream, size_t(total));
-  const size_t pair = compact ? sizeof(CompactPair) : sizeof(FinePair);
-  weights.values = Scratch<uint8_t>(stream, size_t(total) * 32 * pair);
+  const size_t values = size_t(total) * size_t(kQuarterPixels / choice.row_step);
+  weights.values = Scratch<uint8_t>(stream, values * (choice.compact ? 1 : 2));
   if (lists.tiles == 0) return;
-  WithPair(compact, [&](auto* kind) {
-    StoreWeightsKernel<<<lists.tiles, kTileThreads, 0, stream>>>(
-        lists, min_weight, weights.ends.data(), weights.rows.data(), weights.scales.data(),
-        reinterpret_cast<decltype(kind)>(weights.values.data()));
+  WithKind(choice.compact, choice.row_step, [&](auto value, auto row_step) {
+    using Step = decltype(value);
+    StoreWeightsKernel<Step, row_step()><<<lists.tiles, kTileThreads, 0, stream>>>(
+        lists, choice.min_weight, kept, factors, weights.ends.data(), weights.rows.data(),
+        weights.scales.data(), reinterpret_cast<Step*>(weights.values.data()));
   });
   Check(cudaGetLastError(), "StoreWeightsKernel");
 }
 
 void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cudaStream_t stream) {
   const Weights weights = WeightsOf(region);
+  if (weights.tiles == 0) return;
   WithChannels(params.channels, [&](auto c) {
-    if (weights.tiles == 0) return;
-    WithPair(region.weights.compact, [&](auto* kind) {
-      auto* values = reinterpret_cast<decltype(kind)>(region.weights.values.data());
-      BlendWeightsKernel<c()>
-          <<<weights.tiles, kSharedThreads, 0, stream>>>(weights, values, params);
+    WithKind(region.weights.compact, region.weights.row_step, [&](auto value, auto row_step) {
+      using Step = decltype(value);
+      BlendWeightsKernel<c(), Step, row_step()><<<weights.tiles, kSharedThreads, 0, stream>>>(
+          weights, reinterpret_cast<const Step*>(region.weights.values.data()), params);
     });
-    Check(cudaGetLastError(), "BlendWeightsKernel");
   });
+  Check(cudaGetLastError(), "BlendWeightsKernel");
 }
 
 void BlendWeightsTranspose(const CudaViewGeometry& region, const BlendTransposeParams& params,
                            cudaStream_t stream) {
   const Weights weights = WeightsOf(region);
+  if (weights.tiles == 0) return;
   WithChannels(params.channels, [&](auto c) {
-    if (weights.tiles == 0) return;
-    WithPair(region.weights.compact, [&](auto* kind) {
-      auto* values = reinterpret_cast<decltype(kind)>(region.weights.values.data());
-      TransposeWeightsKernel<c()>
-          <<<weights.tiles, kSharedThreads, 0, stream>>>(weights, values, params);
+    WithKind(region.weights.compact, region.weights.row_step, [&](auto value, auto row_step) {
+      using Step = decltype(value);
+      TransposeWeightsKernel<c(), Step, row_step()><<<weights.tiles, kSharedThreads, 0, stream>>>(
+          weights, reinterpret_cast<const Step*>(region.weights.values.data()), params);
     });
-    Check(cudaGetLastError(), "TransposeWeightsKernel");
   });
+  Check(cudaGetLastError(), "TransposeWeightsKernel");
 }
 
 }  // namespace retint::cuda

@@ -2,21 +2,37 @@
 // Explicit weights W_A of a region: Blend and BlendTranspose as sparse products.
 #pragma once
 
+#include "kernels/common/thinning.h"
 #include "kernels/cuda/geometry.cuh"
 #include "kernels/cuda/tile_walk.cuh"
 
 namespace retint::cuda {
 
-// Per tile of `lists` and quarter (4 tile + quarter), how many active splats have a weight above
-// `min_weight` there (0: any at all).
-void CountWeights(const TileLists& lists, float min_weight, uint32_t* counts, cudaStream_t stream);
+// Which weights are kept: half rows (8 pixels side by side in a quarter) of every row_step-th pixel
+// row that hold one of min_weight or more, 0: every one.
+struct WeightChoice {
+  float min_weight;
+  int row_step;  // 1, 2, 4 or 8
+  bool compact;  // held in 8 bits of an entry's largest, else 16; faint tiles go, see thinning.h
+};
+
+// Adds up how many quarters of every kThinningStride-th tile hold weights of an active splat that
+// each thinning of rows (kernels/common/thinning.h) would keep.
+void SampleWeights(const TileLists& lists, float min_weight, uint32_t* quarters,
+                   cudaStream_t stream);
+
+// Per tile of `lists` and quarter (4 tile + quarter), how many active splats have a weight to keep;
+// per quarter's pixel, what its kept weights grow by to sum to what all did, in the order of
+// ExplicitWeights::values, [4 tiles, 64 / row_step].
+void CountWeights(const TileLists& lists, const WeightChoice& choice, uint32_t* counts,
+                  float* factors, cudaStream_t stream);
 
 // Fills region->weights; its `ends` are the running sums of the counts, `total` the last of them.
-// Weights are kept in steps of their entry's largest: 1 / 255 of it
-// where `compact`, else 1 / 65535.
-void StoreWeights(const TileLists& lists, float min_weight, bool compact, Scratch<uint32_t> ends,
-                  int64_t total, CudaViewGeometry* region, cudaStream_t stream);
-size_t WeightBytes(int64_t tiles, int64_t total, bool compact);
+// Tile t's factors are those of tile kept[t].
+void StoreWeights(const TileLists& lists, const WeightChoice& choice, const int32_t* kept,
+                  const float* factors, Scratch<uint32_t> ends, int64_t total,
+                  CudaViewGeometry* region, cudaStream_t stream);
+size_t WeightBytes(int64_t tiles, int64_t total, const WeightChoice& choice);
 
 // For regions with explicit weights, as Blend and BlendTranspose.
 void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cudaStream_t stream);

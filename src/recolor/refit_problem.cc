@@ -16,8 +16,10 @@ constexpr int kTilePixels = kTileSize * kTileSize;
 // The 11x11 window reaches 5 pixels; SSIM inside the region's bounds and its gradient reach twice
 // that.
 constexpr int kLossHalo = 10;
-// RestrictCompact() keeps at least every fourth row.
-constexpr double kMostRowsPerRow = 4;
+// RestrictCompact() keeps at least every eighth row.
+constexpr double kMostRowsPerRow = 8;
+// Of what a view may keep; the rest is for its targets.
+constexpr double kWeightsShare = 0.8;
 
 std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -35,6 +37,23 @@ std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
               std::max(bounds[3], std::min(y + kTileSize, camera.height))};
   }
   return bounds;
+}
+
+// By the area of the masks, and a little for every view: what a view gets must not depend on what
+// the others took, so that all backends fit the same pixels.
+std::vector<size_t> SharesOfCache(const std::vector<RefitTarget>& targets, size_t bytes) {
+  constexpr double kLeast = 0.05;  // of a view's pixels
+  std::vector<double> areas;
+  double sum = 0;
+  for (const RefitTarget& target : targets) {
+    const auto& mask = target.mask->data;
+    const auto empty = std::count(mask.begin(), mask.end(), uint8_t{0});
+    areas.push_back(double(mask.size()) - double(empty) + kLeast * double(mask.size()));
+    sum += areas.back();
+  }
+  std::vector<size_t> shares;
+  for (const double area : areas) shares.push_back(size_t(double(bytes) * area / sum));
+  return shares;
 }
 
 size_t BoxValues(const std::array<int32_t, 4>& box) {
@@ -107,23 +126,19 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   renderer_.SetSh(model.sh);
 
   std::vector<uint8_t> seen(count, 0);
-  size_t beside_weights = 0;  // what a view takes besides its region, guessed from the last one
+  const std::vector<size_t> shares_of_cache = SharesOfCache(targets_, options.region_cache_bytes);
   const bool any = std::find(flags.begin(), flags.end(), 1) != flags.end();
   for (size_t t = 0; any && t < targets_.size(); ++t) {
     monitor.Step("refit", 0, 1);
-    const size_t left =
-        options.region_cache_bytes - std::min(options.region_cache_bytes, kept_bytes_);
-    const size_t share = left / (targets_.size() - t);
-    auto view =
-        std::make_shared<RegionView>(Prepare(targets_[t], share - std::min(share, beside_weights)));
+    auto view = std::make_shared<RegionView>(
+        Prepare(targets_[t], size_t(kWeightsShare * double(shares_of_cache[t]))));
     const size_t rows = size_t(view->region->num_rows());
     if (rows == 0) continue;
     for (const int32_t g : backend().Download(view->region->rows(), rows)) seen[size_t(g)] = 1;
     target_values_ += double(view->region->tiles().size()) * kTilePixels * 3;
     image_values_ += double(targets_[t].mask->NumPixels()) * 3;
     const size_t bytes = view->Bytes();
-    beside_weights = bytes - view->region->bytes();
-    const bool keep = bytes <= left;
+    const bool keep = bytes <= options.region_cache_bytes - kept_bytes_;
     if (keep) kept_bytes_ += bytes;
     views_.push_back({t, keep ? std::move(view) : nullptr});
   }

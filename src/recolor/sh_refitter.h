@@ -35,7 +35,7 @@ struct RefitOptions {
   double min_weight = 1e-3;        // mm: blending weights below are left out of the regions
   double tolerance = 3e-3;  // mm: stop when a sweep gains less than this share of the first loss
   uint64_t seed = 0;        // adam: order of the cameras
-  size_t region_cache_bytes = size_t{600} << 20;  // of weights and targets, all views together
+  size_t region_cache_bytes = size_t{1000} << 20;  // of weights and targets, all views together
   void Check() const;
 };
 

@@ -21,7 +21,7 @@ CameraParams ToCameraParams(const PosedCamera& view);
 
 struct RendererOptions {
   size_t cache_bytes =
-      size_t{1} << 30;  // budget of the per-view geometry cache, least recently used goes first
+      size_t{640} << 20;  // budget of the per-view geometry cache, least recently used goes first
   std::array<float, 3> background = {0, 0, 0};
   void Check() const;
 };

@@ -38,11 +38,11 @@
 namespace retint {
 
 struct SessionOptions {
-  std::string backend = "auto";                 // "auto", "cpu" or "cuda"
-  size_t cache_bytes = size_t{640} << 20;       // of the per-view geometry cache
-  size_t history_bytes = size_t{512} << 20;     // of the undo history
-  std::array<float, 3> background = {0, 0, 0};  // behind the Gaussians, RGB
-  std::filesystem::path image_folder;           // photos; empty: found in the workspace
+  std::string backend = "auto";                        // "auto", "cpu" or "cuda"
+  size_t cache_bytes = RendererOptions().cache_bytes;  // of the per-view geometry cache
+  size_t history_bytes = size_t{512} << 20;            // of the undo history
+  std::array<float, 3> background = {0, 0, 0};         // behind the Gaussians, RGB
+  std::filesystem::path image_folder;                  // photos; empty: found in the workspace
   int holdout = 0;  // every n-th view by name is kept out of the fit; 0: none
   void Check() const;
 };

@@ -44,6 +44,7 @@ struct Flags {
   double tolerance = RefitOptions().tolerance;
   double active_threshold = RefitOptions().active_threshold;
   size_t region_mb = RefitOptions().region_cache_bytes >> 20;
+  size_t cache_mb = RendererOptions().cache_bytes >> 20;
   double min_weight = RefitOptions().min_weight;
   double outside_weight = RefitOptions().outside_weight;
   double scale = 1, ball = 0;
@@ -150,7 +151,7 @@ Scene LoadScene(const std::string& name, const Flags& flags) {
   scene.workspace = Workspace::Open(root);
   scene.model = ReadSplat(root / "splat.ply");
   Shrink(scene, flags.scale);
-  Renderer renderer(CreateBackend(flags.backend), scene.model);
+  Renderer renderer(CreateBackend(flags.backend), scene.model, {flags.cache_mb << 20, {}});
   Monitor monitor;
   if (flags.ball > 0) {
     const View& view = *scene.workspace.reconstruction.ViewsByName()[0];
@@ -205,7 +206,7 @@ void WritePictures(Scene& scene, Renderer& renderer, const std::vector<float>& s
 
 void Fit(Scene& scene, const std::string& solver, double learning_rate, const Flags& flags,
          const std::string& label) {
-  Renderer renderer(CreateBackend(flags.backend), scene.model);
+  Renderer renderer(CreateBackend(flags.backend), scene.model, {flags.cache_mb << 20, {}});
   Monitor monitor;
   const ColorEdit edit = ParseTint(flags.tint);
   RefitOptions options;
@@ -268,7 +269,7 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
 // Masks given, to the first recolored frame: shares, closed form, upload, render; with the views'
 // geometry still to be prepared, and with it in the cache as after a selection.
 void Preview(Scene& scene, const Flags& flags) {
-  Renderer renderer(CreateBackend(flags.backend), scene.model);
+  Renderer renderer(CreateBackend(flags.backend), scene.model, {flags.cache_mb << 20, {}});
   Monitor monitor;
   const ColorEdit edit = ParseTint(flags.tint);
   renderer.Render(scene.train[0].camera);  // wakes the device
@@ -293,7 +294,7 @@ void Preview(Scene& scene, const Flags& flags) {
 
 // A selection of a tenth of the area: the Gaussians of the selection nearest to its middle.
 void ShrinkToTenth(Scene& scene, const Flags& flags) {
-  Renderer renderer(CreateBackend(flags.backend), scene.model);
+  Renderer renderer(CreateBackend(flags.backend), scene.model, {flags.cache_mb << 20, {}});
   const double wanted = scene.coverage / 10;
   const auto full = scene.shares;
   std::vector<std::pair<float, size_t>> by_distance;
@@ -349,6 +350,7 @@ int Main(int argc, char** argv) {
   app.add_option("--tolerance", flags.tolerance);
   app.add_option("--active-threshold", flags.active_threshold);
   app.add_option("--region-mb", flags.region_mb);
+  app.add_option("--cache-mb", flags.cache_mb, "of view geometry");
   app.add_option("--min-weight", flags.min_weight);
   app.add_option("--outside-weight", flags.outside_weight);
   app.add_option("--scale", flags.scale, "of the cameras");

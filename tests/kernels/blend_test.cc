@@ -188,7 +188,8 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
     if (!wanted(i / 3)) residual[i] = 0;
   }
   Guarded<float> in(*backend_, features), out_residual(*backend_, residual);
-  std::vector<std::vector<float>> images[2], sums[2];
+  std::vector<std::vector<float>> images[2];
+  std::vector<float> sums[2];
   for (const uint16_t rows : {kAllPixelRows, kWanted}) {
     Guarded<float> image(*backend_, scene.pixels * 3), median(*backend_, scene.pixels);
     Guarded<float> expected(*backend_, scene.pixels), sum(*backend_, scene.rows.size() * 3);
@@ -211,7 +212,7 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
     transpose.pixel_rows = rows;
     backend_->BlendTranspose(*scene.view, transpose);
     images[rows == kWanted] = {image.Read(), median.Read(), expected.Read()};
-    sums[rows == kWanted] = {sum.Read()};
+    sums[rows == kWanted] = sum.Read();
   }
   for (size_t i = 0; i < images[0].size(); ++i) {
     const size_t channels = images[0][i].size() / scene.pixels;
@@ -220,7 +221,7 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
       ASSERT_EQ(images[0][i][at], images[1][i][at]) << i << " " << at;
     }
   }
-  EXPECT_EQ(sums[0], sums[1]);
+  EXPECT_LE(WorstDifference(sums[1], sums[0]), 1e-4);  // a device adds in any order
 }
 
 TEST_P(BlendOp, RowsAreSortedByDepthAndIndex) {

@@ -235,7 +235,7 @@ TEST_P(Parity, RestrictsAndSums) {
       Backend& backend = *side.backend;
       Guarded<uint8_t> flags(backend, active), device_mask(backend, mask);
       const auto region =
-          kind.min_weight > 0 && i == 1  // the CPU's are exact: each thins in its own way
+          kind.min_weight > 0
               ? backend.RestrictCompact(*side.view, flags.data(), kind.budget, kind.min_weight)
               : backend.Restrict(*side.view, flags.data(), kind.budget);
       const auto part = side.Gather(features, 3, *region);
@@ -266,7 +266,7 @@ TEST_P(Parity, RestrictsAndSums) {
     }
     EXPECT_LE(RelativeError(image[1], image[0]), kind.tolerance);
     EXPECT_LE(RelativeError(sums[1], sums[0]), 10 * kind.tolerance);
-    if (kind.min_weight > 0) continue;  // faint tiles are left out
+    if (kind.min_weight > 0) continue;  // a tile about as faint as the limit falls either way
     EXPECT_LE(RelativeError(weight_image[1], weight_image[0]), 0);
     EXPECT_LE(RelativeError(residuals[1], residuals[0]), 1e-4);
     EXPECT_NEAR(loss[1], loss[0], 1e-4 * loss[0]);

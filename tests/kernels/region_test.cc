@@ -223,10 +223,8 @@ TEST_P(RegionOp, CompactWeightsGiveUpRowsToFit) {
     const size_t budget = size_t(double(full->bytes()) * share);
     const auto thin = compact(budget);
     const uint16_t rows = thin->pixel_rows();
-    if (GetParam() != "cuda") {
-      EXPECT_LE(thin->bytes(), budget + size_t(thin->num_rows()) * 32);  // beside the weights
-      EXPECT_NE(rows, 0xffff);
-    }
+    EXPECT_LE(thin->bytes(), budget + size_t(thin->num_rows()) * 32);  // beside the weights
+    EXPECT_NE(rows, 0xffff);
     const auto actual = RunBlend(*backend_, *thin, ones, 1).image;
     for (size_t p = 0; p < pixels_; ++p) {
       const bool kept = rows >> (p / 200 % kTileSize) & 1;
