@@ -18,7 +18,7 @@ constexpr double kReach = 1.3;  // standard deviations of a disc that must lie o
 // Pixels by which discs of solids are sunk: a render widens every outline by about as much.
 constexpr double kSink = 0.5;
 constexpr double kRodStretch = 1.35;  // of beads along their rod, which smooths it
-constexpr double kRodSigma = 0.8;     // of beads on rods, in the rod's radius
+constexpr double kRodSigma = 0.68;    // of beads on rods, in the rod's radius
 
 constexpr int kRounds = 4;
 constexpr double kOpaque = 1.42;  // standard deviations within which a disc hides what is behind it

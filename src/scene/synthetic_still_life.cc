@@ -417,7 +417,7 @@ void AddPlant(World& world, uint64_t seed) {
     const double age = 1 - side * side;
     const double turn = (i % 2 ? 1 : -1) * (0.30 + 0.55 * age) + random.Uniform(-0.1, 0.1);
     const double azimuth = (side < 0 ? kPi - turn : turn) - 0.23;
-    const double reach = 0.045 + 0.110 * std::abs(side) + random.Uniform(-0.010, 0.010);
+    const double reach = 0.045 + 0.094 * std::abs(side) + random.Uniform(-0.010, 0.010);
     const double height = 0.055 + 0.275 * age + random.Uniform(-0.015, 0.015);
     const Vec3 out = At(std::cos(azimuth), 0, std::sin(azimuth));
     const Vec3 root = base + At(0, 0.149, 0) + 0.018 * out;
@@ -429,15 +429,15 @@ void AddPlant(World& world, uint64_t seed) {
     for (int k = 0; k < kPieces; ++k) {
       world.Add(plant, stem,
                 std::make_unique<Capsule>(curve(double(k) / kPieces), curve((k + 1.0) / kPieces),
-                                          0.0064 - 0.0016 * (k + 1) / kPieces));
+                                          0.0070 - 0.0016 * (k + 1) / kPieces));
     }
     const double tone = random.Uniform();
     Material blade = {.albedo = [tone](const TexturePoint& at) { return LeafGreen(at, tone); }};
     blade.specular = 0.03;
     blade.sharpness = 14;
     blade.translucency = 0.35;
-    const double length = 0.198 - 0.045 * age + random.Uniform(-0.012, 0.012);
-    const Leaf::Form form = {length, 0.66 * length, 0.95 * length, 0.16 * length, 0.85};
+    const double length = 0.216 - 0.045 * age + random.Uniform(-0.012, 0.012);
+    const Leaf::Form form = {length, 0.70 * length, 0.95 * length, 0.16 * length, 0.85};
     const double pitch = -0.18 + 0.75 * age + random.Uniform(-0.15, 0.15);
     const Vec3 along = out + At(0, pitch, 0);
     const Vec3 up = At(0, 1, 0) + 0.35 * out;
