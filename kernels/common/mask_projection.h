@@ -54,11 +54,25 @@ RETINT_HD int DiscReach(int radius, int dy) {
   return int(sqrtf(float(radius * radius - dy * dy)) + 0.5f);
 }
 
+// Rays (u, v, 1) through the pixels' centres.
+struct PixelRays {
+  float u_step, u_first, v_step, v_first;
+  RETINT_HD glm::vec3 At(int x, int y) const {
+    return {u_step * float(x) + u_first, v_step * float(y) + v_first, 1};
+  }
+};
+
+RETINT_HD PixelRays RaysOf(const CameraParams& camera) {
+  return {1 / camera.fx, (0.5f - camera.cx) / camera.fx, 1 / camera.fy,
+          (0.5f - camera.cy) / camera.fy};
+}
+
 // A point of the cloud in a view: a disc, or a square where `radius` is 0.
 struct CloudSplat {
   int32_t x0, y0, x1, y1;  // pixels that it may cover, half-open
   glm::vec3 center;        // in the camera's frame
-  glm::vec3 normal;
+  glm::vec3 normal;        // of the disc's plane, normal . x = offset
+  float offset;
   float radius, footprint;  // world
   float coverage;
 };
@@ -99,22 +113,24 @@ RETINT_HD bool ProjectCloudPoint(const CameraParams& camera, const CloudPoint& p
   const glm::vec3 normal(point.normal[0], point.normal[1], point.normal[2]);
   splat->normal =
       normal == glm::vec3(0) ? -center / glm::length(center) : RotationOf(camera) * normal;
+  splat->offset = glm::dot(splat->normal, center);
   return true;
 }
 
 // Of pixel (x, y), whose depth is `front` (0: hides nothing). A disc is full within the radius less
 // half a footprint and fades to 0 half a footprint outside.
-RETINT_HD float CoverageAt(const CameraParams& camera, const CloudSplat& splat, int x, int y,
+RETINT_HD float CoverageAt(const PixelRays& rays, const CloudSplat& splat, int x, int y,
                            float front, float depth_tolerance) {
   const float limit = front > 0 ? front * (1 + depth_tolerance) : INFINITY;
   if (!(splat.radius > 0)) return splat.center.z > limit ? 0 : splat.coverage;
-  const glm::vec3 ray((float(x) + 0.5f - camera.cx) / camera.fx,
-                      (float(y) + 0.5f - camera.cy) / camera.fy, 1);
-  const float z = glm::dot(splat.normal, splat.center) / glm::dot(splat.normal, ray);
-  const float distance = glm::length(z * ray - splat.center);
-  const float fade = (splat.radius - distance) / fmaxf(splat.footprint, 1e-12f) + 0.5f;
-  if (!(fade > 0) || z > limit) return 0;
-  return splat.coverage * fminf(1.0f, fade);
+  const glm::vec3 ray = rays.At(x, y);
+  const float z = splat.offset / glm::dot(splat.normal, ray);
+  if (!(z <= limit)) return 0;
+  const glm::vec3 away = z * ray - splat.center;
+  const float squared = glm::dot(away, away), reach = splat.radius + 0.5f * splat.footprint;
+  if (!(squared < reach * reach)) return 0;
+  const float fade = (splat.radius - sqrtf(squared)) / splat.footprint + 0.5f;
+  return splat.coverage * fminf(1.0f, fmaxf(0.0f, fade));
 }
 
 // The paint, 0 to 255, on the surface at `point`, in the frame that painted.camera is posed in; -1
@@ -135,13 +151,12 @@ RETINT_HD int PaintAt(const PaintedImage& painted, const glm::vec3& point, float
 
 // K M and K of a pixel before its scale: what is found in the `count` painted views for a surface
 // of depth z, then the larger of that and of the coverage.
-RETINT_HD glm::vec2 EvidenceAt(const CameraParams& camera, int x, int y, float z,
+RETINT_HD glm::vec2 EvidenceAt(const PixelRays& rays, int x, int y, float z,
                                const PaintedImage* painted, int count, float tolerance,
                                float unknown_weight, uint8_t coverage) {
   float inside = 0, weight = unknown_weight;
   if (HasDepth(z)) {
-    const glm::vec3 point = z * glm::vec3((float(x) + 0.5f - camera.cx) / camera.fx,
-                                          (float(y) + 0.5f - camera.cy) / camera.fy, 1);
+    const glm::vec3 point = z * rays.At(x, y);
     int sum = 0, seen = 0;
     for (int i = 0; i < count; ++i) {
       const int paint = PaintAt(painted[i], point, tolerance);

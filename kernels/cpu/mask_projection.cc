@@ -19,19 +19,19 @@ void CheckRows(uint16_t pixel_rows) {
 
 // The splats of a cloud by the bands of rows that they reach.
 struct Bands {
-  std::vector<CloudSplat> splats;
-  std::vector<size_t> begin;    // [bands + 1]
-  std::vector<uint32_t> which;  // splats of each band
+  std::vector<std::vector<CloudSplat>> pieces;
+  std::vector<std::vector<const CloudSplat*>> splats;  // of each band
 };
 
 Bands ProjectCloud(const DrawCloudParams& params) {
   constexpr int64_t kPiece = 4096;
-  const int64_t pieces = (params.count + kPiece - 1) / kPiece;
-  std::vector<std::vector<CloudSplat>> found(static_cast<size_t>(pieces));
-  ParallelTasks(pieces, [&](int64_t piece) {
-    std::vector<CloudSplat>& splats = found[size_t(piece)];
-    const int64_t end = std::min(params.count, (piece + 1) * kPiece);
-    for (int64_t i = piece * kPiece; i < end; ++i) {
+  Bands bands;
+  bands.pieces.resize(size_t((params.count + kPiece - 1) / kPiece));
+  ParallelTasks(int64_t(bands.pieces.size()), [&](int64_t piece) {
+    std::vector<CloudSplat>& splats = bands.pieces[size_t(piece)];
+    const int64_t begin = piece * kPiece, end = std::min(params.count, begin + kPiece);
+    splats.reserve(size_t(end - begin));
+    for (int64_t i = begin; i < end; ++i) {
       CloudSplat splat;
       if (ProjectCloudPoint(params.camera, params.points[i], params.square_pixels,
                             params.disc_scale, &splat)) {
@@ -39,23 +39,15 @@ Bands ProjectCloud(const DrawCloudParams& params) {
       }
     }
   });
-  Bands bands;
-  const auto number = size_t((params.camera.height + kBandRows - 1) / kBandRows);
-  bands.begin.assign(number + 1, 0);
-  for (const auto& splats : found) {
-    bands.splats.insert(bands.splats.end(), splats.begin(), splats.end());
-  }
-  const auto each_band = [&](const auto& body) {
-    for (size_t i = 0; i < bands.splats.size(); ++i) {
-      const int last = (bands.splats[i].y1 - 1) / kBandRows;
-      for (int band = bands.splats[i].y0 / kBandRows; band <= last; ++band) body(i, size_t(band));
+  bands.splats.resize(size_t((params.camera.height + kBandRows - 1) / kBandRows));
+  for (const auto& splats : bands.pieces) {
+    for (const CloudSplat& splat : splats) {
+      const int last = (splat.y1 - 1) / kBandRows;
+      for (int band = splat.y0 / kBandRows; band <= last; ++band) {
+        bands.splats[size_t(band)].push_back(&splat);
+      }
     }
-  };
-  each_band([&](size_t, size_t band) { ++bands.begin[band + 1]; });
-  for (size_t band = 0; band < number; ++band) bands.begin[band + 1] += bands.begin[band];
-  bands.which.resize(bands.begin.back());
-  std::vector<size_t> at(bands.begin.begin(), bands.begin.end() - 1);
-  each_band([&](size_t i, size_t band) { bands.which[at[band]++] = uint32_t(i); });
+  }
   return bands;
 }
 
@@ -131,21 +123,21 @@ void CorrectDepthOnCpu(const CorrectDepthParams& params) {
 
 void DrawCloudOnCpu(const DrawCloudParams& params) {
   const int width = params.camera.width, height = params.camera.height;
+  const PixelRays rays = RaysOf(params.camera);
   const Bands bands = ProjectCloud(params);
   // The maximum does not depend on the points' order.
-  ParallelTasks(int64_t(bands.begin.size()) - 1, [&](int64_t band) {
+  ParallelTasks(int64_t(bands.splats.size()), [&](int64_t band) {
     const int top = int(band) * kBandRows, bottom = std::min(height, top + kBandRows);
     std::fill(params.coverage + int64_t(top) * width, params.coverage + int64_t(bottom) * width,
               0.0f);
-    for (size_t i = bands.begin[size_t(band)]; i < bands.begin[size_t(band) + 1]; ++i) {
-      const CloudSplat& splat = bands.splats[bands.which[i]];
-      for (int y = std::max(top, splat.y0); y < std::min(bottom, splat.y1); ++y) {
-        for (int x = splat.x0; x < splat.x1; ++x) {
+    for (const CloudSplat* const splat : bands.splats[size_t(band)]) {
+      for (int y = std::max(top, splat->y0); y < std::min(bottom, splat->y1); ++y) {
+        for (int x = splat->x0; x < splat->x1; ++x) {
           const int64_t pixel = int64_t(y) * width + x;
           float& covered = params.coverage[pixel];
-          if (covered >= splat.coverage) continue;
-          covered = std::max(covered, CoverageAt(params.camera, splat, x, y, params.depth[pixel],
-                                                 params.depth_tolerance));
+          if (covered >= splat->coverage) continue;
+          covered = std::max(
+              covered, CoverageAt(rays, *splat, x, y, params.depth[pixel], params.depth_tolerance));
         }
       }
     }
@@ -157,10 +149,17 @@ void MakeMaskOnCpu(const MakeMaskParams& params) {
   std::vector<uint8_t> used(size_t(params.height), 0);
   ParallelRanges(params.height, 32, [&](int64_t begin, int64_t end) {
     for (int64_t y = begin; y < end; ++y) {
+      const float* const from = params.image + y * width;
+      uint8_t* const to = params.mask + y * width;
+      if (std::all_of(from, from + width, [](float value) { return value == 0; })) {
+        std::fill_n(to, width, ToByte(params.offset));  // most rows of most views
+        used[size_t(y)] = to[0];
+        continue;
+      }
       uint8_t any = 0;
-      for (int64_t i = y * width; i < (y + 1) * width; ++i) {
-        params.mask[i] = ToByte(params.scale * double(params.image[i]) + params.offset);
-        any |= params.mask[i];
+      for (int64_t x = 0; x < width; ++x) {
+        to[x] = ToByte(params.scale * double(from[x]) + params.offset);
+        any |= to[x];
       }
       used[size_t(y)] = any;
     }
@@ -169,9 +168,9 @@ void MakeMaskOnCpu(const MakeMaskParams& params) {
 }
 
 void EvidenceOnCpu(const EvidenceParams& params) {
-  const CameraParams& camera = params.camera;
-  const int64_t width = camera.width;
-  ParallelRanges(camera.height, 8, [&](int64_t begin, int64_t end) {
+  const PixelRays rays = RaysOf(params.camera);
+  const int64_t width = params.camera.width;
+  ParallelRanges(params.camera.height, 8, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
       float* out = params.residual + 2 * y * width;
       if (!(params.pixel_rows >> (y % kTileSize) & 1)) {
@@ -182,7 +181,7 @@ void EvidenceOnCpu(const EvidenceParams& params) {
       const uint8_t* const coverage = params.coverage ? params.coverage + y * width : nullptr;
       for (int x = 0; x < int(width); ++x, out += 2) {
         const glm::vec2 evidence = EvidenceAt(
-            camera, x, y, depth ? depth[x] : 0, params.painted.data(), int(params.painted.size()),
+            rays, x, y, depth ? depth[x] : 0, params.painted.data(), int(params.painted.size()),
             params.tolerance, params.unknown_weight, coverage ? coverage[x] : uint8_t(0));
         out[0] = params.scale * evidence.x;
         out[1] = params.scale * evidence.y;

@@ -40,13 +40,14 @@ __global__ void __launch_bounds__(kDrawThreads) DrawCloudKernel(DrawCloudParams 
                          &splat)) {
     return;
   }
+  const PixelRays rays = RaysOf(params.camera);
   const int width = splat.x1 - splat.x0, area = width * (splat.y1 - splat.y0);
   for (int p = int(threadIdx.x % 32); p < area; p += 32) {
     const int x = splat.x0 + p % width, y = splat.y0 + p / width;
     const int64_t pixel = int64_t(y) * params.camera.width + x;
     if (params.coverage[pixel] >= splat.coverage) continue;
     const float covered =
-        CoverageAt(params.camera, splat, x, y, params.depth[pixel], params.depth_tolerance);
+        CoverageAt(rays, splat, x, y, params.depth[pixel], params.depth_tolerance);
     if (covered > 0) {
       atomicMax(reinterpret_cast<int*>(params.coverage + pixel), __float_as_int(covered));
     }
@@ -132,18 +133,18 @@ void Evidence(const EvidenceParams& params, cudaStream_t stream) {
           "cudaMemcpyAsync");
   }
   const PaintedImage* const views = painted.data();
-  const CameraParams camera = params.camera;
+  const PixelRays rays = RaysOf(params.camera);
   const float* const depth = params.depth;
   const uint8_t* const coverage = params.coverage;
   const float tolerance = params.tolerance, unknown = params.unknown_weight, scale = params.scale;
   const uint16_t pixel_rows = params.pixel_rows;
   auto* const residual = reinterpret_cast<float2*>(params.residual);
-  ForPixels(camera.width, camera.height, stream, "Evidence",
+  ForPixels(params.camera.width, params.camera.height, stream, "Evidence",
             [=] __device__(int x, int y, int64_t i) {
               float2 out = {0, 0};
               if (pixel_rows >> (y % kTileSize) & 1) {
                 const glm::vec2 evidence =
-                    EvidenceAt(camera, x, y, depth ? depth[i] : 0, views, count, tolerance, unknown,
+                    EvidenceAt(rays, x, y, depth ? depth[i] : 0, views, count, tolerance, unknown,
                                coverage ? coverage[i] : uint8_t(0));
                 out = {scale * evidence.x, scale * evidence.y};
               }

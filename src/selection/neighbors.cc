@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/neighbors.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include <pcl/filters/statistical_outlier_removal.h>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -31,18 +33,41 @@ PclCloud::Ptr ToPcl(const std::vector<Eigen::Vector3f>& points, Eigen::Vector3f*
 
 }  // namespace
 
+// pcl::StatisticalOutlierRemoval's filter (Rusu et al. 2008), its searches over threads.
 std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
                                     double stddev_factor) {
-  std::vector<int> kept(points.size());
-  std::iota(kept.begin(), kept.end(), 0);
-  // PCL 1.13 reads past its neighbour lists when there are fewer points than it asks for.
-  if (neighbors <= 0 || points.size() <= static_cast<size_t>(neighbors) + 1) return kept;
+  std::vector<int> kept;
+  if (neighbors <= 0 || points.size() <= static_cast<size_t>(neighbors) + 1) {
+    kept.resize(points.size());
+    std::iota(kept.begin(), kept.end(), 0);
+    return kept;
+  }
   Eigen::Vector3f center;
-  pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
-  filter.setInputCloud(ToPcl(points, &center));
-  filter.setMeanK(neighbors);
-  filter.setStddevMulThresh(stddev_factor);
-  filter.filter(kept);
+  const PclCloud::Ptr cloud = ToPcl(points, &center);
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
+  tree.setInputCloud(cloud);
+  std::vector<float> distances(points.size());  // mean, to the neighbours
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 256), [&](const auto& range) {
+    std::vector<int> indices;
+    std::vector<float> squared;
+    for (size_t i = range.begin(); i < range.end(); ++i) {
+      tree.nearestKSearch((*cloud)[i], neighbors + 1, indices, squared);
+      double sum = 0;
+      for (size_t k = 1; k < squared.size(); ++k) sum += std::sqrt(squared[k]);
+      distances[i] = static_cast<float>(sum / neighbors);
+    }
+  });
+  double sum = 0, squares = 0;
+  for (const float distance : distances) {
+    sum += distance;
+    squares += distance * distance;
+  }
+  const auto count = static_cast<double>(points.size());
+  const double variance = (squares - sum * sum / count) / (count - 1);
+  const double limit = sum / count + stddev_factor * std::sqrt(std::max(0.0, variance));
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (distances[i] <= limit) kept.push_back(static_cast<int>(i));
+  }
   return kept;
 }
 

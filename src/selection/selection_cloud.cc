@@ -5,6 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
 #include "base/error.h"
 #include "selection/depth_sampling.h"
 #include "selection/neighbors.h"
@@ -92,23 +95,26 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   cloud.sources = {view_name};
   const double focal = std::sqrt(view.camera.fx() * view.camera.fy());
   const Eigen::Quaterniond world_from_cam = view.cam_from_world.rotation.conjugate();
-  for (const size_t idx : SamplePixels(pixels, options.sample_fraction, options.seed)) {
-    const int x = static_cast<int>(idx % size_t(mask.width));
-    const int y = static_cast<int>(idx / size_t(mask.width));
-    const double z = depth(x, y);
-    SelectionPoint point;
-    point.position = view.Unproject({x + 0.5, y + 0.5}, z).cast<float>();
-    point.normal = (world_from_cam * NormalFromDepth(view.camera, depth, x, y)).cast<float>();
-    point.footprint = static_cast<float>(z / focal);
-    point.confidence = valid.Empty() || valid(x, y) >= 128 ? 1.0f : 0.5f;
-    point.coverage = static_cast<float>(mask(x, y)) / 255.0f;
-    if (!image.Empty()) {
-      for (int c = 0; c < 3; ++c) point.color[size_t(c)] = ToByte(image(x, y, c));
+  const std::vector<size_t> sampled = SamplePixels(pixels, options.sample_fraction, options.seed);
+  cloud.points.resize(sampled.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, sampled.size(), 1024), [&](const auto& range) {
+    for (size_t i = range.begin(); i < range.end(); ++i) {
+      const int x = static_cast<int>(sampled[i] % size_t(mask.width));
+      const int y = static_cast<int>(sampled[i] / size_t(mask.width));
+      const double z = depth(x, y);
+      SelectionPoint& point = cloud.points[i];
+      point.position = view.Unproject({x + 0.5, y + 0.5}, z).cast<float>();
+      point.normal = (world_from_cam * NormalFromDepth(view.camera, depth, x, y)).cast<float>();
+      point.footprint = static_cast<float>(z / focal);
+      point.confidence = valid.Empty() || valid(x, y) >= 128 ? 1.0f : 0.5f;
+      point.coverage = static_cast<float>(mask(x, y)) / 255.0f;
+      if (!image.Empty()) {
+        for (int c = 0; c < 3; ++c) point.color[size_t(c)] = ToByte(image(x, y, c));
+      }
+      point.x = static_cast<uint16_t>(x);
+      point.y = static_cast<uint16_t>(y);
     }
-    point.x = static_cast<uint16_t>(x);
-    point.y = static_cast<uint16_t>(y);
-    cloud.points.push_back(point);
-  }
+  });
   counts.sampled = static_cast<int64_t>(cloud.points.size());
   cloud.points = WithoutOutliers(cloud.points, options);
   counts.kept = static_cast<int64_t>(cloud.points.size());
