@@ -292,6 +292,12 @@ void AddRefitOptions(CLI::App* verb, RefitArguments& refit) {
   verb->add_option("--active-threshold", options.active_threshold,
                    "Share inside the masks above which a Gaussian may change")
       ->group(kGroup);
+  verb->add_option_function<size_t>(
+          "--region-mb", [&options](size_t mb) { options.region_cache_bytes = mb << 20; },
+          "Memory for the fit's weights and targets, MiB")
+      ->default_str(std::to_string(options.region_cache_bytes >> 20))
+      ->check(CLI::Range(size_t{0}, size_t{1} << 22))
+      ->group(kGroup);
   verb->add_option("--holdout", refit.holdout,
                    "Keep every n-th view by name out of the fit and report on it; 0 keeps none")
       ->check(CLI::Range(0, 1000000))

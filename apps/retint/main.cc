@@ -59,9 +59,10 @@ int Execute(const Globals& globals, const Action& action) {
   } catch (const std::bad_alloc& error) {
     // A device's says what did not fit.
     const std::string what = error.what();
-    return Fail(kRunTime, what == std::bad_alloc().what()
-                              ? "out of memory"
-                              : what + "; a smaller --cache-mb leaves more for the rest");
+    return Fail(kRunTime,
+                what == std::bad_alloc().what()
+                    ? "out of memory"
+                    : what + "; smaller --cache-mb and --region-mb leave more for the rest");
   } catch (const std::exception& error) {
     return Fail(kRunTime, error.what());
   }
