@@ -29,8 +29,9 @@ struct StereoView {
 };
 
 // Semi-global matching (Hirschmueller 2008) of the reference with one shifted view: the cost of a
-// disparity is how many bits of the census transforms over 9 x 7 pixels differ (9 along the
-// baseline), summed up along four paths, left, right, above and below.
+// disparity is how many bits of the census transforms over 9 x 7 pixels (9 along the
+// baseline) differ, a further one saying that all pixels are alike, summed up along four paths:
+// left, right, above and below. Where all pixels are alike every disparity costs the same.
 struct StereoMatchParams {
   StereoView reference, shifted;  // gray is read; both images hold the whole grid, and the
                                   // reference what `shifted` shows

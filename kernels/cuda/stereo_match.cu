@@ -16,8 +16,10 @@ namespace retint::cuda {
 namespace {
 
 constexpr int kCensusU = 4, kCensusV = 3;  // radii of the census window
-constexpr int kMaxCost = (2 * kCensusU + 1) * (2 * kCensusV + 1) - 1;
-static_assert(kMaxCost <= 64);
+// A bit for each pixel of the window but the middle, and one that says that all are alike.
+constexpr int kMaxCost = (2 * kCensusU + 1) * (2 * kCensusV + 1);
+constexpr uint64_t kFlat = uint64_t{1} << 63;
+static_assert(kMaxCost <= 63);
 
 // A pixel's costs are bytes, four to a word. Eight lanes of a warp share a pixel; lane l has the W
 // = count / 32 words of the disparities from 4 W l on, word w of them at [w * kLanes + l], so that
@@ -41,7 +43,8 @@ Orientation Orient(const StereoView& view) {
   return {h, w, {0, h - 1}, {0, -1}, {1, 0}};
 }
 
-// census [v, u]: a bit for each other pixel of the window, set where it is darker than the middle.
+// census [v, u]: a bit for each other pixel of the window, set where it is darker than the middle,
+// and kFlat where none is darker or brighter.
 // `image` holds the oriented image from (offset_x, offset_y) on, rows of `stride`.
 __global__ void CensusKernel(Orientation at, const float* image, int offset_x, int offset_y,
                              int stride, uint64_t* census) {
@@ -58,23 +61,28 @@ __global__ void CensusKernel(Orientation at, const float* image, int offset_x, i
   if (u >= at.width || v >= at.height) return;
   const float middle = tile[threadIdx.y + kCensusV][threadIdx.x + kCensusU];
   uint64_t bits = 0;
+  bool flat = true;
 #pragma unroll
   for (int j = 0; j <= 2 * kCensusV; ++j) {
 #pragma unroll
     for (int i = 0; i <= 2 * kCensusU; ++i) {
       if (i == kCensusU && j == kCensusV) continue;
-      bits = bits << 1 | uint64_t(tile[threadIdx.y + j][threadIdx.x + i] < middle);
+      const float other = tile[threadIdx.y + j][threadIdx.x + i];
+      bits = bits << 1 | uint64_t(other < middle);
+      flat = flat && other == middle;
     }
   }
-  census[int64_t(v) * at.width + u] = bits;
+  census[int64_t(v) * at.width + u] = flat ? kFlat : bits;
 }
 
 // costs [v, u, count]. A thread has four disparities and walks along u, so that each step needs one
-// new census of the shifted view.
+// new census of the shifted view. Flat windows of the reference say nothing: every disparity costs
+// the same there.
 constexpr int kSegment = 32;  // pixels a thread
 __global__ void CostKernel(int width, int height, int lowest, int count, const uint64_t* reference,
                            const uint64_t* shifted, uint32_t* costs) {
   const int v = blockIdx.y, first = (int(blockIdx.x) * blockDim.y + threadIdx.y) * kSegment;
+  if (first >= width) return;
   const int d = lowest + 4 * int(threadIdx.x);
   const int words = count / kStereoCountStep;  // a lane
   const int slot = int(threadIdx.x) % words * kLanes + int(threadIdx.x) / words;
@@ -95,6 +103,7 @@ __global__ void CostKernel(int width, int height, int lowest, int count, const u
       const uint32_t cost = u - d - i >= 0 ? uint32_t(__popcll(own ^ window[i])) : kMaxCost;
       word |= cost << 8 * i;
     }
+    if (own == kFlat) word = 0;
     costs[(int64_t(v) * width + u) * (count / 4) + slot] = word;
   }
 }
