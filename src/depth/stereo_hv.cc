@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <new>
 #include <utility>
 #include <vector>
 
 #include <oneapi/tbb/parallel_for.h>
 
 #include "base/error.h"
+#include "depth/stereo_device.h"
 #include "depth/stereo_pairs.h"
 
 namespace retint {
@@ -27,12 +28,6 @@ Image8 Quantize(const Image& image) {
     out.data[i] = uint8_t(std::clamp(image.data[i], 0.0f, 1.0f) * 255 + 0.5f);
   }
   return out;
-}
-
-PixelRect Union(const PixelRect& a, const PixelRect& b) {
-  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
-  return {x, y, std::max(a.x + a.width, b.x + b.width) - x,
-          std::max(a.y + a.height, b.y + b.height) - y};
 }
 
 Image8 Crop(const Image8& image, const PixelRect& rect) {
@@ -75,24 +70,29 @@ StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
   depths.reserve(rough.data.size());
   std::copy_if(rough.data.begin(), rough.data.end(), std::back_inserter(depths),
                [](float depth) { return depth > 0; });
-  if (depths.empty())
-    throw InputError("the view sees no Gaussian: there is no depth to start from");
+  if (depths.empty()) ThrowNoRoughDepth();
   const auto quantile = [&](double q) {
     const auto nth = depths.begin() + std::ptrdiff_t(q * double(depths.size() - 1));
     std::nth_element(depths.begin(), nth, depths.end());
     return double(*nth);
   };
-  const double near = quantile(0.005), median = quantile(0.5), far = quantile(0.995);
+  return ChooseStereoSearch(camera,
+                            RoughDepths{quantile(kRoughQuantiles[0]), quantile(kRoughQuantiles[1]),
+                                        quantile(kRoughQuantiles[2])},
+                            options);
+}
 
+StereoSearch ChooseStereoSearch(const Camera& camera, const RoughDepths& rough,
+                                const StereoHvOptions& options) {
   StereoSearch search;
   const bool automatic = options.baseline == 0;
-  search.baseline =
-      automatic ? options.median_disparity * camera.width * median / camera.fx() : options.baseline;
+  search.baseline = automatic ? options.median_disparity * camera.width * rough.median / camera.fx()
+                              : options.baseline;
   const auto range = [&] {
     const double scale = camera.fx() * search.baseline;
-    const int lowest = std::max(0, int(scale / far * kFarMargin) - kExtraDisparities);
+    const int lowest = std::max(0, int(scale / rough.far * kFarMargin) - kExtraDisparities);
     return DisparityRange{lowest,
-                          RoundUp16(scale / near * kNearMargin + kExtraDisparities - lowest)};
+                          RoundUp16(scale / rough.near * kNearMargin + kExtraDisparities - lowest)};
   };
   search.range = range();
   while (automatic && search.range.count > options.max_disparities) {
@@ -105,7 +105,10 @@ StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
 
 StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& options,
                                      std::unique_ptr<StereoMatcher> matcher)
-    : renderer_(renderer), options_(options), matcher_(std::move(matcher)) {
+    : renderer_(renderer),
+      options_(options),
+      may_use_device_(options.on_device && !matcher),
+      matcher_(std::move(matcher)) {
   options_.Check();
   if (!matcher_) matcher_ = MakeSgbmMatcher(options_.sgbm);
 }
@@ -113,8 +116,18 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
 StereoHvEstimator::~StereoHvEstimator() = default;
 
 DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
-  std::vector<Shift> shifts = {Shift::kRight, Shift::kDown};
-  if (options_.both_sides) shifts.insert(shifts.end(), {Shift::kLeft, Shift::kUp});
+  if (may_use_device_ && renderer_.backend().Stereo()) {
+    try {
+      if (auto found = EstimateStereoOnDevice(renderer_, view, options_, monitor)) return *found;
+    } catch (const std::bad_alloc&) {
+      // The volumes of costs do not fit: the host has room.
+    }
+  }
+  return EstimateOnHost(view, monitor);
+}
+
+DepthEstimate StereoHvEstimator::EstimateOnHost(const PosedCamera& view, Monitor& monitor) {
+  const std::vector<Shift> shifts = ShiftsOf(options_);
   const double steps = 3 + 3 * double(shifts.size());
   double done = 0;
   monitor.Step("depth", done++, steps);
@@ -184,13 +197,7 @@ DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& moni
   estimate.valid_fraction =
       double(std::count(valid.data.begin(), valid.data.end(), 255)) / double(valid.NumPixels());
   estimate.valid = std::move(valid);
-  char reason[160];
-  std::snprintf(reason, sizeof(reason),
-                "%zu rendered pairs, baseline %.4g, disparities %d to %d, %.1f %% of the pixels "
-                "measured, the rest from the Gaussians",
-                shifts.size(), search.baseline, search.range.lowest, padding - 1,
-                100 * estimate.valid_fraction);
-  estimate.reason = reason;
+  estimate.reason = StereoReason(shifts.size(), search, estimate.valid_fraction);
   monitor.Step("depth", steps, steps);
   return estimate;
 }

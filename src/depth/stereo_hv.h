@@ -2,6 +2,7 @@
 // Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
 // along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
 // and d = f beta / s (ReCoGS, STAG 2025). Vertical pairs are turned by 90 degrees for the matcher.
+// Where the renderer's backend can (kernels/stereo.h), all of it happens in its memory.
 #pragma once
 
 #include <memory>
@@ -30,7 +31,8 @@ struct StereoHvOptions {
   bool arbitrate =
       true;            // settle disagreements with the Gaussians' depth; false: stereo always wins
   bool refine = true;  // sub-pixel refinement against all shifted views at once
-  SgbmOptions sgbm;
+  bool on_device = true;  // match on the renderer's backend where it can; false: always by OpenCV
+  SgbmOptions sgbm;       // of OpenCV's matcher
   void Check() const;
 };
 
@@ -40,15 +42,24 @@ struct StereoSearch {
   DisparityRange range;
 };
 
-// `rough` holds 0 where depth is unknown. The median of the rough depth lands on
-// `median_disparity`, less where the nearest would leave `max_disparities`. InputError when `rough`
-// is empty.
+// Quantiles of the known rough depths.
+struct RoughDepths {
+  double near, median, far;
+};
+inline constexpr double kRoughQuantiles[3] = {0.005, 0.5, 0.995};
+
+// The median of the rough depth lands on
+// `median_disparity`, less where the nearest would leave `max_disparities`.
+StereoSearch ChooseStereoSearch(const Camera& camera, const RoughDepths& rough,
+                                const StereoHvOptions& options);
+// `rough` holds 0 where depth is unknown; InputError when it is all unknown.
 StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
                                 const StereoHvOptions& options);
 
 class StereoHvEstimator : public DepthEstimator {
  public:
-  // Keeps the reference: `renderer` outlives the estimator. `matcher` null: SGBM with options.sgbm.
+  // Keeps the reference: `renderer` outlives the estimator. `matcher` null: the backend's own where
+  // it has one, else SGBM with options.sgbm.
   explicit StereoHvEstimator(Renderer& renderer, const StereoHvOptions& options = {},
                              std::unique_ptr<StereoMatcher> matcher = nullptr);
   ~StereoHvEstimator() override;
@@ -57,8 +68,11 @@ class StereoHvEstimator : public DepthEstimator {
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
 
  private:
+  DepthEstimate EstimateOnHost(const PosedCamera& view, Monitor& monitor);
+
   Renderer& renderer_;
   StereoHvOptions options_;
+  bool may_use_device_;
   std::unique_ptr<StereoMatcher> matcher_;
 };
 

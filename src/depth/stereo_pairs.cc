@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <vector>
+
+#include "base/error.h"
 
 namespace retint {
 namespace {
@@ -94,6 +97,31 @@ PixelRect PairRect(const Camera& camera, Shift shift, int padding) {
   if (shift == Shift::kRight) rect.x -= padding;
   if (shift == Shift::kDown) rect.y -= padding;
   return rect;
+}
+
+PixelRect Union(const PixelRect& a, const PixelRect& b) {
+  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x,
+          std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+std::vector<Shift> ShiftsOf(const StereoHvOptions& options) {
+  if (!options.both_sides) return {Shift::kRight, Shift::kDown};
+  return {Shift::kRight, Shift::kDown, Shift::kLeft, Shift::kUp};
+}
+
+std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction) {
+  char reason[160];
+  std::snprintf(reason, sizeof(reason),
+                "%zu rendered pairs, baseline %.4g, disparities %d to %d, %.1f %% of the pixels "
+                "measured, the rest from the Gaussians",
+                num_pairs, search.baseline, search.range.lowest,
+                search.range.lowest + search.range.count - 1, 100 * valid_fraction);
+  return reason;
+}
+
+void ThrowNoRoughDepth() {
+  throw InputError("the view sees no Gaussian: there is no depth to start from");
 }
 
 ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, int width, int height,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "depth/stereo_hv.h"
@@ -27,6 +28,12 @@ PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline);
 // The image grown by a few pixels all round, and by `padding` on the side from which content enters
 // the shifted view, so that every pixel of the image can be matched.
 PixelRect PairRect(const Camera& camera, Shift shift, int padding);
+
+PixelRect Union(const PixelRect& a, const PixelRect& b);
+// The pairs of a view, and what DepthEstimate says of them.
+std::vector<Shift> ShiftsOf(const StereoHvOptions& options);
+std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction);
+[[noreturn]] void ThrowNoRoughDepth();
 
 // A pair to match: both images show `rect` of the image plane of a [height, width] view.
 struct RenderedPair {

@@ -167,6 +167,52 @@ std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, 
   return geometry;
 }
 
+void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) {
+  const int64_t rows = geometry.num_rows();
+  float* colors = Cache::Grow(*backend_, cache_->features, size_t(rows) * 3);
+  EvalShParams eval{};
+  eval.rows = geometry.rows();
+  eval.count = rows;
+  eval.sh = model_->sh();
+  std::copy_n(geometry.camera().center, 3, eval.center);
+  eval.colors = colors;
+  backend_->EvalSh(*model_, eval);
+
+  BlendParams blend{};
+  blend.features = colors;
+  blend.channels = 3;
+  blend.background = cache_->background.data();
+  blend.image = rgb;
+  blend.alpha = alpha;
+  backend_->Blend(geometry, blend);
+}
+
+DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderRequest& request) {
+  const auto geometry = Geometry(view, request.cache);
+  DeviceRender output;
+  output.width = geometry->camera().width;
+  output.height = geometry->camera().height;
+  const size_t pixels = size_t(output.width) * size_t(output.height);
+  if (request.alpha) output.alpha = backend_->Allocate<float>(pixels);
+  if (request.rgb) {
+    output.rgb = backend_->Allocate<float>(pixels * 3);
+    BlendRgb(*geometry, output.rgb.data(), output.alpha.data());
+  }
+  const bool alpha_left = request.alpha && !request.rgb;
+  if (request.depth_median || request.depth_expected || alpha_left) {
+    if (request.depth_median) output.depth_median = backend_->Allocate<float>(pixels);
+    if (request.depth_expected) output.depth_expected = backend_->Allocate<float>(pixels);
+    DepthParams depth{};
+    depth.median = output.depth_median.data();
+    depth.expected = output.depth_expected.data();
+    depth.alpha = alpha_left ? output.alpha.data() : nullptr;
+    depth.threshold = request.median_threshold;
+    depth.pixel_rows = request.pixel_rows;
+    backend_->Depth(*geometry, depth);
+  }
+  return output;
+}
+
 RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& request) {
   const auto geometry = Geometry(view, request.cache);
   const CameraParams& camera = geometry->camera();
@@ -175,28 +221,14 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
   RenderOutput output;
 
   if (request.rgb) {
-    const int64_t rows = geometry->num_rows();
-    float* colors = Cache::Grow(*backend_, cache_->features, size_t(rows) * 3);
-    EvalShParams eval{};
-    eval.rows = geometry->rows();
-    eval.count = rows;
-    eval.sh = model_->sh();
-    std::copy_n(camera.center, 3, eval.center);
-    eval.colors = colors;
-    backend_->EvalSh(*model_, eval);
-
-    BlendParams blend{};
-    blend.features = colors;
-    blend.channels = 3;
-    blend.background = cache_->background.data();
-    blend.image = Cache::Grow(*backend_, cache_->image, pixels * 3);
-    blend.alpha = request.alpha ? Cache::Grow(*backend_, cache_->scalar, pixels) : nullptr;
-    backend_->Blend(*geometry, blend);
+    float* rgb = Cache::Grow(*backend_, cache_->image, pixels * 3);
+    float* alpha = request.alpha ? Cache::Grow(*backend_, cache_->scalar, pixels) : nullptr;
+    BlendRgb(*geometry, rgb, alpha);
     output.rgb = Image(width, height);
-    backend_->CopyToHost(output.rgb.data.data(), blend.image, pixels * 3 * sizeof(float));
+    backend_->CopyToHost(output.rgb.data.data(), rgb, pixels * 3 * sizeof(float));
     if (request.alpha) {
       output.alpha = ScalarImage(width, height);
-      backend_->CopyToHost(output.alpha.data.data(), blend.alpha, pixels * sizeof(float));
+      backend_->CopyToHost(output.alpha.data.data(), alpha, pixels * sizeof(float));
     }
   }
 

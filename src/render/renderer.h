@@ -44,6 +44,13 @@ struct RenderOutput {
   ScalarImage alpha;
 };
 
+// The same left in backend memory, valid in stream order; what was not asked for is empty.
+struct DeviceRender {
+  int width = 0, height = 0;
+  Buffer<float> rgb;                                  // [H, W, 3]
+  Buffer<float> depth_median, depth_expected, alpha;  // [H, W]
+};
+
 // Not thread-safe; one Renderer a thread (they may share the Backend).
 class Renderer {
  public:
@@ -52,6 +59,7 @@ class Renderer {
   ~Renderer();
 
   RenderOutput Render(const PosedCamera& view, const RenderRequest& request = {});
+  DeviceRender RenderOnDevice(const PosedCamera& view, const RenderRequest& request = {});
   // W c of per-Gaussian values, `channels` a Gaussian: [N, channels] -> [H, W, channels].
   std::vector<float> BlendFeatures(const PosedCamera& view, std::span<const float> features,
                                    int channels);
@@ -74,6 +82,9 @@ class Renderer {
 
  private:
   struct Cache;
+  // rgb [H, W, 3], and alpha [H, W] where not null.
+  void BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha);
+
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Model> model_;
   RendererOptions options_;
