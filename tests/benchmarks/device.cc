@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint_bench_device: renders and refit iterations on views of real scenes, for comparison with
-// other rasterizers on the same views. One JSON line a case: `ms` an iteration when many are
-// queued, `synced_ms` when each is waited for.
+// retint_bench_device: renders, refit iterations and stereo depth on views of real scenes, for
+// comparison with other rasterizers on the same views. One JSON line a case: `ms` an iteration when
+// many are queued, `synced_ms` when each is waited for.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -16,6 +16,7 @@
 
 #include "base/error.h"
 #include "colmap_io/workspace.h"
+#include "depth/stereo_hv.h"
 #include "kernels/backend.h"
 #include "render/renderer.h"
 #include "splat_io/splat_io.h"
@@ -282,11 +283,46 @@ class Bench {
   int64_t steps_ = 0;
 };
 
+// Stereo-HV of a view, renders included, from its geometry in the cache to a depth map in host
+// memory. A second size: the same field of view at 1280x852.
+void BenchStereo(std::shared_ptr<Backend> backend, const std::string& name,
+                 const GaussianModel& model, const PosedCamera& view) {
+  Renderer renderer(std::move(backend), model);
+  PosedCamera large = view;
+  const double scale = 1280.0 / view.camera.width;
+  large.camera =
+      Camera::Pinhole(view.camera.id, 1280, 852, view.camera.fx() * scale, view.camera.fy() * scale,
+                      view.camera.cx() * scale, 852 * view.camera.cy() / view.camera.height);
+  for (const PosedCamera& camera : {view, large}) {
+    StereoHvEstimator stereo(renderer);
+    Monitor monitor;
+    std::vector<double> times;
+    DepthEstimate estimate;
+    for (int i = 0; i < 33; ++i) {
+      const double start = Now();
+      estimate = stereo.Estimate(camera, monitor);
+      if (i > 2) times.push_back(Now() - start);
+      if (times.size() > 2 && times.back() > 100) break;  // a slow backend
+    }
+    std::printf(
+        "{\"benchmark\": \"device\", \"scene\": \"%s\", \"backend\": \"%s\", \"gaussians\": %zu, "
+        "\"width\": %d, \"height\": %d, \"case\": \"stereo_hv\", \"ms\": %.4f, \"least_ms\": %.4f, "
+        "\"valid\": %.4f, \"peak_device_mb\": %.1f}\n",
+        name.c_str(), renderer.backend().Description().c_str(), model.NumGaussians(),
+        camera.camera.width, camera.camera.height, Median(times),
+        *std::min_element(times.begin(), times.end()), estimate.valid_fraction,
+        double(renderer.backend().PeakDeviceBytes()) / 1e6);
+    std::fflush(stdout);
+  }
+}
+
 int Main(int argc, char** argv) {
   std::string backend_name = "auto";
   std::vector<std::string> scenes;
   CLI::App app("renders and refit iterations on real scenes; one JSON line a case");
   app.add_option("--backend", backend_name, "auto, cpu or cuda");
+  bool stereo_only = false;
+  app.add_flag("--stereo", stereo_only, "only Stereo-HV depth, case stereo_hv");
   app.add_option("scenes", scenes, "WORKSPACE:VIEW, with splat.ply in the workspace")->required();
   CLI11_PARSE(app, argc, argv);
   for (const std::string& argument : scenes) {
@@ -296,6 +332,11 @@ int Main(int argc, char** argv) {
     const Workspace workspace = Workspace::Open(root);
     const View& view = workspace.RequireView(argument.substr(colon + 1));
     const GaussianModel model = ReadSplat(root / "splat.ply");
+    if (stereo_only) {
+      BenchStereo(CreateBackend(backend_name), root.filename().string(), model,
+                  workspace.reconstruction.Posed(view));
+      continue;
+    }
     Bench bench(CreateBackend(backend_name), root.filename().string(), model,
                 ToCameraParams(workspace.reconstruction.Posed(view)));
     bench.WholeView();
