@@ -21,6 +21,9 @@ TileLists ListsOf(const CudaViewGeometry& view) {
           view.order.size() > 0 ? view.order.data() : nullptr};
 }
 
+// The even rows alone, or fewer.
+bool IsEverySecondRow(uint16_t pixel_rows) { return (pixel_rows & 0xaaaa) == 0; }
+
 // Of one splat; a region also needs to know whether it is active.
 template <int C, bool IsRegion>
 struct Features {
@@ -84,12 +87,13 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
   if (lane.inside1) store(lane.y1, t1, share1, sum1);
 }
 
-template <int C>
+// With a row step of 2 every second row of pixels is visited, a pixel a lane.
+template <int C, int row_step>
 __global__ void __launch_bounds__(kTileThreads)
     BlendTransposeKernel(TileLists lists, BlendTransposeParams params) {
   __shared__ __align__(16) Batch<int> batches[kWarps];
   const int index = lists.Index(), lane_id = threadIdx.x % 32;
-  const Lane lane = LaneOf(lists, lists.tile_ids ? lists.tile_ids[index] : index);
+  const Lane lane = LaneOf<row_step>(lists, lists.tile_ids ? lists.tile_ids[index] : index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
   float residual0[C] = {}, residual1[C] = {};
   const auto read = [&](int y, float* residual) {
@@ -112,7 +116,7 @@ __global__ void __launch_bounds__(kTileThreads)
               const Splat s = batch.splats[first + i];
               const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
               w0 = BlendStep(SplatExponent(s, dx, dy), &t0);
-              w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
+              if (row_step == 1) w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
             }
             any |= w0 > 0 || w1 > 0;
 #pragma unroll
@@ -133,11 +137,12 @@ __global__ void __launch_bounds__(kTileThreads)
       [&] { return t0 > 0 || t1 > 0; });
 }
 
+template <int row_step>
 __global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, DepthParams params) {
   struct Nothing {};
   __shared__ __align__(16) Batch<Nothing> batches[kWarps];
   const int index = lists.Index();
-  const Lane lane = LaneOf(lists, index);
+  const Lane lane = LaneOf<row_step>(lists, index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
   float sum0 = 0, sum1 = 0, median0 = 0, median1 = 0;
   const auto step = [&](const Splat& s, float exponent, float* t, float* sum, float* median) {
@@ -153,7 +158,9 @@ __global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, Dep
           const Splat s = batch.splats[i];
           const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
           step(s, SplatExponent(s, dx, dy), &t0, &sum0, &median0);
-          step(s, SplatExponent(s, dx, dy + kQuarter / 2), &t1, &sum1, &median1);
+          if (row_step == 1) {
+            step(s, SplatExponent(s, dx, dy + kQuarter / 2), &t1, &sum1, &median1);
+          }
         }
       },
       [&] { return t0 > 0 || t1 > 0; });
@@ -210,7 +217,11 @@ void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& pa
   const TileLists lists = ListsOf(view);
   WithChannels(params.channels, [&](auto c) {
     if (lists.tiles == 0) return;
-    BlendTransposeKernel<c()><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    if (IsEverySecondRow(params.pixel_rows)) {
+      BlendTransposeKernel<c(), 2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    } else {
+      BlendTransposeKernel<c(), 1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    }
     Check(cudaGetLastError(), "BlendTransposeKernel");
   });
 }
@@ -218,7 +229,11 @@ void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& pa
 void Depth(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream) {
   if (view.is_region) throw std::invalid_argument("depth needs a whole view");
   const TileLists lists = ListsOf(view);
-  DepthKernel<<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+  if (IsEverySecondRow(params.pixel_rows)) {
+    DepthKernel<2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+  } else {
+    DepthKernel<1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+  }
   Check(cudaGetLastError(), "DepthKernel");
 }
 

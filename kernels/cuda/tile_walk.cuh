@@ -54,8 +54,10 @@ __device__ Lane QuarterLane(int width, int height, int tiles_x, int tile, int qu
   return out;
 }
 
-__device__ inline Lane LaneOf(const TileLists& lists, int tile) {
-  return QuarterLane(lists.width, lists.height, lists.tiles_x, tile, int(threadIdx.x) / 32);
+template <int row_step = 1>
+__device__ Lane LaneOf(const TileLists& lists, int tile) {
+  return QuarterLane<row_step>(lists.width, lists.height, lists.tiles_x, tile,
+                               int(threadIdx.x) / 32);
 }
 
 // The largest exponent of the splat over the quarter's pixel centres is at its centre when that
@@ -119,8 +121,8 @@ __device__ void WalkTile(const TileLists& lists, int index, const Lane& lane, Ba
   }
 }
 
-// Sums each of `values[8]` over every `width` lanes, 32, 16 or 8, with 9, 8 or 7 shuffles: afterwards
-// every lane holds the sum of value number lane % width / (width / 8).
+// Sums each of `values[8]` over every `width` lanes, 32, 16 or 8, with 9, 8 or 7 shuffles:
+// afterwards every lane holds the sum of value number lane % width / (width / 8).
 template <int width = 32>
 __device__ float ReduceEight(float* values) {
   const int lane = threadIdx.x % 32;

@@ -177,51 +177,55 @@ TEST_P(BlendOp, DepthMatchesReference) {
   }
 }
 
+// Any rows, and every second, which backends may have loops for.
 TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
-  constexpr uint16_t kWanted = 0x9305;
-  const Scene scene = MakeScene({160, 90, 400});
-  constexpr size_t kWidth = 160;
-  const auto wanted = [](size_t p) { return (kWanted >> (p / kWidth % kTileSize) & 1) != 0; };
-  const auto features = UniformVector(rng_, scene.rows.size() * 3, 0, 1);
-  auto residual = UniformVector(rng_, scene.pixels * 3, 0, 1);
-  for (size_t i = 0; i < residual.size(); ++i) {
-    if (!wanted(i / 3)) residual[i] = 0;
-  }
-  Guarded<float> in(*backend_, features), out_residual(*backend_, residual);
-  std::vector<std::vector<float>> images[2];
-  std::vector<float> sums[2];
-  for (const uint16_t rows : {kAllPixelRows, kWanted}) {
-    Guarded<float> image(*backend_, scene.pixels * 3), median(*backend_, scene.pixels);
-    Guarded<float> expected(*backend_, scene.pixels), sum(*backend_, scene.rows.size() * 3);
-    BlendParams blend{};
-    blend.features = in.data();
-    blend.channels = 3;
-    blend.image = image.data();
-    blend.pixel_rows = rows;
-    backend_->Blend(*scene.view, blend);
-    DepthParams depth{};
-    depth.median = median.data();
-    depth.expected = expected.data();
-    depth.threshold = 0.5f;
-    depth.pixel_rows = rows;
-    backend_->Depth(*scene.view, depth);
-    BlendTransposeParams transpose{};
-    transpose.residual = out_residual.data();
-    transpose.channels = 3;
-    transpose.result = sum.data();
-    transpose.pixel_rows = rows;
-    backend_->BlendTranspose(*scene.view, transpose);
-    images[rows == kWanted] = {image.Read(), median.Read(), expected.Read()};
-    sums[rows == kWanted] = sum.Read();
-  }
-  for (size_t i = 0; i < images[0].size(); ++i) {
-    const size_t channels = images[0][i].size() / scene.pixels;
-    for (size_t at = 0; at < images[0][i].size(); ++at) {
-      if (!wanted(at / channels)) continue;
-      ASSERT_EQ(images[0][i][at], images[1][i][at]) << i << " " << at;
+  for (const uint16_t kept : {0x9305, 0x5555}) {
+    const Scene scene = MakeScene({160, 90, 400});
+    constexpr size_t kWidth = 160;
+    const auto wanted = [&](size_t p) { return (kept >> (p / kWidth % kTileSize) & 1) != 0; };
+    const auto features = UniformVector(rng_, scene.rows.size() * 3, 0, 1);
+    auto residual = UniformVector(rng_, scene.pixels * 3, 0, 1);
+    for (size_t i = 0; i < residual.size(); ++i) {
+      if (!wanted(i / 3)) residual[i] = 0;
     }
+    Guarded<float> in(*backend_, features), out_residual(*backend_, residual);
+    std::vector<std::vector<float>> images[2];
+    std::vector<float> sums[2];
+    for (const uint16_t rows : {kAllPixelRows, kept}) {
+      Guarded<float> image(*backend_, scene.pixels * 3), median(*backend_, scene.pixels);
+      Guarded<float> expected(*backend_, scene.pixels), sum(*backend_, scene.rows.size() * 3);
+      BlendParams blend{};
+      blend.features = in.data();
+      blend.channels = 3;
+      blend.image = image.data();
+      blend.pixel_rows = rows;
+      backend_->Blend(*scene.view, blend);
+      DepthParams depth{};
+      depth.median = median.data();
+      depth.expected = expected.data();
+      depth.threshold = 0.5f;
+      depth.pixel_rows = rows;
+      backend_->Depth(*scene.view, depth);
+      BlendTransposeParams transpose{};
+      transpose.residual = out_residual.data();
+      transpose.channels = 3;
+      transpose.result = sum.data();
+      transpose.pixel_rows = rows;
+      backend_->BlendTranspose(*scene.view, transpose);
+      images[rows == kept] = {image.Read(), median.Read(), expected.Read()};
+      sums[rows == kept] = sum.Read();
+    }
+    for (size_t i = 0; i < images[0].size(); ++i) {
+      const size_t channels = images[0][i].size() / scene.pixels;
+      for (size_t at = 0; at < images[0][i].size(); ++at) {
+        if (!wanted(at / channels)) continue;
+        // A device's loop over some rows may round in another way.
+        const float value = images[0][i][at], slack = GetParam() == "cuda" ? 1e-4f * value : 0;
+        ASSERT_NEAR(value, images[1][i][at], slack) << i << " " << at;
+      }
+    }
+    EXPECT_LE(WorstDifference(sums[1], sums[0]), 1e-4);  // a device adds in any order
   }
-  EXPECT_LE(WorstDifference(sums[1], sums[0]), 1e-4);  // a device adds in any order
 }
 
 TEST_P(BlendOp, RowsAreSortedByDepthAndIndex) {
