@@ -3,6 +3,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include <QApplication>
 #include <QCommandLineParser>
@@ -19,6 +21,19 @@ namespace {
 
 constexpr int kUsage = 2;
 
+// Qt takes --session, as -session of the desktop's session manager, for itself.
+constexpr char kSession[] = "retint-session";
+
+std::vector<std::string> HideSession(int argc, char** argv) {
+  std::vector<std::string> arguments(argv, argv + argc);
+  for (std::string& argument : arguments) {
+    if (argument == "--session" || argument.starts_with("--session=")) {
+      argument.replace(2, std::strlen("session"), kSession);
+    }
+  }
+  return arguments;
+}
+
 void Describe(QCommandLineParser& parser) {
   parser.setApplicationDescription(
       "Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces: the desktop "
@@ -34,6 +49,9 @@ void Describe(QCommandLineParser& parser) {
       {"holdout", "Keep every n-th view by name out of the fit; 0 keeps none.", "N", "0"},
       {"theme", "system, light or dark; left out: as chosen last.", "NAME"},
   });
+  QCommandLineOption session(kSession, "What --session becomes.", "S.retint");
+  session.setFlags(QCommandLineOption::HiddenFromHelp);
+  parser.addOption(session);
   parser.addPositionalArgument("paths", "Workspace, splat or session, as if dropped on the window.",
                                "[paths...]");
 }
@@ -52,7 +70,7 @@ QString Fault(const QCommandLineParser& parser) {
   if (!ok || holdout < 0 || holdout == 1) {
     return "--holdout: '" + parser.value("holdout") + "' is not 0 or at least 2";
   }
-  if (parser.isSet("session") && (parser.isSet("workspace") || parser.isSet("splat"))) {
+  if (parser.isSet(kSession) && (parser.isSet("workspace") || parser.isSet("splat"))) {
     return "--session names its workspace and splat itself";
   }
   return {};
@@ -65,7 +83,7 @@ StartOptions Resolve(const QCommandLineParser& parser) {
   start.scene.options.image_folder = parser.value("images").toStdString();
   start.scene.options.backend = parser.value("backend").toStdString();
   start.scene.options.holdout = parser.value("holdout").toInt();
-  start.session = parser.value("session").toStdString();
+  start.session = parser.value(kSession).toStdString();
   return start;
 }
 
@@ -98,7 +116,11 @@ int Main(int argc, char** argv) {
       return 0;
     }
   }
-  QApplication app(argc, argv);
+  std::vector<std::string> own = HideSession(argc, argv);
+  std::vector<char*> pointers;
+  for (std::string& argument : own) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  QApplication app(argc, pointers.data());
   QApplication::setApplicationDisplayName("Retint");
   QGuiApplication::setDesktopFileName("retint-viewer");
   const bool parsed = parser.parse(app.arguments());

@@ -54,7 +54,8 @@ class MainWindow : public QMainWindow {
   void Start(const StartOptions& options);
   void OpenScene(const OpenRequest& request);
   void OpenPaths(const QStringList& paths);  // as if dropped
-  void OpenSession(const std::filesystem::path& folder);
+  // Empty: asks which.
+  void OpenSession(const std::filesystem::path& folder, const std::string& backend = "auto");
 
   SceneController& controller() { return *controller_; }
   Canvas& canvas() { return *canvas_; }
@@ -121,7 +122,8 @@ class MainWindow : public QMainWindow {
   void Remember(const QString& entry);
   void FillRecent();
   void Save(bool as, std::function<void()> then = {});
-  void OfferRecovery();
+  void OpenStart(const StartOptions& options);
+  void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
   void ExportSplat();
   void ExportMasks();
   void ExportViews();

@@ -28,6 +28,10 @@ constexpr qsizetype kRecentKept = 8;
 constexpr QChar kBetween(0x1f);  // workspace and splat of a recent scene; not in a path
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
+bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code ignored;
+  return std::filesystem::equivalent(a, b, ignored);
+}
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
 
 }  // namespace
@@ -36,15 +40,18 @@ QString Text(const std::filesystem::path& path) { return QString::fromStdString(
 // --------------------------------------------------------------------------------------
 
 void MainWindow::Start(const StartOptions& options) {
+  OfferRecovery(options, [this, options] { OpenStart(options); });
+}
+
+void MainWindow::OpenStart(const StartOptions& options) {
   const OpenRequest& scene = options.scene;
-  if (!options.session.empty()) return OpenSession(options.session);
+  if (!options.session.empty()) return OpenSession(options.session, scene.options.backend);
   if (!scene.workspace.empty() || !scene.splat.empty()) {
     OpenRequest request = scene;
     if (request.splat.empty()) request.splat = Path(GuessSplat(Text(request.workspace)));
     if (request.workspace.empty() || request.splat.empty()) return AskAndOpen(request);
     return OpenScene(request);
   }
-  OfferRecovery();
 }
 
 void MainWindow::OpenScene(const OpenRequest& request) {
@@ -55,15 +62,17 @@ void MainWindow::OpenScene(const OpenRequest& request) {
   });
 }
 
-void MainWindow::OpenSession(const std::filesystem::path& folder) {
+void MainWindow::OpenSession(const std::filesystem::path& folder, const std::string& backend) {
   QString path = Text(folder);
   if (path.isEmpty()) {
     path = QFileDialog::getExistingDirectory(this, tr("Open a session (a .retint folder)"));
     if (path.isEmpty()) return;
   }
-  ConfirmThen(tr("Open another session?"), [this, path] {
+  ConfirmThen(tr("Open another session?"), [this, path, backend] {
     opening_ = QFileInfo(path).absoluteFilePath();
-    sessions_->Open(Path(path), SessionOptions{});
+    SessionOptions options;
+    options.backend = backend;
+    sessions_->Open(Path(path), options);
   });
 }
 
@@ -151,14 +160,23 @@ void MainWindow::Save(bool as, std::function<void()> then) {
   sessions_->Save(folder, std::move(then));
 }
 
-void MainWindow::OfferRecovery() {
+// The newest work that was left behind, of what is asked for where something is; then, unless it
+// is taken, `otherwise`.
+void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()> otherwise) {
   std::vector<std::filesystem::path> known;
+  if (!options.session.empty()) known.push_back(options.session);
   for (const QString& entry : QSettings().value("recent").toStringList()) {
     if (!entry.contains(kBetween)) known.push_back(Path(entry));
   }
-  const auto found = FindRecoverable(known);
-  if (found.empty()) return;
-  const Recovery newest = found.front();
+  const auto left = FindRecoverable(known);
+  const auto found = std::find_if(left.begin(), left.end(), [&](const Recovery& one) {
+    const OpenRequest& scene = options.scene;
+    if (!options.session.empty()) return SamePath(one.session, options.session);
+    return (scene.workspace.empty() || SamePath(one.info.workspace, scene.workspace)) &&
+           (scene.splat.empty() || SamePath(one.info.splat, scene.splat));
+  });
+  if (found == left.end()) return otherwise();
+  const Recovery newest = *found;
   const QString of = newest.session.empty() ? Text(newest.info.workspace) : Text(newest.session);
   auto* box =
       new QMessageBox(QMessageBox::Question, tr("Recover unsaved work?"),
@@ -174,10 +192,13 @@ void MainWindow::OfferRecovery() {
   connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
     if (button == recover) {
       opening_.clear();
-      sessions_->Open(newest.folder, SessionOptions{});
-    } else if (button == discard) {
-      RemoveRecovery(newest);
+      SessionOptions session_options;
+      session_options.backend = options.scene.options.backend;
+      sessions_->Open(newest.folder, session_options);
+      return;
     }
+    if (button == discard) RemoveRecovery(newest);
+    otherwise();
   });
   ShowDialog(box);
 }

@@ -505,6 +505,35 @@ class PanelsTest : public QObject {
     QCOMPARE(text["Views"], QString("6"));
   }
 
+  void AMisplacedSplatAndMissingPhotosAreWarnedOf() {
+    // Both in a workspace of their own: the splat elsewhere, two photos gone.
+    std::filesystem::copy(*folder_ / "ws", *folder_ / "odd",
+                          std::filesystem::copy_options::recursive);
+    for (const size_t v : {size_t{1}, size_t{4}}) {
+      std::filesystem::remove(*folder_ / "odd" / "images" / ViewName(v));
+    }
+    GaussianModel moved = scene_.model;
+    for (float& mean : moved.means) mean += 100;
+    WriteSplat(*folder_ / "odd" / "splat.ply", moved);
+    OpenRequest request;
+    request.workspace = *folder_ / "odd";
+    request.splat = *folder_ / "odd" / "splat.ply";
+    request.options.backend = "cpu";
+    Show("scene");
+    auto* list = Find<QListWidget>("scene_warnings");
+    QTRY_VERIFY_WITH_TIMEOUT(window_->canvas().IsSharp(), kLong);
+    window_->OpenScene(request);
+    const auto warns = [&](const QString& part) {
+      for (int row = 0; row < list->count(); ++row) {
+        if (list->item(row)->text().contains(part)) return true;
+      }
+      return false;
+    };
+    QTRY_VERIFY_WITH_TIMEOUT(warns("2 of 6 views are missing: view1, view4"), kLong);
+    QVERIFY(warns("another frame"));
+    QVERIFY(list->isVisible());
+  }
+
   // --- Files -------------------------------------------------------------------------------------
 
   void ASessionIsSavedAndRestored() {

@@ -2,13 +2,24 @@
 // A small synthetic workspace on disk and a window on it, for tests that act with mouse and keys.
 #pragma once
 
+#include <algorithm>
+#include <map>
 #include <memory>
+#include <string>
 
+#include <QAbstractButton>
+#include <QApplication>
 #include <QCoreApplication>
+#include <QFileDialog>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QMouseEvent>
+#include <QPointer>
 #include <QSettings>
 #include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
+#include <QTimer>
 
 #include "scene/synthetic.h"
 #include "session/synthetic_workspace.h"
@@ -30,10 +41,10 @@ inline void UseOwnFolders(const QString& folder) {
 
 class ViewerScene {
  public:
-  ViewerScene() {
+  explicit ViewerScene(int width = 160, int height = 120, int views = 6) {
     UseOwnFolders(folder_.path());
     SyntheticOptions options;
-    options.width = 160, options.height = 120, options.views = 6;
+    options.width = width, options.height = height, options.views = views;
     Monitor monitor;
     scene_ = MakeSyntheticScene(options, monitor);
     WriteSyntheticWorkspace(workspace(), scene_, monitor);
@@ -49,6 +60,27 @@ class ViewerScene {
     request.splat = workspace() / "splat.ply";
     request.options.backend = "cpu";
     return request;
+  }
+
+  // The largest object that at least two views see whole, and the first and last of these views.
+  struct Subject {
+    int object = 0;
+    std::string first, second;
+  };
+  Subject MostVisible() const {
+    Subject subject;
+    int64_t largest = 0;
+    for (const int object : scene_.still_life) {
+      const auto& whole = scene_.whole_views[size_t(object)];
+      if (whole.size() < 2) continue;
+      const auto& ids = scene_.views[size_t(whole.front())].object_ids.data;
+      const int64_t pixels = std::count(ids.begin(), ids.end(), object);
+      if (pixels <= largest) continue;
+      largest = pixels;
+      subject = {object, scene_.views[size_t(whole.front())].name,
+                 scene_.views[size_t(whole.back())].name};
+    }
+    return subject;
   }
 
   // Of an object in every view.
@@ -85,6 +117,99 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
 // The canvas at rest again.
 inline bool WaitSharp(MainWindow& window) {
   return QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs);
+}
+
+// Presses, moves and releases along points of a widget.
+inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
+                      Qt::MouseButton button = Qt::LeftButton,
+                      Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+  QTest::mousePress(widget, button, modifiers, path.front());
+  for (const QPoint& at : path) {
+    QMouseEvent move(QEvent::MouseMove, at, widget->mapToGlobal(at), Qt::NoButton, button,
+                     modifiers);
+    QCoreApplication::sendEvent(widget, &move);
+  }
+  QTest::mouseRelease(widget, button, modifiers, path.back());
+}
+
+// Types a path into the next file dialog and confirms it. The dialog has an event loop of its own,
+// so this is called before what opens it.
+inline void AnswerFileDialog(const std::filesystem::path& path) {
+  static QPointer<QTimer> before;
+  delete before;  // whose dialog never came
+  auto* timer = new QTimer(qApp);
+  before = timer;
+  QObject::connect(timer, &QTimer::timeout, timer, [timer, path] {
+    auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+    if (!dialog) return;
+    timer->deleteLater();
+    timer->stop();
+    auto* name = dialog->findChild<QLineEdit*>("fileNameEdit");
+    name->setText(QString::fromStdString(path.string()));
+    QTest::keyClick(name, Qt::Key_Return);
+    if (dialog->isVisible()) static_cast<QDialog*>(dialog)->reject();  // it did not like that
+  });
+  timer->start(20);
+}
+
+// A key on the canvas as shortcuts want it, in an active window: without a window manager nobody
+// makes it active again when a dialog closes.
+inline void PressKey(MainWindow& window, Qt::Key key,
+                     Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+  if (!window.isActiveWindow()) {
+    window.activateWindow();
+    if (!QTest::qWaitForWindowActive(&window)) qWarning("the window does not become active");
+  }
+  window.canvas().setFocus();
+  QTest::keyClick(&window.canvas(), key, modifiers);
+}
+
+// The window's question or complaint, once it is there; null when none comes.
+inline QMessageBox* WaitDialog(MainWindow& window) {
+  const bool came = (void)QTest::qWaitFor(
+      [&] { return window.dialog() && window.dialog()->isVisible(); }, kWaitMs);
+  return came ? window.dialog() : nullptr;
+}
+
+// Presses the dialog's button of a role; false when there is no such dialog or button.
+inline bool ClickRole(MainWindow& window, QMessageBox::ButtonRole role) {
+  QMessageBox* dialog = WaitDialog(window);
+  if (!dialog) return false;
+  for (QAbstractButton* button : dialog->buttons()) {
+    if (dialog->buttonRole(button) != role) continue;
+    QTest::mouseClick(button, Qt::LeftButton);
+    return true;
+  }
+  return false;
+}
+
+// What a complaint says, which is then closed.
+inline QString ReadError(MainWindow& window) {
+  QMessageBox* dialog = WaitDialog(window);
+  if (!dialog) return "no dialog came";
+  const QString text = dialog->informativeText();
+  QTest::mouseClick(dialog->button(QMessageBox::Ok), Qt::LeftButton);
+  (void)QTest::qWaitFor([&] { return !window.dialog() || !window.dialog()->isVisible(); }, kWaitMs);
+  return text;
+}
+
+// Until the worker has done all that was asked for so far.
+inline bool Settle(SceneController& controller) {
+  bool done = false;
+  if (!controller.Run(
+          {}, [](EditSession&, Monitor&) {}, [&] { done = true; }))
+    return false;
+  return QTest::qWaitFor([&] { return done; }, kWaitMs);
+}
+
+// Intersection over union, inside from 128 on.
+inline double Iou(const Mask& a, const Mask& b) {
+  double both = 0, either = 0;
+  for (size_t i = 0; i < a.data.size(); ++i) {
+    both += a.data[i] >= 128 && b.data[i] >= 128;
+    either += a.data[i] >= 128 || b.data[i] >= 128;
+  }
+  return either > 0 ? both / either : 1;
 }
 
 // Mean absolute difference of two pictures in steps of 1 / 255; 255 for other sizes.

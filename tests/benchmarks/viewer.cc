@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint_bench_viewer: how quickly the window answers on a real capture. One JSON line a case.
+//   QT_QPA_PLATFORM=offscreen retint_bench_viewer [--data DIR] [--scene fox] [--backend cpu]
+// Under Xvfb leave the platform out. Limits: visible 3 s, 10 frames a second while moving, sharp
+// 300 ms after the last movement, 30 ms a brush move, 100 ms a change of the colour.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <QApplication>
+#include <QMouseEvent>
+#include <QSignalSpy>
+#include <QTemporaryDir>
+#include <QTest>
+
+#include <CLI/CLI.hpp>
+
+#include "colmap_io/image_io.h"
+#include "viewer/main_window.h"
+#include "viewer/selection/selection_mode.h"
+
+namespace retint {
+namespace {
+
+constexpr int kWaitMs = 600000;
+
+struct Flags {
+  std::string data, scene = "fox", view = "0025.jpg", backend = "auto";
+  int width = 1600, height = 1000;
+  double seconds = 5;
+};
+
+class Clock {
+ public:
+  double Milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// The events that wait, without the 10 ms naps of QTest::qWaitFor().
+bool WaitFor(const std::function<bool()>& done) {
+  const Clock clock;
+  while (!done()) {
+    if (clock.Milliseconds() > kWaitMs) return false;
+    QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents, 2);
+  }
+  return true;
+}
+
+struct Series {
+  std::vector<double> values;
+  double At(double share) {
+    if (values.empty()) return 0;
+    std::sort(values.begin(), values.end());
+    return values[std::min(values.size() - 1, size_t(share * double(values.size())))];
+  }
+};
+
+class Bench {
+ public:
+  explicit Bench(const Flags& flags) : flags_(flags) {}
+
+  int Run() {
+    const std::filesystem::path root = std::filesystem::path(flags_.data) / flags_.scene;
+    const Clock clock;
+    window_ = std::make_unique<MainWindow>(&theme_);
+    window_->resize(flags_.width, flags_.height);
+    window_->show();
+    if (!QTest::qWaitForWindowExposed(window_.get())) return Fail("no window");
+    const double empty = clock.Milliseconds();
+    window_->controller().SetAutomaticRefit(false);
+    OpenRequest request;
+    request.workspace = root;
+    request.splat = root / "splat.ply";
+    request.options.backend = flags_.backend;
+    const Clock open;
+    window_->OpenScene(request);
+    if (!WaitFor([&] { return canvas().frame() != nullptr || window_->dialog(); }) ||
+        window_->dialog()) {
+      return Fail("the scene does not open");
+    }
+    const double first = open.Milliseconds();
+    if (!WaitFor([&] { return canvas().IsSharp(); })) return Fail("nothing shows");
+    std::printf(
+        "{\"scene\":\"%s\",\"case\":\"open\",\"backend\":\"%s\",\"canvas\":[%d,%d],"
+        "\"empty_window_ms\":%.0f,\"first_frame_ms\":%.0f,\"sharp_ms\":%.0f}\n",
+        flags_.scene.c_str(), std::string(window_->controller().facts()->backend->Name()).c_str(),
+        canvas().width(), canvas().height(), empty, first, open.Milliseconds());
+    std::fflush(stdout);
+    if (!canvas().GoTo(flags_.view)) return Fail("no such view");
+    if (!WaitFor([&] { return canvas().IsSharp(); })) return Fail("nothing shows");
+    QTest::qWait(1500);  // thumbnails
+    return Move() && Brush(root) && Preview() ? 0 : 1;
+  }
+
+ private:
+  Canvas& canvas() { return window_->canvas(); }
+  static int Fail(const char* why) {
+    std::fprintf(stderr, "retint_bench_viewer: %s\n", why);
+    return 1;
+  }
+
+  static void SendMove(QWidget& widget, const QPoint& at) {
+    QMouseEvent move(QEvent::MouseMove, at, widget.mapToGlobal(at), Qt::NoButton, Qt::LeftButton,
+                     Qt::NoModifier);
+    QCoreApplication::sendEvent(&widget, &move);
+  }
+
+  // Orbits with the mouse as fast as events come, then lets go and waits.
+  bool Move() {
+    Series rest;
+    int frames = 0;
+    double milliseconds = 0, scale = 0;
+    const auto counted = QObject::connect(&canvas(), &Canvas::frameShown, [&] {
+      if (!canvas().frame()->moving) return;
+      ++frames;
+      scale += canvas().frame()->scale;
+    });
+    for (int round = 0; round < 5; ++round) {
+      const QPoint middle = canvas().rect().center();
+      QTest::mousePress(&canvas(), Qt::LeftButton, {}, middle);
+      const Clock clock;
+      for (int step = 0; clock.Milliseconds() < 200 * flags_.seconds; ++step) {
+        const double angle = 0.05 * step;
+        SendMove(canvas(), middle + QPoint(int(120 * std::sin(angle)), int(40 * std::sin(angle))));
+        QTest::qWait(8);
+      }
+      milliseconds += clock.Milliseconds();
+      const Clock resting;
+      QTest::mouseRelease(&canvas(), Qt::LeftButton, {}, middle);
+      if (!WaitFor([&] { return canvas().IsSharp(); })) return Fail("no sharp frame") == 0;
+      rest.values.push_back(resting.Milliseconds());
+    }
+    QObject::disconnect(counted);
+    std::printf(
+        "{\"scene\":\"%s\",\"case\":\"move\",\"frames_per_s\":%.1f,\"mean_scale\":%.2f,"
+        "\"sharp_after_ms\":{\"median\":%.0f,\"worst\":%.0f}}\n",
+        flags_.scene.c_str(), 1000 * frames / milliseconds, scale / std::max(1, frames),
+        rest.At(0.5), rest.At(1));
+    std::fflush(stdout);
+    return true;
+  }
+
+  // A move of the mouse to the pixels on the screen, with a small and a large brush.
+  bool Brush(const std::filesystem::path& root) {
+    if (!canvas().GoTo(flags_.view)) return false;
+    window_->EnterSelection();
+    SelectionMode& mode = window_->selection();
+    if (!WaitFor([&] { return mode.state() == SelectionMode::State::kPainting; })) return false;
+    SelectionCanvas& paper = mode.canvas();
+    const Mask& mask = paper.editor().mask();
+    for (const double diameter : {24.0, 200.0}) {
+      paper.SetBrush({diameter / 2, 1});
+      Series moves;
+      const QPoint middle = paper.rect().center();
+      QTest::mousePress(&paper, Qt::LeftButton, {}, middle);
+      for (int step = 0; step < 200; ++step) {
+        const double angle = 0.15 * step, radius = 20 + step;
+        const Clock clock;
+        SendMove(paper,
+                 middle + QPoint(int(radius * std::cos(angle)), int(radius * std::sin(angle))));
+        QCoreApplication::processEvents();
+        moves.values.push_back(clock.Milliseconds());
+      }
+      QTest::mouseRelease(&paper, Qt::LeftButton, {}, middle);
+      std::printf(
+          "{\"scene\":\"%s\",\"case\":\"brush\",\"image\":[%d,%d],\"diameter_px\":%.0f,"
+          "\"move_ms\":{\"median\":%.2f,\"p99\":%.2f,\"worst\":%.2f}}\n",
+          flags_.scene.c_str(), mask.width, mask.height, diameter, moves.At(0.5), moves.At(0.99),
+          moves.At(1));
+      std::fflush(stdout);
+    }
+    const auto painted = ViewFile(root / "masks", flags_.view);
+    paper.SelectNone();
+    paper.Edited(paper.editor().SetMask(ReadMask(painted, mask.width, mask.height)));
+    SelectOptions select;
+    select.method = "gaussian";  // the selection is not what is measured
+    mode.SetSelectOptions(select);
+    mode.Accept();
+    return WaitFor([&] { return window_->current_region() != 0 && !window_->IsSelecting(); });
+  }
+
+  // A change of the colour to the coefficients, and to the picture.
+  bool Preview() {
+    SceneController& controller = window_->controller();
+    const RegionId id = window_->current_region();
+    canvas().SetCloudShown(false);
+    if (!WaitFor([&] { return canvas().IsSharp() && !controller.IsBusy(); })) return false;
+    Series composed, shown, settled;
+    for (int change = 0; change < 30; ++change) {
+      const ShPointer before = controller.sh();
+      const Clock clock;
+      controller.SetEdit(id, ColorEdit::Tint({0.3F, 0.3F + 0.02F * float(change), 1}), 1, "drag");
+      if (!WaitFor([&] { return controller.sh() != before; })) return false;
+      composed.values.push_back(clock.Milliseconds());
+      const ShPointer now = controller.sh();
+      if (!WaitFor([&] { return canvas().frame()->sh == now; })) return false;
+      shown.values.push_back(clock.Milliseconds());
+      if (!WaitFor([&] { return canvas().IsSharp(); })) return false;
+      settled.values.push_back(clock.Milliseconds());
+    }
+    std::printf(
+        "{\"scene\":\"%s\",\"case\":\"preview\",\"composed_ms\":{\"median\":%.1f,\"worst\":%.1f},"
+        "\"shown_ms\":{\"median\":%.1f,\"worst\":%.1f},\"sharp_ms\":{\"median\":%.1f,"
+        "\"worst\":%.1f}}\n",
+        flags_.scene.c_str(), composed.At(0.5), composed.At(1), shown.At(0.5), shown.At(1),
+        settled.At(0.5), settled.At(1));
+    return true;
+  }
+
+  const Flags flags_;
+  Theme theme_;
+  std::unique_ptr<MainWindow> window_;
+};
+
+int Main(int argc, char** argv) {
+  Flags flags;
+  const char* data = std::getenv("RETINT_DATA");
+  flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";
+  CLI::App app("How quickly the window answers");
+  app.add_option("--data", flags.data, "Folder of the captures");
+  app.add_option("--scene", flags.scene);
+  app.add_option("--view", flags.view, "View with a mask in <scene>/masks");
+  app.add_option("--backend", flags.backend);
+  app.add_option("--width", flags.width, "Of the window");
+  app.add_option("--height", flags.height);
+  app.add_option("--seconds", flags.seconds, "Of moving the camera");
+  CLI11_PARSE(app, argc, argv);
+  // Settings of its own: a fresh window every time.
+  const QTemporaryDir home;
+  qputenv("XDG_CONFIG_HOME", (home.path() + "/config").toLocal8Bit());
+  qputenv("XDG_DATA_HOME", (home.path() + "/data").toLocal8Bit());
+  QCoreApplication::setOrganizationName("retint-benchmark");
+  int no_arguments = 1;
+  QApplication qt(no_arguments, argv);
+  return Bench(flags).Run();
+}
+
+}  // namespace
+}  // namespace retint
+
+int main(int argc, char** argv) { return retint::Main(argc, argv); }

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/scene_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "colmap_io/image_io.h"
+#include "tests/session/session_scene.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// The tiny cloud with its own renders as photos.
+class SceneCheckTest : public testing::Test {
+ protected:
+  SceneCheckTest() {
+    options_.min_coverage = 0;  // the cloud fills little of its pictures
+    Renderer renderer = scene_.MakeRenderer();
+    for (size_t v = 0; v < scene_.cameras.size(); ++v) {
+      WritePng(folder_ / ViewName(v), renderer.Render(scene_.cameras[v]).rgb);
+    }
+  }
+
+  SceneCheck Check(const GaussianModel& model) {
+    Workspace workspace = MakeWorkspace(scene_);
+    workspace.image_folder = folder_.path();
+    SessionOptions session_options;
+    session_options.backend = "cpu";
+    EditSession session(std::move(workspace), model, session_options);
+    Monitor monitor;
+    return CheckScene(session, monitor, options_);
+  }
+
+  const TinyScene scene_{41};
+  TempFolder folder_;
+  SceneCheckOptions options_;
+};
+
+TEST_F(SceneCheckTest, ASceneThatFitsIsNotWarnedOf) {
+  const SceneCheck check = Check(scene_.model);
+  EXPECT_THAT(check.warnings, IsEmpty());
+  EXPECT_THAT(check.missing_photos, IsEmpty());
+  EXPECT_EQ(check.views, static_cast<int>(scene_.cameras.size()));
+  EXPECT_EQ(check.compared, options_.max_views);
+  EXPECT_GT(check.median_psnr, 35);
+  EXPECT_GT(check.median_coverage, 0);
+}
+
+TEST_F(SceneCheckTest, SmallComparisonsSayTheSame) {
+  const double whole = Check(scene_.model).median_coverage;
+  options_.longest_side = scene_.cameras[0].camera.width / 2;
+  const SceneCheck check = Check(scene_.model);
+  EXPECT_THAT(check.warnings, IsEmpty());
+  EXPECT_GT(check.median_psnr, 20);
+  EXPECT_NEAR(check.median_coverage, whole, 0.05);
+}
+
+TEST_F(SceneCheckTest, MissingPhotosAreNamed) {
+  std::filesystem::remove(folder_ / ViewName(1));
+  std::filesystem::remove(folder_ / ViewName(4));
+  const SceneCheck check = Check(scene_.model);
+  EXPECT_THAT(check.missing_photos, ElementsAre(ViewName(1), ViewName(4)));
+  EXPECT_THAT(check.warnings, ElementsAre(HasSubstr("2 of 6 views are missing: view1, view4")));
+}
+
+TEST_F(SceneCheckTest, ASplatElsewhereIsInAnotherFrame) {
+  options_.min_coverage = SceneCheckOptions().min_coverage;
+  GaussianModel moved = scene_.model;
+  for (float& mean : moved.means) mean += 100;
+  const SceneCheck check = Check(moved);
+  EXPECT_EQ(check.median_coverage, 0);
+  EXPECT_THAT(check.warnings, ElementsAre(HasSubstr("another frame")));
+}
+
+TEST_F(SceneCheckTest, PhotosOfSomethingElseDisagree) {
+  Image noise(scene_.cameras[0].camera.width, scene_.cameras[0].camera.height);
+  uint32_t state = 1;
+  for (float& value : noise.data) {
+    state = state * 1664525u + 1013904223u;
+    value = (state >> 31) != 0 ? 1.0F : 0.0F;
+  }
+  for (size_t v = 0; v < scene_.cameras.size(); ++v) WritePng(folder_ / ViewName(v), noise);
+  const SceneCheck check = Check(scene_.model);
+  EXPECT_LT(check.median_psnr, 10);
+  EXPECT_THAT(check.warnings, ElementsAre(HasSubstr("disagree")));
+}
+
+}  // namespace
+}  // namespace retint

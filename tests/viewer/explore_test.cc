@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What main_window_test.cc leaves out of exploring: the other mouse buttons, flying all ways, the
+// adaptive resolution, frusta to click on, points behind surfaces, key maps, full screen, theme.
+#include <QAction>
+#include <QComboBox>
+#include <QElapsedTimer>
+#include <QFile>
+#include <QLabel>
+#include <QMenu>
+#include <QPushButton>
+#include <QTableWidget>
+
+#include "tests/viewer/viewer_scene.h"
+#include "viewer/keys_dialog.h"
+
+namespace retint {
+
+class ExploreTest : public QObject {
+  Q_OBJECT
+
+ private:
+  std::unique_ptr<ViewerScene> scene_;
+  std::unique_ptr<Theme> theme_;
+  std::unique_ptr<MainWindow> window_;
+
+  Canvas& canvas() { return window_->canvas(); }
+  const Navigation& navigation() { return canvas().navigation(); }
+  QPoint Middle() { return canvas().rect().center(); }
+  void Drag(Qt::MouseButton button, QPoint by, Qt::KeyboardModifiers modifiers = {}) {
+    DragAlong(&canvas(), {Middle(), Middle() + by / 2, Middle() + by}, button, modifiers);
+  }
+  Eigen::Vector3d Position() { return navigation().Rendered().Center(); }
+  // Row 0: right, 1: down, 2: forward.
+  Eigen::Matrix3d Axes() {
+    return navigation().Rendered().cam_from_world.rotation.toRotationMatrix();
+  }
+  double FocusDistance() { return (Position() - navigation().focus()).norm(); }
+
+  // How fast holding a key moves the camera, per second, once it has moved at all.
+  Eigen::Vector3d Velocity(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+    QTest::keyPress(&canvas(), key, modifiers);
+    const Eigen::Vector3d start = Position();
+    (void)QTest::qWaitFor([&] { return Position() != start; }, kWaitMs);
+    const Eigen::Vector3d from = Position();
+    QElapsedTimer clock;
+    clock.start();
+    QTest::qWait(120);
+    const Eigen::Vector3d moved = Position() - from;
+    const double seconds = double(clock.nsecsElapsed()) * 1e-9;
+    QTest::keyRelease(&canvas(), key, modifiers);
+    return moved / seconds;
+  }
+
+  KeysDialog* OpenKeys() {
+    PressKey(*window_, Qt::Key_F1);
+    auto* dialog = window_->findChild<KeysDialog*>();
+    return dialog && dialog->isVisible() ? dialog : nullptr;
+  }
+
+ private Q_SLOTS:
+  void initTestCase() {
+    qRegisterMetaType<RegionId>("retint::RegionId");
+    scene_ = std::make_unique<ViewerScene>();
+    theme_ = std::make_unique<Theme>();
+  }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() {
+    window_ = OpenWindow(*theme_, *scene_);
+    QVERIFY(window_);
+  }
+  void cleanup() { window_.reset(); }
+
+  void TheMiddleButtonOrbitsPansAndZooms() {
+    const Eigen::Vector3d start = Position(), focus = navigation().focus();
+    const double distance = FocusDistance();
+    Drag(Qt::MiddleButton, {60, 10});
+    QVERIFY((Position() - start).norm() > 0.05 * distance);
+    QVERIFY(std::abs(FocusDistance() - distance) < 1e-9 * distance);
+    QVERIFY((navigation().focus() - focus).norm() < 1e-12);
+    const Eigen::Vector3d there = Position();
+    const Eigen::Matrix3d axes = Axes();
+    Drag(Qt::MiddleButton, {40, 30}, Qt::ShiftModifier);
+    QVERIFY((Axes() - axes).norm() < 1e-9);
+    // Dragged right and down, the picture goes along: the camera moves left and up.
+    const Eigen::Vector3d panned = axes * (Position() - there);
+    QVERIFY(panned.x() < 0 && panned.y() < 0 && std::abs(panned.z()) < 1e-9 * distance);
+    const double before = FocusDistance();
+    Drag(Qt::MiddleButton, {0, -80}, Qt::ControlModifier);
+    QVERIFY(FocusDistance() < 0.95 * before);
+    Drag(Qt::MiddleButton, {0, 160}, Qt::ControlModifier);
+    QVERIFY(FocusDistance() > before);
+  }
+
+  void EveryFlyKeyMovesAlongItsAxis() {
+    const std::tuple<Qt::Key, int, double> keys[] = {{Qt::Key_W, 2, 1},  {Qt::Key_S, 2, -1},
+                                                     {Qt::Key_A, 0, -1}, {Qt::Key_D, 0, 1},
+                                                     {Qt::Key_Q, 1, 1},  {Qt::Key_E, 1, -1}};
+    for (const auto& [key, axis, sign] : keys) {
+      const Eigen::Vector3d velocity = Axes() * Velocity(key);
+      // Up and down are the scene's, not quite the camera's.
+      QVERIFY2(sign * velocity[axis] > 0.7 * velocity.norm() && velocity.norm() > 0,
+               QKeySequence(key).toString().toUtf8());
+    }
+  }
+
+  void ShiftFliesFasterAndAltSlower() {
+    const double plain = Velocity(Qt::Key_W).norm();
+    const double fast = Velocity(Qt::Key_S, Qt::ShiftModifier).norm();
+    const double slow = Velocity(Qt::Key_W, Qt::AltModifier).norm();
+    QVERIFY2(fast > 4 * plain && slow < plain / 4,
+             qPrintable(QString("%1 %2 %3").arg(plain).arg(fast).arg(slow)));
+  }
+
+  void WhatIsHeldEndsWithTheFocus() {
+    QTest::keyPress(&canvas(), Qt::Key_W);
+    QTest::keyPress(&canvas(), Qt::Key_Backslash);
+    QVERIFY(canvas().showing_original());
+    window_->findChild<QComboBox*>("views_order")->setFocus();
+    QVERIFY(!canvas().showing_original());
+    const Eigen::Vector3d there = Position();
+    QTest::qWait(60);
+    QCOMPARE(Position(), there);
+  }
+
+  void FramesAreSmallWhileMovingAndSharpAtRest() {
+    auto* renderer = window_->findChild<RenderThread*>();
+    QVERIFY(renderer);
+    renderer->SetFrameBudget(1e-3);  // no machine keeps to this
+    std::vector<std::shared_ptr<const Frame>> frames;
+    connect(&canvas(), &Canvas::frameShown, this, [&] { frames.push_back(canvas().frame()); });
+    for (int i = 0; i < 6; ++i) {
+      const size_t shown = frames.size();
+      Drag(Qt::LeftButton, {20, 0});
+      QVERIFY(QTest::qWaitFor([&] { return frames.size() > shown; }, kWaitMs));
+    }
+    QVERIFY(WaitSharp(*window_));
+    disconnect(&canvas(), nullptr, this, nullptr);
+    const auto small = std::count_if(frames.begin(), frames.end(), [](const auto& frame) {
+      return frame->moving && frame->scale < 1 && frame->image.width() < frame->camera.camera.width;
+    });
+    QVERIFY2(small > 0, qPrintable(QString::number(frames.size())));
+    const auto& sharp = frames.back();
+    QVERIFY(!sharp->moving);
+    QCOMPARE(sharp->scale, 1.0);
+    QCOMPARE(sharp->image.width(), canvas().width());
+  }
+
+  void TheStatusBarSaysWhatIsThere() {
+    Drag(Qt::LeftButton, {20, 0});
+    Drag(Qt::LeftButton, {20, 0});
+    const auto text = [&](const char* name) { return window_->findChild<QLabel*>(name)->text(); };
+    QTRY_VERIFY_WITH_TIMEOUT((Drag(Qt::LeftButton, {5, 0}), text("speed").endsWith("fps")),
+                             kWaitMs);
+    QCOMPARE(text("backend"), QString("CPU"));
+    QCOMPARE(
+        text("gaussians"),
+        QLocale().toString(qulonglong(window_->controller().facts()->original->NumGaussians())) +
+            " Gaussians");
+    QTRY_VERIFY(text("memory").remove(" MB").toDouble() > 20);
+  }
+
+  void DoubleClickOnAFrustumGoesToItsView() {
+    const auto facts = window_->controller().facts();
+    double sum = 0;
+    for (const View* view : facts->views) {
+      sum += (view->cam_from_world.OriginInSource() - navigation().center()).norm();
+    }
+    const double size = 0.07 * sum / double(facts->views.size());
+    canvas().navigation().Zoom(-14);
+    canvas().navigation().Orbit(0, 120);
+    canvas().CameraMoved();
+    PressKey(*window_, Qt::Key_C);
+    QVERIFY(WaitSharp(*window_));
+    const View& view = *facts->views[4];
+    const PosedCamera posed = facts->Posed(view);
+    const PosedCamera shown = navigation().Rendered();
+    const auto at = shown.Project(posed.Unproject({80, 60}, size));
+    QVERIFY(at);
+    const QPointF point = canvas().ImageRect(shown).topLeft() + QPointF(at->x(), at->y());
+    QVERIFY(canvas().rect().contains(point.toPoint()));
+    QTest::mouseDClick(&canvas(), Qt::LeftButton, {}, point.toPoint());
+    QVERIFY(navigation().view());
+    QCOMPARE(navigation().view()->name, view.name);
+  }
+
+  void PointsBehindASurfaceAreHidden() {
+    const SyntheticView& view = scene_->scene().views.front();
+    const PosedCamera posed =
+        window_->controller().facts()->Posed(*window_->controller().facts()->views.front());
+    const QImage plain = canvas().frame()->image;
+    for (const double factor : {0.97, 1.3}) {
+      auto cloud = std::make_shared<OverlayCloud>();
+      cloud->opacity = 1;
+      for (int y = 30; y < 90; y += 3) {
+        for (int x = 40; x < 120; x += 3) {
+          cloud->points.push_back(
+              posed.Unproject({x + 0.5, y + 0.5}, factor * view.depth(x, y)).cast<float>());
+        }
+      }
+      canvas().SetCloud(cloud);
+      QVERIFY(WaitSharp(*window_));
+      const QImage image = canvas().frame()->image;
+      const QRgb color = qRgb(cloud->color[0], cloud->color[1], cloud->color[2]);
+      size_t drawn = 0;
+      for (int y = 0; y < image.height(); ++y) {
+        for (int x = 0; x < image.width(); ++x) {
+          drawn += image.pixel(x, y) == color && plain.pixel(x, y) != color;
+        }
+      }
+      const size_t all = cloud->points.size();
+      if (factor < 1) {
+        QVERIFY2(drawn > 2 * all, qPrintable(QString::number(drawn)));  // squares of 2 x 2
+      } else {
+        QVERIFY2(drawn < all / 10, qPrintable(QString::number(drawn)));
+      }
+    }
+  }
+
+  void F11FillsTheScreenAndEscapeNeverQuits() {
+    PressKey(*window_, Qt::Key_F11);
+    QVERIFY(window_->isFullScreen());
+    PressKey(*window_, Qt::Key_X);
+    PressKey(*window_, Qt::Key_N);
+    for (int i = 0; i < 8; ++i) PressKey(*window_, Qt::Key_Escape);
+    QVERIFY(!window_->isFullScreen());
+    QVERIFY(!canvas().split() && !canvas().depth());
+    QVERIFY(window_->isVisible() && window_->controller().IsOpen() && !window_->dialog());
+  }
+
+  void F1ListsTheKeysAndChangesTheProfile() {
+    KeysDialog* dialog = OpenKeys();
+    QVERIFY(dialog);
+    auto* table = dialog->findChild<QTableWidget*>();
+    const auto keys_of = [&](const QString& what) {
+      for (int row = 0; row < table->rowCount(); ++row) {
+        if (table->item(row, 0)->text() == what && table->item(row, 1)) {
+          return table->item(row, 1)->text();
+        }
+      }
+      return QString("?");
+    };
+    QCOMPARE(keys_of("Fly forward"), QString("W"));
+    QCOMPARE(keys_of("Orbit around the focus"), QString("left drag, middle drag"));
+    QVERIFY(!dialog->findChild<QLabel*>("conflicts")->isVisible());
+    auto* profile = dialog->findChild<QComboBox*>("profile");
+    profile->setFocus();
+    while (profile->currentText() != "Blender") {
+      const QString now = profile->currentText();
+      QTest::keyClick(profile, Qt::Key_Down);
+      if (profile->currentText() == now) QTest::keyClick(profile, Qt::Key_Home);
+    }
+    QCOMPARE(window_->keys().name(), QString("Blender"));
+    QVERIFY(keys_of("Orbit around the focus").startsWith("middle drag"));
+    dialog->close();
+    // The left button does not orbit any more, the middle one does.
+    const Eigen::Vector3d before = Position();
+    Drag(Qt::LeftButton, {50, 0});
+    QCOMPARE(Position(), before);
+    Drag(Qt::MiddleButton, {50, 0});
+    QVERIFY(Position() != before);
+    // And so it is in the next window.
+    MainWindow next(theme_.get());
+    QCOMPARE(next.keys().name(), QString("Blender"));
+    QSettings().remove("keys");
+  }
+
+  void AProfileIsLoadedItsConflictsAndFaultsAreNamed() {
+    const auto write = [&](const char* name, const QByteArray& text) {
+      const auto path = scene_->folder() / name;
+      QFile file(QString::fromStdString(path.string()));
+      if (file.open(QIODevice::WriteOnly)) file.write(text);
+      return path;
+    };
+    KeysDialog* dialog = OpenKeys();
+    QVERIFY(dialog);
+    QPushButton* load = nullptr;
+    for (auto* button : dialog->findChildren<QPushButton*>()) {
+      if (button->text().startsWith("Load")) load = button;
+    }
+    QVERIFY(load);
+    AnswerFileDialog(write("mine.json", R"({"name": "Mine", "base": "SuperSplat",
+        "keys": {"show.depth": ["K"], "show.frusta": ["K"], "view.next": ["PgDown"]}})"));
+    QTest::mouseClick(load, Qt::LeftButton);
+    QCOMPARE(window_->keys().name(), QString("Mine"));
+    auto* conflicts = dialog->findChild<QLabel*>("conflicts");
+    QVERIFY(conflicts->isVisible());
+    QVERIFY2(conflicts->text().contains("K "), qPrintable(conflicts->text()));
+    AnswerFileDialog(write("bad.json", R"({"name": "Bad", "keys": {"no.such": ["K"]}})"));
+    QTest::mouseClick(load, Qt::LeftButton);
+    const QString error = ReadError(*window_);
+    QVERIFY2(error.contains("bad.json") && error.contains("no.such"), qPrintable(error));
+    QCOMPARE(window_->keys().name(), QString("Mine"));
+    dialog->close();
+    PressKey(*window_, Qt::Key_PageDown);
+    QCOMPARE(navigation().view(), window_->controller().facts()->views[1]);
+    PressKey(*window_, Qt::Key_Right);  // not a key any more
+    QCOMPARE(navigation().view(), window_->controller().facts()->views[1]);
+  }
+
+  void TheThemeIsChosenInTheMenu() {
+    const auto choose = [&](const QString& name) {
+      for (QAction* action : window_->findChildren<QAction*>()) {
+        if (QString(action->text()).remove('&') == name) return action->trigger();
+      }
+      QFAIL("no such theme");
+    };
+    choose("Light");
+    QTRY_VERIFY(window_->palette().color(QPalette::Window).lightness() > 200);
+    choose("Dark");
+    QTRY_VERIFY(window_->palette().color(QPalette::Window).lightness() < 80);
+    QCOMPARE(QSettings().value("theme").toString(), QString("dark"));
+    theme_->Choose(ThemeChoice::kSystem);
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::ExploreTest)
+#include "explore_test.moc"

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files by menu, key and drop: opening, recent files, sessions good and bad, recovery, exports.
+#include <fstream>
+
+#include <QAction>
+#include <QDialogButtonBox>
+#include <QDir>
+#include <QDropEvent>
+#include <QLabel>
+#include <QMenu>
+#include <QMimeData>
+#include <QPushButton>
+#include <QUrl>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "session/autosave.h"
+#include "splat_io/splat_io.h"
+#include "tests/viewer/viewer_scene.h"
+#include "viewer/session_store.h"
+
+namespace retint {
+
+namespace fs = std::filesystem;
+
+class FilesTest : public QObject {
+  Q_OBJECT
+
+ private:
+  std::unique_ptr<ViewerScene> scene_;
+  std::unique_ptr<Theme> theme_;
+  std::unique_ptr<MainWindow> window_;
+  int folders_ = 0;
+
+  Canvas& canvas() { return window_->canvas(); }
+  SceneController& controller() { return window_->controller(); }
+  const std::vector<Region>& Regions() { return controller().regions().regions; }
+  fs::path Fresh() {
+    const fs::path folder = scene_->folder() / ("case" + std::to_string(folders_++));
+    fs::create_directories(folder);
+    return folder;
+  }
+
+  bool AddRegion(const char* name) {
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks(name, scene_->Masks(scene_->MostVisible().object),
+                                    ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    return QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs);
+  }
+  bool Save(const fs::path& folder) {
+    QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
+    AnswerFileDialog(folder);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    return QTest::qWaitFor([&] { return saved.count() == 1; }, kWaitMs);
+  }
+  void Drop(const fs::path& path) {
+    QMimeData data;
+    data.setUrls({QUrl::fromLocalFile(QString::fromStdString(path.string()))});
+    QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QCoreApplication::sendEvent(window_.get(), &enter);
+    QDropEvent drop({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QCoreApplication::sendEvent(window_.get(), &drop);
+  }
+  // The entries of File > Open recent, as the menu shows them when it opens.
+  QList<QAction*> Recent() {
+    for (QMenu* menu : window_->findChildren<QMenu*>()) {
+      if (!QString(menu->title()).remove('&').startsWith("Open recent")) continue;
+      Q_EMIT menu->aboutToShow();
+      return menu->actions();
+    }
+    return {};
+  }
+  void Export(int entry) { window_->findChild<QMenu*>("export")->actions()[entry]->trigger(); }
+  bool Opened(QSignalSpy& opened) {
+    return QTest::qWaitFor([&] { return opened.count() > 0; }, kWaitMs) && WaitSharp(*window_);
+  }
+
+ private Q_SLOTS:
+  void initTestCase() {
+    qRegisterMetaType<RegionId>("retint::RegionId");
+    scene_ = std::make_unique<ViewerScene>();
+    theme_ = std::make_unique<Theme>();
+  }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() {
+    window_ = OpenWindow(*theme_, *scene_);
+    QVERIFY(window_);
+  }
+  void cleanup() { window_.reset(); }
+
+  void TheOpenDialogSaysWhatIsMissing() {
+    MainWindow empty(theme_.get());
+    empty.show();
+    QTest::mouseClick(empty.findChild<QPushButton*>("welcome_open"), Qt::LeftButton);
+    auto* dialog = empty.findChild<QDialog*>("open_dialog");
+    QVERIFY(dialog && dialog->isVisible());
+    auto* open = dialog->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Open);
+    QVERIFY(!open->isEnabled());
+    const auto type = [&](const char* field, const fs::path& path) {
+      auto* edit = dialog->findChild<QLineEdit*>(field);
+      edit->setFocus();
+      edit->selectAll();
+      QTest::keyClicks(edit, QString::fromStdString(path.string()));
+    };
+    const auto says = [&](const QString& part) {
+      for (auto* label : dialog->findChildren<QLabel*>()) {
+        if (label->text().contains(part)) return true;
+      }
+      return false;
+    };
+    type("workspace", "/no/such/folder");
+    type("splat", scene_->workspace() / "splat.ply");
+    QVERIFY(says("The workspace is not a folder"));
+    type("workspace", scene_->folder());
+    QVERIFY(says("no COLMAP model"));
+    type("workspace", scene_->workspace());
+    type("splat", scene_->workspace() / "nothing.ply");
+    QVERIFY(says("The splat is not a file") && !open->isEnabled());
+    type("splat", scene_->workspace() / "splat.ply");
+    QVERIFY(open->isEnabled());
+    QSignalSpy opened(&empty.controller(), &SceneController::opened);
+    QTest::mouseClick(open, Qt::LeftButton);
+    QVERIFY(QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs));
+  }
+
+  void RecentScenesAndSessionsOpenFromTheMenu() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "work.retint";
+    QVERIFY(Save(folder));
+    const QList<QAction*> entries = Recent();
+    QVERIFY(entries.size() >= 2);
+    QVERIFY(entries[0]->text().endsWith("work.retint"));
+    QVERIFY(entries[1]->text().contains("workspace with "));
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    entries[1]->trigger();
+    QVERIFY(Opened(opened));
+    QVERIFY(Regions().empty());
+    opened.clear();
+    QAction* session = nullptr;
+    for (QAction* entry : Recent()) {
+      if (entry->text().endsWith("work.retint")) session = entry;
+    }
+    QVERIFY(session);
+    session->trigger();
+    QVERIFY(Opened(opened));
+    QCOMPARE(Regions().size(), size_t{1});
+    QVERIFY(window_->windowTitle().contains("work.retint"));
+    // One that is gone is a complaint, not a crash, and what is open stays.
+    fs::remove_all(folder);
+    for (QAction* entry : Recent()) {
+      if (entry->text().endsWith("work.retint")) session = entry;
+    }
+    session->trigger();
+    QVERIFY(ReadError(*window_).contains("work.retint"));
+    QCOMPARE(Regions().size(), size_t{1});
+  }
+
+  void SessionsAndSplatsAreDropped() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "dropped.retint";
+    QVERIFY(Save(folder));
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    Drop(folder);
+    QVERIFY(Opened(opened));
+    QCOMPARE(Regions().size(), size_t{1});
+    // A splat alone goes with the workspace that is open.
+    const fs::path other = Fresh() / "other.ply";
+    fs::copy_file(scene_->workspace() / "splat.ply", other);
+    opened.clear();
+    Drop(other);
+    QVERIFY(Opened(opened));
+    QCOMPARE(controller().facts()->request.splat, other);
+    QVERIFY(fs::equivalent(controller().facts()->request.workspace, scene_->workspace()));
+    const fs::path text = Fresh() / "notes.txt";
+    std::ofstream(text) << "not a splat\n";
+    Drop(text);
+    QVERIFY(ReadError(*window_).contains("notes.txt"));
+    QCOMPARE(controller().facts()->request.splat, other);
+  }
+
+  void SavingAsksOnceAndGoesOnQuietly() {
+    QVERIFY(AddRegion("pot"));
+    QVERIFY(window_->isWindowModified());
+    const fs::path folder = Fresh() / "mine";  // the ending is added
+    QVERIFY(Save(folder));
+    const fs::path session = folder.string() + ".retint";
+    QVERIFY(fs::exists(session / "session.json"));
+    QVERIFY(!window_->isWindowModified());
+    controller().Rename(Regions().front().id, "petals");
+    QTRY_VERIFY_WITH_TIMEOUT(window_->isWindowModified(), kWaitMs);
+    QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
+    const auto manifest = nlohmann::json::parse(ReadFile(session / "session.json"));
+    QCOMPARE(manifest["regions"][0]["name"].get<std::string>(), std::string("petals"));
+    // Elsewhere under another name.
+    const fs::path copy = Fresh() / "copy.retint";
+    AnswerFileDialog(copy);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier | Qt::ShiftModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 2, kWaitMs);
+    QCOMPARE(ReadSessionInfo(copy).regions, size_t{1});
+  }
+
+  void ClosingOffersToSave() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "closing.retint";
+    PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
+    QVERIFY(WaitDialog(*window_));
+    QVERIFY(window_->dialog()->informativeText().contains("not been saved"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QVERIFY(window_->isVisible());
+    QTRY_VERIFY(!window_->dialog());
+    PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
+    AnswerFileDialog(folder);
+    QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), kWaitMs);
+    QCOMPARE(ReadSessionInfo(folder).regions, size_t{1});
+  }
+
+  void BadSessionsAreExplained() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path good = Fresh() / "good.retint";
+    QVERIFY(Save(good));
+    const auto facts = controller().facts();
+    const auto copy = [&](const char* name) {
+      const fs::path folder = Fresh() / name;
+      fs::copy(good, folder, fs::copy_options::recursive);
+      return folder;
+    };
+    const fs::path garbled = copy("garbled.retint");
+    std::ofstream(garbled / "session.json") << "{ not json";
+    window_->OpenSession(garbled);
+    QVERIFY(ReadError(*window_).contains("garbled.retint"));
+    const fs::path newer = copy("newer.retint");
+    auto manifest = nlohmann::json::parse(ReadFile(newer / "session.json"));
+    manifest["version"] = 99;
+    std::ofstream(newer / "session.json") << manifest.dump();
+    window_->OpenSession(newer);
+    QVERIFY(ReadError(*window_).contains("99"));
+    const fs::path torn = copy("torn.retint");
+    for (const auto& entry : fs::recursive_directory_iterator(torn)) {
+      if (entry.path().filename() == "shares.bin") fs::resize_file(entry.path(), 12);
+    }
+    window_->OpenSession(torn);
+    QVERIFY(ReadError(*window_).contains("shares.bin"));
+    // The splat that was edited is not the one that is there now.
+    const fs::path moved = copy("moved.retint");
+    manifest = nlohmann::json::parse(ReadFile(moved / "session.json"));
+    const fs::path other = Fresh() / "other.ply";
+    GaussianModel model = ReadSplat(scene_->workspace() / "splat.ply");
+    model.sh[0] += 1;
+    WriteSplat(other, model);
+    manifest["splat"]["absolute"] = manifest["splat"]["relative"] = other.string();
+    std::ofstream(moved / "session.json") << manifest.dump();
+    window_->OpenSession(moved);
+    QVERIFY(ReadError(*window_).contains("other.ply"));
+    QCOMPARE(controller().facts(), facts);
+    QCOMPARE(Regions().size(), size_t{1});
+  }
+
+  // What a program that died left behind; viewer_process_test.cc has one die.
+  void RecoveryIsOfferedOnce() {
+    fs::remove_all(AutosaveDataFolder());
+    QVERIFY(AddRegion("pot"));
+    const fs::path saved = Fresh() / "saved.retint";
+    QVERIFY(Save(saved));
+    window_.reset();
+    const auto leave = [&] {
+      const fs::path left = AutosaveDataFolder() / "unsaved.autosave.retint";
+      fs::create_directories(left.parent_path());
+      fs::copy(saved, left, fs::copy_options::recursive);
+      return left;
+    };
+    const auto start = [&] {
+      window_ = std::make_unique<MainWindow>(theme_.get());
+      window_->show();
+      window_->Start({});
+      return WaitDialog(*window_) != nullptr;
+    };
+    const fs::path left = leave();
+    QVERIFY(start());
+    QVERIFY(window_->dialog()->text().contains("1 region"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));  // later
+    QVERIFY(fs::exists(left) && !controller().IsOpen());
+    QVERIFY(start());
+    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));  // thrown away
+    QTRY_VERIFY(!fs::exists(left));
+    QVERIFY(!controller().IsOpen());
+    leave();
+    // Asked for the scene that it belongs to, it is offered; for another one it is not.
+    StartOptions options;
+    options.scene = scene_->Request();
+    window_ = std::make_unique<MainWindow>(theme_.get());
+    window_->show();
+    window_->Start(options);
+    QVERIFY(WaitDialog(*window_) && !controller().IsOpen());
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY_WITH_TIMEOUT(controller().IsOpen(), kWaitMs);
+    QVERIFY(Regions().empty());
+    const fs::path other = Fresh() / "other.ply";
+    fs::copy_file(scene_->workspace() / "splat.ply", other);
+    options.scene.splat = other;
+    window_ = std::make_unique<MainWindow>(theme_.get());
+    window_->show();
+    window_->Start(options);
+    QTRY_VERIFY_WITH_TIMEOUT(controller().IsOpen(), kWaitMs);
+    QVERIFY(!window_->dialog());
+    QVERIFY(start());
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
+    QVERIFY(Opened(opened));
+    QCOMPARE(Regions().size(), size_t{1});
+    QVERIFY(window_->IsModified());  // it was never saved
+    // Once it is, nothing is left to recover.
+    QVERIFY(Save(Fresh() / "recovered.retint"));
+    QTRY_VERIFY(!fs::exists(left));
+  }
+
+  void TheSplatIsExportedByKey() {
+    QVERIFY(AddRegion("pot"));
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
+    QSignalSpy written(&controller(), &SceneController::written);
+    const fs::path out = Fresh() / "edited";
+    AnswerFileDialog(out);
+    PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+    const GaussianModel edited = ReadSplat(out.string() + ".ply");
+    QVERIFY(edited.means == controller().facts()->original->means);
+    QVERIFY(edited.sh == *controller().sh());
+  }
+
+  void MasksAndReportAreExportedFromTheMenu() {
+    const fs::path folder = Fresh();
+    Export(1);  // no region yet
+    QVERIFY(ReadError(*window_).contains("Choose a region"));
+    QVERIFY(AddRegion("pot"));
+    QSignalSpy written(&controller(), &SceneController::written);
+    fs::create_directories(folder / "masks");
+    AnswerFileDialog(folder / "masks");
+    Export(1);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+    for (const auto& [name, mask] : scene_->Masks(scene_->MostVisible().object)) {
+      QVERIFY(ReadMask(folder / "masks" / (name + ".png"), mask.width, mask.height).data ==
+              mask.data);
+    }
+    AnswerFileDialog(folder / "report.json");
+    Export(3);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
+    const auto report = nlohmann::json::parse(ReadFile(folder / "report.json"));
+    QCOMPARE(report["views"].get<size_t>(), scene_->scene().views.size());
+    QVERIFY(report.contains("quality") && report["regions"].size() == 1);
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::FilesTest)
+#include "files_test.moc"

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The method in the real window, by mouse and keys alone: paint on a view, accept, look at it from
+// another view, paint on, tint, take everything back.
+#include <QComboBox>
+#include <QLabel>
+#include <QProgressBar>
+#include <QToolButton>
+
+#include "tests/viewer/viewer_scene.h"
+#include "viewer/panels/color_picker.h"
+#include "viewer/selection/selection_mode.h"
+
+namespace retint {
+
+class WorkflowTest : public QObject {
+  Q_OBJECT
+
+ private:
+  std::unique_ptr<ViewerScene> scene_;
+  std::unique_ptr<Theme> theme_;
+  std::unique_ptr<MainWindow> window_;
+  ViewerScene::Subject subject_;
+
+  Canvas& canvas() { return window_->canvas(); }
+  SceneController& controller() { return window_->controller(); }
+  SelectionMode& selection() { return window_->selection(); }
+  Mask Truth(const std::string& view) { return scene_->Masks(subject_.object).at(view); }
+  std::shared_ptr<const RegionSelection> Selection() {
+    const Region* region = controller().regions().Find(window_->current_region());
+    return region ? region->selection : nullptr;
+  }
+
+  static Mask LeftHalf(Mask mask) {
+    int low = mask.width, high = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        if (mask(x, y) == 0) continue;
+        low = std::min(low, x), high = std::max(high, x);
+      }
+    }
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = (low + high) / 2; x < mask.width; ++x) mask(x, y) = 0;
+    }
+    return mask;
+  }
+
+  // Over the views in which the object takes at least a hundred pixels.
+  double MeanIou() {
+    double sum = 0;
+    int count = 0;
+    for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
+      if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
+      sum += Iou(Selection()->masks.at(name), truth);
+      ++count;
+    }
+    return sum / std::max(1, count);
+  }
+
+  bool Painting() {
+    return QTest::qWaitFor([&] { return selection().state() == SelectionMode::State::kPainting; },
+                           kWaitMs);
+  }
+
+  // A fine brush along every other row of the mask.
+  void Paint(const Mask& mask, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    SelectionCanvas& paper = selection().canvas();
+    for (int i = 0; i < 60; ++i) QTest::keyClick(&paper, Qt::Key_BracketLeft);
+    for (int i = 0; i < 2; ++i) QTest::keyClick(&paper, Qt::Key_BracketRight);
+    const auto at = [&](int x, int y) {
+      const Eigen::Vector2d point = paper.transform().ToWidget({x + 0.5, y + 0.5});
+      return QPoint(int(point.x()), int(point.y()));
+    };
+    for (int y = 0; y < mask.height; y += 2) {
+      for (int x = 0; x < mask.width; ++x) {
+        if (mask(x, y) == 0) continue;
+        int last = x;
+        while (last + 1 < mask.width && mask(last + 1, y) != 0) ++last;
+        DragAlong(&paper, {at(x, y), at(last, y)}, Qt::LeftButton, modifiers);
+        x = last;
+      }
+    }
+  }
+
+  // Enter, until the scene shows again with the region.
+  bool Accept() {
+    QTest::keyClick(&selection().canvas(), Qt::Key_Return);
+    return QTest::qWaitFor([&] { return !window_->IsSelecting(); }, kWaitMs) &&
+           window_->current_region() != 0 && WaitSharp(*window_);
+  }
+
+  // Share of the pixels inside and outside a mask of the view that differ between two pictures.
+  static std::pair<double, double> Changed(const QImage& a, const QImage& b, const Mask& mask) {
+    double inside = 0, all_inside = 0, outside = 0, all_outside = 0;
+    for (int y = 0; y < a.height(); ++y) {
+      for (int x = 0; x < a.width(); ++x) {
+        const int mx = x * mask.width / a.width(), my = y * mask.height / a.height();
+        const bool differs = a.pixel(x, y) != b.pixel(x, y);
+        (mask(mx, my) ? inside : outside) += differs;
+        (mask(mx, my) ? all_inside : all_outside) += 1;
+      }
+    }
+    return {inside / all_inside, outside / all_outside};
+  }
+
+ private Q_SLOTS:
+  void initTestCase() {
+    qRegisterMetaType<RegionId>("retint::RegionId");
+    scene_ = std::make_unique<ViewerScene>(200, 150, 8);
+    theme_ = std::make_unique<Theme>();
+    subject_ = scene_->MostVisible();
+    QVERIFY(subject_.object != 0);
+  }
+  void cleanupTestCase() { scene_.reset(); }
+
+  void init() {
+    window_ = OpenWindow(*theme_, *scene_);
+    QVERIFY(window_);
+    SelectOptions select;
+    select.method = "gaussian";  // quick; stereo has tests of its own
+    selection().SetSelectOptions(select);
+    QVERIFY(canvas().GoTo(subject_.first));
+    QVERIFY(WaitSharp(*window_));
+  }
+  void cleanup() { window_.reset(); }
+
+  void PaintAcceptTintAndTakeBack() {
+    const QImage before = canvas().frame()->image;
+    PressKey(*window_, Qt::Key_Return);
+    QVERIFY(window_->IsSelecting());
+    QVERIFY(Painting());
+    Paint(Truth(subject_.first));
+    QVERIFY(Accept());
+    QVERIFY(Iou(Selection()->masks.at(subject_.first), Truth(subject_.first)) > 0.6);
+    QVERIFY2(MeanIou() > 0.5, qPrintable(QString::number(MeanIou())));
+
+    // Its points are drawn on the object and nowhere else; M takes them away.
+    const QImage with_points = canvas().frame()->image;
+    PressKey(*window_, Qt::Key_M);
+    QVERIFY(WaitSharp(*window_));
+    const QImage plain = canvas().frame()->image;
+    const auto points = Changed(with_points, plain, Truth(subject_.first));
+    QVERIFY2(points.first > 0.05 && points.second < 0.01,
+             qPrintable(QString("%1 %2").arg(points.first).arg(points.second)));
+
+    // Tinted by the keyboard: Tab order and all lead to the field of the colour.
+    QTest::keyClick(window_.get(), Qt::Key_1, Qt::AltModifier);
+    auto* text = window_->findChild<QLineEdit*>("color_text");
+    text->setFocus();
+    text->selectAll();
+    QTest::keyClicks(text, "#2040ff");
+    QTest::keyClick(text, Qt::Key_Return);
+    QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && canvas().frame()->image != plain, kWaitMs);
+    const auto tint = Changed(canvas().frame()->image, plain, Truth(subject_.first));
+    QVERIFY2(tint.first > 0.7 && tint.second < 0.2,
+             qPrintable(QString("%1 %2").arg(tint.first).arg(tint.second)));
+
+    // All of it undone by keys, to the bit; and redone.
+    canvas().setFocus();
+    while (controller().history().can_undo) {
+      const std::string label = controller().history().undo_label;
+      PressKey(*window_, Qt::Key_Z, Qt::ControlModifier);
+      QVERIFY(Settle(controller()));
+    }
+    QVERIFY(controller().regions().regions.empty());
+    QTRY_VERIFY_WITH_TIMEOUT(controller().ShowsOriginal() && canvas().IsSharp(), kWaitMs);
+    QCOMPARE(canvas().frame()->image, before);
+    PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
+    PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
+    QVERIFY(Settle(controller()));
+    QCOMPARE(controller().regions().regions.size(), size_t{1});
+    QVERIFY(controller().regions().regions.front().edit.gain(2, 2) > 0.99F);
+  }
+
+  void ASecondRoundFromAnotherViewExtendsAndItsUndoShows() {
+    PressKey(*window_, Qt::Key_B);
+    QVERIFY(Painting());
+    Paint(LeftHalf(Truth(subject_.first)));
+    QVERIFY(Accept());
+    const auto half = Selection();
+    const QImage half_points = canvas().frame()->image;
+    QVERIFY(canvas().GoTo(subject_.second));
+    QTest::mouseClick(window_->findChild<QToolButton*>("region_extend"), Qt::LeftButton);
+    QVERIFY(window_->IsSelecting());
+    QVERIFY(Painting());
+    QCOMPARE(window_->findChild<QComboBox*>("selectionTarget")->currentIndex(), 1);
+    Paint(Truth(subject_.second));
+    QVERIFY(Accept());
+    const auto whole = Selection();
+    QVERIFY(Iou(whole->masks.at(subject_.first), Truth(subject_.first)) >
+            Iou(half->masks.at(subject_.first), Truth(subject_.first)) + 0.1);
+    QVERIFY(canvas().GoTo(subject_.first));
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(canvas().frame()->image != half_points);
+    // Taken back, the canvas shows the points of the first round again.
+    PressKey(*window_, Qt::Key_Z, Qt::ControlModifier);
+    QTRY_VERIFY_WITH_TIMEOUT(Selection() == half, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && canvas().frame()->image == half_points, kWaitMs);
+  }
+
+  void EscapeLeavesTheModeAndNothingIsChanged() {
+    PressKey(*window_, Qt::Key_B);
+    QVERIFY(Painting());
+    QTest::keyClick(&selection().canvas(), Qt::Key_L);
+    QTest::keyClick(&selection().canvas(), Qt::Key_Escape);  // the tool
+    QVERIFY(window_->IsSelecting());
+    QTest::keyClick(&selection().canvas(), Qt::Key_Escape);  // the mode
+    QVERIFY(!window_->IsSelecting());
+    QVERIFY(controller().regions().regions.empty());
+    for (int i = 0; i < 5; ++i) PressKey(*window_, Qt::Key_Escape);
+    QVERIFY(window_->isVisible());
+  }
+
+  void TheStatusBarsCancelStopsWhatRuns() {
+    auto* cancel = window_->findChild<QToolButton*>("cancel");
+    auto* progress = window_->findChild<QProgressBar*>("progress");
+    QVERIFY(cancel && progress && !cancel->isVisible());
+    QSignalSpy cancelled(&controller(), &SceneController::cancelled);
+    controller().Run("Counting sheep", [](EditSession&, Monitor& monitor) {
+      for (int i = 0;; ++i) {
+        monitor.Step("sheep", std::min(i, 40), 100);
+        QTest::qSleep(2);
+      }
+    });
+    QTRY_VERIFY_WITH_TIMEOUT(progress->isVisible() && progress->value() > 300, kWaitMs);
+    QVERIFY(window_->findChild<QLabel*>("message")->text().contains("Counting sheep"));
+    // The window answers meanwhile.
+    PressKey(*window_, Qt::Key_Right);
+    QVERIFY(WaitSharp(*window_));
+    QTest::mouseClick(cancel, Qt::LeftButton);
+    QTRY_COMPARE_WITH_TIMEOUT(cancelled.count(), 1, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(!progress->isVisible() && !cancel->isVisible(), kWaitMs);
+    QVERIFY(!window_->dialog());
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::WorkflowTest)
+#include "workflow_test.moc"
