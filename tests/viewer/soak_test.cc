@@ -171,8 +171,8 @@ class SoakTest : public QObject {
       if (!Settle(controller())) return false;
     }
     return Regions().empty() &&
-           (void)QTest::qWaitFor([&] { return controller().ShowsOriginal() && canvas().IsSharp(); },
-                                 kWaitMs);
+           QTest::qWaitFor([&] { return controller().ShowsOriginal() && canvas().IsSharp(); },
+                           kWaitMs);
   }
 
   bool Reopen() {

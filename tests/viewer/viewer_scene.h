@@ -166,8 +166,8 @@ inline void PressKey(MainWindow& window, Qt::Key key,
 
 // The window's question or complaint, once it is there; null when none comes.
 inline QMessageBox* WaitDialog(MainWindow& window) {
-  const bool came = (void)QTest::qWaitFor(
-      [&] { return window.dialog() && window.dialog()->isVisible(); }, kWaitMs);
+  const bool came =
+      QTest::qWaitFor([&] { return window.dialog() && window.dialog()->isVisible(); }, kWaitMs);
   return came ? window.dialog() : nullptr;
 }
 
