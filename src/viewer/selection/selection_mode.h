@@ -24,8 +24,8 @@ namespace retint {
 class ActionStrip;
 class ToolStrip;
 
-// A region's cloud as the scene's canvas draws it; null when it has none. Points that would cover the
-// picture are thinned, and to at most `most_points`.
+// A region's cloud as the scene's canvas draws it; null when it has none. Points that would cover
+// the picture are thinned, and to at most `most_points`.
 std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
                                                      size_t most_points = 200000);
 
