@@ -379,10 +379,22 @@ struct MakeMaskParams {
   uint8_t* mask;         // [H, W]
 };
 
+// depth = kNoEvidence on the outside of a painted shape's silhouette: where an unpainted pixel has
+// a painted one beside it (of eight) that lies nearer by more than `jump` of its depth. Such a
+// pixel still sees the fringe of the shape's Gaussians, those behind its limb among them, of which
+// the view sees nothing else. Pixels of 128 and more are painted.
+struct MarkSilhouetteParams {
+  const uint8_t* mask;  // [H, W]
+  int32_t width, height;
+  float jump;
+  float* depth;  // [H, W]
+};
+
 // What is known of each pixel: mask value M and weight K. The pixel's surface is looked up in the
 // painted views: where one sees it (their depths differ by at most `tolerance`), M is the paint
 // there, the mean where several do, and K = 1; else M = 0, K = unknown_weight. `coverage` raises
-// both to its value. residual = scale * (K M, K), zero outside `pixel_rows`.
+// both to its value. Where the depth is kNoEvidence, M = K = 0. residual = scale * (K M, K), zero
+// outside `pixel_rows`.
 struct EvidenceParams {
   CameraParams camera;                    // its pose is not read
   const float* depth;                     // [H, W]; null: none
@@ -490,6 +502,7 @@ class Backend {
   virtual void CorrectDepth(const CorrectDepthParams& params) = 0;
   virtual void DrawCloud(const DrawCloudParams& params) = 0;
   virtual void MakeMask(const MakeMaskParams& params) = 0;
+  virtual void MarkSilhouette(const MarkSilhouetteParams& params) = 0;
   virtual void Evidence(const EvidenceParams& params) = 0;
   // Between the Gaussians' order, [N, C], and a geometry's rows, [rows, C]: values[r] =
   // of[rows()[r]] and sums[rows()[r]] += values[r].

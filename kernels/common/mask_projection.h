@@ -133,6 +133,23 @@ RETINT_HD float CoverageAt(const PixelRays& rays, const CloudSplat& splat, int x
   return splat.coverage * fminf(1.0f, fmaxf(0.0f, fade));
 }
 
+// Whether MarkSilhouette marks pixel (x, y).
+RETINT_HD bool IsBesideSilhouette(const uint8_t* mask, const float* depth, int width, int height,
+                                  float jump, int x, int y) {
+  constexpr uint8_t kPainted = 128;
+  const int64_t pixel = int64_t(y) * width + x;
+  if (mask[pixel] >= kPainted) return false;
+  const float z = depth[pixel];
+  for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < height; ++j) {
+    for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < width; ++i) {
+      const int64_t beside = int64_t(j) * width + i;
+      if (mask[beside] < kPainted || !HasDepth(depth[beside])) continue;
+      if (!HasDepth(z) || z > depth[beside] * (1 + jump)) return true;
+    }
+  }
+  return false;
+}
+
 // The paint, 0 to 255, on the surface at `point`, in the frame that painted.camera is posed in; -1
 // where the painted view does not see it: its depth there is another by more than `tolerance`.
 RETINT_HD int PaintAt(const PaintedImage& painted, const glm::vec3& point, float tolerance) {
@@ -154,6 +171,7 @@ RETINT_HD int PaintAt(const PaintedImage& painted, const glm::vec3& point, float
 RETINT_HD glm::vec2 EvidenceAt(const PixelRays& rays, int x, int y, float z,
                                const PaintedImage* painted, int count, float tolerance,
                                float unknown_weight, uint8_t coverage) {
+  if (z == kNoEvidence) return {0, 0};
   float inside = 0, weight = unknown_weight;
   if (HasDepth(z)) {
     const glm::vec3 point = z * rays.At(x, y);

@@ -49,6 +49,9 @@ struct CloudPoint {
   float coverage;   // in (0, 1]
 };
 
+// Depth of a pixel that says nothing of the surfaces about it.
+inline constexpr float kNoEvidence = -1;
+
 // A painted view: what it sees, and where it is painted. `camera` is posed in the frame of the view
 // that is looked up in it.
 struct PaintedImage {

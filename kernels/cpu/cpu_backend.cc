@@ -154,6 +154,7 @@ class CpuBackend : public Backend {
   void CorrectDepth(const CorrectDepthParams& params) override { CorrectDepthOnCpu(params); }
   void DrawCloud(const DrawCloudParams& params) override { DrawCloudOnCpu(params); }
   void MakeMask(const MakeMaskParams& params) override { MakeMaskOnCpu(params); }
+  void MarkSilhouette(const MarkSilhouetteParams& params) override { MarkSilhouetteOnCpu(params); }
   void Evidence(const EvidenceParams& params) override { EvidenceOnCpu(params); }
   void GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
                   float* values) override {

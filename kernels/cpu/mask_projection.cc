@@ -167,6 +167,20 @@ void MakeMaskOnCpu(const MakeMaskParams& params) {
   if (params.close_radius > 0) Close(params, used);
 }
 
+// In place: painted pixels are read and not written, and of the others only a pixel's own.
+void MarkSilhouetteOnCpu(const MarkSilhouetteParams& params) {
+  ParallelRanges(params.height, 32, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      for (int x = 0; x < params.width; ++x) {
+        if (IsBesideSilhouette(params.mask, params.depth, params.width, params.height, params.jump,
+                               x, y)) {
+          params.depth[int64_t(y) * params.width + x] = kNoEvidence;
+        }
+      }
+    }
+  });
+}
+
 void EvidenceOnCpu(const EvidenceParams& params) {
   const PixelRays rays = RaysOf(params.camera);
   const int64_t width = params.camera.width;

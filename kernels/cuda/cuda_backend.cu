@@ -193,6 +193,9 @@ class CudaBackend : public Backend {
   }
   void DrawCloud(const DrawCloudParams& params) override { cuda::DrawCloud(params, stream_); }
   void MakeMask(const MakeMaskParams& params) override { cuda::MakeMask(params, stream_); }
+  void MarkSilhouette(const MarkSilhouetteParams& params) override {
+    cuda::MarkSilhouette(params, stream_);
+  }
   void Evidence(const EvidenceParams& params) override { cuda::Evidence(params, stream_); }
   void GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
                   float* values) override {

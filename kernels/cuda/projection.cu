@@ -124,6 +124,17 @@ void MakeMask(const MakeMaskParams& params, cudaStream_t stream) {
   OverDisc<Smallest>(dilated.data(), width, height, radius, params.mask, stream);
 }
 
+// In place: painted pixels are read and not written, and of the others only a pixel's own.
+void MarkSilhouette(const MarkSilhouetteParams& params, cudaStream_t stream) {
+  ForPixels(params.width, params.height, stream, "MarkSilhouette",
+            [=] __device__(int x, int y, int64_t i) {
+              if (IsBesideSilhouette(params.mask, params.depth, params.width, params.height,
+                                     params.jump, x, y)) {
+                params.depth[i] = kNoEvidence;
+              }
+            });
+}
+
 void Evidence(const EvidenceParams& params, cudaStream_t stream) {
   const int count = int(params.painted.size());
   Scratch<PaintedImage> painted(stream, params.painted.size());

@@ -409,38 +409,39 @@ void AddPlant(World& world, uint64_t seed) {
 
   const int stem = world.AddMaterial(Plain({0.17, 0.27, 0.07}));
   Random random(HashOf(seed, 6));
-  constexpr int kLeaves = 9, kPieces = 7;
+  // A fan of broad leaves in one plane, as a traveller's palm grows, facing the middle of the
+  // cameras' arc: every leaf shows its upper side to all of them and hides little of another.
+  constexpr int kLeaves = 7, kPieces = 7;
+  constexpr double kFacing = 0.23;  // of the arc's middle from the front, radians
+  const Vec3 across = At(std::cos(kFacing), 0, std::sin(-kFacing));
+  const Vec3 front = At(-std::sin(kFacing), 0, -std::cos(kFacing));
   for (int i = 0; i < kLeaves; ++i) {
-    // A fan across the cameras' view, so that no leaf hides another from the front: low leaves
-    // at the sides, the tallest in the middle, forwards and backwards by turns.
     const double side = 2.0 * i / (kLeaves - 1) - 1;
+    const double angle = 1.12 * side + random.Uniform(-0.05, 0.05);  // from upright
     const double age = 1 - side * side;
-    const double turn = (i % 2 ? 1 : -1) * (0.30 + 0.55 * age) + random.Uniform(-0.1, 0.1);
-    const double azimuth = (side < 0 ? kPi - turn : turn) - 0.23;
-    const double reach = 0.045 + 0.094 * std::abs(side) + random.Uniform(-0.010, 0.010);
-    const double height = 0.055 + 0.275 * age + random.Uniform(-0.015, 0.015);
-    const Vec3 out = At(std::cos(azimuth), 0, std::sin(azimuth));
-    const Vec3 root = base + At(0, 0.149, 0) + 0.018 * out;
-    const Vec3 end = root + reach * out + At(0, height, 0);
-    const Vec3 bend = root + 0.22 * reach * out + At(0, 0.85 * height, 0);
+    const Vec3 out = std::sin(angle) * across + At(0, std::cos(angle), 0);
+    // Behind the pot's middle, so that the stems hide little of the soil.
+    const Vec3 root = base + At(0, 0.149, 0) + 0.016 * side * across - 0.036 * front;
+    const double reach = 0.095 + 0.075 * age + random.Uniform(-0.008, 0.008);
+    const Vec3 end = root + reach * out + (i % 2 ? 0.012 : -0.004) * front;
+    const Vec3 bend = root + 0.5 * reach * (0.5 * out + At(0, 0.6, 0));
     const auto curve = [&](double t) {
       return Vec3((1 - t) * (1 - t) * root + 2 * t * (1 - t) * bend + t * t * end);
     };
     for (int k = 0; k < kPieces; ++k) {
       world.Add(plant, stem,
                 std::make_unique<Capsule>(curve(double(k) / kPieces), curve((k + 1.0) / kPieces),
-                                          0.0070 - 0.0016 * (k + 1) / kPieces));
+                                          0.0075 - 0.0016 * (k + 1) / kPieces));
     }
     const double tone = random.Uniform();
     Material blade = {.albedo = [tone](const TexturePoint& at) { return LeafGreen(at, tone); }};
     blade.specular = 0.03;
     blade.sharpness = 14;
     blade.translucency = 0.35;
-    const double length = 0.216 - 0.045 * age + random.Uniform(-0.012, 0.012);
-    const Leaf::Form form = {length, 0.70 * length, 0.95 * length, 0.16 * length, 0.85};
-    const double pitch = -0.18 + 0.75 * age + random.Uniform(-0.15, 0.15);
-    const Vec3 along = out + At(0, pitch, 0);
-    const Vec3 up = At(0, 1, 0) + 0.35 * out;
+    const double length = 0.150 + 0.028 * age + random.Uniform(-0.008, 0.008);
+    const Leaf::Form form = {length, 0.56 * length, 1.1 * length, 0.10 * length, 0.75};
+    const Vec3 along = out + (0.10 + random.Uniform(-0.1, 0.1)) * front;
+    const Vec3 up = front + At(0, 0.35, 0) + random.Uniform(-0.15, 0.15) * across;
     world.Add(plant, world.AddMaterial(std::move(blade)),
               std::make_unique<Leaf>(end, along, up, form));
   }

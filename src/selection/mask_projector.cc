@@ -24,6 +24,8 @@ constexpr std::string_view kStage = "projection";
 // Of views that are not painted every second row of pixels is lifted: a Gaussian's share is a mean
 // over many.
 constexpr uint16_t kLiftedRows = 0x5555;
+// Relative step in depth that makes the paint's border a silhouette.
+constexpr float kSilhouetteJump = 0.005f;
 
 template <typename T>
 T* Grow(Backend& backend, size_t count, Buffer<T>* buffer) {
@@ -55,7 +57,10 @@ class Projection {
     SurfaceRenderer surfaces(renderer, reconstruction, std::move(requests));
     for (size_t i = 0; i < painted_.size();) {
       for (ViewSurface& surface : surfaces.Next()) {
-        LiftPaint(*surface.geometry, painted_[i].mask.data());
+        const CameraParams& camera = surface.geometry->camera();
+        backend_.MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
+                                 kSilhouetteJump, surface.depth.data()});
+        LiftPaint(surface, painted_[i].mask.data());
         painted_[i++].depth = std::move(surface.depth);
       }
     }
@@ -140,13 +145,14 @@ class Projection {
                        Grow(backend_, surface.depth.size(), &coverage_mask_)});
   }
 
-  // The paint as it stands: M is the paint, K the same everywhere.
-  void LiftPaint(const ViewGeometry& view, const uint8_t* mask) {
+  // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
+  void LiftPaint(const ViewSurface& surface, const uint8_t* mask) {
     EvidenceParams evidence{};
+    evidence.depth = surface.depth.data();
     evidence.unknown_weight = 1;
     evidence.coverage = mask;
     evidence.scale = static_cast<float>(options_.painted_weight);
-    AddEvidence(view, evidence);
+    AddEvidence(*surface.geometry, evidence);
   }
 
   // W^T of the evidence, to the Gaussians' sums.

@@ -2,13 +2,14 @@
 // The selection as a soft mask on every training view.
 //
 // `gaussians`, the default, asks which Gaussians the selection holds, then renders them:
-//  1. Evidence. In every view each pixel gets a mask value M and a weight K. A painted view is
-//  known
-//     exactly: M is the paint, K = painted_weight, inside and outside alike. In another view the
-//     surface in the pixel is looked up in the painted views: where one of them sees it (same depth
-//     within visible_tolerance), M is the paint there and K = 1, so that what was seen outside the
-//     paint counts against. The cloud's surfels add what they cover: M = max(M, coverage), K = 1.
-//     Where neither speaks nobody knows: M = 0 with the small weight K = unknown_weight.
+//  1. Evidence. In every view each pixel gets a mask value M and a weight K.
+//     A painted view is known exactly: M is the paint, K = painted_weight, inside and outside
+//     alike; but K = 0 along the outside of silhouettes, where the fringe of what lies behind the
+//     limb shows. In another view the surface in the pixel is looked up in the painted views: where
+//     one of them sees it (same depth within visible_tolerance), M is the paint there and K = 1, so
+//     that what was seen outside the paint counts against. The cloud's surfels add what they cover:
+//     M = max(M, coverage), K = 1. Where neither speaks nobody knows: M = 0 with the small weight
+//     K = unknown_weight.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g (method.md, section 6).
 //  3. Masks. W_v m, view-consistent by construction; 0.5 (128) where it reaches share_threshold,
 //     0 and 1 at half of it away on either side.

@@ -370,6 +370,64 @@ TEST_P(MaskProjectionOp, LooksPaintUp) {
   expect(false, false, kSomeRows);
 }
 
+TEST_P(MaskProjectionOp, MarksTheOutsideOfSilhouettes) {
+  // A disc at depth 2 before a wall at 4 that bends to 2.005 at the right, with holes.
+  std::vector<uint8_t> mask(kPixels, 0);
+  std::vector<float> depth(kPixels, 4);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const size_t p = size_t(y) * kWidth + size_t(x);
+      if (x > kWidth / 2) depth[p] = 2.005f;
+      if (std::hypot(x - kWidth / 2, y - kHeight / 2) < kHeight / 3.0) {
+        mask[p] = 128;
+        depth[p] = 2;
+      }
+      if (p % 13 == 0) depth[p] = 0;
+    }
+  }
+  mask[0] = 255;  // in the corner, with no depth
+  std::vector<float> expected = depth;
+  int marked = 0, plain = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const size_t p = size_t(y) * kWidth + size_t(x);
+      bool beside = false, touches = false;
+      for (int k = 0; k < 9; ++k) {
+        const int i = x + k % 3 - 1, j = y + k / 3 - 1;
+        if (mask[p] >= 128 || i < 0 || j < 0 || i >= kWidth || j >= kHeight) continue;
+        const size_t q = size_t(j) * kWidth + size_t(i);
+        if (mask[q] < 128 || depth[q] == 0) continue;
+        touches = true;
+        beside |= depth[p] == 0 || depth[p] > depth[q] * 1.005f;
+      }
+      if (beside) expected[p] = kNoEvidence;
+      marked += beside;
+      plain += touches && !beside;
+    }
+  }
+  EXPECT_GT(marked, 10);
+  EXPECT_GT(plain, 10);
+  Guarded<uint8_t> paint(*backend_, mask);
+  Guarded<float> surface(*backend_, depth);
+  backend_->MarkSilhouette({paint.data(), kWidth, kHeight, 0.005f, surface.data()});
+  EXPECT_EQ(surface.Read(), expected);
+
+  // A marked pixel says nothing, covered or not.
+  Guarded<float> residual(*backend_, 2 * kPixels);
+  EvidenceParams evidence{};
+  evidence.camera = TestCamera(kWidth, kHeight);
+  evidence.depth = surface.data();
+  evidence.unknown_weight = 1;
+  evidence.coverage = paint.data();
+  evidence.scale = 8;
+  evidence.residual = residual.data();
+  backend_->Evidence(evidence);
+  const auto found = residual.Read();
+  for (size_t p = 0; p < kPixels; ++p) {
+    EXPECT_EQ(found[2 * p + 1], expected[p] == kNoEvidence ? 0 : 8) << p;
+  }
+}
+
 TEST_P(MaskProjectionOp, MovesValuesBetweenGaussiansAndRows) {
   const auto model = backend_->UploadModel(RandomModel(rng_, 500).arrays());
   const auto view = backend_->PrepareView(*model, TestCamera(kWidth, kHeight));
