@@ -41,6 +41,7 @@ enum class Op {
   kAdam,
   kAccumulateBlocks,
   kSolveBlocks,
+  kNeighborDistances,
 };
 
 // Untyped memory of a backend; freed with the last reference.
@@ -406,6 +407,15 @@ struct EvidenceParams {
   uint16_t pixel_rows = kAllPixelRows;
 };
 
+// distances[i] = mean distance from point i to the `neighbors` nearest others, [count]. Squares are
+// added in x, y, z order and not fused, roots from the nearest on in double precision.
+struct NeighborDistancesParams {
+  const float* points;  // [count, 3]
+  int64_t count;        // more than `neighbors`
+  int32_t neighbors;    // 1 to kMaxNeighbors
+  float* distances;     // [count]
+};
+
 // Arguments that cannot be (channels beyond kMaxChannels, a box outside its image, a region where a
 // whole view is needed) are std::invalid_argument. Thread-safe.
 class Backend {
@@ -510,6 +520,10 @@ class Backend {
                           float* values) = 0;
   virtual void AddRows(const ViewGeometry& view, const float* values, int32_t channels,
                        float* sums) = 0;
+
+  // Exhaustive, for a device: elsewhere a search tree is the faster one, and it is not supported
+  // (std::logic_error).
+  virtual void NeighborDistances(const NeighborDistancesParams& params) = 0;
 
   // Stereo on rendered pairs without leaving backend memory; null where the backend has none. Lives
   // as long as the backend.

@@ -49,6 +49,8 @@ struct CloudPoint {
   float coverage;   // in (0, 1]
 };
 
+inline constexpr int kMaxNeighbors = 32;
+
 // Depth of a pixel that says nothing of the surfaces about it.
 inline constexpr float kNoEvidence = -1;
 

@@ -41,7 +41,7 @@ class CpuBackend : public Backend {
         tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     return target_ + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads");
   }
-  bool Supports(Op) const override { return true; }
+  bool Supports(Op op) const override { return op != Op::kNeighborDistances; }
 
   std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) override { return AllocateHost(bytes); }
   void CopyToDevice(void* device, const void* host, size_t bytes) override {
@@ -156,6 +156,9 @@ class CpuBackend : public Backend {
   void MakeMask(const MakeMaskParams& params) override { MakeMaskOnCpu(params); }
   void MarkSilhouette(const MarkSilhouetteParams& params) override { MarkSilhouetteOnCpu(params); }
   void Evidence(const EvidenceParams& params) override { EvidenceOnCpu(params); }
+  void NeighborDistances(const NeighborDistancesParams&) override {
+    throw std::logic_error("the CPU has no search of all points: use a tree");
+  }
   void GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
                   float* values) override {
     GatherRowsOnCpu(view, of, channels, values);

@@ -205,6 +205,9 @@ class CudaBackend : public Backend {
                float* sums) override {
     cuda::AddRows(Own(view), values, channels, sums, stream_);
   }
+  void NeighborDistances(const NeighborDistancesParams& params) override {
+    cuda::NeighborDistances(params, stream_);
+  }
   StereoOps* Stereo() override { return stereo_.get(); }
 
  private:

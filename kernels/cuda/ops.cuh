@@ -41,4 +41,6 @@ void PackBox(const PackBoxParams& params, cudaStream_t stream);
 void UnpackBox(const PackBoxParams& params, cudaStream_t stream);
 void EditImage(const EditImageParams& params, cudaStream_t stream);
 
+void NeighborDistances(const NeighborDistancesParams& params, cudaStream_t stream);
+
 }  // namespace retint::cuda

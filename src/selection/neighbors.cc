@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -17,36 +18,30 @@ namespace {
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
 
 // Centred, so that clouds far from the world's origin keep their float digits.
-PclCloud::Ptr ToPcl(const std::vector<Eigen::Vector3f>& points, Eigen::Vector3f* center) {
+std::vector<Eigen::Vector3f> Centered(const std::vector<Eigen::Vector3f>& points,
+                                      Eigen::Vector3f* center) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const auto& point : points) sum += point.cast<double>();
   *center = points.empty() ? Eigen::Vector3f::Zero()
                            : (sum / static_cast<double>(points.size())).cast<float>().eval();
+  std::vector<Eigen::Vector3f> centered;
+  centered.reserve(points.size());
+  for (const auto& point : points) centered.push_back(point - *center);
+  return centered;
+}
+
+PclCloud::Ptr ToPcl(const std::vector<Eigen::Vector3f>& points) {
   PclCloud::Ptr cloud(new PclCloud);
   cloud->reserve(points.size());
-  for (const auto& point : points) {
-    const Eigen::Vector3f moved = point - *center;
-    cloud->push_back(pcl::PointXYZ(moved.x(), moved.y(), moved.z()));
-  }
+  for (const auto& point : points) cloud->push_back({point.x(), point.y(), point.z()});
   return cloud;
 }
 
-}  // namespace
-
-// pcl::StatisticalOutlierRemoval's filter (Rusu et al. 2008), its searches over threads.
-std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
-                                    double stddev_factor) {
-  std::vector<int> kept;
-  if (neighbors <= 0 || points.size() <= static_cast<size_t>(neighbors) + 1) {
-    kept.resize(points.size());
-    std::iota(kept.begin(), kept.end(), 0);
-    return kept;
-  }
-  Eigen::Vector3f center;
-  const PclCloud::Ptr cloud = ToPcl(points, &center);
+std::vector<float> NeighborDistances(const std::vector<Eigen::Vector3f>& points, int neighbors) {
+  const PclCloud::Ptr cloud = ToPcl(points);
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
   tree.setInputCloud(cloud);
-  std::vector<float> distances(points.size());  // mean, to the neighbours
+  std::vector<float> distances(points.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 256), [&](const auto& range) {
     std::vector<int> indices;
     std::vector<float> squared;
@@ -57,6 +52,37 @@ std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, 
       distances[i] = static_cast<float>(sum / neighbors);
     }
   });
+  return distances;
+}
+
+std::vector<float> NeighborDistances(const std::vector<Eigen::Vector3f>& points, int neighbors,
+                                     Backend& backend) {
+  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
+  const auto uploaded =
+      backend.Upload(std::span<const float>(points.front().data(), 3 * points.size()));
+  const auto distances = backend.Allocate<float>(points.size());
+  backend.NeighborDistances(
+      {uploaded.data(), static_cast<int64_t>(points.size()), neighbors, distances.data()});
+  return backend.Download(distances.data(), distances.size());
+}
+
+}  // namespace
+
+// pcl::StatisticalOutlierRemoval's filter (Rusu et al. 2008), its searches over threads.
+std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
+                                    double stddev_factor, Backend* backend) {
+  std::vector<int> kept;
+  if (neighbors <= 0 || points.size() <= static_cast<size_t>(neighbors) + 1) {
+    kept.resize(points.size());
+    std::iota(kept.begin(), kept.end(), 0);
+    return kept;
+  }
+  Eigen::Vector3f center;
+  const std::vector<Eigen::Vector3f> centered = Centered(points, &center);
+  const bool on_backend =
+      backend && backend->Supports(Op::kNeighborDistances) && neighbors <= kMaxNeighbors;
+  const std::vector<float> distances = on_backend ? NeighborDistances(centered, neighbors, *backend)
+                                                  : NeighborDistances(centered, neighbors);
   double sum = 0, squares = 0;
   for (const float distance : distances) {
     sum += distance;
@@ -78,7 +104,7 @@ struct PointTree::Impl {
 };
 
 PointTree::PointTree(const std::vector<Eigen::Vector3f>& points) : impl_(new Impl) {
-  impl_->cloud = ToPcl(points, &impl_->center);
+  impl_->cloud = ToPcl(Centered(points, &impl_->center));
   if (!points.empty()) impl_->tree.setInputCloud(impl_->cloud);
 }
 

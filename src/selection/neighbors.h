@@ -8,13 +8,16 @@
 
 #include <Eigen/Core>
 
+#include "kernels/backend.h"
+
 namespace retint {
 
 // Indices, ascending, of the points that survive PCL's StatisticalOutlierRemoval: those whose mean
 // distance to their `neighbors` nearest does not exceed mean + stddev_factor * standard deviation
-// of that distance over all points. With no more points than `neighbors` + 1, all survive.
+// of that distance over all points. With no more points than `neighbors` + 1, all survive. The
+// search runs on `backend` where it supports that, with the same result; null: on the host.
 std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
-                                    double stddev_factor);
+                                    double stddev_factor, Backend* backend = nullptr);
 
 // A k-d tree over points that it keeps a copy of.
 class PointTree {

@@ -46,13 +46,13 @@ uint8_t ToByte(float value) {
 }
 
 std::vector<SelectionPoint> WithoutOutliers(const std::vector<SelectionPoint>& points,
-                                            const CloudOptions& options) {
+                                            const CloudOptions& options, Backend* backend) {
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(points.size());
   for (const auto& point : points) positions.push_back(point.position);
   std::vector<SelectionPoint> kept;
   for (const int idx :
-       StatisticalInliers(positions, options.outlier_neighbors, options.outlier_stddev)) {
+       StatisticalInliers(positions, options.outlier_neighbors, options.outlier_stddev, backend)) {
     kept.push_back(points[static_cast<size_t>(idx)]);
   }
   return kept;
@@ -69,7 +69,7 @@ void CloudOptions::Check() const {
 
 SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
                          const DepthMap& depth, const Mask& valid, const Image& image,
-                         const CloudOptions& options, CloudSummary* summary) {
+                         const CloudOptions& options, CloudSummary* summary, Backend* backend) {
   options.Check();
   RequirePinhole(view);
   RequireSize(mask, view.camera, "mask");
@@ -116,7 +116,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
     }
   });
   counts.sampled = static_cast<int64_t>(cloud.points.size());
-  cloud.points = WithoutOutliers(cloud.points, options);
+  cloud.points = WithoutOutliers(cloud.points, options, backend);
   counts.kept = static_cast<int64_t>(cloud.points.size());
   if (summary) *summary = counts;
   return cloud;

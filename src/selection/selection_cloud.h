@@ -13,6 +13,7 @@
 
 #include "base/monitor.h"
 #include "scene/camera.h"
+#include "kernels/backend.h"
 #include "scene/image.h"
 
 namespace retint {
@@ -47,11 +48,13 @@ struct CloudSummary {
 
 // Unprojects the painted pixels of one view: position, normal (from the depth map's gradient),
 // footprint, colour. `mask` and `depth` and `valid` (0/255, may be empty: all valid) and `image`
-// (may be empty) have the view's size. InputError for a size mismatch, an empty mask, or a mask
-// that holds no pixel with depth.
+// (may be empty) have the view's size. `backend` (may be null) searches for neighbours where it
+// can, with the same result. InputError for a size mismatch, an empty mask, or a mask that holds no
+// pixel with depth.
 SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
                          const DepthMap& depth, const Mask& valid, const Image& image,
-                         const CloudOptions& options, CloudSummary* summary = nullptr);
+                         const CloudOptions& options, CloudSummary* summary = nullptr,
+                         Backend* backend = nullptr);
 
 // Adds the points of `other`; source indices are remapped.
 void Append(SelectionCloud& cloud, const SelectionCloud& other);

@@ -48,7 +48,7 @@ SelectionResult EditSession::Select(const std::vector<PaintedView>& painted,
       monitor.Step("cloud", 0, 1);
       const Image image = renderer_->Render(view.camera).rgb;
       cloud = MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, image,
-                        options.cloud, &report.cloud);
+                        options.cloud, &report.cloud, &renderer_->backend());
       if (options.keep_raw) {
         CloudOptions raw = options.cloud;
         raw.outlier_neighbors = 0;
