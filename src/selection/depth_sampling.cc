@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <opencv2/imgproc.hpp>
-
 #include "kernels/backend.h"
 #include "kernels/common/mask_projection.h"
 
@@ -38,10 +36,6 @@ double InverseDepthSlope(const DepthMap& depth, int x, int y, int dx, int dy) {
   return known[0] ? slope[0] : known[1] ? slope[1] : 0.0;
 }
 
-cv::Mat View8(const Mask& mask) {
-  return cv::Mat(mask.height, mask.width, CV_8UC1, const_cast<uint8_t*>(mask.data.data()));
-}
-
 }  // namespace
 
 std::optional<double> SampleDepth(const DepthMap& depth, const Eigen::Vector2d& pixel,
@@ -59,13 +53,18 @@ Eigen::Vector3d NormalFromDepth(const Camera& camera, const DepthMap& depth, int
   return -Eigen::Vector3d(slope_u, slope_v, offset).normalized();
 }
 
-Mask Dilate(const Mask& mask, int radius) {
-  if (radius <= 0 || mask.Empty()) return mask;
-  Mask out(mask.width, mask.height);
-  const int side = 2 * radius + 1;
-  cv::Mat target = View8(out);
-  cv::dilate(View8(mask), target, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
-  return out;
+bool IsNearMask(const Mask& mask, int x, int y, int radius) {
+  if (mask.Contains(x, y) && mask(x, y) > 0) return true;
+  for (int row = std::max(0, y - radius); row <= std::min(mask.height - 1, y + radius); ++row) {
+    const int reach = DiscReach(radius, row - y);
+    const int begin = std::max(0, x - reach), end = std::min(mask.width, x + reach + 1);
+    if (begin >= end) continue;
+    const auto first = mask.data.begin() + static_cast<std::ptrdiff_t>(mask.Index(begin, row));
+    if (std::any_of(first, first + (end - begin), [](uint8_t value) { return value > 0; })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace retint

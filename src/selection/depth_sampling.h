@@ -28,7 +28,7 @@ std::optional<double> SampleDepth(const DepthMap& depth, const Eigen::Vector2d& 
 // a depth edge. Faces the camera where no neighbour has depth.
 Eigen::Vector3d NormalFromDepth(const Camera& camera, const DepthMap& depth, int x, int y);
 
-// The maximum over a disc of `radius` pixels.
-Mask Dilate(const Mask& mask, int radius);
+// Whether a pixel above 0 lies within a disc of `radius` pixels about (x, y).
+bool IsNearMask(const Mask& mask, int x, int y, int radius);
 
 }  // namespace retint

@@ -32,7 +32,6 @@ struct Seen {
 
 std::vector<Seen> SeenPoints(const PosedCamera& view, const View* training_view, const Mask& mask,
                              const Reconstruction& reconstruction, int margin) {
-  const Mask dilated = Dilate(mask, margin);
   std::vector<Seen> seen;
   const auto add = [&](const SparsePoint& point) {
     const auto projected = view.Project(point.xyz);
@@ -40,7 +39,10 @@ std::vector<Seen> SeenPoints(const PosedCamera& view, const View* training_view,
                         projected->y() < mask.height)) {
       return;
     }
-    if (dilated(static_cast<int>(projected->x()), static_cast<int>(projected->y())) == 0) return;
+    if (!IsNearMask(mask, static_cast<int>(projected->x()), static_cast<int>(projected->y()),
+                    margin)) {
+      return;
+    }
     seen.push_back({view.cam_from_world * point.xyz, projected->head<2>()});
   };
   if (training_view) {
@@ -71,6 +73,9 @@ LocalCloud PointsOfView(const SelectionCloud& cloud, const PosedCamera& view,
         std::find(cloud.sources.begin(), cloud.sources.end(), training_view->name) -
         cloud.sources.begin());
   }
+  local.idx.reserve(cloud.points.size());
+  local.in_cam.reserve(cloud.points.size());
+  local.normals.reserve(cloud.points.size());
   for (size_t i = 0; i < cloud.points.size(); ++i) {
     const auto& point = cloud.points[i];
     if (source < cloud.sources.size() && point.source != source) continue;
@@ -87,6 +92,7 @@ bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Ca
                   const DepthMap& depth) {
   if (!local.has_pixels || local.idx.empty()) return false;
   std::vector<double> shifts;
+  shifts.reserve(local.idx.size());
   for (size_t i = 0; i < local.idx.size(); ++i) {
     const auto& point = cloud.points[local.idx[i]];
     if (!depth.Contains(point.x, point.y) || !HasDepth(depth, point.x, point.y)) continue;

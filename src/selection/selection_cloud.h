@@ -12,8 +12,8 @@
 #include <Eigen/Core>
 
 #include "base/monitor.h"
-#include "scene/camera.h"
 #include "kernels/backend.h"
+#include "scene/camera.h"
 #include "scene/image.h"
 
 namespace retint {
