@@ -9,11 +9,11 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
+#include "base/parallel.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/image_loss.h"
 #include "kernels/cpu/mask_projection.h"
 #include "kernels/cpu/memory.h"
-#include "kernels/cpu/parallel.h"
 #include "kernels/cpu/refit.h"
 #include "kernels/cpu/solve.h"
 #include "kernels/cpu/spherical_harmonics.h"

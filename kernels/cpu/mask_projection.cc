@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/parallel.h"
 #include "kernels/common/mask_projection.h"
-#include "kernels/cpu/parallel.h"
 
 namespace retint {
 namespace {

@@ -7,9 +7,9 @@
 #include <new>
 #include <utility>
 
+#include "base/parallel.h"
 #include "kernels/common/tiles.h"
 #include "kernels/cpu/geometry.h"
-#include "kernels/cpu/parallel.h"
 
 namespace retint {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/parallel.h"
 #include "kernels/common/loss.h"
 #include "kernels/cpu/geometry.h"
-#include "kernels/cpu/parallel.h"
 
 namespace retint {
 namespace {

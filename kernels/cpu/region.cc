@@ -7,8 +7,8 @@
 #include <bit>
 #include <utility>
 
+#include "base/parallel.h"
 #include "kernels/common/thinning.h"
-#include "kernels/cpu/parallel.h"
 #include "kernels/cpu/tiles.h"
 
 namespace retint {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/parallel.h"
 #include "kernels/common/sh.h"
 #include "kernels/common/types.h"
-#include "kernels/cpu/parallel.h"
 
 namespace retint {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <hwy/cache_control.h>
 
+#include "base/parallel.h"
 #include "kernels/common/sh.h"
-#include "kernels/cpu/parallel.h"
 
 namespace retint {
 namespace {

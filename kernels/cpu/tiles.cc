@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "kernels/cpu/parallel.h"
+#include "base/parallel.h"
 
 namespace retint {
 namespace {

@@ -8,10 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include <oneapi/tbb/parallel_for.h>
 #include <opencv2/imgproc.hpp>
 
 #include "depth/stereo_pairs.h"
+
+#include "base/parallel.h"
 
 namespace retint {
 namespace {
@@ -64,8 +65,7 @@ cv::Mat PairCost(const RenderedPair& pair, const ScalarImage& disparity) {
 // The mean over the two shifted views that agree best: what one side hides the other shows.
 ScalarImage PhotoCost(std::span<const RenderedPair> pairs, const ScalarImage& disparity) {
   std::vector<cv::Mat> costs(pairs.size());
-  tbb::parallel_for(size_t{0}, pairs.size(),
-                    [&](size_t k) { costs[k] = PairCost(pairs[k], disparity); });
+  ParallelTasks(int64_t(pairs.size()), [&](size_t k) { costs[k] = PairCost(pairs[k], disparity); });
   ScalarImage best(disparity.width, disparity.height);
   for (int y = 0; y < best.height; ++y) {
     for (int x = 0; x < best.width; ++x) {

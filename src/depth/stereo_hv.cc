@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include "base/error.h"
+#include "base/parallel.h"
 #include "depth/stereo_device.h"
 #include "depth/stereo_pairs.h"
 
@@ -163,7 +162,7 @@ DepthEstimate StereoHvEstimator::EstimateOnHost(const PosedCamera& view, Monitor
   }
 
   std::vector<ScalarImage> pairs(shifts.size());
-  tbb::parallel_for(size_t{0}, shifts.size(), [&](size_t k) {
+  ParallelTasks(int64_t(shifts.size()), [&](size_t k) {
     monitor.ThrowIfCancelled();
     pairs[k] = MatchPair(*matcher_, rendered[k], width, height, search.range,
                          options_.left_right_tolerance);

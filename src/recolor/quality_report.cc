@@ -6,9 +6,8 @@
 #include <cstdint>
 #include <ranges>
 
-#include <tbb/parallel_for.h>
-
 #include "base/error.h"
+#include "base/parallel.h"
 #include "recolor/refit_problem.h"
 
 namespace retint {
@@ -75,8 +74,8 @@ ErrorSums CompareRow(const RefitTarget& target, const ColorEdit& edit,
 ErrorSums Compare(const RefitTarget& target, const ColorEdit& edit,
                   const std::vector<float>& images) {
   std::vector<ErrorSums> rows(size_t(target.mask->height));
-  tbb::parallel_for(size_t{0}, rows.size(),
-                    [&](size_t y) { rows[y] = CompareRow(target, edit, images, y); });
+  ParallelTasks(int64_t(rows.size()),
+                [&](size_t y) { rows[y] = CompareRow(target, edit, images, y); });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums += row;
   return sums;

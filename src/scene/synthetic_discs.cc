@@ -5,8 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include <tbb/parallel_for.h>
-
+#include "base/parallel.h"
 #include "kernels/common/types.h"
 #include "scene/synthetic_noise.h"
 
@@ -190,9 +189,8 @@ struct Silhouettes::Room {
 
 Silhouettes::Silhouettes(const World& world, const std::vector<TracedView>& views)
     : world_(world), views_(views), distances_(views.size()) {
-  tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
-    distances_[v] = DistanceToOutlines(views[v].truth.object_ids);
-  });
+  ParallelTasks(int64_t(views.size()),
+                [&](size_t v) { distances_[v] = DistanceToOutlines(views[v].truth.object_ids); });
 }
 
 std::vector<Silhouettes::Sight> Silhouettes::Sights(const Disc& disc, const Vec3 (&axes)[3]) const {

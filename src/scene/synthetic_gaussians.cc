@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 
+#include "base/parallel.h"
 #include "kernels/common/sh.h"
 #include "kernels/common/types.h"
 #include "scene/synthetic_discs.h"
@@ -90,7 +90,7 @@ class RadiusFinder {
 std::vector<std::vector<Seed>> CollectSeeds(const World& world,
                                             const std::vector<TracedView>& views, uint64_t seed) {
   std::vector<std::vector<std::vector<Seed>>> of_view(views.size());
-  tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
+  ParallelTasks(int64_t(views.size()), [&](size_t v) {
     const TracedView& view = views[v];
     const RadiusFinder finder(world, view);
     // Where discs are large, few candidates will do; most views only fill what others miss.
@@ -383,8 +383,7 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   monitor.Step("gaussians", 0, 1);
   auto seeds = CollectSeeds(world, views, HashOf(options.seed, 20));
   monitor.Step("gaussians", 0.25, 1);
-  tbb::parallel_for(size_t{0}, seeds.size(),
-                    [&](size_t p) { seeds[p] = Thin(std::move(seeds[p])); });
+  ParallelTasks(int64_t(seeds.size()), [&](size_t p) { seeds[p] = Thin(std::move(seeds[p])); });
   monitor.Step("gaussians", 0.5, 1);
 
   std::vector<Disc> discs;
@@ -393,7 +392,7 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   for (size_t part = 0; part < seeds.size(); ++part) {
     std::vector<Disc> of_part(seeds[part].size());
     std::vector<unsigned char> good(seeds[part].size());
-    tbb::parallel_for(size_t{0}, of_part.size(), [&](size_t i) {
+    ParallelTasks(int64_t(of_part.size()), [&](size_t i) {
       good[i] = MakeDisc(world, views, seeds[part][i], int(part), &of_part[i]);
     });
     for (size_t i = 0; i < of_part.size(); ++i) {
@@ -405,7 +404,7 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   const Silhouettes silhouettes(world, views);
   std::vector<Disc> fillers(discs.size());
   std::vector<unsigned char> filled(discs.size());
-  tbb::parallel_for(size_t{0}, discs.size(), [&](size_t i) {
+  ParallelTasks(int64_t(discs.size()), [&](size_t i) {
     silhouettes.KeepInside(&discs[i]);
     filled[i] = MakeFiller(world, discs[i], &fillers[i]);
     if (!filled[i]) return;
@@ -417,7 +416,7 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   }
   GaussianModel model;
   model.Resize(discs.size(), 3);
-  tbb::parallel_for(size_t{0}, discs.size(), [&](size_t i) {
+  ParallelTasks(int64_t(discs.size()), [&](size_t i) {
     FitColor(world, lighting, views, discs[i], &model.sh[i * size_t(kMaxShCoeffs) * 3]);
     if (world.MaterialOf(discs[i].part).textureless) {
       Misplace(world, eye, options.wall_bias, HashOf(options.seed, 22), &discs[i]);

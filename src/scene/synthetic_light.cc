@@ -6,9 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
+#include "base/parallel.h"
 #include "scene/synthetic_noise.h"
 
 namespace retint::synthetic {
@@ -75,7 +73,7 @@ Lighting::Lighting(const World& world, double coarseness, Monitor& monitor) : wo
     }
   }
   reflections_.resize(world_.materials.size());
-  tbb::parallel_for(size_t{0}, world_.materials.size(), [&](size_t i) {
+  ParallelTasks(int64_t(world_.materials.size()), [&](size_t i) {
     if (world_.materials[i].specular > 0) reflections_[i] = MakeReflection(int(i));
   });
   monitor.Step("light", 1, 1);
@@ -111,7 +109,7 @@ void Lighting::Bake(Charts* charts, int blurs, double progress0, double progress
       Chart& chart = of_part[c];
       chart.irradiance.assign(size_t(chart.nu) * size_t(chart.nv), Eigen::Vector3f::Zero());
       chart.valid.assign(chart.irradiance.size(), 0);
-      tbb::parallel_for(0, chart.nv, [&](int j) {
+      ParallelTasks(int64_t(chart.nv), [&](int j) {
         for (int i = 0; i < chart.nu; ++i) {
           const size_t index = size_t(j * chart.nu + i);
           const Surfel at =

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <unordered_set>
 
-#include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 
+#include "base/parallel.h"
 #include "scene/synthetic_noise.h"
 
 namespace retint::synthetic {
@@ -51,7 +51,7 @@ double Cornerness(const TracedView& view, int x, int y) {
 std::vector<Corner> FindCorners(const World& world, const std::vector<TracedView>& views,
                                 uint64_t seed) {
   std::vector<std::vector<Corner>> of_view(views.size());
-  tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
+  ParallelTasks(int64_t(views.size()), [&](size_t v) {
     const TracedView& view = views[v];
     const int width = view.parts.width, height = view.parts.height;
     for (int y0 = 2; y0 < height - 2; y0 += kCell) {

@@ -6,8 +6,7 @@
 #include <numbers>
 #include <type_traits>
 
-#include <tbb/parallel_for.h>
-
+#include "base/parallel.h"
 #include "scene/synthetic_noise.h"
 
 namespace retint::synthetic {
@@ -76,7 +75,7 @@ TracedView TraceView(const World& world, const Lighting& lighting, const PosedCa
   view.truth.object_ids = PixelArray<uint8_t, 1>(width, height);
   view.truth.normals = PixelArray<float, 3>(width, height);
   view.parts = PixelArray<int16_t, 1>(width, height, -1);
-  tbb::parallel_for(0, height, [&](int y) {
+  ParallelTasks(int64_t(height), [&](int y) {
     for (int x = 0; x < width; ++x) {
       Hit hit;
       if (!world.Intersect(PixelRay(camera, x + 0.5, y + 0.5), 1e-6, 1e3, &hit)) continue;
@@ -92,7 +91,7 @@ TracedView TraceView(const World& world, const Lighting& lighting, const PosedCa
     const float a = view.truth.depth(x, y), b = view.truth.depth(nx, ny);
     return std::abs(a - b) > 0.02f * a;
   };
-  tbb::parallel_for(0, height, [&](int y) {
+  ParallelTasks(int64_t(height), [&](int y) {
     for (int x = 0; x < width; ++x) {
       bool edge = false;
       for (int k = 0; k < 9 && !edge; ++k) edge = differs(x, y, x + k % 3 - 1, y + k / 3 - 1);
@@ -155,7 +154,7 @@ std::vector<std::vector<int>> FindWholeViews(const World& world,
   std::vector<std::vector<int>> whole(world.objects.size());
   std::vector<std::vector<unsigned char>> flags(world.objects.size(),
                                                 std::vector<unsigned char>(views.size(), 0));
-  tbb::parallel_for(size_t{0}, views.size(), [&](size_t v) {
+  ParallelTasks(int64_t(views.size()), [&](size_t v) {
     const TracedView& view = views[v];
     const int width = view.parts.width, height = view.parts.height;
     for (size_t object = 1; object < world.objects.size(); ++object) {

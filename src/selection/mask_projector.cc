@@ -11,9 +11,8 @@
 #include <string_view>
 #include <utility>
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include "base/error.h"
+#include "base/parallel.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
 
@@ -234,7 +233,7 @@ void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
       step();
       drawn[i] = share_renderer.Render(reconstruction.Posed(*views[end - 1 - i]));
     }
-    tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+    ParallelTasks(int64_t(count), [&](size_t i) {
       const Camera& camera = reconstruction.Posed(*views[end - 1 - i]).camera;
       group[i] = Mask(camera.width, camera.height);
     });
@@ -264,7 +263,7 @@ void Finish(ProjectedMasks* result) {
   for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
   std::vector<double> covered(masks.size());
   std::atomic<bool> any = false;
-  tbb::parallel_for(size_t{0}, masks.size(), [&](size_t i) {
+  ParallelTasks(int64_t(masks.size()), [&](size_t i) {
     int64_t inside = 0;
     uint8_t largest = 0;
     for (const uint8_t value : masks[i]->data) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/neighbors.h"
 
+#include "base/parallel.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <span>
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -42,10 +42,10 @@ std::vector<float> NeighborDistances(const std::vector<Eigen::Vector3f>& points,
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
   tree.setInputCloud(cloud);
   std::vector<float> distances(points.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 256), [&](const auto& range) {
+  ParallelRanges(int64_t(points.size()), 256, [&](int64_t begin, int64_t end) {
     std::vector<int> indices;
     std::vector<float> squared;
-    for (size_t i = range.begin(); i < range.end(); ++i) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
       tree.nearestKSearch((*cloud)[i], neighbors + 1, indices, squared);
       double sum = 0;
       for (size_t k = 1; k < squared.size(); ++k) sum += std::sqrt(squared[k]);

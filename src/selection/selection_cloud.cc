@@ -5,10 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include "base/error.h"
+#include "base/parallel.h"
 #include "selection/depth_sampling.h"
 #include "selection/neighbors.h"
 #include "selection/sampling.h"
@@ -97,8 +95,8 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   const Eigen::Quaterniond world_from_cam = view.cam_from_world.rotation.conjugate();
   const std::vector<size_t> sampled = SamplePixels(pixels, options.sample_fraction, options.seed);
   cloud.points.resize(sampled.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, sampled.size(), 1024), [&](const auto& range) {
-    for (size_t i = range.begin(); i < range.end(); ++i) {
+  ParallelRanges(int64_t(sampled.size()), 1024, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
       const int x = static_cast<int>(sampled[i] % size_t(mask.width));
       const int y = static_cast<int>(sampled[i] / size_t(mask.width));
       const double z = depth(x, y);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/view_depth.h"
 
+#include "base/parallel.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include <oneapi/tbb/parallel_for.h>
 #include <Eigen/LU>
 
 namespace retint {
@@ -89,8 +90,8 @@ SurfaceRenderer::SurfaceRenderer(Renderer& renderer, const Reconstruction& recon
                                  std::vector<SurfaceRequest> requests, uint16_t pixel_rows)
     : renderer_(renderer), requests_(std::move(requests)), pixel_rows_(pixel_rows) {
   std::vector<SparseDepths> found(requests_.size());
-  tbb::parallel_for(size_t{0}, found.size(),
-                    [&](size_t i) { found[i] = SparseDepthsOf(requests_[i], reconstruction); });
+  ParallelTasks(int64_t(found.size()),
+                [&](size_t i) { found[i] = SparseDepthsOf(requests_[i], reconstruction); });
   std::vector<double> pixels;
   sparse_begin_.push_back(0);
   for (const auto& sparse : found) {
@@ -136,7 +137,7 @@ void SurfaceRenderer::Correct(size_t first, std::vector<ViewSurface>* surfaces) 
   const std::vector<double> samples = renderer_.backend().Download(
       samples_.data() + begin, sparse_begin_[first + surfaces->size()] - begin);
   std::vector<DepthBias> biases(surfaces->size());
-  tbb::parallel_for(size_t{0}, biases.size(), [&](size_t i) {
+  ParallelTasks(int64_t(biases.size()), [&](size_t i) {
     const size_t from = sparse_begin_[first + i], count = sparse_begin_[first + i + 1] - from;
     biases[i] = FitDepthBias(std::span(samples).subspan(from - begin, count),
                              std::span(sparse_).subspan(from, count));
