@@ -13,6 +13,13 @@
 
 namespace retint::cuda {
 
+// Of a view that is prepared: visible Gaussians, entries of its tile lists, blocks that have
+// counted.
+struct ViewTotals {
+  unsigned rows, blocks_done;
+  unsigned long long entries;
+};
+
 // View-independent attributes; the 3D covariance is computed once, at upload.
 struct CudaModel : Model {
   CudaModel(int64_t count, int degree) {
@@ -26,6 +33,7 @@ struct CudaModel : Model {
   Scratch<float4> mean_opacity;      // [N] the same mean, and the activated opacity
   Scratch<Covariance3> covariances;  // [N]
   Scratch<float> coefficients;       // [N, K, 3]
+  Scratch<ViewTotals> totals;        // of the view under way; zero between views
 };
 
 // Explicit weights of a region: entries by tile and quarter of 8x8 pixels (4 tile + quarter), front

@@ -5,6 +5,7 @@
 
 #include "kernels/common/tiles.h"
 #include "kernels/cuda/geometry.cuh"
+#include "kernels/cuda/ordered_scan.cuh"
 #include "kernels/cuda/scan.cuh"
 
 namespace retint::cuda {
@@ -87,18 +88,25 @@ __device__ void ForStrips(const CameraParams& camera, const Splat& splat, const 
 // Behind every depth, which is positive and finite: what is not visible sorts last.
 constexpr uint32_t kBehindAll = 0x7fffffff;
 
-// Of a view, found by CountTilesKernel.
-struct Totals {
-  unsigned rows, padding;
-  unsigned long long entries;
+// What CountTilesKernel makes: of each Gaussian how many tiles it reaches (0: not visible), its
+// depth as sortable bits and its index; and zeroes for what later kernels accumulate.
+struct Counted {
+  uint32_t *tiles, *depths;
+  int32_t* indices;
+  int2* ranges;  // [grid_tiles] zeroed
+  int grid_tiles;
+  ScanState scan;  // zeroed
+  ViewTotals *totals, *found;
 };
 
-// How many tiles each Gaussian reaches (0: not visible), its depth as sortable bits, and the sums.
 __global__ void __launch_bounds__(kThreads)
     CountTilesKernel(int64_t count, CameraParams camera, const float4* mean_opacity,
-                     const Covariance3* covariances, uint32_t* tiles, uint32_t* depths,
-                     int32_t* indices, Totals* totals) {
+                     const Covariance3* covariances, Counted out) {
   const int64_t g = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
+  for (int64_t i = g; i < out.grid_tiles; i += int64_t(gridDim.x) * blockDim.x) {
+    out.ranges[i] = {0, 0};
+  }
+  out.scan.Clear(g);
   Splat splat;
   Reach reach;
   TileRows strips{0, -1, 0, 0};
@@ -114,14 +122,51 @@ __global__ void __launch_bounds__(kThreads)
         if (mine) number += sum;
       });
   if (g < count) {
-    tiles[g] = number;
-    depths[g] = number ? __float_as_uint(splat.depth) : kBehindAll;
-    indices[g] = int32_t(g);
+    out.tiles[g] = number;
+    out.depths[g] = number ? __float_as_uint(splat.depth) : kBehindAll;
+    out.indices[g] = int32_t(g);
   }
+  __shared__ unsigned long long entries;
+  if (threadIdx.x == 0) entries = 0;
   const int visible = __syncthreads_count(number > 0);
   const unsigned long long sum = WarpSum(number);
-  if (threadIdx.x % 32 == 0 && sum) atomicAdd(&totals->entries, sum);
-  if (threadIdx.x == 0 && visible) atomicAdd(&totals->rows, unsigned(visible));
+  if (threadIdx.x % 32 == 0 && sum) atomicAdd(&entries, sum);
+  __syncthreads();
+  if (threadIdx.x > 0) return;
+  if (visible) {
+    atomicAdd(&out.totals->rows, unsigned(visible));
+    atomicAdd(&out.totals->entries, entries);
+  }
+  __threadfence();
+  if (atomicAdd(&out.totals->blocks_done, 1u) + 1 < gridDim.x) return;
+  // The last block tells the host and leaves zeroes for the next view.
+  out.found->rows = atomicExch(&out.totals->rows, 0u);
+  out.found->entries = atomicExch(&out.totals->entries, 0ull);
+  out.totals->blocks_done = 0;
+  __threadfence_system();
+  *static_cast<volatile unsigned*>(&out.found->blocks_done) = 1;
+}
+
+// Depths are sorted without their last bits, a pass less. This puts those that only these tell
+// apart in order: `order` and `sorted` are stable, so that of equal ones the first index is first.
+constexpr int kSkippedBits = 7;
+__global__ void SettleOrderKernel(int64_t rows, const uint32_t* sorted, const int32_t* order,
+                                  int32_t* settled) {
+  const int64_t r = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (r >= rows) return;
+  const uint32_t depth = sorted[r], leading = depth >> kSkippedBits;
+  int64_t to = r;
+  for (int64_t i = r; i > 0; --i) {
+    const uint32_t before = sorted[i - 1];
+    if (before >> kSkippedBits != leading) break;
+    if (before > depth) --to;
+  }
+  for (int64_t i = r + 1; i < rows; ++i) {
+    const uint32_t behind = sorted[i];
+    if (behind >> kSkippedBits != leading) break;
+    if (behind < depth) ++to;
+  }
+  settled[to] = order[r];
 }
 
 // Blocks start in order: tiles of many splats first leave no block that runs on alone at the end.
@@ -155,27 +200,53 @@ __global__ void __launch_bounds__(kOrderThreads)
   }
 }
 
-// Rows in their final order: the splat of each and the number of its tiles.
-__global__ void RowsKernel(int64_t count, CameraParams camera, const int32_t* gaussians,
-                           const float4* mean_opacity, const Covariance3* covariances,
-                           const uint32_t* tiles, int32_t* rows, Splat* splats, uint32_t* counts) {
-  const int64_t r = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (r >= count) return;
-  const int32_t g = gaussians[r];
-  Splat splat;
-  Reach reach;
-  Project(camera, mean_opacity[g], covariances[g], &splat, &reach);
-  rows[r] = g;
-  splats[r] = splat;
-  counts[r] = tiles[g];
+// Rows in their final order: the splat of each, and where its entries end.
+__global__ void __launch_bounds__(kThreads)
+    RowsKernel(int64_t count, CameraParams camera, const int32_t* gaussians,
+               const float4* mean_opacity, const Covariance3* covariances, const uint32_t* tiles,
+               ScanState scan, int32_t* rows, Splat* splats, uint32_t* ends) {
+  const int block = scan.NextBlock();
+  const int64_t r = int64_t(block) * kThreads + threadIdx.x;
+  unsigned number = 0;
+  if (r < count) {
+    const int32_t g = gaussians[r];
+    Splat splat;
+    Reach reach;
+    Project(camera, mean_opacity[g], covariances[g], &splat, &reach);
+    rows[r] = g;
+    splats[r] = splat;
+    number = tiles[g];
+  }
+  const uint32_t end = scan.InclusiveSum<kThreads>(block, number);
+  if (r < count) ends[r] = end;
 }
+
+// (tile, row) pairs as keys and values, or as words with the row below: where both fit into 32 bits
+// half the memory is moved.
+template <typename Key>
+struct Pairs {
+  Key* keys;
+  int32_t* rows;
+  __device__ void Write(uint32_t at, int tile, int32_t row) const {
+    keys[at] = Key(tile);
+    rows[at] = row;
+  }
+};
+
+struct Words {
+  uint32_t* words;
+  int row_bits;
+  __device__ void Write(uint32_t at, int tile, int32_t row) const {
+    words[at] = uint32_t(tile) << row_bits | uint32_t(row);
+  }
+};
 
 // Writes the (tile, row) pairs of every row at its offset. Neighbours in depth go to different
 // warps: those far away are large together.
-template <typename Key>
+template <typename Out>
 __global__ void __launch_bounds__(kThreads)
     EmitKernel(int64_t count, CameraParams camera, const Splat* splats, const uint32_t* ends,
-               Key* keys, int32_t* rows) {
+               Out out) {
   const int64_t thread = int64_t(blockIdx.x) * kThreads + threadIdx.x;
   const int64_t warps = int64_t(gridDim.x) * (kThreads / 32);
   const int lane = threadIdx.x % 32;
@@ -195,8 +266,7 @@ __global__ void __launch_bounds__(kThreads)
       camera, splat, reach, strips,
       [&](int strip, int first, int last) {
         for (int column = first; column <= last; ++column, ++offset) {
-          keys[offset] = Key(strip * grid.tiles_x + column);
-          rows[offset] = int32_t(r);
+          out.Write(offset, strip * grid.tiles_x + column, int32_t(r));
         }
       },
       [&](bool mine, int strip, int first, int last) {
@@ -210,41 +280,86 @@ __global__ void __launch_bounds__(kThreads)
         }
         uint32_t at = __shfl_sync(kFullWarp, offset, source) + end - length;
         for (int column = first; column <= last; ++column, ++at) {
-          keys[at] = Key(strip * grid.tiles_x + column);
-          rows[at] = row;
+          out.Write(at, strip * grid.tiles_x + column, row);
         }
         const unsigned total = __shfl_sync(kFullWarp, end, 31);
         if (mine) offset += total;
       });
 }
 
-// First and end entry of every tile of the grid; zero-initialised by the caller.
-template <typename Key>
-__global__ void TileRangesKernel(int64_t count, const Key* keys, int2* ranges) {
-  const int64_t e = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (e >= count) return;
-  const Key tile = keys[e];
-  if (e == 0 || keys[e - 1] != tile) ranges[tile].x = int(e);
-  if (e + 1 == count || keys[e + 1] != tile) ranges[tile].y = int(e + 1);
+// First and end entry of every tile of the grid, zero where it has none; tile_of(e) is ascending.
+template <typename TileOf>
+__device__ void MarkRange(int64_t e, int64_t count, const TileOf& tile_of, int2* ranges) {
+  const auto tile = tile_of(e);
+  if (e == 0 || tile_of(e - 1) != tile) ranges[tile].x = int(e);
+  if (e + 1 == count || tile_of(e + 1) != tile) ranges[tile].y = int(e + 1);
 }
 
 template <typename Key>
-void BinRows(const CameraParams& camera, const uint32_t* ends, int64_t rows, int64_t entries,
-             int grid_tiles, CudaViewGeometry* view, cudaStream_t stream) {
+__global__ void TileRangesKernel(int64_t count, const Key* keys, int2* ranges) {
+  const int64_t e = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (e < count)
+    MarkRange(
+        e, count, [&](int64_t i) { return keys[i]; }, ranges);
+}
+
+__global__ void UnpackKernel(int64_t count, const uint32_t* words, int row_bits, int32_t* entries,
+                             int2* ranges) {
+  const int64_t e = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (e >= count) return;
+  entries[e] = int32_t(words[e] & ((1u << row_bits) - 1));
+  MarkRange(
+      e, count, [&](int64_t i) { return words[i] >> row_bits; }, ranges);
+}
+
+template <typename Out>
+void Emit(const CudaViewGeometry& view, const uint32_t* ends, const Out& out, cudaStream_t stream) {
+  EmitKernel<<<Blocks(view.num_rows(), kThreads), kThreads, 0, stream>>>(
+      view.num_rows(), view.camera(), view.splats.data(), ends, out);
+  Check(cudaGetLastError(), "EmitKernel");
+}
+
+template <typename Key>
+void BinPairs(const uint32_t* ends, int64_t entries, int tile_bits, CudaViewGeometry* view,
+              cudaStream_t stream) {
   Scratch<Key> keys(stream, size_t(entries)), sorted_keys(stream, size_t(entries));
   Scratch<int32_t> values(stream, size_t(entries));
-  view->entries = Scratch<int32_t>(stream, size_t(entries));
-  EmitKernel<Key><<<Blocks(rows, kThreads), kThreads, 0, stream>>>(
-      rows, camera, view->splats.data(), ends, keys.data(), values.data());
-  Check(cudaGetLastError(), "EmitKernel");
+  Emit(*view, ends, Pairs<Key>{keys.data(), values.data()}, stream);
   WithTemporary(stream, "cub::DeviceRadixSort", [&](void* memory, size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(memory, bytes, keys.data(), sorted_keys.data(),
                                            values.data(), view->entries.data(), entries, 0,
-                                           BitsOf(uint32_t(grid_tiles - 1)), stream);
+                                           tile_bits, stream);
   });
   TileRangesKernel<Key><<<Blocks(entries, kThreads), kThreads, 0, stream>>>(
       entries, sorted_keys.data(), view->ranges.data());
   Check(cudaGetLastError(), "TileRangesKernel");
+}
+
+void BinWords(const uint32_t* ends, int64_t entries, int tile_bits, int row_bits,
+              CudaViewGeometry* view, cudaStream_t stream) {
+  Scratch<uint32_t> words(stream, size_t(entries)), sorted(stream, size_t(entries));
+  Emit(*view, ends, Words{words.data(), row_bits}, stream);
+  WithTemporary(stream, "cub::DeviceRadixSort", [&](void* memory, size_t& bytes) {
+    return cub::DeviceRadixSort::SortKeys(memory, bytes, words.data(), sorted.data(), entries,
+                                          row_bits, row_bits + tile_bits, stream);
+  });
+  UnpackKernel<<<Blocks(entries, kThreads), kThreads, 0, stream>>>(
+      entries, sorted.data(), row_bits, view->entries.data(), view->ranges.data());
+  Check(cudaGetLastError(), "UnpackKernel");
+}
+
+// The tile lists of a view whose entries end where `ends` says: stable, so in order of rows.
+void BinRows(const uint32_t* ends, int64_t entries, CudaViewGeometry* view, cudaStream_t stream) {
+  const int tile_bits = BitsOf(uint32_t(view->tiles_x() * view->tiles_y() - 1));
+  const int row_bits = BitsOf(uint32_t(view->num_rows() - 1));
+  view->entries = Scratch<int32_t>(stream, size_t(entries));
+  if (tile_bits + row_bits <= 32) {
+    BinWords(ends, entries, tile_bits, row_bits, view, stream);
+  } else if (tile_bits <= 16) {
+    BinPairs<uint16_t>(ends, entries, tile_bits, view, stream);
+  } else {
+    BinPairs<uint32_t>(ends, entries, tile_bits, view, stream);
+  }
 }
 
 }  // namespace
@@ -264,6 +379,8 @@ std::unique_ptr<CudaModel> Upload(const GaussianArrays& host, cudaStream_t strea
   const auto logits = copy(host.opacity_logits, n);
   model->mean_opacity = Scratch<float4>(stream, n);
   model->covariances = Scratch<Covariance3>(stream, n);
+  model->totals = Scratch<ViewTotals>(stream, 1);
+  Check(cudaMemsetAsync(model->totals.data(), 0, sizeof(ViewTotals), stream), "cudaMemsetAsync");
   if (n > 0) {
     ActivateKernel<<<Blocks(host.count, kThreads), kThreads, 0, stream>>>(
         host.count, model->means.data(), quats.data(), scales.data(), logits.data(),
@@ -280,25 +397,29 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
   view->SetShape(camera, 0);
   const int grid_tiles = view->tiles_x() * view->tiles_y();
   view->ranges = Scratch<int2>(stream, size_t(grid_tiles));
-  Check(cudaMemsetAsync(view->ranges.data(), 0, view->ranges.bytes(), stream), "cudaMemsetAsync");
   const int64_t n = model.count();
-  if (n == 0) return view;
+  if (n == 0) {
+    Check(cudaMemsetAsync(view->ranges.data(), 0, view->ranges.bytes(), stream), "cudaMemsetAsync");
+    return view;
+  }
 
   Scratch<uint32_t> tiles(stream, size_t(n)), depths(stream, size_t(n)), sorted(stream, size_t(n));
   Scratch<int32_t> indices(stream, size_t(n)), order(stream, size_t(n));
-  Scratch<Totals> totals(stream, 1);
-  Check(cudaMemsetAsync(totals.data(), 0, sizeof(Totals), stream), "cudaMemsetAsync");
+  const Scratch<unsigned long long> scan_words(stream, ScanState::Words(Blocks(n, kThreads)));
+  const ScanState scan(scan_words.data(), Blocks(n, kThreads));
+  HostWords<ViewTotals> totals;
   CountTilesKernel<<<Blocks(n, kThreads), kThreads, 0, stream>>>(
-      n, camera, model.mean_opacity.data(), model.covariances.data(), tiles.data(), depths.data(),
-      indices.data(), totals.data());
+      n, camera, model.mean_opacity.data(), model.covariances.data(),
+      {tiles.data(), depths.data(), indices.data(), view->ranges.data(), grid_tiles, scan,
+       model.totals.data(), totals.device()});
   Check(cudaGetLastError(), "CountTilesKernel");
   // All are sorted, so that the host need not wait for the number of visible ones first.
-  const PendingReadBack<Totals> pending(stream, totals.data());
   WithTemporary(stream, "cub::DeviceRadixSort", [&](void* memory, size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(memory, bytes, depths.data(), sorted.data(),
-                                           indices.data(), order.data(), n, 0, 31, stream);
+                                           indices.data(), order.data(), n, kSkippedBits, 31,
+                                           stream);
   });
-  const Totals found = pending.Wait();
+  const ViewTotals found = totals.Wait(stream, &ViewTotals::blocks_done);
   const int64_t rows = found.rows, entries = int64_t(found.entries);
   view->SetShape(camera, rows);
   if (rows == 0) return view;
@@ -308,17 +429,15 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
   }
   view->gaussians = Scratch<int32_t>(stream, size_t(rows));
   view->splats = Scratch<Splat>(stream, size_t(rows));
-  Scratch<uint32_t> counts(stream, size_t(rows)), ends(stream, size_t(rows));
+  Scratch<uint32_t> ends(stream, size_t(rows));
+  SettleOrderKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(rows, sorted.data(),
+                                                                     order.data(), indices.data());
+  Check(cudaGetLastError(), "SettleOrderKernel");
   RowsKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(
-      rows, camera, order.data(), model.mean_opacity.data(), model.covariances.data(), tiles.data(),
-      view->gaussians.data(), view->splats.data(), counts.data());
+      rows, camera, indices.data(), model.mean_opacity.data(), model.covariances.data(),
+      tiles.data(), scan, view->gaussians.data(), view->splats.data(), ends.data());
   Check(cudaGetLastError(), "RowsKernel");
-  InclusiveSum(rows, counts.data(), ends.data(), stream);
-  if (grid_tiles <= 65536) {
-    BinRows<uint16_t>(camera, ends.data(), rows, entries, grid_tiles, view.get(), stream);
-  } else {
-    BinRows<uint32_t>(camera, ends.data(), rows, entries, grid_tiles, view.get(), stream);
-  }
+  BinRows(ends.data(), entries, view.get(), stream);
   view->order = Scratch<int32_t>(stream, size_t(grid_tiles));
   OrderTilesKernel<<<1, kOrderThreads, 0, stream>>>(grid_tiles, view->ranges.data(),
                                                     view->order.data());

@@ -2,6 +2,7 @@
 // CUB's device-wide algorithms with their temporary memory, and small results brought to the host.
 #pragma once
 
+#include <atomic>
 #include <cstring>
 #include <memory>
 #include <tuple>
@@ -38,29 +39,29 @@ inline char* PinnedWords() {
   return words.get();
 }
 
-// A copy to the host under way while later work is queued. One at a time a thread.
+// A value that a kernel writes to the host while later work is queued; one member, 0 at first, says
+// when it is there. One at a time a thread.
 template <typename T>
-class PendingReadBack {
+class HostWords {
  public:
-  PendingReadBack(cudaStream_t stream, const T* device) {
+  HostWords() {
     static_assert(sizeof(T) <= 64);
-    Check(cudaEventCreateWithFlags(&done_, cudaEventDisableTiming), "cudaEventCreate");
-    Check(cudaMemcpyAsync(PinnedWords(), device, sizeof(T), cudaMemcpyDeviceToHost, stream),
-          "cudaMemcpyAsync");
-    Check(cudaEventRecord(done_, stream), "cudaEventRecord");
+    std::memset(PinnedWords(), 0, sizeof(T));
   }
-  ~PendingReadBack() { cudaEventDestroy(done_); }
-  PendingReadBack(const PendingReadBack&) = delete;
-  PendingReadBack& operator=(const PendingReadBack&) = delete;
-  T Wait() const {
-    Check(cudaEventSynchronize(done_), "cudaEventSynchronize");
-    T value;
-    std::memcpy(&value, PinnedWords(), sizeof(T));
-    return value;
+  T* device() const { return reinterpret_cast<T*>(PinnedWords()); }
+  // The kernel sets `done` last, after a system-wide fence.
+  template <typename Flag>
+  T Wait(cudaStream_t stream, Flag T::*done) const {
+    constexpr int kLooks = 4096;  // before the stream is asked whether it failed
+    const volatile Flag& flag = device()->*done;
+    for (int look = 1; !flag; ++look) {
+      if (look % kLooks) continue;
+      const cudaError_t state = cudaStreamQuery(stream);
+      if (state != cudaErrorNotReady) Check(state, "cudaStreamQuery");
+    }
+    std::atomic_thread_fence(std::memory_order_acquire);
+    return *device();
   }
-
- private:
-  cudaEvent_t done_ = nullptr;
 };
 
 // A few values of the device, at the price of one wait.

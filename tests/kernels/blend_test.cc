@@ -257,6 +257,29 @@ TEST_P(BlendOp, RowsAreSortedByDepthAndIndex) {
   EXPECT_GT(twins, 20);
 }
 
+TEST_P(BlendOp, RowsThatDifferInTheLastBitsOfDepthAreSorted) {
+  CameraParams camera = TestCamera(120, 80);
+  const float identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  std::copy_n(identity, 9, camera.rotation);
+  std::fill_n(camera.translation, 3, 0.0f);
+  TestModel model = RandomModel(rng_, 3000);
+  std::vector<float> depths;
+  for (size_t g = 0; g < 3000; ++g) {
+    // A thousand at one depth, the others within 400 of a float's steps.
+    const auto steps = g % 3 ? rng_() % 400 : 200;
+    depths.push_back(5 + float(steps) * 0x1p-21f);
+    model.means[3 * g + 2] = depths.back();
+  }
+  const auto uploaded = backend_->UploadModel(model.arrays());
+  const auto rows = RowsOf(*backend_, *backend_->PrepareView(*uploaded, camera));
+  ASSERT_GT(rows.size(), 1000u);
+  auto sorted = rows;
+  std::sort(sorted.begin(), sorted.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](int32_t a, int32_t b) { return depths[size_t(a)] < depths[size_t(b)]; });
+  EXPECT_EQ(rows, sorted);
+}
+
 TEST_P(BlendOp, KeepsPixelsOutsideOnRequest) {
   const TestModel model = RandomModel(rng_, 1);
   const auto uploaded = backend_->UploadModel(model.arrays());
