@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "base/error.h"
+#include "base/parallel.h"
 #include "selection/depth_sampling.h"
 #include "selection/neighbors.h"
 #include "selection/registration_solver.h"
@@ -17,6 +18,8 @@
 
 namespace retint {
 namespace {
+
+constexpr int64_t kGrain = 2048;  // points a piece of a parallel loop
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -74,15 +77,20 @@ LocalCloud PointsOfView(const SelectionCloud& cloud, const PosedCamera& view,
         cloud.sources.begin());
   }
   local.idx.reserve(cloud.points.size());
-  local.in_cam.reserve(cloud.points.size());
-  local.normals.reserve(cloud.points.size());
   for (size_t i = 0; i < cloud.points.size(); ++i) {
     const auto& point = cloud.points[i];
     if (source < cloud.sources.size() && point.source != source) continue;
     local.idx.push_back(i);
-    local.in_cam.push_back(view.cam_from_world * point.position.cast<double>());
-    local.normals.push_back(view.cam_from_world.rotation * point.normal.cast<double>());
   }
+  local.in_cam.resize(local.idx.size());
+  local.normals.resize(local.idx.size());
+  ParallelRanges(int64_t(local.idx.size()), kGrain, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
+      const auto& point = cloud.points[local.idx[i]];
+      local.in_cam[i] = view.cam_from_world * point.position.cast<double>();
+      local.normals[i] = view.cam_from_world.rotation * point.normal.cast<double>();
+    }
+  });
   return local;
 }
 
@@ -91,15 +99,18 @@ LocalCloud PointsOfView(const SelectionCloud& cloud, const PosedCamera& view,
 bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Camera& camera,
                   const DepthMap& depth) {
   if (!local.has_pixels || local.idx.empty()) return false;
-  std::vector<double> shifts;
-  shifts.reserve(local.idx.size());
-  for (size_t i = 0; i < local.idx.size(); ++i) {
-    const auto& point = cloud.points[local.idx[i]];
-    if (!depth.Contains(point.x, point.y) || !HasDepth(depth, point.x, point.y)) continue;
-    const double z = depth(point.x, point.y);
-    const Eigen::Vector2d ray = *camera.CamFromImg({point.x + 0.5, point.y + 0.5});
-    shifts.push_back((local.in_cam[i] - Eigen::Vector3d(ray.x() * z, ray.y() * z, z)).norm() / z);
-  }
+  constexpr double kUnknown = -1;
+  std::vector<double> shifts(local.idx.size(), kUnknown);
+  ParallelRanges(int64_t(shifts.size()), kGrain, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
+      const auto& point = cloud.points[local.idx[i]];
+      if (!depth.Contains(point.x, point.y) || !HasDepth(depth, point.x, point.y)) continue;
+      const double z = depth(point.x, point.y);
+      const Eigen::Vector2d ray = *camera.CamFromImg({point.x + 0.5, point.y + 0.5});
+      shifts[i] = (local.in_cam[i] - Eigen::Vector3d(ray.x() * z, ray.y() * z, z)).norm() / z;
+    }
+  });
+  std::erase(shifts, kUnknown);
   constexpr double kSame = 1e-4;  // far below any depth error, far above float rounding
   return shifts.size() * 2 > local.idx.size() && Median(shifts) < kSame;
 }
@@ -269,7 +280,7 @@ void Apply(const RegistrationTransform& transform, const LocalCloud& local,
            const Rigid3d& cam_from_world, SelectionCloud* cloud) {
   const Rigid3d world_from_cam = cam_from_world.Inverse();
   const Sim3d sim = transform.Similarity();
-  for (size_t i = 0; i < local.idx.size(); ++i) {
+  const auto move = [&](size_t i) {
     auto& point = cloud->points[local.idx[i]];
     const Eigen::Vector3d& before = local.in_cam[i];
     const Eigen::Vector3d after = transform * before;
@@ -282,7 +293,10 @@ void Apply(const RegistrationTransform& transform, const LocalCloud& local,
     point.position = (world_from_cam * after).cast<float>();
     point.normal = (world_from_cam.rotation * (sim.rotation * normal)).cast<float>();
     point.footprint *= static_cast<float>(sim.scale / (transform.a + transform.b * before.z()));
-  }
+  };
+  ParallelRanges(int64_t(local.idx.size()), kGrain, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) move(i);
+  });
 }
 
 Sim3d InWorld(const Sim3d& in_cam, const Rigid3d& cam_from_world) {

@@ -43,17 +43,31 @@ uint8_t ToByte(float value) {
   return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
 }
 
-std::vector<SelectionPoint> WithoutOutliers(const std::vector<SelectionPoint>& points,
-                                            const CloudOptions& options, Backend* backend) {
-  std::vector<Eigen::Vector3f> positions;
-  positions.reserve(points.size());
-  for (const auto& point : points) positions.push_back(point.position);
-  std::vector<SelectionPoint> kept;
+void DropOutliers(const CloudOptions& options, Backend* backend,
+                  std::vector<SelectionPoint>* points) {
+  std::vector<Eigen::Vector3f> positions(points->size());
+  std::transform(points->begin(), points->end(), positions.begin(),
+                 [](const SelectionPoint& point) { return point.position; });
+  size_t kept = 0;
   for (const int idx :
        StatisticalInliers(positions, options.outlier_neighbors, options.outlier_stddev, backend)) {
-    kept.push_back(points[static_cast<size_t>(idx)]);
+    (*points)[kept++] = (*points)[static_cast<size_t>(idx)];
   }
-  return kept;
+  points->resize(kept);
+}
+
+// Of the painted pixels those with depth, in order; counts all of them.
+std::vector<size_t> PixelsWithDepth(const Mask& mask, const DepthMap& depth, int64_t* painted) {
+  std::vector<size_t> pixels;
+  *painted = std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t m) { return m > 0; });
+  pixels.reserve(static_cast<size_t>(*painted));
+  for (int y = 0; y < mask.height; ++y) {
+    const size_t begin = mask.Index(0, y), end = begin + static_cast<size_t>(mask.width);
+    for (size_t i = begin; i < end; ++i) {
+      if (mask.data[i] > 0 && HasDepth(depth, static_cast<int>(i - begin), y)) pixels.push_back(i);
+    }
+  }
+  return pixels;
 }
 
 }  // namespace
@@ -76,14 +90,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   if (!image.Empty()) RequireSize(image, view.camera, "image");
 
   CloudSummary counts;
-  std::vector<size_t> pixels;
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      if (mask(x, y) == 0) continue;
-      ++counts.mask_pixels;
-      if (HasDepth(depth, x, y)) pixels.push_back(mask.Index(x, y));
-    }
-  }
+  const std::vector<size_t> pixels = PixelsWithDepth(mask, depth, &counts.mask_pixels);
   if (counts.mask_pixels == 0) throw InputError("the mask of view " + view_name + " is empty");
   if (pixels.empty()) {
     throw InputError("no pixel of the mask of view " + view_name + " has a depth");
@@ -114,7 +121,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
     }
   });
   counts.sampled = static_cast<int64_t>(cloud.points.size());
-  cloud.points = WithoutOutliers(cloud.points, options, backend);
+  DropOutliers(options, backend, &cloud.points);
   counts.kept = static_cast<int64_t>(cloud.points.size());
   if (summary) *summary = counts;
   return cloud;
