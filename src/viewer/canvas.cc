@@ -13,6 +13,7 @@ namespace retint {
 namespace {
 
 constexpr int kRestMs = 90;       // without a movement, before the sharp frame is asked for
+constexpr double kPromptMs = 30;  // a sharp frame that takes longer comes after a small one
 constexpr int kNewsMs = 250;      // between frames that only show the optimiser's progress
 constexpr int kFlyMs = 15;        // between steps of flying
 constexpr double kSplitGrab = 8;  // pixels to either side of the line
@@ -100,8 +101,8 @@ void Canvas::OnSh() {
     }
     return;
   }
-  // A colour that is being dragged wants an answer.
-  const bool dragged = frame_ && frame_->milliseconds > 60;
+  // A colour that is being dragged wants an answer, before a sharp frame could give it.
+  const bool dragged = sharp_ms_ > kPromptMs;
   Request(moving_ || dragged);
   if (dragged) rest_.start();
 }
@@ -143,6 +144,7 @@ void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
     }
     since_frame_.start();
   }
+  if (!frame->moving) sharp_ms_ = frame->milliseconds;
   frame_ = std::move(frame);
   update();
   Q_EMIT frameShown();

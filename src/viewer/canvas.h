@@ -123,6 +123,7 @@ class Canvas : public QWidget {
 
   std::shared_ptr<const Frame> frame_;
   bool moving_ = false;
+  double sharp_ms_ = 0;  // that the newest sharp frame took
   uint64_t serial_ = 0;  // of the newest request
   double fps_ = 0;
   QElapsedTimer since_frame_;
