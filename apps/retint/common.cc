@@ -178,6 +178,10 @@ void AddDepthOptions(CLI::App* verb, SelectArguments& select, const std::string&
                    "stereo-hv: agree (mean where pairs agree, else nearest) or min (the paper's)")
       ->check(CLI::IsMember({"agree", "min"}))
       ->group(kGroup);
+  verb->add_option("--matcher", select.matcher,
+                   "stereo-hv: census (the same on every backend) or sgbm (OpenCV's, on the CPU)")
+      ->check(CLI::IsMember({"census", "sgbm"}))
+      ->group(kGroup);
   verb->add_option("--baseline", stereo.baseline,
                    "stereo-hv: baseline in the workspace's unit; 0 chooses it")
       ->group(kGroup);
@@ -211,6 +215,8 @@ SelectOptions Resolve(const SelectArguments& select, const Globals& globals) {
   options.method = select.method;
   options.depth.stereo_hv.aggregate =
       select.aggregate == "min" ? StereoAggregate::kMin : StereoAggregate::kAgree;
+  options.depth.stereo_hv.matcher =
+      select.matcher == "sgbm" ? StereoMatcherKind::kSgbm : StereoMatcherKind::kCensus;
   options.register_cloud = !select.no_registration;
   options.cloud.seed = globals.seed;
   options.registration.seed = globals.seed;

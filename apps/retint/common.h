@@ -92,7 +92,7 @@ void RequirePhotos(const EditSession& session);
 
 // --method and what tunes it, cloud and registration options.
 struct SelectArguments {
-  std::string method = "stereo-hv", aggregate = "agree";
+  std::string method = "stereo-hv", aggregate = "agree", matcher = "census";
   bool no_registration = false;
   SelectOptions options;
 };

@@ -152,25 +152,4 @@ std::unique_ptr<StereoOps> MakeStereoOps(cudaStream_t stream) {
   return std::make_unique<CudaStereoOps>(stream);
 }
 
-void RequireGrid(const StereoView& view, int width, int height) {
-  if (width < 1 || height < 1 || view.x > 0 || view.y > 0 || view.x + view.width < width ||
-      view.y + view.height < height) {
-    throw std::invalid_argument("an image of a stereo pair must hold the whole grid");
-  }
-}
-
-void RequireViews(const StereoView& reference, const StereoView* shifted, int num_shifted,
-                  int width, int height) {
-  if (num_shifted < 1 || num_shifted > kMaxStereoViews) {
-    throw std::invalid_argument("stereo takes 1 to 4 shifted views");
-  }
-  RequireGrid(reference, width, height);
-  for (int k = 0; k < num_shifted; ++k) {
-    RequireGrid(shifted[k], width, height);
-    if (shifted[k].dx * shifted[k].dx + shifted[k].dy * shifted[k].dy != 1) {
-      throw std::invalid_argument("a shifted view moves along one axis");
-    }
-  }
-}
-
 }  // namespace retint::cuda

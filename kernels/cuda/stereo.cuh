@@ -4,8 +4,8 @@
 
 #include <memory>
 
+#include "kernels/common/stereo.h"
 #include "kernels/cuda/device.cuh"
-#include "kernels/stereo.h"
 
 namespace retint::cuda {
 
@@ -14,12 +14,6 @@ std::unique_ptr<StereoOps> MakeStereoOps(cudaStream_t stream);
 void MatchStereo(const StereoMatchParams& params, cudaStream_t stream);
 void ArbitrateStereo(const StereoArbitrateParams& params, cudaStream_t stream);
 void RefineStereo(const StereoRefineParams& params, cudaStream_t stream);
-
-// std::invalid_argument unless `view` holds the whole grid.
-void RequireGrid(const StereoView& view, int width, int height);
-// The same for all of them; every shifted one moves along one axis.
-void RequireViews(const StereoView& reference, const StereoView* shifted, int num_shifted,
-                  int width, int height);
 
 // Border modes of image filters: ... 2 1 0 1 2 ... and ... 0 0 0 1 2 ...
 __device__ inline int Clamped(int x, int size) { return x < 0 ? 0 : x >= size ? size - 1 : x; }

@@ -1,59 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Semi-global matching: census transforms, a byte of cost for each pixel and disparity, one volume
-// of aggregated costs a path, then the best disparity both ways. Done in matcher pixels (u, v): u
-// runs along the baseline so that content of the shifted view lies at u - s, whichever way the view
-// was shifted.
+// of aggregated costs a path, then the best disparity both ways. Done in matcher pixels (u, v), see
+// kernels/common/stereo.h, which has the rules that all backends share.
 //
 // Aggregation follows Hirschmueller (2008): L(p, d) = C(p, d) + min(L(q, d), L(q, d +- 1) + P1,
 // min_k L(q, k) + P2) - min_k L(q, k), q the pixel before p on the path. L is at most the largest
 // cost plus P2, which is kept below 256, so that a byte holds it.
-#include <stdexcept>
-#include <string>
-
 #include "kernels/cuda/stereo.cuh"
 
 namespace retint::cuda {
 namespace {
 
-constexpr int kCensusU = 4, kCensusV = 3;  // radii of the census window
-// A bit for each pixel of the window but the middle, and one that says that all are alike.
-constexpr int kMaxCost = (2 * kCensusU + 1) * (2 * kCensusV + 1);
 constexpr uint64_t kFlat = uint64_t{1} << 63;
-static_assert(kMaxCost <= 63);
 
 // A pixel's costs are bytes, four to a word. Eight lanes of a warp share a pixel; lane l has the W
 // = count / 32 words of the disparities from 4 W l on, word w of them at [w * kLanes + l], so that
 // the lanes lie side by side.
 constexpr int kLanes = 8;
 
-// Matcher pixels of a pair: (u, v) is pixel start + u step_u + v step_v of an image.
-struct Orientation {
-  int width, height;  // extent of u and v
-  int2 start, step_u, step_v;
-  __host__ __device__ int2 Pixel(int u, int v) const {
-    return {start.x + u * step_u.x + v * step_v.x, start.y + u * step_u.y + v * step_v.y};
-  }
-};
-
-Orientation Orient(const StereoView& view) {
-  const int w = view.width, h = view.height;
-  if (view.dx < 0) return {w, h, {0, 0}, {1, 0}, {0, 1}};
-  if (view.dx > 0) return {w, h, {w - 1, 0}, {-1, 0}, {0, 1}};
-  if (view.dy < 0) return {h, w, {0, 0}, {0, 1}, {1, 0}};
-  return {h, w, {0, h - 1}, {0, -1}, {1, 0}};
-}
-
 // census [v, u]: a bit for each other pixel of the window, set where it is darker than the middle,
 // and kFlat where none is darker or brighter.
 // `image` holds the oriented image from (offset_x, offset_y) on, rows of `stride`.
-__global__ void CensusKernel(Orientation at, const float* image, int offset_x, int offset_y,
+__global__ void CensusKernel(MatcherAxes at, const float* image, int offset_x, int offset_y,
                              int stride, uint64_t* census) {
   constexpr int kTileU = kBlockX + 2 * kCensusU, kTileV = kBlockY + 2 * kCensusV;
   __shared__ float tile[kTileV][kTileU];
   const int u0 = int(blockIdx.x) * kBlockX, v0 = int(blockIdx.y) * kBlockY;
   for (int i = threadIdx.y * kBlockX + threadIdx.x; i < kTileU * kTileV; i += kBlockX * kBlockY) {
-    const int2 pixel = at.Pixel(Clamped(u0 + i % kTileU - kCensusU, at.width),
-                                Clamped(v0 + i / kTileU - kCensusV, at.height));
+    const MatcherAxes::Pixel pixel = at.At(Clamped(u0 + i % kTileU - kCensusU, at.width),
+                                           Clamped(v0 + i / kTileU - kCensusV, at.height));
     tile[i / kTileU][i % kTileU] = image[int64_t(pixel.y + offset_y) * stride + pixel.x + offset_x];
   }
   __syncthreads();
@@ -100,7 +75,7 @@ __global__ void CostKernel(int width, int height, int lowest, int count, const u
     uint32_t word = 0;
 #pragma unroll
     for (int i = 0; i < 4; ++i) {
-      const uint32_t cost = u - d - i >= 0 ? uint32_t(__popcll(own ^ window[i])) : kMaxCost;
+      const uint32_t cost = u - d - i >= 0 ? uint32_t(__popcll(own ^ window[i])) : kMaxCensusCost;
       word |= cost << 8 * i;
     }
     if (own == kFlat) word = 0;
@@ -219,7 +194,7 @@ __device__ T ReduceLanes(T value, const Op& op) {
 }
 
 struct Selection {
-  Orientation at;
+  MatcherAxes at;
   int2 to_grid;  // adds to an image pixel of the shifted view
   int grid_width, grid_height;
   int lowest, uniqueness_percent;
@@ -292,13 +267,11 @@ __global__ void __launch_bounds__(kSelectThreads) SelectKernel(Selection in) {
     float s = float(in.lowest + index);
     if (index > 0 && index < kCount - 1) {
       const int below = int(neighbours & 0xffff), above = int(neighbours >> 16);
-      // Two lines of one slope: costs grow linearly away from the minimum.
-      const int steeper = (below > above ? below : above) - least;
-      if (steeper > 0) s += 0.5f * float(below - above) / float(steeper);
+      s += SubPixelOffset(below, least, above);
     }
-    const bool unique =
-        int(second) > least && int(second) * (100 - in.uniqueness_percent) >= least * 100;
-    own[u] = unique && u - in.lowest - index >= 0 ? s : -1.0f;
+    own[u] = IsUnique(least, int(second), in.uniqueness_percent) && u - in.lowest - index >= 0
+                 ? s
+                 : -1.0f;
   }
   __syncthreads();
   for (int u = threadIdx.x; u < width; u += kSelectThreads) {
@@ -309,7 +282,7 @@ __global__ void __launch_bounds__(kSelectThreads) SelectKernel(Selection in) {
       const float back = float(in.lowest + int(key & 0xffff));
       if (key == UINT32_MAX || fabsf(back - s) > in.tolerance) s = -1.0f;
     }
-    const int2 pixel = in.at.Pixel(u, v);
+    const MatcherAxes::Pixel pixel = in.at.At(u, v);
     const int x = pixel.x + in.to_grid.x, y = pixel.y + in.to_grid.y;
     if (x >= 0 && y >= 0 && x < in.grid_width && y < in.grid_height) {
       in.disparity[int64_t(y) * in.grid_width + x] = s;
@@ -334,36 +307,19 @@ void Aggregate(const Volumes& volumes, const Selection& selection, cudaStream_t 
   Check(cudaGetLastError(), "SelectKernel");
 }
 
-void Census(const Orientation& at, const StereoView& view, int offset_x, int offset_y,
+void Census(const MatcherAxes& at, const StereoView& view, int offset_x, int offset_y,
             uint64_t* census, cudaStream_t stream) {
   CensusKernel<<<PixelBlocks(at.width, at.height), PixelThreads(), 0, stream>>>(
       at, view.gray, offset_x, offset_y, view.width, census);
   Check(cudaGetLastError(), "CensusKernel");
 }
 
-void CheckParams(const StereoMatchParams& params) {
-  RequireViews(params.reference, &params.shifted, 1, params.width, params.height);
-  const StereoView &all = params.reference, &shown = params.shifted;
-  if (all.x > shown.x || all.y > shown.y || all.x + all.width < shown.x + shown.width ||
-      all.y + all.height < shown.y + shown.height) {
-    throw std::invalid_argument("the reference must hold what the shifted view shows");
-  }
-  if (params.lowest < 0 || params.count < kStereoCountStep || params.count > kMaxStereoCount ||
-      params.count % kStereoCountStep != 0) {
-    throw std::invalid_argument("disparities must start at 0 or above and count 32, 64, ... 256");
-  }
-  if (params.p1 < 0 || params.p2 < params.p1 || kMaxCost + params.p2 > 255) {
-    throw std::invalid_argument("penalties must be 0 <= p1 <= p2 <= " +
-                                std::to_string(255 - kMaxCost));
-  }
-}
-
 }  // namespace
 
 void MatchStereo(const StereoMatchParams& params, cudaStream_t stream) {
-  CheckParams(params);
+  RequireMatch(params);
   const StereoView& shifted = params.shifted;
-  const Orientation at = Orient(shifted);
+  const MatcherAxes at = AxesOf(shifted);
   const size_t pixels = size_t(at.width) * size_t(at.height);
   const int words = params.count / kStereoCountStep;
   Scratch<uint64_t> own(stream, pixels), other(stream, pixels);

@@ -35,8 +35,8 @@ cv::Mat AsMat(const Image8& image) {
 // Colour difference of one pair when every pixel has the given disparity, averaged over a window.
 cv::Mat PairCost(const RenderedPair& pair, const ScalarImage& disparity) {
   const int width = disparity.width, height = disparity.height;
-  const float along_x = pair.shift == Shift::kRight ? -1 : pair.shift == Shift::kLeft ? 1 : 0;
-  const float along_y = pair.shift == Shift::kDown ? -1 : pair.shift == Shift::kUp ? 1 : 0;
+  const Motion motion = MotionOf(pair.shift);
+  const float along_x = float(motion.x), along_y = float(motion.y);
   cv::Mat map(height, width, CV_32FC2), warped, cost(height, width, CV_32F);
   for (int y = 0; y < height; ++y) {
     cv::Vec2f* to = map.ptr<cv::Vec2f>(y);

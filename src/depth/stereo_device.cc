@@ -32,8 +32,9 @@ Plate MakePlate(Renderer& renderer, const PosedCamera& camera, const PixelRect& 
 Plate MakeShiftedPlate(Renderer& renderer, const PosedCamera& camera, Shift shift, double baseline,
                        const PixelRect& rect) {
   Plate plate = MakePlate(renderer, ShiftCamera(camera, shift, baseline), rect);
-  plate.view.dx = shift == Shift::kRight ? -1 : shift == Shift::kLeft ? 1 : 0;
-  plate.view.dy = shift == Shift::kDown ? -1 : shift == Shift::kUp ? 1 : 0;
+  const Motion motion = MotionOf(shift);
+  plate.view.dx = motion.x;
+  plate.view.dy = motion.y;
   return plate;
 }
 
@@ -58,9 +59,8 @@ std::optional<DepthEstimate> EstimateStereoOnDevice(Renderer& renderer, const Po
   if (quantiles.empty()) ThrowNoRoughDepth();
   const RoughDepths range{quantiles[0], quantiles[1], quantiles[2]};
   StereoSearch search = ChooseStereoSearch(view.camera, range, options);
-  int& count = search.range.count;
-  count = (count + kStereoCountStep - 1) / kStereoCountStep * kStereoCountStep;
-  if (count > kMaxStereoCount) return std::nullopt;
+  if (!FitCensus(search.range)) return std::nullopt;
+  const int count = search.range.count;
   monitor.Step("depth", done++, steps);
 
   const int width = view.camera.width, height = view.camera.height;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Internal to depth: Stereo-HV by the operations of kernels/stereo.h, from the renders to the depth
-// map in backend memory. The stages are those of stereo_pairs.h, but for the matcher.
+// map in backend memory. The stages are those of stereo_pairs.h.
 #pragma once
 
 #include <optional>

@@ -37,13 +37,14 @@ Image8 Crop(const Image8& image, const PixelRect& rect) {
   return out;
 }
 
+// StereoOps::Gray.
 ScalarImage Gray(const Image& image, const PixelRect& rect) {
   ScalarImage out(rect.width, rect.height);
   for (int y = 0; y < rect.height; ++y) {
     const float* rgb = &image(rect.x, rect.y + y);
     for (int x = 0; x < rect.width; ++x, rgb += 3) {
-      out(x, y) = 0.299f * std::min(rgb[0], 1.0f) + 0.587f * std::min(rgb[1], 1.0f) +
-                  0.114f * std::min(rgb[2], 1.0f);
+      const auto unit = [&](int c) { return std::clamp(rgb[c], 0.0f, 1.0f); };
+      out(x, y) = 0.299f * unit(0) + 0.587f * unit(1) + 0.114f * unit(2);
     }
   }
   return out;
@@ -106,7 +107,7 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
                                      std::unique_ptr<StereoMatcher> matcher)
     : renderer_(renderer),
       options_(options),
-      may_use_device_(options.on_device && !matcher),
+      census_(options.matcher == StereoMatcherKind::kCensus && !matcher),
       matcher_(std::move(matcher)) {
   options_.Check();
   if (!matcher_) matcher_ = MakeSgbmMatcher(options_.sgbm);
@@ -115,7 +116,7 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
 StereoHvEstimator::~StereoHvEstimator() = default;
 
 DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
-  if (may_use_device_ && renderer_.backend().Stereo()) {
+  if (census_ && renderer_.backend().Stereo()) {
     try {
       if (auto found = EstimateStereoOnDevice(renderer_, view, options_, monitor)) return *found;
     } catch (const std::bad_alloc&) {
@@ -135,7 +136,8 @@ DepthEstimate StereoHvEstimator::EstimateOnHost(const PosedCamera& view, Monitor
   rough_request.rgb = false;
   rough_request.depth_median = true;
   RenderOutput rough = renderer_.Render(view, rough_request);
-  const StereoSearch search = ChooseStereoSearch(view.camera, rough.depth_median, options_);
+  StereoSearch search = ChooseStereoSearch(view.camera, rough.depth_median, options_);
+  const bool census = census_ && FitCensus(search.range);
   const int width = view.camera.width, height = view.camera.height;
   const int padding = search.range.lowest + search.range.count;
   monitor.Step("depth", done++, steps);
@@ -162,12 +164,21 @@ DepthEstimate StereoHvEstimator::EstimateOnHost(const PosedCamera& view, Monitor
   }
 
   std::vector<ScalarImage> pairs(shifts.size());
-  ParallelTasks(int64_t(shifts.size()), [&](size_t k) {
-    monitor.ThrowIfCancelled();
-    pairs[k] = MatchPair(*matcher_, rendered[k], width, height, search.range,
-                         options_.left_right_tolerance);
-  });
-  monitor.Step("depth", done += 2 * double(shifts.size()), steps);
+  if (census) {  // one after the other: each uses all threads
+    const ScalarImage gray = Gray(reference, {0, 0, all.width, all.height});
+    for (size_t k = 0; k < shifts.size(); ++k) {
+      pairs[k] = MatchCensus(gray, all, grays[k], width, height, search.range,
+                             options_.left_right_tolerance);
+      monitor.Step("depth", done += 2, steps);
+    }
+  } else {
+    ParallelTasks(int64_t(shifts.size()), [&](size_t k) {
+      monitor.ThrowIfCancelled();
+      pairs[k] = MatchPair(*matcher_, rendered[k], width, height, search.range,
+                           options_.left_right_tolerance);
+    });
+    monitor.Step("depth", done += 2 * double(shifts.size()), steps);
+  }
 
   ScalarImage disparity = FuseDisparities(pairs, options_.aggregate, options_.agree_tolerance);
   const float scale = float(view.camera.fx() * search.baseline);

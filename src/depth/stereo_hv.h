@@ -19,6 +19,12 @@ enum class StereoAggregate {
   kMin,    // the paper's: the least depth
 };
 
+enum class StereoMatcherKind {
+  kCensus,  // semi-global matching of census transforms, the same on every backend; where more than
+            // kMaxStereoCount disparities are searched, kSgbm (kernels/stereo.h)
+  kSgbm,    // OpenCV's StereoSGBM, on the host whatever the backend
+};
+
 struct StereoHvOptions {
   double baseline = 0;             // beta, world units; 0: chosen from the Gaussians' own depth
   double median_disparity = 0.05;  // of the image's width: where the automatic baseline puts it
@@ -31,8 +37,8 @@ struct StereoHvOptions {
   bool arbitrate =
       true;            // settle disagreements with the Gaussians' depth; false: stereo always wins
   bool refine = true;  // sub-pixel refinement against all shifted views at once
-  bool on_device = true;  // match on the renderer's backend where it can; false: always by OpenCV
-  SgbmOptions sgbm;       // of OpenCV's matcher
+  StereoMatcherKind matcher = StereoMatcherKind::kCensus;
+  SgbmOptions sgbm;  // of OpenCV's matcher
   void Check() const;
 };
 
@@ -58,8 +64,7 @@ StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
 
 class StereoHvEstimator : public DepthEstimator {
  public:
-  // Keeps the reference: `renderer` outlives the estimator. `matcher` null: the backend's own where
-  // it has one, else SGBM with options.sgbm.
+  // Keeps the reference: `renderer` outlives the estimator. `matcher` null: that of the options.
   explicit StereoHvEstimator(Renderer& renderer, const StereoHvOptions& options = {},
                              std::unique_ptr<StereoMatcher> matcher = nullptr);
   ~StereoHvEstimator() override;
@@ -72,8 +77,8 @@ class StereoHvEstimator : public DepthEstimator {
 
   Renderer& renderer_;
   StereoHvOptions options_;
-  bool may_use_device_;
-  std::unique_ptr<StereoMatcher> matcher_;
+  bool census_;
+  std::unique_ptr<StereoMatcher> matcher_;  // where the census matcher is not used
 };
 
 }  // namespace retint

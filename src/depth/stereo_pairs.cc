@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "kernels/stereo.h"
 
 namespace retint {
 namespace {
@@ -61,6 +62,20 @@ Image8 MirrorAndPad(const Image8& image, int padding) {
 }
 
 }  // namespace
+
+Motion MotionOf(Shift shift) {
+  switch (shift) {
+    case Shift::kRight:
+      return {-1, 0};
+    case Shift::kLeft:
+      return {1, 0};
+    case Shift::kDown:
+      return {0, -1};
+    case Shift::kUp:
+      return {0, 1};
+  }
+  return {};
+}
 
 PosedCamera CropCamera(const PosedCamera& view, const PixelRect& rect) {
   const Camera& camera = view.camera;
@@ -148,6 +163,31 @@ ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, in
       if (disparity.Contains(x, y)) disparity(x, y) = s;
     }
   }
+  return disparity;
+}
+
+bool FitCensus(DisparityRange& range) {
+  const int count = (range.count + kStereoCountStep - 1) / kStereoCountStep * kStereoCountStep;
+  if (count > kMaxStereoCount) return false;
+  range.count = count;
+  return true;
+}
+
+ScalarImage MatchCensus(const ScalarImage& reference, const PixelRect& rect,
+                        const ShiftedGray& shifted, int width, int height,
+                        const DisparityRange& range, double tolerance) {
+  const Motion motion = MotionOf(shifted.shift);
+  ScalarImage disparity(width, height);
+  MatchStereoOnCpu(
+      {.reference = {nullptr, reference.data.data(), rect.x, rect.y, rect.width, rect.height, 0, 0},
+       .shifted = {nullptr, shifted.gray.data.data(), shifted.rect.x, shifted.rect.y,
+                   shifted.rect.width, shifted.rect.height, motion.x, motion.y},
+       .width = width,
+       .height = height,
+       .lowest = range.lowest,
+       .count = range.count,
+       .tolerance = float(tolerance),
+       .disparity = disparity.data.data()});
   return disparity;
 }
 

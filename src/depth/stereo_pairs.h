@@ -17,6 +17,12 @@ namespace retint {
 // Where the second camera of a pair stands, along the first one's axes.
 enum class Shift { kRight, kLeft, kDown, kUp };
 
+// By which the content of the shifted view moves, per pixel of disparity.
+struct Motion {
+  int x, y;
+};
+Motion MotionOf(Shift shift);
+
 // A part of the reference view's pixel grid; may reach beyond the image.
 struct PixelRect {
   int x = 0, y = 0, width = 0, height = 0;
@@ -47,6 +53,21 @@ struct RenderedPair {
 ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, int width, int height,
                       const DisparityRange& range, double tolerance);
 
+// A shifted view, gray (0 to 1), on the reference's pixel grid from (rect.x, rect.y).
+struct ShiftedGray {
+  Shift shift;
+  PixelRect rect;
+  ScalarImage gray;
+};
+
+// Rounds the range up to a length that the census matcher takes; false where it is too long.
+bool FitCensus(DisparityRange& range);
+// The same as MatchPair by the census matcher. `reference` shows `rect`, which holds what `shifted`
+// shows.
+ScalarImage MatchCensus(const ScalarImage& reference, const PixelRect& rect,
+                        const ShiftedGray& shifted, int width, int height,
+                        const DisparityRange& range, double tolerance);
+
 // Per pixel, over the pairs: kAgree takes the mean of the largest set that agrees within
 // `tolerance` pixels, of two as large the nearer; kMin the nearest of all. Negative where no pair
 // has a disparity.
@@ -59,13 +80,6 @@ ScalarImage FuseDisparities(std::span<const ScalarImage> pairs, StereoAggregate 
 // where the result was measured in the pairs, 0 where it is the rough depth continued or nothing.
 Mask ArbitrateDisparity(std::span<const RenderedPair> pairs, const ScalarImage& rough,
                         ScalarImage& disparity);
-
-// A shifted view for refinement: gray, on the reference's pixel grid from (rect.x, rect.y).
-struct ShiftedGray {
-  Shift shift;
-  PixelRect rect;
-  ScalarImage gray;
-};
 
 // Removes the matcher's sub-pixel bias: Gauss-Newton on the disparity of every pixel against all
 // shifted views at once, over a small window, where the disparity is smooth. `gray` is the

@@ -22,35 +22,18 @@ cv::Mat AsMat(const ScalarImage& image) {
   return cv::Mat(image.height, image.width, CV_32F, const_cast<float*>(image.data.data()));
 }
 
-struct Direction {
-  float x, y;  // of the content's motion in the shifted view, per pixel of disparity
-};
-
-Direction MotionOf(Shift shift) {
-  switch (shift) {
-    case Shift::kRight:
-      return {-1, 0};
-    case Shift::kLeft:
-      return {1, 0};
-    case Shift::kDown:
-      return {0, -1};
-    case Shift::kUp:
-      return {0, 1};
-  }
-  return {};
-}
-
 // Adds one shifted view's normal equations of the disparity increment.
 void Accumulate(const cv::Mat& gray, const ShiftedGray& view, const cv::Mat& disparity,
                 cv::Mat& numerator, cv::Mat& denominator) {
-  const Direction motion = MotionOf(view.shift);
+  const Motion motion = MotionOf(view.shift);
+  const float motion_x = float(motion.x), motion_y = float(motion.y);
   cv::Mat map(gray.size(), CV_32FC2);
   for (int y = 0; y < map.rows; ++y) {
     const float* s = disparity.ptr<float>(y);
     cv::Vec2f* to = map.ptr<cv::Vec2f>(y);
     for (int x = 0; x < map.cols; ++x) {
       const float move = std::max(s[x], 0.0f);
-      to[x] = {float(x - view.rect.x) + motion.x * move, float(y - view.rect.y) + motion.y * move};
+      to[x] = {float(x - view.rect.x) + motion_x * move, float(y - view.rect.y) + motion_y * move};
     }
   }
   cv::Mat warped;
@@ -58,8 +41,8 @@ void Accumulate(const cv::Mat& gray, const ShiftedGray& view, const cv::Mat& dis
   // d warped / d s is the gradient along the motion, the mean of both images' (Baker & Matthews
   // 2004, the symmetric form).
   cv::Mat mean = 0.5f * (gray + warped), gradient;
-  cv::Sobel(mean, gradient, CV_32F, motion.x != 0, motion.y != 0, 3, (motion.x + motion.y) / 8.0, 0,
-            cv::BORDER_REPLICATE);
+  cv::Sobel(mean, gradient, CV_32F, motion.x != 0, motion.y != 0, 3,
+            double(motion_x + motion_y) / 8, 0, cv::BORDER_REPLICATE);
   for (int y = 0; y < map.rows; ++y) {
     const float* s = disparity.ptr<float>(y);
     const float* g = gradient.ptr<float>(y);

@@ -47,19 +47,25 @@ Accuracy AgainstSparsePoints(const Reconstruction& reconstruction, const View& v
   return {errors.size(), middle(errors), middle(signs)};
 }
 
-// By backend: each has its own matcher. Skipped where there is no device.
+// By backend, and by OpenCV's matcher. Skipped where there is no device.
 class DepthAccuracy : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
     try {
-      backend_ = CreateBackend(GetParam());
+      backend_ = CreateBackend(GetParam() == "sgbm" ? "cpu" : GetParam());
     } catch (const std::exception& error) {
       GTEST_SKIP() << error.what();
     }
   }
+  static DepthOptions Options() {
+    DepthOptions options;
+    options.gaussian.kind = GaussianDepthOptions::Kind::kExpected;
+    if (GetParam() == "sgbm") options.stereo_hv.matcher = StereoMatcherKind::kSgbm;
+    return options;
+  }
   std::shared_ptr<Backend> backend_;
 };
-INSTANTIATE_TEST_SUITE_P(, DepthAccuracy, testing::Values("cpu", "cuda"),
+INSTANTIATE_TEST_SUITE_P(, DepthAccuracy, testing::Values("cpu", "cuda", "sgbm"),
                          [](const auto& backend) { return backend.param; });
 
 struct SparseCase {
@@ -67,19 +73,18 @@ struct SparseCase {
   double stereo_limit, gaussian_floor;
 };
 
-void ExpectAccuracyOn(std::shared_ptr<Backend> backend, const std::string& name,
-                      const std::vector<SparseCase>& cases) {
+void ExpectAccuracyOn(std::shared_ptr<Backend> backend, const DepthOptions& options,
+                      const std::string& name, const std::vector<SparseCase>& cases) {
   const Workspace workspace = Workspace::Open(DataPath(name));
   Renderer renderer(std::move(backend), ReadSplat(DataPath(name + "/splat.ply")));
-  DepthOptions options;
-  options.gaussian.kind = GaussianDepthOptions::Kind::kExpected;
   for (const SparseCase& c : cases) {
     const View& view = workspace.RequireView(c.view);
     const PosedCamera camera = workspace.reconstruction.Posed(view);
     Monitor monitor;
     const auto rough =
         MakeDepthEstimator("gaussian", renderer, nullptr, options)->Estimate(camera, monitor);
-    const auto stereo = MakeDepthEstimator("stereo-hv", renderer)->Estimate(camera, monitor);
+    const auto stereo =
+        MakeDepthEstimator("stereo-hv", renderer, nullptr, options)->Estimate(camera, monitor);
     const auto of_rough =
         AgainstSparsePoints(workspace.reconstruction, view, rough.depth, rough.depth);
     const auto of_stereo =
@@ -98,7 +103,8 @@ void ExpectAccuracyOn(std::shared_ptr<Backend> backend, const std::string& name,
 // floor shows that the reference can tell the two apart.
 TEST_P(DepthAccuracy, FoxAgainstItsSparsePoints) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
-  ExpectAccuracyOn(backend_, "fox", {{"0025.jpg", 0.0035, 0.015}, {"0001.jpg", 0.006, 0.02}});
+  ExpectAccuracyOn(backend_, Options(), "fox",
+                   {{"0025.jpg", 0.0035, 0.015}, {"0001.jpg", 0.006, 0.02}});
 }
 
 // Against the exact depth of the sample scene, every pixel, floaters and textureless wall included.
@@ -113,7 +119,7 @@ TEST_P(DepthAccuracy, SampleSceneAgainstItsExactDepth) {
   for (const SyntheticView& truth : scene.views) {
     const View* view = scene.reconstruction.FindView(truth.name);
     ASSERT_NE(view, nullptr);
-    const auto stereo = MakeDepthEstimator("stereo-hv", renderer)
+    const auto stereo = MakeDepthEstimator("stereo-hv", renderer, nullptr, Options())
                             ->Estimate(scene.reconstruction.Posed(*view), monitor);
     std::vector<double> errors;
     size_t bad = 0;

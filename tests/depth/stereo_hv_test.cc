@@ -81,7 +81,7 @@ TEST(ChooseStereoSearch, RefusesAnEmptyRoughDepth) {
   EXPECT_THROW(ChooseStereoSearch(camera, DepthMap(40, 30, 0.0f), {}), InputError);
 }
 
-// By backend: each has its own matcher. Skipped where there is no device.
+// By backend. Skipped where there is no device.
 class OnPlanes
     : public ::testing::TestWithParam<std::tuple<std::pair<double, double>, const char*>> {};
 INSTANTIATE_TEST_SUITE_P(
@@ -129,6 +129,31 @@ TEST(StereoHv, ThePapersTwoPairsAndMinimumWorkToo) {
   EXPECT_GT(estimate.valid_fraction, 0.95);
   // No sub-pixel refinement, and the minimum is biased to the near side.
   EXPECT_LT(MedianRelativeError(estimate, plane.ExactDepth(View().camera)), 0.015);
+}
+
+TEST(StereoHv, OpenCvsMatcherIsAChoice) {
+  const PlaneScene plane{4, 0.2, 0.1};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 2));
+  StereoHvOptions options;
+  options.matcher = StereoMatcherKind::kSgbm;
+  Monitor monitor;
+  const auto sgbm = StereoHvEstimator(renderer, options).Estimate(View(), monitor);
+  EXPECT_GT(sgbm.valid_fraction, 0.97);
+  EXPECT_LT(MedianRelativeError(sgbm, plane.ExactDepth(View().camera)), 0.003);
+  const auto census = StereoHvEstimator(renderer).Estimate(View(), monitor);
+  EXPECT_NE(sgbm.depth.data, census.depth.data) << "or it was not another matcher";
+}
+
+TEST(StereoHv, SearchesTooLongForCensusAreLeftToOpenCv) {
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 4));
+  StereoHvOptions options;
+  options.baseline = 11.5;
+  options.max_disparities = 288;
+  Monitor monitor;
+  const auto estimate = StereoHvEstimator(renderer, options).Estimate(View(), monitor);
+  EXPECT_THAT(estimate.reason, HasSubstr("baseline 11.5"));
+  EXPECT_NEAR(estimate.depth(120, 90), 4, 0.02) << "nothing overlaps: the Gaussians' own";
 }
 
 TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {

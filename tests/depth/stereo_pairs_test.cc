@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -93,10 +94,16 @@ Pair MakePair(Shift shift, const Plane& plane, unsigned seed) {
           })};
 }
 
-ScalarImage Match(const Pair& pair, Shift shift) {
+ScalarImage Match(const Pair& pair, Shift shift, StereoMatcherKind kind) {
+  DisparityRange range{0, kPadding};
+  if (kind == StereoMatcherKind::kCensus) {
+    EXPECT_TRUE(FitCensus(range));
+    return MatchCensus(pair.reference, pair.rect, {shift, pair.rect, pair.shifted}, kWidth, kHeight,
+                       range, 1);
+  }
   return MatchPair(*MakeSgbmMatcher(),
                    {shift, pair.rect, ToBytes(pair.reference), ToBytes(pair.shifted)}, kWidth,
-                   kHeight, {0, kPadding}, 1);
+                   kHeight, range, 1);
 }
 
 struct Errors {
@@ -125,10 +132,17 @@ class EveryShift : public ::testing::TestWithParam<Shift> {};
 INSTANTIATE_TEST_SUITE_P(StereoPairs, EveryShift,
                          ::testing::Values(Shift::kRight, Shift::kLeft, Shift::kDown, Shift::kUp));
 
-TEST_P(EveryShift, MatchesAConstantDisparityUpToTheBorders) {
+class EveryMatcher : public ::testing::TestWithParam<std::tuple<Shift, StereoMatcherKind>> {};
+INSTANTIATE_TEST_SUITE_P(
+    StereoPairs, EveryMatcher,
+    ::testing::Combine(::testing::Values(Shift::kRight, Shift::kLeft, Shift::kDown, Shift::kUp),
+                       ::testing::Values(StereoMatcherKind::kCensus, StereoMatcherKind::kSgbm)));
+
+TEST_P(EveryMatcher, MatchesAConstantDisparityUpToTheBorders) {
+  const auto [shift, kind] = GetParam();
   const Plane plane{20, 0, 0};
-  const Pair pair = MakePair(GetParam(), plane, 1);
-  const ScalarImage disparity = Match(pair, GetParam());
+  const Pair pair = MakePair(shift, plane, 1);
+  const ScalarImage disparity = Match(pair, shift, kind);
   ASSERT_EQ(disparity.width, kWidth);
   ASSERT_EQ(disparity.height, kHeight);
   const Errors errors = Compare(disparity, plane);
@@ -149,13 +163,14 @@ TEST_P(EveryShift, MatchesAConstantDisparityUpToTheBorders) {
   }
 }
 
-TEST_P(EveryShift, MatchesASlantedPlane) {
+TEST_P(EveryMatcher, MatchesASlantedPlane) {
+  const auto [shift, kind] = GetParam();
   const Plane plane{14, 0.04, 0.05};
-  const Pair pair = MakePair(GetParam(), plane, 2);
-  const ScalarImage disparity = Match(pair, GetParam());
+  const Pair pair = MakePair(shift, plane, 2);
+  const ScalarImage disparity = Match(pair, shift, kind);
   const Errors errors = Compare(disparity, plane);
   EXPECT_GT(errors.found, 0.95);
-  EXPECT_LT(errors.median, 0.25);  // SGBM locks towards whole pixels on slopes
+  EXPECT_LT(errors.median, 0.25);  // both lock towards whole pixels on slopes
 }
 
 TEST_P(EveryShift, RefinementRemovesTheSubPixelError) {
@@ -172,6 +187,19 @@ TEST_P(EveryShift, RefinementRemovesTheSubPixelError) {
   const double after = Compare(disparity, plane).median;
   EXPECT_GT(before, 0.1);
   EXPECT_LT(after, 0.04);  // the damping leaves a share of the step
+}
+
+TEST(StereoPairs, CensusTakesRangesOfWholeSteps) {
+  DisparityRange range{3, 16};
+  EXPECT_TRUE(FitCensus(range));
+  EXPECT_EQ(range.lowest, 3);
+  EXPECT_EQ(range.count, 32);
+  range.count = 240;
+  EXPECT_TRUE(FitCensus(range));
+  EXPECT_EQ(range.count, 256);
+  range.count = 272;
+  EXPECT_FALSE(FitCensus(range));
+  EXPECT_EQ(range.count, 272);
 }
 
 TEST(StereoPairs, RefinementLeavesHolesAndEdgesAlone) {

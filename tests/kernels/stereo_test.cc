@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stereo in backend memory against plain loops on small images. Skipped where no backend has it.
+// Stereo against plain loops on small images: the matcher on every backend, the other stages in
+// backend memory, skipped where no backend has them.
 #include "kernels/stereo.h"
 
 #include <algorithm>
@@ -7,8 +8,14 @@
 #include <bitset>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <stdexcept>
+#include <tuple>
 
+#include <hwy/highway.h>
+#include <tbb/global_control.h>
+
+#include "kernels/cpu/stereo_match.h"
 #include "tests/kernels/test_scene.h"
 
 namespace retint {
@@ -166,25 +173,67 @@ struct MatchCase {
   int width, height, dx, dy, lowest, count, slope;
 };
 
-class StereoMatch : public Stereo, public testing::WithParamInterface<MatchCase> {};
+// A stereo pair in backend memory.
+struct MatchPair {
+  HostImage reference, shifted;
+  std::unique_ptr<Guarded<float>> reference_gray, shifted_gray, disparity;
+  StereoMatchParams params{};
+};
+
+// By backend: "cpu", "cpu-scalar", "cuda".
+class MatcherTest : public testing::Test {
+ protected:
+  void Open(const std::string& name) {
+    name_ = name;
+    try {
+      backend_ = MakeBackend(name);
+    } catch (const std::exception& error) {
+      ASSERT_EQ(name, "cuda") << error.what();
+      GTEST_SKIP() << error.what();
+    }
+  }
+  void Match(const StereoMatchParams& params) {
+    if (name_ == "cuda") {
+      backend_->Stereo()->Match(params);
+    } else {
+      MatchStereoOnCpu(name_ == "cpu" ? SimdStereoKernels() : ScalarStereoKernels(), params);
+    }
+  }
+  MatchPair MakePair(const MatchCase& c);
+
+  std::string name_;
+  std::shared_ptr<Backend> backend_;
+  std::mt19937 rng_ = TestRng();
+};
+
+class StereoMatch : public MatcherTest,
+                    public testing::WithParamInterface<std::tuple<MatchCase, std::string>> {
+ protected:
+  void SetUp() override { Open(std::get<1>(GetParam())); }
+};
 INSTANTIATE_TEST_SUITE_P(
     , StereoMatch,
-    testing::Values(MatchCase{41, 23, -1, 0, 2, 32, 0}, MatchCase{41, 23, 1, 0, 0, 32, 1},
-                    MatchCase{19, 37, 0, -1, 1, 64, 0}, MatchCase{33, 17, 0, 1, 3, 32, 1},
-                    MatchCase{67, 9, -1, 0, 5, 96, 0}, MatchCase{21, 13, 1, 0, 0, 128, 0},
-                    MatchCase{9, 11, -1, 0, 0, 160, 0}, MatchCase{9, 8, 0, 1, 0, 192, 0},
-                    MatchCase{9, 8, 0, -1, 0, 224, 0}, MatchCase{9, 8, 1, 0, 0, 256, 0},
-                    MatchCase{1, 1, -1, 0, 0, 32, 0}, MatchCase{300, 3, -1, 0, 0, 32, 1}));
+    testing::Combine(
+        testing::Values(MatchCase{41, 23, -1, 0, 2, 32, 0}, MatchCase{41, 23, 1, 0, 0, 32, 1},
+                        MatchCase{19, 37, 0, -1, 1, 64, 0}, MatchCase{33, 17, 0, 1, 3, 32, 1},
+                        MatchCase{67, 9, -1, 0, 5, 96, 0}, MatchCase{21, 13, 1, 0, 0, 128, 0},
+                        MatchCase{9, 11, -1, 0, 0, 160, 0}, MatchCase{9, 8, 0, 1, 0, 192, 0},
+                        MatchCase{9, 8, 0, -1, 0, 224, 0}, MatchCase{9, 8, 1, 0, 0, 256, 0},
+                        MatchCase{1, 1, -1, 0, 0, 32, 0}, MatchCase{300, 3, -1, 0, 0, 32, 1},
+                        MatchCase{1, 1, 0, 1, 70, 64, 0}, MatchCase{31, 90, 1, 0, 2, 32, 1},
+                        MatchCase{70, 40, 0, 1, 0, 32, 0}),
+        testing::ValuesIn(AllBackends())));
 
-TEST_P(StereoMatch, IsItsDefinition) {
-  const MatchCase& c = GetParam();
+MatchPair MatcherTest::MakePair(const MatchCase& c) {
+  MatchPair pair;
+  HostImage &shifted = pair.shifted, &reference = pair.reference;
   // The shifted view is wider on the side from which content enters; the reference wider still.
   const int padding = c.lowest + c.count, margin = 3;
-  HostImage shifted{-margin, -margin, c.width + 2 * margin, c.height + 2 * margin, {}};
+  shifted = {-margin, -margin, c.width + 2 * margin, c.height + 2 * margin, {}};
   (c.dx ? shifted.width : shifted.height) += padding;
   if (c.dx < 0) shifted.x -= padding;
   if (c.dy < 0) shifted.y -= padding;
-  HostImage reference{shifted.x - 2, shifted.y - 5, shifted.width + 7, shifted.height + 6, {}};
+  reference = {shifted.x - 2, shifted.y - 5, shifted.width + 7, shifted.height + 6, {}};
   // Random texture, seen by the shifted view at a disparity that changes across the motion.
   const auto fill = [&](HostImage& image) {
     image.gray = UniformVector(rng_, size_t(image.width) * size_t(image.height), 0, 1);
@@ -200,22 +249,47 @@ TEST_P(StereoMatch, IsItsDefinition) {
               0.9f * reference.At(gx - s * c.dx - reference.x, gy - s * c.dy - reference.y);
     }
   }
-  Guarded<float> reference_gray(*backend_, reference.gray), shifted_gray(*backend_, shifted.gray);
-  Guarded<float> disparity(*backend_, size_t(c.width) * size_t(c.height));
-  StereoMatchParams params{};
-  params.reference = {nullptr,         reference_gray.data(), reference.x, reference.y,
-                      reference.width, reference.height,      0,           0};
-  params.shifted = {nullptr,       shifted_gray.data(), shifted.x, shifted.y,
-                    shifted.width, shifted.height,      c.dx,      c.dy};
+  // A flat part, of which nothing is known.
+  for (HostImage* image : {&reference, &shifted}) {
+    for (int y = image->height * 2 / 3; y < image->height && c.width > 60; ++y) {
+      std::fill_n(&image->gray[size_t(y) * size_t(image->width)], image->width / 3, 0.25f);
+    }
+  }
+  pair.reference_gray = std::make_unique<Guarded<float>>(*backend_, reference.gray);
+  pair.shifted_gray = std::make_unique<Guarded<float>>(*backend_, shifted.gray);
+  pair.disparity = std::make_unique<Guarded<float>>(*backend_, size_t(c.width) * size_t(c.height));
+  StereoMatchParams& params = pair.params;
+  params.reference = {nullptr,
+                      pair.reference_gray->data(),
+                      reference.x,
+                      reference.y,
+                      reference.width,
+                      reference.height,
+                      0,
+                      0};
+  params.shifted = {
+      nullptr, pair.shifted_gray->data(), shifted.x, shifted.y, shifted.width, shifted.height, c.dx,
+      c.dy};
   params.width = c.width;
   params.height = c.height;
   params.lowest = c.lowest;
   params.count = c.count;
   params.tolerance = 1;
-  params.disparity = disparity.data();
-  stereo().Match(params);
-  const auto found = disparity.Read();
-  const auto expected = HostMatcher(reference, shifted, params).Disparity();
+  params.disparity = pair.disparity->data();
+  return pair;
+}
+
+bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+TEST_P(StereoMatch, IsItsDefinition) {
+  const MatchCase& c = std::get<0>(GetParam());
+  MatchPair pair = MakePair(c);
+  Match(pair.params);
+  const auto found = pair.disparity->Read();
+  const auto expected = HostMatcher(pair.reference, pair.shifted, pair.params).Disparity();
+  EXPECT_TRUE(name_ == "cuda" || SameBits(found, expected));
   size_t matched = 0, right = 0;
   for (int y = 0; y < c.height; ++y) {
     for (int x = 0; x < c.width; ++x) {
@@ -232,7 +306,70 @@ TEST_P(StereoMatch, IsItsDefinition) {
   }
 }
 
-TEST_F(Stereo, RefusesImpossiblePairs) {
+class StereoMatchOptions : public StereoMatch {};
+INSTANTIATE_TEST_SUITE_P(, StereoMatchOptions,
+                         testing::Combine(testing::Values(MatchCase{41, 23, 1, 0, 0, 32, 1},
+                                                          MatchCase{19, 37, 0, -1, 1, 64, 0}),
+                                          testing::ValuesIn(AllBackends())));
+
+TEST_P(StereoMatchOptions, AreFollowed) {
+  const MatchCase& c = std::get<0>(GetParam());
+  MatchPair pair = MakePair(c);
+  const auto run = [&](auto change) {
+    StereoMatchParams params = pair.params;
+    change(params);
+    Match(params);
+    const auto found = pair.disparity->Read();
+    const auto expected = HostMatcher(pair.reference, pair.shifted, params).Disparity();
+    for (size_t i = 0; i < found.size(); ++i) ASSERT_NEAR(found[i], expected[i], 1e-5) << i;
+  };
+  run([](auto& p) { p.p1 = 0, p.p2 = 192; });
+  run([](auto& p) { p.p1 = p.p2 = 192; });  // sums as large as they get
+  run([](auto& p) { p.p1 = p.p2 = 0, p.uniqueness_percent = 0; });
+  run([](auto& p) { p.uniqueness_percent = 60, p.tolerance = 0.2f; });
+}
+
+class CpuMatch : public MatcherTest {
+ protected:
+  void SetUp() override { Open("cpu"); }
+};
+
+TEST_F(CpuMatch, ThreadsAndInstructionSetsGiveTheSameBits) {
+  MatchPair pair = MakePair({150, 110, 0, 1, 3, 64, 1});
+  const auto run = [&] {
+    Match(pair.params);
+    return pair.disparity->Read();
+  };
+  MatchStereoOnCpu(ScalarStereoKernels(), pair.params);
+  const auto expected = pair.disparity->Read();
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    for (const size_t threads : {1, 2, 5}) {
+      tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      EXPECT_TRUE(SameBits(run(), expected)) << hwy::TargetName(target) << ", " << threads;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+TEST_F(CpuMatch, DisparitiesBeyondTheImageAreNone) {
+  MatchPair pair = MakePair({9, 8, -1, 0, 0, 32, 0});
+  for (const int lowest : {pair.shifted.width - 1, pair.shifted.width, 1 << 30}) {
+    pair.params.lowest = lowest;
+    Match(pair.params);
+    for (const float s : pair.disparity->Read()) EXPECT_EQ(s, -1) << lowest;
+  }
+}
+
+class ImpossiblePairs : public MatcherTest, public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override { Open(GetParam()); }
+};
+RETINT_INSTANTIATE(ImpossiblePairs);
+
+TEST_P(ImpossiblePairs, AreRefused) {
   Guarded<float> image(*backend_, std::vector<float>(64 * 64, 0.5f)), out(*backend_, 16 * 16);
   StereoMatchParams good{};
   good.reference = {image.data(), image.data(), -40, -2, 64, 20, 0, 0};
@@ -241,12 +378,12 @@ TEST_F(Stereo, RefusesImpossiblePairs) {
   good.count = 32;
   good.tolerance = 1;
   good.disparity = out.data();
-  EXPECT_NO_THROW(stereo().Match(good));
+  EXPECT_NO_THROW(Match(good));
   for (const float s : out.Read()) EXPECT_EQ(s, -1) << "no texture, no match";
   const auto refused = [&](auto change) {
     StereoMatchParams params = good;
     change(params);
-    EXPECT_THROW(stereo().Match(params), std::invalid_argument);
+    EXPECT_THROW(Match(params), std::invalid_argument);
   };
   refused([](auto& p) { p.count = 48; });
   refused([](auto& p) { p.count = 288; });
@@ -257,6 +394,10 @@ TEST_F(Stereo, RefusesImpossiblePairs) {
   refused([](auto& p) { p.shifted.x = 1; });
   refused([](auto& p) { p.width = 40; });
   refused([](auto& p) { p.reference.width = 50; });
+}
+
+TEST_F(Stereo, RefusesImpossibleStages) {
+  Guarded<float> image(*backend_, 9);
   StereoFuseParams fuse{};
   EXPECT_THROW(stereo().Fuse(fuse), std::invalid_argument);
   EXPECT_THROW(stereo().Arbitrate({}), std::invalid_argument);
