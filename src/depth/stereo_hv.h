@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
 // along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
-// and d = f beta / s (ReCoGS, STAG 2025). Vertical pairs are turned by 90 degrees for the matcher.
-// Where the renderer's backend can (kernels/stereo.h), all of it happens in its memory.
+// and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo.h) or by
+// OpenCV's StereoSGBM. Where the renderer's backend can, all of it happens in its memory.
 #pragma once
 
 #include <memory>
