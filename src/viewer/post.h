@@ -29,8 +29,9 @@ template <typename Work>
 class Handed {
  public:
   explicit Handed(Work work) : work_(std::move(work)) {}
-  Handed(const Handed&) = default;
-  Handed(Handed&&) = default;
+  // The last copy or move is that into the queue.
+  Handed(const Handed& other) : work_(other.work_) { Release(); }
+  Handed(Handed&& other) noexcept : work_(std::move(other.work_)) { Release(); }
   ~Handed() { Acquire(); }
   void operator()() {
     Acquire();
@@ -48,14 +49,12 @@ class Handed {
 template <typename Work>
 void Post(QObject* to, Work work) {
   post_detail::Handed<Work> handed(std::move(work));
-  post_detail::Release();
   QMetaObject::invokeMethod(to, std::move(handed), Qt::QueuedConnection);
 }
 
 template <typename Work>
 void PostToPool(QThreadPool& pool, Work work, int priority = 0) {
   post_detail::Handed<Work> handed(std::move(work));
-  post_detail::Release();
   pool.start(std::move(handed), priority);
 }
 
