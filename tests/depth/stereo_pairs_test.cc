@@ -147,7 +147,8 @@ TEST_P(EveryMatcher, MatchesAConstantDisparityUpToTheBorders) {
   ASSERT_EQ(disparity.height, kHeight);
   const Errors errors = Compare(disparity, plane);
   EXPECT_GT(errors.found, 0.98);
-  EXPECT_LT(errors.median, 1.0 / 16 + 1e-6);  // SGBM's resolution
+  // SGBM's resolution; the census' costs are steps, of which a parabola makes more.
+  EXPECT_LT(errors.median, kind == StereoMatcherKind::kSgbm ? 1.0 / 16 + 1e-6 : 0.12);
   // No border is lost: each of its four sides is as complete as the whole.
   for (const PixelRect side : {PixelRect{0, 0, 4, kHeight},
                                {kWidth - 4, 0, 4, kHeight},
