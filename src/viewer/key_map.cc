@@ -119,6 +119,11 @@ const std::vector<Command>& Commands() {
       {"file.export_splat", "File", "Export the splat", kAlways, false},
       {"file.close", "File", "Close the scene", kAlways, false},
       {"file.quit", "File", "Quit", kAlways, false},
+      {"panel.regions", "Window", "Go to the Regions panel", kAlways, false},
+      {"panel.optimizer", "Window", "Go to the Optimiser panel", kAlways, false},
+      {"panel.quality", "Window", "Go to the Quality panel", kAlways, false},
+      {"panel.views", "Window", "Go to the Views panel", kAlways, false},
+      {"panel.scene", "Window", "Go to the Scene panel", kAlways, false},
       {"window.panels", "Window", "Hide or show the panels", kAlways, false},
       {"window.screenshot", "Window", "Save a screenshot", kAlways, false},
       {"window.full_screen", "Window", "Full screen", kAlways, false},
@@ -202,6 +207,25 @@ QList<QKeySequence> KeyMap::Keys(std::string_view command) const {
   return found == keys_.end() ? QList<QKeySequence>() : found->second;
 }
 
+bool KeyMap::IsUnique(const Command& command, const QKeySequence& key) const {
+  for (const Command& other : Commands()) {
+    if (&other != &command && Meet(command.context, other.context) &&
+        Keys(other.id).contains(key)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+QList<QKeySequence> KeyMap::ActiveKeys(std::string_view id) const {
+  const Command* command = FindCommand(id);
+  QList<QKeySequence> active;
+  for (const QKeySequence& key : Keys(id)) {
+    if (command && IsUnique(*command, key)) active << key;
+  }
+  return active;
+}
+
 QString KeyMap::KeyText(std::string_view command) const {
   QStringList texts;
   for (const QKeySequence& key : Keys(command)) texts << key.toString(QKeySequence::NativeText);
@@ -220,10 +244,13 @@ std::optional<MouseGesture> KeyMap::Gesture(Qt::MouseButton button,
                                             Qt::KeyboardModifiers modifiers) const {
   const MouseBinding wanted{
       button, modifiers & (Qt::ShiftModifier | Qt::ControlModifier | Qt::AltModifier)};
+  std::optional<MouseGesture> found;
   for (const auto& [gesture, bindings] : mouse_) {
-    if (std::find(bindings.begin(), bindings.end(), wanted) != bindings.end()) return gesture;
+    if (std::find(bindings.begin(), bindings.end(), wanted) == bindings.end()) continue;
+    if (found) return std::nullopt;  // a conflict
+    found = gesture;
   }
-  return std::nullopt;
+  return found;
 }
 
 const Command* KeyMap::Held(int key, Qt::KeyboardModifiers modifiers) const {
@@ -232,10 +259,17 @@ const Command* KeyMap::Held(int key, Qt::KeyboardModifiers modifiers) const {
     const Command* command = FindCommand(id);
     if (!command->held) continue;
     for (const QKeySequence& sequence : sequences) {
-      if (sequence[0].key() == key) return command;
+      if (sequence[0].key() == key && IsUnique(*command, sequence)) return command;
     }
   }
   return nullptr;
+}
+
+bool KeyMap::IsShortcut(QKeyCombination key) const {
+  for (const Command& command : Commands()) {
+    if (!command.held && Keys(command.id).contains(QKeySequence(key))) return true;
+  }
+  return false;
 }
 
 QStringList KeyMap::Conflicts() const {

@@ -58,6 +58,8 @@ class KeyMap {
 
   const QString& name() const { return name_; }
   QList<QKeySequence> Keys(std::string_view command) const;
+  // Those of them that mean nothing else: where two commands have one key, neither acts.
+  QList<QKeySequence> ActiveKeys(std::string_view command) const;
   // "F, Home", as the user's system writes them.
   QString KeyText(std::string_view command) const;
   QString MouseText(MouseGesture gesture) const;
@@ -66,11 +68,15 @@ class KeyMap {
                                       Qt::KeyboardModifiers modifiers) const;
   // The held command of a key. Shift and Alt do not count: they change how fast one flies.
   const Command* Held(int key, Qt::KeyboardModifiers modifiers) const;
-  // "S means both 'Fly back' and 'Snapshot'", one line each; empty: none.
+  // Whether exactly this is a key of a command that is not held.
+  bool IsShortcut(QKeyCombination key) const;
+  // "S means both 'Fly back' and 'Snapshot'", one line each; empty: none. What is named here does
+  // not act.
   QStringList Conflicts() const;
 
  private:
   void Read(const QByteArray& json, const std::string& path, int depth);
+  bool IsUnique(const Command& command, const QKeySequence& key) const;
 
   QString name_;
   std::map<std::string, QList<QKeySequence>, std::less<>> keys_;

@@ -11,23 +11,43 @@
 #include <QTableWidget>
 #include <QVBoxLayout>
 
+#include "viewer/selection/selection_keys.h"
+
 namespace retint {
 namespace {
 
-// Selection mode's keys are its own, the same in every profile.
-const KeyRow kSelectionRows[] = {
-    {"Selection mode", "Brush, eraser", "B, E (or hold Ctrl while painting)"},
-    {"Selection mode", "Rectangle, lasso, polygon", "R, L, P"},
-    {"Selection mode", "Flood: similar colour, up to depth edges", "O"},
-    {"Selection mode", "Brush size", "[ and ], Alt+wheel"},
+// What keys alone do not say; the same in every profile.
+const KeyRow kSelectionMouse[] = {
+    {"Selection mode", "Erase with the brush", "hold Ctrl"},
     {"Selection mode", "Add, remove, intersect", "hold Shift, Ctrl, Shift+Ctrl"},
-    {"Selection mode", "All, nothing, invert", "Ctrl+A, Ctrl+Shift+A, Ctrl+I"},
-    {"Selection mode", "Undo, redo a stroke", "Ctrl+Z, Ctrl+Shift+Z or Ctrl+Y"},
+    {"Selection mode", "Brush size", "Alt+wheel"},
+    {"Selection mode", "Flood: more or less alike", "drag right, left"},
+    {"Selection mode", "Close the polygon", "double-click, click on its first corner"},
     {"Selection mode", "Zoom at the cursor", "wheel"},
-    {"Selection mode", "Pan", "right drag, hold Space and drag"},
-    {"Selection mode", "Accept", "Enter"},
-    {"Selection mode", "Leave", "Esc"},
+    {"Selection mode", "Pan", "right drag, middle drag"},
 };
+const KeyRow kRegionRows[] = {
+    {"List of regions", "Hide or show", "Space"},
+    {"List of regions", "Rename", "F2, double-click"},
+    {"List of regions", "Duplicate", "Ctrl+D"},
+    {"List of regions", "Delete", "Del"},
+    {"List of regions", "Move up, down", "Alt+Up, Alt+Down, drag"},
+};
+
+// Keys of one meaning in one row.
+std::vector<KeyRow> SelectionRows() {
+  std::vector<KeyRow> rows;
+  for (const SelectionKey& key : SelectionKeys()) {
+    const QString text = QKeySequence(QKeyCombination(key.modifiers, Qt::Key(key.key))).toString();
+    if (!rows.empty() && rows.back().what == key.what) {
+      rows.back().keys += ", " + text;
+    } else {
+      rows.push_back({"Selection mode", key.what, text});
+    }
+  }
+  rows.insert(rows.end(), std::begin(kSelectionMouse), std::end(kSelectionMouse));
+  return rows;
+}
 
 }  // namespace
 
@@ -47,16 +67,19 @@ std::vector<KeyRow> KeyRows(const KeyMap& keys) {
       rows.push_back({command.group, "Ten times faster, slower", "hold Shift, Alt"});
     }
   }
-  rows.insert(rows.end(), std::begin(kSelectionRows), std::end(kSelectionRows));
+  const auto selection = SelectionRows();
+  rows.insert(rows.end(), selection.begin(), selection.end());
+  rows.insert(rows.end(), std::begin(kRegionRows), std::end(kRegionRows));
   return rows;
 }
 
-KeysDialog::KeysDialog(const KeyMap& keys, QWidget* parent) : QDialog(parent) {
+KeysDialog::KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent)
+    : QDialog(parent) {
   setWindowTitle(tr("Keys"));
   resize(620, 700);
   profile_ = new QComboBox;
   profile_->setObjectName("profile");
-  profile_->addItems(KeyMap::BuiltIn());
+  profile_->addItems(profiles);
   auto* file = new QPushButton(tr("Load a profile…"));
   file->setAutoDefault(false);
   conflicts_ = new QLabel;
@@ -97,7 +120,8 @@ void KeysDialog::Show(const KeyMap& keys) {
   profile_->setCurrentText(keys.name());
   const QStringList conflicts = keys.Conflicts();
   conflicts_->setVisible(!conflicts.isEmpty());
-  conflicts_->setText(tr("Conflicts: %1. None of the two acts.").arg(conflicts.join("; ")));
+  conflicts_->setText(
+      tr("Conflicts: %1. What has two meanings does nothing.").arg(conflicts.join("; ")));
   const auto rows = KeyRows(keys);
   table_->setRowCount(0);
   QString group;

@@ -16,12 +16,13 @@ class KeysDialog : public QDialog {
   Q_OBJECT
 
  public:
-  explicit KeysDialog(const KeyMap& keys, QWidget* parent = nullptr);
+  // `profiles`: the names to choose from.
+  KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent = nullptr);
   // After the profile was changed.
   void Show(const KeyMap& keys);
 
  Q_SIGNALS:
-  void profileChosen(const QString& name);  // one of KeyMap::BuiltIn()
+  void profileChosen(const QString& name);
   void fileChosen(const QString& path);
 
  private:

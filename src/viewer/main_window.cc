@@ -57,7 +57,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   AddPanels();
   ConnectScene();
   const QSettings settings;
-  SetKeyMap(KeyMap::Named(settings.value("keys").toString()));
+  SetKeyMap(Profile(settings.value("keys").toString()));
   restoreGeometry(settings.value("geometry").toByteArray());
   restoreState(settings.value("layout").toByteArray());
   ShowPage();
@@ -181,12 +181,15 @@ void MainWindow::ConnectScene() {
     progress_->setToolTip(stage);
     if (controller_->IsBusy()) message_->setText(controller_->task() + ": " + stage);
   });
+  const auto complain = [this](const QString& label, const QString& message) {
+    ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label), message);
+  };
   connect(controller_, &SceneController::failed, this,
-          [this](const QString& label, const QString& message) {
-            if (IsSelecting()) return;  // it says so itself
-            ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label),
-                      message);
+          [this, complain](const QString& label, const QString& message) {
+            // The selection mode says what became of its own work itself.
+            if (!IsSelecting()) complain(label, message);
           });
+  connect(selection_, &SelectionMode::otherFailed, this, complain);
   connect(controller_, &SceneController::cancelled, this,
           [say](const QString& label) { say(tr("%1: cancelled").arg(label)); });
   connect(controller_, &SceneController::sceneChecked, this,

@@ -41,6 +41,7 @@ class SessionStore;
 struct StartOptions {
   OpenRequest scene;              // empty paths: not given
   std::filesystem::path session;  // NAME.retint
+  QString problem;                // why what was given cannot be opened; empty: it can
 };
 
 class MainWindow : public QMainWindow {
@@ -116,6 +117,8 @@ class MainWindow : public QMainWindow {
   void SaveScreenshot();
   void ShowKeys();
   void LoadProfile(const QString& path);
+  static QStringList LoadedProfiles();         // of this and earlier runs
+  static KeyMap Profile(const QString& name);  // loaded or built in, else the default
   void ChooseTheme(ThemeChoice choice);
   // main_window_files.cc
   void AskAndOpen(OpenRequest start);

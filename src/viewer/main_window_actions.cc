@@ -5,6 +5,7 @@
 #include <QApplication>
 #include <QDateTime>
 #include <QDir>
+#include <QDockWidget>
 #include <QFile>
 #include <QMenu>
 #include <QMenuBar>
@@ -214,20 +215,26 @@ void MainWindow::SetKeyMap(const KeyMap& keys) {
   keys_ = keys;
   canvas_->SetKeyMap(keys);
   for (const auto& [id, one] : actions_) {
-    one->setShortcuts(keys.Keys(id));
+    one->setShortcuts(keys.ActiveKeys(id));
     const QString text = keys.KeyText(id);
     const Command* command = FindCommand(id);
     one->setToolTip(tr(command->title) + (text.isEmpty() ? "" : " (" + text + ")"));
+  }
+  for (QDockWidget* dock : docks_) {
+    const QString text = keys.KeyText("panel." + dock->objectName().toStdString());
+    dock->toggleViewAction()->setToolTip(
+        text.isEmpty() ? dock->windowTitle()
+                       : tr("%1 (go there: %2)").arg(dock->windowTitle(), text));
   }
   if (keys_dialog_) keys_dialog_->Show(keys);
 }
 
 void MainWindow::ShowKeys() {
   if (!keys_dialog_) {
-    keys_dialog_ = new KeysDialog(keys_, this);
+    keys_dialog_ = new KeysDialog(keys_, KeyMap::BuiltIn() + LoadedProfiles(), this);
     keys_dialog_->setAttribute(Qt::WA_DeleteOnClose);
     connect(keys_dialog_, &KeysDialog::profileChosen, this, [this](const QString& name) {
-      SetKeyMap(KeyMap::Named(name));
+      SetKeyMap(Profile(name));
       QSettings().setValue("keys", name);
     });
     connect(keys_dialog_, &KeysDialog::fileChosen, this, &MainWindow::LoadProfile);
@@ -236,14 +243,41 @@ void MainWindow::ShowKeys() {
   keys_dialog_->raise();
 }
 
+// The text of a loaded profile is kept: its file may be gone at the next start.
+QStringList MainWindow::LoadedProfiles() {
+  return QSettings().value("key_profiles").toMap().keys();
+}
+
+KeyMap MainWindow::Profile(const QString& name) {
+  const QByteArray json = QSettings().value("key_profiles").toMap().value(name).toByteArray();
+  if (!json.isEmpty()) {
+    try {
+      return KeyMap::FromJson(json, name.toStdString());
+    } catch (const Error&) {
+      // Written for a version that knows other commands.
+    }
+  }
+  return KeyMap::Named(name);
+}
+
 void MainWindow::LoadProfile(const QString& path) {
   QFile file(path);
   if (!file.open(QIODevice::ReadOnly)) {
     ShowError(tr("The profile cannot be read"), path + ": " + file.errorString());
     return;
   }
+  const QByteArray json = file.readAll();
   try {
-    SetKeyMap(KeyMap::FromJson(file.readAll(), path.toStdString()));
+    const KeyMap keys = KeyMap::FromJson(json, path.toStdString());
+    if (KeyMap::BuiltIn().contains(keys.name())) {
+      throw InputError(path.toStdString(), "has the name of a profile that is built in");
+    }
+    QSettings settings;
+    QVariantMap loaded = settings.value("key_profiles").toMap();
+    loaded[keys.name()] = json;
+    settings.setValue("key_profiles", loaded);
+    settings.setValue("keys", keys.name());
+    SetKeyMap(keys);
   } catch (const Error& error) {
     ShowError(tr("The profile cannot be used"), QString::fromStdString(error.what()));
   }

@@ -93,21 +93,19 @@ void MainWindow::AddPanels() {
   resizeDocks({regions, optimizer}, {420, 500}, Qt::Vertical);
 
   panels_menu_->addSeparator();
-  int number = 1;
-  for (QDockWidget* dock : {regions, optimizer, quality, views, scene}) {
-    auto* go = new QAction(tr("Go to %1").arg(dock->windowTitle()), this);
-    go->setObjectName("go." + dock->objectName());
-    go->setShortcut(QKeySequence(tr("Alt+%1").arg(number++)));
-    connect(go, &QAction::triggered, this, [this, dock] {
+  const std::pair<const char*, QDockWidget*> commands[] = {{"panel.regions", regions},
+                                                           {"panel.optimizer", optimizer},
+                                                           {"panel.quality", quality},
+                                                           {"panel.views", views},
+                                                           {"panel.scene", scene}};
+  for (const auto& [command, dock] : commands) {
+    QAction* go = MakeAction(command, tr("Go to %1").arg(dock->windowTitle()), [this, dock = dock] {
       SetPanelsShown(true);
       dock->show();
       dock->raise();
       FirstControl(dock->widget())->setFocus(Qt::ShortcutFocusReason);
     });
-    addAction(go);
     panels_menu_->addAction(go);
-    dock->toggleViewAction()->setToolTip(
-        tr("%1 (go there: %2)").arg(dock->windowTitle(), go->shortcut().toString()));
   }
   qApp->installEventFilter(new PanelKeys(this));
 }

@@ -2,6 +2,7 @@
 #include "viewer/key_map.h"
 
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -9,6 +10,7 @@
 
 #include "base/error.h"
 #include "viewer/keys_dialog.h"
+#include "viewer/selection/selection_keys.h"
 
 namespace retint {
 namespace {
@@ -38,15 +40,54 @@ TEST(KeyMap, EveryCommandOfTheDefaultHasAKey) {
     EXPECT_FALSE(map.Keys(command.id).isEmpty()) << command.id;
 }
 
-TEST(KeyMap, TheGuideListsEveryKey) {
+std::string Guide() {
   std::ifstream file(std::string(RETINT_SOURCE_DIR) + "/docs/viewer.md");
   std::stringstream text;
   text << file.rdbuf();
-  for (const KeyRow& row : KeyRows(KeyMap::Named("SuperSplat"))) {
-    EXPECT_THAT(text.str(), HasSubstr(("| " + row.what + " | " + row.keys + " |").toStdString()));
+  return text.str();
+}
+
+// "Window: Full screen: F11", in the order of the guide's table.
+std::vector<std::string> GuideRows() {
+  std::vector<std::string> rows;
+  std::istringstream text(Guide());
+  std::string line, group;
+  while (std::getline(text, line)) {
+    const QStringList cells = QString::fromStdString(line).split(" | ");
+    if (!line.starts_with("| ") || cells.size() != 3 || cells[1] == "what") continue;
+    const QString heading = QString(cells[0]).remove('|').remove('*').trimmed();
+    if (!heading.isEmpty()) group = heading.toStdString();
+    rows.push_back(group + ": " + cells[1].toStdString() + ": " +
+                   cells[2].chopped(2).toStdString());
   }
+  return rows;
+}
+
+TEST(KeyMap, TheGuidesTableIsTheKeyList) {
+  std::vector<std::string> rows;
+  for (const KeyRow& row : KeyRows(KeyMap::Named("SuperSplat"))) {
+    rows.push_back((row.group + ": " + row.what + ": " + row.keys).toStdString());
+  }
+  EXPECT_EQ(GuideRows(), rows);
   for (const Command& command : Commands()) {
-    EXPECT_THAT(text.str(), HasSubstr("`" + std::string(command.id) + "`"));
+    EXPECT_THAT(Guide(), HasSubstr("`" + std::string(command.id) + "`"));
+  }
+}
+
+// Every key of selection mode is listed, each key once.
+TEST(KeyMap, SelectionKeysAreListed) {
+  QStringList listed;
+  for (const KeyRow& row : KeyRows(KeyMap::Named("SuperSplat"))) {
+    if (row.group != "Selection mode") continue;
+    // A comma is a key too.
+    listed += row.keys == "," ? QStringList{","} : row.keys.split(", ");
+  }
+  std::set<std::pair<int, int>> seen;
+  for (const SelectionKey& key : SelectionKeys()) {
+    EXPECT_TRUE(seen.emplace(key.key, int(key.modifiers)).second) << key.what;
+    EXPECT_EQ(key.run != nullptr, key.act == SelectionAct::kRun) << key.what;
+    const QKeyCombination keys(key.modifiers, Qt::Key(key.key));
+    EXPECT_TRUE(listed.contains(QKeySequence(keys).toString())) << key.what;
   }
 }
 
@@ -99,6 +140,26 @@ TEST(KeyMap, ConflictsAreNamed) {
       R"({"name": "Mine", "base": "SuperSplat", "mouse": {"zoom": ["Left"]}})", "my.json");
   ASSERT_EQ(mouse.Conflicts().size(), 1);
   EXPECT_THAT(mouse.Conflicts().front().toStdString(), HasSubstr("left drag"));
+}
+
+TEST(KeyMap, WhatIsInConflictDoesNotAct) {
+  const KeyMap keys = KeyMap::FromJson(
+      R"({"name": "Mine", "base": "SuperSplat",
+          "keys": {"show.depth": ["W", "J"], "view.next": ["Alt+3"], "camera.reset": ["Shift+S"]},
+          "mouse": {"zoom": ["Left"]}})",
+      "my.json");
+  const std::string conflicts = keys.Conflicts().join("\n").toStdString();
+  EXPECT_THAT(conflicts, HasSubstr("Fly forward"));
+  EXPECT_THAT(conflicts, HasSubstr("Go to the Quality panel"));
+  EXPECT_EQ(keys.Held(Qt::Key_W, {}), nullptr);
+  EXPECT_EQ(keys.ActiveKeys("show.depth"), QList<QKeySequence>{QKeySequence(Qt::Key_J)});
+  EXPECT_TRUE(keys.ActiveKeys("view.next").isEmpty());
+  EXPECT_TRUE(keys.ActiveKeys("panel.quality").isEmpty());
+  EXPECT_EQ(keys.Gesture(Qt::LeftButton, {}), std::nullopt);
+  EXPECT_EQ(keys.Gesture(Qt::MiddleButton, {}), MouseGesture::kOrbit);
+  // A key of its own with a modifier of flying goes before flying.
+  EXPECT_TRUE(keys.IsShortcut(Qt::ShiftModifier | Qt::Key_S));
+  EXPECT_FALSE(keys.IsShortcut(Qt::AltModifier | Qt::Key_S));
 }
 
 TEST(KeyMap, FaultsAreNamed) {

@@ -9,6 +9,8 @@
 #include <QMouseEvent>
 #include <QWheelEvent>
 
+#include "viewer/selection/selection_keys.h"
+
 namespace retint {
 namespace {
 
@@ -353,107 +355,51 @@ void SelectionCanvas::wheelEvent(QWheelEvent* event) {
 
 // --- Keys --------------------------------------------------------------------------------------
 
-namespace {
-
-struct Key {
-  int key;
-  Qt::KeyboardModifiers modifiers;
-  void (*act)(SelectionCanvas&);
-};
-
-template <SelectionTool kTool>
-void Choose(SelectionCanvas& canvas) {
-  canvas.SetTool(kTool);
-}
-
-void ChangeOpacity(SelectionCanvas& canvas, double by) {
-  canvas.SetOverlayOpacity(canvas.overlay_opacity() + by);
-}
-
-const Key* FindKey(const QKeyEvent& event) {
-  constexpr auto kNone = Qt::NoModifier;
-  constexpr auto kControl = Qt::ControlModifier;
-  static const Key kKeys[] = {
-      {Qt::Key_B, kNone, Choose<SelectionTool::kBrush>},
-      {Qt::Key_E, kNone, Choose<SelectionTool::kEraser>},
-      {Qt::Key_R, kNone, Choose<SelectionTool::kRectangle>},
-      {Qt::Key_L, kNone, Choose<SelectionTool::kLasso>},
-      {Qt::Key_P, kNone, Choose<SelectionTool::kPolygon>},
-      {Qt::Key_O, kNone, Choose<SelectionTool::kFlood>},
-      {Qt::Key_BracketLeft, kNone, [](SelectionCanvas& c) { c.ScaleBrush(-1); }},
-      {Qt::Key_BracketRight, kNone, [](SelectionCanvas& c) { c.ScaleBrush(1); }},
-      {Qt::Key_A, kControl, [](SelectionCanvas& c) { c.SelectAll(); }},
-      {Qt::Key_A, kControl | Qt::ShiftModifier, [](SelectionCanvas& c) { c.SelectNone(); }},
-      {Qt::Key_I, kControl, [](SelectionCanvas& c) { c.Invert(); }},
-      {Qt::Key_Z, kControl, [](SelectionCanvas& c) { c.Undo(); }},
-      {Qt::Key_Z, kControl | Qt::ShiftModifier, [](SelectionCanvas& c) { c.Redo(); }},
-      {Qt::Key_Y, kControl, [](SelectionCanvas& c) { c.Redo(); }},
-      {Qt::Key_G, kNone, [](SelectionCanvas& c) { c.GrowBy(1); }},
-      {Qt::Key_G, Qt::ShiftModifier, [](SelectionCanvas& c) { c.GrowBy(-1); }},
-      {Qt::Key_Comma, kNone, [](SelectionCanvas& c) { ChangeOpacity(c, -0.1); }},
-      {Qt::Key_Period, kNone, [](SelectionCanvas& c) { ChangeOpacity(c, 0.1); }},
-      {Qt::Key_0, kNone, [](SelectionCanvas& c) { c.FitView(); }},
-      {Qt::Key_1, kNone, [](SelectionCanvas& c) { c.ActualSize(); }},
-  };
-  for (const Key& key : kKeys) {
-    const auto modifiers = event.modifiers() & ~Qt::KeypadModifier;
-    if (key.key == event.key() && key.modifiers == modifiers) return &key;
-  }
-  return nullptr;
-}
-
-bool IsEnter(int key) { return key == Qt::Key_Return || key == Qt::Key_Enter; }
-
-}  // namespace
-
 bool SelectionCanvas::WantsKey(const QKeyEvent& event) const {
-  switch (event.key()) {
-    case Qt::Key_Return:
-    case Qt::Key_Enter:
-    case Qt::Key_Escape:
-    case Qt::Key_Space:
-    case Qt::Key_Backslash:
-      return true;
-    case Qt::Key_Backspace:
-      return drawing_.has_value();
-    default:
-      return FindKey(event) != nullptr;
-  }
+  const SelectionKey* key = FindSelectionKey(event);
+  return key && (key->act != SelectionAct::kTakeBack || drawing_);
 }
 
 bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
-  if (IsEnter(event.key())) {
-    if (drawing_ && drawing_->tool == SelectionTool::kPolygon) {
-      drawing_->points.pop_back();
-      FinishDrawing();
-    } else if (!drawing_ && !flooding_ && !editor_.InStroke()) {
-      Q_EMIT acceptRequested();
-    }
-  } else if (event.key() == Qt::Key_Escape) {
-    // Out of what is drawn, then of the tool, then of the mode.
-    if (CancelDrawing()) return true;
-    if (paintable_ && tool_ != SelectionTool::kBrush) {
-      SetTool(SelectionTool::kBrush);
-    } else {
-      Q_EMIT leaveRequested();
-    }
-  } else if (event.key() == Qt::Key_Space) {
-    if (!event.isAutoRepeat()) space_ = true;
-    UpdateCursor();
-  } else if (event.key() == Qt::Key_Backslash) {
-    overlay_hidden_ = true;
-    update();
-  } else if (event.key() == Qt::Key_Backspace && drawing_) {
-    if (drawing_->points.size() > 2) {
-      drawing_->points.erase(drawing_->points.end() - 2);
+  if (!WantsKey(event)) return false;
+  const SelectionKey* key = FindSelectionKey(event);
+  switch (key->act) {
+    case SelectionAct::kRun:
+      if (ready_ && paintable_) key->run(*this);
+      break;
+    case SelectionAct::kAccept:
+      if (drawing_ && drawing_->tool == SelectionTool::kPolygon) {
+        drawing_->points.pop_back();
+        FinishDrawing();
+      } else if (!drawing_ && !flooding_ && !editor_.InStroke()) {
+        Q_EMIT acceptRequested();
+      }
+      break;
+    case SelectionAct::kLeave:
+      // Out of what is drawn, then of the tool, then of the mode.
+      if (CancelDrawing()) break;
+      if (paintable_ && tool_ != SelectionTool::kBrush) {
+        SetTool(SelectionTool::kBrush);
+      } else {
+        Q_EMIT leaveRequested();
+      }
+      break;
+    case SelectionAct::kPan:
+      if (!event.isAutoRepeat()) space_ = true;
+      UpdateCursor();
+      break;
+    case SelectionAct::kHideOverlay:
+      overlay_hidden_ = true;
       update();
-    } else {
-      CancelDrawing();
-    }
-  } else if (const Key* key = FindKey(event)) {
-    if (ready_ && paintable_) key->act(*this);
-  } else {
-    return false;
+      break;
+    case SelectionAct::kTakeBack:
+      if (drawing_->points.size() > 2) {
+        drawing_->points.erase(drawing_->points.end() - 2);
+        update();
+      } else {
+        CancelDrawing();
+      }
+      break;
   }
   return true;
 }

@@ -123,7 +123,7 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   connect(actions_, &ActionStrip::targetChosen, this, &SelectionMode::ChooseTarget);
   connect(controller_, &SceneController::failed, this, &SelectionMode::TaskFailed);
   connect(controller_, &SceneController::cancelled, this, [this](const QString& label) {
-    TaskFailed(label, tr("Cancelled, nothing was changed"));
+    if (OwnLabel(label)) TaskFailed(label, tr("Cancelled, nothing was changed"));
   });
   connect(controller_, &SceneController::progress, this, &SelectionMode::Progressed);
   connect(controller_, &SceneController::closed, this, [this] {
@@ -318,7 +318,10 @@ bool SelectionMode::OwnLabel(const QString& label) const {
 }
 
 void SelectionMode::TaskFailed(const QString& label, const QString& message) {
-  if (!OwnLabel(label)) return;
+  if (!OwnLabel(label)) {
+    if (state_ != State::kIdle) Q_EMIT otherFailed(label, message);
+    return;
+  }
   if (state_ == State::kComputing) {
     ++visit_;
     SetState(State::kPainting);

@@ -67,6 +67,8 @@ class SelectionMode : public QWidget {
   void ready();                        // the view can be painted
   void accepted(retint::RegionId id);  // a region was made or changed; the mode is over
   void left();                         // without a change
+  // Something else than the mode's own work failed meanwhile, of which it says nothing.
+  void otherFailed(const QString& label, const QString& message);
 
  protected:
   bool event(QEvent* event) override;
