@@ -14,6 +14,7 @@
 
 #include "session/report.h"
 #include "viewer/main_window.h"
+#include "viewer/open_dialog.h"
 #include "viewer/theme.h"
 
 namespace retint {
@@ -52,8 +53,9 @@ void Describe(QCommandLineParser& parser) {
   QCommandLineOption session(kSession, "What --session becomes.", "S.retint");
   session.setFlags(QCommandLineOption::HiddenFromHelp);
   parser.addOption(session);
-  parser.addPositionalArgument("paths", "Workspace, splat or session, as if dropped on the window.",
-                               "[paths...]");
+  parser.addPositionalArgument(
+      "paths", "Workspace and splat, or a session, in place of --workspace, --splat and --session.",
+      "[paths...]");
 }
 
 // Why the command line cannot be used; empty when it can.
@@ -70,8 +72,23 @@ QString Fault(const QCommandLineParser& parser) {
   if (!ok || holdout < 0 || holdout == 1) {
     return "--holdout: '" + parser.value("holdout") + "' is not 0 or at least 2";
   }
-  if (parser.isSet(kSession) && (parser.isSet("workspace") || parser.isSet("splat"))) {
-    return "--session names its workspace and splat itself";
+  const QStringList paths = parser.positionalArguments();
+  const auto twice = [&](const char* option, const char* shown) {
+    return !paths.isEmpty() && parser.isSet(option)
+               ? QString("'%1' by position and %2: only one of them").arg(paths.front(), shown)
+               : QString();
+  };
+  for (const auto& [option, shown] :
+       {std::pair("workspace", "--workspace"), std::pair("splat", "--splat"),
+        std::pair(kSession, "--session")}) {
+    const QString conflict = twice(option, shown);
+    if (!conflict.isEmpty()) return conflict;
+  }
+  const bool session = parser.isSet(kSession) || !SortPaths(paths).session.isEmpty();
+  for (const char* option : {"workspace", "splat", "images", "holdout"}) {
+    if (session && parser.isSet(option)) {
+      return QString("a session has its own --%1").arg(option);
+    }
   }
   return {};
 }
@@ -84,6 +101,13 @@ StartOptions Resolve(const QCommandLineParser& parser) {
   start.scene.options.backend = parser.value("backend").toStdString();
   start.scene.options.holdout = parser.value("holdout").toInt();
   start.session = parser.value(kSession).toStdString();
+  if (const QStringList paths = parser.positionalArguments(); !paths.isEmpty()) {
+    const DroppedPaths given = SortPaths(paths);
+    start.scene.workspace = given.workspace.toStdString();
+    start.scene.splat = given.splat.toStdString();
+    start.session = given.session.toStdString();
+    start.problem = given.problem;
+  }
   return start;
 }
 
@@ -135,13 +159,7 @@ int Main(int argc, char** argv) {
   MainWindow window(&theme);
   window.show();
   // Once the window is on the screen.
-  QTimer::singleShot(0, &window, [&] {
-    if (!parser.positionalArguments().isEmpty()) {
-      window.OpenPaths(parser.positionalArguments());
-    } else {
-      window.Start(Resolve(parser));
-    }
-  });
+  QTimer::singleShot(0, &window, [&] { window.Start(Resolve(parser)); });
   return QApplication::exec();
 }
 

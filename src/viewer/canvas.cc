@@ -62,7 +62,9 @@ Canvas::Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader*
     if (frusta_) update();
   });
   connect(photos_, &PhotoLoader::photoReady, this, [this] {
-    if (photo_) update();
+    if (!photo_) return;
+    SayMissingPhoto();
+    update();
   });
 }
 
@@ -114,7 +116,6 @@ void Canvas::UpdateViewport() {
 
 void Canvas::CameraMoved() {
   if (!controller_->IsOpen()) return;
-  if (!moving_) since_frame_.invalidate();
   Request(true);
   rest_.start();
   Q_EMIT cameraChanged();
@@ -123,6 +124,7 @@ void Canvas::CameraMoved() {
 void Canvas::Request(bool moving) {
   if (!controller_->IsOpen()) return;
   moving_ = moving;
+  if (!moving) since_frame_.invalidate();  // the movement is over
   FrameRequest request;
   request.serial = ++serial_;
   request.camera = navigation_.Rendered();
@@ -130,19 +132,26 @@ void Canvas::Request(bool moving) {
   request.moving = moving;
   request.sh = original_ ? controller_->original_sh() : controller_->sh();
   if (!original_) request.sh_active = controller_->sh_active();
-  if (split_ && !original_) request.before = controller_->original_sh();
+  if (ShowsSplit()) request.before = controller_->original_sh();
   if (cloud_shown_ && !original_) request.cloud = cloud_;
   renderer_->Request(request);
 }
 
 void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
   if (!controller_->IsOpen() || frame->sh->size() != controller_->sh()->size()) return;
-  if (frame->moving && moving_) {
+  // Colours and the window's size bring small frames too, which say nothing about moving.
+  const bool turned = frame_ && (frame_->camera.cam_from_world.translation !=
+                                     frame->camera.cam_from_world.translation ||
+                                 frame_->camera.cam_from_world.rotation.coeffs() !=
+                                     frame->camera.cam_from_world.rotation.coeffs());
+  if (frame->moving && moving_ && turned) {
     if (since_frame_.isValid()) {
-      const double now = 1000.0 / std::max<qint64>(1, since_frame_.elapsed());
+      const double now = 1e9 / double(std::max<qint64>(1, since_frame_.nsecsElapsed()));
       fps_ = fps_ > 0 ? 0.8 * fps_ + 0.2 * now : now;
     }
     since_frame_.start();
+  } else {
+    since_frame_.invalidate();
   }
   if (!frame->moving) sharp_ms_ = frame->milliseconds;
   frame_ = std::move(frame);
@@ -165,6 +174,7 @@ bool Canvas::GoTo(const std::string& name) {
   navigation_.GoTo(*view, facts->Posed(*view));
   CameraMoved();
   photos_->Photo(name);  // someone may hold P
+  SayMissingPhoto();
   return true;
 }
 
@@ -310,6 +320,19 @@ bool Canvas::showing_photo() const {
   return photo_ && navigation_.view() && !photos_->Photo(navigation_.view()->name).isNull();
 }
 
+bool Canvas::lacks_photo() const {
+  return photo_ && navigation_.view() && photos_->IsUnreadable(navigation_.view()->name);
+}
+
+void Canvas::SayMissingPhoto() {
+  if (!lacks_photo()) return;
+  const View& view = *navigation_.view();
+  const Workspace& workspace = *controller_->facts()->workspace;
+  const QString path = QString::fromStdString(workspace.PhotoPath(view).string());
+  Q_EMIT hint(workspace.HasPhoto(view) ? tr("The photo of this view cannot be read: %1").arg(path)
+                                       : tr("The photo of this view is missing: %1").arg(path));
+}
+
 void Canvas::SetHeld(const Command& command, bool down) {
   const std::string_view id = command.id;
   if (id == "show.photo") {
@@ -318,6 +341,7 @@ void Canvas::SetHeld(const Command& command, bool down) {
       Q_EMIT hint(tr("Photos are shown from training views: %1 goes to the nearest")
                       .arg(keys_.KeyText("view.next")));
     }
+    SayMissingPhoto();
     update();
   } else if (id == "show.original") {
     original_ = down;
@@ -361,8 +385,10 @@ void Canvas::resizeEvent(QResizeEvent* event) {
   rest_.start();
 }
 
+bool Canvas::ShowsSplit() const { return split_ && !original_ && what_ == RenderWhat::kRgb; }
+
 bool Canvas::OnSplitHandle(const QPointF& at) const {
-  if (!split_ || !frame_) return false;
+  if (!ShowsSplit() || !frame_) return false;
   const QRectF rect = ImageRect(frame_->camera);
   return rect.contains(at) &&
          std::abs(at.x() - (rect.left() + split_at_ * rect.width())) <= kSplitGrab;
@@ -436,6 +462,21 @@ void Canvas::wheelEvent(QWheelEvent* event) {
   navigation_.Zoom(event->angleDelta().y() / 120.0);
   CameraMoved();
   event->accept();
+}
+
+// Flying goes before the menus' and panels' letters with Alt, and Alt alone while one flies before
+// the menu bar. A command that has a key with just these modifiers keeps it.
+bool Canvas::event(QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride) {
+    const auto* key = static_cast<QKeyEvent*>(event);
+    const bool slower = key->key() == Qt::Key_Alt && !flying_.empty();
+    if (slower ||
+        (keys_.Held(key->key(), key->modifiers()) && !keys_.IsShortcut(key->keyCombination()))) {
+      event->accept();
+      return true;
+    }
+  }
+  return QWidget::event(event);
 }
 
 void Canvas::keyPressEvent(QKeyEvent* event) {

@@ -53,6 +53,8 @@ class Canvas : public QWidget {
   bool fly_mode() const { return fly_mode_; }
   bool cloud_shown() const { return cloud_shown_; }
   bool showing_photo() const;
+  // P is held, and the view's photo is missing or cannot be read.
+  bool lacks_photo() const;
   bool showing_original() const { return original_; }
 
   std::shared_ptr<const Frame> frame() const { return frame_; }  // null before the first
@@ -74,6 +76,7 @@ class Canvas : public QWidget {
   void hint(const QString& text);
 
  protected:
+  bool event(QEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;
@@ -100,6 +103,8 @@ class Canvas : public QWidget {
   void UpdateViewport();
   void Request(bool moving);
   void FlyStep();
+  bool ShowsSplit() const;  // split() where there are two sides: not of the depth
+  void SayMissingPhoto();
   std::vector<Frustum> Frusta() const;
   const View* FrustumAt(const QPointF& at) const;
   void PaintFrusta(QPainter& painter) const;
@@ -126,7 +131,7 @@ class Canvas : public QWidget {
   double sharp_ms_ = 0;  // that the newest sharp frame took
   uint64_t serial_ = 0;  // of the newest request
   double fps_ = 0;
-  QElapsedTimer since_frame_;
+  QElapsedTimer since_frame_;  // valid: since a frame of the movement that goes on
 
   std::optional<MouseGesture> gesture_;
   bool split_drag_ = false;

@@ -115,12 +115,10 @@ void Canvas::PaintFrusta(QPainter& painter) const {
 
 void Canvas::PaintSplit(QPainter& painter, const QRectF& rect) const {
   const double x = rect.left() + split_at_ * rect.width();
-  if (!frame_->before.isNull()) {
-    painter.save();
-    painter.setClipRect(QRectF(rect.topLeft(), QPointF(x, rect.bottom())));
-    painter.drawImage(rect, frame_->before);
-    painter.restore();
-  }
+  painter.save();
+  painter.setClipRect(QRectF(rect.topLeft(), QPointF(x, rect.bottom())));
+  painter.drawImage(rect, frame_->before);
+  painter.restore();
   painter.setRenderHint(QPainter::Antialiasing);
   painter.setPen(QPen(QColor(0, 0, 0, 140), 4));
   painter.drawLine(QPointF(x, rect.top()), QPointF(x, rect.bottom()));
@@ -151,6 +149,8 @@ void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   QString mode;
   if (showing_photo()) {
     mode = tr("photo");
+  } else if (lacks_photo()) {
+    mode = tr("no photo");
   } else if (original_) {
     mode = tr("before the edits");
   } else if (what_ == RenderWhat::kDepth) {
@@ -174,7 +174,7 @@ void Canvas::paintEvent(QPaintEvent*) {
     painter.drawImage(ImageRect(navigation_.Rendered()), photos_->Photo(navigation_.view()->name));
   } else {
     painter.drawImage(picture, frame_->image);
-    if (split_ && !original_) PaintSplit(painter, picture);
+    if (ShowsSplit() && !frame_->before.isNull()) PaintSplit(painter, picture);
     if (frusta_) PaintFrusta(painter);
   }
   PaintLabels(painter, ImageRect(navigation_.Rendered()));

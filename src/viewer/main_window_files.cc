@@ -25,7 +25,7 @@ namespace retint {
 namespace {
 
 constexpr qsizetype kRecentKept = 8;
-constexpr QChar kBetween(0x1f);  // workspace and splat of a recent scene; not in a path
+constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
 bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -33,6 +33,35 @@ bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
   return std::filesystem::equivalent(a, b, ignored);
 }
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
+QString Absolute(const std::filesystem::path& path) {
+  return path.empty() ? QString() : QFileInfo(Text(path)).absoluteFilePath();
+}
+
+// A scene as an entry of the recent files: workspace, splat, photos, held-out views, backend. The
+// last three may be missing: older entries have two parts.
+QString RecentEntry(const OpenRequest& request) {
+  const SessionOptions& options = request.options;
+  return QStringList{Absolute(request.workspace), Absolute(request.splat),
+                     Absolute(options.image_folder), QString::number(options.holdout),
+                     QString::fromStdString(options.backend)}
+      .join(kBetween);
+}
+
+OpenRequest RecentRequest(const QString& entry) {
+  const QStringList parts = entry.split(kBetween);
+  OpenRequest request;
+  request.workspace = Path(parts.value(0));
+  request.splat = Path(parts.value(1));
+  request.options.image_folder = Path(parts.value(2));
+  request.options.holdout = parts.value(3).toInt();
+  if (!parts.value(4).isEmpty()) request.options.backend = parts.value(4).toStdString();
+  return request;
+}
+
+// Entries of the same files, whatever their options, are one.
+bool SameRecent(const QString& a, const QString& b) {
+  return a.split(kBetween).mid(0, 2) == b.split(kBetween).mid(0, 2);
+}
 
 }  // namespace
 
@@ -40,6 +69,9 @@ QString Text(const std::filesystem::path& path) { return QString::fromStdString(
 // --------------------------------------------------------------------------------------
 
 void MainWindow::Start(const StartOptions& options) {
+  if (!options.problem.isEmpty()) {
+    return ShowError(tr("That cannot be opened"), options.problem);
+  }
   OfferRecovery(options, [this, options] { OpenStart(options); });
 }
 
@@ -56,8 +88,7 @@ void MainWindow::OpenStart(const StartOptions& options) {
 
 void MainWindow::OpenScene(const OpenRequest& request) {
   ConfirmThen(tr("Open another scene?"), [this, request] {
-    opening_ = QFileInfo(Text(request.workspace)).absoluteFilePath() + kBetween +
-               QFileInfo(Text(request.splat)).absoluteFilePath();
+    opening_ = RecentEntry(request);
     controller_->Open(request);
   });
 }
@@ -82,7 +113,9 @@ void MainWindow::OpenPaths(const QStringList& paths) {
   if (!dropped.session.isEmpty()) return OpenSession(Path(dropped.session));
   OpenRequest request;
   request.workspace = Path(dropped.workspace);
-  request.splat = Path(dropped.splat);
+  request.splat =
+      Path(dropped.splat.isEmpty() && !dropped.workspace.isEmpty() ? GuessSplat(dropped.workspace)
+                                                                   : dropped.splat);
   // A splat alone is meant for the workspace that is open.
   if (request.workspace.empty() && controller_->IsOpen()) {
     request.workspace = controller_->facts()->request.workspace;
@@ -106,7 +139,7 @@ void MainWindow::AskAndOpen(OpenRequest start) {
 void MainWindow::Remember(const QString& entry) {
   QSettings settings;
   QStringList recent = settings.value("recent").toStringList();
-  recent.removeAll(entry);
+  recent.removeIf([&](const QString& other) { return SameRecent(other, entry); });
   recent.prepend(entry);
   settings.setValue("recent", recent.mid(0, kRecentKept));
 }
@@ -114,15 +147,11 @@ void MainWindow::Remember(const QString& entry) {
 void MainWindow::FillRecent() {
   recent_->clear();
   for (const QString& entry : QSettings().value("recent").toStringList()) {
-    const QStringList parts = entry.split(kBetween);
-    const QString title = parts.join(tr(" with "));
+    const QString title = entry.split(kBetween).mid(0, 2).join(tr(" with "));
     QAction* action = recent_->addAction(QString(title).replace("&", "&&"));
-    connect(action, &QAction::triggered, this, [this, parts] {
-      if (parts.size() == 1) return OpenSession(Path(parts.front()));
-      OpenRequest request;
-      request.workspace = Path(parts[0]);
-      request.splat = Path(parts[1]);
-      OpenScene(request);
+    connect(action, &QAction::triggered, this, [this, entry] {
+      if (!entry.contains(kBetween)) return OpenSession(Path(entry));
+      OpenScene(RecentRequest(entry));
     });
   }
   if (recent_->isEmpty()) recent_->addAction(tr("nothing yet"))->setEnabled(false);
@@ -231,8 +260,7 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
     if (button == leave) {
       stop_and_go();
     } else if (save && button == save) {
-      controller_->CancelRefit();
-      Save(false, stop_and_go);
+      Save(false, stop_and_go);  // nothing is stopped before it is saved: asking where may end here
     }
   });
   ShowDialog(box);

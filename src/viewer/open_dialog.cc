@@ -55,24 +55,29 @@ QString GuessSplat(const QString& workspace) {
 
 DroppedPaths SortPaths(const QStringList& paths) {
   DroppedPaths sorted;
+  const auto take = [&](QString& place, const QString& path) {
+    if (!place.isEmpty()) sorted.problem = QObject::tr("%1 and %2: one is enough").arg(place, path);
+    place = path;
+  };
   for (const QString& path : paths) {
     const QFileInfo info(path);
     if (!info.exists()) {
       sorted.problem = QObject::tr("%1 does not exist").arg(path);
     } else if (path.endsWith(".retint") || path.endsWith(".retint/")) {
-      sorted.session = path;
+      take(sorted.session, path);
     } else if (info.isDir()) {
       if (!HoldsModel(path)) {
         sorted.problem =
             QObject::tr("%1 holds no COLMAP model (cameras, images, points3D)").arg(path);
       }
-      sorted.workspace = path;
+      take(sorted.workspace, path);
     } else {
-      sorted.splat = path;
+      take(sorted.splat, path);
     }
   }
-  if (!sorted.workspace.isEmpty() && sorted.splat.isEmpty()) {
-    sorted.splat = GuessSplat(sorted.workspace);
+  if (!sorted.session.isEmpty() && paths.size() > 1 && sorted.problem.isEmpty()) {
+    sorted.problem =
+        QObject::tr("%1: a session names its workspace and splat itself").arg(sorted.session);
   }
   return sorted;
 }

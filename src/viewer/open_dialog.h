@@ -35,7 +35,7 @@ class OpenDialog : public QDialog {
 };
 
 // What dropped or given paths mean together: a folder with a model is a workspace, NAME.retint a
-// session, any other file a splat.
+// session, any other file a splat. `problem`: why they cannot be opened, empty when they can.
 struct DroppedPaths {
   QString workspace, splat, session, problem;
 };

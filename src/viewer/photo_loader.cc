@@ -69,6 +69,11 @@ QImage PhotoLoader::Photo(const std::string& view) {
   return {};
 }
 
+bool PhotoLoader::IsUnreadable(const std::string& view) const {
+  const auto found = photos_.find(view);
+  return found != photos_.end() && found->second.isNull();
+}
+
 void PhotoLoader::Read(const std::string& view, bool small) {
   const View* found = facts_->workspace->reconstruction.FindView(view);
   if (!found) return;

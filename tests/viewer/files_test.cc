@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files by menu, key and drop: opening, recent files, sessions good and bad, recovery, exports.
+#include <cstring>
 #include <fstream>
+#include <limits>
 
 #include <QAction>
 #include <QDialogButtonBox>
@@ -156,6 +158,44 @@ class FilesTest : public QObject {
     QCOMPARE(Regions().size(), size_t{1});
   }
 
+  void RecentScenesKeepTheirOptions() {
+    const fs::path photos = Fresh() / "photos";
+    fs::copy(scene_->workspace() / "images", photos);
+    OpenRequest request = scene_->Request();
+    request.options.image_folder = photos;
+    request.options.holdout = 3;
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenScene(request);
+    QVERIFY(Opened(opened));
+    const size_t heldout = controller().facts()->heldout.size();
+    QVERIFY(heldout > 0);
+    // Another scene comes between.
+    const fs::path other = Fresh() / "other.ply";
+    fs::copy_file(scene_->workspace() / "splat.ply", other);
+    OpenRequest second = scene_->Request();
+    second.splat = other;
+    opened.clear();
+    window_->OpenScene(second);
+    QVERIFY(Opened(opened));
+    QVERIFY(controller().facts()->heldout.empty());
+    const QList<QAction*> entries = Recent();
+    QVERIFY(entries.size() >= 2 && entries[1]->text().endsWith("splat.ply"));
+    opened.clear();
+    entries[1]->trigger();
+    QVERIFY(Opened(opened));
+    const auto facts = controller().facts();
+    QCOMPARE(facts->heldout.size(), heldout);
+    QVERIFY(fs::equivalent(facts->workspace->image_folder, photos));
+    QCOMPARE(facts->request.options.backend, std::string("cpu"));
+    // The same files with other options are not a second entry.
+    opened.clear();
+    window_->OpenScene(scene_->Request());
+    QVERIFY(Opened(opened));
+    int same = 0;
+    for (QAction* entry : Recent()) same += entry->text().endsWith("workspace/splat.ply");
+    QCOMPARE(same, 1);
+  }
+
   void SessionsAndSplatsAreDropped() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh() / "dropped.retint";
@@ -218,6 +258,27 @@ class FilesTest : public QObject {
     QCOMPARE(ReadSessionInfo(folder).regions, size_t{1});
   }
 
+  void BackingOutOfSavingStopsNothing() {
+    QVERIFY(AddRegion("pot"));
+    RefitJob job;
+    job.options.solver = Solver::kAdam;
+    job.options.iterations = 1000000;
+    controller().SetRefitJob(job);
+    controller().StartRefit();
+    QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > 0, kWaitMs);
+    PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
+    QVERIFY(WaitDialog(*window_));
+    int came = 0;
+    CancelFileDialog(&came);
+    QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
+    QTRY_COMPARE_WITH_TIMEOUT(came, 1, kWaitMs);
+    QVERIFY(Settle(controller()));
+    QVERIFY(window_->isVisible() && controller().optimizer().Active());
+    const int steps = controller().optimizer().steps;
+    QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > steps, kWaitMs);
+    controller().CancelRefit();
+  }
+
   void BadSessionsAreExplained() {
     QVERIFY(AddRegion("pot"));
     const fs::path good = Fresh() / "good.retint";
@@ -257,6 +318,61 @@ class FilesTest : public QObject {
     QVERIFY(ReadError(*window_).contains("other.ply"));
     QCOMPARE(controller().facts(), facts);
     QCOMPARE(Regions().size(), size_t{1});
+  }
+
+  void BadScenesAreExplained_data() {
+    QTest::addColumn<QString>("fault");
+    QTest::addColumn<QString>("named");
+    for (const auto& [fault, named] :
+         {std::pair("cut cameras", "cameras.bin"), std::pair("cut images", "images.bin"),
+          std::pair("cut points", "points3D.bin"), std::pair("cut splat", "splat.ply"),
+          std::pair("NaN in the splat", "splat.ply"), std::pair("text as a splat", "splat.ply"),
+          std::pair("distorted camera", "image_undistorter"),
+          std::pair("unknown camera model", "cameras.bin")}) {
+      QTest::newRow(fault) << fault << named;
+    }
+  }
+  void BadScenesAreExplained() {
+    QFETCH(const QString, fault);
+    QFETCH(const QString, named);
+    const fs::path bad = Fresh() / "workspace";
+    fs::copy(scene_->workspace(), bad, fs::copy_options::recursive);
+    const fs::path model = bad / "sparse" / "0", splat = bad / "splat.ply";
+    const auto cut = [](const fs::path& path, double share) {
+      fs::resize_file(path, uintmax_t(share * double(fs::file_size(path))));
+    };
+    const auto overwrite = [](const fs::path& path, size_t at, auto value) {
+      std::string bytes = ReadFile(path);
+      std::memcpy(bytes.data() + at, &value, sizeof value);
+      WriteFile(path, bytes);
+    };
+    constexpr size_t kCameraModel = 8 + 4;  // after the count and the first camera's id
+    if (fault == "cut cameras") cut(model / "cameras.bin", 0.6);
+    if (fault == "cut images") cut(model / "images.bin", 0.6);
+    if (fault == "cut points") fs::resize_file(model / "points3D.bin", 5);
+    if (fault == "cut splat") cut(splat, 0.7);
+    if (fault == "NaN in the splat") {
+      const size_t data = ReadFile(splat).find("end_header\n") + std::strlen("end_header\n");
+      overwrite(splat, data, std::numeric_limits<float>::quiet_NaN());
+    }
+    if (fault == "text as a splat") WriteFile(splat, "not a splat at all\n");
+    // SIMPLE_RADIAL has four parameters, as PINHOLE.
+    if (fault == "distorted camera") overwrite(model / "cameras.bin", kCameraModel, int32_t{2});
+    if (fault == "unknown camera model") {
+      overwrite(model / "cameras.bin", kCameraModel, int32_t{77});
+    }
+    const auto facts = controller().facts();
+    Drop(bad);
+    const QString error = ReadError(*window_);
+    QVERIFY2(error.contains(named), qPrintable(error));
+    // The window goes on with what was open, and opens what is good.
+    QVERIFY(controller().facts() == facts && !controller().IsBusy());
+    PressKey(*window_, Qt::Key_Right);
+    QCOMPARE(canvas().navigation().view(), facts->views[1]);
+    QVERIFY(WaitSharp(*window_));
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    Drop(scene_->workspace());
+    QVERIFY(Opened(opened));
   }
 
   // What a program that died left behind; viewer_process_test.cc has one die.

@@ -3,6 +3,8 @@
 // outcome read off the camera, the picture and the session.
 #include "viewer/main_window.h"
 
+#include <atomic>
+
 #include <QAction>
 #include <QDir>
 #include <QDockWidget>
@@ -13,9 +15,11 @@
 #include <QMimeData>
 #include <QPushButton>
 #include <QStandardPaths>
+#include <QToolButton>
 #include <QUrl>
 
 #include "colmap_io/image_io.h"
+#include "splat_io/splat_io.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/session_store.h"
@@ -279,6 +283,8 @@ class MainWindowTest : public QObject {
   }
 
   void SplitSliderShowsBothSides() {
+    window_->resize(1500, 800);
+    QVERIFY(WaitSharp(*window_));
     const QImage before = canvas().frame()->image;
     QVERIFY(AddTintedRegion() != 0);
     canvas().SetCloudShown(false);
@@ -286,6 +292,41 @@ class MainWindowTest : public QObject {
     QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && !canvas().frame()->before.isNull(), kWaitMs);
     QVERIFY(Difference(canvas().frame()->before, before) < 0.01);
     QVERIFY(Difference(canvas().frame()->image, before) > 0.2);
+    // On the screen: with the line through the middle of what was tinted, its left is as it was,
+    // its right is tinted.
+    const QImage now = canvas().frame()->image, old = canvas().frame()->before;
+    int low = now.width(), high = 0;
+    for (int y = 0; y < now.height(); ++y) {
+      for (int x = 0; x < now.width(); ++x) {
+        if (Apart(now.pixel(x, y), old.pixel(x, y)) <= 30) continue;
+        low = std::min(low, x), high = std::max(high, x);
+      }
+    }
+    const double line = 0.5 * (low + high + 1);
+    canvas().SetSplitAt(line / now.width());
+    const QRectF place = canvas().ImageRect(canvas().frame()->camera);
+    const QImage screen = canvas().grab().toImage();
+    int64_t sides[2] = {}, right_sides[2] = {};
+    for (int y = 60; y < now.height() - 60; ++y) {  // without the labels
+      for (int x = low; x <= high; ++x) {
+        const QRgb then_pixel = old.pixel(x, y), now_pixel = now.pixel(x, y);
+        // Without the line and its grip.
+        if (std::abs(x + 0.5 - line) < 16 || Apart(then_pixel, now_pixel) <= 30) continue;
+        const QRgb shown = screen.pixel(int(place.left()) + x, int(place.top()) + y);
+        const bool is_old = Apart(shown, then_pixel) < Apart(shown, now_pixel);
+        const bool left = x < line;
+        ++sides[left];
+        right_sides[left] += is_old == left;
+      }
+    }
+    for (const bool left : {false, true}) {
+      QVERIFY2(sides[left] > 50 && right_sides[left] > 0.97 * double(sides[left]),
+               qPrintable(QString("%1: %2 of %3")
+                              .arg(left ? "left" : "right")
+                              .arg(right_sides[left])
+                              .arg(sides[left])));
+    }
+    canvas().SetSplitAt(0.5);
     // Dragged to the right end everything is as it was; the camera stays.
     const QRectF rect = canvas().ImageRect(canvas().frame()->camera);
     const QPoint from = rect.center().toPoint();
@@ -323,7 +364,7 @@ class MainWindowTest : public QObject {
     QTRY_COMPARE_WITH_TIMEOUT(controller().regions().regions.size(), size_t{1}, kWaitMs);
   }
 
-  void OptimizerRunsPausesAndFinishes() {
+  void OptimizerRunsAndFinishes() {
     QVERIFY(AddTintedRegion() != 0);
     const auto closed_form = controller().sh();
     controller().StartRefit();
@@ -501,11 +542,121 @@ class MainWindowTest : public QObject {
     other.show();
     QSignalSpy failed(&other.controller(), &SceneController::openFailed);
     QSignalSpy opened(&other.controller(), &SceneController::opened);
+    // A load that takes until it is cancelled; one that does not hear of it opens the scene.
+    const auto give_up = std::make_shared<std::atomic<bool>>(false);
+    other.controller().OpenWith("slow", [give_up, request = scene_->Request()](Monitor& monitor) {
+      while (!monitor.IsCancelled() && !*give_up) QTest::qSleep(2);
+      return EditSession::Open(request.workspace, request.splat, request.options, monitor);
+    });
+    auto* cancel = other.findChild<QToolButton*>("cancel");
+    QTRY_VERIFY_WITH_TIMEOUT(cancel->isVisible(), kWaitMs);
+    QTest::mouseClick(cancel, Qt::LeftButton);
+    const bool ended = QTest::qWaitFor([&] { return failed.count() + opened.count() > 0; }, 10000);
+    *give_up = true;
+    QVERIFY(ended);
+    QCOMPARE(failed.count(), 1);
+    QCOMPARE(failed.at(0).at(0).toString(), QString("cancelled"));
+    QVERIFY(!other.controller().IsOpen() && !other.dialog());
+    QVERIFY(other.findChild<QPushButton*>("welcome_open")->isVisible());
+    // And then it opens.
     other.OpenScene(scene_->Request());
-    other.controller().Cancel();
-    QTRY_VERIFY_WITH_TIMEOUT(failed.count() + opened.count() == 1, kWaitMs);
-    if (failed.count() > 0) QVERIFY(!other.controller().IsOpen());
-    QVERIFY(!other.dialog());
+    QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
+  }
+
+  void WhatTwoRegionsShowIsWhatIsExported() {
+    const auto masks = scene_->Masks(scene_->MostVisible().object);
+    QVERIFY(canvas().GoTo(scene_->MostVisible().first));
+    ColorEdit paint, green = ColorEdit::Tint({0.2F, 1, 0.2F});
+    paint.gain *= 0.3F;
+    paint.offset = {0.6F, 0, 0};
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("paint", masks, paint);
+    controller().AddRegionFromMasks("green", masks, green);
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 2, kWaitMs);
+    const RegionId first = controller().regions().regions[0].id;
+    const RegionId second = controller().regions().regions[1].id;
+    canvas().SetCloudShown(false);
+    const auto facts = controller().facts();
+    const auto out = scene_->folder() / "two.ply";
+    // The canvas, once it shows what the session exports; null when it does not.
+    const auto shown = [&]() -> QImage {
+      QSignalSpy written(&controller(), &SceneController::written);
+      controller().WriteSplat(out);
+      if (!QTest::qWaitFor([&] { return written.count() == 1; }, kWaitMs)) return {};
+      const GaussianModel exported = ReadSplat(out);
+      const bool there = QTest::qWaitFor(
+          [&] {
+            return *controller().sh() == exported.sh && canvas().IsSharp() &&
+                   canvas().frame()->sh == controller().sh();
+          },
+          kWaitMs);
+      if (!there) return {};
+      Renderer renderer(facts->backend, exported);
+      const QImage expected = ToQImage(renderer.Render(canvas().navigation().Rendered()).rgb);
+      const QImage image = canvas().frame()->image;
+      return ChangedPixels(image, expected) == 0 ? image : QImage();
+    };
+    const QImage both = shown();
+    QVERIFY(!both.isNull());
+    controller().Move(second, 0);
+    const QImage swapped = shown();
+    QVERIFY(!swapped.isNull() && ChangedPixels(swapped, both) > 100);
+    controller().SetVisible(first, false);
+    const QImage hidden = shown();
+    QVERIFY(!hidden.isNull() && ChangedPixels(hidden, swapped) > 100);
+    controller().SetEdit(second, green, 0.3F);
+    const QImage weak = shown();
+    QVERIFY(!weak.isNull() && ChangedPixels(weak, hidden) > 100);
+    for (int i = 0; i < 3; ++i) controller().Undo();
+    QVERIFY(shown() == both);
+  }
+
+  void ExportedPicturesCarryTheEdit() {
+    const auto facts = controller().facts();
+    const auto masks = scene_->Masks(scene_->MostVisible().object);
+    const std::string view = scene_->MostVisible().first;
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("jug", masks, ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
+    QSignalSpy written(&controller(), &SceneController::written);
+    controller().WriteViews(scene_->folder() / "tinted", {view});
+    const auto cameras = canvas().navigation().Turntable(4, 160, 120);
+    controller().WriteFrames(scene_->folder() / "turn", cameras);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
+    Renderer renderer(facts->backend, *facts->original);
+    const auto render = [&](const PosedCamera& camera) {
+      return ToQImage(renderer.Render(camera).rgb);
+    };
+    const auto read = [](const std::filesystem::path& path) { return ToQImage(ReadImage8(path)); };
+    std::vector<std::pair<QImage, PosedCamera>> pictures = {
+        {read(scene_->folder() / "tinted" / (view + ".png")),
+         facts->Posed(*facts->workspace->reconstruction.FindView(view))}};
+    for (size_t i = 0; i < cameras.size(); ++i) {
+      const std::string name = "000" + std::to_string(i) + ".png";
+      pictures.emplace_back(read(scene_->folder() / "turn" / name), cameras[i]);
+    }
+    // In the region, and hardly elsewhere.
+    const QImage plain = render(pictures[0].second);
+    const Mask& mask = masks.at(view);
+    int64_t inside = 0, outside = 0, all_inside = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        const bool differs = Apart(plain.pixel(x, y), pictures[0].first.pixel(x, y)) > 12;
+        all_inside += mask(x, y) != 0;
+        (mask(x, y) ? inside : outside) += differs;
+      }
+    }
+    QVERIFY2(inside > all_inside / 2 && outside < all_inside / 2,
+             qPrintable(QString("%1 of %2, %3").arg(inside).arg(all_inside).arg(outside)));
+    int64_t changed = 0;
+    for (const auto& [picture, camera] : pictures) {
+      renderer.SetSh(facts->original->sh);
+      changed += ChangedPixels(picture, render(camera)) > 20;
+      renderer.SetSh(*controller().sh());
+      QCOMPARE(ChangedPixels(picture, render(camera)), int64_t{0});
+    }
+    QVERIFY2(changed >= 3, qPrintable(QString::number(changed)));  // the turn may pass behind it
   }
 
   void SelectionModeIsEnteredAndLeft() {

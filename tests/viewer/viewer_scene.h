@@ -27,7 +27,11 @@
 
 namespace retint {
 
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+inline constexpr int kWaitMs = 600000;
+#else
 inline constexpr int kWaitMs = 60000;
+#endif
 
 // Settings, data and pictures of the test's own, so that no test sees the user's or another's.
 inline void UseOwnFolders(const QString& folder) {
@@ -152,6 +156,20 @@ inline void AnswerFileDialog(const std::filesystem::path& path) {
   timer->start(20);
 }
 
+// Backs out of the next file dialog; called before what opens it. Counts those that came.
+inline void CancelFileDialog(int* came) {
+  auto* timer = new QTimer(qApp);
+  QObject::connect(timer, &QTimer::timeout, timer, [timer, came] {
+    auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+    if (!dialog) return;
+    timer->deleteLater();
+    timer->stop();
+    ++*came;
+    static_cast<QDialog*>(dialog)->reject();
+  });
+  timer->start(20);
+}
+
 // A key on the canvas as shortcuts want it, in an active window: without a window manager nobody
 // makes it active again when a dialog closes.
 inline void PressKey(MainWindow& window, Qt::Key key,
@@ -224,6 +242,23 @@ inline double Difference(const QImage& a, const QImage& b) {
     }
   }
   return sum / (3.0 * a.width() * a.height());
+}
+
+// Largest difference of a channel.
+inline int Apart(QRgb a, QRgb b) {
+  return std::max({std::abs(qRed(a) - qRed(b)), std::abs(qGreen(a) - qGreen(b)),
+                   std::abs(qBlue(a) - qBlue(b))});
+}
+
+// Pixels that differ visibly; all of them for pictures of other sizes.
+inline int64_t ChangedPixels(const QImage& a, const QImage& b) {
+  if (a.size() != b.size() || a.isNull()) return std::max<int64_t>(1, a.width() * a.height());
+  constexpr int kVisible = 12;
+  int64_t changed = 0;
+  for (int y = 0; y < a.height(); ++y) {
+    for (int x = 0; x < a.width(); ++x) changed += Apart(a.pixel(x, y), b.pixel(x, y)) > kVisible;
+  }
+  return changed;
 }
 
 }  // namespace retint
