@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A Qt plugin that process_test.cc loads into the real retint-viewer, which itself knows nothing of
 // tests: it acts with mouse and keys on the widgets that it finds and writes what it saw to a file.
-//   RETINT_DRIVE   paint | recover
+//   RETINT_DRIVE   look | paint | recover
 //   RETINT_SAW     the file
 #include <cstdlib>
 #include <functional>
@@ -28,6 +28,7 @@ class Driver : public QObject {
  private:
   void Start() {
     const QByteArray task = qgetenv("RETINT_DRIVE");
+    if (task == "look") Say(Look());
     if (task == "paint") Say(Paint() ? "painted" : "failed");
     if (task == "recover") Say(Recover() ? "recovered" : "failed");
   }
@@ -48,6 +49,20 @@ class Driver : public QObject {
   static int Regions() {
     auto* list = Window()->findChild<QTreeWidget*>("region_list");
     return list ? list->topLevelItemCount() : -1;
+  }
+
+  // What the Scene panel says of the scene that opened, a line a fact.
+  static QByteArray Look() {
+    if (!Wait([] { return Window() != nullptr; })) return "no window";
+    auto* enter = Window()->findChild<QAction*>("selection.enter");
+    auto* facts = Window()->findChild<QTreeWidget*>("scene_facts");
+    if (!enter || !facts || !Wait([=] { return enter->isEnabled(); })) return "nothing opened";
+    QByteArray text = "Title: " + Window()->windowTitle().toUtf8() + "\n";
+    for (int i = 0; i < facts->topLevelItemCount(); ++i) {
+      const QTreeWidgetItem* item = facts->topLevelItem(i);
+      text += (item->text(0) + ": " + item->text(1) + "\n").toUtf8();
+    }
+    return text;
   }
 
   // Selects a disc in the middle of the view.

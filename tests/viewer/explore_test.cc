@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What main_window_test.cc leaves out of exploring: the other mouse buttons, flying all ways, the
 // adaptive resolution, frusta to click on, points behind surfaces, key maps, full screen, theme.
+#include <optional>
+
 #include <QAction>
 #include <QComboBox>
 #include <QElapsedTimer>
@@ -36,11 +38,13 @@ class ExploreTest : public QObject {
   }
   double FocusDistance() { return (Position() - navigation().focus()).norm(); }
 
-  // How fast holding a key moves the camera, per second, once it has moved at all.
-  Eigen::Vector3d Velocity(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
-    QTest::keyPress(&canvas(), key, modifiers);
+  // How fast holding a key moves the camera, per second; nothing when it does not move.
+  std::optional<Eigen::Vector3d> Velocity(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+    // Alt comes down first, as a hand does it: neither the menu bar nor a panel may take it.
+    if (modifiers & Qt::AltModifier) QTest::keyPress(&canvas(), Qt::Key_Alt, Qt::AltModifier);
     const Eigen::Vector3d start = Position();
-    (void)QTest::qWaitFor([&] { return Position() != start; }, kWaitMs);
+    QTest::keyPress(&canvas(), key, modifiers);
+    const bool moves = QTest::qWaitFor([&] { return Position() != start; }, 5000);
     const Eigen::Vector3d from = Position();
     QElapsedTimer clock;
     clock.start();
@@ -48,6 +52,8 @@ class ExploreTest : public QObject {
     const Eigen::Vector3d moved = Position() - from;
     const double seconds = double(clock.nsecsElapsed()) * 1e-9;
     QTest::keyRelease(&canvas(), key, modifiers);
+    if (modifiers & Qt::AltModifier) QTest::keyRelease(&canvas(), Qt::Key_Alt);
+    if (!moves || moved.isZero() || !canvas().hasFocus()) return std::nullopt;
     return moved / seconds;
   }
 
@@ -68,7 +74,10 @@ class ExploreTest : public QObject {
     window_ = OpenWindow(*theme_, *scene_);
     QVERIFY(window_);
   }
-  void cleanup() { window_.reset(); }
+  void cleanup() {
+    window_.reset();
+    for (const char* key : {"keys", "key_profiles", "geometry", "layout"}) QSettings().remove(key);
+  }
 
   void TheMiddleButtonOrbitsPansAndZooms() {
     const Eigen::Vector3d start = Position(), focus = navigation().focus();
@@ -96,19 +105,35 @@ class ExploreTest : public QObject {
                                                      {Qt::Key_A, 0, -1}, {Qt::Key_D, 0, 1},
                                                      {Qt::Key_Q, 1, 1},  {Qt::Key_E, 1, -1}};
     for (const auto& [key, axis, sign] : keys) {
-      const Eigen::Vector3d velocity = Axes() * Velocity(key);
+      const auto moved = Velocity(key);
+      QVERIFY2(moved, QKeySequence(key).toString().toUtf8());
+      const Eigen::Vector3d velocity = Axes() * *moved;
       // Up and down are the scene's, not quite the camera's.
-      QVERIFY2(sign * velocity[axis] > 0.7 * velocity.norm() && velocity.norm() > 0,
+      QVERIFY2(sign * velocity[axis] > 0.7 * velocity.norm(),
                QKeySequence(key).toString().toUtf8());
     }
   }
 
   void ShiftFliesFasterAndAltSlower() {
-    const double plain = Velocity(Qt::Key_W).norm();
-    const double fast = Velocity(Qt::Key_S, Qt::ShiftModifier).norm();
-    const double slow = Velocity(Qt::Key_W, Qt::AltModifier).norm();
-    QVERIFY2(fast > 4 * plain && slow < plain / 4,
-             qPrintable(QString("%1 %2 %3").arg(plain).arg(fast).arg(slow)));
+    const auto plain = Velocity(Qt::Key_W), fast = Velocity(Qt::Key_S, Qt::ShiftModifier);
+    QVERIFY(plain && fast);
+    QVERIFY2(fast->norm() > 4 * plain->norm(),
+             qPrintable(QString("%1 %2").arg(plain->norm()).arg(fast->norm())));
+    // Each of these letters is a menu's or a panel's with Alt.
+    for (const Qt::Key key : {Qt::Key_W, Qt::Key_A, Qt::Key_S, Qt::Key_D, Qt::Key_Q, Qt::Key_E}) {
+      const auto slow = Velocity(key, Qt::AltModifier);
+      QVERIFY2(slow, QKeySequence(key).toString().toUtf8());
+      QVERIFY2(slow->norm() < plain->norm() / 4,
+               qPrintable(QString("%1 %2").arg(plain->norm()).arg(slow->norm())));
+      QVERIFY(!QApplication::activePopupWidget());
+    }
+    // And so it is with Alt coming and going while one flies.
+    QTest::keyPress(&canvas(), Qt::Key_W);
+    QTest::keyClick(&canvas(), Qt::Key_Alt, Qt::AltModifier);
+    QVERIFY(canvas().hasFocus());
+    const Eigen::Vector3d start = Position();
+    QTRY_VERIFY((Position() - start).norm() > 0);
+    QTest::keyRelease(&canvas(), Qt::Key_W);
   }
 
   void WhatIsHeldEndsWithTheFocus() {
@@ -157,6 +182,88 @@ class ExploreTest : public QObject {
         QLocale().toString(qulonglong(window_->controller().facts()->original->NumGaussians())) +
             " Gaussians");
     QTRY_VERIFY(text("memory").remove(" MB").toDouble() > 20);
+  }
+
+  void OnlyMovingFramesCountAsFramesASecond() {
+    for (int i = 0; i < 200 && canvas().frames_per_second() == 0; ++i) {
+      Drag(Qt::LeftButton, {5, 0});
+      QTest::qWait(10);
+    }
+    QVERIFY(canvas().frames_per_second() > 0);
+    QVERIFY(WaitSharp(*window_));
+    const double speed = canvas().frames_per_second();
+    // Frames of the window's size and of colours, long after the camera has come to rest.
+    QTest::qWait(400);
+    for (const int height : {700, 680, 660}) {
+      int moving = 0;
+      connect(&canvas(), &Canvas::frameShown, this,
+              [&] { moving += canvas().frame()->moving ? 1 : 0; });
+      window_->resize(window_->width(), height);
+      QTRY_VERIFY_WITH_TIMEOUT(moving > 0, kWaitMs);
+      disconnect(&canvas(), nullptr, this, nullptr);
+      Q_EMIT window_->controller().shChanged();
+      QVERIFY(WaitSharp(*window_));
+      QTest::qWait(150);
+    }
+    QCOMPARE(canvas().frames_per_second(), speed);
+    // Nor does the first frame after a rest.
+    canvas().navigation().Zoom(0.1);
+    canvas().CameraMoved();
+    QVERIFY(WaitSharp(*window_));
+    QCOMPARE(canvas().frames_per_second(), speed);
+  }
+
+  void TheDepthHasNoTwoSides() {
+    PressKey(*window_, Qt::Key_N);
+    QVERIFY(WaitSharp(*window_));
+    const QImage depth = canvas().grab().toImage();
+    PressKey(*window_, Qt::Key_X);
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(canvas().split() && canvas().grab().toImage() == depth);
+    // There is no handle to drag either: dragging where it would be orbits.
+    const Eigen::Vector3d before = Position();
+    Drag(Qt::LeftButton, {50, 0});
+    QVERIFY(Position() != before && canvas().split_at() == 0.5);
+    PressKey(*window_, Qt::Key_F, Qt::ShiftModifier);
+    PressKey(*window_, Qt::Key_N);
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(!canvas().frame()->before.isNull());
+  }
+
+  void AMissingOrBadPhotoIsSaid() {
+    const auto copy = scene_->folder() / "without_photos";
+    std::filesystem::copy(scene_->workspace(), copy, std::filesystem::copy_options::recursive);
+    const std::string missing = scene_->scene().views[0].name;
+    const std::string bad = scene_->scene().views[1].name;
+    std::filesystem::remove(copy / "images" / missing);
+    QFile file(QString::fromStdString((copy / "images" / bad).string()));
+    QVERIFY(file.open(QIODevice::WriteOnly));
+    file.write("no picture");
+    file.close();
+    OpenRequest request = scene_->Request();
+    request.workspace = copy;
+    QSignalSpy opened(&window_->controller(), &SceneController::opened);
+    window_->OpenScene(request);
+    QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(Settle(window_->controller()));  // the check of the scene has a message too
+    auto* message = window_->findChild<QLabel*>("message");
+    const auto says = [&](const std::string& name, const char* what) {
+      return message->text().contains(what) &&
+             message->text().contains(QString::fromStdString(name));
+    };
+    PressKey(*window_, Qt::Key_F, Qt::ShiftModifier);
+    QTest::keyPress(&canvas(), Qt::Key_P);
+    QTRY_VERIFY2_WITH_TIMEOUT(says(missing, "is missing"), qPrintable(message->text()), kWaitMs);
+    QVERIFY(!canvas().showing_photo() && canvas().lacks_photo());
+    PressKey(*window_, Qt::Key_Right);  // held on
+    QTRY_VERIFY2_WITH_TIMEOUT(says(bad, "cannot be read"), qPrintable(message->text()), kWaitMs);
+    PressKey(*window_, Qt::Key_Right);
+    QTRY_VERIFY_WITH_TIMEOUT(canvas().showing_photo(), kWaitMs);
+    PressKey(*window_, Qt::Key_Left);  // known by now
+    QVERIFY2(says(bad, "cannot be read"), qPrintable(message->text()));
+    QTest::keyRelease(&canvas(), Qt::Key_P);
+    QVERIFY(!canvas().lacks_photo());
   }
 
   void DoubleClickOnAFrustumGoesToItsView() {
@@ -211,7 +318,7 @@ class ExploreTest : public QObject {
       if (factor < 1) {
         QVERIFY2(drawn > 2 * all, qPrintable(QString::number(drawn)));  // squares of 2 x 2
       } else {
-        QVERIFY2(drawn < all / 10, qPrintable(QString::number(drawn)));
+        QVERIFY2(drawn < all / 4, qPrintable(QString::number(drawn)));
       }
     }
   }
@@ -261,7 +368,6 @@ class ExploreTest : public QObject {
     // And so it is in the next window.
     MainWindow next(theme_.get());
     QCOMPARE(next.keys().name(), QString("Blender"));
-    QSettings().remove("keys");
   }
 
   void AProfileIsLoadedItsConflictsAndFaultsAreNamed() {
@@ -285,16 +391,48 @@ class ExploreTest : public QObject {
     auto* conflicts = dialog->findChild<QLabel*>("conflicts");
     QVERIFY(conflicts->isVisible());
     QVERIFY2(conflicts->text().contains("K "), qPrintable(conflicts->text()));
+    PressKey(*window_, Qt::Key_K);
+    QVERIFY(!canvas().depth() && !canvas().frusta());  // as the dialog says
     AnswerFileDialog(write("bad.json", R"({"name": "Bad", "keys": {"no.such": ["K"]}})"));
     QTest::mouseClick(load, Qt::LeftButton);
     const QString error = ReadError(*window_);
     QVERIFY2(error.contains("bad.json") && error.contains("no.such"), qPrintable(error));
     QCOMPARE(window_->keys().name(), QString("Mine"));
     dialog->close();
+    QTRY_VERIFY(!window_->findChild<KeysDialog*>());
     PressKey(*window_, Qt::Key_PageDown);
     QCOMPARE(navigation().view(), window_->controller().facts()->views[1]);
     PressKey(*window_, Qt::Key_Right);  // not a key any more
     QCOMPARE(navigation().view(), window_->controller().facts()->views[1]);
+    // It can be left and chosen again, also in the next window, and without its file.
+    std::filesystem::remove(scene_->folder() / "mine.json");
+    const auto choose = [&](const QString& name) {
+      PressKey(*window_, Qt::Key_F1);
+      auto* keys = window_->findChild<KeysDialog*>();
+      auto* profile = keys->findChild<QComboBox*>("profile");
+      profile->setFocus();
+      QTest::keyClick(profile, Qt::Key_Home);
+      while (profile->currentText() != name) {
+        const int at = profile->currentIndex();
+        QTest::keyClick(profile, Qt::Key_Down);
+        if (profile->currentIndex() == at) break;
+      }
+      keys->close();
+      QTRY_VERIFY(!window_->findChild<KeysDialog*>());
+    };
+    const QList<QKeySequence> mine = {QKeySequence(Qt::Key_PageDown)};
+    choose("SuperSplat");
+    QCOMPARE(window_->keys().name(), QString("SuperSplat"));
+    choose("Mine");
+    QCOMPARE(window_->keys().name(), QString("Mine"));
+    QCOMPARE(window_->keys().Keys("view.next"), mine);
+    window_ = OpenWindow(*theme_, *scene_);
+    QVERIFY(window_);
+    QCOMPARE(window_->keys().Keys("view.next"), mine);
+    choose("Blender");
+    QCOMPARE(window_->keys().name(), QString("Blender"));
+    choose("Mine");
+    QCOMPARE(window_->keys().Keys("view.next"), mine);
   }
 
   void TheThemeIsChosenInTheMenu() {

@@ -609,6 +609,12 @@ class PanelsTest : public QObject {
       QWidget* first = QApplication::focusWidget();
       QTest::keyClick(first, Qt::Key_Tab);
       QVERIFY2(window_->panels_shown(), "Tab is the panel's while the focus is there");
+      QVERIFY2(QApplication::focusWidget() && QApplication::focusWidget() != first, panels[i]);
+      // The scene's list alone is the whole of its panel.
+      const bool more = std::string_view(panels[i]) != "scene";
+      QVERIFY2(!more || dock->isAncestorOf(QApplication::focusWidget()), panels[i]);
+      QTest::keyClick(QApplication::focusWidget(), Qt::Key_Escape);
+      QVERIFY2(window_->canvas().hasFocus(), panels[i]);
     }
   }
 

@@ -210,6 +210,23 @@ class WorkflowTest : public QObject {
     QVERIFY(window_->isVisible());
   }
 
+  void WhatFailsMeanwhileIsSaid() {
+    PressKey(*window_, Qt::Key_B);
+    QVERIFY(Painting());
+    controller().WriteSplat("/proc/retint/out.ply");
+    const QString error = ReadError(*window_);
+    QVERIFY2(error.contains("/proc/retint"), qPrintable(error));
+    QVERIFY(window_->IsSelecting());
+    // Of its own work the mode speaks itself.
+    Paint(Truth(controller().facts()->views.front()->name));
+    SelectOptions select;
+    select.method = "no such method";
+    selection().SetSelectOptions(select);
+    QTest::keyClick(&selection().canvas(), Qt::Key_Return);
+    QTRY_VERIFY_WITH_TIMEOUT(selection().message().contains("no such method"), kWaitMs);
+    QVERIFY(Painting() && !window_->dialog());
+  }
+
   void TheStatusBarsCancelStopsWhatRuns() {
     auto* cancel = window_->findChild<QToolButton*>("cancel");
     auto* progress = window_->findChild<QProgressBar*>("progress");
