@@ -2,6 +2,7 @@
 #include "session/synthetic_workspace.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "base/files.h"
 #include "colmap_io/depth_map_io.h"
@@ -25,21 +26,25 @@ int64_t CountPixels(const SyntheticView& view, int object) {
                     static_cast<uint8_t>(object));
 }
 
-// The object that fills most pixels of a view that sees it whole; where no view does (tiny
-// pictures), of any view.
+// What the brush mask paints where a view sees it whole: pale, it shows a tint well.
+constexpr std::string_view kSubject = "box";
+
+// The view that sees most of the subject, and it whole; where none does, of any object; in tiny
+// pictures, not whole either.
 SyntheticStart ChooseStart(const SyntheticScene& scene) {
+  enum class Wanted { kSubjectWhole, kAnyWhole, kAny };
   SyntheticStart start;
-  int64_t most = -1;
-  for (const bool whole : {true, false}) {
+  int64_t most = 0;
+  for (const Wanted wanted : {Wanted::kSubjectWhole, Wanted::kAnyWhole, Wanted::kAny}) {
     for (const int object : scene.still_life) {
-      const size_t o = static_cast<size_t>(object);
+      const auto o = static_cast<size_t>(object);
+      if (wanted == Wanted::kSubjectWhole && scene.object_names[o] != kSubject) continue;
       for (size_t v = 0; v < scene.views.size(); ++v) {
         const auto& seen = scene.whole_views[o];
-        if (whole && std::find(seen.begin(), seen.end(), static_cast<int>(v)) == seen.end()) {
-          continue;
-        }
+        const bool whole = std::find(seen.begin(), seen.end(), static_cast<int>(v)) != seen.end();
+        if (wanted != Wanted::kAny && !whole) continue;
         const int64_t count = CountPixels(scene.views[v], object);
-        if (count <= most) continue;
+        if (count <= most && !start.view.empty()) continue;
         most = count;
         start.object = scene.object_names[o];
         start.view = scene.views[v].name;
