@@ -18,5 +18,5 @@ suppressions=$PWD/tests/support
 export ASAN_OPTIONS="strict_string_checks=1:detect_stack_use_after_return=1:${ASAN_OPTIONS:-}"
 export UBSAN_OPTIONS="halt_on_error=1:print_stacktrace=1:${UBSAN_OPTIONS:-}"
 export LSAN_OPTIONS="suppressions=$suppressions/lsan.supp:print_suppressions=0:${LSAN_OPTIONS:-}"
-export TSAN_OPTIONS="suppressions=$suppressions/tsan.supp:halt_on_error=1:${TSAN_OPTIONS:-}"
+export TSAN_OPTIONS="suppressions=$suppressions/tsan.supp:halt_on_error=1:die_after_fork=0:${TSAN_OPTIONS:-}"
 exec ctest --test-dir "$folder" --output-on-failure --no-tests=error -j "$(nproc)" "$@"
