@@ -45,7 +45,7 @@ struct StereoMatchParams {
   int32_t uniqueness_percent = 10;  // margin by which the best cost must beat the others
 };
 
-// The matching on the CPU: all pointers are to host memory. Bit for bit StereoOps::Match.
+// The matching on the CPU: all pointers are to host memory. By the rules of StereoOps::Match.
 void MatchStereoOnCpu(const StereoMatchParams& params);
 
 // Per pixel: the mean of the largest set of disparities that agrees within `tolerance`, of two as

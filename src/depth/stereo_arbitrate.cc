@@ -10,9 +10,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "depth/stereo_pairs.h"
-
 #include "base/parallel.h"
+#include "depth/stereo_pairs.h"
 
 namespace retint {
 namespace {
