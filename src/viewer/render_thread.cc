@@ -2,7 +2,6 @@
 #include "viewer/render_thread.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <deque>
@@ -12,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "depth/depth_picture.h"
 #include "viewer/post.h"
 
@@ -24,17 +24,6 @@ constexpr double kSmallestScale = 0.25;
 constexpr double kLeastPixelShare = 0.25;  // of the geometry's time
 constexpr double kScaleStep = 1.0 / 16;    // so that a resting camera finds its geometry again
 constexpr double kMemory = 0.6;            // of the running means
-
-class Stopwatch {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // What a frame will take, from the frames before it: so much for the geometry and so much a pixel.
 class FrameClock {

@@ -4,7 +4,6 @@
 // Under Xvfb leave the platform out. Limits: visible 3 s, 10 frames a second while moving, sharp
 // 300 ms after the last movement, 30 ms a brush move, 100 ms a change of the colour.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +21,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/stopwatch.h"
 #include "colmap_io/image_io.h"
 #include "viewer/main_window.h"
 #include "viewer/selection/selection_mode.h"
@@ -37,20 +37,9 @@ struct Flags {
   double seconds = 5;
 };
 
-class Clock {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 // The events that wait, without the 10 ms naps of QTest::qWaitFor().
 bool WaitFor(const std::function<bool()>& done) {
-  const Clock clock;
+  const Stopwatch clock;
   while (!done()) {
     if (clock.Milliseconds() > kWaitMs) return false;
     QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents, 2);
@@ -73,7 +62,7 @@ class Bench {
 
   int Run() {
     const std::filesystem::path root = std::filesystem::path(flags_.data) / flags_.scene;
-    const Clock clock;
+    const Stopwatch clock;
     window_ = std::make_unique<MainWindow>(&theme_);
     window_->resize(flags_.width, flags_.height);
     window_->show();
@@ -84,7 +73,7 @@ class Bench {
     request.workspace = root;
     request.splat = root / "splat.ply";
     request.options.backend = flags_.backend;
-    const Clock open;
+    const Stopwatch open;
     window_->OpenScene(request);
     if (!WaitFor([&] { return canvas().frame() != nullptr || window_->dialog(); }) ||
         window_->dialog()) {
@@ -130,14 +119,14 @@ class Bench {
     for (int round = 0; round < 5; ++round) {
       const QPoint middle = canvas().rect().center();
       QTest::mousePress(&canvas(), Qt::LeftButton, {}, middle);
-      const Clock clock;
+      const Stopwatch clock;
       for (int step = 0; clock.Milliseconds() < 200 * flags_.seconds; ++step) {
         const double angle = 0.05 * step;
         SendMove(canvas(), middle + QPoint(int(120 * std::sin(angle)), int(40 * std::sin(angle))));
         QTest::qWait(8);
       }
       milliseconds += clock.Milliseconds();
-      const Clock resting;
+      const Stopwatch resting;
       QTest::mouseRelease(&canvas(), Qt::LeftButton, {}, middle);
       if (!WaitFor([&] { return canvas().IsSharp(); })) return Fail("no sharp frame") == 0;
       rest.values.push_back(resting.Milliseconds());
@@ -167,7 +156,7 @@ class Bench {
       QTest::mousePress(&paper, Qt::LeftButton, {}, middle);
       for (int step = 0; step < 200; ++step) {
         const double angle = 0.15 * step, radius = 20 + step;
-        const Clock clock;
+        const Stopwatch clock;
         SendMove(paper,
                  middle + QPoint(int(radius * std::cos(angle)), int(radius * std::sin(angle))));
         QCoreApplication::processEvents();
@@ -200,7 +189,7 @@ class Bench {
     Series composed, shown, settled;
     for (int change = 0; change < 30; ++change) {
       const ShPointer before = controller.sh();
-      const Clock clock;
+      const Stopwatch clock;
       controller.SetEdit(id, ColorEdit::Tint({0.3F, 0.3F + 0.02F * float(change), 1}), 1, "drag");
       if (!WaitFor([&] { return controller.sh() != before; })) return false;
       composed.values.push_back(clock.Milliseconds());

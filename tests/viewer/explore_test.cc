@@ -17,20 +17,11 @@
 
 namespace retint {
 
-class ExploreTest : public QObject {
+class ExploreTest : public ViewerTest {
   Q_OBJECT
 
  private:
-  std::unique_ptr<ViewerScene> scene_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
-
-  Canvas& canvas() { return window_->canvas(); }
   const Navigation& navigation() { return canvas().navigation(); }
-  QPoint Middle() { return canvas().rect().center(); }
-  void Drag(Qt::MouseButton button, QPoint by, Qt::KeyboardModifiers modifiers = {}) {
-    DragAlong(&canvas(), {Middle(), Middle() + by / 2, Middle() + by}, button, modifiers);
-  }
   Eigen::Vector3d Position() { return navigation().Rendered().Center(); }
   // Row 0: right, 1: down, 2: forward.
   Eigen::Matrix3d Axes() {
@@ -64,16 +55,9 @@ class ExploreTest : public QObject {
   }
 
  private Q_SLOTS:
-  void initTestCase() {
-    qRegisterMetaType<RegionId>("retint::RegionId");
-    scene_ = std::make_unique<ViewerScene>();
-    theme_ = std::make_unique<Theme>();
-  }
+  void initTestCase() { MakeScene(); }
   void cleanupTestCase() { scene_.reset(); }
-  void init() {
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
-  }
+  void init() { QVERIFY(ShowScene()); }
   void cleanup() {
     window_.reset();
     for (const char* key : {"keys", "key_profiles", "geometry", "layout"}) QSettings().remove(key);
@@ -426,8 +410,7 @@ class ExploreTest : public QObject {
     choose("Mine");
     QCOMPARE(window_->keys().name(), QString("Mine"));
     QCOMPARE(window_->keys().Keys("view.next"), mine);
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
+    QVERIFY(ShowScene());
     QCOMPARE(window_->keys().Keys("view.next"), mine);
     choose("Blender");
     QCOMPARE(window_->keys().name(), QString("Blender"));

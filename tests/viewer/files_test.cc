@@ -26,17 +26,12 @@ namespace retint {
 
 namespace fs = std::filesystem;
 
-class FilesTest : public QObject {
+class FilesTest : public ViewerTest {
   Q_OBJECT
 
  private:
-  std::unique_ptr<ViewerScene> scene_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
   int folders_ = 0;
 
-  Canvas& canvas() { return window_->canvas(); }
-  SceneController& controller() { return window_->controller(); }
   const std::vector<Region>& Regions() { return controller().regions().regions; }
   fs::path Fresh() {
     const fs::path folder = scene_->folder() / ("case" + std::to_string(folders_++));
@@ -79,16 +74,9 @@ class FilesTest : public QObject {
   }
 
  private Q_SLOTS:
-  void initTestCase() {
-    qRegisterMetaType<RegionId>("retint::RegionId");
-    scene_ = std::make_unique<ViewerScene>();
-    theme_ = std::make_unique<Theme>();
-  }
+  void initTestCase() { MakeScene(); }
   void cleanupTestCase() { scene_.reset(); }
-  void init() {
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
-  }
+  void init() { QVERIFY(ShowScene()); }
   void cleanup() { window_.reset(); }
 
   void TheOpenDialogSaysWhatIsMissing() {

@@ -6,23 +6,14 @@
 
 namespace retint {
 
-class HidpiTest : public QObject {
+class HidpiTest : public ViewerTest {
   Q_OBJECT
 
- private:
-  std::unique_ptr<ViewerScene> scene_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
-
  private Q_SLOTS:
-  void initTestCase() {
-    scene_ = std::make_unique<ViewerScene>();
-    theme_ = std::make_unique<Theme>();
-  }
+  void initTestCase() { MakeScene(); }
   void cleanupTestCase() { scene_.reset(); }
   void init() {
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
+    QVERIFY(ShowScene());
     QCOMPARE(window_->devicePixelRatioF(), 2.0);
   }
   void cleanup() { window_.reset(); }

@@ -26,30 +26,10 @@
 
 namespace retint {
 
-class MainWindowTest : public QObject {
+class MainWindowTest : public ViewerTest {
   Q_OBJECT
 
  private:
-  std::unique_ptr<ViewerScene> scene_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
-
-  Canvas& canvas() { return window_->canvas(); }
-  SceneController& controller() { return window_->controller(); }
-  QPoint Middle() { return canvas().rect().center(); }
-
-  void Drag(Qt::MouseButton button, const QPoint& by, Qt::KeyboardModifiers modifiers = {}) {
-    const QPoint from = Middle();
-    QTest::mousePress(&canvas(), button, modifiers, from);
-    for (int step = 1; step <= 4; ++step) {
-      const QPoint at = from + by * step / 4;
-      QMouseEvent move(QEvent::MouseMove, at, canvas().mapToGlobal(at), Qt::NoButton, button,
-                       modifiers);
-      QCoreApplication::sendEvent(&canvas(), &move);
-    }
-    QTest::mouseRelease(&canvas(), button, modifiers, from + by);
-  }
-
   Eigen::Vector3d Position() { return canvas().navigation().Rendered().Center(); }
   Eigen::Vector3d Forward() {
     return canvas()
@@ -74,18 +54,11 @@ class MainWindowTest : public QObject {
 
   // The text of the dialog that a fault must bring; closes it.
   QString AnswerError() {
-    if (!QTest::qWaitFor([&] { return window_->dialog() && window_->dialog()->isVisible(); },
-                         kWaitMs)) {
-      return "no dialog came";
-    }
-    const QString text = window_->dialog()->informativeText();
-    window_->dialog()->button(QMessageBox::Ok)->click();
+    QMessageBox* dialog = WaitDialog(*window_);
+    if (!dialog) return "no dialog came";
+    const QString text = dialog->informativeText();
+    dialog->button(QMessageBox::Ok)->click();
     return text;
-  }
-
-  bool WaitDialog() {
-    return QTest::qWaitFor([&] { return window_->dialog() && window_->dialog()->isVisible(); },
-                           kWaitMs);
   }
 
   void ClickRole(QMessageBox::ButtonRole role) {
@@ -96,17 +69,10 @@ class MainWindowTest : public QObject {
   }
 
  private Q_SLOTS:
-  void initTestCase() {
-    qRegisterMetaType<RegionId>("retint::RegionId");
-    scene_ = std::make_unique<ViewerScene>();
-    theme_ = std::make_unique<Theme>();
-  }
+  void initTestCase() { MakeScene(); }
   void cleanupTestCase() { scene_.reset(); }
 
-  void init() {
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
-  }
+  void init() { QVERIFY(ShowScene()); }
   void cleanup() { window_.reset(); }
 
   void OpensEmptyAtOnceAndShowsTheScene() {
@@ -493,7 +459,7 @@ class MainWindowTest : public QObject {
     // Opened again: asks about what was not saved.
     QSignalSpy restored(&window_->sessions(), &SessionStore::restored);
     window_->OpenSession(folder);
-    QVERIFY(WaitDialog());
+    QVERIFY(WaitDialog(*window_));
     ClickRole(QMessageBox::DestructiveRole);
     QVERIFY(restored.count() > 0 || restored.wait(kWaitMs));
     QCOMPARE(controller().regions().regions.size(), size_t{1});
@@ -523,14 +489,14 @@ class MainWindowTest : public QObject {
     controller().StartRefit();
     QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > 0, kWaitMs);
     window_->close();
-    QVERIFY(WaitDialog());
+    QVERIFY(WaitDialog(*window_));
     QVERIFY(window_->dialog()->informativeText().contains("optimiser"));
     ClickRole(QMessageBox::RejectRole);
     QVERIFY(window_->isVisible());
     QVERIFY(controller().optimizer().Active());
     QTRY_VERIFY(!window_->dialog());
     window_->close();
-    QVERIFY(WaitDialog());
+    QVERIFY(WaitDialog(*window_));
     ClickRole(QMessageBox::DestructiveRole);
     QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), kWaitMs);
     QVERIFY(!controller().optimizer().Active());

@@ -15,6 +15,7 @@
 
 #include "scene/synthetic.h"
 #include "session/synthetic_workspace.h"
+#include "tests/viewer/viewer_scene.h"
 
 namespace retint {
 
@@ -97,23 +98,7 @@ class SelectionModeTest : public QObject {
   void Paint(const Mask& mask, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
     SelectionCanvas& canvas = mode_->canvas();
     canvas.SetBrush({1.5, 1});
-    const auto at = [&](int x, int y) {
-      const Eigen::Vector2d point = canvas.transform().ToWidget({x + 0.5, y + 0.5});
-      return QPoint(int(point.x()), int(point.y()));
-    };
-    for (int y = 0; y < mask.height; y += 2) {
-      for (int x = 0; x < mask.width; ++x) {
-        if (mask(x, y) == 0) continue;
-        int last = x;
-        while (last + 1 < mask.width && mask(last + 1, y) != 0) ++last;
-        QTest::mousePress(&canvas, Qt::LeftButton, modifiers, at(x, y));
-        QMouseEvent move(QEvent::MouseMove, at(last, y), canvas.mapToGlobal(at(last, y)),
-                         Qt::NoButton, Qt::LeftButton, modifiers);
-        QCoreApplication::sendEvent(&canvas, &move);
-        QTest::mouseRelease(&canvas, Qt::LeftButton, modifiers, at(last, y));
-        x = last;
-      }
-    }
+    PaintRows(canvas, mask, modifiers);
   }
 
   // 0: it was not accepted.

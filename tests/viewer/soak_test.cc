@@ -18,20 +18,15 @@ constexpr bool kMeasured = false;  // the sanitizer holds on to what was freed
 constexpr bool kMeasured = true;
 #endif
 
-class SoakTest : public QObject {
+class SoakTest : public ViewerTest {
   Q_OBJECT
 
  private:
   static constexpr int kEdits = 200;
   static constexpr size_t kMostRegions = 4;
 
-  std::unique_ptr<ViewerScene> scene_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
   std::mt19937 random_{20250607};
 
-  Canvas& canvas() { return window_->canvas(); }
-  SceneController& controller() { return window_->controller(); }
   const std::vector<Region>& Regions() { return controller().regions().regions; }
   int Below(int count) { return int(random_() % uint32_t(count)); }
   float Unit() { return float(random_() % 1000) / 1000; }
@@ -187,11 +182,8 @@ class SoakTest : public QObject {
 
  private Q_SLOTS:
   void initTestCase() {
-    qRegisterMetaType<RegionId>("retint::RegionId");
-    scene_ = std::make_unique<ViewerScene>(96, 72, 5);
-    theme_ = std::make_unique<Theme>();
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
+    MakeScene(96, 72, 5);
+    QVERIFY(ShowScene());
     SelectOptions select;
     select.method = "gaussian";
     window_->selection().SetSelectOptions(select);

@@ -24,6 +24,7 @@
 #include "scene/synthetic.h"
 #include "session/synthetic_workspace.h"
 #include "viewer/main_window.h"
+#include "viewer/selection/selection_canvas.h"
 
 namespace retint {
 
@@ -134,6 +135,50 @@ inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
     QCoreApplication::sendEvent(widget, &move);
   }
   QTest::mouseRelease(widget, button, modifiers, path.back());
+}
+
+// What most tests of the window have: a scene for all cases, and a window on it for each.
+class ViewerTest : public QObject {
+ protected:
+  void MakeScene(int width = 160, int height = 120, int views = 6) {
+    qRegisterMetaType<RegionId>("retint::RegionId");
+    scene_ = std::make_unique<ViewerScene>(width, height, views);
+    theme_ = std::make_unique<Theme>();
+  }
+  bool ShowScene() {
+    window_ = OpenWindow(*theme_, *scene_);
+    return window_ != nullptr;
+  }
+
+  Canvas& canvas() { return window_->canvas(); }
+  SceneController& controller() { return window_->controller(); }
+  QPoint Middle() { return canvas().rect().center(); }
+  // From the middle of the canvas.
+  void Drag(Qt::MouseButton button, QPoint by, Qt::KeyboardModifiers modifiers = {}) {
+    DragAlong(&canvas(), {Middle(), Middle() + by / 2, Middle() + by}, button, modifiers);
+  }
+
+  std::unique_ptr<ViewerScene> scene_;
+  std::unique_ptr<Theme> theme_;
+  std::unique_ptr<MainWindow> window_;
+};
+
+// Drags the brush along every other row of a mask.
+inline void PaintRows(SelectionCanvas& paper, const Mask& mask,
+                      Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+  const auto at = [&](int x, int y) {
+    const Eigen::Vector2d point = paper.transform().ToWidget({x + 0.5, y + 0.5});
+    return QPoint(int(point.x()), int(point.y()));
+  };
+  for (int y = 0; y < mask.height; y += 2) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (mask(x, y) == 0) continue;
+      int last = x;
+      while (last + 1 < mask.width && mask(last + 1, y) != 0) ++last;
+      DragAlong(&paper, {at(x, y), at(last, y)}, Qt::LeftButton, modifiers);
+      x = last;
+    }
+  }
 }
 
 // Types a path into the next file dialog and confirms it. The dialog has an event loop of its own,

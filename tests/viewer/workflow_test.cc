@@ -12,17 +12,12 @@
 
 namespace retint {
 
-class WorkflowTest : public QObject {
+class WorkflowTest : public ViewerTest {
   Q_OBJECT
 
  private:
-  std::unique_ptr<ViewerScene> scene_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
   ViewerScene::Subject subject_;
 
-  Canvas& canvas() { return window_->canvas(); }
-  SceneController& controller() { return window_->controller(); }
   SelectionMode& selection() { return window_->selection(); }
   Mask Truth(const std::string& view) { return scene_->Masks(subject_.object).at(view); }
   std::shared_ptr<const RegionSelection> Selection() {
@@ -66,19 +61,7 @@ class WorkflowTest : public QObject {
     SelectionCanvas& paper = selection().canvas();
     for (int i = 0; i < 60; ++i) QTest::keyClick(&paper, Qt::Key_BracketLeft);
     for (int i = 0; i < 2; ++i) QTest::keyClick(&paper, Qt::Key_BracketRight);
-    const auto at = [&](int x, int y) {
-      const Eigen::Vector2d point = paper.transform().ToWidget({x + 0.5, y + 0.5});
-      return QPoint(int(point.x()), int(point.y()));
-    };
-    for (int y = 0; y < mask.height; y += 2) {
-      for (int x = 0; x < mask.width; ++x) {
-        if (mask(x, y) == 0) continue;
-        int last = x;
-        while (last + 1 < mask.width && mask(last + 1, y) != 0) ++last;
-        DragAlong(&paper, {at(x, y), at(last, y)}, Qt::LeftButton, modifiers);
-        x = last;
-      }
-    }
+    PaintRows(paper, mask, modifiers);
   }
 
   // Enter, until the scene shows again with the region.
@@ -104,17 +87,14 @@ class WorkflowTest : public QObject {
 
  private Q_SLOTS:
   void initTestCase() {
-    qRegisterMetaType<RegionId>("retint::RegionId");
-    scene_ = std::make_unique<ViewerScene>(200, 150, 8);
-    theme_ = std::make_unique<Theme>();
+    MakeScene(200, 150, 8);
     subject_ = scene_->MostVisible();
     QVERIFY(subject_.object != 0);
   }
   void cleanupTestCase() { scene_.reset(); }
 
   void init() {
-    window_ = OpenWindow(*theme_, *scene_);
-    QVERIFY(window_);
+    QVERIFY(ShowScene());
     SelectOptions select;
     select.method = "gaussian";  // quick; stereo has tests of its own
     selection().SetSelectOptions(select);
