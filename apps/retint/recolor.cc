@@ -32,10 +32,10 @@ void CheckOutputs(const Arguments& arguments) {
 void Save(const Arguments& arguments, const Recolored& result, RunReport report, Run& run) {
   EditSession& session = *result.session;
   StagedOutput staged;
-  run.monitor().Step("save", 0, 1);
   {
     const StageClock::Lap lap(session.clock(), "save");
-    staged.Add(arguments.output, [&](const auto& path) { session.WriteSplat(path); });
+    staged.Add(arguments.output,
+               [&](const auto& path) { session.WriteSplat(path, run.monitor()); });
     if (!arguments.comparison.empty()) {
       staged.Add(arguments.comparison,
                  [&](const auto& path) { WritePng(path, ComparisonPicture(result, run)); });

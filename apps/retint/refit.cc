@@ -34,10 +34,10 @@ void Refit(const Arguments& arguments, Run& run) {
   const QualityReport quality =
       session->Evaluate(region, session->original().sh, after, job.target, run.monitor());
   StagedOutput staged;
-  run.monitor().Step("save", 0, 1);
   {
     const StageClock::Lap lap(session->clock(), "save");
-    staged.Add(arguments.output, [&](const auto& path) { session->WriteSplat(path); });
+    staged.Add(arguments.output,
+               [&](const auto& path) { session->WriteSplat(path, run.monitor()); });
   }
   if (!arguments.report.empty()) {
     RunReport report = session->MakeReport();

@@ -69,7 +69,7 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
   WriteCloud(folder / "cloud_raw.ply", result.selection.cloud_raw);
   WriteCloud(folder / "cloud.ply", result.selection.cloud);
   WriteFile(folder / "registration.json", RegistrationsToJson(result.selection.painted));
-  session.WriteMasks(folder / "masks", result.region);
+  session.WriteMasks(folder / "masks", result.region, run.monitor());
   const auto views = session.reconstruction().ViewsByName();
   for (size_t i = 0; i < views.size(); ++i) {
     run.monitor().Step("save", static_cast<double>(i), static_cast<double>(views.size()));

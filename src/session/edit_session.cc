@@ -47,14 +47,13 @@ std::unique_ptr<EditSession> EditSession::Open(const std::filesystem::path& work
       std::async(std::launch::async, [splat] { return ChecksumFile(splat); });
   {
     const StageClock::Lap lap(clock, "load");
-    monitor.Step("load", 0, 3);
+    monitor.Step("load", 0, 1);
     Workspace opened = Workspace::Open(workspace, options.image_folder);
     opened.RequirePinhole();
-    monitor.Step("load", 1, 3);
-    GaussianModel model = ReadSplat(splat);
-    monitor.Step("load", 2, 3);
+    GaussianModel model = ReadSplat(splat, monitor);
+    monitor.ThrowIfCancelled();
     session = std::make_unique<EditSession>(std::move(opened), std::move(model), options);
-    monitor.Step("load", 3, 3);
+    monitor.Step("load", 1, 1);
   }
   session->clock_ = clock;
   session->splat_path_ = std::filesystem::absolute(splat).lexically_normal();
@@ -441,16 +440,20 @@ Image EditSession::EditedTarget(const View& view, TargetKind target) {
   return image;
 }
 
-void EditSession::WriteSplat(const std::filesystem::path& path) const {
+void EditSession::WriteSplat(const std::filesystem::path& path, Monitor& monitor) const {
   GaussianModel edited = model_;
   edited.sh = CurrentSh();
-  retint::WriteSplat(path, edited);
+  retint::WriteSplat(path, edited, monitor);
 }
 
-void EditSession::WriteMasks(const std::filesystem::path& folder, RegionId id) const {
+void EditSession::WriteMasks(const std::filesystem::path& folder, RegionId id,
+                             Monitor& monitor) const {
   const Region* region = regions().Find(id);
   if (!region) throw OptionError("there is no region " + std::to_string(id));
-  for (const auto& [name, mask] : region->selection->masks) {
+  const auto& masks = region->selection->masks;
+  size_t written = 0;
+  for (const auto& [name, mask] : masks) {
+    monitor.Step("save", static_cast<double>(written++), static_cast<double>(masks.size()));
     WritePng(ViewFile(folder, name), mask);
   }
 }

@@ -164,9 +164,9 @@ class EditSession {
   // --- Output ----------------------------------------------------------------------------------
 
   // The scene with CurrentSh(), atomically; everything else of the source file unchanged.
-  void WriteSplat(const std::filesystem::path& path) const;
+  void WriteSplat(const std::filesystem::path& path, Monitor& monitor) const;
   // <folder>/<image name>.png of a region.
-  void WriteMasks(const std::filesystem::path& folder, RegionId id) const;
+  void WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor) const;
   // Backend, counts, times and peaks; the stages' own parts are the caller's.
   RunReport MakeReport() const;
 

@@ -360,7 +360,7 @@ bool PlyCodec::Sniff(std::string_view head) const {
   return head.starts_with("ply\n") || head.starts_with("ply\r\n");
 }
 
-GaussianModel PlyCodec::Read(const std::filesystem::path& path) const {
+GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
   const InputFile file(path);
   std::string head(std::min(file.size(), kMaxPlyHeaderBytes), '\0');
   file.ReadAt(0, head.data(), head.size());
@@ -383,6 +383,7 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path) const {
   const size_t rows_a_block = std::max<size_t>(1, kBlockBytes / stride);
   std::vector<char> block(std::min(rows_a_block, count) * stride);
   for (size_t first = 0; first < count; first += rows_a_block) {
+    monitor.Step("load", static_cast<double>(first), static_cast<double>(count));
     const size_t rows = std::min(rows_a_block, count - first);
     file.ReadAt(header.bytes + first * stride, block.data(), rows * stride);
     reader.Take(block.data(), first, rows);
@@ -393,7 +394,8 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path) const {
   return model;
 }
 
-void PlyCodec::Write(const std::filesystem::path& path, const GaussianModel& model) const {
+void PlyCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
+                     Monitor& monitor) const {
   CheckWritable(model, path);
   const std::vector<Field> fields = Fields(model.sh_degree);
   const std::vector<std::string> order = WriteOrder(model, fields);
@@ -405,6 +407,7 @@ void PlyCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
   const size_t rows_a_block = std::max<size_t>(1, kBlockBytes / writer.stride());
   std::vector<char> block(std::min(rows_a_block, count) * writer.stride(), '\0');
   for (size_t first = 0; first < count; first += rows_a_block) {
+    monitor.Step("save", static_cast<double>(first), static_cast<double>(count));
     const size_t rows = std::min(rows_a_block, count - first);
     writer.Give(block.data(), first, rows);
     file.Write(block.data(), rows * writer.stride());

@@ -17,8 +17,9 @@ class PlyCodec : public SplatCodec {
   std::string_view Name() const override { return "3DGS .ply (binary little-endian)"; }
   std::span<const std::string_view> Extensions() const override;
   bool Sniff(std::string_view head) const override;
-  GaussianModel Read(const std::filesystem::path& path) const override;
-  void Write(const std::filesystem::path& path, const GaussianModel& model) const override;
+  GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const override;
+  void Write(const std::filesystem::path& path, const GaussianModel& model,
+             Monitor& monitor) const override;
 };
 
 }  // namespace retint

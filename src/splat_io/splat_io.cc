@@ -108,7 +108,7 @@ const SplatCodec& CodecForWriting(const std::filesystem::path& path) {
                     "; " + SupportedFormats());
 }
 
-GaussianModel ReadSplat(const std::filesystem::path& path) {
+GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor) {
   std::string head;
   {
     const InputFile file(path);
@@ -116,7 +116,7 @@ GaussianModel ReadSplat(const std::filesystem::path& path) {
     head.resize(std::min<uint64_t>(file.size(), kSniffBytes));
     file.ReadAt(0, head.data(), head.size());
   }
-  if (const SplatCodec* codec = FindCodec(path, head)) return codec->Read(path);
+  if (const SplatCodec* codec = FindCodec(path, head)) return codec->Read(path, monitor);
   const std::string name = LowerName(path);
   const KnownFormat* format = UnsupportedBySignature(name, head);
   if (!format) format = UnsupportedByExtension(name);
@@ -125,8 +125,18 @@ GaussianModel ReadSplat(const std::filesystem::path& path) {
                              "; " + SupportedFormats());
 }
 
+GaussianModel ReadSplat(const std::filesystem::path& path) {
+  Monitor monitor;
+  return ReadSplat(path, monitor);
+}
+
+void WriteSplat(const std::filesystem::path& path, const GaussianModel& model, Monitor& monitor) {
+  CodecForWriting(path).Write(path, model, monitor);
+}
+
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model) {
-  CodecForWriting(path).Write(path, model);
+  Monitor monitor;
+  WriteSplat(path, model, monitor);
 }
 
 }  // namespace retint

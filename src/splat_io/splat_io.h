@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/monitor.h"
 #include "scene/gaussian_model.h"
 
 namespace retint {
@@ -20,10 +21,13 @@ class SplatCodec {
   // Whether `head`, the first kSniffBytes of a file (fewer when it is shorter), is of this format.
   // Always false for a format without a signature: its files are then known by their extension.
   virtual bool Sniff(std::string_view head) const = 0;
-  // InputError naming `path` and the fault. The result passes GaussianModel::Validate().
-  virtual GaussianModel Read(const std::filesystem::path& path) const = 0;
-  // Atomic: on any error (RunError) a file that was there stays as it was.
-  virtual void Write(const std::filesystem::path& path, const GaussianModel& model) const = 0;
+  // InputError naming `path` and the fault. The result passes GaussianModel::Validate(). Reports
+  // the stage "load"; may be cancelled between blocks of rows.
+  virtual GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const = 0;
+  // Atomic: on any error (RunError), and when cancelled, a file that was there stays as it was.
+  // Reports the stage "save".
+  virtual void Write(const std::filesystem::path& path, const GaussianModel& model,
+                     Monitor& monitor) const = 0;
 };
 
 inline constexpr size_t kSniffBytes = 4096;
@@ -41,10 +45,12 @@ const SplatCodec& CodecForWriting(const std::filesystem::path& path);
 
 // Reads a splat file of any supported format. InputError for a missing, unsupported (the format
 // found is named), truncated or damaged file, or one without Gaussians.
+GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor);
 GaussianModel ReadSplat(const std::filesystem::path& path);
 
 // Writes in the format of the extension. OptionError as CodecForWriting, RunError for a model that
 // cannot be written (empty, NaN, arrays that disagree) or a failed write; never a partial file.
+void WriteSplat(const std::filesystem::path& path, const GaussianModel& model, Monitor& monitor);
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model);
 
 }  // namespace retint

@@ -232,8 +232,9 @@ void MainWindow::ConnectScene() {
     if (!view.empty()) canvas_->RestoreCamera(view);
     UpdateTitle();
   });
-  connect(sessions_, &SessionStore::autosaveFailed, this,
-          [say](const QString& message) { say(tr("Autosave: %1").arg(message)); });
+  connect(sessions_, &SessionStore::autosaveFailed, this, [this](const QString& message) {
+    ShowError(tr("The work cannot be saved automatically; Retint keeps trying"), message);
+  });
 }
 
 bool MainWindow::IsSelecting() const { return pages_->currentWidget() == selection_; }

@@ -134,21 +134,17 @@ void SceneController::RunWrite(const QString& label, const std::filesystem::path
 
 void SceneController::WriteSplat(const std::filesystem::path& path) {
   RunWrite(tr("Saving the splat"), path, [=](EditSession& session, Monitor& monitor) {
-    monitor.Step("save", 0, 1);
     CheckOutput(path);
     session.CollectFits();
-    session.WriteSplat(path);
-    monitor.Step("save", 1, 1);
+    session.WriteSplat(path, monitor);
   });
 }
 
 void SceneController::WriteMasks(const std::filesystem::path& folder, RegionId id) {
   RunWrite(tr("Saving masks"), folder, [=](EditSession& session, Monitor& monitor) {
-    monitor.Step("save", 0, 1);
     StagedOutput output;
-    output.AddFolder(folder, [&](const auto& staged) { session.WriteMasks(staged, id); });
+    output.AddFolder(folder, [&](const auto& staged) { session.WriteMasks(staged, id, monitor); });
     output.Commit();
-    monitor.Step("save", 1, 1);
   });
 }
 

@@ -11,6 +11,7 @@ namespace retint {
 namespace {
 
 constexpr int kAutosaveMs = 1500;  // after a change; changes in between are one
+constexpr int kRetryMs = 10000;    // after one that failed
 
 bool IsAutosave(const std::filesystem::path& folder) {
   return folder.filename().string().ends_with(".autosave.retint");
@@ -31,13 +32,12 @@ bool SameEdits(const RegionSet& a, const RegionSet& b) {
 SessionStore::SessionStore(SceneController* controller, QObject* parent)
     : QObject(parent), controller_(controller) {
   timer_.setSingleShot(true);
-  timer_.setInterval(kAutosaveMs);
   connect(&timer_, &QTimer::timeout, this, &SessionStore::SubmitAutosave);
   const auto forget = [this] {
     // Of the scene before: its user has agreed to lose what was not saved.
     DropAutosave();
     autosave_.reset();
-    autosave_broken_ = false;
+    autosave_fails_ = false;
     writer_.reset();
     folder_.clear();
     saved_ = submitted_ = {};
@@ -99,12 +99,12 @@ void SessionStore::Save(const std::filesystem::path& folder, std::function<void(
 }
 
 void SessionStore::OnRegions() {
-  if (!SameEdits(submitted_, controller_->regions())) timer_.start();
+  if (!SameEdits(submitted_, controller_->regions())) timer_.start(kAutosaveMs);
 }
 
 void SessionStore::SubmitAutosave() {
   timer_.stop();
-  if (!controller_->IsOpen() || autosave_broken_) return;
+  if (!controller_->IsOpen()) return;
   if (!IsModified()) {
     if (autosave_) autosave_->Discard();  // all was undone
     return;
@@ -112,13 +112,10 @@ void SessionStore::SubmitAutosave() {
   if (!autosave_) {
     try {
       autosave_ = std::make_unique<Autosave>(folder_, [this](const std::string& error) {
-        if (error.empty()) return;
-        Post(this, [this, error] { Q_EMIT autosaveFailed(QString::fromStdString(error)); });
+        Post(this, [this, error] { OnAutosave(error); });
       });
     } catch (const Error& error) {
-      autosave_broken_ = true;
-      Q_EMIT autosaveFailed(QString::fromStdString(error.what()));
-      return;
+      return OnAutosave(error.what());
     }
   }
   const auto snapshot = std::make_shared<SessionSnapshot>();
@@ -127,10 +124,20 @@ void SessionStore::SubmitAutosave() {
       [=, this] {
         if (!autosave_) return;
         submitted_ = snapshot->regions;
+        // Asking for them was news of them too.
+        if (SameEdits(submitted_, controller_->regions())) timer_.stop();
         snapshot->view = ViewState();
         snapshot->saved = folder_;
         autosave_->Submit(std::move(*snapshot));
       });
+}
+
+// What could not be written is tried again, until there is room for it.
+void SessionStore::OnAutosave(const std::string& error) {
+  const bool failed = !error.empty();
+  if (failed) timer_.start(kRetryMs);
+  if (failed == std::exchange(autosave_fails_, failed) || !failed) return;
+  Q_EMIT autosaveFailed(QString::fromStdString(error));
 }
 
 void SessionStore::DropAutosave() {

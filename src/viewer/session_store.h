@@ -45,11 +45,12 @@ class SessionStore : public QObject {
  Q_SIGNALS:
   void saved(const QString& path);
   void restored(const std::string& view);
-  void autosaveFailed(const QString& message);
+  void autosaveFailed(const QString& message);  // once, until one works again
 
  private:
   void OnRegions();
   void SubmitAutosave();
+  void OnAutosave(const std::string& error);
   std::string ViewState() const { return view_state_ ? view_state_() : std::string(); }
 
   SceneController* controller_;
@@ -59,7 +60,7 @@ class SessionStore : public QObject {
   std::shared_ptr<SessionWriter> writer_;  // of folder_; used on the worker
   std::unique_ptr<Autosave> autosave_;
   std::filesystem::path recovered_;  // the autosave that was opened; empty: none
-  bool autosave_broken_ = false;     // said once
+  bool autosave_fails_ = false;
   QTimer timer_;
 };
 

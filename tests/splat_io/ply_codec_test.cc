@@ -210,6 +210,31 @@ TEST_F(PlyCodecTest, AModelThatCannotBeReadBackIsNotWritten) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 2);
 }
 
+// Cancels once a third is done, and remembers the largest share that was reported.
+class CancelsOnTheWay : public Monitor {
+ public:
+  CancelsOnTheWay()
+      : Monitor([this](const Progress& step) {
+          reached = std::max(reached, step.fraction);
+          if (step.fraction > 1.0 / 3) Cancel();
+        }) {}
+  double reached = 0;
+};
+
+TEST_F(PlyCodecTest, ReadingAndWritingReportAndAreCancelledBetweenBlocks) {
+  const GaussianModel model = Read(PlyText::Canonical(6000, 3));
+  WriteFile(out_, "precious");
+  CancelsOnTheWay writing;
+  EXPECT_THROW(WriteSplat(out_, model, writing), Cancelled);
+  EXPECT_GT(writing.reached, 1.0 / 3);
+  EXPECT_EQ(ReadFile(out_), "precious");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 2);
+
+  CancelsOnTheWay reading;
+  EXPECT_THROW(ReadSplat(in_, reading), Cancelled);
+  EXPECT_GT(reading.reached, 1.0 / 3);
+}
+
 TEST_F(PlyCodecTest, CodecsAreFoundBySignatureThenExtension) {
   const std::string head = PlyText::Canonical(1, 0).Header();
   ASSERT_NE(FindCodec("renamed.bin", head), nullptr);

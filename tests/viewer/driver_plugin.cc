@@ -46,6 +46,11 @@ class Driver : public QObject {
     }
     return nullptr;
   }
+  // Without a window manager nobody else makes it active, as keys want it.
+  static bool Activate() {
+    Window()->activateWindow();
+    return QTest::qWaitForWindowActive(Window());
+  }
   static int Regions() {
     auto* list = Window()->findChild<QTreeWidget*>("region_list");
     return list ? list->topLevelItemCount() : -1;
@@ -69,7 +74,7 @@ class Driver : public QObject {
   static bool Paint() {
     if (!Wait([] { return Window() != nullptr; })) return false;
     auto* enter = Window()->findChild<QAction*>("selection.enter");
-    if (!enter || !Wait([=] { return enter->isEnabled(); })) return false;
+    if (!enter || !Wait([=] { return enter->isEnabled(); }) || !Activate()) return false;
     QTest::keyClick(Window(), Qt::Key_B);
     auto* accept = Window()->findChild<QAbstractButton*>("selectionAccept");
     auto* paper = Window()->findChild<QWidget*>("selectionCanvas");

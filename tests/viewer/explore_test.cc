@@ -22,7 +22,6 @@ class ExploreTest : public ViewerTest {
 
  private:
   const Navigation& navigation() { return canvas().navigation(); }
-  Eigen::Vector3d Position() { return navigation().Rendered().Center(); }
   // Row 0: right, 1: down, 2: forward.
   Eigen::Matrix3d Axes() {
     return navigation().Rendered().cam_from_world.rotation.toRotationMatrix();

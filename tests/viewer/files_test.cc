@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files by menu, key and drop: opening, recent files, sessions good and bad, recovery, exports.
+#include <sys/resource.h>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -25,6 +27,25 @@
 namespace retint {
 
 namespace fs = std::filesystem;
+
+// While it lives no file can grow beyond `bytes`, as on a disk that is full: writing more fails.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    handler_ = std::signal(SIGXFSZ, SIG_IGN);  // an error of write() rather than the end
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int) = SIG_DFL;
+};
 
 class FilesTest : public ViewerTest {
   Q_OBJECT
@@ -112,6 +133,32 @@ class FilesTest : public ViewerTest {
     QSignalSpy opened(&empty.controller(), &SceneController::opened);
     QTest::mouseClick(open, Qt::LeftButton);
     QVERIFY(QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs));
+  }
+
+  void FilesAreOpenedAndClosedByKey() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "by_key.retint";
+    QVERIFY(Save(folder));
+    PressKey(*window_, Qt::Key_W, Qt::ControlModifier);
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
+    QVERIFY(window_->findChild<QPushButton*>("welcome_open")->isVisible());
+    QVERIFY(!window_->action("file.save")->isEnabled());
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    AnswerFileDialog(folder);
+    QTest::keyClick(window_.get(), Qt::Key_O, Qt::ControlModifier | Qt::ShiftModifier);
+    QVERIFY(Opened(opened));
+    QCOMPARE(Regions().size(), size_t{1});
+    PressKey(*window_, Qt::Key_O, Qt::ControlModifier);
+    auto* dialog = window_->findChild<QDialog*>("open_dialog");
+    QVERIFY(dialog && dialog->isVisible());
+    // It begins with what is open.
+    QCOMPARE(dialog->findChild<QLineEdit*>("workspace")->text(),
+             QString::fromStdString(scene_->workspace().string()));
+    opened.clear();
+    QTest::mouseClick(dialog->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Open),
+                      Qt::LeftButton);
+    QVERIFY(Opened(opened));
+    QVERIFY(Regions().empty());
   }
 
   void RecentScenesAndSessionsOpenFromTheMenu() {
@@ -432,6 +479,70 @@ class FilesTest : public ViewerTest {
     const GaussianModel edited = ReadSplat(out.string() + ".ply");
     QVERIFY(edited.means == controller().facts()->original->means);
     QVERIFY(edited.sh == *controller().sh());
+  }
+
+  // What is there already stays, nothing half-written does, and the work goes on.
+  void AFullDiskIsExplainedAndLosesNothing() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh(), session = folder / "kept.retint", splat = folder / "kept.ply";
+    QVERIFY(Save(session));
+    WriteFile(splat, "precious");
+    const auto listing = [&] {
+      std::vector<std::pair<std::string, std::string>> files;
+      for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        files.emplace_back(entry.path().string(),
+                           entry.is_regular_file() ? ReadFile(entry.path()) : "");
+      }
+      std::sort(files.begin(), files.end());
+      return files;
+    };
+    controller().SetEdit(Regions().front().id, ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
+    // Its autosave is written while there is room: a complaint of another kind.
+    QTRY_VERIFY_WITH_TIMEOUT(fs::exists(folder / "kept.autosave.retint" / "session.json"), kWaitMs);
+    const auto before = listing();
+    {
+      const FullDisk full(200);
+      PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+      QVERIFY(ReadError(*window_).contains("kept.retint"));
+      QVERIFY(window_->isWindowModified());
+      AnswerFileDialog(splat);
+      PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
+      QVERIFY(ReadError(*window_).contains("kept.ply"));
+      for (const auto& [entry, path] :
+           {std::pair(1, folder), std::pair(3, folder / "report.json")}) {
+        AnswerFileDialog(path);
+        Export(entry);
+        const QString error = ReadError(*window_);
+        QVERIFY2(error.contains(QString::fromStdString(path.string())), qPrintable(error));
+      }
+    }
+    QVERIFY(listing() == before);
+    QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
+    QVERIFY(!window_->isWindowModified());
+  }
+
+  void AnAutosaveThatFailsIsSaidAndTriedAgain() {
+    fs::remove_all(AutosaveDataFolder());
+    {
+      const FullDisk full(200);
+      QVERIFY(AddRegion("pot"));
+      const QString error = ReadError(*window_);
+      QVERIFY2(error.contains("autosave.retint"), qPrintable(error));
+      controller().SetVisible(Regions().front().id, false);
+      QTest::qWait(2000);
+      QVERIFY(!window_->dialog());  // said once
+    }
+    const auto left = [] {
+      std::error_code none;
+      for (const auto& entry : fs::directory_iterator(AutosaveDataFolder(), none)) {
+        if (fs::exists(entry.path() / "session.json")) return true;
+      }
+      return false;
+    };
+    QVERIFY(!left());
+    QTRY_VERIFY_WITH_TIMEOUT(left(), kWaitMs);  // by itself
   }
 
   void MasksAndReportAreExportedFromTheMenu() {

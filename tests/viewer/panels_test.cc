@@ -1,290 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The panels in the real window, with mouse and keys, checked by the session's state and by pixels.
+// The panels in the real window, with mouse and keys, checked by the session's state and by pixels;
+// the list of regions and its picker are in regions_panel_test.cc.
 #include <cmath>
-#include <memory>
 
 #include <QAction>
 #include <QCheckBox>
-#include <QComboBox>
 #include <QDialog>
-#include <QDockWidget>
-#include <QLabel>
 #include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
-#include <QMouseEvent>
-#include <QPushButton>
-#include <QSignalSpy>
-#include <QSlider>
-#include <QSpinBox>
-#include <QStandardPaths>
 #include <QTableWidget>
-#include <QTest>
-#include <QToolButton>
+#include <QTreeWidget>
 
-#include "colmap_io/image_io.h"
-#include "tests/session/saved_scene.h"
-#include "viewer/main_window.h"
-#include "viewer/panels/color_picker.h"
+#include "tests/viewer/panels_fixture.h"
 #include "viewer/panels/loss_plot.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/panels/quality_panel.h"
-#include "viewer/panels/regions_panel.h"
 #include "viewer/session_store.h"
 
 namespace retint {
 
-constexpr int kLong = 60000;  // milliseconds, on a machine that does other things too
-
-class PanelsTest : public QObject {
+class PanelsTest : public PanelsFixture {
   Q_OBJECT
 
- private:
-  const TinyScene scene_{41};
-  std::unique_ptr<TempFolder> folder_;
-  std::unique_ptr<Theme> theme_;
-  std::unique_ptr<MainWindow> window_;
-
-  SceneController& Controller() { return window_->controller(); }
-  const std::vector<Region>& Regions() { return Controller().regions().regions; }
-  template <typename T>
-  T* Find(const char* name) {
-    T* found = window_->findChild<T*>(name);
-    if (!found) qFatal("there is no %s", name);
-    return found;
-  }
-  RegionTree* List() { return Find<RegionTree>("region_list"); }
-
-  // Until the worker has done all that was asked for so far.
-  bool Settle() {
-    bool done = false;
-    if (!Controller().Run(
-            {}, [](EditSession&, Monitor&) {}, [&] { done = true; }))
-      return false;
-    return QTest::qWaitFor([&] { return done; }, kLong);
-  }
-  // The session's own state, not what the window shows.
-  RegionSet SessionRegions() {
-    const auto regions = std::make_shared<RegionSet>();
-    bool done = false;
-    Controller().Run(
-        {}, [regions](EditSession& session, Monitor&) { *regions = session.regions(); },
-        [&] { done = true; });
-    if (!QTest::qWaitFor([&] { return done; }, kLong)) qFatal("the worker does not answer");
-    return *regions;
-  }
-  bool AddRegions() {
-    QSignalSpy added(&Controller(), &SceneController::regionAdded);
-    Controller().AddRegionFromMasks("left", MasksOf(scene_), ColorEdit::Tint({0.2F, 0.4F, 1.0F}));
-    if (!QTest::qWaitFor([&] { return added.count() == 1; }, kLong)) return false;
-    Controller().AddRegionFromMasks("right", OtherMasksOf(scene_),
-                                    ColorEdit::Tint({1.0F, 0.2F, 0.2F}));
-    return QTest::qWaitFor([&] { return added.count() == 2; }, kLong);
-  }
-  QPoint CellCentre(int row, int column) {
-    const int y = List()->visualItemRect(List()->topLevelItem(row)).center().y();
-    return {List()->columnViewportPosition(column) + List()->columnWidth(column) / 2, y};
-  }
-  QPoint CheckBoxOf(int row, int column) {
-    const QRect rect = List()->visualItemRect(List()->topLevelItem(row));
-    return {List()->columnViewportPosition(column) + 10, rect.center().y()};
-  }
-  void Drag(QWidget* widget, const QList<QPoint>& path, bool release = true) {
-    QTest::mousePress(widget, Qt::LeftButton, {}, path.front());
-    for (const QPoint& at : path) {
-      QMouseEvent move(QEvent::MouseMove, at, widget->mapToGlobal(at), Qt::NoButton, Qt::LeftButton,
-                       Qt::NoModifier);
-      QCoreApplication::sendEvent(widget, &move);
-    }
-    if (release) QTest::mouseRelease(widget, Qt::LeftButton, {}, path.back());
-  }
-  void Select(int row) {
-    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {},
-                      CellCentre(row, RegionsPanel::kColor));
-  }
-  void Show(const char* dock) {
-    auto* panel = Find<QDockWidget>(dock);
-    panel->show();
-    panel->raise();
-    QTest::qWait(50);
-  }
-
  private Q_SLOTS:
-  void initTestCase() {
-    QCoreApplication::setOrganizationName("retint-test");
-    QCoreApplication::setApplicationName("panels-test");
-    QStandardPaths::setTestModeEnabled(true);
-    theme_ = std::make_unique<Theme>();
-    theme_->Choose(ThemeChoice::kLight);
-  }
-
-  void init() {
-    folder_ = std::make_unique<TempFolder>();
-    qputenv("XDG_DATA_HOME", (*folder_ / "data").c_str());
-    qputenv("XDG_CONFIG_HOME", (*folder_ / "config").c_str());
-    WriteTinyScene(scene_, folder_->path());
-    Renderer renderer = scene_.MakeRenderer();
-    for (size_t v = 0; v < scene_.cameras.size(); ++v) {
-      WritePng(*folder_ / "ws" / "images" / ViewName(v), renderer.Render(scene_.cameras[v]).rgb);
-    }
-    window_ = std::make_unique<MainWindow>(theme_.get());
-    window_->resize(1600, 1000);
-    window_->show();
-    QVERIFY(QTest::qWaitForWindowExposed(window_.get()));
-    QSignalSpy opened(&Controller(), &SceneController::opened);
-    OpenRequest request;
-    request.workspace = *folder_ / "ws";
-    request.splat = *folder_ / "ws" / "splat.ply";
-    request.options.backend = "cpu";
-    Controller().SetAutomaticRefit(false);
-    window_->OpenScene(request);
-    QVERIFY(QTest::qWaitFor([&] { return opened.count() == 1; }, kLong));
-  }
-
-  void cleanup() {
-    window_.reset();
-    folder_.reset();
-  }
-
-  // --- Regions -----------------------------------------------------------------------------------
-
-  void TheListShowsTheRegions() {
-    QVERIFY(AddRegions());
-    QCOMPARE(List()->topLevelItemCount(), 2);
-    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kName), QString("left"));
-    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kColor), QString("#3366ff"));
-    QCOMPARE(List()->topLevelItem(1)->text(RegionsPanel::kStrength), QString("100 %"));
-    QCOMPARE(window_->current_region(), Regions()[1].id);
-    Select(0);
-    QCOMPARE(window_->current_region(), Regions()[0].id);
-  }
-
-  void ACheckBoxHidesAndSpaceShowsAgain() {
-    QVERIFY(AddRegions());
-    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(0, RegionsPanel::kName));
-    QVERIFY(!SessionRegions().regions[0].visible);
-    QVERIFY(SessionRegions().regions[1].visible);
-    Select(0);
-    List()->setFocus();
-    QTest::keyClick(List(), Qt::Key_Space);
-    QVERIFY(SessionRegions().regions[0].visible);
-  }
-
-  void SoloShowsOneRegionAlone() {
-    QVERIFY(AddRegions());
-    QVERIFY(Settle());
-    QTRY_VERIFY(!Controller().ShowsOriginal());
-    const ShPointer both = Controller().sh();
-    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
-    QCOMPARE(Controller().solo(), Regions()[1].id);
-    QTRY_VERIFY(Controller().sh() != both);
-    QVERIFY(SessionRegions().regions[0].visible);  // not an edit
-    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
-    QCOMPARE(Controller().solo(), RegionId(0));
-  }
-
-  void DraggingThePickerIsLiveAndOneStep() {
-    QVERIFY(AddRegions());
-    Select(0);
-    QVERIFY(Settle());
-    const ColorEdit before = Regions()[0].edit;
-    auto* square = Find<ColorSquare>("color_square");
-    QSignalSpy shown(&Controller(), &SceneController::shChanged);
-    Drag(square, {{10, 10}, {40, 30}, {80, 60}, {120, 80}}, false);
-    QVERIFY(Regions()[0].edit.gain != before.gain);
-    QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kLong);  // the button is still down
-    QTest::mouseRelease(square, Qt::LeftButton, {}, {120, 80});
-    const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
-    QVERIFY(std::abs(square->saturation() - s) < 0.02 && std::abs(square->value() - v) < 0.02);
-    const QColor color = Find<ColorPicker>("color_picker")->color();
-    QVERIFY(SessionRegions().regions[0].edit.gain(2, 2) == color.blueF());
-    window_->action("edit.undo")->trigger();
-    QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
-    QTRY_COMPARE(Find<ColorPicker>("color_picker")->color().name(), QString("#3366ff"));
-    // Another drag is another step.
-    Drag(square, {{20, 20}, {30, 20}});
-    Drag(square, {{20, 60}, {30, 60}});
-    QVERIFY(Settle());
-    QCOMPARE(Controller().history().undo_label, std::string("Recolor left"));
-    window_->action("edit.undo")->trigger();
-    QVERIFY(SessionRegions().regions[0].edit.gain != before.gain);
-    window_->action("edit.undo")->trigger();
-    QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
-  }
-
-  void TheKeyboardPicksColours() {
-    QVERIFY(AddRegions());
-    Select(0);
-    auto* square = Find<ColorSquare>("color_square");
-    square->setFocus();
-    const double value = square->value();
-    QTest::keyClick(square, Qt::Key_Down, Qt::ShiftModifier);
-    QVERIFY(std::abs(square->value() - (value - 0.1)) < 0.01);
-    QVERIFY(window_->canvas().navigation().view());  // arrows did not step through the views
-    auto* text = Find<QLineEdit>("color_text");
-    text->setFocus();
-    text->selectAll();
-    QTest::keyClicks(text, "#00ff80");
-    QTest::keyClick(text, Qt::Key_Return);
-    QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), 0.0F);
-    QCOMPARE(SessionRegions().regions[0].edit.gain(1, 1), 1.0F);
-    QVERIFY(!window_->IsSelecting());  // Return was the field's
-    auto* red = Find<QSpinBox>("channel0");
-    red->setFocus();
-    QTest::keyClick(red, Qt::Key_Up);
-    QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), float(QColor(1, 255, 128).redF()));
-  }
-
-  void TheStrengthFollowsTheSlider() {
-    QVERIFY(AddRegions());
-    Select(0);
-    auto* slider = Find<QSlider>("strength");
-    slider->setFocus();
-    QTest::keyClick(slider, Qt::Key_PageDown);
-    QTest::keyClick(slider, Qt::Key_Left);
-    QCOMPARE(SessionRegions().regions[0].strength, 0.89F);
-    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kStrength), QString("89 %"));
-  }
-
-  void RowsAreDraggedAndMovedByKeys() {
-    QVERIFY(AddRegions());
-    const RegionId left = Regions()[0].id;
-    const QPoint from = CellCentre(0, RegionsPanel::kColor);
-    const QPoint below(from.x(), CellCentre(1, RegionsPanel::kColor).y() + 8);
-    Drag(List()->viewport(), {from, from + QPoint(0, 12), below});
-    QCOMPARE(SessionRegions().regions[1].id, left);
-    QCOMPARE(List()->topLevelItem(1)->text(RegionsPanel::kName), QString("left"));
-    Select(1);
-    List()->setFocus();
-    QTest::keyClick(List(), Qt::Key_Up, Qt::AltModifier);
-    QCOMPARE(SessionRegions().regions[0].id, left);
-    QTest::mouseClick(Find<QToolButton>("region_down"), Qt::LeftButton);
-    QCOMPARE(SessionRegions().regions[1].id, left);
-  }
-
-  void RenameDuplicateAndDelete() {
-    QVERIFY(AddRegions());
-    Select(0);
-    List()->setFocus();
-    QTest::keyClick(List(), Qt::Key_F2);
-    auto* editor = List()->viewport()->findChild<QLineEdit*>();
-    QVERIFY(editor);
-    QTest::keyClicks(editor, "petals");
-    QTest::keyClick(editor, Qt::Key_Return);
-    QTRY_COMPARE(SessionRegions().regions[0].name, std::string("petals"));
-    List()->setFocus();
-    QSignalSpy added(&Controller(), &SceneController::regionAdded);
-    QTest::keyClick(List(), Qt::Key_D, Qt::ControlModifier);
-    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kLong);
-    const RegionSet three = SessionRegions();
-    QCOMPARE(three.regions.size(), size_t(3));
-    QCOMPARE(three.regions[1].name, std::string("petals copy"));
-    QCOMPARE(three.regions[1].selection, three.regions[0].selection);
-    QCOMPARE(window_->current_region(), three.regions[1].id);
-    QTest::keyClick(List(), Qt::Key_Delete);
-    QCOMPARE(SessionRegions().regions.size(), size_t(2));
-    QTRY_COMPARE(List()->topLevelItemCount(), 2);
-  }
+  void initTestCase() { MakeTheme(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { Close(); }
 
   // --- Optimiser ---------------------------------------------------------------------------------
 
@@ -294,9 +36,9 @@ class PanelsTest : public QObject {
     Find<QCheckBox>("automatic")->click();
     QVERIFY(Controller().automatic_refit());
     Select(0);
-    Drag(Find<ColorSquare>("color_square"), {{30, 30}, {60, 40}});
+    DragAlong(Find<ColorSquare>("color_square"), {{30, 30}, {60, 40}});
     auto* state = Find<QLabel>("optimizer_state");
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("finished"), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("finished"), kWaitMs);
     auto* plot = Find<LossPlot>("loss_plot");
     QTRY_VERIFY(plot->losses().size() > 1);
     QVERIFY(plot->losses().back() < plot->losses().front());
@@ -310,15 +52,15 @@ class PanelsTest : public QObject {
     QTRY_VERIFY(SessionRegions().regions[1].fit != nullptr);
     QSignalSpy ready(&Controller(), &SceneController::qualityReady);
     QTest::mouseClick(Find<QPushButton>("optimizer_measure"), Qt::LeftButton);
-    QTRY_COMPARE_WITH_TIMEOUT(ready.count(), 1, kLong);
+    QTRY_COMPARE_WITH_TIMEOUT(ready.count(), 1, kWaitMs);
     QVERIFY(Find<QLabel>("psnr_inside")->text().contains("dB"));
     QVERIFY(Find<QLabel>("psnr_outside")->text().contains("dB"));
     // Reset: back to the closed form, then fitted anew.
     const auto fit = SessionRegions().regions[0].fit;
     QTest::mouseClick(Find<QPushButton>("optimizer_reset"), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("finished"), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("finished"), kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(
-        SessionRegions().regions[0].fit && SessionRegions().regions[0].fit != fit, kLong);
+        SessionRegions().regions[0].fit && SessionRegions().regions[0].fit != fit, kWaitMs);
   }
 
   void PausesAndGoesOn() {
@@ -337,18 +79,18 @@ class PanelsTest : public QObject {
     auto* toggle = Find<QPushButton>("optimizer_toggle");
     auto* state = Find<QLabel>("optimizer_state");
     QTest::mouseClick(toggle, Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("running"), kLong);
-    QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("optimizer_speed")->text().contains("a second"), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("running"), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("optimizer_speed")->text().contains("a second"), kWaitMs);
     QTest::mouseClick(toggle, Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("paused"), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("paused"), kWaitMs);
     QTest::qWait(300);
     const int steps = Controller().optimizer().steps;
     QTest::qWait(300);
     QCOMPARE(Controller().optimizer().steps, steps);
     QTest::mouseClick(toggle, Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().steps > steps, kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().steps > steps, kWaitMs);
     Controller().CancelRefit();
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("stopped"), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("stopped"), kWaitMs);
   }
 
   // --- Views -------------------------------------------------------------------------------------
@@ -358,7 +100,7 @@ class PanelsTest : public QObject {
     QCOMPARE(list->count(), 6);
     for (int row = 0; row < 6; ++row) {
       QTRY_VERIFY_WITH_TIMEOUT(!list->item(row)->data(Qt::UserRole + 1).value<QImage>().isNull(),
-                               kLong);
+                               kWaitMs);
       QVERIFY(list->item(row)->data(Qt::UserRole + 2).toString().isEmpty());
     }
     QVERIFY(AddRegions());
@@ -386,7 +128,7 @@ class PanelsTest : public QObject {
             [&](RegionId, const QualityReport& ready) { report = ready; });
     order->setFocus();
     QTest::keyClick(order, Qt::Key_End);
-    QTRY_VERIFY_WITH_TIMEOUT(report.views.size() == 6, kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(report.views.size() == 6, kWaitMs);
     disconnect(&Controller(), nullptr, this, nullptr);
     QTRY_VERIFY(list->item(0)->data(Qt::UserRole + 2).toString().contains("dB"));
     for (int row = 0; row < 6; ++row) {
@@ -426,11 +168,11 @@ class PanelsTest : public QObject {
     Show("quality");
     Canvas& canvas = window_->canvas();
     canvas.GoTo("view2");
-    QTRY_VERIFY_WITH_TIMEOUT(canvas.IsSharp(), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(canvas.IsSharp(), kWaitMs);
     const QImage plain = canvas.grab().toImage();
     auto* mask = Find<MaskView>("mask_view");
     Find<QCheckBox>("mask_switch")->click();
-    QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kWaitMs);
     const QImage covered = canvas.grab().toImage();
     // "right" is the right part of the picture.
     const QRectF rect = canvas.ImageRect(canvas.navigation().Rendered());
@@ -444,7 +186,7 @@ class PanelsTest : public QObject {
     QVERIFY2(right > 500 && right > 3 * left, qPrintable(QString("%1 %2").arg(left).arg(right)));
     canvas.StepView(1);
     QVERIFY(!mask->IsReady());  // of another camera
-    QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kWaitMs);
   }
 
   void TheReportHasTheFigures() {
@@ -454,7 +196,7 @@ class PanelsTest : public QObject {
     connect(&Controller(), &SceneController::qualityReady, this,
             [&](RegionId, const QualityReport& ready) { report = ready; });
     QTest::mouseClick(Find<QPushButton>("quality_measure"), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(report.train.views == 6, kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(report.train.views == 6, kWaitMs);
     disconnect(&Controller(), nullptr, this, nullptr);
     auto* table = Find<QTableWidget>("report_table");
     QTRY_COMPARE(table->rowCount(), 6);
@@ -478,7 +220,7 @@ class PanelsTest : public QObject {
                             ColorEdit::Tint({0.5F, 1, 1}), monitor, TinySource(scene_));
         },
         [&] { done = true; });
-    QTRY_VERIFY_WITH_TIMEOUT(done, kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(done, kWaitMs);
     QTRY_COMPARE(List()->topLevelItemCount(), 1);
     Select(0);
     Show("quality");
@@ -521,7 +263,7 @@ class PanelsTest : public QObject {
     request.options.backend = "cpu";
     Show("scene");
     auto* list = Find<QListWidget>("scene_warnings");
-    QTRY_VERIFY_WITH_TIMEOUT(window_->canvas().IsSharp(), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(window_->canvas().IsSharp(), kWaitMs);
     window_->OpenScene(request);
     const auto warns = [&](const QString& part) {
       for (int row = 0; row < list->count(); ++row) {
@@ -529,7 +271,7 @@ class PanelsTest : public QObject {
       }
       return false;
     };
-    QTRY_VERIFY_WITH_TIMEOUT(warns("2 of 6 views are missing: view1, view4"), kLong);
+    QTRY_VERIFY_WITH_TIMEOUT(warns("2 of 6 views are missing: view1, view4"), kWaitMs);
     QVERIFY(warns("another frame"));
     QVERIFY(list->isVisible());
   }
@@ -542,7 +284,7 @@ class PanelsTest : public QObject {
     window_->canvas().GoTo("view4");
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
     window_->sessions().Save(*folder_ / "edit.retint");
-    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kLong);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
     QTRY_VERIFY(!window_->IsModified());
     const std::vector<float> before = *Controller().sh();
     Select(0);
@@ -557,7 +299,7 @@ class PanelsTest : public QObject {
     QSignalSpy restored(&other.sessions(), &SessionStore::restored);
     other.controller().SetAutomaticRefit(false);
     other.OpenSession(*folder_ / "edit.retint");
-    QTRY_COMPARE_WITH_TIMEOUT(restored.count(), 1, kLong);
+    QTRY_COMPARE_WITH_TIMEOUT(restored.count(), 1, kWaitMs);
     QTRY_VERIFY(SameBits(*other.controller().sh(), before));
     QCOMPARE(other.findChild<RegionTree*>("region_list")->topLevelItemCount(), 2);
     QVERIFY(other.canvas().navigation().view());
@@ -584,14 +326,14 @@ class PanelsTest : public QObject {
     QTRY_VERIFY(!window_->findChild<QDialog*>("export_dialog"));
     dialog = ask(2, out);
     QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
-    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kLong);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
     QCOMPARE(ReadImage8(*folder_ / "out" / "view5.png").width, 64);
     QTRY_VERIFY(!window_->findChild<QDialog*>("export_dialog"));
     dialog = ask(4, out + "/turn");
     dialog->findChild<QComboBox*>("export_choice")->setCurrentIndex(1);
     dialog->findChild<QSpinBox*>("export_frames")->setValue(3);
     QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
-    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kLong);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
     QVERIFY(std::filesystem::exists(*folder_ / "out" / "turn" / "0002.png"));
     QVERIFY(!std::filesystem::exists(*folder_ / "out" / "turn" / "0003.png"));
   }
@@ -657,11 +399,15 @@ class PanelsTest : public QObject {
                             qobject_cast<QAbstractButton*>(widget);
           if (!text || widget->inherits("QTableCornerButton")) continue;
           const QString what =
-              QString("%1: %2 '%3' has %4 of %5 pixels")
+              QString("%1: %2 '%3' has %4x%5 of %6x%7 pixels")
                   .arg(name, widget->metaObject()->className(), widget->property("text").toString())
                   .arg(widget->width())
-                  .arg(widget->minimumSizeHint().width());
-          QVERIFY2(widget->width() >= widget->minimumSizeHint().width(), qPrintable(what));
+                  .arg(widget->height())
+                  .arg(widget->minimumSizeHint().width())
+                  .arg(widget->minimumSizeHint().height());
+          QVERIFY2(widget->width() >= widget->minimumSizeHint().width() &&
+                       widget->height() >= widget->minimumSizeHint().height(),
+                   qPrintable(what));
         }
       }
       QCOMPARE(window_->size(), QSize(1600, 1000));

@@ -26,7 +26,6 @@ class ProcessTest : public QObject {
                                   const fs::path& saw) {
     auto process = std::make_unique<QProcess>();
     QProcessEnvironment environment = QProcessEnvironment::systemEnvironment();
-    environment.insert("QT_QPA_PLATFORM", "offscreen");
     environment.insert("QT_PLUGIN_PATH", RETINT_PLUGINS);
     environment.insert("QT_QPA_GENERIC_PLUGINS", "retintdriver");
     environment.insert("RETINT_DRIVE", task);
@@ -59,9 +58,10 @@ class ProcessTest : public QObject {
   void cleanupTestCase() { scene_.reset(); }
 
   void HelpAndVersionNeedNoDisplay() {
+    const QByteArray platform = qgetenv("QT_QPA_PLATFORM");
     qputenv("QT_QPA_PLATFORM", "no-such-platform");
     const Answer help = Ask({"--help"}), version = Ask({"--version"});
-    qputenv("QT_QPA_PLATFORM", "offscreen");
+    qputenv("QT_QPA_PLATFORM", platform);
     QCOMPARE(help.code, 0);
     for (const char* option : {"--workspace", "--splat", "--session", "--backend", "--holdout"}) {
       QVERIFY2(help.out.contains(option), option);

@@ -9,6 +9,8 @@
 #include <QAbstractButton>
 #include <QMouseEvent>
 #include <QSignalSpy>
+#include <QSlider>
+#include <QSpinBox>
 #include <QTest>
 #include <QWheelEvent>
 
@@ -316,12 +318,13 @@ class SelectionCanvasTest : public QObject {
     QCOMPARE(canvas_->transform().scale, double(kZoom));
   }
 
-  void RightAndSpaceDragsPan() {
+  void RightMiddleAndSpaceDragsPan() {
     Wheel(At(40, 30), {0, 360});
-    for (const bool with_space : {false, true}) {
+    for (const Qt::MouseButton button : {Qt::RightButton, Qt::MiddleButton, Qt::LeftButton}) {
       const Eigen::Vector2d offset = canvas_->transform().offset;
+      const bool with_space = button == Qt::LeftButton;
       if (with_space) QTest::keyPress(canvas_.get(), Qt::Key_Space);
-      Drag({{100, 100}, {130, 90}}, {}, with_space ? Qt::LeftButton : Qt::RightButton);
+      Drag({{100, 100}, {130, 90}}, {}, button);
       if (with_space) QTest::keyRelease(canvas_.get(), Qt::Key_Space);
       QCOMPARE(canvas_->transform().offset, Eigen::Vector2d(offset + Eigen::Vector2d(30, -10)));
     }
@@ -351,6 +354,16 @@ class SelectionCanvasTest : public QObject {
     QVERIFY(canvas_->brush().radius <= 500);
   }
 
+  void KeysShowTheWholeViewOrItsPixels() {
+    Key(Qt::Key_1);
+    QCOMPARE(canvas_->transform().scale, 1 / canvas_->devicePixelRatioF());
+    Drag({At(40, 30), At(40, 30)});
+    QCOMPARE(Mask(40, 30), 255);
+    QCOMPARE(Mask(46, 30), 0);
+    Key(Qt::Key_0);
+    QCOMPARE(canvas_->transform().scale, double(kZoom));
+  }
+
   void ASoftBrushHasAnEdge() {
     canvas_->SetBrush({12, 0});
     Drag({At(40, 30), At(40, 30)});
@@ -376,9 +389,14 @@ class SelectionCanvasTest : public QObject {
       found |= shot.pixel(x, y) == qRgb(0, 0, 0) && shot.pixel(x + 1, y) == qRgb(255, 255, 255);
     }
     QVERIFY(found);
-    canvas_->SetOverlayOpacity(0);
+    Key(Qt::Key_Comma);
+    const QRgb fainter = Shot().pixel(At(20, 20));
+    QVERIFY(qRed(fainter) < qRed(tinted) && qRed(fainter) > qRed(bare));
+    Key(Qt::Key_Period);
+    QCOMPARE(Shot().pixel(At(20, 20)), tinted);
+    for (int i = 0; i < 12; ++i) Key(Qt::Key_Comma);
     QCOMPARE(Shot().pixel(At(20, 20)), bare);
-    canvas_->SetOverlayOpacity(0.5);
+    for (int i = 0; i < 5; ++i) Key(Qt::Key_Period);
     QTest::keyPress(canvas_.get(), Qt::Key_Backslash);
     QCOMPARE(Shot().pixel(At(20, 20)), bare);
     QTest::keyRelease(canvas_.get(), Qt::Key_Backslash);
@@ -436,6 +454,33 @@ class SelectionCanvasTest : public QObject {
     QSignalSpy accept(&actions, &ActionStrip::accept);
     QTest::mouseClick(actions.findChild<QAbstractButton*>("selectionAccept"), Qt::LeftButton);
     QCOMPARE(accept.count(), 1);
+    // The sliders, by mouse and keyboard.
+    const auto slider = [&](const char* name) {
+      for (auto* one : strip.findChildren<QSlider*>()) {
+        if (one->accessibleName() == name) return one;
+      }
+      return static_cast<QSlider*>(nullptr);
+    };
+    strip.show();
+    const double radius = canvas_->brush().radius, hardness = canvas_->brush().hardness;
+    QTest::keyClick(slider("Size"), Qt::Key_PageUp);
+    QVERIFY(canvas_->brush().radius > radius);
+    QTest::keyClick(slider("Hardness"), Qt::Key_Home);
+    QVERIFY(hardness > 0 && canvas_->brush().hardness == 0);
+    QTest::keyClick(slider("Overlay"), Qt::Key_End);
+    QCOMPARE(canvas_->overlay_opacity(), 1.0);
+    Key(Qt::Key_O);  // whose options take the place of the brush's
+    QVERIFY(!slider("Size")->isVisible() && slider("Tolerance")->isVisible());
+    QTest::keyClick(slider("Tolerance"), Qt::Key_End);
+    QCOMPARE(canvas_->flood().tolerance, 255);
+    QTest::keyClick(slider("Depth edge"), Qt::Key_End);
+    QCOMPARE(canvas_->flood().depth_edge, 0.1);
+    auto* box = slider("Tolerance")->parentWidget()->findChild<QSpinBox*>();
+    box->setFocus();
+    box->selectAll();
+    QTest::keyClicks(box, "12");
+    QTest::keyClick(box, Qt::Key_Return);
+    QCOMPARE(canvas_->flood().tolerance, 12);
     for (const auto* button : strip.findChildren<QAbstractButton*>()) {
       QVERIFY2(!button->toolTip().isEmpty() && !button->accessibleName().isEmpty(),
                qPrintable(button->objectName()));

@@ -24,7 +24,7 @@
 #include "scene/synthetic.h"
 #include "session/synthetic_workspace.h"
 #include "viewer/main_window.h"
-#include "viewer/selection/selection_canvas.h"
+#include "viewer/selection/selection_mode.h"
 
 namespace retint {
 
@@ -106,6 +106,13 @@ class ViewerScene {
   SyntheticScene scene_;
 };
 
+// Without a window manager nobody makes a window active, nor again when a dialog of its closes.
+inline bool Activate(QWidget& window) {
+  if (window.isActiveWindow()) return true;
+  window.activateWindow();
+  return QTest::qWaitForWindowActive(&window);
+}
+
 // A shown window with the scene open and its first sharp frame on the screen.
 inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& scene) {
   auto window = std::make_unique<MainWindow>(&theme);
@@ -114,7 +121,7 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
   window->controller().SetAutomaticRefit(false);
   window->OpenScene(scene.Request());
   if (!QTest::qWaitFor([&] { return window->canvas().IsSharp(); }, kWaitMs)) return nullptr;
-  window->activateWindow();
+  if (!Activate(*window)) return nullptr;
   window->canvas().setFocus();
   return window;
 }
@@ -124,16 +131,23 @@ inline bool WaitSharp(MainWindow& window) {
   return QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs);
 }
 
-// Presses, moves and releases along points of a widget.
-inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
-                      Qt::MouseButton button = Qt::LeftButton,
-                      Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+// Presses and moves along points of a widget.
+inline void DragHeld(QWidget* widget, const QList<QPoint>& path,
+                     Qt::MouseButton button = Qt::LeftButton,
+                     Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
   QTest::mousePress(widget, button, modifiers, path.front());
   for (const QPoint& at : path) {
     QMouseEvent move(QEvent::MouseMove, at, widget->mapToGlobal(at), Qt::NoButton, button,
                      modifiers);
     QCoreApplication::sendEvent(widget, &move);
   }
+}
+
+// And releases.
+inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
+                      Qt::MouseButton button = Qt::LeftButton,
+                      Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+  DragHeld(widget, path, button, modifiers);
   QTest::mouseRelease(widget, button, modifiers, path.back());
 }
 
@@ -152,10 +166,23 @@ class ViewerTest : public QObject {
 
   Canvas& canvas() { return window_->canvas(); }
   SceneController& controller() { return window_->controller(); }
+  Eigen::Vector3d Position() { return canvas().navigation().Rendered().Center(); }
   QPoint Middle() { return canvas().rect().center(); }
   // From the middle of the canvas.
   void Drag(Qt::MouseButton button, QPoint by, Qt::KeyboardModifiers modifiers = {}) {
     DragAlong(&canvas(), {Middle(), Middle() + by / 2, Middle() + by}, button, modifiers);
+  }
+
+  // 0: it did not come to be, or does not show.
+  RegionId AddTintedRegion() {
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("jug", scene_->Masks(scene_->scene().still_life.front()),
+                                    ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    if (added.count() == 0 && !added.wait(kWaitMs)) return 0;
+    const RegionId id = added.at(0).at(0).value<RegionId>();
+    const bool shown = QTest::qWaitFor(
+        [&] { return !controller().ShowsOriginal() && canvas().IsSharp(); }, kWaitMs);
+    return shown ? id : 0;
   }
 
   std::unique_ptr<ViewerScene> scene_;
@@ -181,8 +208,22 @@ inline void PaintRows(SelectionCanvas& paper, const Mask& mask,
   }
 }
 
-// Types a path into the next file dialog and confirms it. The dialog has an event loop of its own,
-// so this is called before what opens it.
+// The same with a brush of two pixels.
+inline void PaintFinely(SelectionCanvas& paper, const Mask& mask,
+                        Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+  for (int i = 0; i < 60; ++i) QTest::keyClick(&paper, Qt::Key_BracketLeft);
+  for (int i = 0; i < 2; ++i) QTest::keyClick(&paper, Qt::Key_BracketRight);
+  PaintRows(paper, mask, modifiers);
+}
+
+// Until the selection mode has its view.
+inline bool WaitPainting(MainWindow& window) {
+  return QTest::qWaitFor(
+      [&] { return window.selection().state() == SelectionMode::State::kPainting; }, kWaitMs);
+}
+
+// Types a path into the next file dialog and confirms it, also that a file is replaced. The dialog
+// has an event loop of its own, so this is called before what opens it.
 inline void AnswerFileDialog(const std::filesystem::path& path) {
   static QPointer<QTimer> before;
   delete before;  // whose dialog never came
@@ -193,6 +234,10 @@ inline void AnswerFileDialog(const std::filesystem::path& path) {
     if (!dialog) return;
     timer->deleteLater();
     timer->stop();
+    QTimer::singleShot(100, dialog, [dialog] {
+      auto* replace = dialog->findChild<QMessageBox*>();
+      if (replace) QTest::mouseClick(replace->button(QMessageBox::Yes), Qt::LeftButton);
+    });
     auto* name = dialog->findChild<QLineEdit*>("fileNameEdit");
     name->setText(QString::fromStdString(path.string()));
     QTest::keyClick(name, Qt::Key_Return);
@@ -215,14 +260,10 @@ inline void CancelFileDialog(int* came) {
   timer->start(20);
 }
 
-// A key on the canvas as shortcuts want it, in an active window: without a window manager nobody
-// makes it active again when a dialog closes.
+// A key on the canvas as shortcuts want it: in an active window.
 inline void PressKey(MainWindow& window, Qt::Key key,
                      Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-  if (!window.isActiveWindow()) {
-    window.activateWindow();
-    if (!QTest::qWaitForWindowActive(&window)) qWarning("the window does not become active");
-  }
+  if (!Activate(window)) qWarning("the window does not become active");
   window.canvas().setFocus();
   QTest::keyClick(&window.canvas(), key, modifiers);
 }

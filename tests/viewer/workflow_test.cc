@@ -51,17 +51,9 @@ class WorkflowTest : public ViewerTest {
     return sum / std::max(1, count);
   }
 
-  bool Painting() {
-    return QTest::qWaitFor([&] { return selection().state() == SelectionMode::State::kPainting; },
-                           kWaitMs);
-  }
-
-  // A fine brush along every other row of the mask.
+  bool Painting() { return WaitPainting(*window_); }
   void Paint(const Mask& mask, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-    SelectionCanvas& paper = selection().canvas();
-    for (int i = 0; i < 60; ++i) QTest::keyClick(&paper, Qt::Key_BracketLeft);
-    for (int i = 0; i < 2; ++i) QTest::keyClick(&paper, Qt::Key_BracketRight);
-    PaintRows(paper, mask, modifiers);
+    PaintFinely(selection().canvas(), mask, modifiers);
   }
 
   // Enter, until the scene shows again with the region.

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The regions panel in the real window, with mouse and keys, checked by the session's state.
+#include <cmath>
+
+#include <QAction>
+#include <QCheckBox>
+#include <QLineEdit>
+#include <QSlider>
+#include <QToolButton>
+
+#include "tests/viewer/panels_fixture.h"
+
+namespace retint {
+
+class RegionsPanelTest : public PanelsFixture {
+  Q_OBJECT
+
+ private Q_SLOTS:
+  void initTestCase() { MakeTheme(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { Close(); }
+
+  void TheListShowsTheRegions() {
+    QVERIFY(AddRegions());
+    QCOMPARE(List()->topLevelItemCount(), 2);
+    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kName), QString("left"));
+    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kColor), QString("#3366ff"));
+    QCOMPARE(List()->topLevelItem(1)->text(RegionsPanel::kStrength), QString("100 %"));
+    QCOMPARE(window_->current_region(), Regions()[1].id);
+    Select(0);
+    QCOMPARE(window_->current_region(), Regions()[0].id);
+  }
+
+  void ACheckBoxHidesAndSpaceShowsAgain() {
+    QVERIFY(AddRegions());
+    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(0, RegionsPanel::kName));
+    QVERIFY(!SessionRegions().regions[0].visible);
+    QVERIFY(SessionRegions().regions[1].visible);
+    Select(0);
+    List()->setFocus();
+    QTest::keyClick(List(), Qt::Key_Space);
+    QVERIFY(SessionRegions().regions[0].visible);
+  }
+
+  void SoloShowsOneRegionAlone() {
+    QVERIFY(AddRegions());
+    QVERIFY(Settle(Controller()));
+    QTRY_VERIFY(!Controller().ShowsOriginal());
+    const ShPointer both = Controller().sh();
+    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
+    QCOMPARE(Controller().solo(), Regions()[1].id);
+    QTRY_VERIFY(Controller().sh() != both);
+    QVERIFY(SessionRegions().regions[0].visible);  // not an edit
+    QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
+    QCOMPARE(Controller().solo(), RegionId(0));
+  }
+
+  void DraggingThePickerIsLiveAndOneStep() {
+    QVERIFY(AddRegions());
+    Select(0);
+    QVERIFY(Settle(Controller()));
+    const ColorEdit before = Regions()[0].edit;
+    auto* square = Find<ColorSquare>("color_square");
+    QSignalSpy shown(&Controller(), &SceneController::shChanged);
+    DragHeld(square, {{10, 10}, {40, 30}, {80, 60}, {120, 80}});
+    QVERIFY(Regions()[0].edit.gain != before.gain);
+    QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // the button is still down
+    QTest::mouseRelease(square, Qt::LeftButton, {}, {120, 80});
+    const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
+    QVERIFY(std::abs(square->saturation() - s) < 0.02 && std::abs(square->value() - v) < 0.02);
+    const QColor color = Find<ColorPicker>("color_picker")->color();
+    QVERIFY(SessionRegions().regions[0].edit.gain(2, 2) == color.blueF());
+    window_->action("edit.undo")->trigger();
+    QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
+    QTRY_COMPARE(Find<ColorPicker>("color_picker")->color().name(), QString("#3366ff"));
+    // Another drag is another step.
+    DragAlong(square, {{20, 20}, {30, 20}});
+    DragAlong(square, {{20, 60}, {30, 60}});
+    QVERIFY(Settle(Controller()));
+    QCOMPARE(Controller().history().undo_label, std::string("Recolor left"));
+    window_->action("edit.undo")->trigger();
+    QVERIFY(SessionRegions().regions[0].edit.gain != before.gain);
+    window_->action("edit.undo")->trigger();
+    QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
+  }
+
+  void TheKeyboardPicksColours() {
+    QVERIFY(AddRegions());
+    Select(0);
+    auto* square = Find<ColorSquare>("color_square");
+    square->setFocus();
+    const double value = square->value();
+    QTest::keyClick(square, Qt::Key_Down, Qt::ShiftModifier);
+    QVERIFY(std::abs(square->value() - (value - 0.1)) < 0.01);
+    QVERIFY(window_->canvas().navigation().view());  // arrows did not step through the views
+    auto* text = Find<QLineEdit>("color_text");
+    text->setFocus();
+    text->selectAll();
+    QTest::keyClicks(text, "#00ff80");
+    QTest::keyClick(text, Qt::Key_Return);
+    QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), 0.0F);
+    QCOMPARE(SessionRegions().regions[0].edit.gain(1, 1), 1.0F);
+    QVERIFY(!window_->IsSelecting());  // Return was the field's
+    auto* red = Find<QSpinBox>("channel0");
+    red->setFocus();
+    QTest::keyClick(red, Qt::Key_Up);
+    QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), float(QColor(1, 255, 128).redF()));
+  }
+
+  void TheStrengthFollowsTheSlider() {
+    QVERIFY(AddRegions());
+    Select(0);
+    auto* slider = Find<QSlider>("strength");
+    slider->setFocus();
+    QTest::keyClick(slider, Qt::Key_PageDown);
+    QTest::keyClick(slider, Qt::Key_Left);
+    QCOMPARE(SessionRegions().regions[0].strength, 0.89F);
+    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kStrength), QString("89 %"));
+  }
+
+  void RowsAreDraggedAndMovedByKeys() {
+    QVERIFY(AddRegions());
+    const RegionId left = Regions()[0].id;
+    const QPoint from = CellCentre(0, RegionsPanel::kColor);
+    const QPoint below(from.x(), CellCentre(1, RegionsPanel::kColor).y() + 8);
+    DragAlong(List()->viewport(), {from, from + QPoint(0, 12), below});
+    QCOMPARE(SessionRegions().regions[1].id, left);
+    QCOMPARE(List()->topLevelItem(1)->text(RegionsPanel::kName), QString("left"));
+    Select(1);
+    List()->setFocus();
+    QTest::keyClick(List(), Qt::Key_Up, Qt::AltModifier);
+    QCOMPARE(SessionRegions().regions[0].id, left);
+    QTest::mouseClick(Find<QToolButton>("region_down"), Qt::LeftButton);
+    QCOMPARE(SessionRegions().regions[1].id, left);
+  }
+
+  void RenameDuplicateAndDelete() {
+    QVERIFY(AddRegions());
+    Select(0);
+    List()->setFocus();
+    QTest::keyClick(List(), Qt::Key_F2);
+    auto* editor = List()->viewport()->findChild<QLineEdit*>();
+    QVERIFY(editor);
+    QTest::keyClicks(editor, "petals");
+    QTest::keyClick(editor, Qt::Key_Return);
+    QTRY_COMPARE(SessionRegions().regions[0].name, std::string("petals"));
+    List()->setFocus();
+    QSignalSpy added(&Controller(), &SceneController::regionAdded);
+    QTest::keyClick(List(), Qt::Key_D, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    const RegionSet three = SessionRegions();
+    QCOMPARE(three.regions.size(), size_t(3));
+    QCOMPARE(three.regions[1].name, std::string("petals copy"));
+    QCOMPARE(three.regions[1].selection, three.regions[0].selection);
+    QCOMPARE(window_->current_region(), three.regions[1].id);
+    QTest::keyClick(List(), Qt::Key_Delete);
+    QCOMPARE(SessionRegions().regions.size(), size_t(2));
+    QTRY_COMPARE(List()->topLevelItemCount(), 2);
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::RegionsPanelTest)
+#include "regions_panel_test.moc"
