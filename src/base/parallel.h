@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Loops over threads whose results do not depend on how many there are.
+// Loops over threads whose results do not depend on how many there are, and work that gives way.
 #pragma once
+
+#include <sys/resource.h>
 
 #include <cstdint>
 #include <vector>
@@ -15,6 +17,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace retint {
 
@@ -53,6 +56,19 @@ void ParallelRanges(int64_t count, int64_t grain, const Body& body) {
                     [&](const tbb::blocked_range<int64_t>& r) { body(r.begin(), r.end()); });
 }
 #endif
+
+// `work` on this thread, whose own it is from now on, and its loops wherever nobody else wants a
+// core: for what goes on behind a window that someone works in.
+template <typename Work>
+void RunInBackground(const Work& work) {
+  setpriority(PRIO_PROCESS, 0, 10);  // on Linux of the calling thread
+#if defined(__SANITIZE_THREAD__)
+  work();
+#else
+  tbb::task_arena arena(tbb::task_arena::automatic, 1, tbb::task_arena::priority::low);
+  arena.execute(work);
+#endif
+}
 
 // body(i) for i in [0, count), each a task of its own.
 template <typename Body>

@@ -167,6 +167,10 @@ std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, 
   return geometry;
 }
 
+bool Renderer::HasGeometry(const PosedCamera& view) const {
+  return cache_->index.contains(ToCameraParams(view));
+}
+
 void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) {
   const int64_t rows = geometry.num_rows();
   float* colors = Cache::Grow(*backend_, cache_->features, size_t(rows) * 3);

@@ -71,6 +71,8 @@ class Renderer {
 
   // The geometry of a view from the cache, prepared when missing.
   std::shared_ptr<const ViewGeometry> Geometry(const PosedCamera& view, bool cache = true);
+  // Whether Geometry() would come from the cache.
+  bool HasGeometry(const PosedCamera& view) const;
 
   // Replaces the SH coefficients that later renders use, [N, K, 3]; geometry and cache stay.
   void SetSh(std::span<const float> sh);

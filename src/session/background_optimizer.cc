@@ -5,11 +5,12 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/parallel.h"
 
 namespace retint {
 
 BackgroundOptimizer::BackgroundOptimizer(std::function<void()> on_publish)
-    : on_publish_(std::move(on_publish)), thread_([this] { Loop(); }) {}
+    : on_publish_(std::move(on_publish)), thread_([this] { RunInBackground([this] { Loop(); }); }) {}
 
 BackgroundOptimizer::~BackgroundOptimizer() {
   {

@@ -13,7 +13,6 @@ namespace retint {
 namespace {
 
 constexpr int kRestMs = 90;       // without a movement, before the sharp frame is asked for
-constexpr double kPromptMs = 30;  // a sharp frame that takes longer comes after a small one
 constexpr int kNewsMs = 250;      // between frames that only show the optimiser's progress
 constexpr int kFlyMs = 15;        // between steps of flying
 constexpr double kSplitGrab = 8;  // pixels to either side of the line
@@ -45,7 +44,11 @@ Canvas::Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader*
   setAccessibleName(tr("Scene"));
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
-  connect(&rest_, &QTimer::timeout, this, [this] { Request(false); });
+  connect(&rest_, &QTimer::timeout, this, [this] {
+    if (!IsSharp()) return Request(false);
+    moving_ = false;
+    since_frame_.invalidate();
+  });
   news_.setSingleShot(true);
   news_.setInterval(kNewsMs);
   connect(&news_, &QTimer::timeout, this, [this] {
@@ -103,10 +106,9 @@ void Canvas::OnSh() {
     }
     return;
   }
-  // A colour that is being dragged wants an answer, before a sharp frame could give it.
-  const bool dragged = sharp_ms_ > kPromptMs;
-  Request(moving_ || dragged);
-  if (dragged) rest_.start();
+  // A colour that is being dragged wants an answer soon.
+  Request(true);
+  rest_.start();
 }
 
 void Canvas::UpdateViewport() {
@@ -153,14 +155,13 @@ void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
   } else {
     since_frame_.invalidate();
   }
-  if (!frame->moving) sharp_ms_ = frame->milliseconds;
   frame_ = std::move(frame);
   update();
   Q_EMIT frameShown();
 }
 
 bool Canvas::IsSharp() const {
-  return frame_ && !frame_->moving && frame_->serial == serial_ && !rest_.isActive() && !more_news_;
+  return frame_ && frame_->scale == 1 && frame_->serial == serial_ && !more_news_;
 }
 
 // --- Camera

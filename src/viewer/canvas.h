@@ -60,7 +60,7 @@ class Canvas : public QWidget {
   std::shared_ptr<const Frame> frame() const { return frame_; }  // null before the first
   // Frames a second while moving; 0 before any.
   double frames_per_second() const { return fps_; }
-  // The frame at rest is on the screen, of this camera and these colours.
+  // The whole frame is on the screen, of this camera and these colours.
   bool IsSharp() const;
   // The part of the widget that a camera's picture fills.
   QRectF ImageRect(const PosedCamera& camera) const;
@@ -128,7 +128,6 @@ class Canvas : public QWidget {
 
   std::shared_ptr<const Frame> frame_;
   bool moving_ = false;
-  double sharp_ms_ = 0;  // that the newest sharp frame took
   uint64_t serial_ = 0;  // of the newest request
   double fps_ = 0;
   QElapsedTimer since_frame_;  // valid: since a frame of the movement that goes on

@@ -2,6 +2,7 @@
 #include "viewer/render_thread.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <deque>
@@ -24,12 +25,23 @@ constexpr double kSmallestScale = 0.25;
 constexpr double kLeastPixelShare = 0.25;  // of the geometry's time
 constexpr double kScaleStep = 1.0 / 16;    // so that a resting camera finds its geometry again
 constexpr double kMemory = 0.6;            // of the running means
+// Of a camera at rest, whose colours change:
+constexpr double kSharpMs = 60;      // a sharp frame within this is better than a small one sooner
+constexpr double kSharpRiskMs = 25;  // from here on one that is sooner is made possible
+constexpr std::chrono::milliseconds kIdle(150);  // before that
 
 // What a frame will take, from the frames before it: so much for the geometry and so much a pixel.
 class FrameClock {
  public:
   void AddGeometry(double milliseconds) { Blend(geometry_, milliseconds); }
   void AddPixels(double milliseconds, double pixels) { Blend(per_pixel_, milliseconds / pixels); }
+
+  // Of a frame whose geometry is there; 0: nothing known yet.
+  double Milliseconds(double pixels) const { return per_pixel_ * pixels; }
+  // The scale at which that takes `budget`.
+  double ScaleWithin(double budget, double pixels) const {
+    return Stepped(std::sqrt(budget / Milliseconds(pixels)));
+  }
 
   double ScaleFor(double budget, double pixels) {
     double wanted = 1;
@@ -42,12 +54,15 @@ class FrameClock {
     wanted = std::clamp(wanted, kSmallestScale, 1.0);
     // Kept while it is about right: a scale that flickers is worse than a frame a little late.
     if (scale_ == 0 || wanted < 0.9 * scale_ || wanted > 1.15 * scale_) {
-      scale_ = std::max(kSmallestScale, std::floor(wanted / kScaleStep) * kScaleStep);
+      scale_ = Stepped(wanted);
     }
     return scale_;
   }
 
  private:
+  static double Stepped(double scale) {
+    return std::clamp(std::floor(scale / kScaleStep) * kScaleStep, kSmallestScale, 1.0);
+  }
   static void Blend(double& mean, double value) {
     mean = mean == 0 ? value : kMemory * mean + (1 - kMemory) * value;
   }
@@ -198,9 +213,17 @@ class RenderThread::Impl {
   void Loop() {
     std::unique_lock lock(mutex_);
     while (true) {
-      changed_.wait(lock, [this] {
+      const auto wanted = [this] {
         return quit_ || scene_changed_ || (scene_ && (request_ || !probes_.empty()));
-      });
+      };
+      const auto resting = std::exchange(resting_, std::nullopt);
+      if (resting && !changed_.wait_for(lock, kIdle, wanted)) {
+        const double budget = budget_;
+        lock.unlock();
+        Guarded([&] { MakeReady(*resting, budget); });
+        lock.lock();
+      }
+      changed_.wait(lock, wanted);
       if (quit_) return;
       if (std::exchange(scene_changed_, false)) {
         scene_ = std::exchange(next_scene_, nullptr);
@@ -243,6 +266,7 @@ class RenderThread::Impl {
     shown_.reset();
     shown_active_.reset();
     clock_ = {};
+    resting_.reset();
     if (!scene_) return;
     RendererOptions options;
     options.cache_bytes = kCacheBytes;
@@ -274,6 +298,24 @@ class RenderThread::Impl {
     shown_active_ = std::move(active);
   }
 
+  double ScaleFor(const PosedCamera& camera, double budget, double pixels) {
+    const double whole = clock_.Milliseconds(pixels);
+    if (whole > 0 && renderer_->HasGeometry(camera)) {
+      if (whole < kSharpMs) return 1;
+      if (renderer_->HasGeometry(Scaled(camera, ready_scale_))) return ready_scale_;
+    }
+    return clock_.ScaleFor(budget, pixels);
+  }
+
+  // The geometry of a smaller frame, for colours that will change.
+  void MakeReady(const PosedCamera& camera, double budget) {
+    if (!renderer_) return;
+    const double pixels = double(camera.camera.width) * camera.camera.height;
+    if (clock_.Milliseconds(pixels) < kSharpRiskMs) return;
+    ready_scale_ = clock_.ScaleWithin(budget / 2, pixels);
+    renderer_->Geometry(Scaled(camera, ready_scale_));
+  }
+
   void Draw(const FrameRequest& request, double budget) {
     if (!renderer_) return;
     const Stopwatch whole;
@@ -284,7 +326,7 @@ class RenderThread::Impl {
     frame->camera = request.camera;
     frame->what = request.what;
     frame->moving = request.moving;
-    frame->scale = request.moving ? clock_.ScaleFor(budget, pixels * doubled) : 1;
+    frame->scale = request.moving ? ScaleFor(request.camera, budget, pixels * doubled) : 1;
     const PosedCamera camera = Scaled(request.camera, frame->scale);
     {
       const Stopwatch watch;
@@ -321,6 +363,7 @@ class RenderThread::Impl {
     }
     clock_.AddPixels(watch.Milliseconds(), pixels * doubled * frame->scale * frame->scale);
     if (request.keep_depth) frame->depth = std::move(output.depth_median);
+    if (frame->scale == 1 && request.what == RenderWhat::kRgb) resting_ = request.camera;
     frame->milliseconds = whole.Milliseconds();
     RenderThread* owner = &owner_;
     Post(owner, [owner, frame] { Q_EMIT owner->frameReady(frame); });
@@ -362,7 +405,9 @@ class RenderThread::Impl {
   ShPointer shown_;
   ActivePointer shown_active_;
   FrameClock clock_;
-  std::thread thread_;  // last: starts when everything above exists
+  std::optional<PosedCamera> resting_;  // of the frame just drawn, when that is sharp
+  double ready_scale_ = 1;              // of MakeReady()
+  std::thread thread_;                  // last: starts when everything above exists
 };
 
 RenderThread::RenderThread(QObject* parent)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A thread with a Renderer of its own (the backend is shared) that turns camera and coefficients
 // into pictures. The newest request wins, older ones that have not begun are dropped. While the
-// camera moves a frame is rendered as small as it must be to come in time, judged by the frames
-// before it; a frame at rest is sharp.
+// camera or the colours move a frame is rendered as small as it must be to come in time, judged by
+// the frames before it; a frame at rest is sharp.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct FrameRequest {
   uint64_t serial = 0;  // comes back with the frame
   PosedCamera camera;   // size and intrinsics of the sharp frame, pinhole
   RenderWhat what = RenderWhat::kRgb;
-  bool moving = false;                        // small and soon rather than sharp
+  bool moving = false;                        // soon rather than sharp
   ShPointer sh;                               // null: what the frame before had
   ActivePointer sh_active;                    // of `sh`, see SceneController::sh_active()
   ShPointer before;                           // also render these, for the split slider; null: no
@@ -49,7 +49,7 @@ struct Frame {
   PosedCamera camera;  // as requested
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;
-  double scale = 1;         // of width and height
+  double scale = 1;         // of width and height; 1: sharp
   double milliseconds = 0;  // it took
   ShPointer sh;
   DepthMap depth;  // median depth, the image's size, where asked for

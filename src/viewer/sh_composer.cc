@@ -9,7 +9,8 @@
 namespace retint {
 namespace {
 
-constexpr size_t kBuffersKept = 3;  // free ones
+constexpr size_t kBuffersKept = 3;   // free ones
+constexpr size_t kBuffersReady = 2;  // made before they are asked for
 
 void CopyBlocks(const std::vector<int32_t>& indices, size_t block, const std::vector<float>& from,
                 std::vector<float>& to) {
@@ -122,6 +123,18 @@ class ShComposer::Buffers : public std::enable_shared_from_this<Buffers> {
       : original_(std::move(original)) {}
   const std::shared_ptr<const GaussianModel>& original() const { return original_; }
 
+  // One more free one, where there are fewer than `count`; false: there are enough.
+  bool MakeReady(size_t count) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (free_.size() >= count) return false;
+    }
+    auto buffer = std::make_unique<Buffer>();
+    buffer->sh = original_->sh;
+    Return(std::move(buffer));
+    return true;
+  }
+
   // The original's coefficients with the blocks of `indices` replaced.
   std::shared_ptr<const Buffer> Fill(const std::vector<int32_t>& indices,
                                      const std::vector<float>& blocks, size_t block) {
@@ -203,6 +216,13 @@ ShComposer::Result ShComposer::Work(const Request& request) {
 void ShComposer::Loop() {
   std::unique_lock lock(mutex_);
   while (true) {
+    // Before the next change comes: it may be a colour that is being dragged.
+    while (buffers_ && !quit_ && !drop_ && !pending_) {
+      lock.unlock();
+      const bool made = buffers_->MakeReady(kBuffersReady);
+      lock.lock();
+      if (!made) break;
+    }
     changed_.wait(lock, [this] { return quit_ || drop_ || pending_; });
     if (quit_) return;
     if (std::exchange(drop_, false)) {

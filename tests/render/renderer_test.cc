@@ -177,8 +177,10 @@ TEST(Renderer, KeepsNothingWithoutABudgetOrWhenAskedNotTo) {
   Renderer renderer(backend, model);
   renderer.Render(Front(), {.cache = false});
   EXPECT_EQ(renderer.cached_bytes(), 0u);
+  EXPECT_FALSE(renderer.HasGeometry(Front()));
   renderer.Render(Front());
   EXPECT_GT(renderer.cached_bytes(), 0u);
+  EXPECT_TRUE(renderer.HasGeometry(Front()));
 }
 
 TEST(Renderer, SetShChangesColoursAndKeepsTheGeometry) {

@@ -148,7 +148,6 @@ class ExploreTest : public ViewerTest {
     });
     QVERIFY2(small > 0, qPrintable(QString::number(frames.size())));
     const auto& sharp = frames.back();
-    QVERIFY(!sharp->moving);
     QCOMPARE(sharp->scale, 1.0);
     QCOMPARE(sharp->image.width(), canvas().width());
   }
