@@ -10,7 +10,8 @@
 namespace retint {
 
 BackgroundOptimizer::BackgroundOptimizer(std::function<void()> on_publish)
-    : on_publish_(std::move(on_publish)), thread_([this] { RunInBackground([this] { Loop(); }); }) {}
+    : on_publish_(std::move(on_publish)),
+      thread_([this] { RunInBackground([this] { Loop(); }); }) {}
 
 BackgroundOptimizer::~BackgroundOptimizer() {
   {

@@ -29,11 +29,6 @@ class CaptureTest : public QObject {
     const char* root = std::getenv("RETINT_DATA");
     return root ? fs::path(root) : fs::path(RETINT_SOURCE_DIR) / ".." / "shared" / "data";
   }
-  // The backend to test: the CPU's, unless the caller has a device.
-  static std::string BackendName() {
-    const char* name = std::getenv("RETINT_TEST_BACKEND");
-    return name ? name : "cpu";
-  }
 
  private Q_SLOTS:
   void initTestCase() {

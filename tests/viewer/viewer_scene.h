@@ -44,6 +44,11 @@ inline void UseOwnFolders(const QString& folder) {
   QCoreApplication::setApplicationName("retint-viewer-test");
 }
 
+// Which backend is tested: the CPU's, unless the caller has a device.
+inline std::string BackendName() {
+  return qEnvironmentVariable("RETINT_TEST_BACKEND", "cpu").toStdString();
+}
+
 class ViewerScene {
  public:
   explicit ViewerScene(int width = 160, int height = 120, int views = 6) {
@@ -63,7 +68,7 @@ class ViewerScene {
     OpenRequest request;
     request.workspace = workspace();
     request.splat = workspace() / "splat.ply";
-    request.options.backend = "cpu";
+    request.options.backend = BackendName();
     return request;
   }
 
