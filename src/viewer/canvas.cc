@@ -76,7 +76,7 @@ void Canvas::OnScene() {
   cloud_.reset();
   flying_.clear();
   photo_ = original_ = false;
-  fps_ = 0;
+  frame_seconds_ = 0;
   const auto facts = controller_->facts();
   photos_->SetScene(facts);
   renderer_->SetScene(facts);
@@ -148,8 +148,9 @@ void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
                                      frame->camera.cam_from_world.rotation.coeffs());
   if (frame->moving && moving_ && turned) {
     if (since_frame_.isValid()) {
-      const double now = 1e9 / double(std::max<qint64>(1, since_frame_.nsecsElapsed()));
-      fps_ = fps_ > 0 ? 0.8 * fps_ + 0.2 * now : now;
+      // The mean of the times, not of the rates: frames that waited come all at once.
+      const double now = 1e-9 * double(since_frame_.nsecsElapsed());
+      frame_seconds_ = frame_seconds_ > 0 ? 0.9 * frame_seconds_ + 0.1 * now : now;
     }
     since_frame_.start();
   } else {

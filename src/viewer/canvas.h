@@ -59,7 +59,7 @@ class Canvas : public QWidget {
 
   std::shared_ptr<const Frame> frame() const { return frame_; }  // null before the first
   // Frames a second while moving; 0 before any.
-  double frames_per_second() const { return fps_; }
+  double frames_per_second() const { return frame_seconds_ > 0 ? 1 / frame_seconds_ : 0; }
   // The whole frame is on the screen, of this camera and these colours.
   bool IsSharp() const;
   // The part of the widget that a camera's picture fills.
@@ -129,7 +129,7 @@ class Canvas : public QWidget {
   std::shared_ptr<const Frame> frame_;
   bool moving_ = false;
   uint64_t serial_ = 0;  // of the newest request
-  double fps_ = 0;
+  double frame_seconds_ = 0;  // between frames while moving, a running mean
   QElapsedTimer since_frame_;  // valid: since a frame of the movement that goes on
 
   std::optional<MouseGesture> gesture_;

@@ -229,6 +229,8 @@ void MainWindow::ConnectScene() {
   });
   connect(sessions_, &SessionStore::restored, this, [this](const std::string& view) {
     OnRegions();
+    const auto& regions = controller_->regions().regions;
+    if (!regions.empty()) SetCurrentRegion(regions.back().id);
     if (!view.empty()) canvas_->RestoreCamera(view);
     UpdateTitle();
   });

@@ -152,6 +152,7 @@ class EditingTest : public ViewerTest {
     QVERIFY(restored.count() > 0 || restored.wait(kWaitMs));
     QCOMPARE(controller().regions().regions.size(), size_t{1});
     QCOMPARE(controller().regions().regions.front().name, std::string("jug"));
+    QCOMPARE(window_->current_region(), controller().regions().regions.front().id);
     QVERIFY((Position() - there).norm() < 1e-9);
     QTRY_VERIFY_WITH_TIMEOUT(*controller().sh() == *sh, kWaitMs);
     QVERIFY(!window_->IsModified());
