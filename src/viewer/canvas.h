@@ -128,8 +128,8 @@ class Canvas : public QWidget {
 
   std::shared_ptr<const Frame> frame_;
   bool moving_ = false;
-  uint64_t serial_ = 0;  // of the newest request
-  double frame_seconds_ = 0;  // between frames while moving, a running mean
+  uint64_t serial_ = 0;        // of the newest request
+  double frame_seconds_ = 0;   // between frames while moving, a running mean
   QElapsedTimer since_frame_;  // valid: since a frame of the movement that goes on
 
   std::optional<MouseGesture> gesture_;
