@@ -14,7 +14,6 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/parallel.h"
 #include "session/session_json.h"
 
 namespace retint {
@@ -101,7 +100,7 @@ Autosave::Autosave(const fs::path& session, OnWritten on_written)
     : on_written_(std::move(on_written)) {
   TakeName(session);
   writer_ = std::make_unique<SessionWriter>(folder_);
-  thread_ = std::thread([this] { RunInBackground([this] { Loop(); }); });
+  thread_ = std::thread([this] { Loop(); });
 }
 
 Autosave::~Autosave() {

@@ -301,18 +301,18 @@ std::vector<RefitTarget> EditSession::Targets(const std::map<std::string, Mask>&
   return targets;
 }
 
-void EditSession::LoadPhotos(Monitor* monitor) {
+void EditSession::LoadPhotos(Monitor& monitor) {
   if (!photos_.empty()) return;
   std::map<std::string, Image> photos;
   const auto views = reconstruction().ViewsByName();
   for (size_t i = 0; i < views.size(); ++i) {
-    if (monitor) monitor->Step("load", static_cast<double>(i), static_cast<double>(views.size()));
+    monitor.Step("load", static_cast<double>(i), static_cast<double>(views.size()));
     photos.emplace(views[i]->name, workspace_.ReadPhoto(*views[i]));
   }
   photos_ = std::move(photos);
 }
 
-RefitChainInput EditSession::ChainInput(const RefitJob& job, Monitor* monitor) {
+RefitChainInput EditSession::ChainInput(const RefitJob& job, Monitor& monitor) {
   job.options.Check();
   if (job.target == TargetKind::kPhoto) LoadPhotos(monitor);
   RefitChainInput input;
@@ -327,7 +327,7 @@ RefitChainInput EditSession::ChainInput(const RefitJob& job, Monitor* monitor) {
 
 void EditSession::Refit(const RefitJob& job, Monitor& monitor) {
   const StageClock::Lap lap(clock_, "refit");
-  RefitChain chain(ChainInput(job, &monitor), *renderer_);
+  RefitChain chain(ChainInput(job, monitor), *renderer_);
   while (chain.Step(monitor)) {
   }
   last_job_ = job;
@@ -339,13 +339,13 @@ BackgroundOptimizer& EditSession::optimizer() {
   return *optimizer_;
 }
 
-uint64_t EditSession::StartRefit(const RefitJob& job) {
+uint64_t EditSession::StartRefit(const RefitJob& job, Monitor& monitor) {
   const std::string backend_name(backend_->Name());
   RendererOptions render;
   render.cache_bytes = options_.cache_bytes;
   render.background = options_.background;
   if (!background_renderer_) background_renderer_ = std::make_shared<std::unique_ptr<Renderer>>();
-  auto input = std::make_shared<RefitChainInput>(ChainInput(job, nullptr));
+  auto input = std::make_shared<RefitChainInput>(ChainInput(job, monitor));
   last_job_ = job;
   return optimizer().Start([input, backend_name, render, renderer = background_renderer_](
                                Monitor&) -> std::unique_ptr<OptimizerJob> {
@@ -409,13 +409,19 @@ RefitSummary EditSession::Summary() const {
 
 QualityReport EditSession::Evaluate(RegionId id, std::span<const float> sh_before,
                                     std::span<const float> sh_after, TargetKind target,
-                                    Monitor& monitor) {
+                                    Monitor& monitor, size_t most_views) {
   const Region* region = regions().Find(id);
   if (!region) throw OptionError("there is no region " + std::to_string(id));
-  if (target == TargetKind::kPhoto) LoadPhotos(&monitor);
-  const auto& masks = region->selection->masks;
-  return EvaluateEdit(*renderer_, sh_before, sh_after, Targets(masks, train_, target),
-                      Targets(masks, heldout_, target), region->EffectiveEdit(), monitor);
+  if (target == TargetKind::kPhoto) LoadPhotos(monitor);
+  const auto targets = [&](const std::vector<const View*>& views) {
+    std::vector<RefitTarget> all = Targets(region->selection->masks, views, target);
+    if (most_views == 0 || all.size() <= most_views) return all;
+    std::vector<RefitTarget> some;
+    for (size_t i = 0; i < most_views; ++i) some.push_back(all[i * all.size() / most_views]);
+    return some;
+  };
+  return EvaluateEdit(*renderer_, sh_before, sh_after, targets(train_), targets(heldout_),
+                      region->EffectiveEdit(), monitor);
 }
 
 Image EditSession::RenderView(const View& view, std::span<const float> sh) {

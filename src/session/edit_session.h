@@ -136,7 +136,7 @@ class EditSession {
   void Refit(const RefitJob& job, Monitor& monitor);
   // The same on the background thread, starting from what is up to date. Snapshots begin with the
   // closed form. Photos, where they are the target, are read before this returns.
-  uint64_t StartRefit(const RefitJob& job);
+  uint64_t StartRefit(const RefitJob& job, Monitor& monitor);
   BackgroundOptimizer& optimizer();
   std::shared_ptr<const ShSnapshot> NewestSnapshot() { return optimizer().Newest(); }
   // Back to the closed forms, as before any refit. Not an edit.
@@ -153,9 +153,10 @@ class EditSession {
   RefitSummary Summary() const;
 
   // What a region's edit did between two sets of coefficients, [N, K, 3] each: against its targets
-  // on the training and the held-out views.
+  // on the training and the held-out views; of each at most so many, spread evenly (0: all).
   QualityReport Evaluate(RegionId id, std::span<const float> sh_before,
-                         std::span<const float> sh_after, TargetKind target, Monitor& monitor);
+                         std::span<const float> sh_after, TargetKind target, Monitor& monitor,
+                         size_t most_views = 0);
   // One view with these coefficients, and what the visible regions' edits make of it: the original
   // render or the photo with every edit painted over it in order. Not clamped.
   Image RenderView(const View& view, std::span<const float> sh);
@@ -178,10 +179,10 @@ class EditSession {
                                                  Monitor& monitor);
   void CheckRegion(const Region& region) const;
   void CheckMasks(const std::map<std::string, Mask>& masks) const;
-  void LoadPhotos(Monitor* monitor);
+  void LoadPhotos(Monitor& monitor);
   std::vector<RefitTarget> Targets(const std::map<std::string, Mask>& masks,
                                    const std::vector<const View*>& views, TargetKind target) const;
-  RefitChainInput ChainInput(const RefitJob& job, Monitor* monitor);
+  RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor);
 
   Workspace workspace_;
   GaussianModel model_;

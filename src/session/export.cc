@@ -128,8 +128,8 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
   return path;
 }
 
-QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target,
-                             Monitor& monitor) {
+QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target, Monitor& monitor,
+                             size_t most_views) {
   RegionSet regions = session.regions();
   Region* region = regions.Find(id);
   if (!region) throw OptionError("there is no region " + std::to_string(id));
@@ -141,7 +141,7 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
   const std::vector<float> before =
       ComposeSh(regions, job, 0, index, session.original().sh, scratch);
   const std::vector<float> after = ComposeSh(regions, job, index, index + 1, before, scratch);
-  return session.Evaluate(id, before, after, target, monitor);
+  return session.Evaluate(id, before, after, target, monitor, most_views);
 }
 
 RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) {

@@ -34,9 +34,9 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
 
 // What the edit of one region did, fitted or in closed form: between what the visible regions
 // before it left and what it makes of that, so that other regions do not count as bleeding. A
-// hidden region is measured as if it showed.
-QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target,
-                             Monitor& monitor);
+// hidden region is measured as if it showed. `most_views` as EditSession::Evaluate().
+QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target, Monitor& monitor,
+                             size_t most_views = 0);
 
 // MakeReport() with what a session knows of its regions: `painted` of all, masks and, measured
 // here, EvaluateRegion() of each visible one. `quality` is the one region's, where only one shows.

@@ -126,6 +126,7 @@ void Canvas::CameraMoved() {
 void Canvas::Request(bool moving) {
   if (!controller_->IsOpen()) return;
   moving_ = moving;
+  more_news_ = false;                      // this frame shows them
   if (!moving) since_frame_.invalidate();  // the movement is over
   FrameRequest request;
   request.serial = ++serial_;

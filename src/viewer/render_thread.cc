@@ -210,6 +210,11 @@ class RenderThread::Impl {
   }
 
  private:
+  struct Resting {
+    PosedCamera camera;
+    double pixels;  // drawn for it
+  };
+
   void Loop() {
     std::unique_lock lock(mutex_);
     while (true) {
@@ -220,7 +225,7 @@ class RenderThread::Impl {
       if (resting && !changed_.wait_for(lock, kIdle, wanted)) {
         const double budget = budget_;
         lock.unlock();
-        Guarded([&] { MakeReady(*resting, budget); });
+        MakeReady(*resting, budget);
         lock.lock();
       }
       changed_.wait(lock, wanted);
@@ -267,6 +272,7 @@ class RenderThread::Impl {
     shown_active_.reset();
     clock_ = {};
     resting_.reset();
+    ready_scale_ = 1;
     if (!scene_) return;
     RendererOptions options;
     options.cache_bytes = kCacheBytes;
@@ -302,18 +308,26 @@ class RenderThread::Impl {
     const double whole = clock_.Milliseconds(pixels);
     if (whole > 0 && renderer_->HasGeometry(camera)) {
       if (whole < kSharpMs) return 1;
-      if (renderer_->HasGeometry(Scaled(camera, ready_scale_))) return ready_scale_;
+      if (IsReady(camera)) return ready_scale_;
     }
     return clock_.ScaleFor(budget, pixels);
   }
 
+  bool IsReady(const PosedCamera& camera) const {
+    return ready_scale_ < 1 && renderer_->HasGeometry(Scaled(camera, ready_scale_));
+  }
+
   // The geometry of a smaller frame, for colours that will change.
-  void MakeReady(const PosedCamera& camera, double budget) {
-    if (!renderer_) return;
-    const double pixels = double(camera.camera.width) * camera.camera.height;
-    if (clock_.Milliseconds(pixels) < kSharpRiskMs) return;
-    ready_scale_ = clock_.ScaleWithin(budget / 2, pixels);
-    renderer_->Geometry(Scaled(camera, ready_scale_));
+  void MakeReady(const Resting& at, double budget) {
+    if (!renderer_ || clock_.Milliseconds(at.pixels) < kSharpRiskMs || IsReady(at.camera)) return;
+    // Both must find room: the sharp frame comes after the small ones.
+    if (renderer_->Geometry(at.camera)->bytes() > kCacheBytes / 2) return;
+    ready_scale_ = clock_.ScaleWithin(budget / 2, at.pixels);
+    try {
+      renderer_->Geometry(Scaled(at.camera, ready_scale_));
+    } catch (const std::bad_alloc&) {
+      // Nobody has asked for it.
+    }
   }
 
   void Draw(const FrameRequest& request, double budget) {
@@ -363,7 +377,9 @@ class RenderThread::Impl {
     }
     clock_.AddPixels(watch.Milliseconds(), pixels * doubled * frame->scale * frame->scale);
     if (request.keep_depth) frame->depth = std::move(output.depth_median);
-    if (frame->scale == 1 && request.what == RenderWhat::kRgb) resting_ = request.camera;
+    if (frame->scale == 1 && request.what == RenderWhat::kRgb) {
+      resting_ = Resting{request.camera, pixels * doubled};
+    }
     frame->milliseconds = whole.Milliseconds();
     RenderThread* owner = &owner_;
     Post(owner, [owner, frame] { Q_EMIT owner->frameReady(frame); });
@@ -405,9 +421,9 @@ class RenderThread::Impl {
   ShPointer shown_;
   ActivePointer shown_active_;
   FrameClock clock_;
-  std::optional<PosedCamera> resting_;  // of the frame just drawn, when that is sharp
-  double ready_scale_ = 1;              // of MakeReady()
-  std::thread thread_;                  // last: starts when everything above exists
+  std::optional<Resting> resting_;  // of the frame just drawn, when that is sharp
+  double ready_scale_ = 1;          // of MakeReady(); 1: nothing is ready
+  std::thread thread_;              // last: starts when everything above exists
 };
 
 RenderThread::RenderThread(QObject* parent)

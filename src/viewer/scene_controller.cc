@@ -54,6 +54,8 @@ struct SceneController::Outcome {
 SceneController::SceneController(QObject* parent) : QObject(parent) {
   composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
     Post(this, [this, result] {
+      if (IsOpen() && !result.sh) Q_EMIT failed(tr("Recoloring"), tr("out of memory"));
+      if (!result.sh) return;
       // An older one still is nearer to what is wanted than what shows, unless the optimiser
       // has been faster.
       if (!IsOpen() || result.sh->size() != facts_->original->sh.size()) return;

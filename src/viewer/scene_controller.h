@@ -166,6 +166,8 @@ class SceneController : public QObject {
   // --- Results ---------------------------------------------------------------------------------
 
   void Evaluate(RegionId id);  // qualityReady()
+  // The same on a few views, quickly: qualityGlanced().
+  void Glance(RegionId id);
   // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.
   void Check();
   void WriteSplat(const std::filesystem::path& path);
@@ -188,6 +190,7 @@ class SceneController : public QObject {
   void optimizerChanged();  // optimizer()
   void sceneChecked(const std::vector<std::string>& warnings);
   void qualityReady(retint::RegionId id, const retint::QualityReport& report);
+  void qualityGlanced(retint::RegionId id, const retint::QualityReport& report);
   void written(const QString& path);
   // `label` began (IsBusy), or ended when empty.
   void taskChanged(const QString& label);

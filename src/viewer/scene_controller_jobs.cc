@@ -13,6 +13,8 @@ namespace {
 
 using OptimizerState = BackgroundOptimizer::State;
 
+constexpr size_t kGlancedViews = 4;
+
 }  // namespace
 
 // --- Background optimiser
@@ -36,9 +38,9 @@ void SceneController::StartRefit() {
   const auto number = std::make_shared<uint64_t>(0);
   Run(
       job.target == TargetKind::kPhoto ? tr("Reading photos") : QString(),
-      [=](EditSession& session, Monitor&) {
+      [=](EditSession& session, Monitor& monitor) {
         session.CollectFits();
-        *number = session.StartRefit(job);
+        *number = session.StartRefit(job, monitor);
       },
       [=, this] {
         started_job_ = job;
@@ -119,6 +121,20 @@ void SceneController::Evaluate(RegionId id) {
         *report = EvaluateRegion(session, id, target, monitor);
       },
       [=, this] { Q_EMIT qualityReady(id, *report); });
+}
+
+void SceneController::Glance(RegionId id) {
+  const auto report = std::make_shared<QualityReport>();
+  Run(
+      {},
+      [=, target = job_.target](EditSession& session, Monitor& monitor) {
+        session.CollectFits();
+        if (!session.regions().Find(id)) return;  // deleted meanwhile
+        *report = EvaluateRegion(session, id, target, monitor, kGlancedViews);
+      },
+      [=, this] {
+        if (report->train.views > 0) Q_EMIT qualityGlanced(id, *report);
+      });
 }
 
 void SceneController::Check() {

@@ -36,6 +36,7 @@ SessionStore::SessionStore(SceneController* controller, QObject* parent)
   const auto forget = [this] {
     // Of the scene before: its user has agreed to lose what was not saved.
     DropAutosave();
+    ++scene_;
     autosave_.reset();
     autosave_fails_ = false;
     writer_.reset();
@@ -89,10 +90,10 @@ void SessionStore::Save(const std::filesystem::path& folder, std::function<void(
         *written = snapshot.regions;
       },
       [=, this] {
+        DropAutosave();
         if (folder_ != folder) autosave_.reset();  // the next one is beside the new session
         folder_ = folder;
         saved_ = submitted_ = *written;
-        DropAutosave();
         Q_EMIT saved(QString::fromStdString(folder.string()));
         if (then) then();
       });
@@ -111,17 +112,29 @@ void SessionStore::SubmitAutosave() {
   }
   if (!autosave_) {
     try {
-      autosave_ = std::make_unique<Autosave>(folder_, [this](const std::string& error) {
-        Post(this, [this, error] { OnAutosave(error); });
-      });
+      autosave_ =
+          std::make_unique<Autosave>(folder_, [this, of = scene_](const std::string& error) {
+            Post(this, [this, of, error] {
+              if (of == scene_) OnAutosave(error);
+            });
+          });
     } catch (const Error& error) {
       return OnAutosave(error.what());
     }
   }
   const auto snapshot = std::make_shared<SessionSnapshot>();
+  const auto error = std::make_shared<std::string>();
   controller_->Run(
-      {}, [snapshot](EditSession& session, Monitor&) { *snapshot = TakeSnapshot(session); },
+      {},
+      [snapshot, error](EditSession& session, Monitor&) {
+        try {
+          *snapshot = TakeSnapshot(session);
+        } catch (const std::exception& failure) {
+          *error = failure.what();  // tried again later, as one that cannot be written
+        }
+      },
       [=, this] {
+        if (!error->empty()) return OnAutosave(*error);
         if (!autosave_) return;
         submitted_ = snapshot->regions;
         // Asking for them was news of them too.

@@ -61,6 +61,7 @@ class SessionStore : public QObject {
   std::unique_ptr<Autosave> autosave_;
   std::filesystem::path recovered_;  // the autosave that was opened; empty: none
   bool autosave_fails_ = false;
+  uint64_t scene_ = 0;  // counts those that were open
   QTimer timer_;
 };
 

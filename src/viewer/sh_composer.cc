@@ -2,6 +2,7 @@
 #include "viewer/sh_composer.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "session/refit_chain.h"
@@ -10,7 +11,8 @@ namespace retint {
 namespace {
 
 constexpr size_t kBuffersKept = 3;   // free ones
-constexpr size_t kBuffersReady = 2;  // made before they are asked for
+constexpr size_t kBuffersReady = 2;  // made before they are asked for, unless they are large
+constexpr size_t kReadyBytes = size_t{256} << 20;
 
 void CopyBlocks(const std::vector<int32_t>& indices, size_t block, const std::vector<float>& from,
                 std::vector<float>& to) {
@@ -129,10 +131,15 @@ class ShComposer::Buffers : public std::enable_shared_from_this<Buffers> {
       const std::lock_guard lock(mutex_);
       if (free_.size() >= count) return false;
     }
-    auto buffer = std::make_unique<Buffer>();
-    buffer->sh = original_->sh;
-    Return(std::move(buffer));
-    return true;
+    if (original_->sh.size() * sizeof(float) > kReadyBytes) return false;
+    try {
+      auto buffer = std::make_unique<Buffer>();
+      buffer->sh = original_->sh;
+      Return(std::move(buffer));
+      return true;
+    } catch (const std::bad_alloc&) {
+      return false;  // nobody has asked for it
+    }
   }
 
   // The original's coefficients with the blocks of `indices` replaced.
@@ -233,7 +240,14 @@ void ShComposer::Loop() {
     const Request request = std::move(*pending_);
     pending_.reset();
     lock.unlock();
-    on_composed_(Work(request));
+    Result result;
+    try {
+      result = Work(request);
+    } catch (const std::bad_alloc&) {
+      touched_.reset();
+      buffers_.reset();
+    }
+    on_composed_(result);
     lock.lock();
   }
 }

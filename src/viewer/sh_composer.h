@@ -27,7 +27,7 @@ class ShComposer {
     uint64_t generation = 0;
   };
   struct Result {
-    std::shared_ptr<const std::vector<float>> sh;        // [N, K, 3]
+    std::shared_ptr<const std::vector<float>> sh;        // [N, K, 3]; null: out of memory
     std::shared_ptr<const std::vector<int32_t>> active;  // where it may differ from the original
     uint64_t generation = 0;
   };

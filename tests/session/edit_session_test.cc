@@ -218,7 +218,7 @@ TEST(EditSession, TheBackgroundRefitEndsWhereTheForegroundOneDoes) {
   foreground->Refit(ShortJob(), monitor);
   const auto background = MakeSession(scene);
   background->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  background->StartRefit(ShortJob());
+  background->StartRefit(ShortJob(), monitor);
   background->optimizer().Wait();
   ASSERT_EQ(background->optimizer().state(), BackgroundOptimizer::State::kFinished)
       << background->optimizer().error();
@@ -239,7 +239,7 @@ TEST(EditSession, EditsOvertakeTheBackgroundRefitOverAndOver) {
   for (int i = 0; i < 12; ++i) {
     const float tint = 0.05F * static_cast<float>(i + 1);
     session->SetEdit(region, ColorEdit::Tint({tint, tint, 1}), 1, "drag");
-    session->StartRefit(ShortJob(1000));
+    session->StartRefit(ShortJob(1000), monitor);
     if (const auto newest = session->NewestSnapshot()) session->ShowSh(*newest->sh);
     if (i % 3 == 2) session->RenderView(*session->train_views()[0], session->CurrentSh());
   }
@@ -256,7 +256,7 @@ TEST(EditSession, AFitForAnOlderEditIsNotCollected) {
   const auto session = MakeSession(scene);
   Monitor monitor;
   const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  session->StartRefit(ShortJob());
+  session->StartRefit(ShortJob(), monitor);
   session->optimizer().Wait();
   session->SetEdit(region, kRed);
   EXPECT_FALSE(session->CollectFits());

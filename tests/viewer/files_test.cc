@@ -13,7 +13,10 @@
 #include <QLabel>
 #include <QMenu>
 #include <QMimeData>
+#include <QProgressBar>
 #include <QPushButton>
+#include <QSpinBox>
+#include <QToolButton>
 #include <QUrl>
 #include <nlohmann/json.hpp>
 
@@ -71,6 +74,14 @@ class FilesTest : public ViewerTest {
     AnswerFileDialog(folder);
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
     return QTest::qWaitFor([&] { return saved.count() == 1; }, kWaitMs);
+  }
+  // Of a session that was never saved.
+  static bool HasAutosave() {
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(AutosaveDataFolder(), none)) {
+      if (fs::exists(entry.path() / "session.json")) return true;
+    }
+    return false;
   }
   void Drop(const fs::path& path) {
     QMimeData data;
@@ -255,13 +266,16 @@ class FilesTest : public ViewerTest {
   }
 
   void SavingAsksOnceAndGoesOnQuietly() {
+    fs::remove_all(AutosaveDataFolder());
     QVERIFY(AddRegion("pot"));
     QVERIFY(window_->isWindowModified());
+    QTRY_VERIFY_WITH_TIMEOUT(HasAutosave(), kWaitMs);
     const fs::path folder = Fresh() / "mine";  // the ending is added
     QVERIFY(Save(folder));
     const fs::path session = folder.string() + ".retint";
     QVERIFY(fs::exists(session / "session.json"));
     QVERIFY(!window_->isWindowModified());
+    QVERIFY(!HasAutosave());  // there is nothing to recover
     controller().Rename(Regions().front().id, "petals");
     QTRY_VERIFY_WITH_TIMEOUT(window_->isWindowModified(), kWaitMs);
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
@@ -410,7 +424,7 @@ class FilesTest : public ViewerTest {
     QVERIFY(Opened(opened));
   }
 
-  // What a program that died left behind; viewer_process_test.cc has one die.
+  // What a program that died left behind; process_test.cc has one die.
   void RecoveryIsOfferedOnce() {
     fs::remove_all(AutosaveDataFolder());
     QVERIFY(AddRegion("pot"));
@@ -481,6 +495,26 @@ class FilesTest : public ViewerTest {
     QVERIFY(edited.sh == *controller().sh());
   }
 
+  void AnExportCanBeCancelled() {
+    const fs::path folder = Fresh();
+    QSignalSpy progress(&controller(), &SceneController::progress);
+    QSignalSpy cancelled(&controller(), &SceneController::cancelled);
+    Export(4);
+    auto* dialog = window_->findChild<QDialog*>("export_dialog");
+    QVERIFY(dialog && dialog->isVisible());
+    dialog->findChild<QSpinBox*>("export_frames")->setValue(100000);  // more than anyone waits for
+    dialog->findChild<QLineEdit*>("export_folder")
+        ->setText(QString::fromStdString((folder / "turn").string()));
+    QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(progress.count() > 3, kWaitMs);
+    QVERIFY(window_->findChild<QProgressBar*>("progress")->isVisible());
+    QVERIFY(window_->findChild<QLabel*>("message")->text().contains("Saving frames"));
+    QTest::mouseClick(window_->findChild<QToolButton*>("cancel"), Qt::LeftButton);
+    QTRY_COMPARE_WITH_TIMEOUT(cancelled.count(), 1, kWaitMs);
+    QVERIFY(fs::is_empty(folder));
+    QVERIFY(!controller().IsBusy());
+  }
+
   // What is there already stays, nothing half-written does, and the work goes on.
   void AFullDiskIsExplainedAndLosesNothing() {
     QVERIFY(AddRegion("pot"));
@@ -531,19 +565,12 @@ class FilesTest : public ViewerTest {
       const QString error = ReadError(*window_);
       QVERIFY2(error.contains("autosave.retint"), qPrintable(error));
       controller().SetVisible(Regions().front().id, false);
-      QTest::qWait(2000);
+      QTest::qWait(3000);
       // Said once.
       if (window_->dialog()) QFAIL(qPrintable(window_->dialog()->informativeText()));
     }
-    const auto left = [] {
-      std::error_code none;
-      for (const auto& entry : fs::directory_iterator(AutosaveDataFolder(), none)) {
-        if (fs::exists(entry.path() / "session.json")) return true;
-      }
-      return false;
-    };
-    QVERIFY(!left());
-    QTRY_VERIFY_WITH_TIMEOUT(left(), kWaitMs);  // by itself
+    QVERIFY(!HasAutosave());
+    QTRY_VERIFY_WITH_TIMEOUT(HasAutosave(), kWaitMs);  // by itself
   }
 
   void MasksAndReportAreExportedFromTheMenu() {

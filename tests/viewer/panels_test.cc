@@ -50,11 +50,15 @@ class PanelsTest : public PanelsFixture {
     }
     QVERIFY2(drawn > 50, "the curve is drawn");
     QTRY_VERIFY(SessionRegions().regions[1].fit != nullptr);
+    // A few views by itself, all of them when asked.
+    QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("psnr_inside")->text().contains("dB"), kWaitMs);
+    QVERIFY(Find<QLabel>("psnr_views")->text().contains("4 views"));
     QSignalSpy ready(&Controller(), &SceneController::qualityReady);
     QTest::mouseClick(Find<QPushButton>("optimizer_measure"), Qt::LeftButton);
     QTRY_COMPARE_WITH_TIMEOUT(ready.count(), 1, kWaitMs);
     QVERIFY(Find<QLabel>("psnr_inside")->text().contains("dB"));
     QVERIFY(Find<QLabel>("psnr_outside")->text().contains("dB"));
+    QVERIFY(Find<QLabel>("psnr_views")->text().contains("6 views"));
     // Reset: back to the closed form, then fitted anew.
     const auto fit = SessionRegions().regions[0].fit;
     QTest::mouseClick(Find<QPushButton>("optimizer_reset"), Qt::LeftButton);

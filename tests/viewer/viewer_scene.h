@@ -131,7 +131,7 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
   return window;
 }
 
-// The canvas at rest again.
+// The whole frame of the newest camera and colours on the screen.
 inline bool WaitSharp(MainWindow& window) {
   return QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs);
 }

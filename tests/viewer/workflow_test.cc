@@ -4,6 +4,7 @@
 #include <QComboBox>
 #include <QLabel>
 #include <QProgressBar>
+#include <QPushButton>
 #include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
@@ -180,6 +181,24 @@ class WorkflowTest : public ViewerTest {
     QVERIFY(controller().regions().regions.empty());
     for (int i = 0; i < 5; ++i) PressKey(*window_, Qt::Key_Escape);
     QVERIFY(window_->isVisible());
+  }
+
+  void EscapeStopsASelectionThatIsComputed() {
+    selection().SetSelectOptions({});  // stereo, which takes its time
+    PressKey(*window_, Qt::Key_B);
+    QVERIFY(Painting());
+    Paint(Truth(subject_.first));
+    const Mask painted = selection().canvas().editor().mask();
+    QSignalSpy progress(&controller(), &SceneController::progress);
+    QTest::keyClick(&selection().canvas(), Qt::Key_Return);
+    QTRY_VERIFY_WITH_TIMEOUT(progress.count() > 0, kWaitMs);
+    QVERIFY(window_->findChild<QPushButton*>("selectionStop")->isVisible());
+    QTest::keyClick(&selection().canvas(), Qt::Key_Escape);
+    QVERIFY(Painting());
+    QVERIFY(controller().regions().regions.empty() && !controller().history().can_undo);
+    QVERIFY(selection().canvas().editor().mask().data == painted.data);
+    QVERIFY(Accept());  // nothing is lost
+    QCOMPARE(controller().regions().regions.size(), size_t{1});
   }
 
   void WhatFailsMeanwhileIsSaid() {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/panels/optimizer_panel.h"
 
+#include <utility>
+
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDoubleSpinBox>
@@ -75,6 +77,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
   outside_ = new QLabel;
   outside_->setObjectName("psnr_outside");
   measured_ = new QLabel;
+  measured_->setObjectName("psnr_views");
   measured_->setWordWrap(true);
 
   auto* layout = new QVBoxLayout(this);
@@ -98,7 +101,21 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
 
   connect(controller_, &SceneController::optimizerChanged, this, &OptimizerPanel::ShowStatus);
   connect(controller_, &SceneController::regionsChanged, this, &OptimizerPanel::ShowStatus);
-  connect(controller_, &SceneController::qualityReady, this, &OptimizerPanel::ShowQuality);
+  connect(controller_, &SceneController::qualityReady, this,
+          [this](RegionId id, const QualityReport& report) {
+            ShowQuality(id, report, tr("measured over %1 views, for %2"));
+          });
+  connect(controller_, &SceneController::qualityGlanced, this,
+          [this](RegionId id, const QualityReport& report) {
+            ShowQuality(id, report, tr("from %1 views, for %2; Measure takes all"));
+          });
+  // What has been fitted is measured, on few views.
+  connect(controller_, &SceneController::optimizerChanged, this, [this] {
+    const State state = controller_->optimizer().state;
+    const bool active = controller_->optimizer().Active();
+    const bool ended = std::exchange(was_active_, active) && state == State::kFinished;
+    if (ended && window_->current_region() != 0) controller_->Glance(window_->current_region());
+  });
   const auto fresh = [this] {
     inside_->setText(QStringLiteral("–"));
     outside_->setText(QStringLiteral("–"));
@@ -260,16 +277,15 @@ void OptimizerPanel::Reset() {
   controller_->StartRefit();
 }
 
-void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report) {
+void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report, const QString& over) {
   const QualityNumbers& numbers = report.train;
   inside_->setText(
       tr("%1 (before the edit %2)")
           .arg(Decibels(numbers.psnr_inside_after), Decibels(numbers.psnr_inside_before)));
   outside_->setText(Decibels(numbers.psnr_outside));
   const Region* region = controller_->regions().Find(id);
-  measured_->setText(tr("measured over %1 views, for %2")
-                         .arg(numbers.views)
-                         .arg(region ? QString::fromStdString(region->name) : tr("a region")));
+  measured_->setText(
+      over.arg(numbers.views).arg(region ? QString::fromStdString(region->name) : tr("a region")));
 }
 
 }  // namespace retint

@@ -35,7 +35,7 @@ class OptimizerPanel : public QWidget {
   void TakeJob();
   void Toggle();  // start, pause or resume
   void Reset();
-  void ShowQuality(RegionId id, const QualityReport& report);
+  void ShowQuality(RegionId id, const QualityReport& report, const QString& over);
 
   MainWindow* window_;
   SceneController* controller_;
@@ -48,7 +48,7 @@ class OptimizerPanel : public QWidget {
   QSpinBox* iterations_;
   QDoubleSpinBox *tolerance_, *outside_weight_, *learning_rate_;
   QCheckBox* automatic_;
-  bool filling_ = false;
+  bool filling_ = false, was_active_ = false;
 };
 
 }  // namespace retint
