@@ -10,6 +10,7 @@
 #include <QPushButton>
 #include <QStandardPaths>
 
+#include "depth/depth_picture.h"
 #include "tests/viewer/viewer_scene.h"
 
 namespace retint {
@@ -164,6 +165,12 @@ class MainWindowTest : public ViewerTest {
     QVERIFY(WaitSharp(*window_));
     QCOMPARE(canvas().frame()->what, RenderWhat::kDepth);
     QVERIFY(Difference(canvas().frame()->image, color) > 10);
+    const auto facts = controller().facts();
+    Renderer renderer(facts->backend, *facts->original);
+    RenderRequest request;
+    request.depth_median = true;
+    const DepthMap depth = renderer.Render(canvas().navigation().Rendered(), request).depth_median;
+    QVERIFY(Difference(canvas().frame()->image, ToQImage(DepthPicture(depth))) < 0.01);
     QTest::keyClick(&canvas(), Qt::Key_N);
     QVERIFY(WaitSharp(*window_));
     QVERIFY(Difference(canvas().frame()->image, color) < 0.01);

@@ -50,9 +50,15 @@ class RegionsPanelTest : public PanelsFixture {
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), Regions()[1].id);
     QTRY_VERIFY(Controller().sh() != both);
+    const std::vector<float> alone = *Controller().sh();
     QVERIFY(SessionRegions().regions[0].visible);  // not an edit
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), RegionId(0));
+    QTRY_VERIFY(*Controller().sh() == *both);
+    // It shows what is left when the other one is hidden.
+    QVERIFY(alone != *both);
+    Controller().SetVisible(Regions()[0].id, false);
+    QTRY_VERIFY(*Controller().sh() == alone);
   }
 
   void DraggingThePickerIsLiveAndOneStep() {
