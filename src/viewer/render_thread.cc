@@ -321,12 +321,13 @@ class RenderThread::Impl {
   void MakeReady(const Resting& at, double budget) {
     if (!renderer_ || clock_.Milliseconds(at.pixels) < kSharpRiskMs || IsReady(at.camera)) return;
     // Both must find room: the sharp frame comes after the small ones.
-    if (renderer_->Geometry(at.camera)->bytes() > kCacheBytes / 2) return;
-    ready_scale_ = clock_.ScaleWithin(budget / 2, at.pixels);
+    if (!renderer_->HasGeometry(at.camera)) return;
     try {
+      if (renderer_->Geometry(at.camera)->bytes() > kCacheBytes / 2) return;
+      ready_scale_ = clock_.ScaleWithin(budget / 2, at.pixels);
       renderer_->Geometry(Scaled(at.camera, ready_scale_));
-    } catch (const std::bad_alloc&) {
-      // Nobody has asked for it.
+    } catch (const std::exception&) {
+      // Nobody has asked for it: the frame that does says what is wrong.
     }
   }
 

@@ -36,7 +36,6 @@ SessionStore::SessionStore(SceneController* controller, QObject* parent)
   const auto forget = [this] {
     // Of the scene before: its user has agreed to lose what was not saved.
     DropAutosave();
-    ++scene_;
     autosave_.reset();
     autosave_fails_ = false;
     writer_.reset();
@@ -92,6 +91,7 @@ void SessionStore::Save(const std::filesystem::path& folder, std::function<void(
       [=, this] {
         DropAutosave();
         if (folder_ != folder) autosave_.reset();  // the next one is beside the new session
+        autosave_fails_ = false;
         folder_ = folder;
         saved_ = submitted_ = *written;
         Q_EMIT saved(QString::fromStdString(folder.string()));
@@ -112,12 +112,12 @@ void SessionStore::SubmitAutosave() {
   }
   if (!autosave_) {
     try {
-      autosave_ =
-          std::make_unique<Autosave>(folder_, [this, of = scene_](const std::string& error) {
-            Post(this, [this, of, error] {
-              if (of == scene_) OnAutosave(error);
-            });
-          });
+      const auto on_written = [this, of = ++autosaves_](const std::string& error) {
+        Post(this, [this, of, error] {
+          if (autosave_ && of == autosaves_) OnAutosave(error);
+        });
+      };
+      autosave_ = std::make_unique<Autosave>(folder_, on_written);
     } catch (const Error& error) {
       return OnAutosave(error.what());
     }

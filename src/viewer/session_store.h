@@ -61,7 +61,7 @@ class SessionStore : public QObject {
   std::unique_ptr<Autosave> autosave_;
   std::filesystem::path recovered_;  // the autosave that was opened; empty: none
   bool autosave_fails_ = false;
-  uint64_t scene_ = 0;  // counts those that were open
+  uint64_t autosaves_ = 0;  // made so far; what one that is gone still says does not count
   QTimer timer_;
 };
 

@@ -4,7 +4,6 @@
 // exported, saved, undone, and restored.
 #include <cstdlib>
 
-#include <QAction>
 #include <QPushButton>
 
 #include "colmap_io/image_io.h"

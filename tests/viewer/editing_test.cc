@@ -4,12 +4,9 @@
 #include <atomic>
 
 #include <QAction>
-#include <QDropEvent>
 #include <QFile>
-#include <QMimeData>
 #include <QPushButton>
 #include <QToolButton>
-#include <QUrl>
 
 #include "colmap_io/image_io.h"
 #include "splat_io/splat_io.h"
@@ -120,13 +117,7 @@ class EditingTest : public ViewerTest {
 
   void DropsOpenAScene() {
     QSignalSpy opened(&controller(), &SceneController::opened);
-    QMimeData data;
-    data.setUrls({QUrl::fromLocalFile(QString::fromStdString(scene_->workspace().string()))});
-    QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QCoreApplication::sendEvent(window_.get(), &enter);
-    QVERIFY(enter.isAccepted());
-    QDropEvent drop({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QCoreApplication::sendEvent(window_.get(), &drop);
+    QVERIFY(Drop(*window_, scene_->workspace()));
     QVERIFY(opened.count() > 0 || opened.wait(kWaitMs));
     QVERIFY(WaitSharp(*window_));
   }

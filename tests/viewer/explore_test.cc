@@ -158,7 +158,7 @@ class ExploreTest : public ViewerTest {
     const auto text = [&](const char* name) { return window_->findChild<QLabel*>(name)->text(); };
     QTRY_VERIFY_WITH_TIMEOUT((Drag(Qt::LeftButton, {5, 0}), text("speed").endsWith("fps")),
                              kWaitMs);
-    QCOMPARE(text("backend"), QString("CPU"));
+    QCOMPARE(text("backend"), QString::fromStdString(BackendName()).toUpper());
     QCOMPARE(
         text("gaussians"),
         QLocale().toString(qulonglong(window_->controller().facts()->original->NumGaussians())) +

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files by menu, key and drop: opening, recent files, sessions good and bad, recovery, exports.
-#include <sys/resource.h>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -9,46 +7,25 @@
 #include <QAction>
 #include <QDialogButtonBox>
 #include <QDir>
-#include <QDropEvent>
 #include <QLabel>
 #include <QMenu>
-#include <QMimeData>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QSpinBox>
 #include <QToolButton>
-#include <QUrl>
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "session/autosave.h"
 #include "splat_io/splat_io.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/session_store.h"
 
 namespace retint {
 
 namespace fs = std::filesystem;
-
-// While it lives no file can grow beyond `bytes`, as on a disk that is full: writing more fails.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) {
-    handler_ = std::signal(SIGXFSZ, SIG_IGN);  // an error of write() rather than the end
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-
- private:
-  rlimit before_{};
-  void (*handler_)(int) = SIG_DFL;
-};
 
 class FilesTest : public ViewerTest {
   Q_OBJECT
@@ -82,14 +59,6 @@ class FilesTest : public ViewerTest {
       if (fs::exists(entry.path() / "session.json")) return true;
     }
     return false;
-  }
-  void Drop(const fs::path& path) {
-    QMimeData data;
-    data.setUrls({QUrl::fromLocalFile(QString::fromStdString(path.string()))});
-    QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QCoreApplication::sendEvent(window_.get(), &enter);
-    QDropEvent drop({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QCoreApplication::sendEvent(window_.get(), &drop);
   }
   // The entries of File > Open recent, as the menu shows them when it opens.
   QList<QAction*> Recent() {
@@ -232,7 +201,7 @@ class FilesTest : public ViewerTest {
     const auto facts = controller().facts();
     QCOMPARE(facts->heldout.size(), heldout);
     QVERIFY(fs::equivalent(facts->workspace->image_folder, photos));
-    QCOMPARE(facts->request.options.backend, std::string("cpu"));
+    QCOMPARE(facts->request.options.backend, BackendName());
     // The same files with other options are not a second entry.
     opened.clear();
     window_->OpenScene(scene_->Request());
@@ -247,20 +216,20 @@ class FilesTest : public ViewerTest {
     const fs::path folder = Fresh() / "dropped.retint";
     QVERIFY(Save(folder));
     QSignalSpy opened(&controller(), &SceneController::opened);
-    Drop(folder);
+    QVERIFY(Drop(*window_, folder));
     QVERIFY(Opened(opened));
     QCOMPARE(Regions().size(), size_t{1});
     // A splat alone goes with the workspace that is open.
     const fs::path other = Fresh() / "other.ply";
     fs::copy_file(scene_->workspace() / "splat.ply", other);
     opened.clear();
-    Drop(other);
+    QVERIFY(Drop(*window_, other));
     QVERIFY(Opened(opened));
     QCOMPARE(controller().facts()->request.splat, other);
     QVERIFY(fs::equivalent(controller().facts()->request.workspace, scene_->workspace()));
     const fs::path text = Fresh() / "notes.txt";
     std::ofstream(text) << "not a splat\n";
-    Drop(text);
+    QVERIFY(Drop(*window_, text));
     QVERIFY(ReadError(*window_).contains("notes.txt"));
     QCOMPARE(controller().facts()->request.splat, other);
   }
@@ -411,7 +380,7 @@ class FilesTest : public ViewerTest {
       overwrite(model / "cameras.bin", kCameraModel, int32_t{77});
     }
     const auto facts = controller().facts();
-    Drop(bad);
+    QVERIFY(Drop(*window_, bad));
     const QString error = ReadError(*window_);
     QVERIFY2(error.contains(named), qPrintable(error));
     // The window goes on with what was open, and opens what is good.
@@ -420,7 +389,7 @@ class FilesTest : public ViewerTest {
     QCOMPARE(canvas().navigation().view(), facts->views[1]);
     QVERIFY(WaitSharp(*window_));
     QSignalSpy opened(&controller(), &SceneController::opened);
-    Drop(scene_->workspace());
+    QVERIFY(Drop(*window_, scene_->workspace()));
     QVERIFY(Opened(opened));
   }
 
@@ -535,7 +504,7 @@ class FilesTest : public ViewerTest {
     QTRY_VERIFY_WITH_TIMEOUT(fs::exists(folder / "kept.autosave.retint" / "session.json"), kWaitMs);
     const auto before = listing();
     {
-      const FullDisk full(200);
+      const FileSizeLimit full(200);
       PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
       QVERIFY(ReadError(*window_).contains("kept.retint"));
       QVERIFY(window_->isWindowModified());
@@ -560,7 +529,7 @@ class FilesTest : public ViewerTest {
   void AnAutosaveThatFailsIsSaidAndTriedAgain() {
     fs::remove_all(AutosaveDataFolder());
     {
-      const FullDisk full(200);
+      const FileSizeLimit full(200);
       QVERIFY(AddRegion("pot"));
       const QString error = ReadError(*window_);
       QVERIFY2(error.contains("autosave.retint"), qPrintable(error));

@@ -10,9 +10,11 @@
 #include <QAbstractButton>
 #include <QApplication>
 #include <QCoreApplication>
+#include <QDropEvent>
 #include <QFileDialog>
 #include <QLineEdit>
 #include <QMessageBox>
+#include <QMimeData>
 #include <QMouseEvent>
 #include <QPointer>
 #include <QSettings>
@@ -20,6 +22,7 @@
 #include <QTemporaryDir>
 #include <QTest>
 #include <QTimer>
+#include <QUrl>
 
 #include "scene/synthetic.h"
 #include "session/synthetic_workspace.h"
@@ -154,6 +157,18 @@ inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
                       Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
   DragHeld(widget, path, button, modifiers);
   QTest::mouseRelease(widget, button, modifiers, path.back());
+}
+
+// Files from another program; false when the window does not want them.
+inline bool Drop(MainWindow& window, const std::filesystem::path& path) {
+  QMimeData data;
+  data.setUrls({QUrl::fromLocalFile(QString::fromStdString(path.string()))});
+  QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+  QCoreApplication::sendEvent(&window, &enter);
+  if (!enter.isAccepted()) return false;
+  QDropEvent drop({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+  QCoreApplication::sendEvent(&window, &drop);
+  return true;
 }
 
 // What most tests of the window have: a scene for all cases, and a window on it for each.
