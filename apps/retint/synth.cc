@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "retint/common.h"
-#include "session/synthetic_workspace.h"
+#include "synthetic/synthetic_workspace.h"
 
 namespace retint::cli {
 namespace {

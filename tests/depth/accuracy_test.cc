@@ -10,8 +10,8 @@
 
 #include "colmap_io/workspace.h"
 #include "depth/factory.h"
-#include "scene/synthetic.h"
 #include "splat_io/splat_io.h"
+#include "synthetic/synthetic_scene.h"
 #include "tests/support/data.h"
 
 namespace retint {

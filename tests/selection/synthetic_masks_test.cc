@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "depth/factory.h"
-#include "scene/synthetic.h"
 #include "selection/mask_projector.h"
 #include "selection/registration.h"
+#include "synthetic/synthetic_scene.h"
 
 namespace retint {
 namespace {

@@ -13,8 +13,8 @@
 #include <QTemporaryDir>
 #include <QTest>
 
-#include "scene/synthetic.h"
-#include "session/synthetic_workspace.h"
+#include "synthetic/synthetic_scene.h"
+#include "synthetic/synthetic_workspace.h"
 #include "tests/viewer/viewer_scene.h"
 
 namespace retint {

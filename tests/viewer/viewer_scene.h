@@ -24,8 +24,8 @@
 #include <QTimer>
 #include <QUrl>
 
-#include "scene/synthetic.h"
-#include "session/synthetic_workspace.h"
+#include "synthetic/synthetic_scene.h"
+#include "synthetic/synthetic_workspace.h"
 #include "viewer/main_window.h"
 #include "viewer/selection/selection_mode.h"
 

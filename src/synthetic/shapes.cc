@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_shapes.h"
+#include "synthetic/shapes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/synthetic_workspace.h"
+#include "synthetic/synthetic_workspace.h"
 
 #include <algorithm>
 #include <string_view>

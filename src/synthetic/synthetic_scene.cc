@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic.h"
+#include "synthetic/synthetic_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "base/error.h"
-#include "scene/synthetic_gaussians.h"
-#include "scene/synthetic_light.h"
-#include "scene/synthetic_points.h"
-#include "scene/synthetic_views.h"
-#include "scene/synthetic_world.h"
+#include "synthetic/gaussians.h"
+#include "synthetic/light.h"
+#include "synthetic/points.h"
+#include "synthetic/views.h"
+#include "synthetic/world.h"
 
 namespace retint {
 

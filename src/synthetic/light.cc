@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_light.h"
+#include "synthetic/light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "base/parallel.h"
-#include "scene/synthetic_noise.h"
+#include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_world.h"
+#include "synthetic/world.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "scene/synthetic_noise.h"
+#include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {

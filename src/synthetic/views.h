@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "scene/synthetic.h"
-#include "scene/synthetic_light.h"
+#include "synthetic/light.h"
+#include "synthetic/synthetic_scene.h"
 
 namespace retint::synthetic {
 

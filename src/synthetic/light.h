@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/monitor.h"
-#include "scene/synthetic_world.h"
+#include "synthetic/world.h"
 
 namespace retint::synthetic {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "scene/synthetic_noise.h"
-#include "scene/synthetic_world.h"
+#include "synthetic/noise.h"
+#include "synthetic/world.h"
 
 namespace retint::synthetic {
 namespace {

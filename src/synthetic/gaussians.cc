@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_gaussians.h"
+#include "synthetic/gaussians.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include "base/parallel.h"
 #include "kernels/common/sh.h"
 #include "kernels/common/types.h"
-#include "scene/synthetic_discs.h"
-#include "scene/synthetic_noise.h"
+#include "synthetic/discs.h"
+#include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {

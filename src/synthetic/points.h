@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "scene/synthetic_views.h"
+#include "synthetic/views.h"
 
 namespace retint::synthetic {
 

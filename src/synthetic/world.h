@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "scene/synthetic_shapes.h"
+#include "synthetic/shapes.h"
 
 namespace retint::synthetic {
 

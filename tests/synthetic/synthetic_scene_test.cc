@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic.h"
+#include "synthetic/synthetic_scene.h"
 
 #include <algorithm>
 #include <cmath>

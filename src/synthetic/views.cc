@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_views.h"
+#include "synthetic/views.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "base/parallel.h"
-#include "scene/synthetic_noise.h"
+#include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {

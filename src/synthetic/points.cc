@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_points.h"
+#include "synthetic/points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "base/parallel.h"
-#include "scene/synthetic_noise.h"
+#include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {

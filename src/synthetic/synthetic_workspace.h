@@ -12,7 +12,7 @@
 #include <string>
 
 #include "base/monitor.h"
-#include "scene/synthetic.h"
+#include "synthetic/synthetic_scene.h"
 
 namespace retint {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene/synthetic_shapes.h"
+#include "synthetic/shapes.h"
 
 #include <cmath>
 #include <memory>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/synthetic_noise.h"
+#include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {
