@@ -8,6 +8,7 @@ packages=(
   build-essential cmake ninja-build ccache
   libeigen3-dev libglm-dev libtbb-dev libhwy-dev libceres-dev libopencv-dev libpcl-dev
   libjpeg62-turbo-dev zlib1g-dev libcli11-dev nlohmann-json3-dev libspdlog-dev
+  libopencolorio-dev
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14
   colmap
   qt6-base-dev libqt6opengl6-dev qt6-qpa-plugins libgl1-mesa-dri fonts-dejavu-core xvfb xauth

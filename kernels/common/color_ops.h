@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The operations that a color edit is made of, on one pixel. Colors are display-referred sRGB
+// triples, as splats store them; 0 to 1 is what a screen shows, and values outside pass through
+// wherever an operation has a meaning there.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/common/color_spaces.h"
+#include "kernels/common/macros.h"
+
+namespace retint {
+
+inline constexpr int kMaxColorOps = 16;
+inline constexpr int kMaxColorOpValues = 20;
+
+// What `values` holds of each:
+enum class ColorOpCode : int32_t {
+  kMatrix,        // [3, 4] row-major: y' = M y + t on the encoded values
+  kLinearMatrix,  // [3, 3] row-major, in linear light
+  kPower,         // exponent: y' = y^exponent, odd for negative values
+  kAdjust,        // see AdjustColor
+  kRecolor,       // see RecolorColor
+  kGradient,      // table of `size` colors by OKLab lightness from 0 to 1
+  kTable,         // table of size^3 colors, red fastest, over [0, 1]^3
+  kSoftClip,      // knee: see SoftClipColor
+};
+
+struct ColorOp {
+  ColorOpCode code;
+  float strength;  // y + strength (op(y) - y)
+  float values[kMaxColorOpValues];
+  int32_t table;  // where its table begins in ColorProgram::tables, in floats
+  int32_t size;   // of the table
+};
+
+// The operations of one edit, in the order in which they apply.
+struct ColorProgram {
+  int32_t count;
+  ColorOp ops[kMaxColorOps];
+  const float* tables;  // in the memory of whoever runs the program
+};
+
+RETINT_HD float Clamp01(float x) { return x < 0 ? 0 : x > 1 ? 1 : x; }
+
+// 0 at `low` and below, 1 at `high` and above; a step where both are the same.
+RETINT_HD float SmoothStep(float low, float high, float x) {
+  if (x <= low) return x < low || high > low ? 0.0f : 1.0f;
+  if (x >= high) return 1.0f;
+  const float t = (x - low) / (high - low);
+  return t * t * (3 - 2 * t);
+}
+
+// 1 inside [low, high], falling to 0 over `edge` outside.
+RETINT_HD float SoftRange(float low, float high, float edge, float x) {
+  return SmoothStep(low - edge, low, x) * (1 - SmoothStep(high, high + edge, x));
+}
+
+// Hue turned, chroma and lightness multiplied, in OKLCh, for the colors of a range.
+// values: cosine and sine of the hue's turn; factors of chroma and lightness; hues: begin in
+// (-pi, pi], extent (2 pi: all hues), soft edge, radians; chroma: low, high; lightness: low, high;
+// soft edge of both.
+RETINT_HD void AdjustColor(const float* values, float* color) {
+  const OkLab lab = OkLabFromSrgb(color);
+  const float chroma = sqrtf(lab.a * lab.a + lab.b * lab.b);
+  float share = SoftRange(values[7], values[8], values[11], chroma) *
+                SoftRange(values[9], values[10], values[11], lab.lightness);
+  constexpr float kTurn = 6.28318530718f;
+  if (values[5] < kTurn) {
+    // The hue of a gray means nothing: it belongs to no range.
+    constexpr float kGray = 0.04f;
+    const float extent = values[5], edge = values[6];
+    float hue = atan2f(lab.b, lab.a) - values[4];
+    hue -= kTurn * floorf(hue / kTurn);  // from the range's begin, [0, 2 pi)
+    const float outside = hue <= extent ? 0 : fminf(hue - extent, kTurn - hue);
+    share *= (1 - SmoothStep(0, edge, outside)) * SmoothStep(0, kGray, chroma);
+  }
+  if (share <= 0) return;
+  const OkLab turned = {lab.lightness * values[3],
+                        values[2] * (values[0] * lab.a - values[1] * lab.b),
+                        values[2] * (values[1] * lab.a + values[0] * lab.b)};
+  float full[3];
+  SrgbFromOkLab(turned, full);
+  for (int c = 0; c < 3; ++c) color[c] += share * (full[c] - color[c]);
+}
+
+// Gives a surface of one main color another: the dichromatic model of reflection (Shafer 1985) in
+// linear light. A pixel l is taken apart into l = k A + s 1 + r: k of the main color A (body,
+// shading included), s of white (gloss, or a paler spot), and the rest r (tinted light, texture of
+// other hues). It becomes k B + s 1 + r B / A. What is brighter than any body color of the region
+// counts as gloss.
+// values: A; B; r's factors B / A, bounded; n / (|n|^2 + ridge), n = 1 - A (A.1) / |A|^2, for s >=
+// 0; the same for s < 0 over that for s >= 0; 1 / |A|^2; k above which the excess is gloss; share
+// of the lightness that is kept; factor of s < 0.
+RETINT_HD void RecolorColor(const float* values, float* color) {
+  const float* from = values;
+  const float* to = values + 3;
+  const float* ratio = values + 6;
+  const float* white = values + 9;
+  float in[3], dot = 0, sum = 0, gloss = 0;
+  for (int c = 0; c < 3; ++c) {
+    in[c] = LinearFromSrgb(color[c]);
+    dot += in[c] * from[c];
+    sum += from[c];
+    gloss += in[c] * white[c];
+  }
+  if (gloss < 0) gloss *= values[12];
+  const float body = (dot - gloss * sum) * values[13];
+  float rest[3];
+  for (int c = 0; c < 3; ++c) rest[c] = in[c] - body * from[c] - gloss;
+  // From `limit` on, a quarter of it more at most; the excess is as bright in white.
+  const float limit = values[14], room = 0.25f * limit;
+  float shade = body, added = gloss < 0 ? gloss * values[16] : gloss;
+  if (body > limit && room > 0) {
+    shade = limit + room * tanhf((body - limit) / room);
+    added += (body - shade) * sum * (1.0f / 3);
+  }
+  float out[3];
+  for (int c = 0; c < 3; ++c) {
+    out[c] = SrgbFromLinear(shade * to[c] + added + rest[c] * ratio[c]);
+  }
+  if (values[15] > 0) {
+    OkLab lab = OkLabFromSrgb(out);
+    lab.lightness += values[15] * (OkLabFromSrgb(color).lightness - lab.lightness);
+    SrgbFromOkLab(lab, out);
+  }
+  for (int c = 0; c < 3; ++c) color[c] = out[c];
+}
+
+// Colors by lightness, `size` of them from black to white, linearly between.
+RETINT_HD void GradientColor(const float* table, int size, float* color) {
+  const float at = Clamp01(OkLabFromSrgb(color).lightness) * float(size - 1);
+  const int low = int(at) < size - 2 ? int(at) : size - 2;
+  const float t = at - float(low);
+  for (int c = 0; c < 3; ++c) {
+    color[c] = (1 - t) * table[3 * low + c] + t * table[3 * low + 3 + c];
+  }
+}
+
+// Tetrahedral interpolation in a table of size^3 colors over [0, 1]^3, red fastest; colors outside
+// are taken to the cube's surface first. The cube's diagonal, and with it gray, is interpolated
+// along itself alone (Kasson et al. 1995).
+RETINT_HD void TableColor(const float* table, int size, float* color) {
+  int cell[3];
+  float f[3];
+  for (int c = 0; c < 3; ++c) {
+    const float at = Clamp01(color[c]) * float(size - 1);
+    cell[c] = int(at) < size - 2 ? int(at) : size - 2;
+    f[c] = at - float(cell[c]);
+  }
+  // From the cell's low corner to its high one along the axes in the order of their fractions.
+  const int first = f[0] >= f[1] ? (f[0] >= f[2] ? 0 : 2) : (f[1] >= f[2] ? 1 : 2);
+  const int last = f[2] <= f[0] && f[2] <= f[1] && first != 2   ? 2
+                   : f[1] <= f[0] && f[1] <= f[2] && first != 1 ? 1
+                   : first != 0                                 ? 0
+                                                                : 1;
+  const int middle = 3 - first - last;
+  const int64_t step[3] = {3, 3 * int64_t(size), 3 * int64_t(size) * size};
+  const float* p0 = table + cell[0] * step[0] + cell[1] * step[1] + cell[2] * step[2];
+  const float* p1 = p0 + step[first];
+  const float* p2 = p1 + step[middle];
+  const float* p3 = p2 + step[last];
+  for (int c = 0; c < 3; ++c) {
+    color[c] = (1 - f[first]) * p0[c] + (f[first] - f[middle]) * p1[c] +
+               (f[middle] - f[last]) * p2[c] + f[last] * p3[c];
+  }
+}
+
+// Draws colors outside [0, 1] towards the gray of their luma until they fit. Smooth: colors whose
+// distance from that gray is below `knee` of the way to the border stay, the others are compressed
+// into the rest.
+RETINT_HD void SoftClipColor(float knee, float* color) {
+  const float luma = 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
+  const float gray = luma < 0.001f ? 0.001f : luma > 0.999f ? 0.999f : luma;
+  float reach = 0;
+  for (int c = 0; c < 3; ++c) {
+    const float room = color[c] > gray ? 1 - gray : -gray;
+    reach = fmaxf(reach, (color[c] - gray) / room);
+  }
+  if (reach <= knee) return;
+  const float beyond = (reach - knee) / (1 - knee);
+  const float fitted = knee + (1 - knee) * beyond / (1 + beyond);
+  for (int c = 0; c < 3; ++c) color[c] = gray + (color[c] - gray) * (fitted / reach);
+}
+
+RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, float* color) {
+  const float in[3] = {color[0], color[1], color[2]};
+  const float* v = op.values;
+  switch (op.code) {
+    case ColorOpCode::kMatrix:
+      for (int c = 0; c < 3; ++c) {
+        color[c] = v[4 * c] * in[0] + v[4 * c + 1] * in[1] + v[4 * c + 2] * in[2] + v[4 * c + 3];
+      }
+      break;
+    case ColorOpCode::kLinearMatrix: {
+      const float r = LinearFromSrgb(in[0]), g = LinearFromSrgb(in[1]), b = LinearFromSrgb(in[2]);
+      for (int c = 0; c < 3; ++c) {
+        color[c] = SrgbFromLinear(v[3 * c] * r + v[3 * c + 1] * g + v[3 * c + 2] * b);
+      }
+      break;
+    }
+    case ColorOpCode::kPower:
+      for (int c = 0; c < 3; ++c) color[c] = copysignf(powf(fabsf(in[c]), v[0]), in[c]);
+      break;
+    case ColorOpCode::kAdjust:
+      AdjustColor(v, color);
+      break;
+    case ColorOpCode::kRecolor:
+      RecolorColor(v, color);
+      break;
+    case ColorOpCode::kGradient:
+      GradientColor(tables + op.table, op.size, color);
+      break;
+    case ColorOpCode::kTable:
+      TableColor(tables + op.table, op.size, color);
+      break;
+    case ColorOpCode::kSoftClip:
+      SoftClipColor(v[0], color);
+      break;
+  }
+  if (op.strength == 1) return;
+  for (int c = 0; c < 3; ++c) color[c] = in[c] + op.strength * (color[c] - in[c]);
+}
+
+// f(color), in place.
+RETINT_HD void RunColorProgram(const ColorProgram& program, float* color) {
+  for (int i = 0; i < program.count; ++i) ApplyColorOp(program.ops[i], program.tables, color);
+}
+
+}  // namespace retint

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// sRGB (IEC 61966-2-1) and OKLab (B. Ottosson 2020), extended to values below 0 as odd functions.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/common/macros.h"
+
+namespace retint {
+
+RETINT_HD float LinearFromSrgb(float x) {
+  const float y = fabsf(x);
+  const float linear = y <= 0.04045f ? y / 12.92f : powf((y + 0.055f) / 1.055f, 2.4f);
+  return copysignf(linear, x);
+}
+
+RETINT_HD float SrgbFromLinear(float x) {
+  const float y = fabsf(x);
+  const float encoded = y <= 0.0031308f ? 12.92f * y : 1.055f * powf(y, 1 / 2.4f) - 0.055f;
+  return copysignf(encoded, x);
+}
+
+struct OkLab {
+  float lightness, a, b;  // white has lightness 1; grays have a = b = 0
+};
+
+RETINT_HD OkLab OkLabFromLinear(const float* rgb) {
+  const float r = rgb[0], g = rgb[1], b = rgb[2];
+  const float l = cbrtf(0.4122214708f * r + 0.5363325363f * g + 0.0514459929f * b);
+  const float m = cbrtf(0.2119034982f * r + 0.6806995451f * g + 0.1073969566f * b);
+  const float s = cbrtf(0.0883024619f * r + 0.2817188376f * g + 0.6299787005f * b);
+  return {0.2104542553f * l + 0.7936177850f * m - 0.0040720468f * s,
+          1.9779984951f * l - 2.4285922050f * m + 0.4505937099f * s,
+          0.0259040371f * l + 0.7827717662f * m - 0.8086757660f * s};
+}
+
+RETINT_HD void LinearFromOkLab(const OkLab& lab, float* rgb) {
+  const float lc = lab.lightness + 0.3963377774f * lab.a + 0.2158037573f * lab.b;
+  const float mc = lab.lightness - 0.1055613458f * lab.a - 0.0638541728f * lab.b;
+  const float sc = lab.lightness - 0.0894841775f * lab.a - 1.2914855480f * lab.b;
+  const float l = lc * lc * lc, m = mc * mc * mc, s = sc * sc * sc;
+  rgb[0] = 4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s;
+  rgb[1] = -1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s;
+  rgb[2] = -0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s;
+}
+
+// `rgb` [3], display-encoded.
+RETINT_HD OkLab OkLabFromSrgb(const float* rgb) {
+  const float linear[3] = {LinearFromSrgb(rgb[0]), LinearFromSrgb(rgb[1]), LinearFromSrgb(rgb[2])};
+  return OkLabFromLinear(linear);
+}
+
+RETINT_HD void SrgbFromOkLab(const OkLab& lab, float* rgb) {
+  LinearFromOkLab(lab, rgb);
+  for (int c = 0; c < 3; ++c) rgb[c] = SrgbFromLinear(rgb[c]);
+}
+
+}  // namespace retint

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The one color that a person would call a region's color.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+namespace retint {
+
+struct MainColor {
+  std::array<float, 3> rgb = {};  // display-encoded
+  // How much brighter, in linear light, the surface gets in full light than its main color: what
+  // exceeds it is gloss. At least 1.
+  float brightest = 1;
+};
+
+// Of `pixels`, [N, 3], display-encoded. Hue and saturation are the most frequent ones (OKLab's a
+// and b over its lightness, which shading leaves alone), lightness is the median of the pixels that
+// have them. So neither gloss and shadows nor a minority of another color moves it. Empty when
+// there is no pixel.
+std::optional<MainColor> FindMainColor(std::span<const float> pixels);
+
+}  // namespace retint

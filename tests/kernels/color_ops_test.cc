@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/common/color_ops.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace retint {
+namespace {
+
+TEST(ColorSpacesTest, EncodesAsTheStandardSays) {
+  // IEC 61966-2-1, computed in double precision; floats have seven digits.
+  EXPECT_NEAR(LinearFromSrgb(0.5f), 0.21404114, 1e-6);
+  EXPECT_NEAR(LinearFromSrgb(0.04f), 0.04 / 12.92, 1e-7);
+  EXPECT_NEAR(SrgbFromLinear(0.18f), 0.46135613, 1e-6);
+  for (const float x : {-0.7f, -0.01f, 0.0f, 0.003f, 0.2f, 1.0f, 1.7f}) {
+    EXPECT_NEAR(SrgbFromLinear(LinearFromSrgb(x)), x, 1e-6);
+  }
+}
+
+TEST(ColorSpacesTest, GivesThePublishedOkLab) {
+  // B. Ottosson, "A perceptual color space for image processing" (2020): pairs of XYZ and OKLab of
+  // three decimals.
+  const struct {
+    double xyz[3];
+    OkLab lab;
+  } known[] = {{{0.950, 1.000, 1.089}, {1.000f, 0.000f, 0.000f}},
+               {{1, 0, 0}, {0.450f, 1.236f, -0.019f}},
+               {{0, 1, 0}, {0.922f, -0.671f, 0.263f}},
+               {{0, 0, 1}, {0.153f, -1.415f, -0.449f}}};
+  constexpr double kRgbFromXyz[3][3] = {{3.2404542, -1.5371385, -0.4985314},
+                                        {-0.9692660, 1.8760108, 0.0415560},
+                                        {0.0556434, -0.2040259, 1.0572252}};
+  for (const auto& [xyz, expected] : known) {
+    float rgb[3];
+    for (int c = 0; c < 3; ++c) {
+      const auto& row = kRgbFromXyz[c];
+      rgb[c] = float(row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]);
+    }
+    const OkLab lab = OkLabFromLinear(rgb);
+    // Half a unit of the third decimal, and the rounding of the two matrices.
+    EXPECT_NEAR(lab.lightness, expected.lightness, 1.5e-3);
+    EXPECT_NEAR(lab.a, expected.a, 1.5e-3);
+    EXPECT_NEAR(lab.b, expected.b, 1.5e-3);
+  }
+  // CSS Color 4's oklab() of red and blue.
+  const float red[3] = {1, 0, 0}, blue[3] = {0, 0, 1};
+  EXPECT_NEAR(OkLabFromSrgb(red).lightness, 0.62796, 1e-4);
+  EXPECT_NEAR(OkLabFromSrgb(red).a, 0.22486, 1e-4);
+  EXPECT_NEAR(OkLabFromSrgb(red).b, 0.12585, 1e-4);
+  EXPECT_NEAR(OkLabFromSrgb(blue).lightness, 0.45201, 1e-4);
+  EXPECT_NEAR(OkLabFromSrgb(blue).a, -0.03246, 1e-4);
+  EXPECT_NEAR(OkLabFromSrgb(blue).b, -0.31153, 1e-4);
+}
+
+TEST(ColorSpacesTest, GoesThereAndBack) {
+  std::mt19937 rng(7);
+  std::uniform_real_distribution<float> uniform(0, 1.2f);
+  for (int i = 0; i < 1000; ++i) {
+    const float rgb[3] = {uniform(rng), uniform(rng), uniform(rng)};
+    float back[3];
+    SrgbFromOkLab(OkLabFromSrgb(rgb), back);
+    // The published inverse has ten digits; near black the encoding's slope is 12.92.
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(back[c], rgb[c], 2e-4);
+  }
+}
+
+ColorOp Op(ColorOpCode code, std::initializer_list<float> values, float strength = 1) {
+  ColorOp op{};
+  op.code = code;
+  op.strength = strength;
+  std::copy(values.begin(), values.end(), op.values);
+  return op;
+}
+
+TEST(ColorOpsTest, MixesByTheStrengthAndRunsInOrder) {
+  ColorProgram program{};
+  program.ops[program.count++] =
+      Op(ColorOpCode::kMatrix, {0, 1, 0, 0, 1, 0, 0, 0.5f, 0, 0, 2, 0}, 0.5f);
+  program.ops[program.count++] = Op(ColorOpCode::kPower, {2});
+  float color[3] = {0.2f, 0.4f, 0.3f};
+  RunColorProgram(program, color);
+  // Half of (0.2, 0.4, 0.3) and half of (0.4, 0.7, 0.6), squared.
+  EXPECT_NEAR(color[0], 0.3f * 0.3f, 1e-6);
+  EXPECT_NEAR(color[1], 0.55f * 0.55f, 1e-6);
+  EXPECT_NEAR(color[2], 0.45f * 0.45f, 1e-6);
+}
+
+TEST(ColorOpsTest, ExposureIsLinearLight) {
+  ColorProgram program{};
+  program.ops[program.count++] = Op(ColorOpCode::kLinearMatrix, {2, 0, 0, 0, 2, 0, 0, 0, 2});
+  float color[3] = {0.1f, 0.5f, -0.2f};
+  RunColorProgram(program, color);
+  EXPECT_NEAR(LinearFromSrgb(color[0]), 2 * LinearFromSrgb(0.1f), 1e-6);
+  EXPECT_NEAR(LinearFromSrgb(color[1]), 2 * LinearFromSrgb(0.5f), 1e-6);
+  EXPECT_NEAR(LinearFromSrgb(color[2]), -2 * LinearFromSrgb(0.2f), 1e-6);
+}
+
+// A table of an affine map, which tetrahedra reproduce exactly.
+std::vector<float> AffineTable(int size) {
+  std::vector<float> table;
+  for (int b = 0; b < size; ++b) {
+    for (int g = 0; g < size; ++g) {
+      for (int r = 0; r < size; ++r) {
+        const float x = float(r) / float(size - 1), y = float(g) / float(size - 1),
+                    z = float(b) / float(size - 1);
+        table.insert(table.end(), {0.1f + 0.5f * x - 0.2f * y + 0.3f * z, y, 1 - z});
+      }
+    }
+  }
+  return table;
+}
+
+TEST(ColorOpsTest, TetrahedraReproduceAffineMaps) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (const int size : {2, 5, 33}) {
+    const std::vector<float> table = AffineTable(size);
+    const auto check = [&](float r, float g, float b) {
+      float color[3] = {r, g, b};
+      TableColor(table.data(), size, color);
+      EXPECT_NEAR(color[0], 0.1f + 0.5f * r - 0.2f * g + 0.3f * b, 1e-5);
+      EXPECT_NEAR(color[1], g, 1e-5);
+      EXPECT_NEAR(color[2], 1 - b, 1e-5);
+    };
+    for (int i = 0; i < 500; ++i) check(uniform(rng), uniform(rng), uniform(rng));
+    // All orders of equal and extreme fractions.
+    for (const float r : {0.0f, 0.3f, 0.6f, 1.0f}) {
+      for (const float g : {0.0f, 0.3f, 0.6f, 1.0f}) {
+        for (const float b : {0.0f, 0.3f, 0.6f, 1.0f}) check(r, g, b);
+      }
+    }
+  }
+}
+
+TEST(ColorOpsTest, TetrahedraKeepGraysOnTheDiagonal) {
+  // Only the cell's black and white corners count for a gray, whatever the other six hold.
+  std::vector<float> table(24, 9.0f);
+  std::fill_n(table.begin(), 3, 0.0f);
+  std::fill_n(table.end() - 3, 3, 1.0f);
+  float color[3] = {0.25f, 0.25f, 0.25f};
+  TableColor(table.data(), 2, color);
+  for (const float value : color) EXPECT_EQ(value, 0.25f);
+}
+
+TEST(ColorOpsTest, TableTakesColorsOutsideToItsBorder) {
+  const std::vector<float> table = AffineTable(4);
+  float outside[3] = {1.5f, -0.5f, 0.5f}, border[3] = {1, 0, 0.5f};
+  TableColor(table.data(), 4, outside);
+  TableColor(table.data(), 4, border);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(outside[c], border[c]);
+}
+
+TEST(ColorOpsTest, SoftClipBringsEveryColorIn) {
+  std::mt19937 rng(5);
+  std::uniform_real_distribution<float> uniform(-1, 2);
+  for (int i = 0; i < 2000; ++i) {
+    float color[3] = {uniform(rng), uniform(rng), uniform(rng)};
+    SoftClipColor(0.8f, color);
+    for (const float value : color) {
+      EXPECT_GE(value, 0);
+      EXPECT_LE(value, 1);
+    }
+  }
+  // Well inside nothing changes; luma stays wherever it is one of the screen's.
+  float inside[3] = {0.4f, 0.5f, 0.6f};
+  SoftClipColor(0.8f, inside);
+  EXPECT_EQ(inside[0], 0.4f);
+  float saturated[3] = {0.9f, -0.2f, 0.3f};
+  const float luma = 0.2126f * 0.9f - 0.7152f * 0.2f + 0.0722f * 0.3f;
+  SoftClipColor(0.8f, saturated);
+  EXPECT_NEAR(0.2126f * saturated[0] + 0.7152f * saturated[1] + 0.0722f * saturated[2], luma, 1e-6);
+}
+
+}  // namespace
+}  // namespace retint
