@@ -279,20 +279,22 @@ void AddRefitOptions(CLI::App* verb, RefitArguments& refit) {
   verb->add_option("--solver", refit.solver, "mm (block sweeps) or adam (the paper's)")
       ->check(CLI::IsMember({"mm", "adam"}))
       ->group(kGroup);
-  verb->add_option("--iterations", options.iterations,
-                   "Sweeps of mm or steps of adam; 0: as many as the solver needs, 3000 of adam")
+  verb->add_option("--iterations", refit.iterations,
+                   "Sweeps of mm at most (12 where this is not given; 0: until it has converged, "
+                   "at most 1000) or steps of adam (3000, also for 0)")
       ->check(CLI::Range(0, 10000000))
       ->group(kGroup);
   verb->add_option("--acceleration", refit.acceleration, "mm: none, nesterov or lbfgs")
       ->check(CLI::IsMember({"none", "nesterov", "lbfgs"}))
       ->group(kGroup);
-  verb->add_option("--outside-weight", options.outside_weight,
+  verb->add_option("--outside-weight", options.mm.outside_weight,
                    "mm: weight of the error of pixels outside the mask; those inside have 1")
       ->group(kGroup);
-  verb->add_option("--learning-rate", options.learning_rate, "adam: step size")->group(kGroup);
-  verb->add_option("--lambda-dssim", options.lambda_dssim, "adam: weight of D-SSIM in the loss")
+  verb->add_option("--learning-rate", options.adam.learning_rate, "adam: step size")->group(kGroup);
+  verb->add_option("--lambda-dssim", options.adam.lambda_dssim,
+                   "adam: weight of D-SSIM in the loss")
       ->group(kGroup);
-  verb->add_option("--tolerance", options.tolerance,
+  verb->add_option("--tolerance", options.mm.tolerance,
                    "mm: stop when a sweep lowers the loss by less than this share")
       ->group(kGroup);
   verb->add_option("--active-threshold", options.active_threshold,
@@ -320,10 +322,14 @@ RefitJob Resolve(const RefitArguments& refit, const Globals& globals) {
   RefitJob job;
   job.options = refit.options;
   job.options.solver = refit.solver == "adam" ? Solver::kAdam : Solver::kMm;
-  job.options.acceleration = refit.acceleration == "none"       ? MmAcceleration::kNone
-                             : refit.acceleration == "nesterov" ? MmAcceleration::kNesterov
-                                                                : MmAcceleration::kLbfgs;
-  job.options.seed = globals.seed;
+  job.options.mm.acceleration = refit.acceleration == "none"       ? MmAcceleration::kNone
+                                : refit.acceleration == "nesterov" ? MmAcceleration::kNesterov
+                                                                   : MmAcceleration::kLbfgs;
+  job.options.adam.seed = globals.seed;
+  if (refit.iterations) {
+    job.options.mm.iterations = *refit.iterations;
+    if (*refit.iterations > 0) job.options.adam.iterations = *refit.iterations;
+  }
   job.target = refit.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   job.options.Check();
   return job;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -111,6 +112,7 @@ struct RefitArguments {
   std::string tint, solver = "mm", acceleration = "lbfgs", target = "render";
   double strength = 1;
   int holdout = 0;
+  std::optional<int> iterations;  // of the chosen solver
   RefitOptions options;
 };
 void AddRefitOptions(CLI::App* verb, RefitArguments& refit);

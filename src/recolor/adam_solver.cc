@@ -2,21 +2,26 @@
 #include "recolor/adam_solver.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
 
 namespace retint {
 namespace {
 
-constexpr int kDefaultSteps = 3000;
 constexpr int kLossInterval = 50;
 constexpr float kBeta1 = 0.9f, kBeta2 = 0.999f, kEpsilon = 1e-15f;
 
 }  // namespace
 
-AdamSolver::AdamSolver(RefitProblem& problem, const RefitOptions& options)
-    : problem_(problem),
-      options_(options),
-      limit_(options.iterations > 0 ? options.iterations : kDefaultSteps),
-      random_(options.seed) {
+void AdamOptions::Check() const {
+  CheckOption(iterations >= 0, "adam: iterations must not be negative");
+  CheckOption(std::isfinite(learning_rate) && learning_rate > 0, "learning rate must be above 0");
+  CheckOption(lambda_dssim >= 0 && lambda_dssim <= 1, "D-SSIM weight must be in [0, 1]");
+}
+
+AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
+    : RefitSolver(problem), options_(options), random_(options.seed) {
   Backend& backend = problem_.backend();
   values_ = backend.Upload(
       std::span<const float>(options.closed_form_start ? problem_.start() : problem_.original()));
@@ -72,21 +77,7 @@ void AdamSolver::Evaluate(size_t index) {
   edit.out = target;
   backend.EditImage(edit);
 
-  problem_.EvalColors(*view, values_.data(), colors);
-  LinearCombinationParams difference{};
-  difference.x = colors;
-  difference.y = view->base_colors.data();
-  difference.a = 1;
-  difference.b = -1;
-  difference.out = change;
-  difference.count = view->region->num_rows() * 3;
-  backend.LinearCombination(difference);
-  BlendParams blend{};
-  blend.features = change;
-  blend.channels = 3;
-  blend.image = delta;
-  blend.keep_outside = true;
-  backend.Blend(*view->region, blend);
+  problem_.BlendChange(*view, values_.data(), colors, change, delta);
   backend.RegionAdd(*view->region, image, delta);
 
   ImageLossParams loss{};
@@ -99,25 +90,16 @@ void AdamSolver::Evaluate(size_t index) {
   loss.gradient = delta;
   loss.loss = recent_loss_.data();
   backend.ImageLoss(loss);
-  BlendTransposeParams transpose{};
-  transpose.residual = delta;
-  transpose.channels = 3;
-  transpose.result = change;
-  backend.BlendTranspose(*view->region, transpose);
   backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
-  problem_.AddShGradient(*view, change, colors, gradient_.data());
+  problem_.AddGradient(*view, delta, colors, change, gradient_.data());
 }
 
 double AdamSolver::RecentLoss() { return problem_.backend().Download(recent_loss_.data(), 1)[0]; }
 
-bool AdamSolver::Step(Monitor& monitor) {
-  if (problem_.NumActive() == 0) {
-    converged_ = true;
-    reason_ = "the masks touch no Gaussian";
-    return false;
-  }
-  if (iterations_ >= limit_) return false;
-  monitor.Step("refit", double(iterations_), double(limit_));
+bool AdamSolver::Iterate(Monitor& monitor) {
+  const int limit = options_.iterations;
+  // Without a limit the share done grows towards 1 and never reaches it.
+  monitor.Step("refit", double(iterations_), double(limit > 0 ? limit : iterations_ + 1));
   Evaluate(NextView());
   ++iterations_;
   AdamParams adam{};
@@ -133,14 +115,12 @@ bool AdamSolver::Step(Monitor& monitor) {
   adam.epsilon = kEpsilon;
   problem_.backend().Adam(adam);
   const int in_interval = (iterations_ - 1) % kLossInterval + 1;
-  if (in_interval == kLossInterval || iterations_ == limit_) {
+  if (in_interval == kLossInterval || iterations_ == limit) {
     Backend& backend = problem_.backend();
     losses_.push_back(RecentLoss() / in_interval);
     backend.Fill(recent_loss_.data(), 0, sizeof(double));
   }
-  if (iterations_ < limit_) return true;
-  reason_ = "all steps done";
-  return false;
+  return limit == 0 || iterations_ < limit || Finish(false, "all steps done");
 }
 
 }  // namespace retint

@@ -5,24 +5,18 @@
 
 #include <cstdint>
 #include <random>
-#include <string>
 #include <vector>
 
-#include "recolor/refit_problem.h"
+#include "recolor/refit_solver.h"
 
 namespace retint {
 
-class AdamSolver {
+class AdamSolver : public RefitSolver {
  public:
-  AdamSolver(RefitProblem& problem, const RefitOptions& options);
+  AdamSolver(RefitProblem& problem, const AdamOptions& options);
 
-  // One view; false when out of steps.
-  bool Step(Monitor& monitor);
-  const Buffer<float>& coefficients() const { return values_; }
-  int iterations() const { return iterations_; }
-  bool converged() const { return converged_; }
-  const std::vector<double>& losses() const { return losses_; }  // mean of every 50 steps
-  const std::string& reason() const { return reason_; }
+  // losses() is the mean of every 50 steps.
+  const Buffer<float>& coefficients() const override { return values_; }
 
   // One view at the current coefficients: leaves the gradient [active, K, 3], and adds the loss to
   // RecentLoss(), which waits for the device.
@@ -31,19 +25,14 @@ class AdamSolver {
   const Buffer<float>& gradient() const { return gradient_; }
 
  private:
+  bool Iterate(Monitor& monitor) override;  // one view
   size_t NextView();
 
-  RefitProblem& problem_;
-  RefitOptions options_;
-  int limit_;
+  AdamOptions options_;
   Buffer<float> values_, gradient_, m_, v_;  // [active, K, 3]
   std::mt19937_64 random_;
-  std::vector<size_t> deck_;  // views left in this round
-  int iterations_ = 0;
-  bool converged_ = false;
+  std::vector<size_t> deck_;    // views left in this round
   Buffer<double> recent_loss_;  // [1]
-  std::vector<double> losses_;
-  std::string reason_;
 };
 
 }  // namespace retint

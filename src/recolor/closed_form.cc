@@ -14,20 +14,21 @@ constexpr float kY00 = 0.28209479177387814f;  // the constant SH basis function,
 
 }  // namespace
 
-std::vector<float> ClosedFormSh(const GaussianModel& model, std::span<const float> shares,
-                                const ColorEdit& edit, double active_threshold) {
-  CheckOption(shares.size() == model.NumGaussians(),
-              "closed form: one share a Gaussian is needed, got " + std::to_string(shares.size()));
-  const size_t coeffs = size_t(model.NumShCoeffs());
+std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
+                                std::span<const float> shares, const ColorEdit& edit,
+                                double active_threshold) {
+  const size_t coeffs = size_t(num_coeffs);
+  CheckOption(sh.size() == shares.size() * coeffs * 3,
+              "closed form: one share a Gaussian is needed, got " + std::to_string(shares.size()) +
+                  " for " + std::to_string(sh.size() / std::max<size_t>(coeffs * 3, 1)));
   const Eigen::Matrix3f delta = edit.gain - Eigen::Matrix3f::Identity();
   // The affine part of delta (0.5 + Y C) + offset that does not depend on the direction.
   const Eigen::Vector3f constant = (0.5f * delta.rowwise().sum() + edit.offset) / kY00;
-  std::vector<float> result = model.sh;
   for (size_t g = 0; g < shares.size(); ++g) {
     const float share = shares[g];
     if (!(share > active_threshold)) continue;
     for (size_t k = 0; k < coeffs; ++k) {
-      float* value = &result[(g * coeffs + k) * 3];
+      float* value = &sh[(g * coeffs + k) * 3];
       const Eigen::Vector3f old(value[0], value[1], value[2]);
       Eigen::Vector3f change = delta * old;
       if (k == 0) change += constant;
@@ -37,7 +38,7 @@ std::vector<float> ClosedFormSh(const GaussianModel& model, std::span<const floa
       }
     }
   }
-  return result;
+  return sh;
 }
 
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,

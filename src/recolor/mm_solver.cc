@@ -10,17 +10,28 @@
 namespace retint {
 namespace {
 
-constexpr int kDefaultSweeps = 12;
 constexpr const char* kSmallGain = "a sweep lowered the loss by less than the tolerance";
 constexpr double kArmijo = 1e-4;  // of the promised decrease that a step must bring
 constexpr double kShortestStep = 1e-3;
 
 }  // namespace
 
-MmSolver::MmSolver(RefitProblem& problem, const RefitOptions& options, Monitor& monitor)
-    : problem_(problem),
+void MmOptions::Check() const {
+  const auto finite_at_least = [](double value, double least) {
+    return std::isfinite(value) && value >= least;
+  };
+  CheckOption(iterations >= 0, "mm: iterations must not be negative");
+  CheckOption(finite_at_least(ridge_dc, 0), "ridge of the DC term must not be negative");
+  CheckOption(finite_at_least(ridge_rest, 0), "ridge of the higher bands must not be negative");
+  CheckOption(outside_weight > 0 && outside_weight <= 1, "outside weight must be in (0, 1]");
+  CheckOption(min_weight >= 0 && min_weight < 0.1, "least weight must be in [0, 0.1)");
+  CheckOption(finite_at_least(tolerance, 0), "tolerance must not be negative");
+}
+
+MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor)
+    : RefitSolver(problem),
       options_(options),
-      limit_(options.iterations > 0 ? options.iterations : kDefaultSweeps) {
+      limit_(options.iterations > 0 ? options.iterations : MmOptions::kMostSweeps) {
   Backend& backend = problem_.backend();
   for (int k = 0; k < problem_.num_coeffs(); ++k) {
     ridge_[k] = float(k == 0 ? options.ridge_dc : options.ridge_rest);
@@ -136,21 +147,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     float* colors = scratch.features[0].data();
     float* change = scratch.features[1].data();
     float* image = scratch.images[0].data();
-    problem_.EvalColors(*view, point.data(), colors);
-    LinearCombinationParams difference{};
-    difference.x = colors;
-    difference.y = view->base_colors.data();
-    difference.a = 1;
-    difference.b = -1;
-    difference.out = change;
-    difference.count = view->region->num_rows() * 3;
-    backend.LinearCombination(difference);
-    BlendParams blend{};
-    blend.features = change;
-    blend.channels = 3;
-    blend.image = image;
-    blend.keep_outside = true;
-    backend.Blend(*view->region, blend);
+    problem_.BlendChange(*view, point.data(), colors, change, image);
     RegionResidualParams residual{};
     residual.target = view->target.data();
     residual.unit = problem_.target_unit();
@@ -159,13 +156,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     residual.loss = loss_.data();
     residual.weights = view->weights.data();
     backend.RegionResidual(*view->region, residual);
-    if (!with_gradient) continue;
-    BlendTransposeParams transpose{};
-    transpose.residual = image;
-    transpose.channels = 3;
-    transpose.result = change;
-    backend.BlendTranspose(*view->region, transpose);
-    problem_.AddShGradient(*view, change, colors, gradient_.data());
+    if (with_gradient) problem_.AddGradient(*view, image, colors, change, gradient_.data());
   }
   double loss = 0;
   backend.CopyToHost(&loss, loss_.data(), sizeof(double));
@@ -183,16 +174,7 @@ double MmSolver::SmallGain() const {
   return options_.tolerance * losses_.front() * problem_.NumTargetValues();
 }
 
-bool MmSolver::Finish(bool converged, const char* reason) {
-  finished_ = true;
-  converged_ = converged;
-  reason_ = reason;
-  return false;
-}
-
-bool MmSolver::Step(Monitor& monitor) {
-  if (finished_) return false;
-  if (problem_.NumActive() == 0) return Finish(true, "the masks touch no Gaussian");
+bool MmSolver::Iterate(Monitor& monitor) {
   return options_.acceleration == MmAcceleration::kLbfgs ? LbfgsStep(monitor) : PlainStep(monitor);
 }
 

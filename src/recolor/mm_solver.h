@@ -9,26 +9,21 @@
 // at most 1: s + A^-1 (-grad / 2) never raises Phi where no colour is clamped.
 #pragma once
 
-#include <string>
 #include <vector>
 
-#include "recolor/refit_problem.h"
+#include "recolor/refit_solver.h"
 
 namespace retint {
 
-class MmSolver {
+class MmSolver : public RefitSolver {
  public:
-  MmSolver(RefitProblem& problem, const RefitOptions& options, Monitor& monitor);
+  MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor);
 
-  // One sweep over the views; false when converged or out of sweeps.
-  bool Step(Monitor& monitor);
-  const Buffer<float>& coefficients() const { return current_; }
-  int iterations() const { return iterations_; }
-  bool converged() const { return converged_; }
-  const std::vector<double>& losses() const { return losses_; }  // Phi / values of the regions
-  const std::string& reason() const { return reason_; }
+  // losses() is Phi / values of the regions, one a sweep.
+  const Buffer<float>& coefficients() const override { return current_; }
 
  private:
+  bool Iterate(Monitor& monitor) override;  // one sweep over the views
   void BuildBlocks(Monitor& monitor);
   double Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor);
   void Precondition(const Buffer<float>& rhs);  // solution_ = A^-1 rhs
@@ -44,11 +39,9 @@ class MmSolver {
   void RememberPair();
   void NextDirection();
   double SmallGain() const;
-  bool Finish(bool converged, const char* reason);
   bool FinishChecked(bool converged, const char* reason, Monitor& monitor);
 
-  RefitProblem& problem_;
-  RefitOptions options_;
+  MmOptions options_;
   int limit_;
   float ridge_[kMaxShCoeffs] = {};
   static constexpr size_t kMaxPairs = 6;
@@ -68,10 +61,6 @@ class MmSolver {
   double momentum_ = 1;      // Nesterov
   double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;
   bool started_ = false;
-  int iterations_ = 0;
-  bool converged_ = false, finished_ = false;
-  std::vector<double> losses_;
-  std::string reason_;
 };
 
 }  // namespace retint

@@ -156,14 +156,15 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
     slot.kept = std::move(view);
   }
 
-  const auto closed_form = ClosedFormSh(model, shares, edit, options.active_threshold);
   original_.reserve(active_.size() * per_gaussian);
-  start_.reserve(active_.size() * per_gaussian);
+  std::vector<float> active_shares;
+  active_shares.reserve(active_.size());
   for (const int32_t g : active_) {
     const auto first = ptrdiff_t(size_t(g) * per_gaussian), last = first + ptrdiff_t(per_gaussian);
     original_.insert(original_.end(), model.sh.begin() + first, model.sh.begin() + last);
-    start_.insert(start_.end(), closed_form.begin() + first, closed_form.begin() + last);
+    active_shares.push_back(shares[size_t(g)]);
   }
+  start_ = ClosedFormSh(original_, num_coeffs_, active_shares, edit, options.active_threshold);
 }
 
 size_t RefitProblem::NumKeptViews() const {
@@ -204,7 +205,7 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   RegionView view;
   view.region = form_ == Targets::kRegions
                     ? backend().RestrictCompact(*geometry, active_flags_.data(), budget,
-                                                float(options_.min_weight))
+                                                float(options_.mm.min_weight))
                     : backend().Restrict(*geometry, active_flags_.data(), budget);
   const size_t rows = size_t(view.region->num_rows());
   if (rows == 0) return view;
@@ -251,7 +252,7 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   // Rows that the region left out pass their weight on to the ones that stay.
   const int kept_rows = std::popcount(view.region->pixel_rows());
   params.inside_weight = float(double(kTileSize) / kept_rows / kMostRowsPerRow);
-  params.outside_weight = params.inside_weight * float(options_.outside_weight);
+  params.outside_weight = params.inside_weight * float(options_.mm.outside_weight);
   backend().RegionTarget(*view.region, params);
 }
 
@@ -298,24 +299,44 @@ std::shared_ptr<const RegionView> RefitProblem::Visit(size_t index) {
   return view;
 }
 
-void RefitProblem::EvalColors(const RegionView& view, const float* sh, float* colors) {
-  EvalShParams params{};
-  params.rows = view.region->rows();
-  params.slots = view.slots.data();
-  params.count = view.region->num_rows();
-  params.sh = sh;
-  std::copy_n(view.region->camera().center, 3, params.center);
-  params.colors = colors;
-  backend().EvalSh(model(), params);
+void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* colors,
+                               float* change, float* image) {
+  EvalShParams eval{};
+  eval.rows = view.region->rows();
+  eval.slots = view.slots.data();
+  eval.count = view.region->num_rows();
+  eval.sh = sh;
+  std::copy_n(view.region->camera().center, 3, eval.center);
+  eval.colors = colors;
+  backend().EvalSh(model(), eval);
+  LinearCombinationParams difference{};
+  difference.x = colors;
+  difference.y = view.base_colors.data();
+  difference.a = 1;
+  difference.b = -1;
+  difference.out = change;
+  difference.count = view.region->num_rows() * 3;
+  backend().LinearCombination(difference);
+  BlendParams blend{};
+  blend.features = change;
+  blend.channels = 3;
+  blend.image = image;
+  blend.keep_outside = true;
+  backend().Blend(*view.region, blend);
 }
 
-void RefitProblem::AddShGradient(const RegionView& view, const float* color_gradients,
-                                 const float* colors, float* gradient) {
+void RefitProblem::AddGradient(const RegionView& view, const float* residual, const float* colors,
+                               float* change, float* gradient) {
+  BlendTransposeParams transpose{};
+  transpose.residual = residual;
+  transpose.channels = 3;
+  transpose.result = change;
+  backend().BlendTranspose(*view.region, transpose);
   EvalShTransposeParams params{};
   params.rows = view.region->rows();
   params.slots = view.slots.data();
   params.count = view.region->num_rows();
-  params.color_gradients = color_gradients;
+  params.color_gradients = change;
   params.colors = colors;
   std::copy_n(view.region->camera().center, 3, params.center);
   params.gradient = gradient;

@@ -82,11 +82,15 @@ class RefitProblem {
 
   // The weights as an image, [H, W] into `image` (zero outside the region).
   void WeightImage(const RegionView& view, float* image);
-  // Colours of the view's rows for active coefficients `sh`, [rows, 3] into `colors`.
-  void EvalColors(const RegionView& view, const float* sh, float* colors);
-  // gradient [active, K, 3] += transpose of EvalColors, gated where `colors` is clamped.
-  void AddShGradient(const RegionView& view, const float* color_gradients, const float* colors,
-                     float* gradient);
+  // What active coefficients `sh` change in the region, against the original ones: their colours
+  // into `colors`, the difference into `change` (both [rows, 3]), and its blend into `image`
+  // ([H, W, 3], where the region has pixels; what lies outside is kept).
+  void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
+                   float* image);
+  // gradient [active, K, 3] += the transpose of BlendChange applied to `residual`, [H, W, 3], gated
+  // where `colors`, of BlendChange, is clamped. `change` [rows, 3] is overwritten.
+  void AddGradient(const RegionView& view, const float* residual, const float* colors,
+                   float* change, float* gradient);
 
  private:
   struct Slot {

@@ -2,33 +2,14 @@
 #include "recolor/sh_refitter.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <optional>
 #include <utility>
 
 #include "base/error.h"
-#include "recolor/adam_solver.h"
-#include "recolor/mm_solver.h"
-#include "recolor/refit_problem.h"
+#include "recolor/refit_solver.h"
 
 namespace retint {
-
-void RefitOptions::Check() const {
-  const auto finite_at_least = [](double value, double least) {
-    return std::isfinite(value) && value >= least;
-  };
-  CheckOption(iterations >= 0, "iterations must not be negative");
-  CheckOption(std::isfinite(learning_rate) && learning_rate > 0, "learning rate must be above 0");
-  CheckOption(lambda_dssim >= 0 && lambda_dssim <= 1, "D-SSIM weight must be in [0, 1]");
-  CheckOption(finite_at_least(ridge_dc, 0), "ridge of the DC term must not be negative");
-  CheckOption(finite_at_least(ridge_rest, 0), "ridge of the higher bands must not be negative");
-  CheckOption(outside_weight > 0 && outside_weight <= 1, "outside weight must be in (0, 1]");
-  CheckOption(active_threshold >= 0 && active_threshold < 1, "active threshold must be in [0, 1)");
-  CheckOption(min_weight >= 0 && min_weight < 0.1, "least weight must be in [0, 0.1)");
-  CheckOption(finite_at_least(tolerance, 0), "tolerance must not be negative");
-}
 
 std::string RefitSummary::BriefReport() const {
   char text[256];
@@ -45,36 +26,18 @@ std::string RefitSummary::BriefReport() const {
 
 struct ShRefitter::Impl {
   Impl(Renderer& renderer, const GaussianModel& model_in, std::vector<RefitTarget> targets,
-       const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options_in,
+       const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
        Monitor& monitor)
       : model(model_in),
-        options(options_in),
-        problem(renderer, model_in, std::move(targets), edit, std::move(shares), options_in,
-                options_in.solver == Solver::kMm ? RefitProblem::Targets::kRegions
-                                                 : RefitProblem::Targets::kBoxes,
-                monitor) {
-    if (options.solver == Solver::kMm) {
-      mm.emplace(problem, options, monitor);
-    } else {
-      adam.emplace(problem, options);
-    }
-  }
-
-  std::vector<float> Coefficients() {
-    const Buffer<float>& values = mm ? mm->coefficients() : adam->coefficients();
-    return problem.backend().Download(values.data(), values.size());
-  }
-
-  template <typename Function>
-  auto Ask(Function function) const {
-    return mm ? function(*mm) : function(*adam);
-  }
+        entry(FindSolver(options.solver)),
+        problem(renderer, model_in, std::move(targets), edit, std::move(shares), options,
+                entry.targets, monitor),
+        solver(entry.make(problem, options, monitor)) {}
 
   const GaussianModel& model;
-  RefitOptions options;
+  const SolverEntry& entry;
   RefitProblem problem;
-  std::optional<MmSolver> mm;
-  std::optional<AdamSolver> adam;
+  std::unique_ptr<RefitSolver> solver;
 };
 
 ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
@@ -99,9 +62,7 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
 
 ShRefitter::~ShRefitter() = default;
 
-bool ShRefitter::Step(Monitor& monitor) {
-  return impl_->mm ? impl_->mm->Step(monitor) : impl_->adam->Step(monitor);
-}
+bool ShRefitter::Step(Monitor& monitor) { return impl_->solver->Step(monitor); }
 
 RefitSummary ShRefitter::Run(Monitor& monitor) {
   while (Step(monitor)) {
@@ -112,20 +73,19 @@ RefitSummary ShRefitter::Run(Monitor& monitor) {
 
 RefitSummary ShRefitter::Summary() const {
   RefitSummary summary;
-  summary.solver = impl_->mm ? "mm" : "adam";
-  impl_->Ask([&](const auto& solver) {
-    summary.iterations = solver.iterations();
-    summary.converged = solver.converged();
-    summary.losses = solver.losses();
-    summary.reason = solver.reason();
-  });
+  const RefitSolver& solver = *impl_->solver;
+  summary.solver = impl_->entry.name;
+  summary.iterations = solver.iterations();
+  summary.converged = solver.converged();
+  summary.losses = solver.losses();
+  summary.reason = solver.reason();
   const RefitProblem& problem = impl_->problem;
   summary.active_gaussians = problem.NumActive();
   summary.views = int(problem.NumViews());
   summary.views_kept = int(problem.NumKeptViews());
   summary.region_bytes = problem.KeptBytes();
   summary.region_fraction = problem.RegionFraction();
-  const auto values = impl_->Coefficients();
+  const auto values = ActiveSh();
   const auto& original = problem.original();
   const size_t block = size_t(problem.num_coeffs()) * 3;
   for (size_t first = 0; first < values.size(); first += block) {
@@ -135,9 +95,16 @@ RefitSummary ShRefitter::Summary() const {
   return summary;
 }
 
+const std::vector<double>& ShRefitter::losses() const { return impl_->solver->losses(); }
+
+std::vector<float> ShRefitter::ActiveSh() const {
+  const Buffer<float>& values = impl_->solver->coefficients();
+  return impl_->problem.backend().Download(values.data(), values.size());
+}
+
 std::vector<float> ShRefitter::Sh() const {
   std::vector<float> sh = impl_->model.sh;
-  const auto values = impl_->Coefficients();
+  const auto values = ActiveSh();
   const size_t block = size_t(impl_->problem.num_coeffs()) * 3;
   size_t slot = 0;
   for (const int32_t g : impl_->problem.active()) {

@@ -84,6 +84,7 @@ BackgroundOptimizer::State BackgroundOptimizer::state() const {
 
 std::shared_ptr<const ShSnapshot> BackgroundOptimizer::Newest() const {
   std::lock_guard lock(mutex_);
+  wanted_ = true;
   return newest_;
 }
 
@@ -119,17 +120,12 @@ void BackgroundOptimizer::RunJob(uint64_t number, const Factory& factory, Monito
   try {
     const std::unique_ptr<OptimizerJob> job = factory(monitor);
     int steps = 0;
-    bool more = true;
     Publish(number, *job, steps, false);
-    while (more) {
-      {
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return !paused_ || monitor.IsCancelled(); });
-      }
-      monitor.ThrowIfCancelled();
-      more = job->Step(monitor);
-      Publish(number, *job, ++steps, !more);
-    }
+    do {
+      BetweenSteps(number, *job, steps, monitor);
+      ++steps;
+    } while (job->Step(monitor));
+    Publish(number, *job, steps, true);
     SetState(number, State::kFinished);
   } catch (const Cancelled&) {
     SetState(number, State::kCancelled);
@@ -150,8 +146,27 @@ void BackgroundOptimizer::Publish(uint64_t number, const OptimizerJob& job, int 
     // A job that was cancelled or overtaken during its step has nothing to say any more.
     if (number != number_ || state_ == State::kCancelled) throw Cancelled();
     newest_ = std::move(snapshot);
+    wanted_ = false;
   }
   Notify();
+}
+
+void BackgroundOptimizer::BetweenSteps(uint64_t number, const OptimizerJob& job, int steps,
+                                       Monitor& monitor) {
+  bool published = steps == 0;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    if (!published && (wanted_ || paused_)) {
+      lock.unlock();
+      Publish(number, job, steps, false);
+      published = true;
+      lock.lock();
+    }
+    if (!paused_ || monitor.IsCancelled()) break;
+    changed_.wait(lock);
+  }
+  lock.unlock();
+  monitor.ThrowIfCancelled();
 }
 
 void BackgroundOptimizer::SetState(uint64_t number, State state, std::string error) {

@@ -43,6 +43,9 @@ class BackgroundOptimizer {
   // Makes the job, on the optimiser's thread; may be long and may throw.
   using Factory = std::function<std::unique_ptr<OptimizerJob>(Monitor& monitor)>;
 
+  // A job's first and last states are published, and the one at which it pauses. In between a step
+  // is published only when somebody called Newest() since the snapshot before: a state that nobody
+  // asks for is not copied.
   // `on_publish` (may be empty) is called from the optimiser's thread after each snapshot and
   // change of state, without a lock held: a viewer asks for a repaint there.
   explicit BackgroundOptimizer(std::function<void()> on_publish = {});
@@ -67,6 +70,8 @@ class BackgroundOptimizer {
   void RunJob(uint64_t number, const Factory& factory, Monitor& monitor);
   // Throws Cancelled when the job was cancelled or overtaken.
   void Publish(uint64_t number, const OptimizerJob& job, int steps, bool finished);
+  // Before each step: publishes the state where it is wanted, and stays while paused.
+  void BetweenSteps(uint64_t number, const OptimizerJob& job, int steps, Monitor& monitor);
   void SetState(uint64_t number, State state, std::string error = {});
   void Notify() const;
 
@@ -81,7 +86,8 @@ class BackgroundOptimizer {
   std::string error_;
   uint64_t number_ = 0;
   bool paused_ = false, quit_ = false, busy_ = false;
-  std::thread thread_;  // last: starts when everything above exists
+  mutable bool wanted_ = false;  // Newest() was called since the last snapshot
+  std::thread thread_;           // last: starts when everything above exists
 };
 
 }  // namespace retint

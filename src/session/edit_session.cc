@@ -382,9 +382,8 @@ bool EditSession::CollectFits() {
 }
 
 std::vector<float> EditSession::CurrentSh() const {
-  GaussianModel scratch;
-  scratch.Resize(model_.NumGaussians(), model_.sh_degree);
-  return ComposeSh(regions(), last_job_, 0, regions().regions.size(), model_.sh, scratch);
+  return ComposeSh(regions(), last_job_, 0, regions().regions.size(), model_.sh,
+                   model_.NumShCoeffs());
 }
 
 RefitSummary EditSession::Summary() const {

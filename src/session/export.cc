@@ -135,12 +135,12 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
   if (!region) throw OptionError("there is no region " + std::to_string(id));
   region->visible = true;
   const auto index = static_cast<size_t>(region - regions.regions.data());
-  GaussianModel scratch;
-  scratch.Resize(session.original().NumGaussians(), session.original().sh_degree);
+  const GaussianModel& original = session.original();
   const RefitJob& job = session.last_job();
   const std::vector<float> before =
-      ComposeSh(regions, job, 0, index, session.original().sh, scratch);
-  const std::vector<float> after = ComposeSh(regions, job, index, index + 1, before, scratch);
+      ComposeSh(regions, job, 0, index, original.sh, original.NumShCoeffs());
+  const std::vector<float> after =
+      ComposeSh(regions, job, index, index + 1, before, original.NumShCoeffs());
   return session.Evaluate(id, before, after, target, monitor, most_views);
 }
 

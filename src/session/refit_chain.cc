@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/refit_chain.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace retint {
@@ -18,16 +17,15 @@ GaussianModel WithoutExtras(const GaussianModel& model) {
 }
 
 std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                             std::vector<float> sh, GaussianModel& scratch) {
+                             std::vector<float> sh, int num_coeffs) {
   for (size_t i = first; i < last; ++i) {
     const Region& region = state.regions[i];
     if (!region.visible) continue;
     if (region.fit && region.fit->key == state.FitKey(i, job)) {
-      region.fit->Apply(sh, scratch.NumShCoeffs());
+      region.fit->Apply(sh, num_coeffs);
       continue;
     }
-    scratch.sh = std::move(sh);
-    sh = ClosedFormSh(scratch, region.selection->shares, region.EffectiveEdit(),
+    sh = ClosedFormSh(std::move(sh), num_coeffs, region.selection->shares, region.EffectiveEdit(),
                       job.options.active_threshold);
   }
   return sh;
@@ -70,20 +68,14 @@ void RefitChain::Begin(Monitor& monitor) {
 
 void RefitChain::Finish() {
   const Region& region = input_.state.regions[index_];
-  const size_t block = static_cast<size_t>(working_.NumShCoeffs()) * 3;
   auto fit = std::make_shared<RegionFit>();
   fit->key = input_.state.FitKey(index_, input_.job);
   fit->summary = refitter_->Summary();
   const auto active = refitter_->active();
   fit->indices.assign(active.begin(), active.end());
-  std::vector<float> sh = refitter_->Sh();
-  fit->sh.resize(fit->indices.size() * block);
-  for (size_t i = 0; i < fit->indices.size(); ++i) {
-    std::copy_n(sh.data() + static_cast<size_t>(fit->indices[i]) * block, block,
-                fit->sh.data() + i * block);
-  }
-  refitter_.reset();  // it may look at working_
-  working_.sh = std::move(sh);
+  fit->sh = refitter_->ActiveSh();
+  refitter_.reset();  // it looks at working_
+  fit->Apply(working_.sh, working_.NumShCoeffs());
   fits_[region.id] = std::move(fit);
   ++index_;
 }
@@ -93,19 +85,14 @@ ShSnapshot RefitChain::Snapshot() const {
   snapshot.fits = fits_;
   if (refitter_) {
     snapshot.region = input_.state.regions[index_].id;
-    snapshot.losses = refitter_->Summary().losses;
+    snapshot.losses = refitter_->losses();
   }
   // What is not fitted yet shows its closed form, so that the first snapshot is the whole preview.
   std::vector<float> sh = refitter_ ? refitter_->Sh() : working_.sh;
   const size_t next = refitter_ ? index_ + 1 : index_;
   const auto& regions = input_.state.regions;
-  const bool rest = std::any_of(regions.begin() + static_cast<std::ptrdiff_t>(next), regions.end(),
-                                [](const Region& region) { return region.visible; });
-  if (rest) {
-    GaussianModel scratch;
-    scratch.Resize(input_.original->NumGaussians(), input_.original->sh_degree);
-    sh = ComposeSh(input_.state, input_.job, next, regions.size(), std::move(sh), scratch);
-  }
+  sh = ComposeSh(input_.state, input_.job, next, regions.size(), std::move(sh),
+                 working_.NumShCoeffs());
   snapshot.sh = std::make_shared<const std::vector<float>>(std::move(sh));
   return snapshot;
 }

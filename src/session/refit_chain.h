@@ -47,11 +47,10 @@ class RefitChain : public OptimizerJob {
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits_;
 };
 
-// Coefficients after the visible regions of `state` from `first` on, starting from `sh`: fits where
-// their key is up to date, else closed forms. `scratch` has the scene's size; its sh is
-// overwritten.
+// Coefficients after the visible regions of `state` from `first` on, starting from `sh`,
+// [N, num_coeffs, 3]: fits where their key is up to date, else closed forms.
 std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                             std::vector<float> sh, GaussianModel& scratch);
+                             std::vector<float> sh, int num_coeffs);
 // The scene without the parts of its file that no kernel reads.
 GaussianModel WithoutExtras(const GaussianModel& model);
 

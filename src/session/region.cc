@@ -55,12 +55,16 @@ std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
   std::string key;
   AppendBits(key, job.target);
   AppendBits(key, options.solver);
-  AppendBits(key, options.iterations);
-  AppendBits(key, options.closed_form_start);
-  AppendBits(key, options.acceleration);
-  for (const double value : {options.learning_rate, options.lambda_dssim, options.ridge_dc,
-                             options.ridge_rest, options.outside_weight, options.active_threshold,
-                             options.min_weight, options.tolerance, double(options.seed)}) {
+  const MmOptions& mm = options.mm;
+  const AdamOptions& adam = options.adam;
+  AppendBits(key, mm.iterations);
+  AppendBits(key, mm.acceleration);
+  AppendBits(key, adam.iterations);
+  AppendBits(key, adam.closed_form_start);
+  AppendBits(key, adam.seed);
+  for (const double value :
+       {options.active_threshold, mm.ridge_dc, mm.ridge_rest, mm.outside_weight, mm.min_weight,
+        mm.tolerance, adam.learning_rate, adam.lambda_dssim}) {
     AppendBits(key, value);
   }
   for (size_t i = 0; i <= index; ++i) {

@@ -201,20 +201,22 @@ Enum ReadEnum(const Node& node, const char* const (&names)[N]) {
 
 Json JobJson(const RefitJob& job) {
   const RefitOptions& options = job.options;
+  const MmOptions& mm = options.mm;
+  const AdamOptions& adam = options.adam;
   return {{"target", kTargets[static_cast<size_t>(job.target)]},
           {"solver", kSolvers[static_cast<size_t>(options.solver)]},
-          {"iterations", options.iterations},
-          {"closed_form_start", options.closed_form_start},
-          {"acceleration", kAccelerations[static_cast<size_t>(options.acceleration)]},
-          {"learning_rate", options.learning_rate},
-          {"lambda_dssim", options.lambda_dssim},
-          {"ridge_dc", options.ridge_dc},
-          {"ridge_rest", options.ridge_rest},
-          {"outside_weight", options.outside_weight},
+          {"iterations", options.solver == Solver::kMm ? mm.iterations : adam.iterations},
+          {"closed_form_start", adam.closed_form_start},
+          {"acceleration", kAccelerations[static_cast<size_t>(mm.acceleration)]},
+          {"learning_rate", adam.learning_rate},
+          {"lambda_dssim", adam.lambda_dssim},
+          {"ridge_dc", mm.ridge_dc},
+          {"ridge_rest", mm.ridge_rest},
+          {"outside_weight", mm.outside_weight},
           {"active_threshold", options.active_threshold},
-          {"min_weight", options.min_weight},
-          {"tolerance", options.tolerance},
-          {"seed", options.seed},
+          {"min_weight", mm.min_weight},
+          {"tolerance", mm.tolerance},
+          {"seed", adam.seed},
           {"region_cache_bytes", options.region_cache_bytes}};
 }
 
@@ -223,18 +225,19 @@ RefitJob ReadJob(const Node& node) {
   RefitOptions& options = job.options;
   job.target = ReadEnum<TargetKind>(node.At("target"), kTargets);
   options.solver = ReadEnum<Solver>(node.At("solver"), kSolvers);
-  options.iterations = node.At("iterations").Int(0, std::numeric_limits<int>::max());
-  options.closed_form_start = node.At("closed_form_start").Bool();
-  options.acceleration = ReadEnum<MmAcceleration>(node.At("acceleration"), kAccelerations);
-  options.learning_rate = node.At("learning_rate").Number();
-  options.lambda_dssim = node.At("lambda_dssim").Number();
-  options.ridge_dc = node.At("ridge_dc").Number();
-  options.ridge_rest = node.At("ridge_rest").Number();
-  options.outside_weight = node.At("outside_weight").Number();
+  (options.solver == Solver::kMm ? options.mm.iterations : options.adam.iterations) =
+      node.At("iterations").Int(0, std::numeric_limits<int>::max());
+  options.adam.closed_form_start = node.At("closed_form_start").Bool();
+  options.mm.acceleration = ReadEnum<MmAcceleration>(node.At("acceleration"), kAccelerations);
+  options.adam.learning_rate = node.At("learning_rate").Number();
+  options.adam.lambda_dssim = node.At("lambda_dssim").Number();
+  options.mm.ridge_dc = node.At("ridge_dc").Number();
+  options.mm.ridge_rest = node.At("ridge_rest").Number();
+  options.mm.outside_weight = node.At("outside_weight").Number();
   options.active_threshold = node.At("active_threshold").Number();
-  options.min_weight = node.At("min_weight").Number();
-  options.tolerance = node.At("tolerance").Number();
-  options.seed = node.At("seed").Unsigned();
+  options.mm.min_weight = node.At("min_weight").Number();
+  options.mm.tolerance = node.At("tolerance").Number();
+  options.adam.seed = node.At("seed").Unsigned();
   options.region_cache_bytes = node.At("region_cache_bytes").Unsigned();
   try {
     options.Check();

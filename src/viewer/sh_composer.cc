@@ -46,7 +46,6 @@ class ShComposer::Touched {
       slots[g] = static_cast<int32_t>(indices_.size());
       indices_.push_back(static_cast<int32_t>(g));
     }
-    scratch_.Resize(indices_.size(), original_->sh_degree);
     const size_t block = Block();
     sh_.resize(indices_.size() * block);
     for (size_t i = 0; i < indices_.size(); ++i) {
@@ -71,7 +70,8 @@ class ShComposer::Touched {
       regions.regions[i].selection = parts_[i].selection;
       regions.regions[i].fit = parts_[i].fit;
     }
-    return ComposeSh(regions, request.job, 0, regions.regions.size(), sh_, scratch_);
+    return ComposeSh(regions, request.job, 0, regions.regions.size(), sh_,
+                     original_->NumShCoeffs());
   }
 
   const std::vector<int32_t>& indices() const { return indices_; }
@@ -110,7 +110,6 @@ class ShComposer::Touched {
   std::vector<int32_t> indices_;  // ascending
   std::vector<float> sh_;         // of the original
   std::vector<Part> parts_;
-  GaussianModel scratch_;
 };
 
 // Whole sets of coefficients that come back here when nobody shows them any more.

@@ -39,14 +39,14 @@ struct Flags {
   std::vector<std::string> scenes = {"fox", "flower"};
   std::vector<std::string> solvers = {"mm"};
   std::vector<double> learning_rates = {2.5e-4};
-  int sweeps = 0, steps = 3000, holdout = 8;
-  double ridge_dc = RefitOptions().ridge_dc, ridge_rest = RefitOptions().ridge_rest;
-  double tolerance = RefitOptions().tolerance;
+  int sweeps = MmOptions().iterations, steps = AdamOptions().iterations, holdout = 8;
+  double ridge_dc = MmOptions().ridge_dc, ridge_rest = MmOptions().ridge_rest;
+  double tolerance = MmOptions().tolerance;
   double active_threshold = RefitOptions().active_threshold;
   size_t region_mb = RefitOptions().region_cache_bytes >> 20;
   size_t cache_mb = RendererOptions().cache_bytes >> 20;
-  double min_weight = RefitOptions().min_weight;
-  double outside_weight = RefitOptions().outside_weight;
+  double min_weight = MmOptions().min_weight;
+  double outside_weight = MmOptions().outside_weight;
   double scale = 1, ball = 0;
   bool cold_start = false, no_quality = false, area = false;
 };
@@ -211,25 +211,27 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   const ColorEdit edit = ParseTint(flags.tint);
   RefitOptions options;
   options.solver = solver == "adam" ? Solver::kAdam : Solver::kMm;
-  if (solver == "mm-plain") options.acceleration = MmAcceleration::kNone;
-  if (solver == "mm-nesterov") options.acceleration = MmAcceleration::kNesterov;
-  options.iterations = solver == "adam" ? flags.steps : flags.sweeps;
-  options.learning_rate = learning_rate;
-  options.ridge_dc = flags.ridge_dc;
-  options.ridge_rest = flags.ridge_rest;
-  options.tolerance = flags.tolerance;
+  if (solver == "mm-plain") options.mm.acceleration = MmAcceleration::kNone;
+  if (solver == "mm-nesterov") options.mm.acceleration = MmAcceleration::kNesterov;
+  options.mm.iterations = flags.sweeps;
+  options.adam.iterations = flags.steps;
+  options.adam.learning_rate = learning_rate;
+  options.mm.ridge_dc = flags.ridge_dc;
+  options.mm.ridge_rest = flags.ridge_rest;
+  options.mm.tolerance = flags.tolerance;
   options.active_threshold = flags.active_threshold;
   options.region_cache_bytes = flags.region_mb << 20;
-  options.min_weight = flags.min_weight;
-  options.outside_weight = flags.outside_weight;
-  options.closed_form_start = !flags.cold_start;
+  options.mm.min_weight = flags.min_weight;
+  options.mm.outside_weight = flags.outside_weight;
+  options.adam.closed_form_start = !flags.cold_start;
   const double start = Now(), cpu_start = CpuNow();
   ShRefitter refitter(renderer, scene.model, scene.train, edit, scene.shares, options, monitor);
   const double ready = Now(), cpu_ready = CpuNow();
   const RefitSummary summary = refitter.Run(monitor);
   const double done = Now(), cpu_done = CpuNow();
-  const auto sh =
-      solver == "closed-form" ? ClosedFormSh(scene.model, scene.shares, edit) : refitter.Sh();
+  const auto sh = solver == "closed-form"
+                      ? ClosedFormSh(scene.model.sh, scene.model.NumShCoeffs(), scene.shares, edit)
+                      : refitter.Sh();
   std::printf(
       "{\"scene\":\"%s\",\"case\":\"%s\",\"solver\":\"%s\",\"lr\":%g,\"cold\":%d,\"iterations\":%d,"
       "\"converged\":%d,\"coverage\":%.4f,\"active\":%lld,\"views\":%d,\"views_kept\":%d,\"region_"
@@ -280,7 +282,7 @@ void Preview(Scene& scene, const Flags& flags) {
     const double start = Now();
     const auto shares = MaskShares(renderer, scene.train, monitor);
     const double shared = Now();
-    renderer.SetSh(ClosedFormSh(scene.model, shares, edit));
+    renderer.SetSh(ClosedFormSh(scene.model.sh, scene.model.NumShCoeffs(), shares, edit));
     renderer.Render(scene.train[0].camera);
     ms.insert(ms.end(), {1000 * (Now() - start), 1000 * (shared - start)});
   }
@@ -342,7 +344,7 @@ int Main(int argc, char** argv) {
   app.add_option("--solvers", flags.solvers, "mm, mm-nesterov, mm-plain, adam, closed-form")
       ->delimiter(',');
   app.add_option("--lr", flags.learning_rates, "learning rates of adam")->delimiter(',');
-  app.add_option("--sweeps", flags.sweeps, "of mm; 0: its default");
+  app.add_option("--sweeps", flags.sweeps, "of mm at most; 0: until it has converged");
   app.add_option("--steps", flags.steps, "of adam");
   app.add_option("--holdout", flags.holdout);
   app.add_option("--ridge-dc", flags.ridge_dc);

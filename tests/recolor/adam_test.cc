@@ -28,11 +28,11 @@ TEST(AdamTest, GradientMatchesCentralDifferences) {
   RefitOptions options;
   options.solver = Solver::kAdam;
   for (const double lambda : {0.0, 0.2, 1.0}) {
-    options.lambda_dssim = lambda;
+    options.adam.lambda_dssim = lambda;
     RefitProblem problem(renderer, scene.model, scene.Targets(),
                          ColorEdit::Tint({0.3f, 0.8f, 1.2f}), scene.shares, options,
                          RefitProblem::Targets::kBoxes, monitor);
-    AdamSolver solver(problem, options);
+    AdamSolver solver(problem, options.adam);
     Backend& backend = problem.backend();
     const size_t count = solver.coefficients().size();
     const auto values = backend.Download(solver.coefficients().data(), count);
@@ -73,9 +73,9 @@ TEST(AdamTest, LowersTheLossAndKeepsTheOthersBitForBit) {
   TinyScene scene(32);
   RefitOptions options;
   options.solver = Solver::kAdam;
-  options.closed_form_start = false;
-  options.learning_rate = 1e-2;
-  options.iterations = 300;
+  options.adam.closed_form_start = false;
+  options.adam.learning_rate = 1e-2;
+  options.adam.iterations = 300;
   RefitSummary summary;
   const auto sh = FitSh(scene, options, &summary);
   EXPECT_EQ(summary.solver, "adam");
@@ -89,16 +89,41 @@ TEST(AdamTest, LowersTheLossAndKeepsTheOthersBitForBit) {
   }
 }
 
+// The paper's: from the coefficients as they are, and for as long as the caller wants.
+TEST(AdamTest, WithoutALimitItGoesOnUntilTheCallerStops) {
+  TinyScene scene(35);
+  RefitOptions options;
+  options.solver = Solver::kAdam;
+  options.adam.iterations = 0;
+  options.adam.closed_form_start = false;
+  Renderer renderer = scene.MakeRenderer();
+  std::vector<double> fractions;
+  Monitor monitor([&](const Progress& progress) { fractions.push_back(progress.fraction); });
+  ShRefitter refitter(renderer, scene.model, scene.Targets(), ColorEdit::Tint({0.3f, 0.8f, 1.2f}),
+                      scene.shares, options, monitor);
+  EXPECT_EQ(std::memcmp(refitter.Sh().data(), scene.model.sh.data(),
+                        scene.model.sh.size() * sizeof(float)),
+            0);
+  for (int step = 0; step < 120; ++step) ASSERT_TRUE(refitter.Step(monitor));
+  EXPECT_EQ(refitter.losses().size(), 2u);
+  const RefitSummary summary = refitter.Summary();
+  EXPECT_EQ(summary.iterations, 120);
+  EXPECT_FALSE(summary.converged);
+  EXPECT_EQ(summary.reason, "");
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_LT(fractions.back(), 1);  // there is no end to be near to
+}
+
 TEST(AdamTest, SeedDecidesTheOrderOfViews) {
   TinyScene scene(33);
   RefitOptions options;
   options.solver = Solver::kAdam;
-  options.iterations = 10;
+  options.adam.iterations = 10;
   RefitSummary summary;
   const auto first = FitSh(scene, options, &summary);
   const auto again = FitSh(scene, options, &summary);
   EXPECT_EQ(std::memcmp(first.data(), again.data(), first.size() * sizeof(float)), 0);
-  options.seed = 1;
+  options.adam.seed = 1;
   EXPECT_NE(FitSh(scene, options, &summary), first);
 }
 
@@ -106,8 +131,8 @@ TEST(AdamTest, StreamsViewsThatDoNotFit) {
   TinyScene scene(34);
   RefitOptions options;
   options.solver = Solver::kAdam;
-  options.iterations = 12;
-  options.learning_rate = 1e-2;
+  options.adam.iterations = 12;
+  options.adam.learning_rate = 1e-2;
   RefitSummary summary;
   const auto kept = FitSh(scene, options, &summary);
   options.region_cache_bytes = 0;

@@ -21,6 +21,11 @@ GaussianModel IsolatedGaussian() {
   return model;
 }
 
+std::vector<float> Preview(const GaussianModel& model, const std::vector<float>& shares,
+                           const ColorEdit& edit) {
+  return ClosedFormSh(model.sh, model.NumShCoeffs(), shares, edit);
+}
+
 ColorEdit MixingEdit() {
   ColorEdit edit;
   edit.gain << 0.2f, 0.3f, 0.1f, 0.0f, 0.7f, 0.2f, 0.4f, 0.0f, 1.1f;
@@ -37,7 +42,7 @@ TEST(ClosedFormTest, IsExactForAnIsolatedGaussian) {
   const GaussianModel model = IsolatedGaussian();
   for (const ColorEdit& edit : {ColorEdit::Tint({0.3f, 1.0f, 1.6f}), MixingEdit()}) {
     for (const float share : {0.4f, 1.0f}) {
-      const auto sh = ClosedFormSh(model, std::vector<float>{share}, edit);
+      const auto sh = Preview(model, std::vector<float>{share}, edit);
       for (const double azimuth : {-0.8, 0.0, 0.5}) {
         const PosedCamera view = LookAtOrigin(azimuth, 3);
         const Image before = RenderSh(model, model.sh, view);
@@ -62,7 +67,7 @@ TEST(ClosedFormTest, OffsetMovesTheColour) {
   const GaussianModel model = IsolatedGaussian();
   ColorEdit edit = ColorEdit::Tint({0, 0, 0});
   edit.offset = {0.25f, 0.5f, 0.75f};
-  const auto sh = ClosedFormSh(model, std::vector<float>{1.0f}, edit);
+  const auto sh = Preview(model, std::vector<float>{1.0f}, edit);
   // The colour is 0.5 + Y_00 C_0 exactly where the higher bands vanish.
   for (size_t c = 0; c < 3; ++c) {
     EXPECT_NEAR(0.5f + 0.28209479f * sh[c], edit.offset[Eigen::Index(c)], 1e-6f);
@@ -73,16 +78,16 @@ TEST(ClosedFormTest, OffsetMovesTheColour) {
 TEST(ClosedFormTest, IdentityAndSmallSharesChangeNoBit) {
   TinyScene scene(3);
   scene.model.sh[5] = -0.0f;
-  const auto same = ClosedFormSh(scene.model, scene.shares, ColorEdit::Tint({1, 1, 1}));
+  const auto same = Preview(scene.model, scene.shares, ColorEdit::Tint({1, 1, 1}));
   EXPECT_EQ(std::memcmp(same.data(), scene.model.sh.data(), same.size() * sizeof(float)), 0);
   const std::vector<float> small(scene.shares.size(), 0.99e-3f);
-  const auto untouched = ClosedFormSh(scene.model, small, ColorEdit::Tint({0, 1, 1}));
+  const auto untouched = Preview(scene.model, small, ColorEdit::Tint({0, 1, 1}));
   EXPECT_EQ(std::memcmp(untouched.data(), scene.model.sh.data(), same.size() * sizeof(float)), 0);
 }
 
 TEST(ClosedFormTest, RefusesSharesOfAnotherModel) {
   const GaussianModel model = IsolatedGaussian();
-  EXPECT_THROW(ClosedFormSh(model, std::vector<float>(2, 1.0f), ColorEdit()), OptionError);
+  EXPECT_THROW(Preview(model, std::vector<float>(2, 1.0f), ColorEdit()), OptionError);
 }
 
 TEST(MaskSharesTest, FollowTheMasks) {

@@ -24,8 +24,9 @@ class RefitterTest : public testing::TestWithParam<Solver> {
  protected:
   RefitterTest() {
     options_.solver = GetParam();
-    options_.iterations = 6;
+    SetIterations(6);
   }
+  void SetIterations(int count) { options_.mm.iterations = options_.adam.iterations = count; }
   std::unique_ptr<ShRefitter> Make(const ColorEdit& edit, std::vector<float> shares = {}) {
     return std::make_unique<ShRefitter>(renderer_, scene_.model, scene_.Targets(), edit,
                                         std::move(shares), options_, monitor_);
@@ -87,14 +88,25 @@ TEST_P(RefitterTest, FullMaskActivatesAllThatIsSeen) {
   EXPECT_GT(refitter->active().size(), 100u);
 }
 
-TEST_P(RefitterTest, IdentityTintIsAnExactUndo) {
-  if (GetParam() == Solver::kAdam) options_.iterations = 1;
+TEST_P(RefitterTest, IdentityTintIsAnUndo) {
   auto refitter = Make(ColorEdit::Tint({1, 1, 1}), scene_.shares);
   const auto summary = refitter->Run(monitor_);
-  if (GetParam() == Solver::kAdam) GTEST_SKIP() << "adam follows the rounding of its targets";
-  EXPECT_TRUE(SameBits(refitter->Sh(), scene_.model.sh));
-  EXPECT_EQ(summary.changed_gaussians, 0);
-  EXPECT_TRUE(summary.converged);
+  const auto sh = refitter->Sh();
+  if (GetParam() == Solver::kMm) {  // exactly: the loss is 0 at the start
+    EXPECT_TRUE(SameBits(sh, scene_.model.sh));
+    EXPECT_EQ(summary.changed_gaussians, 0);
+    EXPECT_TRUE(summary.converged);
+    return;
+  }
+  // adam's targets are rounded to 16 bits and it steps by the sign of what is left, by at most the
+  // learning rate (2.5e-4) each of the six times; its first steps may be up to 1 / (1 - beta1) **
+  // 0.5 times longer.
+  float largest = 0;
+  for (size_t i = 0; i < sh.size(); ++i) {
+    largest = std::max(largest, std::abs(sh[i] - scene_.model.sh[i]));
+  }
+  EXPECT_LE(largest, 6 * 2.5e-4f * 3.2f);
+  for (const double loss : summary.losses) EXPECT_LT(loss, 1e-3);
 }
 
 TEST_P(RefitterTest, GaussiansOutOfEveryViewStay) {
@@ -120,9 +132,9 @@ TEST_P(RefitterTest, PhotosPullTowardsThemselves) {
     }
     scene_.photos.push_back(std::move(photo));
   }
-  options_.learning_rate = 2e-2;
-  options_.iterations = 40;
-  options_.closed_form_start = false;
+  options_.adam.learning_rate = 2e-2;
+  options_.adam.closed_form_start = false;
+  SetIterations(40);
   auto refitter = Make(ColorEdit(), scene_.shares);
   const auto error = [&](const std::vector<float>& sh) {
     renderer_.SetSh(sh);
@@ -203,16 +215,17 @@ TEST(RefitOptionsTest, CheckNamesTheOption) {
     set(options);
     EXPECT_THAT([&] { options.Check(); }, ThrowsMessage<OptionError>(HasSubstr(name)));
   };
-  refuses([](auto& o) { o.iterations = -1; }, "iterations");
-  refuses([](auto& o) { o.learning_rate = 0; }, "learning rate");
-  refuses([&](auto& o) { o.learning_rate = nan; }, "learning rate");
-  refuses([](auto& o) { o.lambda_dssim = 1.1; }, "D-SSIM");
-  refuses([](auto& o) { o.ridge_dc = -1; }, "ridge of the DC");
-  refuses([&](auto& o) { o.ridge_rest = nan; }, "ridge of the higher");
+  refuses([](auto& o) { o.mm.iterations = -1; }, "iterations");
+  refuses([](auto& o) { o.adam.iterations = -1; }, "iterations");
+  refuses([](auto& o) { o.adam.learning_rate = 0; }, "learning rate");
+  refuses([&](auto& o) { o.adam.learning_rate = nan; }, "learning rate");
+  refuses([](auto& o) { o.adam.lambda_dssim = 1.1; }, "D-SSIM");
+  refuses([](auto& o) { o.mm.ridge_dc = -1; }, "ridge of the DC");
+  refuses([&](auto& o) { o.mm.ridge_rest = nan; }, "ridge of the higher");
   refuses([](auto& o) { o.active_threshold = 1; }, "active threshold");
-  refuses([](auto& o) { o.tolerance = -1e-3; }, "tolerance");
-  refuses([](auto& o) { o.outside_weight = 0; }, "outside weight");
-  refuses([](auto& o) { o.min_weight = -1; }, "least weight");
+  refuses([](auto& o) { o.mm.tolerance = -1e-3; }, "tolerance");
+  refuses([](auto& o) { o.mm.outside_weight = 0; }, "outside weight");
+  refuses([](auto& o) { o.mm.min_weight = -1; }, "least weight");
 }
 
 }  // namespace

@@ -43,13 +43,17 @@ class CountingJob : public OptimizerJob {
     if (taken_ == steps_) return false;
     ++taken_;
     for (float& value : sh_) value += 1;
+    if (taken) taken->store(taken_);
     return true;
   }
   ShSnapshot Snapshot() const override {
+    if (copies) ++*copies;
     ShSnapshot snapshot;
     snapshot.sh = std::make_shared<const std::vector<float>>(sh_);
     return snapshot;
   }
+
+  std::atomic<int>*copies = nullptr, *taken = nullptr;  // counted for a test
 
  private:
   std::vector<float> sh_;
@@ -144,7 +148,9 @@ TEST(BackgroundOptimizer, PausesBetweenStepsAndGoesOn) {
 }
 
 TEST(BackgroundOptimizer, AFailureIsKeptAndTheNextJobRuns) {
-  BackgroundOptimizer optimizer;
+  BackgroundOptimizer* self = nullptr;
+  BackgroundOptimizer optimizer([&] { self->Newest(); });  // asks for every state
+  self = &optimizer;
   optimizer.Start(Counting(10, nullptr, /*fail_at=*/4));
   optimizer.Wait();
   EXPECT_EQ(optimizer.state(), State::kFailed);
@@ -157,6 +163,47 @@ TEST(BackgroundOptimizer, AFailureIsKeptAndTheNextJobRuns) {
   optimizer.Wait();
   EXPECT_EQ(optimizer.state(), State::kFinished);
   EXPECT_EQ(optimizer.error(), "");
+}
+
+// A state that nobody asks for is not copied: the first and the last are.
+TEST(BackgroundOptimizer, CopiesOnlyWhatIsAskedFor) {
+  std::atomic<int> copies{0};
+  const auto counting = [&](Monitor&) {
+    auto job = std::make_unique<CountingJob>(1000);
+    job->copies = &copies;
+    return job;
+  };
+  BackgroundOptimizer optimizer;
+  optimizer.Start(counting);
+  optimizer.Wait();
+  EXPECT_EQ(copies.load(), 2);
+  const auto last = optimizer.Newest();
+  EXPECT_EQ(last->sh->front(), 1000);
+  EXPECT_EQ(last->steps, 1001);  // the last one found nothing left to do
+  // Asking before a job starts asks for nothing of it.
+  optimizer.Start(counting);
+  optimizer.Wait();
+  EXPECT_EQ(copies.load(), 4);
+}
+
+TEST(BackgroundOptimizer, PausingShowsTheStateThatItPausedAt) {
+  std::atomic<int> taken{0};
+  BackgroundOptimizer optimizer;
+  optimizer.Start([&](Monitor&) {
+    auto job = std::make_unique<CountingJob>(kEndless);
+    job->taken = &taken;
+    return job;
+  });
+  ASSERT_TRUE(Eventually([&] { return taken.load() > 20; }));  // nobody asks meanwhile
+  optimizer.Pause();
+  // The step in progress ends, then its state comes.
+  EXPECT_TRUE(Eventually([&] {
+    const int steps = taken.load();
+    return steps > 20 && optimizer.Newest()->steps == steps && taken.load() == steps;
+  }));
+  EXPECT_EQ(optimizer.Newest()->sh->front(), static_cast<float>(optimizer.Newest()->steps));
+  optimizer.Cancel();
+  optimizer.Wait();
 }
 
 TEST(BackgroundOptimizer, DestructionStopsWhatRuns) {

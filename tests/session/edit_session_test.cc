@@ -20,7 +20,7 @@ bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
 
 RefitJob ShortJob(int iterations = 3) {
   RefitJob job;
-  job.options.iterations = iterations;
+  job.options.mm.iterations = iterations;
   return job;
 }
 
@@ -172,7 +172,8 @@ TEST(EditSession, BeforeAFitTheStateShowsItsClosedForm) {
   const auto session = MakeSession(scene);
   Monitor monitor;
   session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  EXPECT_TRUE(SameBits(session->CurrentSh(), ClosedFormSh(scene.model, scene.shares, kBlue, 1e-3)));
+  EXPECT_TRUE(SameBits(session->CurrentSh(), ClosedFormSh(scene.model.sh, scene.model.NumShCoeffs(),
+                                                          scene.shares, kBlue, 1e-3)));
 }
 
 TEST(EditSession, SharesAreComputedFromTheMasksWhereMissing) {

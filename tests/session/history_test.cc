@@ -155,7 +155,7 @@ TEST(RegionSet, FitKeyTellsEverythingAFitDependsOn) {
   EXPECT_NE(hidden.FitKey(1, job), second_key);
 
   RefitJob other = job;
-  other.options.iterations = 7;
+  other.options.mm.iterations = 7;
   EXPECT_NE(state.FitKey(0, other), first_key);
   other = job;
   other.target = TargetKind::kPhoto;

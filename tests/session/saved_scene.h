@@ -76,8 +76,8 @@ inline void EditTinyScene(const TinyScene& scene, EditSession& session) {
   const RegionId right = session.AddRegion("right", OtherMasksOf(scene), other,
                                            ColorEdit::Tint({1.0F, 0.1F, 0.1F}), monitor);
   RefitJob job;
-  job.options.iterations = 3;
-  job.options.ridge_dc = 0.1 / 3.0;
+  job.options.mm.iterations = 3;
+  job.options.mm.ridge_dc = 0.1 / 3.0;
   session.Refit(job, monitor);
   session.SetEdit(right, ColorEdit::Tint({1.0F, 0.3F, 0.1F}), 1.0F / 3.0F);
 }

@@ -168,7 +168,7 @@ TEST_F(SelectionRound, ReplacingASelectionIsOneStepAndOutdatesTheFit) {
   const auto first = session_->regions().Find(region)->selection;
   EXPECT_EQ(first->source.painted.size(), 1u);
   RefitJob job;
-  job.options.iterations = 2;
+  job.options.mm.iterations = 2;
   session_->Refit(job, monitor_);
   const std::string key = session_->regions().FitKey(0, job);
   EXPECT_EQ(session_->regions().Find(region)->fit->key, key);

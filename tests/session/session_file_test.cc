@@ -133,7 +133,7 @@ TEST_F(SessionFile, RestoresEverythingToTheLastBit) {
   ExpectSame(*opened.draft, TinySource(scene_));
   EXPECT_EQ(Json::parse(opened.view), Json::parse(Snapshot().view));
   EXPECT_FALSE(opened.session->history().CanUndo());
-  EXPECT_EQ(opened.session->last_job().options.ridge_dc, 0.1 / 3.0);
+  EXPECT_EQ(opened.session->last_job().options.mm.ridge_dc, 0.1 / 3.0);
 }
 
 TEST_F(SessionFile, GoesOnWhereItWas) {
@@ -388,7 +388,7 @@ TEST_F(SessionFile, AFullDiskLeavesTheOldSession) {
   session_->Undo();
   Monitor monitor;
   RefitJob job = session_->last_job();
-  job.options.iterations = 2;
+  job.options.mm.iterations = 2;
   session_->Refit(job, monitor);
   {
     const FileSizeLimit limit(2000);

@@ -164,7 +164,7 @@ class EditingTest : public ViewerTest {
     QVERIFY(AddTintedRegion() != 0);
     RefitJob job;
     job.options.solver = Solver::kAdam;
-    job.options.iterations = 1000000;
+    job.options.adam.iterations = 1000000;
     controller().SetRefitJob(job);
     controller().StartRefit();
     QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > 0, kWaitMs);

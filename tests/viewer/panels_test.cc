@@ -79,7 +79,7 @@ class PanelsTest : public PanelsFixture {
     iterations->selectAll();
     QTest::keyClicks(iterations, "100000");
     QTest::keyClick(iterations, Qt::Key_Return);
-    QCOMPARE(Controller().refit_job().options.iterations, 100000);
+    QCOMPARE(Controller().refit_job().options.adam.iterations, 100000);
     auto* toggle = Find<QPushButton>("optimizer_toggle");
     auto* state = Find<QLabel>("optimizer_state");
     QTest::mouseClick(toggle, Qt::LeftButton);

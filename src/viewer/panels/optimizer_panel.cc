@@ -146,7 +146,7 @@ void OptimizerPanel::BuildOptions() {
   iterations_ = new QSpinBox;
   iterations_->setObjectName("iterations");
   iterations_->setRange(0, 100000);
-  iterations_->setSpecialValueText(tr("as the solver needs"));
+  iterations_->setSpecialValueText(tr("until it stops"));
   iterations_->setToolTip(tr("At most this many sweeps or steps"));
   const auto number = [](double most, int decimals, double step, const QString& tip) {
     auto* box = new QDoubleSpinBox;
@@ -158,7 +158,8 @@ void OptimizerPanel::BuildOptions() {
   };
   tolerance_ = number(1, 4, 0.001, tr("Stop when a sweep gains less than this share of the loss"));
   tolerance_->setObjectName("tolerance");
-  outside_weight_ = number(10, 2, 0.1, tr("How much a pixel outside the mask counts"));
+  outside_weight_ = number(1, 2, 0.1, tr("How much a pixel outside the mask counts"));
+  outside_weight_->setMinimum(0.01);
   learning_rate_ = number(1, 6, 1e-4, tr("Length of adam's steps"));
   learning_rate_->setMinimum(1e-6);
   automatic_ = new QCheckBox(tr("Start after each ed&it"));
@@ -191,10 +192,12 @@ void OptimizerPanel::ShowJob() {
   const RefitJob& job = controller_->refit_job();
   solver_->setCurrentIndex(job.options.solver == Solver::kMm ? 0 : 1);
   target_->setCurrentIndex(job.target == TargetKind::kRender ? 0 : 1);
-  iterations_->setValue(job.options.iterations);
-  tolerance_->setValue(job.options.tolerance);
-  outside_weight_->setValue(job.options.outside_weight);
-  learning_rate_->setValue(job.options.learning_rate);
+  const RefitOptions& options = job.options;
+  iterations_->setValue(options.solver == Solver::kMm ? options.mm.iterations
+                                                      : options.adam.iterations);
+  tolerance_->setValue(options.mm.tolerance);
+  outside_weight_->setValue(options.mm.outside_weight);
+  learning_rate_->setValue(options.adam.learning_rate);
   automatic_->setChecked(controller_->automatic_refit());
   const bool mm = job.options.solver == Solver::kMm;
   // Only what the solver asks for.
@@ -209,12 +212,14 @@ void OptimizerPanel::ShowJob() {
 void OptimizerPanel::TakeJob() {
   if (filling_) return;
   RefitJob job = controller_->refit_job();
-  job.options.solver = solver_->currentIndex() == 0 ? Solver::kMm : Solver::kAdam;
+  RefitOptions& options = job.options;
+  const Solver shown = options.solver;  // whose number of iterations the box holds
+  options.solver = solver_->currentIndex() == 0 ? Solver::kMm : Solver::kAdam;
   job.target = target_->currentIndex() == 0 ? TargetKind::kRender : TargetKind::kPhoto;
-  job.options.iterations = iterations_->value();
-  job.options.tolerance = tolerance_->value();
-  job.options.outside_weight = outside_weight_->value();
-  job.options.learning_rate = learning_rate_->value();
+  (shown == Solver::kMm ? options.mm.iterations : options.adam.iterations) = iterations_->value();
+  options.mm.tolerance = tolerance_->value();
+  options.mm.outside_weight = outside_weight_->value();
+  options.adam.learning_rate = learning_rate_->value();
   try {
     controller_->SetRefitJob(job);
   } catch (const Error& error) {
