@@ -167,172 +167,67 @@ void RequirePhotos(const EditSession& session) {
   }
 }
 
-void AddDepthOptions(CLI::App* verb, SelectArguments& select, const std::string& method_flag) {
-  constexpr const char* kGroup = "Depth";
-  StereoHvOptions& stereo = select.options.depth.stereo_hv;
-  verb->add_option(method_flag, select.method,
-                   "gaussian (the splat's own), stereo-hv (rendered pairs) or colmap (dense maps)")
-      ->check(CLI::IsMember({"gaussian", "stereo-hv", "colmap"}))
-      ->group(kGroup);
-  verb->add_option("--aggregate", select.aggregate,
-                   "stereo-hv: agree (mean where pairs agree, else nearest) or min (the paper's)")
-      ->check(CLI::IsMember({"agree", "min"}))
-      ->group(kGroup);
-  verb->add_option("--matcher", select.matcher,
-                   "stereo-hv: census (the same on every backend) or sgbm (OpenCV's, on the CPU)")
-      ->check(CLI::IsMember({"census", "sgbm"}))
-      ->group(kGroup);
-  verb->add_option("--baseline", stereo.baseline,
-                   "stereo-hv: baseline in the workspace's unit; 0 chooses it")
-      ->group(kGroup);
-  verb->add_option("--disparities", stereo.max_disparities,
-                   "stereo-hv: search range in pixels, a multiple of 16")
-      ->group(kGroup);
+void AddPreset(CLI::App* verb, EditArguments& edit) {
+  verb->add_option("--preset", edit.preset,
+                   "Options to start from, where no flag says otherwise: retint (the defaults "
+                   "shown here) or paper (ReCoGS as published, see docs/method.md)")
+      ->check(CLI::IsMember(Presets()));
 }
 
-void AddCloudOptions(CLI::App* verb, SelectArguments& select) {
-  constexpr const char* kGroup = "Cloud and registration";
-  CloudOptions& cloud = select.options.cloud;
-  RegistrationOptions& registration = select.options.registration;
-  verb->add_option("--sample", cloud.sample_fraction, "Share of the mask's pixels made points")
-      ->group(kGroup);
-  verb->add_option("--outlier-neighbors", cloud.outlier_neighbors,
-                   "Neighbours of the outlier filter; 0 keeps all points")
-      ->group(kGroup);
-  verb->add_option("--outlier-stddev", cloud.outlier_stddev,
-                   "Standard deviations above the mean neighbour distance that a point may lie")
-      ->group(kGroup);
-  verb->add_flag("--no-registration", select.no_registration,
-                 "Leave the cloud where its depth put it")
-      ->group(kGroup);
-  verb->add_option("--margin", registration.margin,
-                   "Pixels around the mask in which sparse points count")
-      ->group(kGroup);
+void AddDepthOptions(CLI::App* verb, EditArguments& edit, const std::string& method_flag) {
+  OptionList list;
+  edit.options.select.DescribeDepth(list);
+  edit.flags.Add(verb, "Depth", list, {{"--method", method_flag}});
 }
 
-SelectOptions Resolve(const SelectArguments& select, const Globals& globals) {
-  SelectOptions options = select.options;
-  options.method = select.method;
-  options.depth.stereo_hv.aggregate =
-      select.aggregate == "min" ? StereoAggregate::kMin : StereoAggregate::kAgree;
-  options.depth.stereo_hv.matcher =
-      select.matcher == "sgbm" ? StereoMatcherKind::kSgbm : StereoMatcherKind::kCensus;
-  options.register_cloud = !select.no_registration;
-  options.cloud.seed = globals.seed;
-  options.registration.seed = globals.seed;
-  options.Check();
-  return options;
+void AddCloudOptions(CLI::App* verb, EditArguments& edit) {
+  OptionList list;
+  edit.options.select.DescribeCloud(list);
+  edit.flags.Add(verb, "Cloud and registration", list);
 }
 
-void AddProjectorOptions(CLI::App* verb, ProjectorArguments& projector) {
-  constexpr const char* kGroup = "Projection";
-  ProjectorOptions& options = projector.options;
-  verb->add_option("--projector", projector.projector,
-                   "quads (the paper's), surfels, or gaussians (lifted to shares, re-rendered)")
-      ->check(CLI::IsMember({"quads", "surfels", "gaussians"}))
-      ->group(kGroup);
-  verb->add_option("--quad-pixels", options.quad_pixels, "quads: side in pixels")->group(kGroup);
-  verb->add_option("--surfel-scale", options.surfel_scale, "surfels: radius in pixel footprints")
-      ->group(kGroup);
-  verb->add_option("--close-radius", options.close_radius, "Closing of holes, pixels")
-      ->group(kGroup);
-  verb->add_option("--depth-tolerance", options.depth_tolerance,
-                   "Relative depth behind which a point is hidden")
-      ->group(kGroup);
-  verb->add_option("--share-threshold", options.share_threshold,
-                   "gaussians: rendered share above which a pixel is inside")
-      ->group(kGroup);
-  verb->add_option("--painted-weight", options.painted_weight,
-                   "gaussians: weight of a painted view's pixels as evidence")
-      ->group(kGroup);
-  verb->add_option("--unknown-weight", options.unknown_weight,
-                   "gaussians: weight against surfaces that no painted view sees")
-      ->group(kGroup);
-  verb->add_option("--visible-tolerance", options.visible_tolerance,
-                   "gaussians: relative depth within which a painted view sees a surface")
-      ->group(kGroup);
+void AddProjectorOptions(CLI::App* verb, EditArguments& edit) {
+  OptionList list;
+  edit.options.projector.Describe(list);
+  edit.flags.Add(verb, "Projection", list);
 }
 
-ProjectorOptions Resolve(const ProjectorArguments& projector) {
-  ProjectorOptions options = projector.options;
-  options.kind = projector.projector == "quads"     ? ProjectorKind::kQuads
-                 : projector.projector == "surfels" ? ProjectorKind::kSurfels
-                                                    : ProjectorKind::kGaussians;
-  options.Check();
-  return options;
-}
-
-void AddRefitOptions(CLI::App* verb, RefitArguments& refit) {
+void AddRefitOptions(CLI::App* verb, TintArguments& tint, EditArguments& edit) {
   constexpr const char* kGroup = "Edit and refit";
-  RefitOptions& options = refit.options;
-  verb->add_option("--tint", refit.tint,
-                   "Colour filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
+  verb->add_option("--tint", tint.tint,
+                   "Color filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
       ->required()
       ->group(kGroup);
-  verb->add_option("--strength", refit.strength, "From 0, nothing, to 1, the whole edit")
+  verb->add_option("--strength", tint.strength, "From 0, nothing, to 1, the whole edit")
       ->check(CLI::Range(0.0, 1.0))
       ->group(kGroup);
-  verb->add_option("--target", refit.target,
-                   "What is edited to become the targets: render (of the splat) or photo")
-      ->check(CLI::IsMember({"render", "photo"}))
-      ->group(kGroup);
-  verb->add_option("--solver", refit.solver, "mm (block sweeps) or adam (the paper's)")
-      ->check(CLI::IsMember({"mm", "adam"}))
-      ->group(kGroup);
-  verb->add_option("--iterations", refit.iterations,
-                   "Sweeps of mm at most (12 where this is not given; 0: until it has converged, "
-                   "at most 1000) or steps of adam (3000, also for 0)")
-      ->check(CLI::Range(0, 10000000))
-      ->group(kGroup);
-  verb->add_option("--acceleration", refit.acceleration, "mm: none, nesterov or lbfgs")
-      ->check(CLI::IsMember({"none", "nesterov", "lbfgs"}))
-      ->group(kGroup);
-  verb->add_option("--outside-weight", options.mm.outside_weight,
-                   "mm: weight of the error of pixels outside the mask; those inside have 1")
-      ->group(kGroup);
-  verb->add_option("--learning-rate", options.adam.learning_rate, "adam: step size")->group(kGroup);
-  verb->add_option("--lambda-dssim", options.adam.lambda_dssim,
-                   "adam: weight of D-SSIM in the loss")
-      ->group(kGroup);
-  verb->add_option("--tolerance", options.mm.tolerance,
-                   "mm: stop when a sweep lowers the loss by less than this share")
-      ->group(kGroup);
-  verb->add_option("--active-threshold", options.active_threshold,
-                   "Share inside the masks above which a Gaussian may change")
-      ->group(kGroup);
-  verb->add_option_function<size_t>(
-          "--region-mb", [&options](size_t mb) { options.region_cache_bytes = mb << 20; },
-          "Memory for the fit's weights and targets, MiB")
-      ->default_str(std::to_string(options.region_cache_bytes >> 20))
-      ->check(CLI::Range(size_t{0}, size_t{1} << 22))
-      ->group(kGroup);
-  verb->add_option("--holdout", refit.holdout,
+  OptionList list;
+  edit.options.refit.Describe(list);
+  edit.flags.Add(verb, kGroup, list);
+  verb->add_option("--holdout", tint.holdout,
                    "Keep every n-th view by name out of the fit and report on it; 0 keeps none")
       ->check(CLI::Range(0, 1000000))
       ->group(kGroup);
 }
 
-ColorEdit ResolveEdit(const RefitArguments& refit) {
-  const ColorEdit edit = ParseTint(refit.tint);
+ColorEdit ResolveEdit(const TintArguments& tint) {
+  const ColorEdit edit = ParseTint(tint.tint);
   edit.Check();
   return edit;
 }
 
-RefitJob Resolve(const RefitArguments& refit, const Globals& globals) {
-  RefitJob job;
-  job.options = refit.options;
-  job.options.solver = refit.solver == "adam" ? Solver::kAdam : Solver::kMm;
-  job.options.mm.acceleration = refit.acceleration == "none"       ? MmAcceleration::kNone
-                                : refit.acceleration == "nesterov" ? MmAcceleration::kNesterov
-                                                                   : MmAcceleration::kLbfgs;
-  job.options.adam.seed = globals.seed;
-  if (refit.iterations) {
-    job.options.mm.iterations = *refit.iterations;
-    if (*refit.iterations > 0) job.options.adam.iterations = *refit.iterations;
-  }
-  job.target = refit.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
-  job.options.Check();
-  return job;
+EditOptions Resolve(const EditArguments& edit, const Globals& globals) {
+  EditOptions options = edit.options;
+  OptionList list;
+  options.Describe(list);
+  edit.flags.TakeOver(Described(PresetOptions(edit.preset)), list);
+  options.select.cloud.seed = globals.seed;
+  options.select.registration.seed = globals.seed;
+  AdamOptions& adam = options.refit.options.adam;
+  adam.seed = globals.seed;
+  if (adam.iterations == 0) adam.iterations = AdamOptions().iterations;
+  options.Check();
+  return options;
 }
 
 }  // namespace retint::cli

@@ -7,14 +7,15 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "base/monitor.h"
+#include "retint/option_flags.h"
 #include "retint/progress.h"
+#include "session/edit_options.h"
 #include "session/edit_session.h"
 
 namespace retint::cli {
@@ -91,33 +92,29 @@ std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
 // it.
 void RequirePhotos(const EditSession& session);
 
-// --method and what tunes it, cloud and registration options.
-struct SelectArguments {
-  std::string method = "stereo-hv", aggregate = "agree", matcher = "census";
-  bool no_registration = false;
-  SelectOptions options;
+// The options of an edit as flags, or those that a verb has of them.
+struct EditArguments {
+  EditOptions options;
+  std::string preset = "retint";
+  OptionFlags flags;
 };
-void AddDepthOptions(CLI::App* verb, SelectArguments& select, const std::string& method_flag);
-void AddCloudOptions(CLI::App* verb, SelectArguments& select);
-SelectOptions Resolve(const SelectArguments& select, const Globals& globals);
+void AddPreset(CLI::App* verb, EditArguments& edit);
+void AddDepthOptions(CLI::App* verb, EditArguments& edit, const std::string& method_flag);
+void AddCloudOptions(CLI::App* verb, EditArguments& edit);
+void AddProjectorOptions(CLI::App* verb, EditArguments& edit);
+// The preset's with what flags say instead, and the seed. 0 iterations of adam, which nothing but
+// its caller ends, are 3000 here. OptionError for values that do not go together.
+EditOptions Resolve(const EditArguments& edit, const Globals& globals);
 
-struct ProjectorArguments {
-  std::string projector = "gaussians";
-  ProjectorOptions options;
-};
-void AddProjectorOptions(CLI::App* verb, ProjectorArguments& projector);
-ProjectorOptions Resolve(const ProjectorArguments& projector);
-
-struct RefitArguments {
-  std::string tint, solver = "mm", acceleration = "lbfgs", target = "render";
+// --tint, --strength, --holdout.
+struct TintArguments {
+  std::string tint;
   double strength = 1;
   int holdout = 0;
-  std::optional<int> iterations;  // of the chosen solver
-  RefitOptions options;
 };
-void AddRefitOptions(CLI::App* verb, RefitArguments& refit);
-ColorEdit ResolveEdit(const RefitArguments& refit);
-RefitJob Resolve(const RefitArguments& refit, const Globals& globals);
+// With the options of the refit.
+void AddRefitOptions(CLI::App* verb, TintArguments& tint, EditArguments& edit);
+ColorEdit ResolveEdit(const TintArguments& tint);
 
 // An output or input path.
 inline CLI::Option* AddPath(CLI::App* verb, const std::string& flag, std::filesystem::path& path,

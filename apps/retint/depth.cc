@@ -10,13 +10,13 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
-  SelectArguments select;
+  EditArguments edit;
   std::string view;
   std::filesystem::path output, png;
 };
 
 void Depth(const Arguments& arguments, Run& run) {
-  const SelectOptions options = Resolve(arguments.select, run.globals());
+  const SelectOptions options = Resolve(arguments.edit, run.globals()).select;
   CheckOutput(arguments.output);
   if (!arguments.png.empty()) CheckOutput(arguments.png);
   const auto session = OpenSession(arguments.scene, 0, run);
@@ -46,7 +46,8 @@ void AddDepth(CLI::App& app, Globals& globals, Action& action) {
           "COLMAP depth map (.bin), z in the workspace's unit, 0 unknown")
       ->required();
   AddPath(verb, "--png", arguments->png, "Also a picture: near warm, far cold");
-  AddDepthOptions(verb, arguments->select, "--method");
+  AddPreset(verb, arguments->edit);
+  AddDepthOptions(verb, arguments->edit, "--method");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Depth(*arguments, run); }; });
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint evaluate: how well a recolored splat shows an edit, whoever made it.
 #include <cstring>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -15,7 +16,7 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
-  std::filesystem::path after, masks, report;
+  std::filesystem::path after, masks, true_masks, report;
   std::string tint, target = "render";
   double strength = 1;
   int holdout = 0;
@@ -47,6 +48,43 @@ int64_t CountChanged(const GaussianModel& before, const GaussianModel& after) {
   return changed;
 }
 
+// Mean over the views that either mask shows in, of those that have both.
+double MeanIou(const std::map<std::string, Mask>& masks, const std::map<std::string, Mask>& truth) {
+  double sum = 0;
+  int views = 0;
+  for (const auto& [name, mask] : masks) {
+    const auto found = truth.find(name);
+    if (found == truth.end()) continue;
+    int64_t both = 0, either = 0;
+    for (size_t p = 0; p < mask.data.size(); ++p) {
+      const bool in = mask.data[p] >= 128, truly_in = found->second.data[p] >= 128;
+      both += in && truly_in;
+      either += in || truly_in;
+    }
+    if (either == 0) continue;
+    sum += static_cast<double>(both) / static_cast<double>(either);
+    ++views;
+  }
+  return views > 0 ? sum / views : 0;
+}
+
+// The true masks as another region of the session, with the same edit.
+TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& region,
+                                 TargetKind target, const GaussianModel& after,
+                                 EditSession& session, Run& run) {
+  const std::shared_ptr<const RegionSelection> selection = region.selection;
+  const ColorEdit edit = region.edit;
+  const float strength = region.strength;
+  const RegionId id =
+      session.AddRegion("truth", ReadMasksByName(arguments.true_masks, session, run),
+                        std::vector<float>(after.NumGaussians(), 0.0F), edit, run.monitor());
+  session.SetEdit(id, edit, strength);
+  TrueMaskReport report;
+  report.mask_iou = MeanIou(selection->masks, session.regions().Find(id)->selection->masks);
+  report.quality = session.Evaluate(id, session.original().sh, after.sh, target, run.monitor());
+  return report;
+}
+
 void Evaluate(const Arguments& arguments, Run& run) {
   const ColorEdit edit = ParseTint(arguments.tint);
   edit.Check();
@@ -60,6 +98,10 @@ void Evaluate(const Arguments& arguments, Run& run) {
   RunReport report = session->MakeReport();
   report.quality =
       session->Evaluate(region, session->original().sh, after.sh, target, run.monitor());
+  if (!arguments.true_masks.empty()) {
+    report.true_masks = EvaluateTrueMasks(arguments, *session->regions().Find(region), target,
+                                          after, *session, run);
+  }
   const RegionSelection& selection = *session->regions().Find(region)->selection;
   const Coverage coverage = MeasureCoverage(selection.masks);
   report.mask_views = coverage.views;
@@ -83,6 +125,11 @@ void Evaluate(const Arguments& arguments, Run& run) {
                         report.refit.changed_gaussians, report.gaussians,
                         report.refit.active_gaussians));
   PrintQuality(report.quality, run);
+  if (report.true_masks) {
+    run.Print(fmt::format("by the true masks, with which the masks have a mean IoU of {:.3f}:",
+                          report.true_masks->mask_iou));
+    PrintQuality(report.true_masks->quality, run);
+  }
 }
 
 }  // namespace
@@ -98,8 +145,12 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--images", arguments->scene.images,
           "Folder of the photos, where not WORKSPACE/images", "FOLDER");
   AddPath(verb, "--masks", arguments->masks, "Folder of <image name>.png", "FOLDER")->required();
+  AddPath(verb, "--true-masks", arguments->true_masks,
+          "Folder of the object's true masks, <image name>.png: compares the masks with them, "
+          "and gives all figures by them too",
+          "FOLDER");
   verb->add_option("--tint", arguments->tint,
-                   "Colour filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
+                   "Color filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
       ->required();
   verb->add_option("--strength", arguments->strength, "From 0, nothing, to 1, the whole edit")
       ->check(CLI::Range(0.0, 1.0));

@@ -12,13 +12,13 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  EditArguments edit;
   PaintArguments paint;
-  ProjectorArguments projector;
   std::filesystem::path cloud, output;
 };
 
 void Project(const Arguments& arguments, Run& run) {
-  const ProjectorOptions options = Resolve(arguments.projector);
+  const ProjectorOptions options = Resolve(arguments.edit, run.globals()).projector;
   CheckOutput(arguments.output, /*as_folder=*/true);
   const SelectionCloud cloud = ReadCloud(arguments.cloud);
   if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
@@ -53,7 +53,8 @@ void AddProject(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--output", arguments->output, "Folder for <image name>.png, soft masks", "FOLDER")
       ->required();
   AddPaint(verb, arguments->paint, /*required=*/false);
-  AddProjectorOptions(verb, arguments->projector);
+  AddPreset(verb, arguments->edit);
+  AddProjectorOptions(verb, arguments->edit);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Project(*arguments, run); }; });
 }

@@ -14,10 +14,9 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  EditArguments edit;
   PaintArguments paint;
-  SelectArguments select;
-  ProjectorArguments projector;
-  RefitArguments refit;
+  TintArguments tint;
   std::filesystem::path output, report, stages, comparison;
 };
 
@@ -76,30 +75,30 @@ void PrintResult(const Arguments& arguments, const RunReport& report, EditSessio
 }
 
 void Recolor(const Arguments& arguments, Run& run) {
-  SelectOptions select = Resolve(arguments.select, run.globals());
-  select.keep_raw = !arguments.stages.empty();
-  const ProjectorOptions projector = Resolve(arguments.projector);
-  const ColorEdit edit = ResolveEdit(arguments.refit);
-  const RefitJob job = Resolve(arguments.refit, run.globals());
+  EditOptions options = Resolve(arguments.edit, run.globals());
+  options.select.keep_raw = !arguments.stages.empty();
+  const RefitJob& job = options.refit;
+  const ColorEdit edit = ResolveEdit(arguments.tint);
   CheckOutputs(arguments);
 
-  const auto session = OpenSession(arguments.scene, arguments.refit.holdout, run);
+  const auto session = OpenSession(arguments.scene, arguments.tint.holdout, run);
   Recolored result;
   result.session = session.get();
   result.target = job.target;
   result.painted = ReadPaint(arguments.paint, *session);
   if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
-  result.selection = session->Select(result.painted, select, run.monitor());
+  result.selection = session->Select(result.painted, options.select, run.monitor());
   ProjectedMasks masks =
-      session->Project(result.selection.cloud, result.painted, projector, run.monitor());
+      session->Project(result.selection.cloud, result.painted, options.projector, run.monitor());
   const Coverage coverage = MeasureCoverage(masks.masks);
   result.region = session->AddRegion("selection", std::move(masks.masks), std::move(masks.shares),
                                      edit, run.monitor());
-  session->SetEdit(result.region, edit, static_cast<float>(arguments.refit.strength));
+  session->SetEdit(result.region, edit, static_cast<float>(arguments.tint.strength));
   session->Refit(job, run.monitor());
   result.sh_after = session->CurrentSh();
 
   RunReport report = session->MakeReport();
+  report.options = SettingsThatApply(Described(options));
   report.painted = result.selection.painted;
   report.mask_views = coverage.views;
   report.mean_coverage = coverage.mean;
@@ -126,10 +125,11 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
           "Folder for what every stage made: depth, clouds, registration, masks, targets, "
           "result",
           "FOLDER");
-  AddRefitOptions(verb, arguments->refit);
-  AddDepthOptions(verb, arguments->select, "--depth");
-  AddCloudOptions(verb, arguments->select);
-  AddProjectorOptions(verb, arguments->projector);
+  AddPreset(verb, arguments->edit);
+  AddRefitOptions(verb, arguments->tint, arguments->edit);
+  AddDepthOptions(verb, arguments->edit, "--depth");
+  AddCloudOptions(verb, arguments->edit);
+  AddProjectorOptions(verb, arguments->edit);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Recolor(*arguments, run); }; });
 }

@@ -14,21 +14,22 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
-  RefitArguments refit;
+  EditArguments edit;
+  TintArguments tint;
   std::filesystem::path masks, output, report;
 };
 
 void Refit(const Arguments& arguments, Run& run) {
-  const ColorEdit edit = ResolveEdit(arguments.refit);
-  const RefitJob job = Resolve(arguments.refit, run.globals());
+  const ColorEdit edit = ResolveEdit(arguments.tint);
+  const RefitJob job = Resolve(arguments.edit, run.globals()).refit;
   CodecForWriting(arguments.output);
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
-  const auto session = OpenSession(arguments.scene, arguments.refit.holdout, run);
+  const auto session = OpenSession(arguments.scene, arguments.tint.holdout, run);
   if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
   const RegionId region = session->AddRegion(
       "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
-  session->SetEdit(region, edit, static_cast<float>(arguments.refit.strength));
+  session->SetEdit(region, edit, static_cast<float>(arguments.tint.strength));
   session->Refit(job, run.monitor());
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
@@ -44,6 +45,7 @@ void Refit(const Arguments& arguments, Run& run) {
     const Coverage coverage = MeasureCoverage(session->regions().Find(region)->selection->masks);
     report.mask_views = coverage.views;
     report.mean_coverage = coverage.mean;
+    report.options = SettingsThatApply(Described(job));
     report.quality = quality;
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
   }
@@ -66,7 +68,8 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
       ->required();
   AddPath(verb, "--output", arguments->output, "Splat to write (.ply)")->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
-  AddRefitOptions(verb, arguments->refit);
+  AddPreset(verb, arguments->edit);
+  AddRefitOptions(verb, arguments->tint, arguments->edit);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Refit(*arguments, run); }; });
 }

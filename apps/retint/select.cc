@@ -13,8 +13,8 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  EditArguments edit;
   PaintArguments paint;
-  SelectArguments select;
   std::vector<std::filesystem::path> erase;
   std::filesystem::path output, append, report;
 };
@@ -44,7 +44,7 @@ void CheckArguments(const Arguments& arguments) {
 }
 
 void Select(const Arguments& arguments, Run& run) {
-  const SelectOptions options = Resolve(arguments.select, run.globals());
+  const SelectOptions options = Resolve(arguments.edit, run.globals()).select;
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
   SelectionCloud cloud;
@@ -60,6 +60,7 @@ void Select(const Arguments& arguments, Run& run) {
   staged.Add(arguments.output, [&](const auto& path) { WriteCloud(path, cloud); });
   if (!arguments.report.empty()) {
     RunReport report = session->MakeReport();
+    report.options = SettingsThatApply(Described(options));
     report.painted = added.painted;
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
   }
@@ -96,8 +97,9 @@ void AddSelect(CLI::App& app, Globals& globals, Action& action) {
               "Mask of what to take away again, of the --view in the same place")
       ->type_name("FILE");
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
-  AddDepthOptions(verb, arguments->select, "--method");
-  AddCloudOptions(verb, arguments->select);
+  AddPreset(verb, arguments->edit);
+  AddDepthOptions(verb, arguments->edit, "--method");
+  AddCloudOptions(verb, arguments->edit);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Select(*arguments, run); }; });
 }

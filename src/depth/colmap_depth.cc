@@ -66,13 +66,6 @@ double RotationAngle(const Rigid3d& a, const Rigid3d& b) {
 
 }  // namespace
 
-void ColmapDepthOptions::Check() const {
-  CheckOption(max_sources >= 1, "max_sources must be at least 1");
-  CheckOption(edge_tolerance > 0 && edge_tolerance < 1, "edge_tolerance must be between 0 and 1");
-  CheckOption(agree_tolerance > 0 && agree_tolerance < 1,
-              "agree_tolerance must be between 0 and 1");
-}
-
 ColmapDepthEstimator::ColmapDepthEstimator(const Workspace& workspace,
                                            const ColmapDepthOptions& options, Renderer* fallback)
     : folder_(workspace.depth_map_folder.empty() ? workspace.root / "stereo" / "depth_maps"

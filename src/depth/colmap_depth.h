@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "base/option.h"
 #include "depth/depth_estimator.h"
 #include "render/renderer.h"
 #include "scene/camera.h"
@@ -18,6 +19,7 @@ struct ColmapDepthOptions {
   int max_sources = 4;            // nearest images whose maps are warped into the view
   double edge_tolerance = 0.05;   // relative depth step across which a map is not interpolated
   double agree_tolerance = 0.02;  // relative, between maps that see the same pixel
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -5,12 +5,6 @@
 
 namespace retint {
 
-void DepthOptions::Check() const {
-  gaussian.Check();
-  stereo_hv.Check();
-  colmap.Check();
-}
-
 std::vector<std::string> DepthMethods() { return {"gaussian", "stereo-hv", "colmap"}; }
 
 std::unique_ptr<DepthEstimator> MakeDepthEstimator(std::string_view method, Renderer& renderer,

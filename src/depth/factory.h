@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/option.h"
 #include "depth/colmap_depth.h"
 #include "depth/depth_estimator.h"
 #include "depth/gaussian.h"
@@ -18,6 +19,7 @@ struct DepthOptions {
   GaussianDepthOptions gaussian;
   StereoHvOptions stereo_hv;
   ColmapDepthOptions colmap;
+  void Describe(OptionList& list);
   void Check() const;
 };
 

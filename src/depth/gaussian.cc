@@ -7,11 +7,6 @@
 
 namespace retint {
 
-void GaussianDepthOptions::Check() const {
-  CheckOption(tau > 0 && tau < 1, "tau must be between 0 and 1");
-  CheckOption(min_alpha > 0 && min_alpha < 1, "min_alpha must be between 0 and 1");
-}
-
 GaussianDepthEstimator::GaussianDepthEstimator(Renderer& renderer,
                                                const GaussianDepthOptions& options)
     : renderer_(renderer), options_(options) {

@@ -3,6 +3,7 @@
 // rough depth that stereo starts from and falls back to.
 #pragma once
 
+#include "base/option.h"
 #include "depth/depth_estimator.h"
 #include "render/renderer.h"
 
@@ -16,6 +17,7 @@ struct GaussianDepthOptions {
   Kind kind = Kind::kMedian;
   double tau = 0.5;        // transmittance at the median, in (0, 1)
   double min_alpha = 0.5;  // pixels less opaque than this have no depth; in (0, 1)
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -58,16 +58,6 @@ class SgbmMatcher : public StereoMatcher {
 
 }  // namespace
 
-void SgbmOptions::Check() const {
-  CheckOption(block_size >= 1 && block_size <= 21 && block_size % 2 == 1,
-              "block_size must be odd and between 1 and 21");
-  CheckOption(smoothness > 0 && jump > smoothness, "smoothness must be positive and below jump");
-  CheckOption(uniqueness_percent >= 0 && uniqueness_percent < 100,
-              "uniqueness_percent must be between 0 and 99");
-  CheckOption(speckle_pixels >= 0, "speckle_pixels must not be negative");
-  CheckOption(left_right_tolerance >= -1, "left_right_tolerance must be -1 or above");
-}
-
 std::unique_ptr<StereoMatcher> MakeSgbmMatcher(const SgbmOptions& options) {
   return std::make_unique<SgbmMatcher>(options);
 }

@@ -52,18 +52,6 @@ ScalarImage Gray(const Image& image, const PixelRect& rect) {
 
 }  // namespace
 
-void StereoHvOptions::Check() const {
-  CheckOption(std::isfinite(baseline) && baseline >= 0,
-              "baseline must be positive, or 0 to choose it");
-  CheckOption(median_disparity > 0 && median_disparity <= 0.5,
-              "median_disparity must be above 0 and at most 0.5 of the width");
-  CheckOption(max_disparities >= 16 && max_disparities <= 1024 && max_disparities % 16 == 0,
-              "max_disparities must be a multiple of 16 between 16 and 1024");
-  CheckOption(left_right_tolerance >= 0, "left_right_tolerance must not be negative");
-  CheckOption(agree_tolerance >= 0, "agree_tolerance must not be negative");
-  sgbm.Check();
-}
-
 StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
                                 const StereoHvOptions& options) {
   std::vector<float> depths;

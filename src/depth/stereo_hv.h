@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "base/option.h"
 #include "depth/depth_estimator.h"
 #include "depth/stereo_matcher.h"
 #include "render/renderer.h"
@@ -39,6 +40,7 @@ struct StereoHvOptions {
   bool refine = true;  // sub-pixel refinement against all shifted views at once
   StereoMatcherKind matcher = StereoMatcherKind::kCensus;
   SgbmOptions sgbm;  // of OpenCV's matcher
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "base/option.h"
 #include "scene/image.h"
 
 namespace retint {
@@ -37,6 +38,7 @@ struct SgbmOptions {
   int speckle_pixels = 60;       // smaller isolated patches are dropped; 0 keeps all
   int left_right_tolerance = 1;  // pixels, of OpenCV's own coarse check; -1 switches it off
   bool all_paths = false;        // eight aggregation paths (slower, more memory) instead of three
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -2,9 +2,6 @@
 #include "recolor/adam_solver.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include "base/error.h"
 
 namespace retint {
 namespace {
@@ -14,11 +11,30 @@ constexpr float kBeta1 = 0.9f, kBeta2 = 0.999f, kEpsilon = 1e-15f;
 
 }  // namespace
 
-void AdamOptions::Check() const {
-  CheckOption(iterations >= 0, "adam: iterations must not be negative");
-  CheckOption(std::isfinite(learning_rate) && learning_rate > 0, "learning rate must be above 0");
-  CheckOption(lambda_dssim >= 0 && lambda_dssim <= 1, "D-SSIM weight must be in [0, 1]");
+void AdamOptions::Describe(OptionList& list) {
+  list.push_back({.name = "iterations",
+                  .member = &iterations,
+                  .range = OptionRange::AtLeast(0),
+                  .help = "steps; 0: until it is stopped, 3000 on the command line",
+                  .flag = "--iterations"});
+  list.push_back({.name = "closed_form_start",
+                  .member = &closed_form_start,
+                  .help = "begin at the closed form, not at the original coefficients",
+                  .flag = "--closed-form-start"});
+  list.push_back({.name = "learning_rate",
+                  .member = &learning_rate,
+                  .range = OptionRange::Above(0),
+                  .help = "step size",
+                  .flag = "--learning-rate"});
+  list.push_back({.name = "lambda_dssim",
+                  .member = &lambda_dssim,
+                  .range = OptionRange::Closed(0, 1),
+                  .help = "weight of D-SSIM in the loss; L1 has the rest",
+                  .flag = "--lambda-dssim"});
+  list.push_back({.name = "seed", .member = &seed, .help = "of the order of the views"});
 }
+
+void AdamOptions::Check() const { CheckRanges(*this); }
 
 AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
     : RefitSolver(problem), options_(options), random_(options.seed) {

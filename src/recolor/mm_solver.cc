@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/error.h"
-
 namespace retint {
 namespace {
 
@@ -16,17 +14,41 @@ constexpr double kShortestStep = 1e-3;
 
 }  // namespace
 
-void MmOptions::Check() const {
-  const auto finite_at_least = [](double value, double least) {
-    return std::isfinite(value) && value >= least;
-  };
-  CheckOption(iterations >= 0, "mm: iterations must not be negative");
-  CheckOption(finite_at_least(ridge_dc, 0), "ridge of the DC term must not be negative");
-  CheckOption(finite_at_least(ridge_rest, 0), "ridge of the higher bands must not be negative");
-  CheckOption(outside_weight > 0 && outside_weight <= 1, "outside weight must be in (0, 1]");
-  CheckOption(min_weight >= 0 && min_weight < 0.1, "least weight must be in [0, 0.1)");
-  CheckOption(finite_at_least(tolerance, 0), "tolerance must not be negative");
+void MmOptions::Describe(OptionList& list) {
+  list.push_back({.name = "iterations",
+                  .member = &iterations,
+                  .range = OptionRange::AtLeast(0),
+                  .help = "sweeps at most; 0: until it has converged, 1000 at most",
+                  .flag = "--iterations"});
+  list.push_back({.name = "acceleration",
+                  .member = ChoiceOf(acceleration, {"none", "nesterov", "lbfgs"}),
+                  .help = "how sweeps are sped up",
+                  .flag = "--acceleration"});
+  list.push_back({.name = "outside_weight",
+                  .member = &outside_weight,
+                  .range = OptionRange::AboveTo(0, 1),
+                  .help = "weight of the error of pixels outside the mask; those inside have 1",
+                  .flag = "--outside-weight"});
+  list.push_back({.name = "tolerance",
+                  .member = &tolerance,
+                  .range = OptionRange::AtLeast(0),
+                  .help = "stop when a sweep lowers the loss by less than this share of the first",
+                  .flag = "--tolerance"});
+  list.push_back({.name = "ridge_dc",
+                  .member = &ridge_dc,
+                  .range = OptionRange::AtLeast(0),
+                  .help = "pull of the constant term towards the closed form"});
+  list.push_back({.name = "ridge_rest",
+                  .member = &ridge_rest,
+                  .range = OptionRange::AtLeast(0),
+                  .help = "pull of the higher bands towards the closed form"});
+  list.push_back({.name = "min_weight",
+                  .member = &min_weight,
+                  .range = OptionRange::UpTo(0, 0.1),
+                  .help = "blending weights below are left out"});
 }
+
+void MmOptions::Check() const { CheckRanges(*this); }
 
 MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor)
     : RefitSolver(problem),

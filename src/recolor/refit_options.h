@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/option.h"
+
 namespace retint {
 
 enum class Solver { kMm, kAdam };
@@ -22,6 +24,7 @@ struct MmOptions {
   double outside_weight = 0.8;  // of a pixel's squared error at mask 0; it is 1 at mask 255
   double min_weight = 1e-3;     // blending weights below are left out of the regions
   double tolerance = 3e-3;      // stop when a sweep gains less than this share of the first loss
+  void Describe(OptionList& list);
   void Check() const;
 };
 
@@ -33,6 +36,7 @@ struct AdamOptions {
   double learning_rate = 2.5e-4;
   double lambda_dssim = 0.2;  // weight of D-SSIM in the loss
   uint64_t seed = 0;          // of the order of the views
+  void Describe(OptionList& list);
   void Check() const;
 };
 
@@ -42,6 +46,7 @@ struct RefitOptions {
   AdamOptions adam;
   double active_threshold = 5e-2;                  // m_g above which a Gaussian is active
   size_t region_cache_bytes = size_t{1000} << 20;  // of weights and targets, all views together
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recolor/refit_solver.h"
 
-#include <cmath>
+#include <utility>
 
-#include "base/error.h"
 #include "recolor/adam_solver.h"
 #include "recolor/mm_solver.h"
 
@@ -41,11 +40,31 @@ bool RefitSolver::Finish(bool converged, const char* reason) {
   return false;
 }
 
-void RefitOptions::Check() const {
-  CheckOption(solver == Solver::kMm || solver == Solver::kAdam, "there is no such solver");
-  CheckOption(active_threshold >= 0 && active_threshold < 1, "active threshold must be in [0, 1)");
-  mm.Check();
-  adam.Check();
+void RefitOptions::Describe(OptionList& list) {
+  std::vector<std::string> names;
+  for (const SolverEntry& entry : kSolvers) names.emplace_back(entry.name);
+  list.push_back(
+      {.name = "solver",
+       .member = ChoiceOf(solver, std::move(names)),
+       .help = "how the fit is solved: mm (block sweeps) or adam (the paper's gradient steps)",
+       .flag = "--solver"});
+  DescribePart(mm, FindSolver(Solver::kMm).name, list);
+  DescribePart(adam, FindSolver(Solver::kAdam).name, list);
+  list.push_back({.name = "active_threshold",
+                  .member = &active_threshold,
+                  .range = OptionRange::UpTo(0, 1),
+                  .help = "share inside the masks above which a Gaussian may change",
+                  .flag = "--active-threshold"});
+  list.push_back({.name = "region_cache_bytes",
+                  .member = &region_cache_bytes,
+                  .range = OptionRange::Closed(0, 0x1p42),
+                  .help = "memory for the fit's weights and targets; what does not fit is computed "
+                          "again at each visit, with unrounded weights",
+                  .unit = "MiB",
+                  .flag = "--region-mb",
+                  .scale = uint64_t{1} << 20});
 }
+
+void RefitOptions::Check() const { CheckRanges(*this); }
 
 }  // namespace retint

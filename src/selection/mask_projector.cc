@@ -281,18 +281,6 @@ void Finish(ProjectedMasks* result) {
 
 }  // namespace
 
-void ProjectorOptions::Check() const {
-  CheckOption(quad_pixels >= 1 && quad_pixels <= 100, "quad size must be in [1, 100] pixels");
-  CheckOption(surfel_scale > 0 && surfel_scale <= 100, "surfel scale must be in (0, 100]");
-  CheckOption(close_radius >= 0 && close_radius <= 100, "close radius must be in [0, 100] pixels");
-  CheckOption(depth_tolerance >= 0 && depth_tolerance <= 1, "depth tolerance must be in [0, 1]");
-  CheckOption(share_threshold > 0 && share_threshold < 1, "share threshold must be in (0, 1)");
-  CheckOption(painted_weight > 0 && painted_weight <= 1e6, "painted weight must be in (0, 1e6]");
-  CheckOption(unknown_weight >= 0 && unknown_weight <= 1, "unknown weight must be in [0, 1]");
-  CheckOption(visible_tolerance > 0 && visible_tolerance <= 1,
-              "visible tolerance must be in (0, 1]");
-}
-
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
                   const ProjectorOptions& options) {
   const auto drawn = ShareRenderer(renderer, shares, options).Render(view);

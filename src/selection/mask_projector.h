@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "base/option.h"
 #include "render/renderer.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
@@ -42,6 +43,7 @@ struct ProjectorOptions {
   double unknown_weight = 0.1;      // gaussians: against surfaces that no painted view sees
   double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies this close
                                     // to its depth
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -318,14 +318,6 @@ bool IsUsable(const RegistrationTransform& transform, const LocalCloud& local) {
 
 }  // namespace
 
-void RegistrationOptions::Check() const {
-  CheckOption(margin >= 0 && margin <= 1000, "registration margin must be in [0, 1000] pixels");
-  CheckOption(min_points >= 4, "registration needs at least 4 points");
-  CheckOption(heldout_fraction > 0 && heldout_fraction < 1, "held-out fraction must be in (0, 1)");
-  CheckOption(max_relative_depth > 0 && max_relative_depth < 1,
-              "maximum relative depth must be in (0, 1)");
-}
-
 std::string RegistrationSummary::BriefReport() const {
   const double degrees = Eigen::AngleAxisd(world_from_cloud.rotation).angle() * 180 / M_PI;
   return fmt::format(

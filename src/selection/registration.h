@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "base/option.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
 #include "selection/selection_cloud.h"
@@ -18,6 +19,7 @@ struct RegistrationOptions {
   double max_relative_depth =
       0.15;  // points further than this from the depth map are taken for occluded or wrong
   uint64_t seed = 0;
+  void Describe(OptionList& list);
   void Check() const;
 };
 

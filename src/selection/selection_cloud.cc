@@ -72,13 +72,6 @@ std::vector<size_t> PixelsWithDepth(const Mask& mask, const DepthMap& depth, int
 
 }  // namespace
 
-void CloudOptions::Check() const {
-  CheckOption(sample_fraction > 0 && sample_fraction <= 1, "sample fraction must be in (0, 1]");
-  CheckOption(outlier_neighbors >= 0 && outlier_neighbors <= 1000,
-              "outlier neighbours must be in [0, 1000]");
-  CheckOption(std::isfinite(outlier_stddev), "outlier standard deviation factor must be finite");
-}
-
 SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
                          const DepthMap& depth, const Mask& valid, const Image& image,
                          const CloudOptions& options, CloudSummary* summary, Backend* backend) {

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "base/monitor.h"
+#include "base/option.h"
 #include "kernels/backend.h"
 #include "scene/camera.h"
 #include "scene/image.h"
@@ -39,6 +40,7 @@ struct CloudOptions {
   uint64_t seed = 0;
   int outlier_neighbors = 16;     // PCL StatisticalOutlierRemoval; 0 keeps all points
   double outlier_stddev = 0.007;  // factor on the standard deviation of the mean neighbour distance
+  void Describe(OptionList& list);
   void Check() const;
 };
 

@@ -224,7 +224,7 @@ void EditSession::CheckRegion(const Region& region) const {
 
 void EditSession::RestoreRegions(RegionSet restored, const RefitJob& job) {
   try {
-    job.options.Check();
+    job.Check();
   } catch (const OptionError& error) {
     throw InputError(std::string("refit options: ") + error.what());
   }
@@ -313,7 +313,7 @@ void EditSession::LoadPhotos(Monitor& monitor) {
 }
 
 RefitChainInput EditSession::ChainInput(const RefitJob& job, Monitor& monitor) {
-  job.options.Check();
+  job.Check();
   if (job.target == TargetKind::kPhoto) LoadPhotos(monitor);
   RefitChainInput input;
   input.original = &model_;

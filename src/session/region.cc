@@ -50,23 +50,16 @@ const Region* RegionSet::Find(RegionId id) const {
 
 Region* RegionSet::Find(RegionId id) { return const_cast<Region*>(std::as_const(*this).Find(id)); }
 
+void RefitJob::Describe(OptionList& list) {
+  list.push_back({.name = "target",
+                  .member = ChoiceOf(target, {"render", "photo"}),
+                  .help = "what is edited to become the targets: render (of the splat) or photo",
+                  .flag = "--target"});
+  options.Describe(list);
+}
+
 std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
-  const RefitOptions& options = job.options;
-  std::string key;
-  AppendBits(key, job.target);
-  AppendBits(key, options.solver);
-  const MmOptions& mm = options.mm;
-  const AdamOptions& adam = options.adam;
-  AppendBits(key, mm.iterations);
-  AppendBits(key, mm.acceleration);
-  AppendBits(key, adam.iterations);
-  AppendBits(key, adam.closed_form_start);
-  AppendBits(key, adam.seed);
-  for (const double value :
-       {options.active_threshold, mm.ridge_dc, mm.ridge_rest, mm.outside_weight, mm.min_weight,
-        mm.tolerance, adam.learning_rate, adam.lambda_dssim}) {
-    AppendBits(key, value);
-  }
+  std::string key = OptionKey(Described(job));
   for (size_t i = 0; i <= index; ++i) {
     const Region& region = regions[i];
     if (!region.visible && i != index) continue;

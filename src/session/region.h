@@ -57,6 +57,8 @@ enum class TargetKind {
 struct RefitJob {
   RefitOptions options;
   TargetKind target = TargetKind::kRender;
+  void Describe(OptionList& list);
+  void Check() const { options.Check(); }
 };
 
 using RegionId = uint32_t;
@@ -81,7 +83,8 @@ struct RegionSet {
   const Region* Find(RegionId id) const;
   Region* Find(RegionId id);
   // Names everything that the fit of regions[index] depends on: it and the visible regions before
-  // it (selection, edit, strength) and the options.
+  // it (selection, edit, strength), and each option of the job that applies to its solver, memory
+  // among them: what does not fit into the region cache is fitted with unrounded weights.
   std::string FitKey(size_t index, const RefitJob& job) const;
   // Bytes of selections and fits that `other` does not hold too.
   size_t BytesBeyond(const RegionSet& other) const;

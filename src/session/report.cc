@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "session/option_json.h"
+
 namespace retint {
 namespace {
 
@@ -139,6 +141,12 @@ Json WorstJson(const std::vector<ViewQuality>& worst) {
   return list;
 }
 
+Json ReportJson(const QualityReport& quality) {
+  return {{"train", QualityJson(quality.train)},
+          {"heldout", QualityJson(quality.heldout)},
+          {"worst", WorstJson(quality.worst)}};
+}
+
 }  // namespace
 
 std::string_view Version() { return RETINT_VERSION; }
@@ -170,11 +178,7 @@ std::string ToJson(const RunReport& report) {
   for (const PaintedReport& view : report.painted) painted.push_back(PaintedJson(view));
   Json regions = Json::array();
   for (const RegionReport& region : report.regions) {
-    regions.push_back({{"name", region.name},
-                       {"quality",
-                        {{"train", QualityJson(region.quality.train)},
-                         {"heldout", QualityJson(region.quality.heldout)},
-                         {"worst", WorstJson(region.quality.worst)}}}});
+    regions.push_back({{"name", region.name}, {"quality", ReportJson(region.quality)}});
   }
   Json json = {
       {"version", Version()},
@@ -184,6 +188,7 @@ std::string ToJson(const RunReport& report) {
       {"stages_ms", stages},
       {"peak_rss_mb", Number(report.peak_rss_mb)},
       {"peak_device_mb", Number(report.peak_device_mb)},
+      {"options", session_json::OptionsJson(report.options)},
       {"depth", DepthJson(report.painted)},
       {"cloud", CloudJson(report.painted)},
       {"registration", PooledRegistrationJson(report.painted)},
@@ -196,14 +201,15 @@ std::string ToJson(const RunReport& report) {
         {"changed_gaussians", report.refit.changed_gaussians},
         {"converged", report.refit.converged},
         {"reason", report.refit.reason}}},
-      {"quality",
-       {{"train", QualityJson(report.quality.train)},
-        {"heldout", QualityJson(report.quality.heldout)},
-        {"worst", WorstJson(report.quality.worst)}}},
+      {"quality", ReportJson(report.quality)},
       {"sh_range",
        {{"before", RangeJson(report.quality.sh_before)},
         {"after", RangeJson(report.quality.sh_after)}}},
   };
+  if (report.true_masks) {
+    json["true_masks"] = {{"mask_iou", Number(report.true_masks->mask_iou)},
+                          {"quality", ReportJson(report.true_masks->quality)}};
+  }
   if (!report.regions.empty()) json["regions"] = std::move(regions);
   // Names of views are bytes of a file; ones that are not UTF-8 must not end a finished run.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

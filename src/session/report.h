@@ -6,10 +6,12 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/option.h"
 #include "recolor/quality_report.h"
 #include "recolor/sh_refitter.h"
 #include "selection/registration.h"
@@ -65,17 +67,25 @@ struct RegionReport {
   QualityReport quality;
 };
 
+// What can be said where the object's true masks are known.
+struct TrueMaskReport {
+  double mask_iou = 0;    // of the edit's masks with them, mean over the views that either shows in
+  QualityReport quality;  // inside, outside and the targets by them
+};
+
 struct RunReport {
   std::string backend;
   int64_t gaussians = 0;
   int views = 0;
   std::map<std::string, double> stages_ms;
   double peak_rss_mb = 0, peak_device_mb = 0;
+  std::vector<OptionSetting> options;  // of the run, those that applied
   std::vector<PaintedReport> painted;
   int mask_views = 0;  // that hold a masked pixel
   double mean_coverage = 0;
   RefitSummary refit;
   QualityReport quality;
+  std::optional<TrueMaskReport> true_masks;
   std::vector<RegionReport> regions;  // of a session's report
 };
 

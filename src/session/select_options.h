@@ -24,6 +24,9 @@ struct SelectOptions {
   bool register_cloud = true;  // false: the cloud stays where its depth put it
   RegistrationOptions registration;
   bool keep_raw = false;  // fill SelectionResult::cloud_raw
+  void Describe(OptionList& list);
+  void DescribeDepth(OptionList& list);  // the method and its options
+  void DescribeCloud(OptionList& list);  // the rest
   void Check() const;
 };
 

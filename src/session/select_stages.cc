@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From painted pixels to a registered cloud and to masks on every view.
-#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
@@ -8,13 +7,34 @@
 
 namespace retint {
 
+void SelectOptions::DescribeDepth(OptionList& list) {
+  list.push_back(
+      {.name = "method",
+       .member = ChoiceOf(method, DepthMethods()),
+       .help =
+           "how depth is found: gaussian (the splat's own), stereo-hv (rendered pairs) or colmap "
+           "(dense maps)",
+       .flag = "--method"});
+  depth.Describe(list);
+}
+
+void SelectOptions::DescribeCloud(OptionList& list) {
+  cloud.Describe(list);
+  list.push_back({.name = "register_cloud",
+                  .member = &register_cloud,
+                  .help = "move the cloud onto the sparse points",
+                  .flag = "--registration"});
+  registration.Describe(list);
+}
+
+void SelectOptions::Describe(OptionList& list) {
+  DescribeDepth(list);
+  DescribeCloud(list);
+}
+
 void SelectOptions::Check() const {
-  const auto methods = DepthMethods();
-  CheckOption(std::find(methods.begin(), methods.end(), method) != methods.end(),
-              "depth method '" + method + "' is not gaussian, stereo-hv or colmap");
+  CheckRanges(*this);
   depth.Check();
-  cloud.Check();
-  registration.Check();
 }
 
 DepthEstimate EditSession::EstimateDepth(const PosedCamera& view, const SelectOptions& options,

@@ -20,7 +20,7 @@
 
 namespace retint {
 
-inline constexpr int kSessionVersion = 1;
+inline constexpr int kSessionVersion = 2;
 
 // A session at one moment, as a value: cheap to take and to copy, its heavy parts are shared and
 // immutable. So another thread can write it.

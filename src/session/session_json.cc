@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/files.h"
+#include "session/option_json.h"
 
 namespace retint::session_json {
 namespace {
@@ -173,9 +174,9 @@ Json ReadManifest(const fs::path& folder) {
     throw InputError(path, std::string("is not a session: its \"format\" is not ") + kFormat);
   }
   const uint64_t version = root.At("version").Unsigned();
-  if (version != kSessionVersion) {
+  if (version < 1 || version > kSessionVersion) {
     throw InputError(path, "is of version " + std::to_string(version) +
-                               " of the format; this program reads version " +
+                               " of the format; this program reads versions 1 to " +
                                std::to_string(kSessionVersion) +
                                (version > kSessionVersion ? ": a newer one is needed" : ""));
   }
@@ -184,63 +185,27 @@ Json ReadManifest(const fs::path& folder) {
 
 namespace {
 
-constexpr const char* kSolvers[] = {"mm", "adam"};
-constexpr const char* kAccelerations[] = {"none", "nesterov", "lbfgs"};
-constexpr const char* kTargets[] = {"render", "photo"};
-
-template <typename Enum, size_t N>
-Enum ReadEnum(const Node& node, const char* const (&names)[N]) {
-  const std::string text = node.Text();
-  for (size_t i = 0; i < N; ++i) {
-    if (text == names[i]) return static_cast<Enum>(i);
-  }
-  node.Fail("'" + text + "' is not known");
+// Version 1 had one number for all solvers; 0 stood for the solver's default.
+bool HasOldDefault(const Node& node) {
+  return node.Has("iterations") &&
+         node.At("iterations").Int(0, std::numeric_limits<int>::max()) == 0;
 }
 
 }  // namespace
 
-Json JobJson(const RefitJob& job) {
-  const RefitOptions& options = job.options;
-  const MmOptions& mm = options.mm;
-  const AdamOptions& adam = options.adam;
-  return {{"target", kTargets[static_cast<size_t>(job.target)]},
-          {"solver", kSolvers[static_cast<size_t>(options.solver)]},
-          {"iterations", options.solver == Solver::kMm ? mm.iterations : adam.iterations},
-          {"closed_form_start", adam.closed_form_start},
-          {"acceleration", kAccelerations[static_cast<size_t>(mm.acceleration)]},
-          {"learning_rate", adam.learning_rate},
-          {"lambda_dssim", adam.lambda_dssim},
-          {"ridge_dc", mm.ridge_dc},
-          {"ridge_rest", mm.ridge_rest},
-          {"outside_weight", mm.outside_weight},
-          {"active_threshold", options.active_threshold},
-          {"min_weight", mm.min_weight},
-          {"tolerance", mm.tolerance},
-          {"seed", adam.seed},
-          {"region_cache_bytes", options.region_cache_bytes}};
-}
+Json JobJson(const RefitJob& job) { return OptionsJson(AllSettings(Described(job))); }
 
 RefitJob ReadJob(const Node& node) {
   RefitJob job;
-  RefitOptions& options = job.options;
-  job.target = ReadEnum<TargetKind>(node.At("target"), kTargets);
-  options.solver = ReadEnum<Solver>(node.At("solver"), kSolvers);
-  (options.solver == Solver::kMm ? options.mm.iterations : options.adam.iterations) =
-      node.At("iterations").Int(0, std::numeric_limits<int>::max());
-  options.adam.closed_form_start = node.At("closed_form_start").Bool();
-  options.mm.acceleration = ReadEnum<MmAcceleration>(node.At("acceleration"), kAccelerations);
-  options.adam.learning_rate = node.At("learning_rate").Number();
-  options.adam.lambda_dssim = node.At("lambda_dssim").Number();
-  options.mm.ridge_dc = node.At("ridge_dc").Number();
-  options.mm.ridge_rest = node.At("ridge_rest").Number();
-  options.mm.outside_weight = node.At("outside_weight").Number();
-  options.active_threshold = node.At("active_threshold").Number();
-  options.mm.min_weight = node.At("min_weight").Number();
-  options.mm.tolerance = node.At("tolerance").Number();
-  options.adam.seed = node.At("seed").Unsigned();
-  options.region_cache_bytes = node.At("region_cache_bytes").Unsigned();
+  OptionList list;
+  job.Describe(list);
+  ReadOptions(node, list);
+  if (HasOldDefault(node)) {
+    job.options.mm.iterations = MmOptions().iterations;
+    job.options.adam.iterations = AdamOptions().iterations;
+  }
   try {
-    options.Check();
+    job.Check();
   } catch (const OptionError& error) {
     node.Fail(error.what());
   }

@@ -394,13 +394,29 @@ const Row kRows[] = {
      [](Place& p) {
        return Recolor(p, {"--backend", "abacus"});
      }},
-    {"SampleAboveOne", 2, "",
+    {"SampleAboveOne", 2, "--sample: must be in (0, 1], not 1.5",
      [](Place& p) {
        return Recolor(p, {"--sample", "1.5"});
      }},
     {"HoldoutOfOne", 2, "--holdout",
      [](Place& p) {
        return Recolor(p, {"--holdout", "1"});
+     }},
+    {"OutsideWeightOfZero", 2, "--outside-weight: must be in (0, 1], not 0",
+     [](Place& p) {
+       return Recolor(p, {"--outside-weight", "0"});
+     }},
+    {"OddDisparities", 2, "--disparities: must be in [16, 1024], a multiple of 16, not 100",
+     [](Place& p) {
+       return Recolor(p, {"--disparities", "100"});
+     }},
+    {"NotANumberAtAll", 2, "--tolerance",
+     [](Place& p) {
+       return Recolor(p, {"--tolerance", "nan"});
+     }},
+    {"UnknownPresetOfOptions", 2, "--preset",
+     [](Place& p) {
+       return Recolor(p, {"--preset", "magic"});
      }},
     {"NegativeIterations", 2, "--iterations",
      [](Place& p) {

@@ -219,13 +219,13 @@ TEST(RefitOptionsTest, CheckNamesTheOption) {
   refuses([](auto& o) { o.adam.iterations = -1; }, "iterations");
   refuses([](auto& o) { o.adam.learning_rate = 0; }, "learning rate");
   refuses([&](auto& o) { o.adam.learning_rate = nan; }, "learning rate");
-  refuses([](auto& o) { o.adam.lambda_dssim = 1.1; }, "D-SSIM");
-  refuses([](auto& o) { o.mm.ridge_dc = -1; }, "ridge of the DC");
-  refuses([&](auto& o) { o.mm.ridge_rest = nan; }, "ridge of the higher");
+  refuses([](auto& o) { o.adam.lambda_dssim = 1.1; }, "lambda dssim");
+  refuses([](auto& o) { o.mm.ridge_dc = -1; }, "ridge dc");
+  refuses([&](auto& o) { o.mm.ridge_rest = nan; }, "ridge rest");
   refuses([](auto& o) { o.active_threshold = 1; }, "active threshold");
   refuses([](auto& o) { o.mm.tolerance = -1e-3; }, "tolerance");
   refuses([](auto& o) { o.mm.outside_weight = 0; }, "outside weight");
-  refuses([](auto& o) { o.mm.min_weight = -1; }, "least weight");
+  refuses([](auto& o) { o.mm.min_weight = -1; }, "min weight");
 }
 
 }  // namespace

@@ -160,6 +160,12 @@ TEST(RegionSet, FitKeyTellsEverythingAFitDependsOn) {
   other = job;
   other.target = TargetKind::kPhoto;
   EXPECT_NE(state.FitKey(0, other), first_key);
+  other = job;
+  other.options.region_cache_bytes = 0;  // what is not kept has unrounded weights
+  EXPECT_NE(state.FitKey(0, other), first_key);
+  other = job;
+  other.options.adam.learning_rate = 1;
+  EXPECT_EQ(state.FitKey(0, other), first_key) << "mm is the solver";
 }
 
 }  // namespace

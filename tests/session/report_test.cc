@@ -81,6 +81,23 @@ TEST(Report, HasTheDocumentedKeys) {
   EXPECT_EQ(parsed["registration"]["a"], 1.1);
 }
 
+TEST(Report, HoldsTheOptionsAndTheFiguresByTrueMasks) {
+  RunReport report;
+  report.options = {{"solver", "", std::string("mm")}, {"tolerance", "mm", 0.5}};
+  json parsed = json::parse(ToJson(report));
+  EXPECT_EQ(parsed["options"]["solver"], "mm");
+  EXPECT_EQ(parsed["options"]["mm"]["tolerance"], 0.5);
+  EXPECT_FALSE(parsed.contains("true_masks"));
+  report.true_masks.emplace();
+  report.true_masks->mask_iou = 0.75;
+  report.true_masks->quality.train.views = 3;
+  report.true_masks->quality.train.psnr_outside = 41;
+  parsed = json::parse(ToJson(report));
+  EXPECT_EQ(parsed["true_masks"]["quality"]["train"]["psnr_outside"], 41);
+  EXPECT_EQ(parsed["true_masks"]["mask_iou"], 0.75);
+  EXPECT_TRUE(parsed["quality"]["train"]["psnr_outside"].is_null());
+}
+
 TEST(Report, FiguresThatDoNotExistAreNull) {
   RunReport report;
   report.mean_coverage = std::numeric_limits<double>::quiet_NaN();

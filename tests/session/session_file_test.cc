@@ -136,6 +136,55 @@ TEST_F(SessionFile, RestoresEverythingToTheLastBit) {
   EXPECT_EQ(opened.session->last_job().options.mm.ridge_dc, 0.1 / 3.0);
 }
 
+// Sessions of version 1 had the options of all solvers side by side, one number of iterations, and
+// 0 for the solver's default.
+TEST_F(SessionFile, ReadsTheOptionsOfVersionOne) {
+  Save();
+  const auto with_iterations = [&](int iterations) {
+    ChangeManifest([&](Json& json) {
+      json["version"] = 1;
+      json["refit"] = {{"target", "photo"},        {"solver", "mm"},
+                       {"iterations", iterations}, {"closed_form_start", false},
+                       {"acceleration", "none"},   {"learning_rate", 0.25},
+                       {"lambda_dssim", 0.5},      {"ridge_dc", 0.125},
+                       {"ridge_rest", 0.25},       {"outside_weight", 0.75},
+                       {"active_threshold", 0.5},  {"min_weight", 0.0625},
+                       {"tolerance", 0.375},       {"seed", 9},
+                       {"region_cache_bytes", 77}};
+    });
+    return Load().session->last_job();
+  };
+  RefitJob job = with_iterations(5);
+  const RefitOptions& options = job.options;
+  EXPECT_EQ(job.target, TargetKind::kPhoto);
+  EXPECT_EQ(options.mm.iterations, 5);
+  EXPECT_EQ(options.mm.acceleration, MmAcceleration::kNone);
+  EXPECT_EQ(options.mm.ridge_dc, 0.125);
+  EXPECT_EQ(options.mm.ridge_rest, 0.25);
+  EXPECT_EQ(options.mm.outside_weight, 0.75);
+  EXPECT_EQ(options.mm.min_weight, 0.0625);
+  EXPECT_EQ(options.mm.tolerance, 0.375);
+  EXPECT_FALSE(options.adam.closed_form_start);
+  EXPECT_EQ(options.adam.learning_rate, 0.25);
+  EXPECT_EQ(options.adam.lambda_dssim, 0.5);
+  EXPECT_EQ(options.adam.seed, 9u);
+  EXPECT_EQ(options.active_threshold, 0.5);
+  EXPECT_EQ(options.region_cache_bytes, 77u);
+  job = with_iterations(0);
+  EXPECT_EQ(job.options.mm.iterations, 12);
+  EXPECT_EQ(job.options.adam.iterations, 3000);
+}
+
+TEST_F(SessionFile, OptionsThatItDoesNotHoldHaveTheirDefaults) {
+  Save();
+  ChangeManifest([](Json& json) { json["refit"] = {{"mm", {{"tolerance", 0.5}}}}; });
+  const RefitJob job = Load().session->last_job();
+  EXPECT_EQ(job.options.mm.tolerance, 0.5);
+  RefitJob defaults;
+  defaults.options.mm.tolerance = 0.5;
+  EXPECT_EQ(OptionKey(Described(job)), OptionKey(Described(defaults)));
+}
+
 TEST_F(SessionFile, GoesOnWhereItWas) {
   Save();
   const OpenedSession opened = Load();
@@ -243,8 +292,8 @@ TEST_F(SessionFile, RefusesWhatIsNoSession) {
 
 TEST_F(SessionFile, RefusesOtherVersions) {
   Save();
-  ChangeManifest([](Json& json) { json["version"] = 2; });
-  EXPECT_THAT(Refusal(), HasSubstr("session.json: is of version 2"));
+  ChangeManifest([](Json& json) { json["version"] = 3; });
+  EXPECT_THAT(Refusal(), HasSubstr("session.json: is of version 3"));
   EXPECT_THAT(Refusal(), HasSubstr("a newer one is needed"));
   ChangeManifest([](Json& json) { json["version"] = 0; });
   EXPECT_THAT(Refusal(), HasSubstr("is of version 0"));
@@ -268,8 +317,10 @@ TEST_F(SessionFile, NamesTheFaultOfAValue) {
   expect([](Json& j) { j["regions"][0].erase("name"); }, "regions[0]: has no \"name\"");
   expect([](Json& j) { j["regions"][1]["id"] = 1; }, "regions[1].id: comes twice");
   expect([](Json& j) { j["regions"][1]["selection"] = 7; }, "regions[1].selection: there is no");
-  expect([](Json& j) { j["refit"]["solver"] = "magic"; }, "refit.solver: 'magic' is not known");
-  expect([](Json& j) { j["refit"]["tolerance"] = -1; }, "refit: ");
+  expect([](Json& j) { j["refit"]["solver"] = "magic"; },
+         "refit.solver: solver must be mm or adam, not 'magic'");
+  expect([](Json& j) { j["refit"]["mm"]["tolerance"] = -1; },
+         "refit.mm.tolerance: tolerance must be at least 0, not -1");
   expect([](Json& j) { j["selections"][0]["folder"] = "selection-/../.."; },
          "selections[0].folder: 'selection-/../..' is not the name of a part");
   expect([](Json& j) { j["selections"][0]["masks"][0]["view"] = "nowhere"; },

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The options of this folder, described.
+#include "selection/mask_projector.h"
+#include "selection/registration.h"
+#include "selection/selection_cloud.h"
+
+namespace retint {
+
+void CloudOptions::Describe(OptionList& list) {
+  list.push_back({.name = "sample_fraction",
+                  .member = &sample_fraction,
+                  .range = OptionRange::AboveTo(0, 1),
+                  .help = "share of the mask's pixels made points",
+                  .flag = "--sample"});
+  list.push_back({.name = "outlier_neighbors",
+                  .member = &outlier_neighbors,
+                  .range = OptionRange::Closed(0, 1000),
+                  .help = "neighbors of the outlier filter; 0 keeps all points",
+                  .flag = "--outlier-neighbors"});
+  list.push_back(
+      {.name = "outlier_stddev",
+       .member = &outlier_stddev,
+       .help = "standard deviations above the mean neighbor distance that a point may lie",
+       .flag = "--outlier-stddev"});
+  list.push_back({.name = "cloud_seed", .member = &seed, .help = "of the choice of pixels"});
+}
+
+void CloudOptions::Check() const { CheckRanges(*this); }
+
+void RegistrationOptions::Describe(OptionList& list) {
+  list.push_back({.name = "margin",
+                  .member = &margin,
+                  .range = OptionRange::Closed(0, 1000),
+                  .help = "how far around the mask sparse points count",
+                  .unit = "pixels",
+                  .flag = "--margin"});
+  list.push_back({.name = "min_points",
+                  .member = &min_points,
+                  .range = OptionRange::AtLeast(4),
+                  .help = "with fewer usable sparse points the cloud stays where it is"});
+  list.push_back({.name = "heldout_fraction",
+                  .member = &heldout_fraction,
+                  .range = OptionRange::Between(0, 1),
+                  .help = "share of the sparse points kept for checking the result"});
+  list.push_back({.name = "max_relative_depth",
+                  .member = &max_relative_depth,
+                  .range = OptionRange::Between(0, 1),
+                  .help = "sparse points further from the depth map than this are left out"});
+  list.push_back(
+      {.name = "registration_seed", .member = &seed, .help = "of the choice of points held out"});
+}
+
+void RegistrationOptions::Check() const { CheckRanges(*this); }
+
+void ProjectorOptions::Describe(OptionList& list) {
+  list.push_back(
+      {.name = "projector",
+       .member = ChoiceOf(kind, {"quads", "surfels", "gaussians"}),
+       .help = "how masks are drawn: quads (the paper's), surfels, or gaussians (lifted to shares, "
+               "rendered again)",
+       .flag = "--projector"});
+  list.push_back({.name = "quad_pixels",
+                  .member = &quad_pixels,
+                  .range = OptionRange::Closed(1, 100),
+                  .help = "side of a quad",
+                  .unit = "pixels",
+                  .applies = "quads",
+                  .flag = "--quad-pixels"});
+  // The surfels are a part of the evidence of the gaussians too.
+  list.push_back({.name = "surfel_scale",
+                  .member = &surfel_scale,
+                  .range = OptionRange::AboveTo(0, 100),
+                  .help = "radius of a surfel, also as evidence for gaussians",
+                  .unit = "pixel footprints",
+                  .flag = "--surfel-scale"});
+  list.push_back({.name = "close_radius",
+                  .member = &close_radius,
+                  .range = OptionRange::Closed(0, 100),
+                  .help = "closing of holes between surfels",
+                  .unit = "pixels",
+                  .flag = "--close-radius"});
+  list.push_back({.name = "depth_tolerance",
+                  .member = &depth_tolerance,
+                  .range = OptionRange::Closed(0, 1),
+                  .help = "relative depth behind which a point is hidden",
+                  .flag = "--depth-tolerance"});
+  list.push_back({.name = "share_threshold",
+                  .member = &share_threshold,
+                  .range = OptionRange::Between(0, 1),
+                  .help = "rendered share above which a pixel is inside",
+                  .applies = "gaussians",
+                  .flag = "--share-threshold"});
+  list.push_back({.name = "painted_weight",
+                  .member = &painted_weight,
+                  .range = OptionRange::AboveTo(0, 1e6),
+                  .help = "weight of a painted view's pixels as evidence",
+                  .applies = "gaussians",
+                  .flag = "--painted-weight"});
+  list.push_back({.name = "unknown_weight",
+                  .member = &unknown_weight,
+                  .range = OptionRange::Closed(0, 1),
+                  .help = "weight against surfaces that no painted view sees",
+                  .applies = "gaussians",
+                  .flag = "--unknown-weight"});
+  list.push_back({.name = "visible_tolerance",
+                  .member = &visible_tolerance,
+                  .range = OptionRange::AboveTo(0, 1),
+                  .help = "relative depth within which a painted view sees a surface",
+                  .applies = "gaussians",
+                  .flag = "--visible-tolerance"});
+}
+
+void ProjectorOptions::Check() const { CheckRanges(*this); }
+
+}  // namespace retint
