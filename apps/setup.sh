@@ -7,7 +7,8 @@ set -euo pipefail
 packages=(
   build-essential cmake ninja-build ccache
   libeigen3-dev libglm-dev libtbb-dev libhwy-dev libceres-dev libopencv-dev libpcl-dev
-  libjpeg62-turbo-dev zlib1g-dev libcli11-dev nlohmann-json3-dev libspdlog-dev
+  libjpeg62-turbo-dev libcli11-dev nlohmann-json3-dev libspdlog-dev
+  pkg-config zlib1g-dev libzstd-dev libwebp-dev libzip-dev
   libopencolorio-dev
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14
   colmap

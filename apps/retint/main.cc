@@ -91,6 +91,7 @@ int Main(int argc, char** argv) {
   AddRefit(app, globals, action);
   AddRecolor(app, globals, action);
   AddEvaluate(app, globals, action);
+  AddConvert(app, globals, action);
   AddSynth(app, globals, action);
   try {
     app.parse(argc, argv);

@@ -53,6 +53,7 @@ void Save(const Arguments& arguments, const Recolored& result, RunReport report,
   }
   run.monitor().Step("save", 1, 1);
   staged.Commit();
+  WarnOfLosses(arguments.output, session.original(), run);
 }
 
 void PrintResult(const Arguments& arguments, const RunReport& report, EditSession& session,
@@ -117,7 +118,8 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
       AddVerb(app, globals, "recolor", "The whole pipeline: painted views to a recolored splat");
   AddScene(verb, arguments->scene);
   AddPaint(verb, arguments->paint, /*required=*/true);
-  AddPath(verb, "--output", arguments->output, "Splat to write (.ply)")->required();
+  AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
+      ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddPath(verb, "--comparison", arguments->comparison,
           "Picture (.png) to write: before, mask and after of up to four views");

@@ -51,6 +51,7 @@ void Refit(const Arguments& arguments, Run& run) {
   }
   run.monitor().Step("save", 1, 1);
   staged.Commit();
+  WarnOfLosses(arguments.output, session->original(), run);
   run.FinishProgress();
   run.Print(fmt::format("refit        {}", session->Summary().BriefReport()));
   PrintQuality(quality, run);
@@ -66,7 +67,8 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--masks", arguments->masks,
           "Folder of <image name>.png; a view without one takes no part", "FOLDER")
       ->required();
-  AddPath(verb, "--output", arguments->output, "Splat to write (.ply)")->required();
+  AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
+      ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddPreset(verb, arguments->edit);
   AddRefitOptions(verb, arguments->tint, arguments->edit);

@@ -11,6 +11,7 @@
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
 #include "session/contact_sheet.h"
+#include "splat_io/splat_io.h"
 
 namespace retint::cli {
 namespace {
@@ -94,6 +95,12 @@ Image8 ComparisonPicture(const Recolored& result, Run& run) {
   }
   const double shape = static_cast<double>(rows[0][0].width) / rows[0][0].height;
   return ContactSheet(rows, std::max(32, static_cast<int>(std::sqrt(kComparisonArea * shape))));
+}
+
+void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run) {
+  for (const std::string& loss : CodecForWriting(output).Losses(model)) {
+    run.Warn(output.string() + ": " + loss);
+  }
 }
 
 void PrintQuality(const QualityReport& quality, const Run& run) {

@@ -32,6 +32,9 @@ Image8 ComparisonPicture(const Recolored& result, Run& run);
 void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& picture,
                 const DepthEstimate& depth);
 
+// A warning for each thing of `model` that the format of `output` has no place for.
+void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run);
+
 // The figures of a quality report in lines for people.
 void PrintQuality(const QualityReport& quality, const Run& run);
 

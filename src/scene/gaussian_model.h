@@ -26,6 +26,9 @@ struct SourceLayout {
   std::vector<ExtraColumn> extras;
   std::vector<std::string> trailing_header;  // header lines of PLY elements after the Gaussians
   std::vector<char> trailing_bytes;          // and their data, uninterpreted
+  std::string packed_format;       // of a format that stores rounded values: the codec's own mark
+  std::vector<char> packed;        // and the file's data; unedited values keep their bytes in it
+  std::vector<std::string> notes;  // what the file holds that the model cannot; sentences
 };
 
 struct GaussianModel {

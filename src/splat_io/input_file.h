@@ -17,6 +17,7 @@ class InputFile {
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
 
+  const std::filesystem::path& path() const { return path_; }
   uint64_t size() const { return size_; }
   // Reads exactly `bytes`; InputError when the file ends sooner.
   void ReadAt(uint64_t offset, void* data, size_t bytes) const;

@@ -12,7 +12,9 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "splat_io/input_file.h"
+#include "splat_io/ply_ascii.h"
 #include "splat_io/ply_header.h"
+#include "splat_io/splat_row.h"
 
 namespace retint {
 namespace {
@@ -65,18 +67,15 @@ bool IsRest(std::string_view column) {
 
 using ColumnOffsets = std::unordered_map<std::string, size_t>;  // byte offset in a row
 
+bool IsDouble(std::string_view type) { return type == "double" || type == "float64"; }
+bool IsFloating(std::string_view type) {
+  return type == "float" || type == "float32" || IsDouble(type);
+}
+
 void RefuseOtherKinds(const PlyHeader& header, const std::filesystem::path& path) {
-  for (const PlyElement& element : header.elements) {
-    for (const PlyProperty& property : element.properties) {
-      if (property.name != "packed_position") continue;
-      throw InputError(path,
-                       "this is a compressed .ply (PlayCanvas), not supported; supported: 3DGS "
-                       ".ply (binary little-endian)");
-    }
-  }
-  if (header.format != "binary_little_endian") {
+  if (header.format != "binary_little_endian" && header.format != "ascii") {
     throw InputError(path, "this is a PLY of format " + header.format.substr(0, 40) +
-                               ", not supported; supported: 3DGS .ply (binary little-endian)");
+                               ", not supported; supported: binary_little_endian and ascii");
   }
   if (header.elements.empty() || header.elements[0].name != "vertex") {
     throw InputError(path, header.elements.empty()
@@ -123,9 +122,10 @@ size_t LayOutRow(const PlyElement& vertex, const std::vector<Field>& fields,
                        "list property " + property.name + " in element vertex is not supported");
     }
     const bool is_known = known.contains(property.name);
-    if (is_known && property.type != "float" && property.type != "float32") {
-      throw InputError(path, property.line,
-                       "property " + property.name + " is " + property.type + ", expected float");
+    if (is_known && !IsFloating(property.type)) {
+      throw InputError(
+          path, property.line,
+          "property " + property.name + " is " + property.type + ", expected float or double");
     }
     if (!is_known) source.extras.push_back({property.name, property.type, property.bytes, {}});
     source.property_order.push_back(property.name);
@@ -135,11 +135,20 @@ size_t LayOutRow(const PlyElement& vertex, const std::vector<Field>& fields,
   return stride;
 }
 
+// The least and, in binary, the only length of a row, `stride`, against the file's.
 void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
                  const std::filesystem::path& path) {
   const uint64_t count = header.elements[0].count;
   const uint64_t body = file_bytes - header.bytes;
   if (count == 0) throw InputError(path, "holds no Gaussians");
+  if (header.format == "ascii") {
+    stride = 2 * header.elements[0].properties.size();  // a digit and what ends it
+    if (count > (body + 1) / stride) {
+      throw InputError(path, "truncated: the header announces " + std::to_string(count) +
+                                 " Gaussians, " + std::to_string(body) + " bytes follow it");
+    }
+    return;
+  }
   if (count > body / stride) {
     throw InputError(path, "truncated: the header announces " + std::to_string(count) +
                                " Gaussians of " + std::to_string(stride) + " bytes, " +
@@ -172,12 +181,21 @@ bool AnyNotFinite(const float* values, size_t count) {
 
 class RowReader {
  public:
-  RowReader(const std::vector<Field>& fields, const ColumnOffsets& offsets, size_t stride,
-            GaussianModel& model, const std::filesystem::path& path)
+  RowReader(const PlyElement& vertex, const std::vector<Field>& fields,
+            const ColumnOffsets& offsets, size_t stride, GaussianModel& model,
+            const std::filesystem::path& path)
       : fields_(fields), stride_(stride), model_(model), path_(path) {
+    std::unordered_set<std::string_view> doubles;
+    for (const PlyProperty& property : vertex.properties) {
+      if (IsDouble(property.type)) doubles.insert(property.name);
+    }
     for (const Field& field : fields) {
-      std::vector<size_t>& gather = gathers_.emplace_back();
-      for (const std::string& column : field.columns) gather.push_back(offsets.at(column));
+      Gather& gather = gathers_.emplace_back();
+      for (const std::string& column : field.columns) {
+        gather.offsets.push_back(offsets.at(column));
+        gather.is_double.push_back(doubles.contains(column));
+        gather.any_double |= doubles.contains(column);
+      }
     }
     for (ExtraColumn& extra : model.source.extras) {
       extra.bytes.resize(model.NumGaussians() * static_cast<size_t>(extra.bytes_per_value));
@@ -188,13 +206,16 @@ class RowReader {
   // Rows [first, first + count) of the file, which lie at `rows`.
   void Take(const char* rows, size_t first, size_t count) {
     for (size_t f = 0; f < fields_.size(); ++f) {
-      const std::vector<size_t>& gather = gathers_[f];
-      const size_t width = gather.size();
+      const Gather& gather = gathers_[f];
+      const size_t width = gather.offsets.size();
       float* to = (model_.*fields_[f].values).data() + first * width;
       for (size_t r = 0; r < count; ++r) {
         const char* row = rows + r * stride_;
-        for (size_t j = 0; j < width; ++j) std::memcpy(to + r * width + j, row + gather[j], 4);
+        for (size_t j = 0; j < width; ++j) {
+          std::memcpy(to + r * width + j, row + gather.offsets[j], 4);
+        }
       }
+      if (gather.any_double) TakeDoubles(gather, rows, count, to);
       if (AnyNotFinite(to, count * width)) FailNotFinite(fields_[f], to, first, path_);
     }
     for (size_t e = 0; e < extra_offsets_.size(); ++e) {
@@ -207,24 +228,70 @@ class RowReader {
   }
 
  private:
+  struct Gather {                 // a field's columns
+    std::vector<size_t> offsets;  // bytes in a row
+    std::vector<bool> is_double;
+    bool any_double = false;
+  };
+
+  // A double beyond the range of float becomes infinite and is refused as such.
+  void TakeDoubles(const Gather& gather, const char* rows, size_t count, float* to) const {
+    const size_t width = gather.offsets.size();
+    for (size_t j = 0; j < width; ++j) {
+      if (!gather.is_double[j]) continue;
+      for (size_t r = 0; r < count; ++r) {
+        double value;
+        std::memcpy(&value, rows + r * stride_ + gather.offsets[j], sizeof(value));
+        to[r * width + j] = static_cast<float>(value);
+      }
+    }
+  }
+
   const std::vector<Field>& fields_;
-  std::vector<std::vector<size_t>> gathers_;  // a field's byte offsets in a row
+  std::vector<Gather> gathers_;
   std::vector<size_t> extra_offsets_;
   size_t stride_;
   GaussianModel& model_;
   const std::filesystem::path& path_;
 };
 
-void ReadTrailing(const PlyHeader& header, const InputFile& file, uint64_t offset,
-                  SourceLayout& source) {
+void KeepTrailingHeader(const PlyHeader& header, SourceLayout& source) {
   for (size_t e = 1; e < header.elements.size(); ++e) {
     source.trailing_header.push_back(header.elements[e].ToLine());
     for (const PlyProperty& property : header.elements[e].properties) {
       source.trailing_header.push_back(property.ToLine());
     }
   }
-  source.trailing_bytes.resize(file.size() - offset);
-  file.ReadAt(offset, source.trailing_bytes.data(), source.trailing_bytes.size());
+}
+
+// Reads the rows block by block, from binary as they are or from ascii as if it had been binary.
+void ReadBody(const PlyHeader& header, const InputFile& file, size_t stride, RowReader& reader,
+              Monitor& monitor, std::vector<char>& trailing) {
+  const size_t count = header.elements[0].count;
+  const size_t rows_a_block = std::max<size_t>(1, kBlockBytes / stride);
+  std::vector<char> block(std::min(rows_a_block, count) * stride);
+  PlyAscii ascii(file, header);
+  const bool is_ascii = header.format == "ascii";
+  for (size_t first = 0; first < count; first += rows_a_block) {
+    monitor.Step("load", static_cast<double>(first), static_cast<double>(count));
+    const size_t rows = std::min(rows_a_block, count - first);
+    if (is_ascii) {
+      ascii.ReadRows(header.elements[0], first, rows, block);
+    } else {
+      file.ReadAt(header.bytes + first * stride, block.data(), rows * stride);
+    }
+    reader.Take(block.data(), first, rows);
+  }
+  if (is_ascii) {
+    for (size_t e = 1; e < header.elements.size(); ++e) {
+      ascii.ReadElement(header.elements[e], trailing);
+    }
+    ascii.ExpectEnd();
+  } else if (header.elements.size() > 1) {
+    const uint64_t offset = header.bytes + count * stride;
+    trailing.resize(file.size() - offset);
+    file.ReadAt(offset, trailing.data(), trailing.size());
+  }
 }
 
 // ---- Writing
@@ -234,30 +301,18 @@ void ReadTrailing(const PlyHeader& header, const InputFile& file, uint64_t offse
 }
 
 void CheckWritable(const GaussianModel& model, const std::filesystem::path& path) {
-  if (model.NumGaussians() == 0) FailWrite(path, "there are no Gaussians");
-  if (model.sh_degree < 0 || model.sh_degree > 3) FailWrite(path, "SH degree is not 0 to 3");
-  try {
-    model.Validate();
-  } catch (const InputError& error) {
-    FailWrite(path, error.what());
-  }
+  ValidateWrite(model, path);
   for (const ExtraColumn& extra : model.source.extras) {
     if (PlyTypeBytes(extra.type) != extra.bytes_per_value ||
         extra.bytes.size() != model.NumGaussians() * static_cast<size_t>(extra.bytes_per_value)) {
       FailWrite(path, "column " + extra.name + " does not match the number of Gaussians");
     }
   }
-  for (const std::string& comment : model.source.comments) {
-    if (comment.find_first_of("\r\n") != std::string::npos ||
-        !(comment.starts_with("comment") || comment.starts_with("obj_info"))) {
-      FailWrite(path, "a comment is not one line beginning with comment or obj_info");
-    }
-  }
 }
 
 // The source's columns, where they fit the model: columns that the model no longer has are dropped,
 // missing ones follow the last SH column.
-std::vector<std::string> WriteOrder(const GaussianModel& model, const std::vector<Field>& fields) {
+std::vector<std::string> ColumnOrder(const GaussianModel& model, const std::vector<Field>& fields) {
   const std::vector<std::string> canonical = CanonicalOrder(model.sh_degree);
   if (model.source.property_order.empty()) return canonical;
   std::unordered_set<std::string_view> wanted;
@@ -364,12 +419,12 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor
   const InputFile file(path);
   std::string head(std::min(file.size(), kMaxPlyHeaderBytes), '\0');
   file.ReadAt(0, head.data(), head.size());
-  PlyHeader header = ParsePlyHeader(head, path);
+  const PlyHeader header = ParsePlyHeader(head, path);
   RefuseOtherKinds(header, path);
 
   const PlyElement& vertex = header.elements[0];
   GaussianModel model;
-  model.source.comments = std::move(header.comments);
+  model.source.comments = header.comments;
   const int degree = InferDegree(vertex, path);
   const std::vector<Field> fields = Fields(degree);
   ColumnOffsets offsets;
@@ -379,18 +434,9 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor
 
   const size_t count = vertex.count;
   model.Resize(count, degree);
-  RowReader reader(fields, offsets, stride, model, path);
-  const size_t rows_a_block = std::max<size_t>(1, kBlockBytes / stride);
-  std::vector<char> block(std::min(rows_a_block, count) * stride);
-  for (size_t first = 0; first < count; first += rows_a_block) {
-    monitor.Step("load", static_cast<double>(first), static_cast<double>(count));
-    const size_t rows = std::min(rows_a_block, count - first);
-    file.ReadAt(header.bytes + first * stride, block.data(), rows * stride);
-    reader.Take(block.data(), first, rows);
-  }
-  if (header.elements.size() > 1) {
-    ReadTrailing(header, file, header.bytes + count * stride, model.source);
-  }
+  RowReader reader(vertex, fields, offsets, stride, model, path);
+  KeepTrailingHeader(header, model.source);
+  ReadBody(header, file, stride, reader, monitor, model.source.trailing_bytes);
   return model;
 }
 
@@ -398,7 +444,7 @@ void PlyCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
                      Monitor& monitor) const {
   CheckWritable(model, path);
   const std::vector<Field> fields = Fields(model.sh_degree);
-  const std::vector<std::string> order = WriteOrder(model, fields);
+  const std::vector<std::string> order = ColumnOrder(model, fields);
   const RowWriter writer(model, fields, order);
 
   AtomicFile file(path);

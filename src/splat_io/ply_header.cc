@@ -41,6 +41,7 @@ class HeaderParser {
     }
     if (header_.format.empty()) throw InputError(path_, "PLY header has no format line");
     header_.bytes = position_;
+    header_.lines = line_;
     return std::move(header_);
   }
 

@@ -32,6 +32,7 @@ struct PlyHeader {
   std::vector<std::string> comments;  // "comment ..." and "obj_info ..." lines, whole
   std::vector<PlyElement> elements;
   uint64_t bytes = 0;  // length; the data starts here
+  int64_t lines = 0;
 };
 
 inline constexpr uint64_t kMaxPlyHeaderBytes = uint64_t{1} << 20;

@@ -6,34 +6,31 @@
 #include <cctype>
 
 #include "base/error.h"
+#include "splat_io/compressed_ply_codec.h"
+#include "splat_io/gltf_codec.h"
 #include "splat_io/input_file.h"
+#include "splat_io/ksplat_codec.h"
 #include "splat_io/ply_codec.h"
+#include "splat_io/sog_codec.h"
+#include "splat_io/splat_codec.h"
+#include "splat_io/spz_codec.h"
 
 namespace retint {
 namespace {
 
-// Formats that are recognised in order to name them, not read.
+// Formats that are recognized in order to name them, not read.
 struct KnownFormat {
-  std::string_view signature;  // first bytes; empty: none
-  std::string_view extension;  // empty: any. With a signature, both must match.
+  std::string_view signature;  // first bytes
+  std::string_view extension;  // empty: any
   std::string_view name;
 };
 
 constexpr KnownFormat kUnsupported[] = {
-    {"NGSP", "", "SPZ"},
-    {"\x1f\x8b", ".spz", "SPZ (gzip)"},
-    {"\x1f\x8b", "", "a gzip file (SPZ looks like this)"},
-    {"PK\x03\x04", ".sog", "SOG"},
+    {"\x1f\x8b", "", "a gzip file"},
     {"PK\x03\x04", ".pth", "a PyTorch checkpoint"},
     {"PK\x03\x04", ".pt", "a PyTorch checkpoint"},
     {"PK\x03\x04", ".ckpt", "a PyTorch checkpoint"},
-    {"PK\x03\x04", "", "a zip archive (SOG looks like this)"},
-    {"glTF", "", "binary glTF"},
-    {"", ".splat", ".splat (antimatter15)"},
-    {"", ".ksplat", ".ksplat (GaussianSplats3D)"},
-    {"", ".spz", "SPZ"},
-    {"", ".sog", "SOG"},
-    {"", ".compressed.ply", "compressed .ply (PlayCanvas)"},
+    {"PK\x03\x04", "", "a zip archive"},
 };
 
 std::string LowerName(const std::filesystem::path& path) {
@@ -47,19 +44,12 @@ bool HasExtension(const std::string& lower_name, std::string_view extension) {
   return lower_name.size() > extension.size() && lower_name.ends_with(extension);
 }
 
-const KnownFormat* UnsupportedBySignature(const std::string& lower_name, std::string_view head) {
+const KnownFormat* Unsupported(const std::string& lower_name, std::string_view head) {
   for (const KnownFormat& format : kUnsupported) {
-    if (!format.signature.empty() && head.starts_with(format.signature) &&
+    if (head.starts_with(format.signature) &&
         (format.extension.empty() || HasExtension(lower_name, format.extension))) {
       return &format;
     }
-  }
-  return nullptr;
-}
-
-const KnownFormat* UnsupportedByExtension(const std::string& lower_name) {
-  for (const KnownFormat& format : kUnsupported) {
-    if (format.signature.empty() && HasExtension(lower_name, format.extension)) return &format;
   }
   return nullptr;
 }
@@ -73,9 +63,10 @@ const SplatCodec* CodecByExtension(const std::string& lower_name) {
   return nullptr;
 }
 
-std::string SupportedFormats() {
+std::string SupportedFormats(bool writable) {
   std::string names;
   for (const SplatCodec* codec : SplatCodecs()) {
+    if (writable && !codec->CanWrite()) continue;
     names += (names.empty() ? "" : ", ") + std::string(codec->Name());
   }
   return "supported: " + names;
@@ -83,10 +74,31 @@ std::string SupportedFormats() {
 
 }  // namespace
 
+void SplatCodec::Write(const std::filesystem::path& path, const GaussianModel&, Monitor&) const {
+  throw OptionError(path.string() + ": cannot write " + std::string(Name()));
+}
+
 std::span<const SplatCodec* const> SplatCodecs() {
+  // A codec whose signature or extension includes another's stands before it.
+  static const CompressedPlyCodec compressed_ply;
   static const PlyCodec ply;
-  static const std::array<const SplatCodec*, 1> codecs = {&ply};
+  static const DotSplatCodec splat;
+  static const SpzCodec spz;
+  static const KsplatCodec ksplat;
+  static const SogCodec sog;
+  static const GltfCodec gltf;
+  static const auto codecs =
+      std::to_array<const SplatCodec*>({&compressed_ply, &ply, &splat, &spz, &ksplat, &sog, &gltf});
   return codecs;
+}
+
+std::vector<SplatFormat> SplatFormats() {
+  std::vector<SplatFormat> formats;
+  for (const SplatCodec* codec : SplatCodecs()) {
+    const auto extensions = codec->Extensions();
+    formats.push_back({codec->Name(), {extensions.begin(), extensions.end()}, codec->CanWrite()});
+  }
+  return formats;
 }
 
 const SplatCodec* FindCodec(const std::filesystem::path& path, std::string_view head) {
@@ -94,18 +106,15 @@ const SplatCodec* FindCodec(const std::filesystem::path& path, std::string_view 
     if (codec->Sniff(head)) return codec;
   }
   const std::string name = LowerName(path);
-  if (UnsupportedBySignature(name, head) || UnsupportedByExtension(name)) return nullptr;
-  return CodecByExtension(name);
+  return Unsupported(name, head) ? nullptr : CodecByExtension(name);
 }
 
 const SplatCodec& CodecForWriting(const std::filesystem::path& path) {
-  const std::string name = LowerName(path);
-  const KnownFormat* unsupported = UnsupportedByExtension(name);
-  const SplatCodec* codec = unsupported ? nullptr : CodecByExtension(name);
-  if (codec) return *codec;
+  const SplatCodec* codec = CodecByExtension(LowerName(path));
+  if (codec && codec->CanWrite()) return *codec;
   throw OptionError(path.string() + ": cannot write " +
-                    (unsupported ? std::string(unsupported->name) : "a splat of this extension") +
-                    "; " + SupportedFormats());
+                    (codec ? std::string(codec->Name()) : "a splat of this extension") + "; " +
+                    SupportedFormats(/*writable=*/true));
 }
 
 GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor) {
@@ -117,12 +126,10 @@ GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor) {
     file.ReadAt(0, head.data(), head.size());
   }
   if (const SplatCodec* codec = FindCodec(path, head)) return codec->Read(path, monitor);
-  const std::string name = LowerName(path);
-  const KnownFormat* format = UnsupportedBySignature(name, head);
-  if (!format) format = UnsupportedByExtension(name);
+  const KnownFormat* format = Unsupported(LowerName(path), head);
   throw InputError(path, (format ? "this is " + std::string(format->name) + ", not supported"
                                  : std::string("not a known splat format")) +
-                             "; " + SupportedFormats());
+                             "; " + SupportedFormats(/*writable=*/false));
 }
 
 GaussianModel ReadSplat(const std::filesystem::path& path) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Splat files <-> GaussianModel, a codec per format behind one registry (docs/formats.md).
-// What was not edited is written back bit for bit, unknown columns and comments included.
+// What was not edited is written back bit for bit where source and target have the same format.
 #pragma once
 
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/monitor.h"
 #include "scene/gaussian_model.h"
@@ -16,7 +17,7 @@ namespace retint {
 class SplatCodec {
  public:
   virtual ~SplatCodec() = default;
-  virtual std::string_view Name() const = 0;  // "3DGS .ply, binary little-endian"
+  virtual std::string_view Name() const = 0;                         // "3DGS .ply"
   virtual std::span<const std::string_view> Extensions() const = 0;  // lower case: ".ply"
   // Whether `head`, the first kSniffBytes of a file (fewer when it is shorter), is of this format.
   // Always false for a format without a signature: its files are then known by their extension.
@@ -24,10 +25,17 @@ class SplatCodec {
   // InputError naming `path` and the fault. The result passes GaussianModel::Validate(). Reports
   // the stage "load"; may be cancelled between blocks of rows.
   virtual GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const = 0;
+
+  virtual bool CanWrite() const { return true; }
   // Atomic: on any error (RunError), and when cancelled, a file that was there stays as it was.
-  // Reports the stage "save".
+  // Reports the stage "save". A codec that only reads says so in CanWrite() and leaves it out.
   virtual void Write(const std::filesystem::path& path, const GaussianModel& model,
-                     Monitor& monitor) const = 0;
+                     Monitor& monitor) const;
+  // What of `model` the format has no place for; one sentence each, for the user. Rounding is not
+  // listed: `retint convert` measures it.
+  virtual std::vector<std::string> Losses(const GaussianModel&) const { return {}; }
+  // The Gaussians in the order in which Write() puts them; empty where it keeps the model's.
+  virtual std::vector<uint32_t> WriteOrder(const GaussianModel&) const { return {}; }
 };
 
 inline constexpr size_t kSniffBytes = 4096;
@@ -42,6 +50,14 @@ const SplatCodec* FindCodec(const std::filesystem::path& path, std::string_view 
 // The codec that writes `path`, by its extension. OptionError when there is none: call it before
 // long work whose result goes there.
 const SplatCodec& CodecForWriting(const std::filesystem::path& path);
+
+// For file dialogs: what can be read and written, in the order of the registry.
+struct SplatFormat {
+  std::string_view name;                     // "3DGS .ply"
+  std::vector<std::string_view> extensions;  // ".ply"
+  bool writable = false;                     // every one is readable
+};
+std::vector<SplatFormat> SplatFormats();
 
 // Reads a splat file of any supported format. InputError for a missing, unsupported (the format
 // found is named), truncated or damaged file, or one without Gaussians.

@@ -32,8 +32,8 @@ std::vector<std::string> With(const std::string& verb, const std::vector<std::st
 TEST(Verbs, HelpNamesEveryVerbAndEveryVerbHasHelp) {
   const CommandResult help = RunRetint({"--help"});
   EXPECT_EQ(help.code, 0);
-  for (const char* verb :
-       {"info", "render", "depth", "select", "project", "refit", "recolor", "evaluate", "synth"}) {
+  for (const char* verb : {"info", "render", "depth", "select", "project", "refit", "recolor",
+                           "evaluate", "convert", "synth"}) {
     EXPECT_THAT(help.out, HasSubstr(verb));
     const CommandResult own = RunRetint({verb, "--help"});
     EXPECT_EQ(own.code, 0);
@@ -48,7 +48,7 @@ TEST(Verbs, HelpNamesEveryVerbAndEveryVerbHasHelp) {
 TEST(Verbs, TheDocumentationListsWhatHelpPrints) {
   const std::string doc = ReadFile(fs::path(RETINT_SOURCE_DIR) / "docs/cli.md");
   for (const char* verb : {"", "info", "render", "depth", "select", "project", "refit", "recolor",
-                           "evaluate", "synth"}) {
+                           "evaluate", "convert", "synth"}) {
     const std::string name = verb;
     CommandResult help = RunRetint(name.empty() ? std::vector<std::string>{"--help"}
                                                 : std::vector<std::string>{name, "--help"});

@@ -240,13 +240,34 @@ TEST_F(PlyCodecTest, CodecsAreFoundBySignatureThenExtension) {
   ASSERT_NE(FindCodec("renamed.bin", head), nullptr);
   EXPECT_THAT(FindCodec("renamed.bin", head)->Extensions(), ElementsAre(".ply"));
   EXPECT_NE(FindCodec("A.PLY", "no signature"), nullptr);
-  EXPECT_EQ(FindCodec("a.ply", "NGSP...."), nullptr);
+  EXPECT_THAT(FindCodec("a.ply", "NGSP....")->Extensions(), ElementsAre(".spz"));
+  EXPECT_EQ(FindCodec("a.ply", "PK\x03\x04...."), nullptr);
   EXPECT_EQ(FindCodec("a.txt", "text"), nullptr);
   EXPECT_EQ(&CodecForWriting("dir.spz/Out.Ply"), FindCodec("a.ply", head));
-  for (const char* name : {"out.spz", "out.compressed.ply", "out.txt", "out", ".ply", ""}) {
+  EXPECT_THAT(CodecForWriting("a.Compressed.ply").Extensions(), ElementsAre(".compressed.ply"));
+  for (const char* name : {"out.txt", "out", ".ply", ""}) {
     EXPECT_THAT(MessageOf<OptionError>([&] { CodecForWriting(name); }),
-                HasSubstr("supported: 3DGS .ply"))
+                HasSubstr("supported: compressed .ply, 3DGS .ply"))
         << name;
+  }
+}
+
+TEST_F(PlyCodecTest, FormatsForDialogsAreThoseOfTheRegistry) {
+  const std::vector<SplatFormat> formats = SplatFormats();
+  ASSERT_EQ(formats.size(), SplatCodecs().size());
+  for (const SplatFormat& format : formats) {
+    for (const std::string_view extension : format.extensions) {
+      const std::string name = "a" + std::string(extension);
+      const SplatCodec* codec = FindCodec(name, "");
+      ASSERT_NE(codec, nullptr) << name;
+      EXPECT_EQ(codec->Name(), format.name);
+      if (format.writable) {
+        EXPECT_EQ(&CodecForWriting(name), codec);
+      } else {
+        EXPECT_THAT(MessageOf<OptionError>([&] { CodecForWriting(name); }),
+                    HasSubstr("cannot write " + std::string(format.name)));
+      }
+    }
   }
 }
 

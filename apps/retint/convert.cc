@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint convert: a splat in another format, and what that costs.
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/stopwatch.h"
+#include "retint/common.h"
+#include "splat_io/splat_difference.h"
+#include "splat_io/splat_io.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  std::filesystem::path input, output, report;
+};
+
+struct Conversion {
+  size_t gaussians = 0;
+  int degree_before = 0, degree_after = 0;
+  uint64_t bytes_before = 0, bytes_after = 0;
+  std::vector<std::string> losses;
+  SplatDifference difference;
+  double milliseconds = 0;
+};
+
+std::string Json(const Arguments& arguments, const Conversion& done) {
+  const SplatDifference& difference = done.difference;
+  nlohmann::ordered_json report;
+  report["version"] = Version();
+  report["gaussians"] = done.gaussians;
+  report["input"] = {{"path", arguments.input.string()},
+                     {"bytes", done.bytes_before},
+                     {"sh_degree", done.degree_before}};
+  report["output"] = {{"path", arguments.output.string()},
+                      {"format", CodecForWriting(arguments.output).Name()},
+                      {"bytes", done.bytes_after},
+                      {"sh_degree", done.degree_after}};
+  report["losses"] = done.losses;
+  report["difference"] = {
+      {"position_max", difference.position_max}, {"position_rms", difference.position_rms},
+      {"color_max", difference.color_max},       {"color_rms", difference.color_rms},
+      {"opacity_max", difference.opacity_max},   {"scale_ratio_max", difference.scale_ratio_max}};
+  report["total_ms"] = done.milliseconds;
+  report["peak_rss_mb"] = PeakRssMb();
+  // A path's name may be bytes that are no text.
+  return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void Print(const Arguments& arguments, const Conversion& done, const Run& run) {
+  const SplatDifference& difference = done.difference;
+  constexpr double kMb = 1 << 20;
+  run.Print(fmt::format("Gaussians    {}, SH degree {} -> {}", done.gaussians, done.degree_before,
+                        done.degree_after));
+  run.Print(fmt::format("size         {:.2f} -> {:.2f} MB", double(done.bytes_before) / kMb,
+                        double(done.bytes_after) / kMb));
+  for (const std::string& loss : done.losses) run.Print("lost         " + loss);
+  run.Print(fmt::format("position     {:.2g} at most, {:.2g} RMS, world units",
+                        difference.position_max, difference.position_rms));
+  run.Print(fmt::format("color        {:.2g} at most, {:.2g} RMS, of [0, 1], seen from 14 sides",
+                        difference.color_max, difference.color_rms));
+  run.Print(fmt::format("opacity      {:.2g} at most, of [0, 1]", difference.opacity_max));
+  run.Print(fmt::format("scale        {:.2g} % at most", 100 * (difference.scale_ratio_max - 1)));
+  for (const auto& path : {arguments.output, arguments.report}) {
+    if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
+  }
+}
+
+void Convert(const Arguments& arguments, Run& run) {
+  const Stopwatch stopwatch;
+  const SplatCodec& codec = CodecForWriting(arguments.output);
+  CheckOutput(arguments.output);
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+
+  const GaussianModel model = ReadSplat(arguments.input, run.monitor());
+  Conversion done;
+  done.gaussians = model.NumGaussians();
+  done.degree_before = model.sh_degree;
+  done.bytes_before = std::filesystem::file_size(arguments.input);
+  done.losses = model.source.notes;
+  for (std::string& loss : codec.Losses(model)) done.losses.push_back(std::move(loss));
+  StagedOutput staged;
+  staged.Add(arguments.output, [&](const std::filesystem::path& path) {
+    codec.Write(path, model, run.monitor());
+    const GaussianModel back = codec.Read(path, run.monitor());
+    done.degree_after = back.sh_degree;
+    done.bytes_after = std::filesystem::file_size(path);
+    done.difference = Compare(model, back, codec.WriteOrder(model));
+  });
+  done.milliseconds = stopwatch.Milliseconds();
+  if (!arguments.report.empty()) {
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, Json(arguments, done)); });
+  }
+  run.monitor().ThrowIfCancelled();
+  staged.Commit();
+  run.FinishProgress();
+  Print(arguments, done, run);
+}
+
+}  // namespace
+
+void AddConvert(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "convert",
+                           "Write a splat in another format and measure what that loses");
+  AddPath(verb, "input", arguments->input, "Splat to read, of any format")->required();
+  AddPath(verb, "output", arguments->output, "Splat to write; its extension names the format")
+      ->required();
+  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Convert(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

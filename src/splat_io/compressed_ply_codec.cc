@@ -1,0 +1,453 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/compressed_ply_codec.h"
+
+#include <array>
+#include <numeric>
+
+#include "base/files.h"
+#include "splat_io/input_file.h"
+#include "splat_io/morton.h"
+#include "splat_io/ply_header.h"
+#include "splat_io/splat_row.h"
+
+namespace retint {
+namespace {
+
+constexpr const char* kMark = "compressed .ply ";  // and the number of floats of a chunk
+constexpr size_t kChunkRows = 256;
+constexpr size_t kVertexBytes = 16;
+constexpr size_t kPosition = 0, kScale = 6, kColor = 12;  // bounds in a chunk: 3 least, 3 most
+constexpr std::array<const char*, 18> kChunkColumns = {
+    "min_x",       "min_y",       "min_z",       "max_x",       "max_y",       "max_z",
+    "min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z",
+    "min_r",       "min_g",       "min_b",       "max_r",       "max_g",       "max_b"};
+constexpr std::array<const char*, 4> kVertexColumns = {"packed_position", "packed_rotation",
+                                                       "packed_scale", "packed_color"};
+
+using Bounds = std::array<float, 18>;
+
+// Where what lies in the body of the file.
+struct Layout {
+  size_t count = 0;
+  size_t chunk_floats = 18;  // or 12
+  int sh_degree = 0;
+
+  size_t NumChunks() const { return (count + kChunkRows - 1) / kChunkRows; }
+  size_t ShBytes() const {
+    return static_cast<size_t>(3 * ((sh_degree + 1) * (sh_degree + 1) - 1));
+  }
+  size_t ChunkAt(size_t chunk) const { return chunk * chunk_floats * 4; }
+  size_t VertexAt(size_t g) const { return ChunkAt(NumChunks()) + g * kVertexBytes; }
+  size_t ShAt(size_t g) const { return VertexAt(count) + g * ShBytes(); }
+  size_t Bytes() const { return ShAt(count); }
+};
+
+// ---- One Gaussian
+
+float Mix(float low, float high, double t) { return static_cast<float>(low * (1 - t) + high * t); }
+
+// `value` on the way from `low` to `high`, in `most` steps.
+uint32_t Step(double value, double low, double high, uint32_t most) {
+  return high > low ? RoundTo((value - low) / (high - low) * most, most) : 0;
+}
+
+constexpr std::array<uint32_t, 3> kBits = {11, 10, 11};
+constexpr std::array<uint32_t, 3> kShift = {21, 11, 0};
+
+std::array<float, 3> Unpack(uint32_t word, const Bounds& bounds, size_t which) {
+  std::array<float, 3> values;
+  for (size_t i = 0; i < 3; ++i) {
+    const uint32_t most = (1u << kBits[i]) - 1;
+    values[i] = Mix(bounds[which + i], bounds[which + 3 + i],
+                    static_cast<double>((word >> kShift[i]) & most) / most);
+  }
+  return values;
+}
+
+uint32_t Pack(const std::array<float, 3>& values, const Bounds& bounds, size_t which) {
+  uint32_t word = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    const uint32_t most = (1u << kBits[i]) - 1;
+    word |= Step(values[i], bounds[which + i], bounds[which + 3 + i], most) << kShift[i];
+  }
+  return word;
+}
+
+std::array<float, 4> UnpackRotation(uint32_t word) {
+  SmallestThree packed;
+  packed.largest = static_cast<int>(word >> 30);
+  for (size_t i = 0; i < 3; ++i) {
+    packed.rest[i] = (((word >> (20 - 10 * i)) & 1023u) / 1023.0 - 0.5) * std::sqrt(2.0);
+  }
+  const std::array<double, 4> unit = UnpackSmallestThree(packed);
+  std::array<float, 4> quat;
+  for (size_t i = 0; i < 4; ++i) quat[i] = static_cast<float>(unit[i]);
+  return quat;
+}
+
+uint32_t PackRotation(const std::array<float, 4>& quat_wxyz) {
+  const SmallestThree packed = PackSmallestThree(Normalized(quat_wxyz));
+  auto word = static_cast<uint32_t>(packed.largest);
+  for (const double q : packed.rest) {
+    word = (word << 10) | RoundTo((q / std::sqrt(2.0) + 0.5) * 1023, 1023);
+  }
+  return word;
+}
+
+float ColorOf(float sh0) { return 0.5f + kShC0 * sh0; }
+
+float UnpackSh(uint8_t byte) {
+  if (byte == 0) return -4;
+  return byte == 255 ? 4 : ((static_cast<float>(byte) + 0.5f) / 256 - 0.5f) * 8;
+}
+
+uint8_t PackSh(float sh) {
+  return static_cast<uint8_t>(std::clamp(std::floor((sh / 8 + 0.5) * 256), 0.0, 255.0));
+}
+
+class Body {
+ public:
+  Body(Layout layout, std::vector<char>& bytes) : layout_(layout), bytes_(bytes) {}
+
+  Bounds ChunkBounds(size_t chunk) const {
+    Bounds bounds{};
+    std::fill(bounds.begin() + kColor + 3, bounds.end(), 1.0f);
+    std::memcpy(bounds.data(), bytes_.data() + layout_.ChunkAt(chunk), layout_.chunk_floats * 4);
+    return bounds;
+  }
+  void SetChunkBounds(size_t chunk, const Bounds& bounds) {
+    std::memcpy(bytes_.data() + layout_.ChunkAt(chunk), bounds.data(), layout_.chunk_floats * 4);
+  }
+
+  SplatRow Decode(size_t g, const Bounds& bounds) const {
+    SplatRow row;
+    row.mean = Unpack(Word(g, 0), bounds, kPosition);
+    row.quat_wxyz = UnpackRotation(Word(g, 1));
+    row.log_scale = Unpack(Word(g, 2), bounds, kScale);
+    const uint32_t color = Word(g, 3);
+    for (size_t i = 0; i < 3; ++i) {
+      const float mixed = Mix(bounds[kColor + i], bounds[kColor + 3 + i],
+                              static_cast<double>((color >> (24 - 8 * i)) & 255u) / 255);
+      row.sh[i] = (mixed - 0.5f) / kShC0;
+    }
+    row.opacity_logit = Logit((color & 255u) / 255.0);
+    const size_t rest = layout_.ShBytes() / 3;
+    for (size_t k = 0; k < rest; ++k) {
+      for (size_t c = 0; c < 3; ++c) {
+        row.sh[3 * (k + 1) + c] =
+            UnpackSh(static_cast<uint8_t>(bytes_[layout_.ShAt(g) + c * rest + k]));
+      }
+    }
+    return row;
+  }
+
+  // Packs what differs from `was`, within `bounds`; everything where `was` is nullptr.
+  void Encode(size_t g, const SplatRow& row, const SplatRow* was, const Bounds& bounds) {
+    if (!was || row.mean != was->mean) SetWord(g, 0, Pack(row.mean, bounds, kPosition));
+    if (!was || row.quat_wxyz != was->quat_wxyz) SetWord(g, 1, PackRotation(row.quat_wxyz));
+    if (!was || row.log_scale != was->log_scale) {
+      SetWord(g, 2, Pack(row.log_scale, bounds, kScale));
+    }
+    uint32_t color = Word(g, 3);
+    for (size_t i = 0; i < 3; ++i) {
+      if (was && row.sh[i] == was->sh[i]) continue;
+      const uint32_t shift = 24 - 8 * static_cast<uint32_t>(i);
+      const uint32_t step =
+          Step(ColorOf(row.sh[i]), bounds[kColor + i], bounds[kColor + 3 + i], 255);
+      color = (color & ~(255u << shift)) | step << shift;
+    }
+    if (!was || row.opacity_logit != was->opacity_logit) {
+      color = (color & ~255u) | RoundTo(255 * Sigmoid(row.opacity_logit), 255);
+    }
+    SetWord(g, 3, color);
+    const size_t rest = layout_.ShBytes() / 3;
+    for (size_t k = 0; k < rest; ++k) {
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t i = 3 * (k + 1) + c;
+        if (was && row.sh[i] == was->sh[i]) continue;
+        bytes_[layout_.ShAt(g) + c * rest + k] = static_cast<char>(PackSh(row.sh[i]));
+      }
+    }
+  }
+
+ private:
+  uint32_t Word(size_t g, size_t which) const {
+    return LoadAs<uint32_t>(bytes_.data() + layout_.VertexAt(g) + 4 * which);
+  }
+  void SetWord(size_t g, size_t which, uint32_t word) {
+    StoreAs(bytes_.data() + layout_.VertexAt(g) + 4 * which, word);
+  }
+
+  Layout layout_;
+  std::vector<char>& bytes_;
+};
+
+// ---- Header
+
+void RequireColumns(const PlyElement& element, std::span<const char* const> names,
+                    std::initializer_list<std::string_view> types,
+                    const std::filesystem::path& path) {
+  for (size_t i = 0; i < element.properties.size(); ++i) {
+    const PlyProperty& property = element.properties[i];
+    if (i < names.size() && property.name == names[i] &&
+        std::find(types.begin(), types.end(), property.type) != types.end()) {
+      continue;
+    }
+    throw InputError(path, property.line,
+                     "property " + property.type + " " + property.name + " of element " +
+                         element.name + " is not the compressed .ply's" +
+                         (i < names.size() ? std::string(", expected ") + names[i] : ""));
+  }
+}
+
+int ShDegree(const PlyElement& sh, const std::filesystem::path& path) {
+  const size_t values = sh.properties.size();
+  std::vector<std::string> names(values);
+  std::vector<const char*> expected(values);
+  for (size_t i = 0; i < values; ++i) {
+    names[i] = "f_rest_" + std::to_string(i);
+    expected[i] = names[i].c_str();
+  }
+  RequireColumns(sh, expected, {"uchar", "uint8"}, path);
+  for (int degree = 1; degree <= 3; ++degree) {
+    if (values == static_cast<size_t>(3 * ((degree + 1) * (degree + 1) - 1))) return degree;
+  }
+  throw InputError(path, sh.line,
+                   std::to_string(values) +
+                       " properties of element sh; 9, 24 or 45 make an SH degree of 1 to 3");
+}
+
+Layout ReadLayout(const PlyHeader& header, const std::filesystem::path& path) {
+  if (header.format != "binary_little_endian") {
+    throw InputError(path, "a compressed .ply of format " + header.format.substr(0, 40) +
+                               " is not supported; supported: binary_little_endian");
+  }
+  const auto& elements = header.elements;
+  if (elements.size() < 2 || elements.size() > 3 || elements[0].name != "chunk" ||
+      elements[1].name != "vertex" || (elements.size() == 3 && elements[2].name != "sh")) {
+    throw InputError(path, "a compressed .ply has the elements chunk, vertex and, it may be, sh");
+  }
+  Layout layout;
+  layout.count = elements[1].count;
+  layout.chunk_floats = elements[0].properties.size();
+  if (layout.chunk_floats != 12 && layout.chunk_floats != 18) {
+    throw InputError(
+        path, elements[0].line,
+        std::to_string(layout.chunk_floats) + " properties of element chunk, expected 12 or 18");
+  }
+  RequireColumns(elements[0], kChunkColumns, {"float", "float32"}, path);
+  RequireColumns(elements[1], kVertexColumns, {"uint", "uint32"}, path);
+  if (elements[1].properties.size() != kVertexColumns.size()) {
+    throw InputError(path, elements[1].line, "element vertex lacks packed values");
+  }
+  if (elements.size() == 3) layout.sh_degree = ShDegree(elements[2], path);
+  return layout;
+}
+
+void CheckLength(const PlyHeader& header, const Layout& layout, uint64_t file_bytes,
+                 const std::filesystem::path& path) {
+  const uint64_t body = file_bytes - header.bytes;
+  if (layout.count == 0) throw InputError(path, "holds no Gaussians");
+  if (layout.count > body / kVertexBytes || layout.Bytes() > body) {
+    throw InputError(path, "truncated: the header announces " + std::to_string(layout.count) +
+                               " Gaussians, " + std::to_string(body) + " bytes follow it");
+  }
+  if (header.elements[0].count != layout.NumChunks() ||
+      (layout.sh_degree > 0 && header.elements[2].count != layout.count)) {
+    throw InputError(path, "chunks or spherical harmonics do not match the " +
+                               std::to_string(layout.count) + " Gaussians");
+  }
+  if (body > layout.Bytes()) {
+    throw InputError(path, std::to_string(body - layout.Bytes()) +
+                               " bytes follow the last value: the file is damaged");
+  }
+}
+
+std::string HeaderText(const GaussianModel& model, const Layout& layout) {
+  std::string text = "ply\nformat binary_little_endian 1.0\n";
+  for (const std::string& comment : model.source.comments) text += comment + "\n";
+  text += "element chunk " + std::to_string(layout.NumChunks()) + "\n";
+  for (size_t i = 0; i < layout.chunk_floats; ++i) {
+    text += std::string("property float ") + kChunkColumns[i] + "\n";
+  }
+  text += "element vertex " + std::to_string(layout.count) + "\n";
+  for (const char* column : kVertexColumns) text += std::string("property uint ") + column + "\n";
+  if (layout.sh_degree > 0) text += "element sh " + std::to_string(layout.count) + "\n";
+  for (size_t i = 0; i < layout.ShBytes(); ++i) {
+    text += "property uchar f_rest_" + std::to_string(i) + "\n";
+  }
+  return text + "end_header\n";
+}
+
+// ---- Writing
+
+Bounds NoBounds() {
+  Bounds bounds;
+  for (size_t i = 0; i < bounds.size(); ++i) {
+    bounds[i] = i / 3 % 2 == 0 ? INFINITY : -INFINITY;
+  }
+  return bounds;
+}
+
+void Include(Bounds& bounds, size_t which, size_t axis, float value) {
+  bounds[which + axis] = std::min(bounds[which + axis], value);
+  bounds[which + 3 + axis] = std::max(bounds[which + 3 + axis], value);
+}
+
+float KeptScale(float log_scale) { return std::clamp(log_scale, -20.0f, 20.0f); }
+
+// The first Gaussian of a chunk and the one after its last.
+std::pair<size_t, size_t> ChunkRange(const Layout& layout, size_t chunk) {
+  return {chunk * kChunkRows, std::min(layout.count, (chunk + 1) * kChunkRows)};
+}
+
+void EncodeChunk(const GaussianModel& model, const std::vector<uint32_t>& order, size_t chunk,
+                 const Layout& layout, Body& body) {
+  const auto [begin, end] = ChunkRange(layout, chunk);
+  Bounds bounds = NoBounds();
+  for (size_t g = begin; g < end; ++g) {
+    const SplatRow row = GetRow(model, order[g]);
+    for (size_t i = 0; i < 3; ++i) {
+      Include(bounds, kPosition, i, row.mean[i]);
+      Include(bounds, kScale, i, KeptScale(row.log_scale[i]));
+      Include(bounds, kColor, i, ColorOf(row.sh[i]));
+    }
+  }
+  body.SetChunkBounds(chunk, bounds);
+  for (size_t g = begin; g < end; ++g) body.Encode(g, GetRow(model, order[g]), nullptr, bounds);
+}
+
+// Whether one of three changed values lies outside of its bounds, which then grow. A bound that was
+// unpacked may come back a float's step beyond itself.
+bool Grow(Bounds& bounds, size_t which, const std::array<float, 3>& now,
+          const std::array<float, 3>& was) {
+  bool grown = false;
+  for (size_t i = 0; i < 3; ++i) {
+    const float low = bounds[which + i], high = bounds[which + 3 + i];
+    const float slack = 1e-6f * std::max({1.0f, std::abs(low), std::abs(high)});
+    if (now[i] == was[i] || (now[i] >= low - slack && now[i] <= high + slack)) continue;
+    Include(bounds, which, i, now[i]);
+    grown = true;
+  }
+  return grown;
+}
+
+std::array<float, 3> ColorsOf(const SplatRow& row) {
+  return {ColorOf(row.sh[0]), ColorOf(row.sh[1]), ColorOf(row.sh[2])};
+}
+
+// Changes the chunk's bytes where the model's values are not those that they stand for.
+void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, Body& body) {
+  const auto [begin, end] = ChunkRange(layout, chunk);
+  const Bounds old_bounds = body.ChunkBounds(chunk);
+  Bounds bounds = old_bounds;
+  std::vector<SplatRow> was;
+  for (size_t g = begin; g < end; ++g) was.push_back(body.Decode(g, old_bounds));
+  bool moved = false, scaled = false, colored = false;
+  for (size_t g = begin; g < end; ++g) {
+    SplatRow row = GetRow(model, g);
+    const SplatRow& old = was[g - begin];
+    for (size_t i = 0; i < 3; ++i) {
+      if (row.log_scale[i] != old.log_scale[i]) row.log_scale[i] = KeptScale(row.log_scale[i]);
+    }
+    moved |= Grow(bounds, kPosition, row.mean, old.mean);
+    scaled |= Grow(bounds, kScale, row.log_scale, old.log_scale);
+    if (layout.chunk_floats == 18) {
+      colored |= Grow(bounds, kColor, ColorsOf(row), ColorsOf(old));
+    }
+  }
+  body.SetChunkBounds(chunk, bounds);
+  for (size_t g = begin; g < end; ++g) {
+    SplatRow& old = was[g - begin];
+    // Values that no float equals are packed anew.
+    if (moved) old.mean.fill(NAN);
+    if (scaled) old.log_scale.fill(NAN);
+    if (colored) std::fill_n(old.sh.begin(), 3, NAN);
+    body.Encode(g, GetRow(model, g), &old, bounds);
+  }
+}
+
+bool ComesFrom(const GaussianModel& model, const Layout& layout) {
+  return model.source.packed_format == kMark + std::to_string(layout.chunk_floats) &&
+         model.source.packed.size() == layout.Bytes();
+}
+
+Layout LayoutFor(const GaussianModel& model) {
+  Layout layout;
+  layout.count = model.NumGaussians();
+  layout.sh_degree = model.sh_degree;
+  layout.chunk_floats = 12;
+  if (!ComesFrom(model, layout)) layout.chunk_floats = 18;
+  return layout;
+}
+
+}  // namespace
+
+std::span<const std::string_view> CompressedPlyCodec::Extensions() const {
+  static constexpr std::array<std::string_view, 1> extensions = {".compressed.ply"};
+  return extensions;
+}
+
+bool CompressedPlyCodec::Sniff(std::string_view head) const {
+  if (!head.starts_with("ply\n") && !head.starts_with("ply\r\n")) return false;
+  return head.find("\nelement chunk ") < head.find("end_header") &&
+         head.find(" packed_position") != std::string_view::npos;
+}
+
+GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+  const InputFile file(path);
+  std::string head(std::min(file.size(), kMaxPlyHeaderBytes), '\0');
+  file.ReadAt(0, head.data(), head.size());
+  const PlyHeader header = ParsePlyHeader(head, path);
+  const Layout layout = ReadLayout(header, path);
+  CheckLength(header, layout, file.size(), path);
+
+  GaussianModel model;
+  model.source.comments = header.comments;
+  model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
+  model.source.packed.resize(layout.Bytes());
+  file.ReadAt(header.bytes, model.source.packed.data(), layout.Bytes());
+  model.Resize(layout.count, layout.sh_degree);
+  const Body body(layout, model.source.packed);
+  for (size_t chunk = 0; chunk < layout.NumChunks(); ++chunk) {
+    monitor.Step("load", static_cast<double>(chunk), static_cast<double>(layout.NumChunks()));
+    const Bounds bounds = body.ChunkBounds(chunk);
+    const auto [begin, end] = ChunkRange(layout, chunk);
+    for (size_t g = begin; g < end; ++g) SetRow(model, g, body.Decode(g, bounds));
+  }
+  ValidateRead(model, path);
+  return model;
+}
+
+void CompressedPlyCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
+                               Monitor& monitor) const {
+  ValidateWrite(model, path);
+  const Layout layout = LayoutFor(model);
+  const bool patch = ComesFrom(model, layout);
+  std::vector<char> bytes = patch ? model.source.packed : std::vector<char>(layout.Bytes());
+  Body body(layout, bytes);
+  const std::vector<uint32_t> order = patch ? std::vector<uint32_t>() : WriteOrder(model);
+  for (size_t chunk = 0; chunk < layout.NumChunks(); ++chunk) {
+    monitor.Step("save", static_cast<double>(chunk), static_cast<double>(layout.NumChunks()));
+    if (patch) {
+      PatchChunk(model, chunk, layout, body);
+    } else {
+      EncodeChunk(model, order, chunk, layout, body);
+    }
+  }
+  AtomicFile file(path);
+  file.Write(HeaderText(model, layout));
+  file.Write(bytes.data(), bytes.size());
+  file.Commit();
+}
+
+std::vector<std::string> CompressedPlyCodec::Losses(const GaussianModel& model) const {
+  return CommonLosses(model, 3);
+}
+
+std::vector<uint32_t> CompressedPlyCodec::WriteOrder(const GaussianModel& model) const {
+  if (ComesFrom(model, LayoutFor(model))) return {};
+  return MortonOrder(model);
+}
+
+}  // namespace retint

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/compression.h"
+
+#include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+namespace retint {
+namespace {
+
+constexpr size_t kBlockBytes = size_t{1} << 20;
+constexpr int kGzip = 16 + MAX_WBITS;  // zlib: a gzip header, the largest window
+constexpr int kZstdLevel = 9;
+
+class Inflater {
+ public:
+  explicit Inflater(std::string_view packed) : packed_(packed) {
+    if (inflateInit2(&stream_, kGzip) != Z_OK) throw std::bad_alloc();
+  }
+  ~Inflater() { inflateEnd(&stream_); }
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+
+  // Up to `bytes` more into `to`; how many. Fewer only at the end of the stream or of what was
+  // packed, or at damage.
+  size_t Next(char* to, size_t bytes) {
+    stream_.next_out = reinterpret_cast<Bytef*>(to);
+    stream_.avail_out = static_cast<uInt>(bytes);
+    while (stream_.avail_out > 0 && code_ == Z_OK) {
+      if (stream_.avail_in == 0) {
+        const size_t part = std::min(packed_.size(), kBlockBytes);
+        if (part == 0) break;
+        stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed_.data()));
+        stream_.avail_in = static_cast<uInt>(part);
+        packed_.remove_prefix(part);
+      }
+      code_ = inflate(&stream_, Z_NO_FLUSH);
+      if (code_ == Z_BUF_ERROR) code_ = Z_OK;  // wants more input
+    }
+    return bytes - stream_.avail_out;
+  }
+  bool Ended() const { return code_ == Z_STREAM_END; }
+  bool Damaged() const { return code_ != Z_OK && code_ != Z_STREAM_END; }
+  size_t Left() const { return packed_.size() + stream_.avail_in; }
+
+ private:
+  std::string_view packed_;  // not handed to zlib yet
+  z_stream stream_{};
+  int code_ = Z_OK;
+};
+
+}  // namespace
+
+std::vector<char> GunzipHead(std::string_view packed, size_t wanted) {
+  std::vector<char> head(wanted);
+  Inflater inflater(packed);
+  head.resize(inflater.Next(head.data(), wanted));
+  return head;
+}
+
+std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
+                         const std::function<size_t(std::string_view header)>& limit,
+                         const std::function<void(size_t done)>& step) {
+  Inflater inflater(packed);
+  std::vector<char> bytes;
+  const auto grow = [&](size_t more) {
+    const size_t done = bytes.size();
+    bytes.resize(done + more);
+    bytes.resize(done + inflater.Next(bytes.data() + done, more));
+    if (inflater.Damaged()) throw std::runtime_error("the compressed data is damaged");
+    return bytes.size() - done == more;
+  };
+  if (!grow(header_bytes)) throw std::runtime_error("truncated: the header is not whole");
+  // One byte more than may come, to notice it.
+  const size_t most = limit(std::string_view(bytes.data(), bytes.size())) + 1;
+  while (bytes.size() < most && grow(std::min(kBlockBytes, most - bytes.size()))) {
+    step(bytes.size());
+  }
+  if (bytes.size() >= most) throw std::runtime_error("holds more data than its header announces");
+  if (!inflater.Ended()) {
+    char one;  // the trailer may follow a last byte that filled the block
+    if (inflater.Next(&one, 1) > 0 || !inflater.Ended()) {
+      throw std::runtime_error(inflater.Damaged() ? "the compressed data is damaged"
+                                                  : "truncated: the compressed data breaks off");
+    }
+  }
+  if (inflater.Left() > 0) {
+    throw std::runtime_error(std::to_string(inflater.Left()) +
+                             " bytes follow the compressed data: the file is damaged");
+  }
+  return bytes;
+}
+
+std::vector<char> Gzip(std::string_view bytes, const std::function<void(size_t done)>& step) {
+  z_stream stream{};
+  if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzip, 9, Z_DEFAULT_STRATEGY) !=
+      Z_OK) {
+    throw std::bad_alloc();
+  }
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, deflateEnd);
+  std::vector<char> packed;
+  int code = Z_OK;
+  for (size_t done = 0; code == Z_OK;) {
+    if (stream.avail_in == 0 && done < bytes.size()) {
+      step(done);
+      const size_t part = std::min(bytes.size() - done, kBlockBytes);
+      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + done));
+      stream.avail_in = static_cast<uInt>(part);
+      done += part;
+    }
+    const size_t was = packed.size();
+    packed.resize(was + kBlockBytes);
+    stream.next_out = reinterpret_cast<Bytef*>(packed.data() + was);
+    stream.avail_out = kBlockBytes;
+    code = deflate(&stream, done == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
+    packed.resize(was + kBlockBytes - stream.avail_out);
+  }
+  return packed;
+}
+
+std::vector<char> Unzstd(std::string_view packed, size_t bytes, const std::function<void()>& step) {
+  const std::unique_ptr<ZSTD_DStream, size_t (*)(ZSTD_DStream*)> stream(ZSTD_createDStream(),
+                                                                        ZSTD_freeDStream);
+  if (!stream) throw std::bad_alloc();
+  // A window no larger than what comes out, or than 8 MiB, which every decoder takes.
+  const int window_log = std::clamp(static_cast<int>(std::bit_width(bytes)), 23, 30);
+  ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log);
+  std::vector<char> out;
+  ZSTD_inBuffer in{packed.data(), packed.size(), 0};
+  size_t left = 1;  // of the frame; 0 once it is whole
+  while (left != 0) {
+    step();
+    const size_t was = out.size();
+    const size_t room = std::min(kBlockBytes, bytes - was + 1);  // one more, to notice it
+    out.resize(was + room);
+    ZSTD_outBuffer to{out.data() + was, room, 0};
+    left = ZSTD_decompressStream(stream.get(), &to, &in);
+    out.resize(was + to.pos);
+    if (ZSTD_isError(left)) throw std::runtime_error("the compressed data is damaged");
+    if (out.size() > bytes) throw std::runtime_error("holds more data than its header announces");
+    if (left != 0 && to.pos < room && in.pos == in.size) {
+      throw std::runtime_error("truncated: the compressed data breaks off");
+    }
+  }
+  if (out.size() != bytes) throw std::runtime_error("holds less data than its header announces");
+  if (in.pos != in.size) {
+    throw std::runtime_error("bytes follow the compressed data: the file is damaged");
+  }
+  return out;
+}
+
+std::vector<char> Zstd(std::string_view bytes) {
+  std::vector<char> packed(ZSTD_compressBound(bytes.size()));
+  const size_t size =
+      ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
+  if (ZSTD_isError(size)) throw std::bad_alloc();
+  packed.resize(size);
+  return packed;
+}
+
+}  // namespace retint

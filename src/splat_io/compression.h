@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// gzip and Zstandard with a bound on what comes out, so that a small file cannot take all memory.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string_view>
+#include <vector>
+
+namespace retint {
+
+// What a file of `bytes` may hold unpacked: real scenes shrink to a half or a fourth; scenes of
+// equal Gaussians to some hundredth.
+inline size_t MostUnpacked(size_t bytes) { return 65536 + 256 * bytes; }
+
+// The first `wanted` bytes or fewer of a gzip stream that may be cut off or damaged.
+std::vector<char> GunzipHead(std::string_view packed, size_t wanted);
+
+// Unpacks a whole gzip stream. Once `header_bytes` are there, `limit` is told them and gives the
+// most bytes that may come out in all; `step` is called between blocks. std::runtime_error that
+// says what is wrong: damaged or truncated data, more than the limit, or bytes that follow.
+std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
+                         const std::function<size_t(std::string_view header)>& limit,
+                         const std::function<void(size_t done)>& step);
+// `step` is called between blocks with the bytes that were taken in.
+std::vector<char> Gzip(std::string_view bytes, const std::function<void(size_t done)>& step);
+
+// A Zstandard frame that unpacks to exactly `bytes` bytes; std::runtime_error otherwise.
+std::vector<char> Unzstd(std::string_view packed, size_t bytes, const std::function<void()>& step);
+std::vector<char> Zstd(std::string_view bytes);
+
+}  // namespace retint

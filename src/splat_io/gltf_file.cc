@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/gltf_file.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "splat_io/splat_row.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+constexpr std::string_view kDigits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+struct ComponentType {
+  uint64_t id;
+  uint64_t bytes;
+  double most;  // of a normalized one
+};
+constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, 1, 127},
+                                                           {5121, 1, 255},
+                                                           {5122, 2, 32767},
+                                                           {5123, 2, 65535},
+                                                           {5125, 4, 4294967295.0},
+                                                           {5126, 4, 1}}};
+
+double LoadComponent(uint64_t id, const char* from) {
+  switch (id) {
+    case 5120:
+      return LoadAs<int8_t>(from);
+    case 5121:
+      return LoadAs<uint8_t>(from);
+    case 5122:
+      return LoadAs<int16_t>(from);
+    case 5123:
+      return LoadAs<uint16_t>(from);
+    case 5125:
+      return LoadAs<uint32_t>(from);
+    default:
+      return LoadAs<float>(from);
+  }
+}
+
+std::string FromPercent(std::string_view uri) {
+  std::string name;
+  for (size_t i = 0; i < uri.size(); ++i) {
+    const auto hex = [](char c) {
+      return std::string_view("0123456789abcdef").find(static_cast<char>(std::tolower(c)));
+    };
+    const bool escape =
+        uri[i] == '%' && i + 2 < uri.size() && hex(uri[i + 1]) < 16 && hex(uri[i + 2]) < 16;
+    name += escape ? static_cast<char>(hex(uri[i + 1]) * 16 + hex(uri[i + 2])) : uri[i];
+    i += escape ? 2 : 0;
+  }
+  return name;
+}
+
+}  // namespace
+
+void GltfFile::Fail(const std::string& fault) const { throw InputError(path_, fault); }
+
+GltfFile::GltfFile(const std::filesystem::path& path) : path_(path) {
+  std::string bytes = ReadFile(path);
+  if (bytes.starts_with("glTF")) {
+    ReadGlb(std::move(bytes));
+    return;
+  }
+  json_ = ParseJson(bytes, path_, "the glTF");
+  LoadBuffers("");
+}
+
+void GltfFile::ReadGlb(std::string bytes) {
+  ByteReader reader(bytes, path_);
+  reader.ReadBytes(4, "header");
+  const auto version = reader.Read<uint32_t>("header");
+  if (version != 2) {
+    Fail("glTF version " + std::to_string(version) + " is not supported; supported: 2");
+  }
+  const auto length = reader.Read<uint32_t>("header");
+  if (length != bytes.size()) {
+    Fail("truncated or damaged: announces " + std::to_string(length) + " bytes, has " +
+         std::to_string(bytes.size()));
+  }
+  std::string binary;
+  for (bool first = true; reader.Remaining() > 0; first = false) {
+    const auto chunk_bytes = reader.Read<uint32_t>("chunk");
+    const auto type = reader.Read<uint32_t>("chunk");
+    const std::string_view chunk = reader.ReadBytes(chunk_bytes, "bytes of a chunk");
+    if (first != (type == kJsonChunk)) Fail("its chunks are in a wrong order");
+    if (first) {
+      json_ = ParseJson(chunk, path_, "its JSON");
+    } else if (type == kBinaryChunk && binary.empty()) {
+      binary = chunk;
+    }
+  }
+  bytes.clear();
+  bytes.shrink_to_fit();
+  LoadBuffers(std::move(binary));
+}
+
+void GltfFile::LoadBuffers(std::string binary_chunk) {
+  const auto found = json_.find("buffers");
+  const size_t count = found != json_.end() && found->is_array() ? found->size() : 0;
+  for (size_t i = 0; i < count; ++i) {
+    const Json& buffer = Item("buffers", i);
+    const auto uri = buffer.find("uri");
+    if (uri != buffer.end() && !uri->is_string()) Fail("a buffer's uri is no text");
+    std::string bytes = uri != buffer.end() ? LoadUri(uri->get<std::string>())
+                        : i == 0            ? std::move(binary_chunk)
+                                            : std::string();
+    const uint64_t length = Whole(buffer, "byteLength", 0);
+    if (bytes.size() < length) {
+      Fail("truncated: buffer " + std::to_string(i) + " announces " + std::to_string(length) +
+           " bytes, has " + std::to_string(bytes.size()));
+    }
+    buffers_.push_back(std::move(bytes));
+  }
+}
+
+std::string GltfFile::LoadUri(const std::string& uri) const {
+  if (uri.starts_with("data:")) {
+    const size_t comma = uri.find(";base64,");
+    std::string bytes;
+    if (comma == std::string::npos ||
+        !DecodeBase64(std::string_view(uri).substr(comma + 8), bytes)) {
+      Fail("a buffer's data is not base64");
+    }
+    return bytes;
+  }
+  const std::filesystem::path name = FromPercent(uri);
+  const bool outside = name.is_absolute() || name.empty() || uri.find(':') != std::string::npos ||
+                       std::find(name.begin(), name.end(), "..") != name.end();
+  if (outside) Fail("a buffer is named outside of its folder");
+  return ReadFile(path_.parent_path() / name);
+}
+
+uint64_t GltfFile::BufferBytes() const {
+  uint64_t bytes = 0;
+  for (const std::string& buffer : buffers_) bytes += buffer.size();
+  return bytes;
+}
+
+const Json& GltfFile::Item(const char* list, uint64_t index) const {
+  const auto found = json_.find(list);
+  if (found == json_.end() || !found->is_array() || index >= found->size() ||
+      !(*found)[index].is_object()) {
+    Fail("lacks number " + std::to_string(index) + " of its " + list);
+  }
+  return (*found)[index];
+}
+
+uint64_t GltfFile::Whole(const Json& object, const char* name, uint64_t otherwise) const {
+  const auto found = object.find(name);
+  if (found == object.end()) return otherwise;
+  if (!found->is_number_unsigned()) Fail(std::string(name) + " is not a whole number");
+  return found->get<uint64_t>();
+}
+
+uint64_t GltfFile::Count(uint64_t accessor) const {
+  return Whole(Item("accessors", accessor), "count", 0);
+}
+
+std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
+  const std::string name = "accessor " + std::to_string(accessor);
+  const Json& object = Item("accessors", accessor);
+  if (object.contains("sparse")) Fail(name + " is sparse, which is not supported");
+  if (!object.contains("bufferView")) Fail(name + " has no data: is it compressed?");
+  const std::string type =
+      components == 1 ? std::string("SCALAR") : "VEC" + std::to_string(components);
+  if (const Json* found = Member(object, "type"); !found || *found != type) {
+    Fail(name + " is not of type " + type);
+  }
+  const uint64_t id = Whole(object, "componentType", 0);
+  const auto component =
+      std::find_if(kComponentTypes.begin(), kComponentTypes.end(),
+                   [&](const ComponentType& candidate) { return candidate.id == id; });
+  if (component == kComponentTypes.end()) Fail(name + " has an unknown component type");
+  const Json* flag = Member(object, "normalized");
+  const bool normalized = flag && *flag == true;
+
+  const Json& view = Item("bufferViews", Whole(object, "bufferView", 0));
+  const uint64_t index = Whole(view, "buffer", 0);
+  if (index >= buffers_.size()) Fail(name + " is in a buffer that is missing");
+  const std::string& buffer = buffers_[index];
+  const uint64_t view_at = Whole(view, "byteOffset", 0), view_bytes = Whole(view, "byteLength", 0);
+  const uint64_t at = Whole(object, "byteOffset", 0), count = Count(accessor);
+  const uint64_t element = component->bytes * static_cast<uint64_t>(components);
+  const uint64_t stride = Whole(view, "byteStride", element);
+  // Compared by subtraction and division: no sum or product can overflow.
+  if (view_at > buffer.size() || view_bytes > buffer.size() - view_at || stride < element ||
+      count == 0 || at > view_bytes || element > view_bytes - at ||
+      count - 1 > (view_bytes - at - element) / stride) {
+    Fail(name + " of " + std::to_string(count) + " elements does not fit into its buffer");
+  }
+  std::vector<float> values(count * static_cast<uint64_t>(components));
+  const char* from = buffer.data() + view_at + at;
+  for (uint64_t e = 0; e < count; ++e) {
+    for (uint64_t c = 0; c < static_cast<uint64_t>(components); ++c) {
+      double value = LoadComponent(id, from + e * stride + c * component->bytes);
+      if (normalized) value = std::max(value / component->most, -1.0);
+      values[e * static_cast<uint64_t>(components) + c] = static_cast<float>(value);
+    }
+  }
+  return values;
+}
+
+std::string Base64Encoder::Add(std::string_view bytes) {
+  std::string text;
+  rest_ += bytes;
+  size_t i = 0;
+  for (; i + 3 <= rest_.size(); i += 3) {
+    const uint32_t word = uint32_t(uint8_t(rest_[i])) << 16 | uint32_t(uint8_t(rest_[i + 1])) << 8 |
+                          uint8_t(rest_[i + 2]);
+    for (int shift = 18; shift >= 0; shift -= 6) text += kDigits[word >> shift & 63];
+  }
+  rest_.erase(0, i);
+  return text;
+}
+
+std::string Base64Encoder::Finish() {
+  const size_t left = rest_.size();
+  if (left == 0) return "";
+  std::string text = Add(std::string(3 - left, '\0'));
+  std::fill(text.end() - static_cast<std::ptrdiff_t>(3 - left), text.end(), '=');
+  return text;
+}
+
+bool DecodeBase64(std::string_view text, std::string& bytes) {
+  if (text.size() % 4 != 0) return false;
+  while (text.ends_with('=')) text.remove_suffix(1);
+  std::array<int8_t, 256> values;
+  values.fill(-1);
+  for (size_t i = 0; i < kDigits.size(); ++i) {
+    values[static_cast<uint8_t>(kDigits[i])] = static_cast<int8_t>(i);
+  }
+  uint32_t word = 0;
+  int bits = 0;
+  for (const char c : text) {
+    const int value = values[static_cast<uint8_t>(c)];
+    if (value < 0) return false;
+    word = word << 6 | static_cast<uint32_t>(value);
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += static_cast<char>(word >> bits & 255);
+  }
+  return true;
+}
+
+}  // namespace retint

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The parts of a glTF 2.0 file that hold numbers: JSON, buffers, accessors.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "splat_io/json.h"
+
+namespace retint {
+
+class GltfFile {
+ public:
+  // .glb or .gltf, by content. InputError when it is damaged, or a buffer is missing or shorter
+  // than announced.
+  explicit GltfFile(const std::filesystem::path& path);
+
+  const nlohmann::json& json() const { return json_; }
+  const std::filesystem::path& path() const { return path_; }
+  uint64_t BufferBytes() const;  // of all buffers
+
+  // The object json()[list][index]; InputError where there is none.
+  const nlohmann::json& Item(const char* list, uint64_t index) const;
+  // A member that is a whole number; `otherwise` where it is missing, InputError where it is
+  // something else.
+  uint64_t Whole(const nlohmann::json& object, const char* name, uint64_t otherwise) const;
+  // Number of elements of an accessor.
+  uint64_t Count(uint64_t accessor) const;
+  // Its values, [count, components], normalized integers as what they stand for. InputError where
+  // it has another number of components, lies outside of its buffer, or is sparse.
+  std::vector<float> Values(uint64_t accessor, int components) const;
+
+  [[noreturn]] void Fail(const std::string& fault) const;
+
+ private:
+  void ReadGlb(std::string bytes);
+  void LoadBuffers(std::string binary_chunk);
+  std::string LoadUri(const std::string& uri) const;
+
+  std::filesystem::path path_;
+  nlohmann::json json_;
+  std::vector<std::string> buffers_;
+};
+
+// Base64 (RFC 4648) in pieces.
+class Base64Encoder {
+ public:
+  std::string Add(std::string_view bytes);  // what is complete by now
+  std::string Finish();                     // the rest, padded
+
+ private:
+  std::string rest_;
+};
+// False where it is not base64.
+bool DecodeBase64(std::string_view text, std::string& bytes);
+
+}  // namespace retint

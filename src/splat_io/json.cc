@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/json.h"
+
+#include "base/error.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kMostDepth = 64;
+constexpr size_t kMostValues = size_t{1} << 21;
+
+}  // namespace
+
+Json ParseJson(std::string_view text, const std::filesystem::path& path, const std::string& what) {
+  size_t values = 0;
+  const auto count = [&](int depth, Json::parse_event_t event, Json&) {
+    using Event = Json::parse_event_t;
+    if (event == Event::value || event == Event::array_start || event == Event::object_start) {
+      if (++values > kMostValues || depth > kMostDepth) {
+        throw InputError(path, what + " holds too much JSON");
+      }
+    }
+    return true;
+  };
+  Json json = Json::parse(text, count, /*allow_exceptions=*/false);
+  if (!json.is_object()) throw InputError(path, what + " is not a JSON object, or truncated");
+  return json;
+}
+
+const Json* Member(const Json& value, const char* name) {
+  const auto found = value.is_object() ? value.find(name) : value.end();
+  return found == value.end() ? nullptr : &*found;
+}
+
+}  // namespace retint

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The body of an ascii PLY as the bytes that a binary little-endian one would have, read block by
+// block.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "splat_io/input_file.h"
+#include "splat_io/ply_header.h"
+
+namespace retint {
+
+class PlyAscii {
+ public:
+  // Begins behind the header. Reads nothing yet.
+  PlyAscii(const InputFile& file, const PlyHeader& header);
+
+  // `count` rows of scalars into the first bytes of `to`; `first` is the index of the first of
+  // them, for messages. InputError with the line for a value that is missing, not a number or out
+  // of its type's range.
+  void ReadRows(const PlyElement& element, size_t first, size_t count, std::vector<char>& to);
+  // A whole element, lists included, appended to `to`, which grows as values are found.
+  void ReadElement(const PlyElement& element, std::vector<char>& to);
+  // InputError unless only white space follows.
+  void ExpectEnd();
+
+ private:
+  std::string_view NextWord();  // empty at the end of the file; valid until the next call
+  bool Refill();
+  // One value of a PLY type into `to`, which has room for it.
+  void ReadValue(const std::string& type, const std::string& name, char* to);
+  [[noreturn]] void Fail(const std::string& fault) const;
+
+  const InputFile& file_;
+  uint64_t offset_;  // of the next block
+  std::string buffer_;
+  size_t position_ = 0;  // in buffer_
+  int64_t line_ = 1;
+  std::string row_name_;  // "Gaussian 3", for messages
+};
+
+}  // namespace retint

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/sog_codec.h"
+
+#include <array>
+
+#include "splat_io/compression.h"
+#include "splat_io/json.h"
+#include "splat_io/sog_files.h"
+#include "splat_io/splat_row.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr size_t kBlockRows = 16384;
+constexpr size_t kMostPalette = 65536;
+constexpr size_t kPaletteColumns = 64;   // sets of coefficients in a row of the palette's picture
+constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, a Gaussian
+
+struct Bands {
+  size_t palette = 0, coefficients = 0;  // of each set, above degree 0
+  std::vector<float> codebook;
+  RgbaPicture centroids, labels;
+};
+
+// The parsed meta.json and its pictures.
+class Scene {
+ public:
+  Scene(const std::filesystem::path& path, Monitor& monitor) : path_(path) {
+    files_ = SogFiles::Open(path);
+    const std::string text = files_->Read("meta.json");
+    meta_ = ParseJson(text, path_, "meta.json");
+    if (!meta_.contains("version")) {
+      Fail("is of SOG version 1, which is not supported; supported: 2");
+    }
+    if (const Json& version = meta_["version"]; version != 2) {
+      Fail("is of SOG version " + (version.is_number() ? version.dump() : "?") +
+           ", which is not supported; supported: 2");
+    }
+    count_ = Whole(meta_, "count", (MostUnpacked(files_->PackedBytes()) / kPixelBytes));
+    if (count_ == 0) throw InputError(path_, "holds no Gaussians");
+    const Json& means = Part("means");
+    least_ = Numbers(means, "mins", 3);
+    most_ = Numbers(means, "maxs", 3);
+    scale_table_ = Numbers(Part("scales"), "codebook", 256);
+    color_table_ = Numbers(Part("sh0"), "codebook", 256);
+    means_low_ = Picture(means, 0);
+    monitor.Step("load", 0.1, 1);
+    means_high_ = Picture(means, 1);
+    monitor.Step("load", 0.2, 1);
+    quats_ = Picture(Part("quats"), 0);
+    monitor.Step("load", 0.3, 1);
+    scales_ = Picture(Part("scales"), 0);
+    colors_ = Picture(Part("sh0"), 0);
+    monitor.Step("load", 0.4, 1);
+    if (meta_.contains("shN")) ReadBands(Part("shN"));
+  }
+
+  GaussianModel Read(Monitor& monitor) const {
+    GaussianModel model;
+    model.Resize(count_, degree_);
+    for (size_t g = 0; g < count_; ++g) {
+      if (g % kBlockRows == 0) {
+        monitor.Step("load", static_cast<double>(count_ + g), 2.0 * static_cast<double>(count_));
+      }
+      SetRow(model, g, Decode(g));
+    }
+    return model;
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& fault) const {
+    throw InputError(path_, "meta.json " + fault);
+  }
+
+  const Json& Part(const char* name) const {
+    const auto found = meta_.find(name);
+    if (found == meta_.end() || !found->is_object()) Fail("lacks " + std::string(name));
+    return *found;
+  }
+
+  size_t Whole(const Json& object, const char* name, uint64_t most) const {
+    const auto found = object.find(name);
+    if (found == object.end() || !found->is_number_unsigned() || found->get<uint64_t>() > most) {
+      Fail(std::string("has no ") + name + " from 0 to " + std::to_string(most) +
+           ", the most that its pictures can hold");
+    }
+    return found->get<uint64_t>();
+  }
+
+  std::vector<float> Numbers(const Json& object, const char* name, size_t count) const {
+    const auto found = object.find(name);
+    std::vector<float> numbers;
+    if (found != object.end() && found->is_array()) {
+      for (const Json& value : *found) {
+        if (value.is_number()) numbers.push_back(value.get<float>());
+      }
+      if (found->size() != numbers.size()) numbers.clear();
+    }
+    if (numbers.size() != count) {
+      Fail(std::string("has no list of ") + std::to_string(count) + " numbers where " + name +
+           " is expected");
+    }
+    return numbers;
+  }
+
+  std::string FileName(const Json& object, size_t index) const {
+    const auto found = object.find("files");
+    if (found == object.end() || !found->is_array() || found->size() <= index ||
+        !(*found)[index].is_string()) {
+      Fail("does not name its pictures");
+    }
+    const auto name = (*found)[index].get<std::string>();
+    // Nothing outside of the bundle or the folder.
+    if (name.empty() || name.find_first_of("/\\") != std::string::npos || name[0] == '.') {
+      Fail("names a picture that is no plain file name");
+    }
+    return name;
+  }
+
+  RgbaPicture Picture(const Json& object, size_t index) const {
+    const std::string name = FileName(object, index);
+    return DecodeWebp(files_->Read(name), count_, 4 * uint64_t{count_} + 65536, path_, name);
+  }
+
+  void ReadBands(const Json& part) {
+    degree_ = static_cast<int>(Whole(part, "bands", 3));
+    if (degree_ == 0) return;
+    bands_.coefficients = static_cast<size_t>((degree_ + 1) * (degree_ + 1) - 1);
+    bands_.palette = Whole(part, "count", kMostPalette);
+    bands_.codebook = Numbers(part, "codebook", 256);
+    const std::string name = FileName(part, 0);
+    const uint64_t width = kPaletteColumns * bands_.coefficients;
+    const uint64_t height = (bands_.palette + kPaletteColumns - 1) / kPaletteColumns;
+    bands_.centroids = DecodeWebp(files_->Read(name), width * height,
+                                  width * (kMostPalette / kPaletteColumns), path_, name);
+    if (uint64_t(bands_.centroids.width) != width) {
+      throw InputError(path_, name + " has not the width of its palette, " + std::to_string(width));
+    }
+    bands_.labels = Picture(part, 1);
+  }
+
+  static float FromLog(double value) {
+    return static_cast<float>(std::copysign(std::expm1(std::abs(value)), value));
+  }
+
+  SplatRow Decode(size_t g) const {
+    const uint8_t* low = &means_low_.rgba[4 * g];
+    const uint8_t* high = &means_high_.rgba[4 * g];
+    const uint8_t* quat = &quats_.rgba[4 * g];
+    const uint8_t* scale = &scales_.rgba[4 * g];
+    const uint8_t* color = &colors_.rgba[4 * g];
+    SplatRow row;
+    for (size_t i = 0; i < 3; ++i) {
+      const double t = (low[i] | high[i] << 8) / 65535.0;
+      row.mean[i] = FromLog(least_[i] + (double{most_[i]} - least_[i]) * t);
+      row.log_scale[i] = scale_table_[scale[i]];
+      row.sh[i] = color_table_[color[i]];
+    }
+    row.opacity_logit = Logit(color[3] / 255.0);
+    if (quat[3] < 252) {
+      throw InputError(path_, "Gaussian " + std::to_string(g) + ": rotation is marked " +
+                                  std::to_string(quat[3]) + ", expected 252 to 255");
+    }
+    SmallestThree packed;
+    packed.largest = quat[3] - 252;
+    for (size_t i = 0; i < 3; ++i) packed.rest[i] = (quat[i] / 255.0 * 2 - 1) * std::sqrt(0.5);
+    const std::array<double, 4> unit = UnpackSmallestThree(packed);
+    for (size_t i = 0; i < 4; ++i) row.quat_wxyz[i] = static_cast<float>(unit[i]);
+    if (degree_ > 0) DecodeBands(g, row);
+    return row;
+  }
+
+  void DecodeBands(size_t g, SplatRow& row) const {
+    const size_t label = bands_.labels.rgba[4 * g] | size_t{bands_.labels.rgba[4 * g + 1]} << 8;
+    if (label >= bands_.palette) {
+      throw InputError(path_, "Gaussian " + std::to_string(g) + ": spherical harmonics are set " +
+                                  std::to_string(label) + " of " + std::to_string(bands_.palette));
+    }
+    const size_t at = label / kPaletteColumns * static_cast<size_t>(bands_.centroids.width) +
+                      label % kPaletteColumns * bands_.coefficients;
+    for (size_t k = 0; k < bands_.coefficients; ++k) {
+      for (size_t c = 0; c < 3; ++c) {
+        row.sh[3 * (k + 1) + c] = bands_.codebook[bands_.centroids.rgba[4 * (at + k) + c]];
+      }
+    }
+  }
+
+  std::filesystem::path path_;
+  std::unique_ptr<SogFiles> files_;
+  Json meta_;
+  size_t count_ = 0;
+  int degree_ = 0;
+  std::vector<float> least_, most_, scale_table_, color_table_;
+  RgbaPicture means_low_, means_high_, quats_, scales_, colors_;
+  Bands bands_;
+};
+
+}  // namespace
+
+std::span<const std::string_view> SogCodec::Extensions() const {
+  static constexpr std::array<std::string_view, 2> extensions = {".sog", ".json"};
+  return extensions;
+}
+
+bool SogCodec::Sniff(std::string_view head) const {
+  if (head.starts_with("PK\x03\x04") && head.size() > 30) {
+    // The first entry's name, behind its header of 30 bytes.
+    const std::string_view name = head.substr(30, LoadAs<uint16_t>(head.data() + 26));
+    return name == "meta.json" || name.ends_with(".webp");
+  }
+  return head.starts_with('{') && head.find("\"means\"") != std::string_view::npos;
+}
+
+GaussianModel SogCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+  monitor.Step("load", 0, 1);
+  GaussianModel model = Scene(path, monitor).Read(monitor);
+  ValidateRead(model, path);
+  return model;
+}
+
+}  // namespace retint

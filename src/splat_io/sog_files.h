@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The files of a SOG scene, in a zip bundle or side by side in a folder, with bounds on what they
+// unpack to.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace retint {
+
+class SogFiles {
+ public:
+  virtual ~SogFiles() = default;
+  // A bundle, or the folder of a meta.json. InputError when it cannot be opened.
+  static std::unique_ptr<SogFiles> Open(const std::filesystem::path& path);
+  // The file `name`, a plain name. InputError naming it when it is missing, damaged, or larger than
+  // what a file of the bundle's size may hold.
+  virtual std::string Read(const std::string& name) const = 0;
+  // What all may hold, packed: the bundle's bytes, or the folder's.
+  virtual uint64_t PackedBytes() const = 0;
+};
+
+struct RgbaPicture {
+  int width = 0, height = 0;
+  std::vector<uint8_t> rgba;  // [H, W, 4]
+};
+
+// Decodes a lossless WebP. `what` names it in an InputError of `path`, when it is damaged, lossy,
+// or has fewer than `least_pixels` or more than `most_pixels`.
+RgbaPicture DecodeWebp(const std::string& bytes, uint64_t least_pixels, uint64_t most_pixels,
+                       const std::filesystem::path& path, const std::string& what);
+
+}  // namespace retint

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/splat_codec.h"
+
+#include <array>
+
+#include "base/files.h"
+#include "splat_io/input_file.h"
+#include "splat_io/splat_row.h"
+
+namespace retint {
+namespace {
+
+constexpr size_t kRecordBytes = 32;
+constexpr size_t kScaleAt = 12, kColorAt = 24, kOpacityAt = 27, kRotationAt = 28;
+constexpr size_t kBlockRecords = 8192;
+constexpr const char* kMark = ".splat";  // of SourceLayout::packed_format
+
+SplatRow Decode(const char* record) {
+  SplatRow row;
+  for (size_t i = 0; i < 3; ++i) {
+    row.mean[i] = LoadAs<float>(record + 4 * i);
+    row.log_scale[i] = LogScale(LoadAs<float>(record + kScaleAt + 4 * i));
+    row.sh[i] = (static_cast<float>(LoadAs<uint8_t>(record + kColorAt + i)) / 255 - 0.5f) / kShC0;
+  }
+  row.opacity_logit = Logit(LoadAs<uint8_t>(record + kOpacityAt) / 255.0);
+  for (size_t i = 0; i < 4; ++i) {
+    const int byte = LoadAs<uint8_t>(record + kRotationAt + i);
+    row.quat_wxyz[i] = static_cast<float>(byte - 128) / 128;
+  }
+  return row;
+}
+
+// Only the values of `row` that `record` does not already stand for.
+void Encode(const SplatRow& row, char* record) {
+  const SplatRow was = Decode(record);
+  for (size_t i = 0; i < 3; ++i) {
+    if (row.mean[i] != was.mean[i]) StoreAs(record + 4 * i, row.mean[i]);
+    if (row.log_scale[i] != was.log_scale[i]) {
+      StoreAs(record + kScaleAt + 4 * i, std::exp(std::min(row.log_scale[i], 88.0f)));  // finite
+    }
+    if (row.sh[i] != was.sh[i]) {
+      StoreAs(record + kColorAt + i,
+              static_cast<uint8_t>(RoundTo(255 * (0.5 + double(kShC0) * row.sh[i]), 255)));
+    }
+  }
+  if (row.opacity_logit != was.opacity_logit) {
+    StoreAs(record + kOpacityAt,
+            static_cast<uint8_t>(RoundTo(255 * Sigmoid(row.opacity_logit), 255)));
+  }
+  if (row.quat_wxyz != was.quat_wxyz) {
+    const std::array<double, 4> unit = Normalized(row.quat_wxyz);
+    for (size_t i = 0; i < 4; ++i) {
+      StoreAs(record + kRotationAt + i, static_cast<uint8_t>(RoundTo(unit[i] * 128 + 128, 255)));
+    }
+  }
+}
+
+}  // namespace
+
+std::span<const std::string_view> DotSplatCodec::Extensions() const {
+  static constexpr std::array<std::string_view, 1> extensions = {".splat"};
+  return extensions;
+}
+
+GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+  const InputFile file(path);
+  if (file.size() == 0 || file.size() % kRecordBytes != 0) {
+    throw InputError(path, "not a .splat, or truncated: its " + std::to_string(file.size()) +
+                               " bytes are no whole number of records of 32 bytes");
+  }
+  const size_t count = file.size() / kRecordBytes;
+  GaussianModel model;
+  model.Resize(count, 0);
+  model.source.packed_format = kMark;
+  model.source.packed.resize(file.size());
+  for (size_t first = 0; first < count; first += kBlockRecords) {
+    monitor.Step("load", static_cast<double>(first), static_cast<double>(count));
+    const size_t end = std::min(count, first + kBlockRecords);
+    char* records = model.source.packed.data();
+    file.ReadAt(first * kRecordBytes, records + first * kRecordBytes, (end - first) * kRecordBytes);
+    for (size_t g = first; g < end; ++g) SetRow(model, g, Decode(records + g * kRecordBytes));
+  }
+  ValidateRead(model, path);
+  return model;
+}
+
+void DotSplatCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
+                          Monitor& monitor) const {
+  ValidateWrite(model, path);
+  const size_t count = model.NumGaussians();
+  const bool patch =
+      model.source.packed_format == kMark && model.source.packed.size() == count * kRecordBytes;
+  AtomicFile file(path);
+  std::vector<char> block;
+  for (size_t first = 0; first < count; first += kBlockRecords) {
+    monitor.Step("save", static_cast<double>(first), static_cast<double>(count));
+    const size_t end = std::min(count, first + kBlockRecords);
+    block.assign((end - first) * kRecordBytes, '\0');
+    if (patch) {
+      std::memcpy(block.data(), model.source.packed.data() + first * kRecordBytes, block.size());
+    }
+    for (size_t g = first; g < end; ++g) {
+      Encode(GetRow(model, g), block.data() + (g - first) * kRecordBytes);
+    }
+    file.Write(block.data(), block.size());
+  }
+  file.Commit();
+}
+
+std::vector<std::string> DotSplatCodec::Losses(const GaussianModel& model) const {
+  return CommonLosses(model, 0);
+}
+
+}  // namespace retint

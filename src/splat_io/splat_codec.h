@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The .splat of antimatter15's viewer (github.com/antimatter15/splat): no header, 32 bytes a
+// Gaussian.
+#pragma once
+
+#include "splat_io/splat_io.h"
+
+namespace retint {
+
+// A record is position and linear scale as floats, red, green, blue and opacity as bytes of
+// [0, 1], and the unit quaternion wxyz as bytes q * 128 + 128. The frame is the .ply's. It has no
+// place for view-dependent color: SH degree 0. Colors beyond [0, 1] are clamped.
+// Written over a scene that came from a .splat, the bytes of unchanged values are the source's.
+class DotSplatCodec : public SplatCodec {
+ public:
+  std::string_view Name() const override { return ".splat"; }
+  std::span<const std::string_view> Extensions() const override;
+  bool Sniff(std::string_view) const override { return false; }
+  GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const override;
+  void Write(const std::filesystem::path& path, const GaussianModel& model,
+             Monitor& monitor) const override;
+  std::vector<std::string> Losses(const GaussianModel& model) const override;
+};
+
+}  // namespace retint

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the codecs of packed formats share: one Gaussian at a time, activations and their inverses,
+// and the check that each of them owes to GaussianModel::Validate().
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "kernels/common/sh.h"  // color = 0.5 + kShC0 * sh_0
+#include "scene/gaussian_model.h"
+
+namespace retint {
+
+// One Gaussian with the raw values of GaussianModel.
+struct SplatRow {
+  std::array<float, 3> mean{};
+  std::array<float, 4> quat_wxyz{};
+  std::array<float, 3> log_scale{};
+  float opacity_logit = 0;
+  std::array<float, 48> sh{};  // [K, 3], the first 3 K values; the rest is zero
+};
+
+SplatRow GetRow(const GaussianModel& model, size_t g);
+void SetRow(GaussianModel& model, size_t g, const SplatRow& row);
+
+// Opacities of 8 bits hold 0 and 1, whose logits are infinite: they are kept off both ends.
+inline float Logit(double opacity) {
+  const double kept = std::clamp(opacity, 1e-6, 1 - 1e-6);
+  return static_cast<float>(std::log(kept / (1 - kept)));
+}
+inline double Sigmoid(double logit) { return 1 / (1 + std::exp(-logit)); }
+
+// Linear scales may have underflowed to 0, whose logarithm is the least normal float's here.
+inline float LogScale(float scale) { return std::log(scale == 0 ? 1.17549435e-38f : scale); }
+
+// The integer nearest to x within [0, most].
+inline uint32_t RoundTo(double x, uint32_t most) {
+  return static_cast<uint32_t>(std::lround(std::clamp(x, 0.0, static_cast<double>(most))));
+}
+
+// IEEE 754 binary16.
+float HalfToFloat(uint16_t half);
+
+// The unit quaternion of the same rotation; a zero one means no rotation (docs/conventions.md).
+std::array<double, 4> Normalized(const std::array<float, 4>& quat_wxyz);
+
+// A rotation packed as the three smaller components of its unit quaternion, each in
+// [-1/sqrt(2), 1/sqrt(2)], and the index of the largest, which is made positive and left out.
+struct SmallestThree {
+  int largest = 0;               // index into the quaternion as it was given
+  std::array<double, 3> rest{};  // the others in their order
+};
+SmallestThree PackSmallestThree(const std::array<double, 4>& unit);
+std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed);
+
+// GaussianModel::Validate() naming the file that the model was read from.
+void ValidateRead(const GaussianModel& model, const std::filesystem::path& path);
+// Before a write: RunError naming `path` for a model that is empty, inconsistent or not finite.
+void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path);
+
+// What a format loses that holds no higher degree and none of the columns that only a .ply holds;
+// one sentence each.
+std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree);
+
+template <typename T>
+T LoadAs(const char* from) {
+  T value;
+  std::memcpy(&value, from, sizeof(T));
+  return value;
+}
+template <typename T>
+void StoreAs(char* to, T value) {
+  std::memcpy(to, &value, sizeof(T));
+}
+
+}  // namespace retint
