@@ -73,6 +73,15 @@ fs::path AutosaveDataFolder() {
   return base / ".local" / "share" / "retint" / "autosave";
 }
 
+bool IsAutosave(const fs::path& folder) {
+  const std::string stem = StemOf(Normal(folder));
+  const size_t mark = stem.rfind(kMark);
+  if (mark == std::string::npos || !Normal(folder).string().ends_with(kSuffix)) return false;
+  const std::string number = stem.substr(mark + std::string(kMark).size());
+  return number.empty() || (number.size() > 1 && number[0] == '-' &&
+                            number.find_first_not_of("0123456789", 1) == std::string::npos);
+}
+
 void Autosave::TakeName(const fs::path& session) {
   std::error_code code;
   std::vector<std::pair<fs::path, std::string>> places;
@@ -179,8 +188,7 @@ std::vector<Recovery> FindRecoverable(const std::vector<fs::path>& sessions) {
     std::error_code code;
     for (const auto& entry : fs::directory_iterator(place, code)) {
       const std::string name = entry.path().filename().string();
-      const bool ours = name.rfind(start, 0) == 0 && name.ends_with(kSuffix) &&
-                        name.find(kMark) != std::string::npos;
+      const bool ours = name.rfind(start, 0) == 0 && IsAutosave(entry.path());
       if (!ours || !seen.insert(entry.path()).second || IsAlive(entry.path())) continue;
       try {
         Recovery recovery;

@@ -25,6 +25,8 @@ namespace retint {
 
 // $XDG_DATA_HOME/retint/autosave, else ~/.local/share/retint/autosave. May not exist.
 std::filesystem::path AutosaveDataFolder();
+// Whether a folder has an autosave's name: NAME.autosave.retint, NAME.autosave-2.retint, ...
+bool IsAutosave(const std::filesystem::path& folder);
 
 class Autosave {
  public:

@@ -13,11 +13,12 @@ namespace retint {
 namespace {
 
 constexpr int kRestMs = 90;       // without a movement, before the sharp frame is asked for
-constexpr int kNewsMs = 250;      // between frames that only show the optimiser's progress
+constexpr int kNewsMs = 250;      // between frames that only show the optimizer's progress
 constexpr int kFlyMs = 15;        // between steps of flying
 constexpr double kSplitGrab = 8;  // pixels to either side of the line
 
-// Shares of `at` in `count` values of a JSON list; false when they are not there.
+// Fills `values` from the list of `count` finite numbers `object[key]`; false when that is not
+// there.
 bool ReadNumbers(const nlohmann::json& object, const char* key, double* values, size_t count) {
   if (!object.contains(key) || !object[key].is_array() || object[key].size() != count) return false;
   for (size_t i = 0; i < count; ++i) {
@@ -97,7 +98,7 @@ void Canvas::OnScene() {
 void Canvas::OnSh() {
   if (!controller_->IsOpen() || original_) return;
   if (controller_->optimizer().Active()) {
-    // Sharp at once, but not so often that rendering slows the optimiser down.
+    // Sharp at once, but not so often that rendering slows the optimizer down.
     if (news_.isActive()) {
       more_news_ = true;
     } else {
@@ -106,7 +107,7 @@ void Canvas::OnSh() {
     }
     return;
   }
-  // A colour that is being dragged wants an answer soon.
+  // A color that is being dragged wants an answer soon.
   Request(true);
   rest_.start();
 }
@@ -142,7 +143,7 @@ void Canvas::Request(bool moving) {
 
 void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
   if (!controller_->IsOpen() || frame->sh->size() != controller_->sh()->size()) return;
-  // Colours and the window's size bring small frames too, which say nothing about moving.
+  // Colors and the window's size bring small frames too, which say nothing about moving.
   const bool turned = frame_ && (frame_->camera.cam_from_world.translation !=
                                      frame->camera.cam_from_world.translation ||
                                  frame_->camera.cam_from_world.rotation.coeffs() !=
@@ -221,8 +222,24 @@ void Canvas::ResetCamera() {
   CameraMoved();
 }
 
-void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, double depth) {
+void Canvas::Probe(const QPointF& at, ProbeFor what) {
+  const PosedCamera camera = navigation_.Rendered();
+  const QRectF rect = ImageRect(camera);
+  if (!rect.contains(at)) return;
+  const QPointF pixel = (at - rect.topLeft()) * devicePixelRatioF();
+  renderer_->Probe(camera, {pixel.x(), pixel.y()}, what);
+}
+
+void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what,
+                      double depth) {
   if (!controller_->IsOpen()) return;
+  if (what == ProbeFor::kPivot) {
+    // Of a drag that goes on; where nothing was hit it turns about the focus.
+    if (gesture_ == MouseGesture::kOrbit && depth > 0) {
+      navigation_.SetPivot(camera.Unproject(pixel, depth));
+    }
+    return;
+  }
   if (depth <= 0) {
     Q_EMIT hint(tr("There is nothing under the cursor to turn around"));
     return;
@@ -314,6 +331,7 @@ void Canvas::SetCloud(std::shared_ptr<const OverlayCloud> cloud) {
 }
 
 void Canvas::SetCloudShown(bool shown) {
+  if (shown == cloud_shown_) return;
   cloud_shown_ = shown;
   Request(false);
   Q_EMIT stateChanged();
@@ -410,6 +428,7 @@ void Canvas::mousePressEvent(QMouseEvent* event) {
   }
   gesture_ = keys_.Gesture(event->button(), event->modifiers());
   if (gesture_ == MouseGesture::kOrbit && fly_mode_) gesture_ = MouseGesture::kLook;
+  if (gesture_ == MouseGesture::kOrbit) Probe(mouse_, ProbeFor::kPivot);
 }
 
 void Canvas::mouseMoveEvent(QMouseEvent* event) {
@@ -453,11 +472,7 @@ void Canvas::mouseDoubleClickEvent(QMouseEvent* event) {
       return;
     }
   }
-  const PosedCamera camera = navigation_.Rendered();
-  const QRectF rect = ImageRect(camera);
-  if (!rect.contains(event->position())) return;
-  const QPointF pixel = (event->position() - rect.topLeft()) * devicePixelRatioF();
-  renderer_->Probe(camera, {pixel.x(), pixel.y()});
+  Probe(event->position(), ProbeFor::kFocus);
 }
 
 void Canvas::wheelEvent(QWheelEvent* event) {

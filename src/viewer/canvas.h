@@ -51,6 +51,8 @@ class Canvas : public QWidget {
   bool split() const { return split_; }
   double split_at() const { return split_at_; }
   bool fly_mode() const { return fly_mode_; }
+  // How much faster the keys that are held fly: 10 with Shift, 0.1 with Alt, else 1.
+  double fly_factor() const { return fly_factor_; }
   bool cloud_shown() const { return cloud_shown_; }
   bool showing_photo() const;
   // P is held, and the view's photo is missing or cannot be read.
@@ -60,7 +62,7 @@ class Canvas : public QWidget {
   std::shared_ptr<const Frame> frame() const { return frame_; }  // null before the first
   // Frames a second while moving; 0 before any.
   double frames_per_second() const { return frame_seconds_ > 0 ? 1 / frame_seconds_ : 0; }
-  // The whole frame is on the screen, of this camera and these colours.
+  // The whole frame is on the screen, of this camera and these colors.
   bool IsSharp() const;
   // The part of the widget that a camera's picture fills.
   QRectF ImageRect(const PosedCamera& camera) const;
@@ -99,7 +101,9 @@ class Canvas : public QWidget {
   void OnScene();
   void OnSh();
   void OnFrame(std::shared_ptr<const Frame> frame);
-  void OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, double depth);
+  void Probe(const QPointF& at, ProbeFor what);
+  void OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what,
+                double depth);
   void UpdateViewport();
   void Request(bool moving);
   void FlyStep();
@@ -137,7 +141,7 @@ class Canvas : public QWidget {
   QPointF mouse_;
   std::set<std::string> flying_;  // held commands
   QTimer rest_, fly_, news_;
-  bool more_news_ = false;  // the optimiser has published since the last frame
+  bool more_news_ = false;  // the optimizer has published since the last frame
   QElapsedTimer fly_clock_;
   double fly_factor_ = 1;
 };

@@ -56,11 +56,11 @@ std::vector<KeyRow> KeyRows(const KeyMap& keys) {
   const auto mouse = [&](const char* what, const QString& text) {
     if (!text.isEmpty()) rows.push_back({"Mouse", what, text});
   };
-  mouse("Orbit around the focus", keys.MouseText(MouseGesture::kOrbit));
+  mouse("Orbit around what is under the cursor", keys.MouseText(MouseGesture::kOrbit));
   mouse("Pan", keys.MouseText(MouseGesture::kPan));
   mouse("Zoom", "wheel, " + keys.MouseText(MouseGesture::kZoom));
   mouse("Look around", keys.MouseText(MouseGesture::kLook));
-  mouse("Set the focus; go to a camera's view", "double-click");
+  mouse("Look at it; go to a camera's view", "double-click");
   for (const Command& command : Commands()) {
     rows.push_back({command.group, command.title, keys.KeyText(command.id)});
     if (std::string_view(command.id) == "fly.up") {

@@ -11,12 +11,15 @@
 #include <QMenu>
 #include <QProgressBar>
 #include <QPushButton>
+#include <QScreen>
+#include <QScrollArea>
 #include <QSettings>
 #include <QStackedWidget>
 #include <QStatusBar>
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "viewer/contrast.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/session_store.h"
 
@@ -44,7 +47,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
-  resize(1400, 900);
+  resize(FirstSize(screen()->availableSize()));
   controller_ = new SceneController(this);
   renderer_ = new RenderThread(this);
   photos_ = new PhotoLoader(this);
@@ -70,20 +73,55 @@ MainWindow::~MainWindow() = default;
 
 void MainWindow::BuildCenter() {
   pages_ = new QStackedWidget;
-  welcome_ = new QWidget;
   welcome_text_ = new QLabel;
   welcome_text_->setAlignment(Qt::AlignCenter);
   welcome_text_->setWordWrap(true);
   welcome_text_->setTextFormat(Qt::RichText);
-  auto* open = new QPushButton(tr("Open a scene…"));
-  open->setObjectName("welcome_open");
-  connect(open, &QPushButton::clicked, this, [this] { AskAndOpen({}); });
-  auto* layout = new QVBoxLayout(welcome_);
+  auto* buttons = new QHBoxLayout;
+  buttons->addStretch();
+  const auto add = [&](const char* name, const QString& text, const QString& tip, auto act) {
+    auto* button = new QPushButton(text);
+    button->setObjectName(name);
+    button->setToolTip(tip);
+    connect(button, &QPushButton::clicked, this, act);
+    buttons->addWidget(button);
+  };
+  add("welcome_open", tr("Open a scene…"), tr("A COLMAP workspace and its splat (Ctrl+O)"),
+      [this] { AskAndOpen({}); });
+  add("welcome_sample", tr("Try the sample"),
+      tr("A small artificial scene to practice on; it is made in half a minute and kept"),
+      [this] { OpenSample(); });
+  buttons->addStretch();
+  auto* recent = new QWidget;
+  recent->setMaximumWidth(640);
+  recent->setObjectName("welcome_recent");
+  welcome_recent_ = new QVBoxLayout(recent);
+  auto* guide = new QLabel(
+      tr("<b>From a view to a new color</b><ol>"
+         "<li>Step to a good view with ← and →.</li>"
+         "<li>Press B and brush over the object. Press Enter to accept.</li>"
+         "<li>Choose a color in the Regions panel. Every view follows.</li>"
+         "<li>Look at it from elsewhere. Paint again where the selection misses something.</li>"
+         "<li>Save the session, or export the splat.</li></ol>"));
+  guide->setObjectName("welcome_guide");
+  guide->setWordWrap(true);
+  guide->setMaximumWidth(640);
+  auto* inner = new QWidget;
+  auto* layout = new QVBoxLayout(inner);
   layout->addStretch();
   layout->addWidget(welcome_text_);
-  layout->addSpacing(16);
-  layout->addWidget(open, 0, Qt::AlignCenter);
+  layout->addSpacing(12);
+  layout->addLayout(buttons);
+  layout->addSpacing(12);
+  layout->addWidget(recent, 0, Qt::AlignHCenter);
+  layout->addSpacing(12);
+  layout->addWidget(guide, 0, Qt::AlignHCenter);
   layout->addStretch();
+  auto* page = new QScrollArea;
+  page->setFrameShape(QFrame::NoFrame);
+  page->setWidgetResizable(true);
+  page->setWidget(inner);
+  welcome_ = page;
   canvas_ = new Canvas(controller_, renderer_, photos_);
   selection_ = new SelectionMode(controller_);
   pages_->addWidget(welcome_);
@@ -101,7 +139,7 @@ void MainWindow::BuildStatusBar() {
   progress_->setTextVisible(false);
   cancel_ = new QToolButton;
   cancel_->setText(tr("Cancel"));
-  cancel_->setToolTip(tr("Stop what runs (Esc)"));
+  cancel_->setToolTip(tr("Stop the current task (Esc)"));
   connect(cancel_, &QToolButton::clicked, controller_, &SceneController::Cancel);
   backend_ = new QLabel;
   gaussians_ = new QLabel;
@@ -112,16 +150,22 @@ void MainWindow::BuildStatusBar() {
   statusBar()->addWidget(message_, 1);
   statusBar()->addPermanentWidget(progress_);
   statusBar()->addPermanentWidget(cancel_);
+  warnings_ = new QToolButton;
+  warnings_->setAutoRaise(true);
+  connect(warnings_, &QToolButton::clicked, this, [this] { action("panel.scene")->trigger(); });
+  statusBar()->addPermanentWidget(warnings_);
   for (QLabel* label : {backend_, gaussians_, speed_, memory_}) {
     label->setContentsMargins(6, 0, 6, 0);
     statusBar()->addPermanentWidget(label);
   }
-  progress_->hide();
-  cancel_->hide();
+  for (QWidget* widget : std::initializer_list<QWidget*>{progress_, cancel_, warnings_}) {
+    widget->hide();
+  }
   for (const auto& [widget, name] :
        std::initializer_list<std::pair<QWidget*, const char*>>{{message_, "message"},
                                                                {progress_, "progress"},
                                                                {cancel_, "cancel"},
+                                                               {warnings_, "warnings"},
                                                                {backend_, "backend"},
                                                                {gaussians_, "gaussians"},
                                                                {speed_, "speed"},
@@ -137,14 +181,23 @@ void MainWindow::BuildStatusBar() {
   status_timer_.start();
 }
 
+// A frame and a task bar take a part of the room that is said to be there.
+QSize MainWindow::FirstSize(const QSize& room) {
+  constexpr QSize kWanted(1400, 900), kAround(24, 48);
+  return kWanted.boundedTo(room - kAround);
+}
+
+void MainWindow::Say(const QString& text) {
+  message_->setText(text);
+  message_timer_.start();
+}
+
 void MainWindow::ConnectScene() {
-  const auto say = [this](const QString& text) {
-    message_->setText(text);
-    message_timer_.start();
-  };
   connect(controller_, &SceneController::opened, this, [this] {
     if (!opening_.isEmpty()) Remember(opening_);
+    form_.reset();
     unchecked_ = true;
+    ShowWarnings(controller_->facts()->warnings);
     SetCurrentRegion(0);
     ShowPage();
     UpdateTitle();
@@ -153,15 +206,17 @@ void MainWindow::ConnectScene() {
     canvas_->setFocus();
   });
   connect(controller_, &SceneController::closed, this, [this] {
+    ShowWarnings({});
     SetCurrentRegion(0);
     ShowPage();
     UpdateTitle();
     UpdateActions();
     UpdateStatus();
   });
-  connect(controller_, &SceneController::openFailed, this, [this](const QString& message) {
+  connect(controller_, &SceneController::openFailed, this, &MainWindow::OnOpenFailed);
+  connect(controller_, &SceneController::openCancelled, this, [this] {
+    form_.reset();
     ShowPage();
-    if (message != "cancelled") ShowError(tr("The scene cannot be opened"), message);
   });
   connect(controller_, &SceneController::regionsChanged, this, &MainWindow::OnRegions);
   connect(controller_, &SceneController::regionAdded, this, &MainWindow::SetCurrentRegion);
@@ -191,16 +246,20 @@ void MainWindow::ConnectScene() {
           });
   connect(selection_, &SelectionMode::otherFailed, this, complain);
   connect(controller_, &SceneController::cancelled, this,
-          [say](const QString& label) { say(tr("%1: cancelled").arg(label)); });
+          [this](const QString& label) { Say(tr("%1: cancelled").arg(label)); });
   connect(controller_, &SceneController::sceneChecked, this,
-          [say](const std::vector<std::string>& warnings) {
-            if (!warnings.empty()) say(QStringLiteral("⚠ ") + QString::fromStdString(warnings[0]));
+          [this](const std::vector<std::string>& found) {
+            std::vector<std::string> all = controller_->facts()->warnings;
+            all.insert(all.end(), found.begin(), found.end());
+            ShowWarnings(all);
           });
-  connect(controller_, &SceneController::written, this,
-          [say](const QString& path) { say(tr("Wrote %1").arg(path)); });
+  connect(controller_, &SceneController::written, this, [this](const QString& path) {
+    RememberOutput(path.toStdString());
+    Say(tr("Wrote %1").arg(path));
+  });
   connect(renderer_, &RenderThread::failed, this,
           [this](const QString& message) { ShowError(tr("Rendering failed"), message); });
-  connect(canvas_, &Canvas::hint, this, say);
+  connect(canvas_, &Canvas::hint, this, &MainWindow::Say);
   connect(canvas_, &Canvas::frameShown, this, [this] {
     if (canvas_->frames_per_second() > 0) {
       speed_->setText(tr("%1 fps").arg(canvas_->frames_per_second(), 0, 'f', 0));
@@ -214,18 +273,22 @@ void MainWindow::ConnectScene() {
   connect(canvas_, &Canvas::stateChanged, this, &MainWindow::UpdateActions);
   connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
     SetCurrentRegion(id);
+    canvas_->SetCloudShown(true);  // what was found
     ShowPage();
     canvas_->setFocus();
+    Say(tr("The points show what was selected. Choose a color in the Regions panel (%1)")
+            .arg(keys_.KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();
     canvas_->setFocus();
   });
-  connect(sessions_, &SessionStore::saved, this, [this, say](const QString& path) {
+  connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
     OnRegions();
     UpdateTitle();
     Remember(path);
-    say(tr("Saved %1").arg(path));
+    RememberOutput(path.toStdString());
+    Say(tr("Saved %1").arg(path));
   });
   connect(sessions_, &SessionStore::restored, this, [this](const std::string& view) {
     OnRegions();
@@ -237,6 +300,16 @@ void MainWindow::ConnectScene() {
   connect(sessions_, &SessionStore::autosaveFailed, this, [this](const QString& message) {
     ShowError(tr("The work cannot be saved automatically; Retint keeps trying"), message);
   });
+}
+
+// They stay as long as the scene is open: what does not match is easily taken for a bad edit.
+void MainWindow::ShowWarnings(const std::vector<std::string>& warnings) {
+  QStringList lines;
+  for (const std::string& warning : warnings) lines << QString::fromStdString(warning);
+  warnings_->setText(lines.size() == 1 ? tr("⚠ 1 warning") : tr("⚠ %1 warnings").arg(lines.size()));
+  warnings_->setToolTip(lines.join("\n"));
+  warnings_->setVisible(!lines.isEmpty());
+  if (!lines.isEmpty()) Say(QStringLiteral("⚠ ") + lines.back());
 }
 
 bool MainWindow::IsSelecting() const { return pages_->currentWidget() == selection_; }
@@ -253,6 +326,7 @@ void MainWindow::ShowPage() {
          "or drop both on this window.");
   if (controller_->IsBusy()) text = "<h2>" + controller_->task().toHtmlEscaped() + "…</h2>";
   welcome_text_->setText(text);
+  if (page == welcome_) ShowRecent();
   UpdateActions();
 }
 
@@ -282,9 +356,18 @@ void MainWindow::SetCurrentRegion(RegionId id) {
 void MainWindow::ShowCloudOfCurrent() {
   const Region* region = controller_->regions().Find(current_region_);
   const auto selection = region ? region->selection : nullptr;
-  if (selection == cloud_of_) return;
+  const auto facts = controller_->facts();
+  // In a color that stands out from what the edit makes of the region.
+  QColor color;
+  if (region && facts) color = ContrastingColor(MeanColor(*region, *facts->original), cloud_color_);
+  if (selection == cloud_of_ && color == cloud_color_) return;
   cloud_of_ = selection;
-  canvas_->SetCloud(selection ? MakeOverlayCloud(*selection) : nullptr);
+  cloud_color_ = color;
+  auto cloud = selection ? MakeOverlayCloud(*selection) : nullptr;
+  if (cloud) {
+    cloud->color = {uint8_t(color.red()), uint8_t(color.green()), uint8_t(color.blue())};
+  }
+  canvas_->SetCloud(cloud);
 }
 
 void MainWindow::OnRegions() {
@@ -328,19 +411,17 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
   return dock;
 }
 
+// Panels that are shown one by one would not come back as they were: their tabs and sizes.
 void MainWindow::SetPanelsShown(bool shown) {
   if (shown == panels_shown_) return;
   panels_shown_ = shown;
-  if (!shown) {
-    hidden_by_tab_.clear();
-    for (QDockWidget* dock : docks_) {
-      if (dock->isHidden()) continue;
-      hidden_by_tab_.push_back(dock);
-      dock->hide();
-    }
+  if (shown) {
+    restoreState(layout_);
   } else {
-    for (QDockWidget* dock : hidden_by_tab_) dock->show();
+    layout_ = saveState();
+    for (QDockWidget* dock : docks_) dock->hide();
   }
+  UpdateActions();
 }
 
 // Keys that no widget wanted: flying works wherever the focus is.

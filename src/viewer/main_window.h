@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -26,11 +27,13 @@
 
 class QAction;
 class QDockWidget;
+class QHBoxLayout;
 class QLabel;
 class QMenu;
 class QProgressBar;
 class QStackedWidget;
 class QToolButton;
+class QVBoxLayout;
 
 namespace retint {
 
@@ -84,8 +87,12 @@ class MainWindow : public QMainWindow {
   // A dialog that does not stop the program; one at a time, the rest follow.
   void ShowError(const QString& title, const QString& message);
   QMessageBox* dialog() const { return dialog_; }
+  // A line in the status bar, for a few seconds.
+  void Say(const QString& text);
   // Whether the regions differ from what was last saved or opened.
   bool IsModified() const { return isWindowModified(); }
+  // The size of a first window on a screen with so much room.
+  static QSize FirstSize(const QSize& room);
 
  Q_SIGNALS:
   void currentRegionChanged(retint::RegionId id);
@@ -103,6 +110,7 @@ class MainWindow : public QMainWindow {
   void BuildStatusBar();
   void ConnectScene();
   void ShowPage();
+  void ShowWarnings(const std::vector<std::string>& warnings);
   void UpdateTitle();
   void UpdateStatus();
   void UpdateActions();
@@ -115,28 +123,42 @@ class MainWindow : public QMainWindow {
   void BuildMenus();
   void BackOut();
   void SaveScreenshot();
+  void CopyPicture();
   void ShowKeys();
   void LoadProfile(const QString& path);
   static QStringList LoadedProfiles();         // of this and earlier runs
   static KeyMap Profile(const QString& name);  // loaded or built in, else the default
   void ChooseTheme(ThemeChoice choice);
   // main_window_files.cc
-  void AskAndOpen(OpenRequest start);
+  // `failure`: why what `start` says could not be opened.
+  void AskAndOpen(OpenRequest start, const QString& failure = {});
+  void OpenRequested(const OpenRequest& request, bool from_form);
+  void OnOpenFailed(const QString& message);
+  void OpenRecent(const QString& entry);
+  void OpenSample();
+  void ShowRecent();  // on the start page
   void Remember(const QString& entry);
   void FillRecent();
   void Save(bool as, std::function<void()> then = {});
   void OpenStart(const StartOptions& options);
   void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
+  // Runs `go` at once, or after the user agreed to lose or save what would be lost.
+  void ConfirmThen(const QString& what, std::function<void()> go);
+  void ShowDialog(QMessageBox* box);
+  void NextError();
+  // main_window_export.cc
   void ExportSplat();
   void ExportMasks();
   void ExportViews();
   void ExportReport();
   void ExportTurntable();
-  QString AskFolder(const QString& title);
-  // Runs `go` at once, or after the user agreed to lose or save what would be lost.
-  void ConfirmThen(const QString& what, std::function<void()> go);
-  void ShowDialog(QMessageBox* box);
-  void NextError();
+  // Where output is proposed: the folder that was written to last, else beside the session or the
+  // workspace. The name begins with that of what is open and ends in `ending`.
+  std::filesystem::path ProposedOutput(const QString& ending) const;
+  static void RememberOutput(const std::filesystem::path& path);
+  // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.
+  void ConfirmReplacing(const std::filesystem::path& folder,
+                        const std::vector<std::filesystem::path>& files, std::function<void()> go);
   // main_window_panels.cc
   void AddPanels();
 
@@ -150,22 +172,26 @@ class MainWindow : public QMainWindow {
   QStackedWidget* pages_;
   QWidget* welcome_;
   QLabel* welcome_text_;
+  QVBoxLayout* welcome_recent_;
   QLabel *backend_, *gaussians_, *speed_, *memory_, *message_;
+  QToolButton* warnings_;
   QProgressBar* progress_;
   QToolButton* cancel_;
   QTimer message_timer_, status_timer_;
   std::map<std::string, QAction*, std::less<>> actions_;
   QMenu *recent_ = nullptr, *panels_menu_ = nullptr;
   std::vector<QDockWidget*> docks_;
-  std::vector<QDockWidget*> hidden_by_tab_;
   bool panels_shown_ = true;
+  QByteArray layout_;  // of the panels that are hidden
   KeyMap keys_;
   QPointer<KeysDialog> keys_dialog_;
   QPointer<QMessageBox> dialog_;
   std::deque<std::pair<QString, QString>> errors_;
-  QString opening_;  // entry of the recent files, once it has opened
+  QString opening_;                  // entry of the recent files, once it has opened
+  std::optional<OpenRequest> form_;  // of the dialog, until it has opened
   RegionId current_region_ = 0;
   std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
+  QColor cloud_color_;
   bool closing_ = false;
   bool unchecked_ = false;  // CheckScene() is still to come
 };

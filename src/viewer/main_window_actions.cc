@@ -3,6 +3,7 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QApplication>
+#include <QClipboard>
 #include <QDateTime>
 #include <QDir>
 #include <QDockWidget>
@@ -70,8 +71,9 @@ void MainWindow::BuildActions() {
   MakeAction(
       "show.cloud", tr("&Points of the selection"),
       [this] { canvas_->SetCloudShown(!canvas_->cloud_shown()); }, true);
-  MakeAction("window.panels", tr("&Panels"), [this] { SetPanelsShown(!panels_shown_); });
+  MakeAction("window.panels", tr("&Hide the panels"), [this] { SetPanelsShown(!panels_shown_); });
   MakeAction("window.screenshot", tr("Save a &screenshot"), [this] { SaveScreenshot(); });
+  MakeAction("window.copy_picture", tr("&Copy the picture"), [this] { CopyPicture(); });
   MakeAction("window.full_screen", tr("&Full screen"),
              [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); });
   MakeAction("help.keys", tr("&Keys"), [this] { ShowKeys(); });
@@ -101,7 +103,7 @@ void MainWindow::BuildMenus() {
   output->addAction(tr("&Turntable frames…"), this, &MainWindow::ExportTurntable);
   add(file, {"", "file.close", "file.quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  add(edit, {"edit.undo", "edit.redo", "", "selection.enter"});
+  add(edit, {"edit.undo", "edit.redo", "", "selection.enter", "", "window.copy_picture"});
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
              "", "show.frusta", "show.depth", "show.split", "show.cloud"});
@@ -122,6 +124,7 @@ void MainWindow::BuildMenus() {
   }
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   add(help, {"help.keys"});
+  help->addAction(tr("Open the &sample"), this, &MainWindow::OpenSample);
   help->addAction(tr("&About Retint"), this, [this] {
     auto* box = new QMessageBox(
         QMessageBox::NoIcon, tr("About Retint"),
@@ -170,6 +173,7 @@ void MainWindow::UpdateActions() {
   action("edit.undo")->setIconText(tr("Undo"));
   action("edit.redo")->setIconText(tr("Redo"));
   action("edit.cancel")->setEnabled(!selecting);
+  action("window.panels")->setText(panels_shown_ ? tr("&Hide the panels") : tr("S&how the panels"));
   action("camera.fly_mode")->setChecked(canvas_->fly_mode());
   action("show.frusta")->setChecked(canvas_->frusta());
   action("show.depth")->setChecked(canvas_->depth());
@@ -208,7 +212,12 @@ void MainWindow::SaveScreenshot() {
     ShowError(tr("The screenshot cannot be saved"), tr("%1 cannot be written").arg(path));
     return;
   }
-  Q_EMIT controller_->written(path);
+  Say(tr("Wrote %1").arg(path));
+}
+
+void MainWindow::CopyPicture() {
+  QApplication::clipboard()->setPixmap(pages_->currentWidget()->grab());
+  Say(tr("The picture is in the clipboard"));
 }
 
 void MainWindow::SetKeyMap(const KeyMap& keys) {

@@ -2,6 +2,7 @@
 // The window's dealings with files: opening, sessions, exports, and the questions that go with
 // them. No question blocks the program: each is a dialog whose answer arrives later.
 #include <algorithm>
+#include <utility>
 
 #include <QAction>
 #include <QCloseEvent>
@@ -9,22 +10,27 @@
 #include <QDropEvent>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <QLabel>
 #include <QMenu>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QPushButton>
 #include <QSettings>
+#include <QStandardPaths>
 #include <QUrl>
+#include <QVBoxLayout>
 
-#include "session/export.h"
+#include "scene/synthetic.h"
+#include "session/synthetic_workspace.h"
 #include "viewer/main_window.h"
-#include "viewer/panels/export_dialog.h"
 #include "viewer/session_store.h"
 
 namespace retint {
 namespace {
 
-constexpr qsizetype kRecentKept = 8;
+constexpr qsizetype kRecentKept = 8, kRecentOnStartPage = 5;
+constexpr int kRecentWidth = 600;  // of a line on the start page, pixels
+constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 16;
 constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
@@ -58,6 +64,11 @@ OpenRequest RecentRequest(const QString& entry) {
   return request;
 }
 
+// What a recent file is called in a menu or on a button.
+QString RecentTitle(const QString& entry) {
+  return QString(entry.split(kBetween).mid(0, 2).join(QObject::tr(" with "))).replace("&", "&&");
+}
+
 // Entries of the same files, whatever their options, are one.
 bool SameRecent(const QString& a, const QString& b) {
   return a.split(kBetween).mid(0, 2) == b.split(kBetween).mid(0, 2);
@@ -86,10 +97,50 @@ void MainWindow::OpenStart(const StartOptions& options) {
   }
 }
 
-void MainWindow::OpenScene(const OpenRequest& request) {
-  ConfirmThen(tr("Open another scene?"), [this, request] {
+void MainWindow::OpenScene(const OpenRequest& request) { OpenRequested(request, false); }
+
+void MainWindow::OpenRequested(const OpenRequest& request, bool from_form) {
+  ConfirmThen(tr("Open another scene?"), [this, request, from_form] {
     opening_ = RecentEntry(request);
+    form_ = from_form ? std::optional(request) : std::nullopt;
     controller_->Open(request);
+  });
+}
+
+// Where a form was filled in, it comes back with the reason; else the reason alone is shown.
+void MainWindow::OnOpenFailed(const QString& message) {
+  ShowPage();
+  if (!form_) return ShowError(tr("The scene cannot be opened"), message);
+  const OpenRequest request = *std::exchange(form_, std::nullopt);
+  AskAndOpen(request, message);
+}
+
+// Made once, by the same code as `retint synth`, and kept for the next time.
+void MainWindow::OpenSample() {
+  const QString place = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
+  const std::filesystem::path folder = Path(place + "/sample");
+  OpenRequest request;
+  request.workspace = folder;
+  request.splat = folder / "splat.ply";
+  const auto make = [request](Monitor& monitor) {
+    if (!std::filesystem::exists(request.splat)) {
+      SyntheticOptions options;
+      options.width = kSampleWidth, options.height = kSampleHeight, options.views = kSampleViews;
+      const SyntheticScene scene = MakeSyntheticScene(options, monitor);
+      // Under another name until it is whole.
+      auto part = request.workspace;
+      part += ".part";
+      std::filesystem::remove_all(part);
+      WriteSyntheticWorkspace(part, scene, monitor);
+      std::filesystem::remove_all(request.workspace);
+      std::filesystem::rename(part, request.workspace);
+    }
+    return EditSession::Open(request.workspace, request.splat, request.options, monitor);
+  };
+  ConfirmThen(tr("Open the sample?"), [this, request, make] {
+    opening_ = RecentEntry(request);
+    form_.reset();
+    controller_->OpenWith(tr("the sample"), make);
   });
 }
 
@@ -101,6 +152,7 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
   }
   ConfirmThen(tr("Open another session?"), [this, path, backend] {
     opening_ = QFileInfo(path).absoluteFilePath();
+    form_.reset();
     SessionOptions options;
     options.backend = backend;
     sessions_->Open(Path(path), options);
@@ -125,14 +177,16 @@ void MainWindow::OpenPaths(const QStringList& paths) {
   OpenScene(request);
 }
 
-void MainWindow::AskAndOpen(OpenRequest start) {
+void MainWindow::AskAndOpen(OpenRequest start, const QString& failure) {
   if (start.workspace.empty() && start.splat.empty() && controller_->IsOpen()) {
     start = controller_->facts()->request;
   }
   auto* dialog = new OpenDialog(start, this);
   dialog->setObjectName("open_dialog");
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QDialog::accepted, this, [this, dialog] { OpenScene(dialog->request()); });
+  if (!failure.isEmpty()) dialog->ShowFailure(failure);
+  connect(dialog, &QDialog::accepted, this,
+          [this, dialog] { OpenRequested(dialog->request(), true); });
   dialog->open();
 }
 
@@ -144,17 +198,45 @@ void MainWindow::Remember(const QString& entry) {
   settings.setValue("recent", recent.mid(0, kRecentKept));
 }
 
+void MainWindow::OpenRecent(const QString& entry) {
+  if (!entry.contains(kBetween)) return OpenSession(Path(entry));
+  OpenScene(RecentRequest(entry));
+}
+
 void MainWindow::FillRecent() {
   recent_->clear();
   for (const QString& entry : QSettings().value("recent").toStringList()) {
-    const QString title = entry.split(kBetween).mid(0, 2).join(tr(" with "));
-    QAction* action = recent_->addAction(QString(title).replace("&", "&&"));
-    connect(action, &QAction::triggered, this, [this, entry] {
-      if (!entry.contains(kBetween)) return OpenSession(Path(entry));
-      OpenScene(RecentRequest(entry));
-    });
+    recent_->addAction(RecentTitle(entry), this, [this, entry] { OpenRecent(entry); });
   }
-  if (recent_->isEmpty()) recent_->addAction(tr("nothing yet"))->setEnabled(false);
+  if (recent_->isEmpty()) {
+    recent_->addAction(tr("nothing yet"))->setEnabled(false);
+    return;
+  }
+  recent_->addSeparator();
+  recent_->addAction(tr("&Clear this list"), this, [this] {
+    QSettings().remove("recent");
+    ShowRecent();
+  });
+}
+
+void MainWindow::ShowRecent() {
+  while (QLayoutItem* item = welcome_recent_->takeAt(0)) {
+    if (item->widget()) item->widget()->deleteLater();
+    delete item;
+  }
+  const QStringList recent = QSettings().value("recent").toStringList();
+  if (recent.isEmpty()) return;
+  welcome_recent_->addWidget(new QLabel(tr("<b>Open again</b>")));
+  for (const QString& entry : recent.mid(0, kRecentOnStartPage)) {
+    auto* button = new QPushButton;
+    const QString title = RecentTitle(entry);
+    button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, kRecentWidth));
+    button->setToolTip(title);
+    button->setFlat(true);
+    button->setStyleSheet("text-align: left; padding: 4px;");
+    connect(button, &QPushButton::clicked, this, [this, entry] { OpenRecent(entry); });
+    welcome_recent_->addWidget(button);
+  }
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
@@ -178,13 +260,16 @@ void MainWindow::Save(bool as, std::function<void()> then) {
   if (!controller_->IsOpen()) return;
   auto folder = sessions_->folder();
   if (as || folder.empty()) {
-    const auto start = folder.empty() ? controller_->facts()->request.workspace : folder;
+    const auto start = folder.empty() ? ProposedOutput(".retint") : folder;
     QString path = QFileDialog::getSaveFileName(this, tr("Save the session"), Text(start),
                                                 tr("Sessions (*.retint)"), nullptr,
                                                 QFileDialog::DontConfirmOverwrite);
     if (path.isEmpty()) return;
     if (!path.endsWith(".retint")) path += ".retint";
-    folder = Path(path);
+    const auto chosen = Path(path);
+    if (SamePath(chosen, folder)) return sessions_->Save(folder, std::move(then));
+    return ConfirmReplacing(chosen, {chosen / "session.json"},
+                            [this, chosen, then] { sessions_->Save(chosen, then); });
   }
   sessions_->Save(folder, std::move(then));
 }
@@ -241,8 +326,8 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
   const bool modified = controller_->IsOpen() && IsModified();
   if (!running && !busy && !modified) return go();
   QStringList reasons;
-  if (running) reasons << tr("The optimiser is still running; it will be stopped.");
-  if (busy) reasons << tr("%1 is still under way; it will be stopped.").arg(controller_->task());
+  if (running) reasons << tr("The optimizer is still running. It will be stopped.");
+  if (busy) reasons << tr("%1 is still under way. It will be stopped.").arg(controller_->task());
   if (modified) reasons << tr("There are edits that have not been saved.");
   auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
   box->setInformativeText(reasons.join("\n"));
@@ -302,82 +387,11 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     if (!closing_) return;
   }
   QSettings settings;
-  if (panels_shown_) {
-    settings.setValue("geometry", saveGeometry());
-    settings.setValue("layout", saveState());
-  }
+  settings.setValue("geometry", saveGeometry());
+  settings.setValue("layout", panels_shown_ ? saveState() : layout_);
   sessions_->DropAutosave();
   controller_->Close();
   event->accept();
-}
-
-// --- Exports
-// --------------------------------------------------------------------------------------
-
-QString MainWindow::AskFolder(const QString& title) {
-  return QFileDialog::getExistingDirectory(this, title);
-}
-
-void MainWindow::ExportSplat() {
-  if (!controller_->IsOpen()) return;
-  QString path = QFileDialog::getSaveFileName(
-      this, tr("Export the splat"), Text(controller_->facts()->request.splat.parent_path()),
-      tr("Gaussian splats (*.ply)"));
-  if (path.isEmpty()) return;
-  if (!path.endsWith(".ply")) path += ".ply";
-  controller_->WriteSplat(Path(path));
-}
-
-void MainWindow::ExportMasks() {
-  if (current_region_ == 0) {
-    return ShowError(tr("Export masks"), tr("Choose a region first: masks are a region's."));
-  }
-  const QString folder = AskFolder(tr("Export masks to a folder"));
-  if (!folder.isEmpty()) controller_->WriteMasks(Path(folder), current_region_);
-}
-
-void MainWindow::ExportViews() {
-  if (!controller_->IsOpen()) return;
-  const View* view = canvas_->navigation().view();
-  const std::string shown = view ? view->name : std::string();
-  const auto beside = controller_->facts()->request.workspace / "edited";
-  auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
-                                  Text(beside), this);
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QDialog::accepted, this, [=, this] {
-    std::vector<std::string> names;
-    if (dialog->choice() == ExportDialog::kShownView) names.push_back(shown);
-    controller_->WriteViews(dialog->folder(), names);
-  });
-  dialog->open();
-}
-
-void MainWindow::ExportReport() {
-  QString path =
-      QFileDialog::getSaveFileName(this, tr("Export the report"), {}, tr("Reports (*.json)"));
-  if (path.isEmpty()) return;
-  if (!path.endsWith(".json")) path += ".json";
-  controller_->WriteReport(Path(path));
-}
-
-void MainWindow::ExportTurntable() {
-  if (!controller_->IsOpen()) return;
-  const auto beside = controller_->facts()->request.workspace / "turntable";
-  auto* dialog = new ExportDialog(ExportDialog::Kind::kTurntable, {}, Text(beside), this);
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &QDialog::accepted, this, [this, dialog] {
-    const auto facts = controller_->facts();
-    if (!facts) return;
-    const PosedCamera shown = canvas_->navigation().Rendered();
-    // Even sizes: video encoders want them.
-    controller_->WriteFrames(
-        dialog->folder(),
-        dialog->choice() == ExportDialog::kThroughViews
-            ? ViewPath(facts->workspace->reconstruction, facts->views, dialog->frames())
-            : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
-                                              shown.camera.height & ~1));
-  });
-  dialog->open();
 }
 
 }  // namespace retint

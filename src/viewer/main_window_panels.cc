@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which panels the window has, where they stand, and how the keyboard gets there.
+#include <algorithm>
+
 #include <QAction>
 #include <QApplication>
 #include <QDockWidget>
 #include <QKeyEvent>
 #include <QMenu>
 #include <QScrollArea>
-#include <QScrollBar>
 
 #include "viewer/main_window.h"
 #include "viewer/panels/optimizer_panel.h"
@@ -18,8 +19,9 @@
 namespace retint {
 namespace {
 
-// While the focus is in a panel, plain keys are the panel's: arrows move its sliders, Tab goes to
-// the next control. Only function keys and those with Ctrl or Alt stay the window's, and Esc, which
+// While the focus is in a panel, the keys that work its controls are the panel's: arrows move its
+// sliders, Tab goes to the next control, and in a field that takes text all plain keys are text.
+// Letters elsewhere stay the window's, as do function keys, those with Ctrl or Alt, and Esc, which
 // leads back to the canvas.
 class PanelKeys : public QObject {
  public:
@@ -32,13 +34,19 @@ class PanelKeys : public QObject {
     if (!widget || !InPanel(widget)) return false;
     const auto* key = static_cast<QKeyEvent*>(event);
     const bool plain = !(key->modifiers() & (Qt::ControlModifier | Qt::AltModifier));
-    const bool function = key->key() >= Qt::Key_F1 && key->key() <= Qt::Key_F35;
-    if (!plain || function || key->key() == Qt::Key_Escape) return false;
+    if (!plain || !IsPanels(*widget, key->key())) return false;
     event->accept();
     return true;
   }
 
  private:
+  static bool IsPanels(const QWidget& widget, int key) {
+    if (key == Qt::Key_Escape || (key >= Qt::Key_F1 && key <= Qt::Key_F35)) return false;
+    const bool text = widget.inherits("QLineEdit") || widget.inherits("QAbstractSpinBox") ||
+                      widget.inherits("QComboBox");
+    return text || key == Qt::Key_Space || !IsPrinted(key);
+  }
+  static bool IsPrinted(int key) { return key < Qt::Key_Escape; }
   bool InPanel(QWidget* widget) const {
     for (; widget && widget != parent(); widget = widget->parentWidget()) {
       if (qobject_cast<QDockWidget*>(widget)) return true;
@@ -47,21 +55,24 @@ class PanelKeys : public QObject {
   }
 };
 
-// Scrolls where the window is too low for the panel; never cuts off to the right.
+constexpr int kNarrowest = 240;  // of a panel, pixels; below, it scrolls sideways too
+
+// Scrolls where the window is too small for the panel.
 QWidget* Scrolling(QWidget* panel) {
   auto* area = new QScrollArea;
   area->setFrameShape(QFrame::NoFrame);
   area->setWidgetResizable(true);
   area->setFocusPolicy(Qt::NoFocus);
-  area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   area->setWidget(panel);
-  const int bar = area->verticalScrollBar()->sizeHint().width();
-  area->setMinimumWidth(panel->minimumSizeHint().width() + bar);
+  area->setMinimumWidth(kNarrowest);
   return area;
 }
 
-// Where the keyboard begins in a panel.
+// Where the keyboard begins in a panel: where the panel says, else at its first control.
 QWidget* FirstControl(QWidget* panel) {
+  const auto* area = qobject_cast<QScrollArea*>(panel);
+  QWidget* wanted = (area ? area->widget() : panel)->focusProxy();
+  if (wanted && wanted->isVisible() && wanted->isEnabled()) return wanted;
   QWidget* at = panel;
   for (int guard = 0; guard < 1000; ++guard) {
     at = at->nextInFocusChain();
@@ -79,7 +90,7 @@ QWidget* FirstControl(QWidget* panel) {
 void MainWindow::AddPanels() {
   QDockWidget* regions = AddPanel("regions", tr("Regions"), Scrolling(new RegionsPanel(this)),
                                   Qt::RightDockWidgetArea);
-  QDockWidget* optimizer = AddPanel("optimizer", tr("Optimiser"),
+  QDockWidget* optimizer = AddPanel("optimizer", tr("Optimizer"),
                                     Scrolling(new OptimizerPanel(this)), Qt::RightDockWidgetArea);
   QDockWidget* quality = AddPanel("quality", tr("Quality"), Scrolling(new QualityPanel(this)),
                                   Qt::RightDockWidgetArea);
@@ -89,7 +100,9 @@ void MainWindow::AddPanels() {
   tabifyDockWidget(views, scene);
   optimizer->raise();
   views->raise();
-  resizeDocks({views, regions}, {300, 340}, Qt::Horizontal);
+  // Of a narrow window, so that the picture keeps about half of it.
+  resizeDocks({views, regions}, {std::min(300, width() / 5), std::min(340, width() / 4)},
+              Qt::Horizontal);
   resizeDocks({regions, optimizer}, {420, 500}, Qt::Vertical);
 
   panels_menu_->addSeparator();

@@ -11,9 +11,12 @@ namespace retint {
 namespace {
 
 constexpr double kSteepest = 0.995;     // sine of the highest pitch
+constexpr double kFlat = 0.02;          // sine of the angle to up below which there is no horizon
 constexpr double kTurnPerHeight = 3.0;  // radians a drag over the viewport's height turns
 constexpr double kZoomPerNotch = 0.12;  // of the logarithm of the distance
 constexpr double kFlyPerSecond = 0.5;   // of the scene's radius
+constexpr double kLevelPerHeight = 4;   // of the tilt's logarithm, a drag over the height
+constexpr double kOwnUp = 0.002;        // weight of the views' own up beside their right axes
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -38,6 +41,21 @@ Eigen::Vector3d Axis(const Rigid3d& cam_from_world, int index) {
   return cam_from_world.rotation.toRotationMatrix().row(index).transpose();
 }
 
+// The unit vector u that minimizes the mean of (u . r)^2 over the views' right axes r, and
+// kOwnUp |u - m|^2, where m is the mean of their own ups: (mean(r r^T) + kOwnUp) u ~ m.
+Eigen::Vector3d UpOf(const std::vector<const View*>& views) {
+  Eigen::Matrix3d rights = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d own = Eigen::Vector3d::Zero();
+  for (const View* view : views) {
+    const Eigen::Vector3d right = Axis(view->cam_from_world, 0);
+    rights += right * right.transpose() / double(views.size());
+    own -= Axis(view->cam_from_world, 1);
+  }
+  if (!(own.norm() > 1e-6)) return {0, -1, 0};
+  const Eigen::Matrix3d weights = rights + kOwnUp * Eigen::Matrix3d::Identity();
+  return weights.ldlt().solve(own).normalized();
+}
+
 // The point that the views look at: nearest, in the least squares sense, to all their axes.
 Eigen::Vector3d LookedAt(const Reconstruction& reconstruction) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -56,10 +74,8 @@ Eigen::Vector3d LookedAt(const Reconstruction& reconstruction) {
 
 void Navigation::SetScene(const Reconstruction& reconstruction) {
   const auto views = reconstruction.ViewsByName();
-  up_.setZero();
+  up_ = UpOf(views);
   std::vector<Eigen::Vector3d> points;
-  for (const View* view : views) up_ -= Axis(view->cam_from_world, 1);
-  up_ = up_.norm() > 1e-6 ? up_.normalized() : Eigen::Vector3d(0, -1, 0);
   for (const auto& [id, point] : reconstruction.points) points.push_back(point.xyz);
   center_ = points.size() >= 8 ? MedianPoint(points) : LookedAt(reconstruction);
   std::vector<double> distances;
@@ -106,7 +122,7 @@ void Navigation::GoTo(const View& view, const PosedCamera& posed) {
   view_ = &view;
   posed_ = posed;
   cam_from_world_ = posed.cam_from_world;
-  // The focus: on the view's axis, as far as the scene's centre.
+  // The focus: on the view's axis, as far as the scene's center.
   const double depth = (cam_from_world_ * center_).z();
   focus_ = cam_from_world_.Inverse() * Eigen::Vector3d(0, 0, std::max(depth, 0.2 * radius_));
 }
@@ -136,19 +152,31 @@ void Navigation::RotateAbout(const Eigen::Vector3d& point,
 
 void Navigation::Turn(const Eigen::Vector3d& about, double yaw, double pitch) {
   RotateAbout(about, Eigen::Quaterniond(Eigen::AngleAxisd(yaw, up_)));
-  // The pitch stops before the poles, but never where a view already is beyond them.
-  const Eigen::Vector3d right = Axis(cam_from_world_, 0);
-  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(pitch, right));
+  // About the level right axis, so that the horizon's tilt stays what it is. The pitch stops before
+  // the poles, but never where a view already is beyond them.
   const Eigen::Vector3d forward = Axis(cam_from_world_, 2);
+  const Eigen::Vector3d level = forward.cross(up_);
+  const Eigen::Vector3d right =
+      level.norm() > kFlat ? level.normalized() : Axis(cam_from_world_, 0);
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(pitch, right));
   const double now = std::abs(forward.dot(up_)), then = std::abs((tilt * forward).dot(up_));
   if (then > kSteepest && then > now) return;
   RotateAbout(about, tilt);
+}
+
+void Navigation::Level(const Eigen::Vector3d& about, double share) {
+  const Eigen::Vector3d forward = Axis(cam_from_world_, 2), level = forward.cross(up_);
+  if (level.norm() <= kFlat) return;  // looking along up there is no horizon
+  const Eigen::Vector3d right = Axis(cam_from_world_, 0);
+  const double tilt = std::atan2(right.cross(level).dot(forward), right.dot(level));
+  RotateAbout(about, Eigen::Quaterniond(Eigen::AngleAxisd(share * tilt, forward)));
 }
 
 void Navigation::Orbit(double dx, double dy) {
   Leave();
   const double turn = kTurnPerHeight / height_;
   Turn(focus_, -dx * turn, -dy * turn);
+  Level(focus_, 1 - std::exp(-kLevelPerHeight * std::hypot(dx, dy) / height_));
 }
 
 void Navigation::Look(double dx, double dy) {
@@ -156,6 +184,8 @@ void Navigation::Look(double dx, double dy) {
   const double distance = (focus_ - cam_from_world_.OriginInSource()).norm();
   // What is under the cursor stays under it.
   Turn(cam_from_world_.OriginInSource(), dx / FocalPixels(), dy / FocalPixels());
+  Level(cam_from_world_.OriginInSource(),
+        1 - std::exp(-kLevelPerHeight * std::hypot(dx, dy) / height_));
   focus_ = cam_from_world_.Inverse() * Eigen::Vector3d(0, 0, distance);
 }
 
@@ -197,6 +227,8 @@ void Navigation::SetFocus(const Eigen::Vector3d& focus) {
   cam_from_world_.rotation = (turn * cam_from_world_.rotation).normalized();
   cam_from_world_.translation = -(cam_from_world_.rotation * origin);
 }
+
+void Navigation::SetPivot(const Eigen::Vector3d& focus) { focus_ = focus; }
 
 void Navigation::Frame(const Eigen::Vector3d& center, double radius) {
   Leave();

@@ -11,7 +11,9 @@ namespace retint {
 
 class Navigation {
  public:
-  // Up, centre and size of the scene from its views and points; starts at the first view by name.
+  // Up, center and size of the scene from its views and points; starts at the first view by name.
+  // Up is square to the views' right axes, since people hold cameras level more often than they
+  // hold them straight ahead; where those leave it open, it is nearest to the views' own.
   void SetScene(const Reconstruction& reconstruction);
   void SetViewport(int width, int height);  // pixels that are rendered
 
@@ -26,13 +28,15 @@ class Navigation {
   void SetFree(const PosedCamera& camera, const Eigen::Vector3d& focus);
 
   // The rest leaves the view, if any.
-  void Orbit(double dx, double dy);
-  void Look(double dx, double dy);  // turns on the spot
+  // Both turn the horizon level on the way, a part of its tilt at a time; what is level stays so.
+  void Orbit(double dx, double dy);  // about the focus, wherever that is seen
+  void Look(double dx, double dy);   // on the spot
   void Pan(double dx, double dy);
   void Zoom(double steps);  // wheel notches, positive: nearer
   // Moves along the camera's axes: right, down, forward, each in [-1, 1], for `seconds`.
   void Fly(const Eigen::Vector3d& direction, double seconds, double factor);
   void SetFocus(const Eigen::Vector3d& focus);  // the camera turns to it
+  void SetPivot(const Eigen::Vector3d& focus);  // the camera stays
   void Frame(const Eigen::Vector3d& center, double radius);
   void Reset();  // to the pose SetScene() began with
 
@@ -49,6 +53,8 @@ class Navigation {
   // Rotates the camera about a point of the world.
   void RotateAbout(const Eigen::Vector3d& point, const Eigen::Quaterniond& world_rotation);
   void Turn(const Eigen::Vector3d& about, double yaw, double pitch);
+  // Takes a share of the horizon's tilt away; the point stays where it is seen.
+  void Level(const Eigen::Vector3d& about, double share);
   double FocalPixels() const;  // of the free camera
 
   Rigid3d cam_from_world_;

@@ -100,7 +100,10 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
     form->addRow(label, line);
     connect(browse, &QPushButton::clicked, this,
             [this, edit, folder, title] { Browse(edit, folder, title); });
-    connect(edit, &QLineEdit::textChanged, this, &OpenDialog::Check);
+    connect(edit, &QLineEdit::textChanged, this, [this, edit] {
+      if (edit == workspace_) FollowWorkspace();
+      Check();
+    });
     return edit;
   };
   workspace_ = row(tr("&Workspace"), start.workspace, tr("folder of a COLMAP model"), true);
@@ -108,6 +111,9 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   photos_ = row(tr("&Photos"), start.options.image_folder, tr("found in the workspace"), true);
   workspace_->setObjectName("workspace");
   splat_->setObjectName("splat");
+  splat_of_ = workspace_->text().trimmed();
+  connect(splat_, &QLineEdit::textEdited, this,
+          [this] { splat_of_ = workspace_->text().trimmed(); });
   backend_ = new QComboBox;
   backend_->addItem(tr("best available"), "auto");
   for (const std::string& name : AvailableBackends()) {
@@ -123,6 +129,8 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   holdout_->setToolTip(tr("Every n-th view is kept out of the fit, to measure quality on it"));
   form->addRow(tr("&Held-out views, every"), holdout_);
   problem_ = new QLabel;
+  problem_->setObjectName("open_problem");
+  problem_->setTextFormat(Qt::PlainText);
   problem_->setWordWrap(true);
   problem_->setMinimumHeight(problem_->fontMetrics().lineSpacing());
   buttons_ = new QDialogButtonBox(QDialogButtonBox::Open | QDialogButtonBox::Cancel);
@@ -138,7 +146,7 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
 OpenRequest OpenDialog::request() const {
   OpenRequest request;
   request.workspace = workspace_->text().trimmed().toStdString();
-  request.splat = splat_->text().trimmed().toStdString();
+  request.splat = Splat().toStdString();
   request.options.image_folder = photos_->text().trimmed().toStdString();
   request.options.backend = backend_->currentData().toString().toStdString();
   request.options.holdout = holdout_->value() == 1 ? 2 : holdout_->value();
@@ -154,11 +162,30 @@ void OpenDialog::Browse(QLineEdit* edit, bool folder, const QString& title) {
                                  this, plain, start, tr("Gaussian splats (*.ply);;All files (*)"));
   if (path.isEmpty()) return;
   edit->setText(path);
-  if (edit == workspace_ && splat_->text().isEmpty()) splat_->setText(GuessSplat(path));
+  if (edit == splat_) splat_of_ = workspace_->text().trimmed();
+}
+
+// A splat that was chosen for another workspace does not go with this one.
+void OpenDialog::FollowWorkspace() {
+  const QString workspace = workspace_->text().trimmed();
+  if (workspace.isEmpty() || workspace == splat_of_ || !HoldsModel(workspace)) return;
+  const bool chosen_before = splat_of_.isEmpty() && !splat_->text().isEmpty();
+  splat_of_ = workspace;
+  if (!chosen_before) splat_->setText(GuessSplat(workspace));
+}
+
+QString OpenDialog::Splat() const {
+  const QString workspace = workspace_->text().trimmed(), given = splat_->text().trimmed();
+  return given.isEmpty() && !workspace.isEmpty() ? GuessSplat(workspace) : given;
+}
+
+void OpenDialog::ShowFailure(const QString& message) {
+  problem_->setText(QStringLiteral("⚠ ") + message);
 }
 
 void OpenDialog::Check() {
-  const QString workspace = workspace_->text().trimmed(), splat = splat_->text().trimmed();
+  const QString workspace = workspace_->text().trimmed(), splat = Splat();
+  splat_->setPlaceholderText(splat.isEmpty() ? tr("Gaussians of this scene, .ply") : splat);
   QString problem;
   if (workspace.isEmpty() || splat.isEmpty()) {
     problem = tr("A workspace and a splat are needed.");

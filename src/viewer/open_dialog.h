@@ -22,12 +22,17 @@ class OpenDialog : public QDialog {
  public:
   explicit OpenDialog(const OpenRequest& start, QWidget* parent = nullptr);
   OpenRequest request() const;
+  // Why what the form says could not be opened; stays until the form is changed.
+  void ShowFailure(const QString& message);
 
  private:
   void Browse(QLineEdit* edit, bool folder, const QString& title);
+  void FollowWorkspace();
+  QString Splat() const;  // as given; an empty field: the one that is found
   void Check();
 
   QLineEdit *workspace_, *splat_, *photos_;
+  QString splat_of_;  // the workspace that the splat was chosen for; empty: none yet
   QComboBox* backend_;
   QSpinBox* holdout_;
   QLabel* problem_;

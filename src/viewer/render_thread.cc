@@ -14,6 +14,7 @@
 
 #include "base/stopwatch.h"
 #include "depth/depth_picture.h"
+#include "viewer/failure_text.h"
 #include "viewer/post.h"
 
 namespace retint {
@@ -25,7 +26,7 @@ constexpr double kSmallestScale = 0.25;
 constexpr double kLeastPixelShare = 0.25;  // of the geometry's time
 constexpr double kScaleStep = 1.0 / 16;    // so that a resting camera finds its geometry again
 constexpr double kMemory = 0.6;            // of the running means
-// Of a camera at rest, whose colours change:
+// Of a camera at rest, whose colors change:
 constexpr double kSharpMs = 60;      // a sharp frame within this is better than a small one sooner
 constexpr double kSharpRiskMs = 25;  // from here on one that is sooner is made possible
 constexpr std::chrono::milliseconds kIdle(150);  // before that
@@ -109,7 +110,7 @@ void DrawCloud(const OverlayCloud& cloud, const PosedCamera& camera, const Depth
   }
 }
 
-QImage GreyImage(const ScalarImage& image) {
+QImage GrayImage(const ScalarImage& image) {
   QImage result(image.width, image.height, QImage::Format_RGB32);
   for (int y = 0; y < image.height; ++y) {
     QRgb* row = reinterpret_cast<QRgb*>(result.scanLine(y));
@@ -196,10 +197,10 @@ class RenderThread::Impl {
     changed_.notify_all();
   }
 
-  void Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel) {
+  void Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what) {
     {
       std::lock_guard lock(mutex_);
-      probes_.emplace_back(camera, pixel);
+      probes_.push_back({camera, pixel, what});
     }
     changed_.notify_all();
   }
@@ -210,6 +211,11 @@ class RenderThread::Impl {
   }
 
  private:
+  struct Question {
+    PosedCamera camera;
+    Eigen::Vector2d pixel;
+    ProbeFor what;
+  };
   struct Resting {
     PosedCamera camera;
     double pixels;  // drawn for it
@@ -236,10 +242,10 @@ class RenderThread::Impl {
         Guarded([this] { Load(); });
         lock.lock();
       } else if (!probes_.empty()) {
-        const auto [camera, pixel] = probes_.front();
+        const Question question = probes_.front();
         probes_.pop_front();
         lock.unlock();
-        Guarded([&, &camera = camera, &pixel = pixel] { AnswerProbe(camera, pixel); });
+        Guarded([&] { AnswerProbe(question); });
         lock.lock();
       } else {
         const FrameRequest request = *std::exchange(request_, std::nullopt);
@@ -257,10 +263,8 @@ class RenderThread::Impl {
     try {
       work();
       return;
-    } catch (const std::bad_alloc&) {
-      message = tr("out of memory while rendering");
     } catch (const std::exception& error) {
-      message = QString::fromStdString(error.what());
+      message = FailureText(error);
     }
     RenderThread* owner = &owner_;
     Post(owner, [owner, message] { Q_EMIT owner->failed(message); });
@@ -317,7 +321,7 @@ class RenderThread::Impl {
     return ready_scale_ < 1 && renderer_->HasGeometry(Scaled(camera, ready_scale_));
   }
 
-  // The geometry of a smaller frame, for colours that will change.
+  // The geometry of a smaller frame, for colors that will change.
   void MakeReady(const Resting& at, double budget) {
     if (!renderer_ || clock_.Milliseconds(at.pixels) < kSharpRiskMs || IsReady(at.camera)) return;
     // Both must find room: the sharp frame comes after the small ones.
@@ -370,7 +374,7 @@ class RenderThread::Impl {
         frame->image = ToQImage(DepthPicture(output.depth_median));
         break;
       case RenderWhat::kAlpha:
-        frame->image = GreyImage(output.alpha);
+        frame->image = GrayImage(output.alpha);
         break;
     }
     if (cloud) {
@@ -387,8 +391,9 @@ class RenderThread::Impl {
   }
 
   // The depth in a window of a few pixels around the one asked for.
-  void AnswerProbe(const PosedCamera& camera, const Eigen::Vector2d& pixel) {
+  void AnswerProbe(const Question& question) {
     if (!renderer_) return;
+    const auto& [camera, pixel, what] = question;
     constexpr int kSide = 9;
     const double x0 = std::floor(pixel.x()) - kSide / 2, y0 = std::floor(pixel.y()) - kSide / 2;
     const Camera& full = camera.camera;
@@ -404,7 +409,9 @@ class RenderThread::Impl {
     double depth = output.depth_median(middle, middle);
     if (depth <= 0) depth = output.depth_expected(middle, middle);
     RenderThread* owner = &owner_;
-    Post(owner, [owner, camera, pixel, depth] { Q_EMIT owner->probed(camera, pixel, depth); });
+    Post(owner, [owner, question, depth] {
+      Q_EMIT owner->probed(question.camera, question.pixel, question.what, depth);
+    });
   }
 
   RenderThread& owner_;
@@ -412,7 +419,7 @@ class RenderThread::Impl {
   std::condition_variable changed_;
   // Guarded by mutex_.
   std::optional<FrameRequest> request_;
-  std::deque<std::pair<PosedCamera, Eigen::Vector2d>> probes_;
+  std::deque<Question> probes_;
   std::shared_ptr<const SceneFacts> next_scene_;
   bool scene_changed_ = false, quit_ = false;
   double budget_ = 60;
@@ -436,8 +443,8 @@ void RenderThread::SetScene(std::shared_ptr<const SceneFacts> facts) {
   impl_->SetScene(std::move(facts));
 }
 void RenderThread::Request(const FrameRequest& request) { impl_->Request(request); }
-void RenderThread::Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel) {
-  impl_->Probe(camera, pixel);
+void RenderThread::Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what) {
+  impl_->Probe(camera, pixel, what);
 }
 void RenderThread::SetFrameBudget(double milliseconds) { impl_->SetFrameBudget(milliseconds); }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A thread with a Renderer of its own (the backend is shared) that turns camera and coefficients
 // into pictures. The newest request wins, older ones that have not begun are dropped. While the
-// camera or the colours move a frame is rendered as small as it must be to come in time, judged by
+// camera or the colors move a frame is rendered as small as it must be to come in time, judged by
 // the frames before it; a frame at rest is sharp.
 #pragma once
 
@@ -42,6 +42,9 @@ struct FrameRequest {
   bool keep_depth = false;                    // fill Frame::depth
 };
 
+// What the depth under the cursor is asked for: the camera turns to it, or a drag turns about it.
+enum class ProbeFor { kFocus, kPivot };
+
 struct Frame {
   QImage image;   // RGB32, the camera's size times `scale`
   QImage before;  // of FrameRequest::before, else null
@@ -67,7 +70,7 @@ class RenderThread : public QObject {
   void SetScene(std::shared_ptr<const SceneFacts> facts);
   void Request(const FrameRequest& request);
   // Depth at a pixel of `camera`: probed() follows. Cheap: a few pixels are rendered.
-  void Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel);
+  void Probe(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what);
 
   // Frames while moving are held below this, milliseconds.
   void SetFrameBudget(double milliseconds);
@@ -75,7 +78,8 @@ class RenderThread : public QObject {
  Q_SIGNALS:  // emitted on the thread that owns this object
   void frameReady(std::shared_ptr<const retint::Frame> frame);
   // `depth` 0: nothing there.
-  void probed(const retint::PosedCamera& camera, const Eigen::Vector2d& pixel, double depth);
+  void probed(const retint::PosedCamera& camera, const Eigen::Vector2d& pixel,
+              retint::ProbeFor what, double depth);
   void failed(const QString& message);
 
  private:

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <new>
 #include <utility>
 
 #include "base/error.h"
+#include "viewer/failure_text.h"
 #include "viewer/post.h"
 #include "viewer/scene_worker.h"
 #include "viewer/sh_composer.h"
@@ -16,15 +16,15 @@ namespace {
 
 using OptimizerState = BackgroundOptimizer::State;
 
-constexpr int kPollMs = 40;      // of the optimiser's snapshots
-constexpr int kRestartMs = 300;  // of quiet after an edit before the optimiser starts
+constexpr int kPollMs = 40;      // of the optimizer's snapshots
+constexpr int kRestartMs = 300;  // of quiet after an edit before the optimizer starts
 
 QString Text(const std::string& text) { return QString::fromStdString(text); }
 
 bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
   for (size_t i = 0; i < regions.regions.size(); ++i) {
     const Region& region = regions.regions[i];
-    if (!region.visible) continue;
+    if (!region.visible || ChangesNothing(region.EffectiveEdit())) continue;
     if (!region.fit || region.fit->key != regions.FitKey(i, job)) return true;
   }
   return false;
@@ -56,7 +56,7 @@ SceneController::SceneController(QObject* parent) : QObject(parent) {
     Post(this, [this, result] {
       if (IsOpen() && !result.sh) Q_EMIT failed(tr("Recoloring"), tr("out of memory"));
       if (!result.sh) return;
-      // An older one still is nearer to what is wanted than what shows, unless the optimiser
+      // An older one still is nearer to what is wanted than what shows, unless the optimizer
       // has been faster.
       if (!IsOpen() || result.sh->size() != facts_->original->sh.size()) return;
       const bool overtaken =
@@ -112,10 +112,10 @@ void SceneController::OpenWith(const QString& name, Opener opener, std::function
     }
     try {
       std::rethrow_exception(error);
-    } catch (const std::bad_alloc&) {
-      Q_EMIT openFailed(tr("out of memory"));
+    } catch (const Cancelled&) {
+      Q_EMIT openCancelled();
     } catch (const std::exception& failure) {
-      Q_EMIT openFailed(Text(failure.what()));
+      Q_EMIT openFailed(FailureText(failure));
     }
   };
   worker_->Post({tr("Opening %1").arg(name),
@@ -229,10 +229,8 @@ void SceneController::ReportFailure(const QString& label, std::exception_ptr err
     std::rethrow_exception(error);
   } catch (const Cancelled&) {
     Q_EMIT cancelled(label);
-  } catch (const std::bad_alloc&) {
-    Q_EMIT failed(label, tr("out of memory"));
   } catch (const std::exception& failure) {
-    Q_EMIT failed(label, Text(failure.what()));
+    Q_EMIT failed(label, FailureText(failure));
   }
 }
 
@@ -252,41 +250,31 @@ void SceneController::Apply(const State& state) {
 // --- Selection and regions
 // ------------------------------------------------------------------------
 
-void SceneController::Select(PaintRound round, RegionId base, const SelectOptions& options,
-                             const ProjectorOptions& project) {
-  const auto outcome = std::make_shared<SelectionOutcome>();
-  outcome->base = base;
+void SceneController::SelectRound(Round round, std::function<void(RegionId)> done) {
+  const auto id = std::make_shared<RegionId>(round.base);
   Run(
       tr("Selecting"),
-      [=](EditSession& session, Monitor& monitor) {
-        const Region* region = base ? session.regions().Find(base) : nullptr;
-        outcome->selection = std::make_shared<const RegionSelection>(session.SelectRound(
-            region ? region->selection.get() : nullptr, round, options, project, monitor));
+      [id, round = std::move(round)](EditSession& session, Monitor& monitor) {
+        const Region* region = *id ? session.regions().Find(*id) : nullptr;
+        if (*id && !region) throw InputError("the region is not there any more");
+        const auto base = region ? region->selection : nullptr;
+        RegionSelection selection =
+            session.SelectRound(base.get(), round.paint, round.select, round.project, monitor);
+        // The last point at which cancelling changes nothing.
+        monitor.ThrowIfCancelled();
+        if (*id) {
+          session.SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
+                               monitor, std::move(selection.source));
+        } else {
+          *id = session.AddRegion(round.name.toStdString(), std::move(selection.masks),
+                                  std::move(selection.shares), round.edit, monitor,
+                                  std::move(selection.source));
+        }
       },
-      [=, this] { Q_EMIT selectionFinished(outcome); });
-}
-
-void SceneController::AddRegion(const QString& name,
-                                std::shared_ptr<const RegionSelection> selection,
-                                const ColorEdit& edit) {
-  const auto id = std::make_shared<RegionId>(0);
-  Run(
-      tr("Adding a region"),
-      [=](EditSession& session, Monitor& monitor) {
-        *id = session.AddRegion(name.toStdString(), selection->masks, selection->shares, edit,
-                                monitor, selection->source);
-      },
-      [=, this] { Q_EMIT regionAdded(*id); });
-}
-
-void SceneController::ReplaceSelection(RegionId id,
-                                       std::shared_ptr<const RegionSelection> selection) {
-  Run(
-      tr("Changing a region"),
-      [=](EditSession& session, Monitor& monitor) {
-        session.SetSelection(id, selection->masks, selection->shares, monitor, selection->source);
-      },
-      [=, this] { Q_EMIT regionAdded(id); });
+      [this, id, done = std::move(done)] {
+        Q_EMIT regionAdded(*id);
+        if (done) done(*id);
+      });
 }
 
 void SceneController::SeeSelection(RegionId id, const PosedCamera& camera) {
@@ -394,7 +382,7 @@ void SceneController::SetSolo(RegionId id) {
   Refresh();
 }
 
-// --- Colours on screen
+// --- Colors on screen
 // ----------------------------------------------------------------------------
 
 RegionSet SceneController::Shown() const {
@@ -414,7 +402,7 @@ std::string SceneController::KeyOfShown() const {
   return {};
 }
 
-// Composes anew, and has the optimiser follow, when what shows has changed.
+// Composes anew, and has the optimizer follow, when what shows has changed.
 void SceneController::Refresh() {
   const std::string key = KeyOfShown();
   if (key == shown_key_) return;
@@ -422,7 +410,7 @@ void SceneController::Refresh() {
   ++generation_;
   Compose();
   if (solo_ != 0) return;
-  // What the optimiser is at is out of date, and its cores are wanted for the picture.
+  // What the optimizer is at is out of date, and its cores are wanted for the picture.
   if (optimizer_.Active()) CancelRefit();
   if (automatic_ && NeedsFit(regions_, job_)) restart_.start();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The GUI's only face of a session. Lives on the GUI thread; the EditSession lives on a worker
-// thread with a queue of tasks, the optimiser on the session's own thread, and the colours on
+// thread with a queue of tasks, the optimizer on the session's own thread, and the colors on
 // screen are composed on a third, so that no call here takes long. All signals are emitted on the
 // GUI thread, results as values that nobody changes any more.
 //
@@ -54,11 +54,10 @@ struct SceneFacts {
   PosedCamera Posed(const View& view) const { return workspace->reconstruction.Posed(view); }
 };
 
-// What selectionFinished() brings: a selection that is not part of a region yet.
-struct SelectionOutcome {
-  RegionId base = 0;  // the region whose selection the round went on from, 0: none
-  std::shared_ptr<const RegionSelection> selection;
-};
+// Of a region whose color was not chosen yet, or was taken back to white.
+inline bool ChangesNothing(const ColorEdit& edit) {
+  return edit.gain == Eigen::Matrix3f::Identity() && edit.offset.isZero(0);
+}
 
 struct HistoryState {
   bool can_undo = false, can_redo = false;
@@ -102,21 +101,25 @@ class SceneController : public QObject {
   QString task() const { return task_; }  // what the worker is at, for people; empty: nothing
 
   // Any work on the session, on the worker thread; `done` then runs on the GUI thread unless it
-  // threw (failed() reports that). `label` names it in the status bar ("" for what takes no time);
-  // afterwards regions() is refreshed. False when no scene is open.
+  // threw (failed() or cancelled() reports that). `label` names it in the status bar ("" for what
+  // takes no time); afterwards regions() is refreshed. False when no scene is open.
   using Work = std::function<void(EditSession& session, Monitor& monitor)>;
   bool Run(const QString& label, Work work, std::function<void()> done = {});
 
   // --- Selection and regions -------------------------------------------------------------------
 
-  // One round of painting: depth, cloud, registration, projection. `base` is the region that the
-  // round extends and erases, 0: a new one. selectionFinished().
-  void Select(PaintRound round, RegionId base = 0, const SelectOptions& options = {},
-              const ProjectorOptions& project = {});
-  // Make a region of a finished selection, or give it to a region: regionAdded().
-  void AddRegion(const QString& name, std::shared_ptr<const RegionSelection> selection,
-                 const ColorEdit& edit);
-  void ReplaceSelection(RegionId id, std::shared_ptr<const RegionSelection> selection);
+  // One round of painting: depth, cloud, registration and masks, which then are a new region's
+  // (`base` 0), or those of the region that the round extends and erases. regionAdded(), then
+  // `done`. A round that fails or is cancelled changes nothing.
+  struct Round {
+    PaintRound paint;
+    RegionId base = 0;
+    QString name;    // of a new region
+    ColorEdit edit;  // of a new region
+    SelectOptions select;
+    ProjectorOptions project;
+  };
+  void SelectRound(Round round, std::function<void(RegionId id)> done = {});
   // The selection of a region as a soft mask of any camera: selectionSeen().
   void SeeSelection(RegionId id, const PosedCamera& camera);
   // From masks alone, by image name.
@@ -136,13 +139,14 @@ class SceneController : public QObject {
   void Remove(RegionId id);
   void Undo();
   void Redo();
-  // Shows one region alone (0: all visible ones again). Not an edit: the session knows nothing.
+  // Shows one region alone (0: all visible ones again). A way of looking, not an edit: the session
+  // does not know of it, and undo does not take it back.
   void SetSolo(RegionId id);
   RegionId solo() const { return solo_; }
 
-  // --- Colours on screen -----------------------------------------------------------------------
+  // --- Colors on screen -----------------------------------------------------------------------
 
-  // The newest of closed form, fits and the optimiser's snapshot; the original's before any edit.
+  // The newest of closed form, fits and the optimizer's snapshot; the original's before any edit.
   ShPointer sh() const { return sh_; }
   ActivePointer sh_active() const { return sh_active_; }
   ShPointer original_sh() const;
@@ -150,7 +154,7 @@ class SceneController : public QObject {
   // No region shows: sh() is the original.
   bool ShowsOriginal() const { return sh_ == original_sh(); }
 
-  // --- Background optimiser --------------------------------------------------------------------
+  // --- Background optimizer --------------------------------------------------------------------
 
   // Of the next start. With `automatic` on (the default) it starts by itself after each edit.
   void SetRefitJob(const RefitJob& job);
@@ -173,19 +177,19 @@ class SceneController : public QObject {
   void WriteSplat(const std::filesystem::path& path);
   void WriteMasks(const std::filesystem::path& folder, RegionId id);
   void WriteReport(const std::filesystem::path& path);
-  // <folder>/<image name>.png of these views (none named: every one) with the current colours.
+  // <folder>/<image name>.png of these views (none named: every one) with the current colors.
   void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
   // <folder>/0000.png, ...: a camera path.
   void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras);
 
  Q_SIGNALS:
   void opened();
-  void openFailed(const QString& message);  // also "cancelled"
+  void openFailed(const QString& message);
+  void openCancelled();
   void closed();
   void regionsChanged();                  // regions(), history(), solo()
   void regionAdded(retint::RegionId id);  // or its selection replaced
   void shChanged();                       // sh()
-  void selectionFinished(std::shared_ptr<const retint::SelectionOutcome> outcome);
   void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
   void optimizerChanged();  // optimizer()
   void sceneChecked(const std::vector<std::string>& warnings);
@@ -216,7 +220,7 @@ class SceneController : public QObject {
   std::string KeyOfShown() const;
 
   std::shared_ptr<const SceneFacts> facts_;
-  // Used here only for its optimiser, whose calls any thread may make.
+  // Used here only for its optimizer, whose calls any thread may make.
   std::shared_ptr<EditSession> session_;
   RegionSet regions_;
   HistoryState history_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The controller's optimiser, quality and output.
+// The controller's optimizer, quality and output.
 #include <algorithm>
 #include <utility>
 
@@ -17,7 +17,7 @@ constexpr size_t kGlancedViews = 4;
 
 }  // namespace
 
-// --- Background optimiser
+// --- Background optimizer
 // -------------------------------------------------------------------------
 
 void SceneController::SetRefitJob(const RefitJob& job) {

@@ -52,18 +52,18 @@ void SceneWorker::Loop() {
     if (quit_) return;
     Task task = std::move(tasks_.front());
     tasks_.pop_front();
-    const bool labelled = !task.label.isEmpty();
-    const auto monitor = std::make_shared<Monitor>(labelled ? on_progress_ : OnProgress());
-    if (labelled) monitor_ = monitor;
+    const bool labeled = !task.label.isEmpty();
+    const auto monitor = std::make_shared<Monitor>(labeled ? on_progress_ : OnProgress());
+    if (labeled) monitor_ = monitor;
     lock.unlock();
-    if (labelled) on_task_(task.label);
+    if (labeled) on_task_(task.label);
     std::exception_ptr error;
     try {
       task.work(*monitor);
     } catch (...) {
       error = std::current_exception();
     }
-    if (labelled) on_task_({});
+    if (labeled) on_task_({});
     if (task.done) task.done(error);
     task = {};  // what it holds may be large
     lock.lock();

@@ -24,13 +24,13 @@ class SceneWorker {
     std::function<void(std::exception_ptr)> done;  // null: it worked; called on the worker
   };
   using OnProgress = std::function<void(const Progress&)>;  // called on the worker
-  using OnTask = std::function<void(const QString&)>;       // a labelled task begins, "": ends
+  using OnTask = std::function<void(const QString&)>;       // a labeled task begins, "": ends
 
   SceneWorker(OnProgress on_progress, OnTask on_task);
   ~SceneWorker();  // cancels and joins; tasks that wait are dropped
 
   void Post(Task task);
-  // Cancels the labelled task that runs and those that wait; the others are done all the same.
+  // Cancels the labeled task that runs and those that wait; the others are done all the same.
   void Cancel();
 
  private:
@@ -41,7 +41,7 @@ class SceneWorker {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Task> tasks_;
-  std::shared_ptr<Monitor> monitor_;  // of the labelled task that runs
+  std::shared_ptr<Monitor> monitor_;  // of the labeled task that runs
   bool quit_ = false;
   std::thread thread_;  // last: starts when everything above exists
 };

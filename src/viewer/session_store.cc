@@ -13,8 +13,10 @@ namespace {
 constexpr int kAutosaveMs = 1500;  // after a change; changes in between are one
 constexpr int kRetryMs = 10000;    // after one that failed
 
-bool IsAutosave(const std::filesystem::path& folder) {
-  return folder.filename().string().ends_with(".autosave.retint");
+// As it is told to others and kept: whatever the working folder is when it is read again.
+std::filesystem::path Whole(const std::filesystem::path& folder) {
+  const auto path = std::filesystem::absolute(folder).lexically_normal();
+  return path.has_filename() ? path : path.parent_path();
 }
 
 // Whether two states would be saved alike; fits are derived.
@@ -55,7 +57,8 @@ bool SessionStore::IsModified() const {
   return controller_->IsOpen() && !SameEdits(saved_, controller_->regions());
 }
 
-void SessionStore::Open(const std::filesystem::path& folder, const SessionOptions& options) {
+void SessionStore::Open(const std::filesystem::path& path, const SessionOptions& options) {
+  const auto folder = Whole(path);
   const auto opened = std::make_shared<OpenedSession>();
   controller_->OpenWith(
       QString::fromStdString(folder.filename().string()),
@@ -72,11 +75,13 @@ void SessionStore::Open(const std::filesystem::path& folder, const SessionOption
           saved_ = controller_->regions();
         }
         submitted_ = controller_->regions();
+        timer_.stop();  // what is open is on disk already
         Q_EMIT restored(opened->view);
       });
 }
 
-void SessionStore::Save(const std::filesystem::path& folder, std::function<void()> then) {
+void SessionStore::Save(const std::filesystem::path& path, std::function<void()> then) {
+  const auto folder = Whole(path);
   if (!writer_ || writer_->folder() != folder) writer_ = std::make_shared<SessionWriter>(folder);
   const auto written = std::make_shared<RegionSet>();
   controller_->Run(
@@ -149,6 +154,7 @@ void SessionStore::SubmitAutosave() {
 void SessionStore::OnAutosave(const std::string& error) {
   const bool failed = !error.empty();
   if (failed) timer_.start(kRetryMs);
+  if (!failed) RemoveRecovered();  // the new autosave holds its work too
   if (failed == std::exchange(autosave_fails_, failed) || !failed) return;
   Q_EMIT autosaveFailed(QString::fromStdString(error));
 }
@@ -156,6 +162,10 @@ void SessionStore::OnAutosave(const std::string& error) {
 void SessionStore::DropAutosave() {
   timer_.stop();
   if (autosave_) autosave_->Discard();
+  RemoveRecovered();
+}
+
+void SessionStore::RemoveRecovered() {
   if (recovered_.empty()) return;
   Recovery recovery;
   recovery.folder = std::exchange(recovered_, {});

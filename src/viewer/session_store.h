@@ -23,7 +23,7 @@ class SessionStore : public QObject {
   explicit SessionStore(SceneController* controller, QObject* parent = nullptr);
   ~SessionStore() override;
 
-  // The session that was opened or saved last; empty: never saved.
+  // The session that was opened or saved last, an absolute path; empty: never saved.
   const std::filesystem::path& folder() const { return folder_; }
   // Asked when something is written: a JSON object of what the window wants to find again.
   void SetViewState(std::function<std::string()> state) { view_state_ = std::move(state); }
@@ -51,6 +51,7 @@ class SessionStore : public QObject {
   void OnRegions();
   void SubmitAutosave();
   void OnAutosave(const std::string& error);
+  void RemoveRecovered();
   std::string ViewState() const { return view_state_ ? view_state_() : std::string(); }
 
   SceneController* controller_;

@@ -222,7 +222,7 @@ ShComposer::Result ShComposer::Work(const Request& request) {
 void ShComposer::Loop() {
   std::unique_lock lock(mutex_);
   while (true) {
-    // Before the next change comes: it may be a colour that is being dragged.
+    // Before the next change comes: it may be a color that is being dragged.
     while (buffers_ && !quit_ && !drop_ && !pending_) {
       lock.unlock();
       const bool made = buffers_->MakeReady(kBuffersReady);

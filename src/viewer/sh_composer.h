@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A thread that turns regions into coefficients: what is fitted as fitted, the rest in closed form.
 // Only the newest request counts. Only the Gaussians that some region touches are computed and
-// written, into buffers that are used again, so that a change of colour costs next to nothing.
+// written, into buffers that are used again, so that a change of color costs next to nothing.
 #pragma once
 
 #include <condition_variable>

@@ -79,7 +79,7 @@ class CaptureTest : public QObject {
     const auto region = [&]() -> const Region& { return *controller.regions().Find(id); };
     QCOMPARE(region().selection->masks.size(), facts->views.size());
 
-    // The closed form answers while the colour is dragged; one drag is one step of the history.
+    // The closed form answers while the color is dragged; one drag is one step of the history.
     const ShPointer original = controller.original_sh();
     auto* square = window.findChild<ColorSquare*>("color_square");
     QTest::mousePress(square, Qt::LeftButton, {}, {20, 20});

@@ -70,6 +70,29 @@ class FilesTest : public ViewerTest {
     return {};
   }
   void Export(int entry) { window_->findChild<QMenu*>("export")->actions()[entry]->trigger(); }
+  // The dialog of an entry that writes a folder; null when it does not come.
+  QDialog* ExportDialogOf(int entry) {
+    if (!QTest::qWaitFor([&] { return !window_->findChild<QDialog*>("export_dialog"); }, kWaitMs)) {
+      return nullptr;
+    }
+    Export(entry);
+    return window_->findChild<QDialog*>("export_dialog");
+  }
+  void ExportTo(int entry, const fs::path& folder) {
+    QDialog* dialog = ExportDialogOf(entry);
+    QVERIFY(dialog && dialog->isVisible());
+    auto* edit = dialog->findChild<QLineEdit*>("export_folder");
+    edit->setText(QString::fromStdString(folder.string()));
+    QTest::keyClick(edit, Qt::Key_Return);  // the default button exports
+    QVERIFY(!dialog->isVisible());
+  }
+  void Type(QDialog* dialog, const char* field, const fs::path& path) {
+    auto* edit = dialog->findChild<QLineEdit*>(field);
+    edit->setFocus();
+    edit->selectAll();
+    QTest::keyClick(edit, Qt::Key_Delete);
+    QTest::keyClicks(edit, QString::fromStdString(path.string()));
+  }
   bool Opened(QSignalSpy& opened) {
     return QTest::qWaitFor([&] { return opened.count() > 0; }, kWaitMs) && WaitSharp(*window_);
   }
@@ -113,6 +136,94 @@ class FilesTest : public ViewerTest {
     QSignalSpy opened(&empty.controller(), &SceneController::opened);
     QTest::mouseClick(open, Qt::LeftButton);
     QVERIFY(QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs));
+  }
+
+  // The splat of the scene before does not go with another workspace.
+  void AnotherWorkspaceFindsItsOwnSplat() {
+    const fs::path other = Fresh() / "other", bare = Fresh() / "bare";
+    fs::copy(scene_->workspace(), other, fs::copy_options::recursive);
+    fs::copy(scene_->workspace(), bare, fs::copy_options::recursive);
+    fs::remove(bare / "splat.ply");
+    PressKey(*window_, Qt::Key_O, Qt::ControlModifier);
+    auto* dialog = window_->findChild<QDialog*>("open_dialog");
+    QVERIFY(dialog && dialog->isVisible());
+    auto* splat = dialog->findChild<QLineEdit*>("splat");
+    auto* open = dialog->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Open);
+    Type(dialog, "workspace", bare);
+    QCOMPARE(splat->text(), QString());
+    QVERIFY(!open->isEnabled());
+    Type(dialog, "workspace", other);
+    QCOMPARE(splat->text(), QString::fromStdString((other / "splat.ply").string()));
+    // One that was chosen for this workspace stays; a field that is cleared is looked for again.
+    Type(dialog, "splat", scene_->workspace() / "splat.ply");
+    QVERIFY(open->isEnabled());
+    Type(dialog, "splat", "");
+    QVERIFY(open->isEnabled());
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QTest::mouseClick(open, Qt::LeftButton);
+    QVERIFY(Opened(opened));
+    QCOMPARE(controller().facts()->request.splat, other / "splat.ply");
+  }
+
+  void AFailedOpenBringsTheFormBack() {
+    const fs::path bad = Fresh() / "bad";
+    fs::copy(scene_->workspace(), bad, fs::copy_options::recursive);
+    fs::resize_file(bad / "splat.ply", 100);
+    PressKey(*window_, Qt::Key_O, Qt::ControlModifier);
+    auto* dialog = window_->findChild<QDialog*>("open_dialog");
+    QVERIFY(dialog);
+    Type(dialog, "workspace", bad);
+    const auto open = [](QDialog* of) {
+      QTest::mouseClick(of->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Open),
+                        Qt::LeftButton);
+    };
+    QPointer<QDialog> first = dialog;
+    open(dialog);
+    QTRY_VERIFY_WITH_TIMEOUT(!first, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(window_->findChild<QDialog*>("open_dialog"), kWaitMs);
+    dialog = window_->findChild<QDialog*>("open_dialog");
+    QVERIFY(!window_->dialog());
+    QCOMPARE(dialog->findChild<QLineEdit*>("workspace")->text(),
+             QString::fromStdString(bad.string()));
+    QVERIFY(dialog->findChild<QLabel*>("open_problem")->text().contains("splat.ply"));
+    // What was wrong is put right, in the same form.
+    Type(dialog, "splat", scene_->workspace() / "splat.ply");
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    open(dialog);
+    QVERIFY(Opened(opened));
+    QVERIFY(fs::equivalent(controller().facts()->request.workspace, bad));
+  }
+
+  void TheStartPageHasRecentScenesAndASample() {
+    controller().Close();
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
+    auto* list = window_->findChild<QWidget*>("welcome_recent");
+    QVERIFY(list->isVisible());
+    const auto buttons = [&] { return list->findChildren<QPushButton*>(); };
+    QTRY_VERIFY(!buttons().isEmpty() && buttons().front()->isVisible());
+    QVERIFY(buttons().front()->toolTip().contains("workspace with "));
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QTest::mouseClick(buttons().front(), Qt::LeftButton);
+    QVERIFY(Opened(opened));
+    // Cleared from the menu, it is empty for good.
+    Recent().back()->trigger();
+    QCOMPARE(Recent().size(), 1);
+    QVERIFY(!Recent().front()->isEnabled());
+    controller().Close();
+    QTRY_VERIFY_WITH_TIMEOUT(buttons().isEmpty(), kWaitMs);
+    // The sample is made, and found the second time.
+    auto* sample = window_->findChild<QPushButton*>("welcome_sample");
+    opened.clear();
+    QTest::mouseClick(sample, Qt::LeftButton);
+    QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, 5 * kWaitMs);
+    const fs::path splat = controller().facts()->request.splat;
+    const auto made = fs::last_write_time(splat);
+    controller().Close();
+    opened.clear();
+    QTRY_VERIFY(sample->isVisible());
+    QTest::mouseClick(sample, Qt::LeftButton);
+    QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
+    QVERIFY(fs::last_write_time(splat) == made);
   }
 
   void FilesAreOpenedAndClosedByKey() {
@@ -451,6 +562,135 @@ class FilesTest : public ViewerTest {
     QTRY_VERIFY(!fs::exists(left));
   }
 
+  // An autosave that was recovered is not a document, whatever number its name has.
+  void WorkIsStillUnsavedAfterASecondRecovery() {
+    fs::remove_all(AutosaveDataFolder());
+    QVERIFY(AddRegion("pot"));
+    const fs::path saved = Fresh() / "saved.retint";
+    QVERIFY(Save(saved));
+    window_.reset();
+    const fs::path left = AutosaveDataFolder() / "untitled.autosave-2.retint";
+    fs::create_directories(left.parent_path());
+    fs::copy(saved, left, fs::copy_options::recursive);
+    window_ = std::make_unique<MainWindow>(theme_.get());
+    window_->show();
+    window_->controller().SetAutomaticRefit(false);
+    window_->Start({});
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
+    QVERIFY(Opened(opened));
+    QCOMPARE(Regions().size(), size_t{1});
+    QVERIFY(window_->IsModified());
+    QVERIFY2(!window_->windowTitle().contains("autosave"), qPrintable(window_->windowTitle()));
+    for (QAction* entry : Recent()) QVERIFY(!entry->text().contains("autosave"));
+    // Ctrl+S asks where, Ctrl+Q whether.
+    int came = 0;
+    CancelFileDialog(&came);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(came, 1, kWaitMs);
+    PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
+    QVERIFY(WaitDialog(*window_));
+    QVERIFY(window_->dialog()->informativeText().contains("not been saved"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    // A further edit is in an autosave of its own, which then is the only one.
+    controller().Rename(Regions().front().id, "petals");
+    QTRY_VERIFY_WITH_TIMEOUT(!fs::exists(left), kWaitMs);
+    const auto folder = window_->sessions().autosave()->folder();
+    QVERIFY(fs::exists(folder / "session.json"));
+    QVERIFY(Save(Fresh() / "recovered.retint"));
+    QTRY_VERIFY(!HasAutosave());
+  }
+
+  void ARelativeSessionIsKeptWhole() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh(), elsewhere = Fresh();
+    QVERIFY(Save(folder / "work.retint"));
+    const fs::path before = fs::current_path();
+    fs::current_path(folder);
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenSession("work.retint");
+    QVERIFY(Opened(opened));
+    fs::current_path(elsewhere);
+    controller().Rename(Regions().front().id, "petals");
+    QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
+    QVERIFY(fs::is_empty(elsewhere));
+    const auto manifest = nlohmann::json::parse(ReadFile(folder / "work.retint" / "session.json"));
+    QCOMPARE(manifest["regions"][0]["name"].get<std::string>(), std::string("petals"));
+    // And opens again from anywhere.
+    opened.clear();
+    QVERIFY(Recent().front()->text().contains("work.retint"));
+    Recent().front()->trigger();
+    QVERIFY(Opened(opened));
+    fs::current_path(before);
+  }
+
+  void NothingIsReplacedWithoutAsking() {
+    QSettings().remove("output_folder");
+    QVERIFY(AddRegion("pot"));
+    // Proposed beside the workspace, not in it; later where one wrote last.
+    const auto proposed = [&](int entry) {
+      QDialog* dialog = ExportDialogOf(entry);
+      const QString path = dialog->findChild<QLineEdit*>("export_folder")->text();
+      dialog->reject();
+      return fs::path(path.toStdString());
+    };
+    for (const int entry : {1, 2, 4}) {
+      QCOMPARE(proposed(entry).parent_path(), scene_->workspace().parent_path());
+      QVERIFY(!fs::exists(proposed(entry)));
+    }
+    const fs::path folder = Fresh();
+    QSignalSpy written(&controller(), &SceneController::written);
+    const std::string name = scene_->scene().views.front().name + ".png";
+    const std::pair<int, fs::path> cases[] = {{1, folder / "masks" / name},
+                                              {2, folder / "views" / name}};
+    for (const auto& [entry, file] : cases) {
+      written.clear();
+      ExportTo(entry, file.parent_path());
+      QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);  // a new folder: nothing to ask
+      WriteFile(file, "precious");
+      ExportTo(entry, file.parent_path());
+      const QMessageBox* box = WaitDialog(*window_);
+      QVERIFY(box && box->informativeText().contains(QString::fromStdString(name)));
+      QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
+      QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+      QTRY_VERIFY(!window_->dialog());
+      QVERIFY(Settle(controller()));
+      QCOMPARE(ReadFile(file), std::string("precious"));
+      ExportTo(entry, file.parent_path());
+      QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+      QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
+      QVERIFY(ReadFile(file) != "precious");
+      QTRY_VERIFY(!window_->dialog());
+    }
+    QCOMPARE(proposed(1).parent_path(), folder);
+    // Frames of a longer turn before would be in the film.
+    fs::create_directories(folder / "turn");
+    WriteFile(folder / "turn" / "0777.png", "old");
+    ExportTo(4, folder / "turn");
+    QVERIFY(WaitDialog(*window_));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QVERIFY(Settle(controller()));
+    QVERIFY(!fs::exists(folder / "turn" / "0000.png"));
+  }
+
+  void ExportDialogsHaveKeysAndADefault() {
+    QVERIFY(AddRegion("pot"));
+    for (const int entry : {1, 2, 4}) {
+      QDialog* dialog = ExportDialogOf(entry);
+      QVERIFY(dialog && dialog->isVisible());
+      QVERIFY(dialog->findChild<QPushButton*>("export_write")->isDefault());
+      // A label shows its key as a line below the letter where it knows the control.
+      for (auto* label : dialog->findChildren<QLabel*>()) {
+        QVERIFY2(!label->text().contains('&') || label->buddy(), qPrintable(label->text()));
+      }
+      dialog->reject();
+    }
+  }
+
   void TheSplatIsExportedByKey() {
     QVERIFY(AddRegion("pot"));
     QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
@@ -511,13 +751,15 @@ class FilesTest : public ViewerTest {
       AnswerFileDialog(splat);
       PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
       QVERIFY(ReadError(*window_).contains("kept.ply"));
-      for (const auto& [entry, path] :
-           {std::pair(1, folder), std::pair(3, folder / "report.json")}) {
-        AnswerFileDialog(path);
-        Export(entry);
+      const auto names = [&](const fs::path& path) {
         const QString error = ReadError(*window_);
-        QVERIFY2(error.contains(QString::fromStdString(path.string())), qPrintable(error));
-      }
+        return error.contains(QString::fromStdString(path.string()));
+      };
+      ExportTo(1, folder);
+      QVERIFY(names(folder));
+      AnswerFileDialog(folder / "report.json");
+      Export(3);
+      QVERIFY(names(folder / "report.json"));
     }
     QVERIFY(listing() == before);
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
@@ -548,9 +790,7 @@ class FilesTest : public ViewerTest {
     QVERIFY(ReadError(*window_).contains("Choose a region"));
     QVERIFY(AddRegion("pot"));
     QSignalSpy written(&controller(), &SceneController::written);
-    fs::create_directories(folder / "masks");
-    AnswerFileDialog(folder / "masks");
-    Export(1);
+    ExportTo(1, folder / "masks");
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
     for (const auto& [name, mask] : scene_->Masks(scene_->MostVisible().object)) {
       QVERIFY(ReadMask(folder / "masks" / (name + ".png"), mask.width, mask.height).data ==

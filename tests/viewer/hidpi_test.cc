@@ -40,7 +40,7 @@ class HidpiTest : public ViewerTest {
         QTest::qWaitFor([&] { return mode.state() == SelectionMode::State::kPainting; }, kWaitMs));
     SelectionCanvas& paper = mode.canvas();
     const Mask& mask = paper.editor().mask();
-    // Fitted and centred, reckoned anew here.
+    // Fitted and centerd, reckoned anew here.
     const double scale =
         std::min(double(paper.width()) / mask.width, double(paper.height()) / mask.height);
     const auto at = [&](double x, double y) {

@@ -4,11 +4,14 @@
 #include "viewer/main_window.h"
 
 #include <QAction>
+#include <QApplication>
+#include <QClipboard>
 #include <QDir>
 #include <QDockWidget>
 #include <QLabel>
 #include <QPushButton>
 #include <QStandardPaths>
+#include <QToolButton>
 
 #include "depth/depth_picture.h"
 #include "tests/viewer/viewer_scene.h"
@@ -62,7 +65,7 @@ class MainWindowTest : public ViewerTest {
     const PosedCamera truth = controller().facts()->Posed(*views.back());
     QVERIFY(exact.camera == truth.camera);
     QVERIFY(exact.cam_from_world.translation == truth.cam_from_world.translation);
-    // On the screen: the same pose, the aspect kept within a pixel, the centre where it belongs.
+    // On the screen: the same pose, the aspect kept within a pixel, the center where it belongs.
     const PosedCamera shown = canvas().navigation().Rendered();
     const double scale = double(shown.camera.width) / truth.camera.width;
     QVERIFY(std::abs(shown.camera.height - scale * truth.camera.height) <= 1);
@@ -282,6 +285,85 @@ class MainWindowTest : public ViewerTest {
     QVERIFY(!dock->isVisible());
     QTest::keyClick(&canvas(), Qt::Key_Tab);
     QVERIFY(dock->isVisible());
+  }
+
+  // The tabs that were in front, the sizes, and what the user had closed.
+  void PanelsComeBackAsTheyWere() {
+    const auto dock = [&](const char* name) { return window_->findChild<QDockWidget*>(name); };
+    dock("quality")->raise();
+    dock("scene")->raise();
+    window_->resizeDocks({dock("views")}, {270}, Qt::Horizontal);
+    window_->resizeDocks({dock("regions")}, {190}, Qt::Vertical);
+    QTest::qWait(50);
+    const auto state = [&] {
+      QStringList text;
+      for (const char* name : {"regions", "optimizer", "quality", "views", "scene"}) {
+        const QDockWidget& one = *dock(name);
+        const bool front = !one.visibleRegion().isEmpty();
+        text << QString("%1 %2").arg(name, front ? QString("%1x%2 at %3,%4")
+                                                       .arg(one.width())
+                                                       .arg(one.height())
+                                                       .arg(one.x())
+                                                       .arg(one.y())
+                                                 : QString("behind"));
+      }
+      return text;
+    };
+    const QStringList before = state();
+    QTest::keyClick(&canvas(), Qt::Key_Tab);
+    QTRY_VERIFY(!dock("quality")->isVisible());
+    QTest::keyClick(&canvas(), Qt::Key_Tab);
+    QTRY_COMPARE(state(), before);
+  }
+
+  void ThePictureIsCopied() {
+    QApplication::clipboard()->clear();
+    QTest::keyClick(&canvas(), Qt::Key_C, Qt::ControlModifier | Qt::ShiftModifier);
+    const QImage copied = QApplication::clipboard()->image();
+    QCOMPARE(copied.convertToFormat(QImage::Format_RGB32),
+             canvas().grab().toImage().convertToFormat(QImage::Format_RGB32));
+  }
+
+  // The splat does not show what the photos show: the badge stays, and leads to the reason.
+  void WarningsStayInSight() {
+    auto* badge = window_->findChild<QToolButton*>("warnings");
+    QVERIFY(Settle(controller()));
+    QVERIFY(!badge->isVisible());
+    Q_EMIT controller().sceneChecked({"the renders are not of this scene"});
+    QVERIFY(badge->isVisible());
+    window_->Say("something else");
+    QVERIFY(badge->text().contains("1 warning"));
+    QVERIFY(badge->toolTip().contains("not of this scene"));
+    auto* scene = window_->findChild<QDockWidget*>("scene");
+    QVERIFY(scene->visibleRegion().isEmpty());
+    QTest::mouseClick(badge, Qt::LeftButton);
+    QTRY_VERIFY(!scene->visibleRegion().isEmpty());
+    controller().Close();
+    QTRY_VERIFY(!badge->isVisible());
+  }
+
+  void TheFirstWindowFitsTheScreen() {
+    for (const QSize& room : {QSize(1024, 700), QSize(1280, 720), QSize(3840, 2160)}) {
+      const QSize size = MainWindow::FirstSize(room);
+      QVERIFY(size.width() <= room.width() && size.height() <= room.height());
+      QVERIFY(size.width() >= 900 && size.height() >= 600);
+    }
+    // And can be made that small, exploring and painting.
+    QVERIFY2(
+        window_->minimumSizeHint().width() <= 1000 && window_->minimumSizeHint().height() <= 640,
+        qPrintable(QString("%1x%2")
+                       .arg(window_->minimumSizeHint().width())
+                       .arg(window_->minimumSizeHint().height())));
+    window_->resize(1000, 650);
+    QTRY_COMPARE(window_->size(), QSize(1000, 650));
+    QTest::keyClick(&canvas(), Qt::Key_B);
+    QVERIFY(WaitPainting(*window_));
+    QTRY_COMPARE(window_->size(), QSize(1000, 650));
+    for (const char* name : {"selectionAccept", "selectionCancel", "selectionTarget"}) {
+      auto* widget = window_->findChild<QWidget*>(name);
+      QCOMPARE(widget->visibleRegion().boundingRect().size(), widget->size());
+    }
+    QVERIFY(window_->selection().canvas().width() >= 400);
   }
 
   void ScreenshotIsWritten() {

@@ -100,6 +100,46 @@ TEST_F(NavigationTest, OrbitStopsBeforeThePoles) {
   EXPECT_NEAR((Position() - navigation_.focus()).norm(), 4, 1e-6);
 }
 
+// Held a little askew, and looking down: up is still that of the ground, and an orbit turns the
+// picture level instead of rolling it.
+TEST_F(NavigationTest, AnOrbitTurnsTheHorizonLevel) {
+  // Every other view rolls to the left by a tenth, the rest to the right; all look down by 0.6.
+  for (auto& [id, view] : ring_.views) {
+    const double roll = id % 2 ? 0.1 : -0.1;
+    const Eigen::Quaterniond own(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()) *
+                                 Eigen::AngleAxisd(-0.6, Eigen::Vector3d::UnitX()));
+    view.cam_from_world.rotation = own * view.cam_from_world.rotation;
+    view.cam_from_world.translation = {0, 0, 4};
+  }
+  // Of an arc alone, in which the mean of the views' own up leans by half a radian.
+  for (ViewId id = 4; id <= 8; ++id) ring_.views.erase(id);
+  navigation_.SetScene(ring_);
+  EXPECT_GT(navigation_.up().dot(Eigen::Vector3d(0, -1, 0)), std::cos(0.03));  // reckoned: 0.017
+  double tilt = std::abs(Axis(0).dot(navigation_.up()));
+  EXPECT_GT(tilt, 0.05);
+  for (int i = 0; i < 60; ++i) {
+    navigation_.Orbit(13, i % 2 ? 7 : -5);
+    const double now = std::abs(Axis(0).dot(navigation_.up()));
+    EXPECT_LE(now, tilt + 1e-9);  // never more askew than before
+    tilt = now;
+  }
+  EXPECT_LT(tilt, 0.005);
+}
+
+TEST_F(NavigationTest, AnOrbitAboutAPivotBesideTheAxisKeepsItInPlace) {
+  navigation_.Orbit(0, 0);
+  const Eigen::Vector3d pivot(0.4, -0.3, 1);
+  const PosedCamera before = navigation_.Rendered();
+  navigation_.SetPivot(pivot);
+  EXPECT_EQ(navigation_.Rendered().Center(), before.Center());
+  for (int i = 0; i < 20; ++i) navigation_.Orbit(11, 3);
+  const auto first = before.Project(pivot), last = navigation_.Rendered().Project(pivot);
+  ASSERT_TRUE(first && last);
+  EXPECT_NEAR(first->x(), last->x(), 1e-6);
+  EXPECT_NEAR(first->y(), last->y(), 1e-6);
+  EXPECT_GT((Position() - before.Center()).norm(), 1);
+}
+
 TEST_F(NavigationTest, OrbitKeepsTheHorizonLevel) {
   for (int i = 0; i < 50; ++i) navigation_.Orbit(13, i % 2 ? 7 : -5);
   EXPECT_NEAR(Axis(0).dot(navigation_.up()), 0, 1e-6);

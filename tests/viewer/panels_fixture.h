@@ -54,7 +54,7 @@ class PanelsFixture : public QObject {
                                     ColorEdit::Tint({1.0F, 0.2F, 0.2F}));
     return QTest::qWaitFor([&] { return added.count() == 2; }, kWaitMs);
   }
-  QPoint CellCentre(int row, int column) {
+  QPoint CellCenter(int row, int column) {
     const int y = List()->visualItemRect(List()->topLevelItem(row)).center().y();
     return {List()->columnViewportPosition(column) + List()->columnWidth(column) / 2, y};
   }
@@ -64,7 +64,7 @@ class PanelsFixture : public QObject {
   }
   void Select(int row) {
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {},
-                      CellCentre(row, RegionsPanel::kColor));
+                      CellCenter(row, RegionsPanel::kColor));
   }
   void Show(const char* dock) {
     auto* panel = Find<QDockWidget>(dock);

@@ -28,9 +28,9 @@ class PanelsTest : public PanelsFixture {
   void init() { QVERIFY(ShowScene()); }
   void cleanup() { Close(); }
 
-  // --- Optimiser ---------------------------------------------------------------------------------
+  // --- Optimizer ---------------------------------------------------------------------------------
 
-  void TheOptimiserStartsAfterAnEditAndIsMeasured() {
+  void TheOptimizerStartsAfterAnEditAndIsMeasured() {
     QVERIFY(AddRegions());
     Show("optimizer");
     Find<QCheckBox>("automatic")->click();
@@ -120,6 +120,13 @@ class PanelsTest : public PanelsFixture {
     QTest::mouseDClick(list->viewport(), Qt::LeftButton, {}, third);
     QVERIFY(window_->canvas().navigation().view());
     QCOMPARE(window_->canvas().navigation().view()->name, std::string("view3"));
+    // What comes next is done on that view.
+    QVERIFY(window_->canvas().hasFocus());
+    QTest::keyClick(QApplication::focusWidget(), Qt::Key_Return);
+    QVERIFY(window_->IsSelecting());
+    QVERIFY(WaitPainting(*window_));
+    QTest::keyClick(&window_->selection().canvas(), Qt::Key_Escape);
+    QTRY_VERIFY(!window_->IsSelecting());
     list->setFocus();
     QTest::keyClick(list, Qt::Key_Home);
     QTest::keyClick(list, Qt::Key_Return);
@@ -213,10 +220,17 @@ class PanelsTest : public PanelsFixture {
     QCOMPARE(table->item(2, 1)->text(), QString("–"));  // nothing is held out
     auto* worst = Find<QTableWidget>("worst_table");
     QCOMPARE(worst->rowCount(), 5);
+    QVERIFY(Find<QLabel>("psnr_inside")->text().contains("dB"));
     worst->setFocus();
     worst->setCurrentCell(1, 0);
     QTest::keyClick(worst, Qt::Key_Return);
     QCOMPARE(window_->canvas().navigation().view()->name, report.worst[1].name);
+    // Of a region that is gone there are no figures.
+    QTest::keyClick(List(), Qt::Key_Delete);
+    QTRY_COMPARE(List()->topLevelItemCount(), 1);
+    QCOMPARE(table->rowCount(), 0);
+    QCOMPARE(worst->rowCount(), 0);
+    QVERIFY(!Find<QLabel>("psnr_inside")->text().contains("dB"));
   }
 
   void RegistrationResidualsAreListed() {
@@ -237,6 +251,7 @@ class PanelsTest : public PanelsFixture {
     QCOMPARE(table->verticalHeaderItem(0)->text(), QString("view0"));
     QCOMPARE(table->item(0, 0)->text(), QString("40"));
     QVERIFY(table->item(0, 1)->text().contains("0.0333"));
+    QVERIFY(!table->item(0, 3)->text().contains("✘"));  // no correction is no failure
   }
 
   // --- Scene -------------------------------------------------------------------------------------
@@ -357,6 +372,7 @@ class PanelsTest : public PanelsFixture {
       auto* dock = Find<QDockWidget>(panels[i]);
       QVERIFY2(dock->isAncestorOf(QApplication::focusWidget()), panels[i]);
       QWidget* first = QApplication::focusWidget();
+      if (panels[i] == std::string_view("regions")) QCOMPARE(first, List());
       QTest::keyClick(first, Qt::Key_Tab);
       QVERIFY2(window_->panels_shown(), "Tab is the panel's while the focus is there");
       QVERIFY2(QApplication::focusWidget() && QApplication::focusWidget() != first, panels[i]);
@@ -394,8 +410,13 @@ class PanelsTest : public PanelsFixture {
 
   void NothingIsCutOff() {
     QVERIFY(AddRegions());
-    for (const ThemeChoice theme : {ThemeChoice::kLight, ThemeChoice::kDark}) {
+    const std::pair<ThemeChoice, QSize> cases[] = {{ThemeChoice::kLight, {1600, 1000}},
+                                                   {ThemeChoice::kDark, {1024, 700}},
+                                                   {ThemeChoice::kDark, {1900, 1100}}};
+    for (const auto& [theme, size] : cases) {
       theme_->Choose(theme);
+      window_->resize(size);
+      QTRY_COMPARE(window_->size(), size);
       for (const char* name : {"regions", "optimizer", "quality", "views", "scene"}) {
         Show(name);
         auto* dock = Find<QDockWidget>(name);
@@ -418,10 +439,11 @@ class PanelsTest : public PanelsFixture {
                    qPrintable(what));
         }
       }
-      QCOMPARE(window_->size(), QSize(1600, 1000));
+      QCOMPARE(window_->size(), size);
       const QByteArray to = qgetenv("RETINT_SCREENSHOTS");
       if (!to.isEmpty()) {
-        const QByteArray name = theme == ThemeChoice::kDark ? "/dark" : "/light";
+        const QByteArray name = (theme == ThemeChoice::kDark ? "/dark" : "/light") +
+                                QByteArray::number(size.width()) + "-";
         for (const char* panel : {"optimizer", "views"}) Show(panel);
         window_->grab().save(to + name + "1.png");
         for (const char* panel : {"quality", "scene"}) Show(panel);

@@ -90,7 +90,7 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
   }
 
-  void TheKeyboardPicksColours() {
+  void TheKeyboardPicksColors() {
     QVERIFY(AddRegions());
     Select(0);
     auto* square = Find<ColorSquare>("color_square");
@@ -113,6 +113,74 @@ class RegionsPanelTest : public PanelsFixture {
     QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), float(QColor(1, 255, 128).redF()));
   }
 
+  void ColorsHaveNames() {
+    QVERIFY(AddRegions());
+    Select(0);
+    auto* text = Find<QLineEdit>("color_text");
+    const auto type = [&](const char* color) {
+      text->setFocus();
+      text->selectAll();
+      QTest::keyClicks(text, color);
+      QTest::keyClick(text, Qt::Key_Return);
+      return Find<ColorPicker>("color_picker")->color().name();
+    };
+    QCOMPARE(type("tomato"), QString("#ff6347"));
+    QCOMPARE(type("Steel Blue"), QString("#4682b4"));
+    QCOMPARE(type("00ff80"), QString("#00ff80"));
+    QCOMPARE(type("no color"), QString("#00ff80"));
+    QCOMPARE(text->text(), QString("#00ff80"));
+    QCOMPARE(type("white"), QString("#ffffff"));
+    QVERIFY(ChangesNothing(SessionRegions().regions[0].edit));
+  }
+
+  // White multiplies by one: there is nothing to fit, and nothing that looks like white paint.
+  void ARegionWithoutAColorIsLeftAlone() {
+    Controller().SetAutomaticRefit(true);
+    QSignalSpy optimizer(&Controller(), &SceneController::optimizerChanged);
+    QSignalSpy added(&Controller(), &SceneController::regionAdded);
+    Controller().AddRegionFromMasks("new", MasksOf(scene_), ColorEdit());
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    QTest::qWait(1000);  // longer than the quiet after which a fit begins
+    QCOMPARE(optimizer.count(), 0);
+    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kColor), QString("none yet"));
+    QVERIFY(List()->topLevelItem(0)->icon(RegionsPanel::kColor).isNull());
+    const auto says = [&](const QString& part) {
+      for (auto* label : Find<RegionsPanel>("regions_panel")->findChildren<QLabel*>()) {
+        if (label->isVisible() && label->text().contains(part)) return true;
+      }
+      return false;
+    };
+    QVERIFY(says("Now choose a color for new"));
+    DragAlong(Find<ColorSquare>("color_square"), {{30, 30}, {60, 40}});
+    QVERIFY(says("Tint of new") && !says("Now choose"));
+    QVERIFY(!List()->topLevelItem(0)->icon(RegionsPanel::kColor).isNull());
+    QTRY_VERIFY_WITH_TIMEOUT(optimizer.count() > 0, kWaitMs);
+    Controller().CancelRefit();
+  }
+
+  void ThePointsDoNotHideTheColorThatIsPicked() {
+    QVERIFY(AddRegions());
+    Select(0);
+    QVERIFY(window_->canvas().cloud_shown());
+    auto* square = Find<ColorSquare>("color_square");
+    DragAlong(square, {{30, 30}, {60, 40}});
+    QVERIFY(!window_->canvas().cloud_shown());
+    // And come back by their key, wherever the focus is but in a field of text.
+    square->setFocus();
+    QTest::keyClick(square, Qt::Key_M);
+    QVERIFY(window_->canvas().cloud_shown());
+    QVERIFY(square->hasFocus());
+    List()->setFocus();
+    QTest::keyClick(List(), Qt::Key_M);
+    QVERIFY(!window_->canvas().cloud_shown());
+    auto* text = Find<QLineEdit>("color_text");
+    text->setFocus();
+    text->selectAll();
+    QTest::keyClicks(text, "magenta");
+    QVERIFY(!window_->canvas().cloud_shown());
+    QCOMPARE(text->text(), QString("magenta"));
+  }
+
   void TheStrengthFollowsTheSlider() {
     QVERIFY(AddRegions());
     Select(0);
@@ -127,8 +195,8 @@ class RegionsPanelTest : public PanelsFixture {
   void RowsAreDraggedAndMovedByKeys() {
     QVERIFY(AddRegions());
     const RegionId left = Regions()[0].id;
-    const QPoint from = CellCentre(0, RegionsPanel::kColor);
-    const QPoint below(from.x(), CellCentre(1, RegionsPanel::kColor).y() + 8);
+    const QPoint from = CellCenter(0, RegionsPanel::kColor);
+    const QPoint below(from.x(), CellCenter(1, RegionsPanel::kColor).y() + 8);
     DragAlong(List()->viewport(), {from, from + QPoint(0, 12), below});
     QCOMPARE(SessionRegions().regions[1].id, left);
     QCOMPARE(List()->topLevelItem(1)->text(RegionsPanel::kName), QString("left"));

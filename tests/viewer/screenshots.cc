@@ -65,7 +65,7 @@ class Photographer {
       return false;
     }
     if (!Wait([&] { return window_.canvas().IsSharp(); })) return false;
-    // With the selected points, the optimiser's curve beside.
+    // With the selected points, the optimizer's curve beside.
     Raise("optimizer");
     QSignalSpy ready(&controller, &SceneController::qualityReady);
     controller.Evaluate(id);

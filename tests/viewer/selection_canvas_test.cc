@@ -27,7 +27,7 @@ class SelectionCanvasTest : public QObject {
  private:
   std::unique_ptr<SelectionCanvas> canvas_;
 
-  // The widget pixel over the centre of an image pixel.
+  // The widget pixel over the center of an image pixel.
   QPoint At(int x, int y) const {
     const Eigen::Vector2d at = canvas_->transform().ToWidget({x + 0.5, y + 0.5});
     return {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y()))};
@@ -180,7 +180,7 @@ class SelectionCanvasTest : public QObject {
     QCOMPARE(Mask(60, 20), 0);
   }
 
-  void TheFloodStopsAtColourAndDepth() {
+  void TheFloodStopsAtColorAndDepth() {
     Key(Qt::Key_O);
     QCOMPARE(canvas_->tool(), SelectionTool::kFlood);
     Click(At(10, 10));
@@ -202,7 +202,7 @@ class SelectionCanvasTest : public QObject {
     const QPoint at = At(10, 10);
     QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, at);
     QCOMPARE(Inside(), size_t{40 * 30});
-    Move(at + QPoint(330, 0), Qt::LeftButton);  // the other colour differs by 70
+    Move(at + QPoint(330, 0), Qt::LeftButton);  // the other color differs by 70
     QVERIFY(canvas_->flood().tolerance > tolerance + 70);
     QCOMPARE(Inside(), size_t{80 * 30});
     Move(at + QPoint(40, 0), Qt::LeftButton);
@@ -404,6 +404,29 @@ class SelectionCanvasTest : public QObject {
   }
 
   // What a move repaints is what it changed: a partial update leaves the same screen as a full one.
+  // An orange overlay on a fox shows nothing.
+  void TheOverlayStandsOutFromWhatIsSelected() {
+    const QColor fur(225, 130, 40), sky(30, 140, 230);
+    QImage image(kWidth, kHeight, QImage::Format_RGB32);
+    image.fill(fur);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 40; x < kWidth; ++x) image.setPixel(x, y, sky.rgb());
+    }
+    canvas_->SetView(image, DepthMap(), retint::Mask(kWidth, kHeight));
+    const QRgb fur_bare = Shot().pixel(At(20, 30)), sky_bare = Shot().pixel(At(60, 30));
+    const auto apart = [](QRgb a, QRgb b) {
+      return std::abs(qRed(a) - qRed(b)) + std::abs(qGreen(a) - qGreen(b)) +
+             std::abs(qBlue(a) - qBlue(b));
+    };
+    // At 45 % a difference of a third of the whole range is a seventh of what is to be had.
+    constexpr int kSeen = 100;
+    Drag({At(10, 30), At(30, 30)});
+    QVERIFY(apart(Shot().pixel(At(20, 30)), fur_bare) > kSeen);
+    Key(Qt::Key_Z, Qt::ControlModifier);
+    Drag({At(50, 30), At(70, 30)});
+    QVERIFY(apart(Shot().pixel(At(60, 30)), sky_bare) > kSeen);
+  }
+
   void PartialUpdatesLeaveNothingBehind() {
     canvas_->SetBrush({3, 1});
     for (int i = 0; i < 3; ++i) Wheel({200, 150}, {0, 120});

@@ -52,9 +52,9 @@ TEST(MaskEditor, AHardStrokeIsTheBrushSweptAlongItsPath) {
   editor.EndStroke();
   for (int y = 0; y < 90; ++y) {
     for (int x = 0; x < 120; ++x) {
-      const Vector2d centre(x + 0.5, y + 0.5);
-      const double distance = std::min(SegmentDistance(centre, path[0], path[1]),
-                                       SegmentDistance(centre, path[1], path[2]));
+      const Vector2d center(x + 0.5, y + 0.5);
+      const double distance = std::min(SegmentDistance(center, path[0], path[1]),
+                                       SegmentDistance(center, path[1], path[2]));
       const int value = editor.mask()(x, y);
       if (distance < 8.4) {
         EXPECT_EQ(value, 255) << x << " " << y;
@@ -172,7 +172,7 @@ TEST(MaskEditor, ARectangleCoversItsPixelsInAnyOrderOfCorners) {
   EXPECT_TRUE(editor.FillRectangle({std::nan(""), 3}, {3.2, 9}, Combine::kRemove).Empty());
 }
 
-// Even-odd by counting crossings; pixels whose centre lies on the outline may go either way.
+// Even-odd by counting crossings; pixels whose center lies on the outline may go either way.
 TEST(MaskEditor, APolygonIsEvenOdd) {
   const std::vector<Vector2d> star = {{50, 3}, {80, 92}, {4, 36}, {96, 36}, {20, 92}};
   MaskEditor editor(100, 100);
@@ -215,7 +215,7 @@ struct Picture {
   }
 };
 
-TEST(MaskEditor, AFloodStopsAtColoursAndAtDepthEdges) {
+TEST(MaskEditor, AFloodStopsAtColorsAndAtDepthEdges) {
   const Picture picture;
   MaskEditor editor(60, 40);
   editor.Flood(picture.image, picture.depth, 5, 5, {24, 0.03, 0}, Combine::kReplace);
@@ -225,9 +225,9 @@ TEST(MaskEditor, AFloodStopsAtColoursAndAtDepthEdges) {
   EXPECT_EQ(editor.mask()(39, 20), 255);
   EXPECT_EQ(editor.mask()(40, 20), 0);
   editor.Flood(picture.image, {}, 5, 5, {24, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.CountInside(), 40u * 40) << "without depth, colour alone";
+  EXPECT_EQ(editor.CountInside(), 40u * 40) << "without depth, color alone";
   editor.Flood(picture.image, picture.depth, 5, 5, {1, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.CountInside(), 9u * 40) << "one step of colour either side";
+  EXPECT_EQ(editor.CountInside(), 9u * 40) << "one step of color either side";
   const size_t before = editor.CountInside();
   editor.Flood(picture.image, picture.depth, 41, 5, {24, 0.03, 0}, Combine::kAdd);
   EXPECT_EQ(editor.CountInside(), before + 4u * 40);

@@ -134,7 +134,7 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
   return window;
 }
 
-// The whole frame of the newest camera and colours on the screen.
+// The whole frame of the newest camera and colors on the screen.
 inline bool WaitSharp(MainWindow& window) {
   return QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs);
 }

@@ -115,7 +115,7 @@ class WorkflowTest : public ViewerTest {
     QVERIFY2(points.first > 0.05 && points.second < 0.01,
              qPrintable(QString("%1 %2").arg(points.first).arg(points.second)));
 
-    // Tinted by the keyboard: Tab order and all lead to the field of the colour.
+    // Tinted by the keyboard: Tab order and all lead to the field of the color.
     QTest::keyClick(window_.get(), Qt::Key_1, Qt::AltModifier);
     auto* text = window_->findChild<QLineEdit*>("color_text");
     text->setFocus();

@@ -10,7 +10,6 @@
 #include <QLineEdit>
 #include <QMouseEvent>
 #include <QPainter>
-#include <QRegularExpressionValidator>
 #include <QSignalBlocker>
 #include <QSpinBox>
 
@@ -31,7 +30,7 @@ void PaintFocus(QWidget& widget, QPainter& painter) {
   painter.drawRect(widget.rect().adjusted(0, 0, -1, -1));
 }
 
-// Black and white, so that it is seen on any colour.
+// Black and white, so that it is seen on any color.
 void PaintMark(QPainter& painter, const QWidget& widget, QPointF at, double radius) {
   // Whole at the border too.
   const double margin = radius + 2;
@@ -205,11 +204,9 @@ ColorPicker::ColorPicker(QWidget* parent) : QWidget(parent), color_(Qt::white) {
   }
   text_ = new QLineEdit;
   text_->setObjectName("color_text");
-  text_->setAccessibleName(tr("Colour as #rrggbb"));
-  text_->setToolTip(tr("The colour as #rrggbb"));
+  text_->setAccessibleName(tr("Color as #rrggbb or by name"));
+  text_->setToolTip(tr("The color as #rrggbb, or by its name: white, tomato, steelblue"));
   text_->setMinimumWidth(text_->fontMetrics().horizontalAdvance("#dddddd") + 16);
-  static const QRegularExpression kHex("#?[0-9a-fA-F]{6}");
-  text_->setValidator(new QRegularExpressionValidator(kHex, text_));
   layout->addWidget(text_, 2, 3);
   connect(text_, &QLineEdit::editingFinished, this, &ColorPicker::FromText);
   connect(square_, &ColorSquare::dragged, this, [this] { FromSquare(true); });
@@ -259,8 +256,10 @@ void ColorPicker::FromNumbers() {
 void ColorPicker::FromText() {
   if (!text_->isModified()) return;
   text_->setModified(false);
-  const QString text = text_->text();
-  const QColor color(text.startsWith('#') ? text : "#" + text);
+  const QString text = text_->text().remove(' ');
+  const QColor named = QColor::fromString(text);
+  const QColor color =
+      named.isValid() && named.alpha() == 255 ? named : QColor::fromString("#" + text);
   if (!color.isValid() || color.rgb() == color_.rgb()) return ShowNumbers();
   SetColor(color);
   Q_EMIT changed(color_, false);

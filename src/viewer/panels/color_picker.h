@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A colour chosen live: a square of saturation and value, a strip of hues, and the numbers. Every
+// A color chosen live: a square of saturation and value, a strip of hues, and the numbers. Every
 // part can be worked with the keyboard: arrows move, Shift moves further.
 #pragma once
 
@@ -77,7 +77,7 @@ class ColorPicker : public QWidget {
   explicit ColorPicker(QWidget* parent = nullptr);
 
   QColor color() const { return color_; }
-  // Shows a colour; says nothing. Hue and saturation stay where the colour has none.
+  // Shows a color; says nothing. Hue and saturation stay where the color has none.
   void SetColor(const QColor& color);
   bool IsDragging() const { return dragging_; }
 

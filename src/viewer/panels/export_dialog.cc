@@ -22,11 +22,42 @@ constexpr int kTurntableFrames = 120;
 
 }  // namespace
 
-ExportDialog::ExportDialog(Kind kind, const QString& view, const QString& folder, QWidget* parent)
+ExportDialog::ExportDialog(Kind kind, const QString& subject, const QString& folder,
+                           QWidget* parent)
     : QDialog(parent) {
   setObjectName("export_dialog");
+  setAttribute(Qt::WA_DeleteOnClose);
+  switch (kind) {
+    case Kind::kViews:
+      setWindowTitle(tr("Export edited views"));
+      break;
+    case Kind::kTurntable:
+      setWindowTitle(tr("Export turntable frames"));
+      break;
+    case Kind::kMasks:
+      setWindowTitle(tr("Export the masks of %1").arg(subject));
+      break;
+  }
+  auto* form = new QFormLayout(this);
+  if (kind != Kind::kMasks) AddChoice(form, kind, subject);
+  AddFolder(form, folder);
+  problem_ = new QLabel;
+  problem_->setObjectName("export_problem");
+  problem_->setWordWrap(true);
+  form->addRow(problem_);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel);
+  write_ = buttons->addButton(tr("&Export"), QDialogButtonBox::AcceptRole);
+  write_->setObjectName("export_write");
+  form->addRow(buttons);
+  write_->setDefault(true);  // once it is in the dialog, which else takes the first button
+  connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
+  connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  connect(folder_, &QLineEdit::textChanged, this, &ExportDialog::Check);
+  Check();
+}
+
+void ExportDialog::AddChoice(QFormLayout* form, Kind kind, const QString& view) {
   const bool views = kind == Kind::kViews;
-  setWindowTitle(views ? tr("Export edited views") : tr("Export turntable frames"));
   choice_ = new QComboBox;
   choice_->setObjectName("export_choice");
   if (views) {
@@ -40,6 +71,17 @@ ExportDialog::ExportDialog(Kind kind, const QString& view, const QString& folder
     choice_->addItems({tr("Once around the focus"), tr("Through the training views")});
     choice_->setToolTip(tr("The path of the camera; double-click the picture to set the focus"));
   }
+  form->addRow(views ? tr("&Views") : tr("&Path"), choice_);
+  if (views) return;
+  frames_ = new QSpinBox;
+  frames_->setObjectName("export_frames");
+  frames_->setRange(2, 100000);
+  frames_->setValue(kTurntableFrames);
+  frames_->setToolTip(tr("Pictures along the whole path"));
+  form->addRow(tr("F&rames"), frames_);
+}
+
+void ExportDialog::AddFolder(QFormLayout* form, const QString& folder) {
   folder_ = new QLineEdit(folder);
   folder_->setObjectName("export_folder");
   folder_->setMinimumWidth(360);
@@ -51,36 +93,16 @@ ExportDialog::ExportDialog(Kind kind, const QString& view, const QString& folder
         QFileDialog::getExistingDirectory(this, tr("Export to a folder"), folder_->text());
     if (!chosen.isEmpty()) folder_->setText(chosen);
   });
-  auto* form = new QFormLayout(this);
-  form->addRow(views ? tr("&Views") : tr("&Path"), choice_);
-  if (!views) {
-    frames_ = new QSpinBox;
-    frames_->setObjectName("export_frames");
-    frames_->setRange(2, 100000);
-    frames_->setValue(kTurntableFrames);
-    frames_->setToolTip(tr("Pictures along the whole path"));
-    form->addRow(tr("F&rames"), frames_);
-  }
   auto* line = new QHBoxLayout;
   line->addWidget(folder_, 1);
   line->addWidget(browse);
-  form->addRow(tr("F&older"), line);
-  problem_ = new QLabel;
-  problem_->setObjectName("export_problem");
-  problem_->setWordWrap(true);
-  form->addRow(problem_);
-  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel);
-  write_ = buttons->addButton(tr("&Export"), QDialogButtonBox::AcceptRole);
-  write_->setObjectName("export_write");
-  write_->setDefault(true);
-  form->addRow(buttons);
-  connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
-  connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
-  connect(folder_, &QLineEdit::textChanged, this, &ExportDialog::Check);
-  Check();
+  // A form finds the label's control only where that is the whole row.
+  auto* label = new QLabel(tr("F&older"));
+  label->setBuddy(folder_);
+  form->addRow(label, line);
 }
 
-int ExportDialog::choice() const { return choice_->currentIndex(); }
+int ExportDialog::choice() const { return choice_ ? choice_->currentIndex() : 0; }
 int ExportDialog::frames() const { return frames_ ? frames_->value() : 0; }
 
 std::filesystem::path ExportDialog::folder() const { return folder_->text().toStdString(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Asks which pictures of the edited scene are to be written, and where.
+// Asks which pictures of the edited scene, or a region's masks, are to be written, and where.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 #include <QDialog>
 
 class QComboBox;
+class QFormLayout;
 class QLabel;
 class QLineEdit;
 class QPushButton;
@@ -18,22 +19,25 @@ class ExportDialog : public QDialog {
   Q_OBJECT
 
  public:
-  enum class Kind { kViews, kTurntable };
+  enum class Kind { kViews, kTurntable, kMasks };
   // Choices of kViews and of kTurntable.
   enum Views { kAllViews, kShownView };
   enum Path { kOrbit, kThroughViews };
 
-  // `view` is the name of the view that shows; empty: the camera is free.
-  ExportDialog(Kind kind, const QString& view, const QString& folder, QWidget* parent);
+  // `subject`: of kViews the name of the view that shows, empty where the camera is free; of kMasks
+  // the region's name. The dialog deletes itself when it closes.
+  ExportDialog(Kind kind, const QString& subject, const QString& folder, QWidget* parent);
 
-  int choice() const;
+  int choice() const;  // of kMasks: 0
   int frames() const;
   std::filesystem::path folder() const;
 
  private:
+  void AddChoice(QFormLayout* form, Kind kind, const QString& view);
+  void AddFolder(QFormLayout* form, const QString& folder);
   void Check();
 
-  QComboBox* choice_;
+  QComboBox* choice_ = nullptr;
   QSpinBox* frames_ = nullptr;
   QLineEdit* folder_;
   QLabel* problem_;

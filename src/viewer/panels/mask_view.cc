@@ -4,6 +4,7 @@
 #include <QEvent>
 #include <QPainter>
 
+#include "viewer/contrast.h"
 #include "viewer/main_window.h"
 
 namespace retint {
@@ -11,9 +12,15 @@ namespace {
 
 constexpr int kRestMs = 200;
 constexpr uint8_t kInside = 128;
-constexpr int kStripe = 8;  // pixels; hatched, so that colour is not the only signal
+constexpr int kStripe = 8;  // pixels; hatched, so that color is not the only signal
 
-QImage Overlay(const Mask& mask) {
+// In a color that stands out from the part of `shown` that it covers.
+QImage Overlay(const Mask& mask, const QImage& shown) {
+  QColor under;
+  if (shown.size() == QSize(mask.width, mask.height)) {
+    under = MeanColor(shown, [&](int x, int y) { return mask(x, y) >= kInside; });
+  }
+  const QColor color = ContrastingColor(under);
   QImage picture(mask.width, mask.height, QImage::Format_ARGB32_Premultiplied);
   picture.fill(Qt::transparent);
   const auto inside = [&](int x, int y) { return mask.Contains(x, y) && mask(x, y) >= kInside; };
@@ -27,7 +34,7 @@ QImage Overlay(const Mask& mask) {
       if (edge) {
         row[x] = qRgba(255, 255, 255, 255);
       } else {
-        row[x] = qPremultiply(qRgba(255, 120, 0, stripe ? 190 : 70));
+        row[x] = qPremultiply(qRgba(color.red(), color.green(), color.blue(), stripe ? 190 : 70));
       }
     }
   }
@@ -111,7 +118,8 @@ void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
   const bool wanted = shown_ && id == window_->current_region() &&
                       SameCamera(camera_, window_->canvas().navigation().Rendered());
   if (!wanted) return rest_.start();
-  picture_ = Overlay(*mask);
+  const auto frame = window_->canvas().frame();
+  picture_ = Overlay(*mask, frame ? frame->image : QImage());
   update();
   Q_EMIT ready();
 }

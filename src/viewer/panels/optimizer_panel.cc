@@ -107,7 +107,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
           });
   connect(controller_, &SceneController::qualityGlanced, this,
           [this](RegionId id, const QualityReport& report) {
-            ShowQuality(id, report, tr("from %1 views, for %2; Measure takes all"));
+            ShowQuality(id, report, tr("from %1 views, for %2; Measure uses all views"));
           });
   // What has been fitted is measured, on few views.
   connect(controller_, &SceneController::optimizerChanged, this, [this] {
@@ -116,10 +116,11 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
     const bool ended = std::exchange(was_active_, active) && state == State::kFinished;
     if (ended && window_->current_region() != 0) controller_->Glance(window_->current_region());
   });
+  connect(controller_, &SceneController::regionsChanged, this, [this] {
+    if (measured_id_ != 0 && !controller_->regions().Find(measured_id_)) ForgetQuality();
+  });
   const auto fresh = [this] {
-    inside_->setText(QStringLiteral("–"));
-    outside_->setText(QStringLiteral("–"));
-    measured_->setText(tr("not measured yet"));
+    ForgetQuality();
     ShowJob();
     ShowStatus();
   };
@@ -141,8 +142,8 @@ void OptimizerPanel::BuildOptions() {
   target_->setObjectName("target");
   target_->addItems({tr("the render, edited"), tr("the photo, edited")});
   target_->setToolTip(
-      tr("What the fit aims at: the render leaves everything outside as it is; the photo also "
-         "takes over what the scene had not learnt"));
+      tr("What the fit aims at. The render leaves everything outside as it is. The photo also "
+         "corrects colors that the splat had wrong."));
   iterations_ = new QSpinBox;
   iterations_->setObjectName("iterations");
   iterations_->setRange(0, 100000);
@@ -164,7 +165,7 @@ void OptimizerPanel::BuildOptions() {
   learning_rate_->setMinimum(1e-6);
   automatic_ = new QCheckBox(tr("Start after each ed&it"));
   automatic_->setObjectName("automatic");
-  automatic_->setToolTip(tr("Off: edits show in closed form until the optimiser is started"));
+  automatic_->setToolTip(tr("Off: edits show in closed form until the optimizer is started"));
   form->addRow(tr("&Solver"), solver_);
   form->addRow(tr("&Aim at"), target_);
   form->addRow(tr("Steps at most"), iterations_);
@@ -223,7 +224,8 @@ void OptimizerPanel::TakeJob() {
   try {
     controller_->SetRefitJob(job);
   } catch (const Error& error) {
-    window_->ShowError(tr("The optimiser cannot work so"), QString::fromUtf8(error.what()));
+    window_->ShowError(tr("These optimizer settings are not valid"),
+                       QString::fromUtf8(error.what()));
     return ShowJob();
   }
   ShowJob();
@@ -282,15 +284,23 @@ void OptimizerPanel::Reset() {
   controller_->StartRefit();
 }
 
+void OptimizerPanel::ForgetQuality() {
+  measured_id_ = 0;
+  inside_->setText(QStringLiteral("–"));
+  outside_->setText(QStringLiteral("–"));
+  measured_->setText(tr("not measured yet"));
+}
+
 void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report, const QString& over) {
+  const Region* region = controller_->regions().Find(id);
+  if (!region) return;  // deleted meanwhile
+  measured_id_ = id;
   const QualityNumbers& numbers = report.train;
   inside_->setText(
       tr("%1 (before the edit %2)")
           .arg(Decibels(numbers.psnr_inside_after), Decibels(numbers.psnr_inside_before)));
   outside_->setText(Decibels(numbers.psnr_outside));
-  const Region* region = controller_->regions().Find(id);
-  measured_->setText(
-      over.arg(numbers.views).arg(region ? QString::fromStdString(region->name) : tr("a region")));
+  measured_->setText(over.arg(numbers.views).arg(QString::fromStdString(region->name)));
 }
 
 }  // namespace retint

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The background optimiser: what it is at, how far it came, and its options.
+// The background optimizer: what it is at, how far it came, and its options.
 #pragma once
 
 #include <QElapsedTimer>
@@ -35,6 +35,7 @@ class OptimizerPanel : public QWidget {
   void TakeJob();
   void Toggle();  // start, pause or resume
   void Reset();
+  void ForgetQuality();
   void ShowQuality(RegionId id, const QualityReport& report, const QString& over);
 
   MainWindow* window_;
@@ -48,6 +49,7 @@ class OptimizerPanel : public QWidget {
   QSpinBox* iterations_;
   QDoubleSpinBox *tolerance_, *outside_weight_, *learning_rate_;
   QCheckBox* automatic_;
+  RegionId measured_id_ = 0;  // whose quality shows; 0: none
   bool filling_ = false, was_active_ = false;
 };
 

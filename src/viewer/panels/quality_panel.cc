@@ -90,12 +90,14 @@ QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
     window_->canvas().GoTo(
         worst_->verticalHeaderItem(row)->data(Qt::UserRole).toString().toStdString());
   });
+  connect(worst_, &QTableWidget::cellDoubleClicked, this,
+          [this] { window_->canvas().setFocus(Qt::MouseFocusReason); });
   layout->addWidget(worst_);
   registration_of_ = new QLabel;
   registration_of_->setWordWrap(true);
   layout->addWidget(registration_of_);
   registration_ =
-      MakeTable("registration_table", {tr("Points"), tr("RMS"), tr("Held out"), tr("Used")});
+      MakeTable("registration_table", {tr("Points"), tr("RMS"), tr("Held out"), tr("Correction")});
   registration_->setToolTip(
       tr("Distances of the selection's depth to COLMAP's points, before → after the correction, "
          "in the scene's unit"));
@@ -129,7 +131,7 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
   split_ = add("split_switch", tr("&Before | after"),
                with_key(tr("The scene before the edits to the left of a line"), "show.split"));
   depth_ = add("depth_switch", tr("&Depth"),
-               with_key(tr("Depth instead of colour: near warm, far cold"), "show.depth"));
+               with_key(tr("Depth instead of color: near warm, far cold"), "show.depth"));
   mask_ = add("mask_switch", tr("Mas&k"),
               tr("The current region's selection over the picture, hatched and outlined, once the "
                  "camera rests (Alt+K)"));
@@ -155,18 +157,24 @@ void QualityPanel::ShowCanvas() {
   if (!at_->isSliderDown()) at_->setValue(int(std::lround(canvas.split_at() * kSplitSteps)));
 }
 
-void QualityPanel::Clear() {
+void QualityPanel::ClearReport() {
+  measured_ = 0;
   for (QTableWidget* table : {report_, worst_}) {
     table->setRowCount(0);
     FitHeight(table);
   }
   of_->setText(tr("Not measured yet."));
+}
+
+void QualityPanel::Clear() {
+  ClearReport();
   ShowCanvas();
   ShowRegion();
 }
 
 void QualityPanel::ShowRegion() {
   SceneController& controller = window_->controller();
+  if (measured_ != 0 && !controller.regions().Find(measured_)) ClearReport();
   const Region* region = controller.regions().Find(window_->current_region());
   measure_->setEnabled(region != nullptr);
   for (QWidget* widget : std::initializer_list<QWidget*>{split_, depth_, mask_}) {
@@ -190,7 +198,7 @@ void QualityPanel::ShowRegion() {
       SetRow(registration_, row, QString::fromStdString(report.view),
              {QString::number(moved.points_used), change(moved.rms_before, moved.rms_after),
               change(moved.heldout_before, moved.heldout_after),
-              moved.accepted ? tr("✔ yes") : tr("✘ no")});
+              moved.accepted ? tr("✔ applied") : tr("kept as is")});
       registration_->item(row, 3)->setToolTip(QString::fromStdString(moved.reason));
     }
   }
@@ -199,8 +207,9 @@ void QualityPanel::ShowRegion() {
 
 void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {
   const Region* region = window_->controller().regions().Find(id);
-  of_->setText(tr("%1, against its edited targets:")
-                   .arg(region ? QString::fromStdString(region->name) : tr("A region")));
+  if (!region) return;  // deleted meanwhile
+  measured_ = id;
+  of_->setText(tr("%1, against its edited targets:").arg(QString::fromStdString(region->name)));
   const auto cells = [&](double QualityNumbers::*member, int decimals) {
     QStringList list;
     for (const QualityNumbers* numbers : {&report.train, &report.heldout}) {

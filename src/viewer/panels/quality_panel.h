@@ -32,6 +32,7 @@ class QualityPanel : public QWidget {
   void ShowCanvas();
   void ShowRegion();
   void ShowReport(RegionId id, const QualityReport& report);
+  void ClearReport();
   void Clear();
 
   MainWindow* window_;
@@ -41,6 +42,7 @@ class QualityPanel : public QWidget {
   QPushButton* measure_;
   QTableWidget *report_, *worst_, *registration_;
   QLabel *of_, *registration_of_;
+  RegionId measured_ = 0;  // whose report shows; 0: none
 };
 
 }  // namespace retint

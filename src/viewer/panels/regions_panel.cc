@@ -30,7 +30,7 @@ QIcon Swatch(const QColor& color, const QPalette& palette) {
   QPainter painter(&picture);
   painter.setPen(palette.color(QPalette::Text));
   painter.drawRect(0, 0, kSwatch - 1, kSwatch - 1);
-  // In a selected row too: the style would blend it with the selection's colour.
+  // In a selected row too: the style would blend it with the selection's color.
   QIcon icon(picture);
   icon.addPixmap(picture, QIcon::Selected);
   return icon;
@@ -151,9 +151,11 @@ RegionsPanel::RegionsPanel(MainWindow* window)
   list_->setObjectName("region_list");
   list_->setAccessibleName(tr("Regions"));
   list_->setColumnCount(kColumns);
-  list_->setHeaderLabels({tr("Shown, name"), tr("Solo"), tr("Colour"), tr("Strength")});
+  list_->setHeaderLabels({tr("Shown, name"), tr("Solo"), tr("Color"), tr("Strength")});
   list_->setToolTip(
-      tr("The first is applied first; drag to reorder.\nShow or hide: Space · "
+      tr("The first is applied first; drag to reorder. Tints multiply where regions overlap, so "
+         "their order shows little.\nSolo shows one region alone; it is not an edit.\n"
+         "Show or hide: Space · "
          "rename: F2 · duplicate: Ctrl+D · delete: Del · move: Alt+Up, Alt+Down"));
   list_->header()->setStretchLastSection(false);
   list_->header()->setSectionResizeMode(kName, QHeaderView::Stretch);
@@ -273,8 +275,11 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   item->setToolTip(kName, name);
   item->setCheckState(kName, region.visible ? Qt::Checked : Qt::Unchecked);
   item->setCheckState(kSolo, solo ? Qt::Checked : Qt::Unchecked);
-  if (item->text(kColor) != color.name()) item->setIcon(kColor, Swatch(color, palette()));
-  item->setText(kColor, color.name());
+  const QString text = ChangesNothing(region.edit) ? tr("none yet") : color.name();
+  if (item->text(kColor) != text) {
+    item->setIcon(kColor, ChangesNothing(region.edit) ? QIcon() : Swatch(color, palette()));
+  }
+  item->setText(kColor, text);
   item->setText(kStrength, tr("%1 %").arg(qRound(region.strength * 100)));
   item->setTextAlignment(kStrength, Qt::AlignRight | Qt::AlignVCenter);
   // Set anew, even the same flags would reset the text of an editor that is open.
@@ -298,6 +303,7 @@ void RegionsPanel::Refresh() {
   }
   list_->setCurrentItem(current);
   filling_ = false;
+  setFocusProxy(regions.empty() ? static_cast<QWidget*>(paint_) : list_);
   empty_->setVisible(regions.empty());
   list_->setVisible(!regions.empty());
   ShowCurrent();
@@ -313,8 +319,14 @@ void RegionsPanel::ShowCurrent() {
   const int row = list_->currentItem() ? list_->indexOfTopLevelItem(list_->currentItem()) : -1;
   up_->setEnabled(region && row > 0);
   down_->setEnabled(region && row >= 0 && row + 1 < list_->topLevelItemCount());
-  title_->setText(region ? tr("Tint of %1").arg(QString::fromStdString(region->name))
-                         : tr("Tint: choose a region"));
+  const bool untouched = region && ChangesNothing(region->edit);
+  const QString name = region ? QString::fromStdString(region->name) : QString();
+  title_->setText(!region     ? tr("Tint: choose a region")
+                  : untouched ? tr("Now choose a color for %1").arg(name)
+                              : tr("Tint of %1").arg(name));
+  QFont font = this->font();
+  font.setBold(untouched);
+  title_->setFont(font);
   if (!region) return;
   picker_->SetColor(TintColor(region->edit));
   const QSignalBlocker quiet(strength_), quiet_too(percent_);
@@ -342,6 +354,7 @@ void RegionsPanel::OnColor(const QColor& color, bool dragging) {
   const Region* region = Current();
   if (!region) return;
   const auto edit = ColorEdit::Tint({color.redF(), color.greenF(), color.blueF()});
+  window_->canvas().SetCloudShown(false);  // it would hide the color that is chosen
   if (edit.gain != region->edit.gain || edit.offset != region->edit.offset) {
     controller_->SetEdit(region->id, edit, region->strength,
                          "tint " + std::to_string(region->id) + " " + std::to_string(drags_));

@@ -82,12 +82,12 @@ class RegionsPanel : public QWidget {
   ColorPicker* picker_;
   QSlider* strength_;
   QSpinBox* percent_;
-  QLabel* title_;
+  QLabel* title_;  // what the picker is for
   int drags_ = 0;  // names a drag for the history
   bool filling_ = false;
 };
 
-// What a region's edit multiplies white by, as a colour of the screen.
+// What a region's edit multiplies white by, as a color of the screen.
 QColor TintColor(const ColorEdit& edit);
 
 }  // namespace retint

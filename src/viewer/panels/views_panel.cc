@@ -105,6 +105,8 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   order_ = new QComboBox;
   order_->setObjectName("views_order");
   order_->addItems({tr("By name"), tr("Largest mask first"), tr("Worst first (measures)")});
+  order_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  order_->setMinimumContentsLength(10);
   order_->setToolTip(
       tr("Order of the views. Worst first renders every view to measure the "
          "current region (Alt+O)"));
@@ -128,6 +130,7 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   note_ = new QLabel;
   note_->setObjectName("views_note");
   note_->setWordWrap(true);
+  setFocusProxy(list_);
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   auto* line = new QHBoxLayout;
@@ -139,6 +142,9 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
 
   connect(order_, &QComboBox::activated, this, &ViewsPanel::ChooseOrder);
   connect(list_, &QListWidget::itemActivated, this, &ViewsPanel::Jump);
+  // The mouse has chosen the view; what comes next is done on it. Return goes on in the list.
+  connect(list_, &QListWidget::itemDoubleClicked, this,
+          [this] { window_->canvas().setFocus(Qt::MouseFocusReason); });
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);
   connect(&window_->photos(), &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
   connect(controller_, &SceneController::opened, this, &ViewsPanel::Fill);

@@ -15,7 +15,7 @@ struct ImageTransform {
   Eigen::Vector2d ToWidget(const Eigen::Vector2d& image) const { return scale * image + offset; }
   Eigen::Vector2d ToImage(const Eigen::Vector2d& widget) const { return (widget - offset) / scale; }
 
-  // Centred and as large as it fits.
+  // Centered and as large as it fits.
   static ImageTransform Fit(const Eigen::Vector2d& image, const Eigen::Vector2d& widget) {
     ImageTransform fit;
     fit.scale = std::max(1e-3, (widget.array() / image.array().max(1)).minCoeff());

@@ -43,8 +43,8 @@ struct BrushOptions {
 };
 
 struct FloodOptions {
-  int tolerance = 24;        // of 255, largest difference of a channel to the seed's colour
-  double depth_edge = 0.03;  // relative depth step between neighbours that stops the fill
+  int tolerance = 24;        // of 255, largest difference of a channel to the seed's color
+  double depth_edge = 0.03;  // relative depth step between neighbors that stops the fill
   int close_radius = 1;      // pixels; pinholes up to twice as wide are filled
 };
 
@@ -78,11 +78,11 @@ class MaskEditor {
 
   // Corners in any order, each pixel that the rectangle covers half or more.
   PixelRect FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Combine combine);
-  // Pixels whose centre lies within the closed outline, even-odd; lasso and polygon alike. Fewer
+  // Pixels whose center lies within the closed outline, even-odd; lasso and polygon alike. Fewer
   // than three points: nothing.
   PixelRect FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine);
   // The pixels of `image` that are connected to (x, y), look like it and are not behind a depth
-  // edge; `depth` may have no pixels: colour alone. Both of the mask's size. Outside the image:
+  // edge; `depth` may have no pixels: color alone. Both of the mask's size. Outside the image:
   // nothing.
   PixelRect Flood(const Image8& image, const DepthMap& depth, int x, int y,
                   const FloodOptions& options, Combine combine);

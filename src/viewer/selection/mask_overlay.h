@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The mask as it is laid over the frozen view: a tint, and an outline so that colour is not the
+// The mask as it is laid over the frozen view: a tint, and an outline so that color is not the
 // only signal.
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace retint {
 
 struct OverlayStyle {
-  QColor color = QColor(255, 120, 0);
+  QColor color = QColor(255, 140, 0);
   double opacity = 0.45;  // of the tint where the mask is 255
   bool outline = true;    // white just inside, black just outside, one device pixel each
 };

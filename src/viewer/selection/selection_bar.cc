@@ -17,12 +17,14 @@
 
 #include "viewer/selection/selection_canvas.h"
 #include "viewer/selection/tool_icons.h"
+#include "viewer/wrap_layout.h"
 
 namespace retint {
 namespace {
 
 constexpr int kSteps = 200;  // of a slider
 constexpr int kIcon = 20;
+constexpr int kPlaceWidth = 90, kHintWidth = 120;  // at least, pixels
 
 struct ToolEntry {
   SelectionTool tool;
@@ -39,7 +41,7 @@ constexpr ToolEntry kTools[] = {
      "Rectangle (R): drag from corner to corner"},
     {SelectionTool::kLasso, ToolIcon::kLasso, "Lasso", "Lasso (L): drag around it"},
     {SelectionTool::kPolygon, ToolIcon::kPolygon, "Polygon", "Polygon (P): click corner by corner"},
-    {SelectionTool::kFlood, ToolIcon::kFlood, "Flood", "Flood (O): click what is of one colour"},
+    {SelectionTool::kFlood, ToolIcon::kFlood, "Flood", "Flood (O): click what is of one color"},
 };
 
 const QString kBetweenHints = QStringLiteral("  ·  ");
@@ -59,7 +61,7 @@ QString HintFor(SelectionTool tool) {
     case SelectionTool::kPolygon:
       return QObject::tr("Click corners, double-click or Enter closes, Backspace takes one back");
     case SelectionTool::kFlood:
-      return QObject::tr("Click a colour, drag for more or less") + combine;
+      return QObject::tr("Click a color, drag for more or less") + combine;
   }
   return {};
 }
@@ -109,6 +111,7 @@ SliderBox::SliderBox(const QString& label, int low, int high, const QString& suf
   layout->addWidget(slider_);
   layout->addWidget(box_);
   setToolTip(tip);
+  setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Fixed);
   SetValue(low);
   connect(slider_, &QSlider::valueChanged, this, [this](int position) {
     SetValue(FromSlider(position));
@@ -144,40 +147,39 @@ int SliderBox::FromSlider(int position) const {
 // --- ToolStrip ---------------------------------------------------------------------------------
 
 ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent), canvas_(canvas) {
-  auto* layout = new QHBoxLayout(this);
+  auto* layout = new WrapLayout(this);
   layout->setContentsMargins(6, 3, 6, 3);
-  layout->setSpacing(3);
+  layout->setSpacing(8);
+  auto* holder = new QWidget;
+  auto* buttons = new QHBoxLayout(holder);
+  buttons->setContentsMargins(0, 0, 0, 0);
+  buttons->setSpacing(3);
+  layout->addWidget(holder);
   tools_ = new QButtonGroup(this);
   for (const ToolEntry& entry : kTools) {
     QToolButton* button = MakeButton(tr(entry.name), tr(entry.tip));
     button->setObjectName(QString("tool") + entry.name);
     button->setCheckable(true);
     tools_->addButton(button, static_cast<int>(entry.tool));
-    layout->addWidget(button);
+    buttons->addWidget(button);
   }
   connect(tools_, &QButtonGroup::idClicked, this, [this](int id) {
     canvas_->SetTool(static_cast<SelectionTool>(id));
     canvas_->setFocus();
   });
-  layout->addWidget(MakeLine());
-  layout->addSpacing(4);
+  buttons->addWidget(MakeLine());
   size_ = new SliderBox(tr("Size"), 1, 1000, tr(" px"), true,
                         tr("Diameter of the brush in pixels of the view ([ and ], Alt+wheel)"));
   hardness_ = new SliderBox(tr("Hardness"), 0, 100, tr(" %"), false,
                             tr("100 %: a crisp edge; less: the edge fades out"));
   tolerance_ = new SliderBox(
       tr("Tolerance"), 0, 255, {}, false,
-      tr("How far a colour may be from the one clicked (drag right or left while clicking)"));
+      tr("How far a color may be from the one clicked (drag right or left while clicking)"));
   edge_ = new SliderBox(tr("Depth edge"), 1, 100, tr(" ‰"), false,
                         tr("A step in depth larger than this share of it stops the flood"));
   opacity_ = new SliderBox(tr("Overlay"), 0, 100, tr(" %"), false,
                            tr("Opacity of the overlay (, and .); hold \\ to hide it"));
-  for (SliderBox* box : {size_, hardness_, tolerance_, edge_}) {
-    layout->addWidget(box);
-    layout->addSpacing(8);
-  }
-  layout->addStretch(1);
-  layout->addWidget(opacity_);
+  for (SliderBox* box : {size_, hardness_, tolerance_, edge_, opacity_}) layout->addWidget(box);
   connect(size_, &SliderBox::changed, this, [this](int value) {
     canvas_->SetBrush({value / 2.0, canvas_->brush().hardness});
   });
@@ -234,9 +236,20 @@ void ToolStrip::changeEvent(QEvent* event) {
 
 ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     : QFrame(parent), canvas_(canvas) {
-  auto* layout = new QHBoxLayout(this);
-  layout->setContentsMargins(6, 3, 6, 3);
-  layout->setSpacing(3);
+  auto* rows = new WrapLayout(this);
+  rows->setContentsMargins(6, 3, 6, 3);
+  rows->setSpacing(6);
+  // Where there is no room for all in a row: what edits above, what ends the mode below.
+  const auto part = [&] {
+    auto* widget = new QWidget;
+    widget->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    auto* made = new QHBoxLayout(widget);
+    made->setContentsMargins(0, 0, 0, 0);
+    made->setSpacing(3);
+    rows->addWidget(widget);
+    return made;
+  };
+  QHBoxLayout* layout = part();
   const auto add = [&](ToolIcon icon, const char* name, const QString& tip, auto act) {
     QToolButton* button = MakeButton(tr(name), tip);
     button->setObjectName(QString("action") + QString(name).remove(' '));
@@ -264,15 +277,18 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   target_->setAccessibleName(tr("Target of the strokes"));
   target_->setToolTip(tr("What the strokes go to; can be changed until the first stroke"));
   target_->setFocusPolicy(Qt::TabFocus);
-  target_->setSizeAdjustPolicy(QComboBox::AdjustToContents);
+  target_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  target_->setMinimumContentsLength(12);
   layout->addWidget(target_);
   layout->addSpacing(4);
   place_ = new QLabel;
-  layout->addWidget(place_);
-  layout->addSpacing(10);
+  place_->setMinimumWidth(kPlaceWidth);
+  place_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  layout->addWidget(place_, 1);
+  layout = part();
   hint_ = new QLabel;
   hint_->setObjectName("selectionHint");
-  hint_->setMinimumWidth(40);
+  hint_->setMinimumWidth(kHintWidth);
   hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   hint_->installEventFilter(this);
   layout->addWidget(hint_, 1);
@@ -312,6 +328,7 @@ void ActionStrip::SetTargets(const QStringList& targets, int current, const QStr
   target_->addItems(targets);
   target_->setCurrentIndex(current);
   place_->setText(place);
+  place_->setToolTip(place);
 }
 
 void ActionStrip::SetPaintable(bool paintable) {

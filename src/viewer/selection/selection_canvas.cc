@@ -9,11 +9,13 @@
 #include <QMouseEvent>
 #include <QWheelEvent>
 
+#include "viewer/contrast.h"
 #include "viewer/selection/selection_keys.h"
 
 namespace retint {
 namespace {
 
+constexpr uint8_t kInsideMask = 128;
 constexpr double kLeastScale = 0.05, kMostScale = 64;
 constexpr double kLeastRadius = 0.5, kMostRadius = 500;
 constexpr double kClosing = 10;  // widget pixels within which a click closes the polygon
@@ -51,6 +53,7 @@ void SelectionCanvas::SetView(const QImage& image, DepthMap depth, Mask mask) {
   editor_.Reset(std::move(mask));
   ready_ = true;
   if (!same_size || fitted_) FitView();
+  ChooseOverlayColor();
   UpdateCursor();
   update();
   Q_EMIT edited();
@@ -70,7 +73,19 @@ void SelectionCanvas::ShowPicture(const QImage& image) {
 
 void SelectionCanvas::Edited(const PixelRect& changed) {
   if (!changed.Empty()) update(WidgetRect(changed));
+  if (!editor_.InStroke()) ChooseOverlayColor();
   Q_EMIT edited();
+}
+
+// One that stands out from what is selected.
+void SelectionCanvas::ChooseOverlayColor() {
+  const Mask& mask = editor_.mask();
+  if (mask.width != image_.width() || mask.height != image_.height()) return;
+  const QColor under = MeanColor(image_, [&](int x, int y) { return mask(x, y) >= kInsideMask; });
+  const QColor color = ContrastingColor(under, style_.color);
+  if (color == style_.color) return;
+  style_.color = color;
+  update();
 }
 
 // --- Options -----------------------------------------------------------------------------------
@@ -289,6 +304,7 @@ void SelectionCanvas::mouseReleaseEvent(QMouseEvent* event) {
   flooding_.reset();
   if (editor_.InStroke()) {
     editor_.EndStroke();
+    ChooseOverlayColor();
     Q_EMIT edited();
   } else if (drawing_ && drawing_->tool != SelectionTool::kPolygon) {
     FinishDrawing();

@@ -46,6 +46,7 @@ class SelectionCanvas : public QWidget {
   void SetFlood(const FloodOptions& flood);
   double overlay_opacity() const { return style_.opacity; }
   void SetOverlayOpacity(double opacity);
+  const QColor& overlay_color() const { return style_.color; }
   void SetPaintable(bool paintable);  // false: looks only, while the selection is computed
 
   const ImageTransform& transform() const { return transform_; }
@@ -111,6 +112,7 @@ class SelectionCanvas : public QWidget {
   void UpdateBrushOutline();
   void ZoomTo(const QPointF& at, double scale);
   void Moved();  // the transform
+  void ChooseOverlayColor();
   QRect WidgetRect(const PixelRect& rect) const;
   void PaintOverlay(class QPainter& painter, const QRect& clip);
   void PaintDrawing(class QPainter& painter) const;

@@ -29,7 +29,7 @@ const std::vector<SelectionKey>& SelectionKeys() {
       {Qt::Key_L, kNone, kRun, Choose<SelectionTool::kLasso>, "Lasso"},
       {Qt::Key_P, kNone, kRun, Choose<SelectionTool::kPolygon>, "Polygon"},
       {Qt::Key_O, kNone, kRun, Choose<SelectionTool::kFlood>,
-       "Flood: similar colour, up to depth edges"},
+       "Flood: similar color, up to depth edges"},
       {Qt::Key_BracketLeft, kNone, kRun, [](SelectionCanvas& c) { c.ScaleBrush(-1); },
        "Smaller brush"},
       {Qt::Key_BracketRight, kNone, kRun, [](SelectionCanvas& c) { c.ScaleBrush(1); },

@@ -14,7 +14,6 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
-#include "base/error.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -50,14 +49,14 @@ Mask MaskOf(const RegionSelection& selection, const SelectionEntry& entry, EditS
 
 }  // namespace
 
-std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
-                                                     size_t most_points) {
+std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
+                                               size_t most_points) {
   const auto& points = selection.source.cloud.points;
   if (points.empty() || most_points == 0) return nullptr;
   auto cloud = std::make_shared<OverlayCloud>();
   // Wider than a mask's test: the points' depth was measured, the scene's is the Gaussians'.
   cloud->depth_tolerance = 0.05;
-  // One a cell of the painted view, so that the colour below shows between them.
+  // One a cell of the painted view, so that the color below shows between them.
   const auto& painted = selection.source.painted;
   std::set<std::array<int, 3>> taken;
   std::vector<Eigen::Vector3f> kept;
@@ -278,38 +277,22 @@ void SelectionMode::Accept() {
     actions_->ShowMessage(tr("Nothing was changed"), true);
     return;
   }
-  PaintRound round;
-  round.view = {entry_.view.toStdString(), entry_.camera, editor.mask()};
-  if (entry_.region) round.before = before_;
-  const auto id = std::make_shared<RegionId>(entry_.region);
+  SceneController::Round round;
+  round.paint.view = {entry_.view.toStdString(), entry_.camera, editor.mask()};
+  if (entry_.region) round.paint.before = before_;
+  round.base = entry_.region;
+  round.name = NewName();
+  round.edit = new_edit_;
+  round.select = select_;
+  round.project = project_;
   const uint64_t visit = ++visit_;
   SetState(State::kComputing);
-  controller_->Run(
-      tr("Selecting"),
-      [id, round = std::move(round), select = select_, project = project_,
-       name = NewName().toStdString(), edit = new_edit_](EditSession& session, Monitor& monitor) {
-        const Region* region = *id ? session.regions().Find(*id) : nullptr;
-        if (*id && !region) throw InputError("the region is not there any more");
-        const auto base = region ? region->selection : nullptr;
-        RegionSelection selection =
-            session.SelectRound(base.get(), round, select, project, monitor);
-        // The last point at which cancelling changes nothing.
-        monitor.ThrowIfCancelled();
-        if (*id) {
-          session.SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
-                               monitor, std::move(selection.source));
-        } else {
-          *id = session.AddRegion(name, std::move(selection.masks), std::move(selection.shares),
-                                  edit, monitor, std::move(selection.source));
-        }
-      },
-      [this, id, visit] {
-        if (visit != visit_) return;
-        has_draft_ = false;
-        Finish();
-        Q_EMIT controller_->regionAdded(*id);
-        Q_EMIT accepted(*id);
-      });
+  controller_->SelectRound(std::move(round), [this, visit](RegionId id) {
+    if (visit != visit_) return;
+    has_draft_ = false;
+    Finish();
+    Q_EMIT accepted(id);
+  });
 }
 
 bool SelectionMode::OwnLabel(const QString& label) const {

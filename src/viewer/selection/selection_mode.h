@@ -26,8 +26,8 @@ class ToolStrip;
 
 // A region's cloud as the scene's canvas draws it; null when it has none. Points that would cover
 // the picture are thinned, and to at most `most_points`.
-std::shared_ptr<const OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
-                                                     size_t most_points = 200000);
+std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
+                                               size_t most_points = 200000);
 
 // Where selection mode is entered.
 struct SelectionEntry {
@@ -60,7 +60,7 @@ class SelectionMode : public QWidget {
   // Of the next Accept().
   void SetSelectOptions(const SelectOptions& options) { select_ = options; }
   void SetProjectorOptions(const ProjectorOptions& options) { project_ = options; }
-  // What a new region does until its colour is chosen.
+  // What a new region does until its color is chosen.
   void SetNewEdit(const ColorEdit& edit) { new_edit_ = edit; }
 
  Q_SIGNALS:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Icons of the selection tools, drawn in the palette's colour so that they suit light and dark.
+// Icons of the selection tools, drawn in the palette's color so that they suit light and dark.
 #pragma once
 
 #include <QIcon>

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the window writes besides sessions, where it proposes to, and what it asks before anything
+// that is there is replaced.
+#include <algorithm>
+
+#include <QDir>
+#include <QFileDialog>
+#include <QPushButton>
+#include <QRegularExpression>
+#include <QSettings>
+
+#include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "session/export.h"
+#include "viewer/main_window.h"
+#include "viewer/panels/export_dialog.h"
+#include "viewer/session_store.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPlace = "output_folder";
+constexpr size_t kNamedFiles = 3;  // of those that would be replaced
+
+fs::path Path(const QString& text) { return text.toStdString(); }
+QString Text(const fs::path& path) { return QString::fromStdString(path.string()); }
+
+fs::path WithoutSlash(const fs::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
+// Frames of an earlier turn, also where they are more than those that come: a film would show them.
+std::vector<fs::path> NumberedPictures(const fs::path& folder) {
+  static const QRegularExpression kNumbered("^\\d{4,}\\.png$");
+  std::vector<fs::path> found;
+  for (const QString& name : QDir(Text(folder)).entryList(QDir::Files, QDir::Name)) {
+    if (kNumbered.match(name).hasMatch()) found.push_back(folder / name.toStdString());
+  }
+  return found;
+}
+
+// Those of `views` below a folder; a name that would leave it is refused when it is written.
+std::vector<fs::path> ViewFiles(const fs::path& folder, const std::vector<std::string>& views) {
+  std::vector<fs::path> files;
+  for (const std::string& view : views) {
+    try {
+      files.push_back(ViewFile(folder, view));
+    } catch (const InputError&) {
+    }
+  }
+  return files;
+}
+
+bool IsWithin(const fs::path& path, const fs::path& folder) {
+  std::error_code ignored;
+  const fs::path relative =
+      fs::weakly_canonical(path, ignored).lexically_relative(fs::weakly_canonical(folder, ignored));
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+}  // namespace
+
+fs::path MainWindow::ProposedOutput(const QString& ending) const {
+  const fs::path workspace = WithoutSlash(controller_->facts()->request.workspace);
+  const fs::path& session = sessions_->folder();
+  const fs::path of = session.empty() ? workspace : session;
+  const QString last = QSettings().value(kPlace).toString();
+  const fs::path place = !last.isEmpty() && QDir(last).exists() ? Path(last) : of.parent_path();
+  return place / (of.stem().string() + ending.toStdString());
+}
+
+void MainWindow::RememberOutput(const fs::path& path) {
+  QSettings().setValue(kPlace, Text(WithoutSlash(path).parent_path()));
+}
+
+void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::path>& files,
+                                  std::function<void()> go) {
+  QStringList there;
+  for (const fs::path& file : files) {
+    std::error_code ignored;
+    if (fs::exists(file, ignored)) there << Text(file.filename());
+  }
+  if (there.isEmpty()) return go();
+  const auto more = there.size() - qsizetype(kNamedFiles);
+  QString names = there.mid(0, qsizetype(kNamedFiles)).join(", ");
+  if (more > 0) names += tr(" and %1 more").arg(more);
+  const QString what =
+      there.size() == 1 ? tr("Replace a file?") : tr("Replace %1 files?").arg(there.size());
+  QString reason = tr("%1 already holds %2.").arg(Text(folder), names);
+  const auto facts = controller_->facts();
+  if (facts && IsWithin(folder, facts->request.workspace)) {
+    reason += tr("\nThis is in the workspace itself: they may be its own photos or masks.");
+  }
+  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
+  box->setInformativeText(reason);
+  QPushButton* replace = box->addButton(tr("&Replace"), QMessageBox::DestructiveRole);
+  box->setDefaultButton(QMessageBox::Cancel);
+  connect(box, &QMessageBox::buttonClicked, this, [=](QAbstractButton* button) {
+    if (button == replace) go();
+  });
+  ShowDialog(box);
+}
+
+void MainWindow::ExportSplat() {
+  if (!controller_->IsOpen()) return;
+  const fs::path source = controller_->facts()->request.splat;
+  const QString ending = "-edited" + Text(source.extension());
+  QString path = QFileDialog::getSaveFileName(
+      this, tr("Export the splat"), Text(ProposedOutput(ending)), tr("Gaussian splats (*.ply)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".ply")) path += ".ply";
+  controller_->WriteSplat(Path(path));
+}
+
+void MainWindow::ExportReport() {
+  if (!controller_->IsOpen()) return;
+  QString path = QFileDialog::getSaveFileName(
+      this, tr("Export the report"), Text(ProposedOutput("-report.json")), tr("Reports (*.json)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".json")) path += ".json";
+  controller_->WriteReport(Path(path));
+}
+
+void MainWindow::ExportMasks() {
+  const Region* region = controller_->regions().Find(current_region_);
+  if (!region) {
+    return ShowError(tr("Export masks"), tr("Choose a region first: masks are a region's."));
+  }
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kMasks, QString::fromStdString(region->name),
+                                  Text(ProposedOutput("-masks")), this);
+  connect(dialog, &QDialog::accepted, this, [this, dialog, id = region->id] {
+    const Region* one = controller_->regions().Find(id);
+    if (!one) return;
+    const fs::path folder = dialog->folder();
+    std::vector<std::string> views;
+    for (const auto& [view, mask] : one->selection->masks) views.push_back(view);
+    ConfirmReplacing(folder, ViewFiles(folder, views),
+                     [this, folder, id] { controller_->WriteMasks(folder, id); });
+  });
+  dialog->open();
+}
+
+void MainWindow::ExportViews() {
+  if (!controller_->IsOpen()) return;
+  const View* view = canvas_->navigation().view();
+  const std::string shown = view ? view->name : std::string();
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
+                                  Text(ProposedOutput("-views")), this);
+  connect(dialog, &QDialog::accepted, this, [=, this] {
+    const auto facts = controller_->facts();
+    if (!facts) return;
+    const fs::path folder = dialog->folder();
+    std::vector<std::string> names;
+    for (const View* one : facts->views) names.push_back(one->name);
+    if (dialog->choice() == ExportDialog::kShownView) names = {shown};
+    ConfirmReplacing(folder, ViewFiles(folder, names),
+                     [this, folder, names] { controller_->WriteViews(folder, names); });
+  });
+  dialog->open();
+}
+
+void MainWindow::ExportTurntable() {
+  if (!controller_->IsOpen()) return;
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kTurntable, {},
+                                  Text(ProposedOutput("-turntable")), this);
+  connect(dialog, &QDialog::accepted, this, [this, dialog] {
+    const auto facts = controller_->facts();
+    if (!facts) return;
+    const PosedCamera shown = canvas_->navigation().Rendered();
+    // Even sizes: video encoders want them.
+    const auto cameras =
+        dialog->choice() == ExportDialog::kThroughViews
+            ? ViewPath(facts->workspace->reconstruction, facts->views, dialog->frames())
+            : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
+                                              shown.camera.height & ~1);
+    const fs::path folder = dialog->folder();
+    ConfirmReplacing(folder, NumberedPictures(folder),
+                     [this, folder, cameras] { controller_->WriteFrames(folder, cameras); });
+  });
+  dialog->open();
+}
+
+}  // namespace retint

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/wrap_layout.h"
+
+#include <algorithm>
+
+#include <QWidget>
+
+namespace retint {
+namespace {
+
+int WidthOf(const QLayoutItem& item) {
+  return std::max(item.sizeHint().width(), item.minimumSize().width());
+}
+
+}  // namespace
+
+WrapLayout::~WrapLayout() {
+  for (QLayoutItem* item : items_) delete item;
+}
+
+QLayoutItem* WrapLayout::itemAt(int index) const {
+  return index >= 0 && index < count() ? items_[size_t(index)] : nullptr;
+}
+
+QLayoutItem* WrapLayout::takeAt(int index) {
+  QLayoutItem* item = itemAt(index);
+  if (item) items_.erase(items_.begin() + index);
+  return item;
+}
+
+std::vector<WrapLayout::Row> WrapLayout::Rows(int width) const {
+  std::vector<Row> rows;
+  for (QLayoutItem* item : items_) {
+    if (item->isEmpty()) continue;  // hidden
+    const int wanted = WidthOf(*item);
+    if (rows.empty() || rows.back().width + spacing() + wanted > width) rows.emplace_back();
+    Row& row = rows.back();
+    row.width += wanted + (row.items.empty() ? 0 : spacing());
+    row.height = std::max(row.height, item->sizeHint().height());
+    row.growing += item->expandingDirections() & Qt::Horizontal ? 1 : 0;
+    row.items.push_back(item);
+  }
+  return rows;
+}
+
+int WrapLayout::heightForWidth(int width) const {
+  const QMargins margins = contentsMargins();
+  int height = margins.top() + margins.bottom() - spacing();
+  for (const Row& row : Rows(width - margins.left() - margins.right())) {
+    height += row.height + spacing();
+  }
+  return std::max(height, margins.top() + margins.bottom());
+}
+
+QSize WrapLayout::sizeHint() const {
+  const QMargins margins = contentsMargins();
+  const auto rows = Rows(QWIDGETSIZE_MAX);
+  const QSize size = rows.empty() ? QSize() : QSize(rows[0].width, rows[0].height);
+  return size.expandedTo({0, 0}).grownBy(margins);
+}
+
+QSize WrapLayout::minimumSize() const {
+  QSize size(0, 0);
+  for (const QLayoutItem* item : items_) {
+    if (!item->isEmpty()) size = size.expandedTo(item->minimumSize());
+  }
+  return size.grownBy(contentsMargins());
+}
+
+void WrapLayout::setGeometry(const QRect& rect) {
+  QLayout::setGeometry(rect);
+  const QRect room = rect.marginsRemoved(contentsMargins());
+  int y = room.top();
+  for (const Row& row : Rows(room.width())) {
+    int x = room.left(), left = std::max(0, room.width() - row.width), growing = row.growing;
+    for (QLayoutItem* item : row.items) {
+      int width = std::min(WidthOf(*item), room.width());
+      if (growing > 0 && item->expandingDirections() & Qt::Horizontal) {
+        width += left / growing;
+        left -= left / growing--;
+      }
+      item->setGeometry({x, y, width, row.height});
+      x += width + spacing();
+    }
+    y += row.height + spacing();
+  }
+}
+
+}  // namespace retint

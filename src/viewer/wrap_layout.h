@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A row of widgets that goes on in a second row where the window is too narrow for one. What a row
+// has left goes to its widgets that want to grow.
+#pragma once
+
+#include <vector>
+
+#include <QLayout>
+
+namespace retint {
+
+class WrapLayout : public QLayout {
+ public:
+  explicit WrapLayout(QWidget* parent = nullptr) : QLayout(parent) {}
+  ~WrapLayout() override;
+
+  void addItem(QLayoutItem* item) override { items_.push_back(item); }
+  QLayoutItem* itemAt(int index) const override;
+  QLayoutItem* takeAt(int index) override;
+  int count() const override { return int(items_.size()); }
+  Qt::Orientations expandingDirections() const override { return Qt::Horizontal; }
+  bool hasHeightForWidth() const override { return true; }
+  int heightForWidth(int width) const override;
+  QSize sizeHint() const override;     // one row
+  QSize minimumSize() const override;  // as narrow as the widest widget
+  void setGeometry(const QRect& rect) override;
+
+ private:
+  struct Row {
+    std::vector<QLayoutItem*> items;
+    int width = 0, height = 0, growing = 0;
+  };
+  std::vector<Row> Rows(int width) const;
+
+  std::vector<QLayoutItem*> items_;
+};
+
+}  // namespace retint
