@@ -34,6 +34,12 @@ void EditHistory::Push(std::string label, RegionSet state, std::string_view merg
   Trim();
 }
 
+std::vector<std::string> EditHistory::Labels() const {
+  std::vector<std::string> labels;
+  for (size_t i = 1; i < entries_.size(); ++i) labels.push_back(entries_[i].label);
+  return labels;
+}
+
 bool EditHistory::Undo() {
   if (!CanUndo()) return false;
   EndMerge();

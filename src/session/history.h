@@ -35,6 +35,10 @@ class EditHistory {
   // Labels of the edit that Undo() or Redo() would take back or repeat; empty when there is none.
   std::string UndoLabel() const { return CanUndo() ? entries_[cursor_].label : ""; }
   std::string RedoLabel() const { return CanRedo() ? entries_[cursor_ + 1].label : ""; }
+  // Of every edit that is kept, the oldest first. The first `steps_done()` of them are done, the
+  // others were undone.
+  std::vector<std::string> Labels() const;
+  size_t steps_done() const { return cursor_; }
   bool Undo();  // false when there is nothing to undo
   bool Redo();
   size_t bytes() const;  // held by all states together, shared parts of neighbours counted once

@@ -20,8 +20,10 @@
 #include <QVBoxLayout>
 
 #include "viewer/contrast.h"
+#include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/session_store.h"
+#include "viewer/video_maker.h"
 
 namespace retint {
 namespace {
@@ -52,6 +54,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   renderer_ = new RenderThread(this);
   photos_ = new PhotoLoader(this);
   sessions_ = new SessionStore(controller_, this);
+  videos_ = new VideoMaker(this);
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
   BuildCenter();
   BuildStatusBar();
@@ -60,7 +63,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   AddPanels();
   ConnectScene();
   const QSettings settings;
-  SetKeyMap(Profile(settings.value("keys").toString()));
+  Prefer(Preferences::Load());
   restoreGeometry(settings.value("geometry").toByteArray());
   restoreState(settings.value("layout").toByteArray());
   ShowPage();
@@ -89,7 +92,7 @@ void MainWindow::BuildCenter() {
   add("welcome_open", tr("Open a scene…"), tr("A COLMAP workspace and its splat (Ctrl+O)"),
       [this] { AskAndOpen({}); });
   add("welcome_sample", tr("Try the sample"),
-      tr("A small artificial scene to practice on; it is made in half a minute and kept"),
+      tr("A small artificial scene to practice on. Making it takes a moment, the first time"),
       [this] { OpenSample(); });
   buttons->addStretch();
   auto* recent = new QWidget;
@@ -283,6 +286,10 @@ void MainWindow::ConnectScene() {
     ShowPage();
     canvas_->setFocus();
   });
+  connect(videos_, &VideoMaker::finished, this,
+          [this](const QString& path) { Say(tr("Wrote %1").arg(path)); });
+  connect(videos_, &VideoMaker::failed, this,
+          [this](const QString& message) { ShowError(tr("The video cannot be made"), message); });
   connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
     OnRegions();
     UpdateTitle();

@@ -39,6 +39,8 @@ namespace retint {
 
 class SelectionMode;
 class SessionStore;
+class VideoMaker;
+struct Preferences;
 
 // What the command line asks for.
 struct StartOptions {
@@ -124,11 +126,13 @@ class MainWindow : public QMainWindow {
   void BackOut();
   void SaveScreenshot();
   void CopyPicture();
+  void FillHistory();
+  void ShowPreferences();
+  void Prefer(const Preferences& preferences);
   void ShowKeys();
   void LoadProfile(const QString& path);
   static QStringList LoadedProfiles();         // of this and earlier runs
   static KeyMap Profile(const QString& name);  // loaded or built in, else the default
-  void ChooseTheme(ThemeChoice choice);
   // main_window_files.cc
   // `failure`: why what `start` says could not be opened.
   void AskAndOpen(OpenRequest start, const QString& failure = {});
@@ -152,6 +156,8 @@ class MainWindow : public QMainWindow {
   void ExportViews();
   void ExportReport();
   void ExportTurntable();
+  void ExportComparison();
+  void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video);
   // Where output is proposed: the folder that was written to last, else beside the session or the
   // workspace. The name begins with that of what is open and ends in `ending`.
   std::filesystem::path ProposedOutput(const QString& ending) const;
@@ -167,6 +173,7 @@ class MainWindow : public QMainWindow {
   RenderThread* renderer_;
   PhotoLoader* photos_;
   SessionStore* sessions_;
+  VideoMaker* videos_;
   Canvas* canvas_;
   SelectionMode* selection_;
   QStackedWidget* pages_;
@@ -179,7 +186,7 @@ class MainWindow : public QMainWindow {
   QToolButton* cancel_;
   QTimer message_timer_, status_timer_;
   std::map<std::string, QAction*, std::less<>> actions_;
-  QMenu *recent_ = nullptr, *panels_menu_ = nullptr;
+  QMenu *recent_ = nullptr, *panels_menu_ = nullptr, *history_ = nullptr;
   std::vector<QDockWidget*> docks_;
   bool panels_shown_ = true;
   QByteArray layout_;  // of the panels that are hidden

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The window's actions, menus and what they do besides files.
 #include <QAction>
-#include <QActionGroup>
 #include <QApplication>
 #include <QClipboard>
 #include <QDateTime>
@@ -20,6 +19,7 @@
 #include "session/report.h"
 #include "viewer/keys_dialog.h"
 #include "viewer/main_window.h"
+#include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
@@ -100,28 +100,22 @@ void MainWindow::BuildMenus() {
   output->addAction(tr("&Masks of the current region…"), this, &MainWindow::ExportMasks);
   output->addAction(tr("Edited &views…"), this, &MainWindow::ExportViews);
   output->addAction(tr("&Report…"), this, &MainWindow::ExportReport);
-  output->addAction(tr("&Turntable frames…"), this, &MainWindow::ExportTurntable);
+  output->addAction(tr("&Turntable…"), this, &MainWindow::ExportTurntable);
+  output->addAction(tr("&Before and after…"), this, &MainWindow::ExportComparison);
   add(file, {"", "file.close", "file.quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  add(edit, {"edit.undo", "edit.redo", "", "selection.enter", "", "window.copy_picture"});
+  add(edit, {"edit.undo", "edit.redo"});
+  history_ = edit->addMenu(tr("&History"));
+  history_->setObjectName("history");
+  connect(history_, &QMenu::aboutToShow, this, &MainWindow::FillHistory);
+  add(edit, {"", "selection.enter", "", "window.copy_picture", ""});
+  edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
              "", "show.frusta", "show.depth", "show.split", "show.cloud"});
   QMenu* window = menuBar()->addMenu(tr("&Window"));
   panels_menu_ = window->addMenu(tr("&Panels"));
   add(window, {"window.panels", "window.full_screen", "window.screenshot"});
-  QMenu* themes = window->addMenu(tr("&Theme"));
-  auto* group = new QActionGroup(themes);
-  const std::pair<ThemeChoice, QString> choices[] = {{ThemeChoice::kSystem, tr("As the &system")},
-                                                     {ThemeChoice::kLight, tr("&Light")},
-                                                     {ThemeChoice::kDark, tr("&Dark")}};
-  for (const auto& [choice, text] : choices) {
-    QAction* one = themes->addAction(text);
-    one->setCheckable(true);
-    one->setChecked(theme_->choice() == choice);
-    group->addAction(one);
-    connect(one, &QAction::triggered, this, [this, choice = choice] { ChooseTheme(choice); });
-  }
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   add(help, {"help.keys"});
   help->addAction(tr("Open the &sample"), this, &MainWindow::OpenSample);
@@ -168,6 +162,7 @@ void MainWindow::UpdateActions() {
   };
   action("edit.undo")->setEnabled(exploring && history.can_undo);
   action("edit.redo")->setEnabled(exploring && history.can_redo);
+  history_->setEnabled(exploring && !history.labels.empty());
   action("edit.undo")->setText(label(tr("&Undo"), history.undo_label));
   action("edit.redo")->setText(label(tr("&Redo"), history.redo_label));
   action("edit.undo")->setIconText(tr("Undo"));
@@ -292,9 +287,41 @@ void MainWindow::LoadProfile(const QString& path) {
   }
 }
 
-void MainWindow::ChooseTheme(ThemeChoice choice) {
-  theme_->Choose(choice);
-  QSettings().setValue("theme", ThemeName(choice));
+// --- Preferences
+// ----------------------------------------------------------------------------------
+
+void MainWindow::ShowPreferences() {
+  Preferences now = Preferences::Load();
+  now.theme = theme_->choice();
+  now.keys = keys_.name();
+  auto* dialog = new PreferencesDialog(now, KeyMap::BuiltIn() + LoadedProfiles(), this);
+  connect(dialog, &PreferencesDialog::changed, this, [this](const Preferences& chosen) {
+    chosen.Save();
+    theme_->Choose(chosen.theme);
+    Prefer(chosen);
+  });
+  dialog->open();
+}
+
+// The theme is the program's: the command line may have chosen another.
+void MainWindow::Prefer(const Preferences& preferences) {
+  SetKeyMap(Profile(preferences.keys));
+  controller_->SetAutomaticRefit(preferences.automatic_refit);
+  renderer_->SetFrameBudget(preferences.frame_ms);
+}
+
+// Every edit that is kept, the newest on top; a click goes to the state after it.
+void MainWindow::FillHistory() {
+  history_->clear();
+  const HistoryState& history = controller_->history();
+  for (size_t step = history.labels.size() + 1; step-- > 0;) {
+    const QString label =
+        step == 0 ? tr("Before these edits") : QString::fromStdString(history.labels[step - 1]);
+    QAction* one = history_->addAction(QString(label).replace("&", "&&"), this,
+                                       [this, step] { controller_->GoToStep(step); });
+    one->setCheckable(true);
+    one->setChecked(step == history.done);
+  }
 }
 
 }  // namespace retint

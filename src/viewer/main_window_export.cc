@@ -15,6 +15,7 @@
 #include "viewer/main_window.h"
 #include "viewer/panels/export_dialog.h"
 #include "viewer/session_store.h"
+#include "viewer/video_maker.h"
 
 namespace retint {
 namespace {
@@ -175,11 +176,32 @@ void MainWindow::ExportTurntable() {
             ? ViewPath(facts->workspace->reconstruction, facts->views, dialog->frames())
             : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
                                               shown.camera.height & ~1);
-    const fs::path folder = dialog->folder();
-    ConfirmReplacing(folder, NumberedPictures(folder),
-                     [this, folder, cameras] { controller_->WriteFrames(folder, cameras); });
+    const fs::path folder = dialog->folder(), video = folder / "turntable.mp4";
+    std::vector<fs::path> files = NumberedPictures(folder);
+    if (dialog->video()) files.push_back(video);
+    const auto then = [this, folder, video, wanted = dialog->video()] {
+      if (wanted) MakeVideo(folder, video);
+    };
+    ConfirmReplacing(folder, files, [this, folder, cameras, then] {
+      controller_->WriteFrames(folder, cameras, then);
+    });
   });
   dialog->open();
+}
+
+void MainWindow::MakeVideo(const fs::path& folder, const fs::path& video) {
+  Say(tr("Making %1").arg(Text(video)));
+  videos_->Make(folder, video);
+}
+
+void MainWindow::ExportComparison() {
+  if (!controller_->IsOpen()) return;
+  QString path = QFileDialog::getSaveFileName(this, tr("Export before and after"),
+                                              Text(ProposedOutput("-before-after.png")),
+                                              tr("Pictures (*.png)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".png")) path += ".png";
+  controller_->WriteComparison(Path(path), canvas_->navigation().Rendered());
 }
 
 }  // namespace retint

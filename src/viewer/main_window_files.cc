@@ -30,7 +30,7 @@ namespace {
 
 constexpr qsizetype kRecentKept = 8, kRecentOnStartPage = 5;
 constexpr int kRecentWidth = 600;  // of a line on the start page, pixels
-constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 16;
+constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 12;
 constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }

@@ -205,10 +205,10 @@ bool SceneController::Run(const QString& label, Work work, std::function<void()>
        [this, outcome, edits](std::exception_ptr error) {
          EditHistory& history = outcome->session->history();
          outcome->error = error;
-         outcome->state = {
-             outcome->session->regions(),
-             {history.CanUndo(), history.CanRedo(), history.UndoLabel(), history.RedoLabel()},
-             edits};
+         outcome->state = {outcome->session->regions(),
+                           {history.CanUndo(), history.CanRedo(), history.UndoLabel(),
+                            history.RedoLabel(), history.Labels(), history.steps_done()},
+                           edits};
          Post(this, [this, outcome] { TaskDone(*outcome); });
        }});
   return true;
@@ -373,6 +373,15 @@ void SceneController::Undo() {
 
 void SceneController::Redo() {
   Run({}, [](EditSession& session, Monitor&) { session.Redo(); });
+}
+
+void SceneController::GoToStep(size_t done) {
+  Run({}, [done](EditSession& session, Monitor&) {
+    while (session.history().steps_done() > done && session.Undo()) {
+    }
+    while (session.history().steps_done() < done && session.Redo()) {
+    }
+  });
 }
 
 void SceneController::SetSolo(RegionId id) {

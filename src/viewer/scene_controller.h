@@ -62,6 +62,8 @@ inline bool ChangesNothing(const ColorEdit& edit) {
 struct HistoryState {
   bool can_undo = false, can_redo = false;
   std::string undo_label, redo_label;
+  std::vector<std::string> labels;  // of all edits that are kept, the oldest first
+  size_t done = 0;                  // of them; the others were undone
 };
 
 struct OptimizerStatus {
@@ -139,6 +141,8 @@ class SceneController : public QObject {
   void Remove(RegionId id);
   void Undo();
   void Redo();
+  // Undoes or redoes until so many of history().labels are done.
+  void GoToStep(size_t done);
   // Shows one region alone (0: all visible ones again). A way of looking, not an edit: the session
   // does not know of it, and undo does not take it back.
   void SetSolo(RegionId id);
@@ -180,7 +184,11 @@ class SceneController : public QObject {
   // <folder>/<image name>.png of these views (none named: every one) with the current colors.
   void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
   // <folder>/0000.png, ...: a camera path.
-  void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras);
+  // `done` runs once they are written.
+  void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
+                   std::function<void()> done = {});
+  // One picture: the scene before the edits on the left, with the current colors on the right.
+  void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera);
 
  Q_SIGNALS:
   void opened();
@@ -215,7 +223,8 @@ class SceneController : public QObject {
   void SetSh(ShPointer sh, ActivePointer active = nullptr);
   void PollOptimizer();
   void Retire();  // the open session
-  void RunWrite(const QString& label, const std::filesystem::path& path, Work work);
+  void RunWrite(const QString& label, const std::filesystem::path& path, Work work,
+                std::function<void()> done = {});
   RegionSet Shown() const;
   std::string KeyOfShown() const;
 

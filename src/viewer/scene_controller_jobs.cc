@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "colmap_io/image_io.h"
 #include "session/export.h"
 #include "session/scene_check.h"
 #include "viewer/scene_controller.h"
@@ -14,6 +15,7 @@ namespace {
 using OptimizerState = BackgroundOptimizer::State;
 
 constexpr size_t kGlancedViews = 4;
+constexpr int kBetween = 8;  // white pixels between the sides of a comparison
 
 }  // namespace
 
@@ -26,8 +28,10 @@ void SceneController::SetRefitJob(const RefitJob& job) {
 }
 
 void SceneController::SetAutomaticRefit(bool automatic) {
+  if (automatic == automatic_) return;
   automatic_ = automatic;
   if (!automatic) restart_.stop();
+  Q_EMIT optimizerChanged();
 }
 
 void SceneController::StartRefit() {
@@ -144,8 +148,12 @@ void SceneController::Check() {
       [=, this] { Q_EMIT sceneChecked(check->warnings); });
 }
 
-void SceneController::RunWrite(const QString& label, const std::filesystem::path& path, Work work) {
-  Run(label, std::move(work), [=, this] { Q_EMIT written(QString::fromStdString(path.string())); });
+void SceneController::RunWrite(const QString& label, const std::filesystem::path& path, Work work,
+                               std::function<void()> done) {
+  Run(label, std::move(work), [=, this] {
+    Q_EMIT written(QString::fromStdString(path.string()));
+    if (done) done();
+  });
 }
 
 void SceneController::WriteSplat(const std::filesystem::path& path) {
@@ -186,11 +194,34 @@ void SceneController::WriteViews(const std::filesystem::path& folder,
 }
 
 void SceneController::WriteFrames(const std::filesystem::path& folder,
-                                  std::vector<PosedCamera> cameras) {
-  RunWrite(tr("Saving frames"), folder,
-           [=, sh = sh_, cameras = std::move(cameras)](EditSession& session, Monitor& monitor) {
-             ExportFrames(session, cameras, *sh, folder, monitor);
-           });
+                                  std::vector<PosedCamera> cameras, std::function<void()> done) {
+  RunWrite(
+      tr("Saving frames"), folder,
+      [=, sh = sh_, cameras = std::move(cameras)](EditSession& session, Monitor& monitor) {
+        ExportFrames(session, cameras, *sh, folder, monitor);
+      },
+      std::move(done));
+}
+
+void SceneController::WriteComparison(const std::filesystem::path& path,
+                                      const PosedCamera& camera) {
+  RunWrite(tr("Saving the comparison"), path, [=, sh = sh_](EditSession& session, Monitor&) {
+    CheckOutput(path);
+    const int width = camera.camera.width, height = camera.camera.height;
+    Image both(2 * width + kBetween, height);
+    std::fill(both.data.begin(), both.data.end(), 1.0F);
+    int left = 0;
+    for (const std::vector<float>* colors : {&session.original().sh, sh.get()}) {
+      session.ShowSh(*colors);
+      const Image side = session.renderer().Render(camera).rgb;
+      for (int y = 0; y < height; ++y) {
+        std::copy_n(side.data.begin() + std::ptrdiff_t(side.Index(0, y)), 3 * width,
+                    both.data.begin() + std::ptrdiff_t(both.Index(left, y)));
+      }
+      left += width + kBetween;
+    }
+    WritePng(path, both);
+  });
 }
 
 }  // namespace retint

@@ -5,6 +5,8 @@
 
 #include <QAction>
 #include <QFile>
+#include <QListWidget>
+#include <QMenu>
 #include <QPushButton>
 #include <QToolButton>
 
@@ -44,6 +46,67 @@ class EditingTest : public ViewerTest {
     QVERIFY(!window_->IsModified());
     QTest::keyClick(&canvas(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
     QTRY_COMPARE_WITH_TIMEOUT(controller().regions().regions.size(), size_t{1}, kWaitMs);
+  }
+
+  void TheHistoryLeadsToEveryStep() {
+    const RegionId id = AddTintedRegion();
+    QVERIFY(id != 0);
+    controller().Rename(id, "pot");
+    controller().SetVisible(id, false);
+    QVERIFY(Settle(controller()));
+    auto* menu = window_->findChild<QMenu*>("history");
+    // The texts from top to bottom, the current one in brackets.
+    const auto entries = [&] {
+      Q_EMIT menu->aboutToShow();
+      QStringList texts;
+      for (const QAction* one : menu->actions()) {
+        texts << (one->isChecked() ? "[" + one->text() + "]" : one->text());
+      }
+      return texts;
+    };
+    QCOMPARE(entries(), QStringList({"[Hide pot]", "Rename pot", "Add jug", "Before these edits"}));
+    menu->actions()[2]->trigger();
+    QVERIFY(Settle(controller()));
+    QCOMPARE(entries(), QStringList({"Hide pot", "Rename pot", "[Add jug]", "Before these edits"}));
+    QCOMPARE(controller().regions().regions.front().name, std::string("jug"));
+    QVERIFY(controller().regions().regions.front().visible);
+    menu->actions()[3]->trigger();
+    QVERIFY(Settle(controller()));
+    QVERIFY(controller().regions().regions.empty());
+    menu->actions()[0]->trigger();
+    QVERIFY(Settle(controller()));
+    QVERIFY(!controller().regions().regions.front().visible);
+    QVERIFY(controller().history().can_undo && !controller().history().can_redo);
+  }
+
+  void TheThumbnailsShowTheEdit() {
+    const auto subject = scene_->MostVisible();
+    auto* list = window_->findChild<QListWidget*>("views_list");
+    QListWidgetItem* item = nullptr;
+    for (int row = 0; row < list->count(); ++row) {
+      const QString name = list->item(row)->data(Qt::UserRole).toString();
+      if (name.toStdString() == subject.first) item = list->item(row);
+    }
+    QVERIFY(item);
+    list->scrollToItem(item);
+    const auto picture = [&] { return item->data(Qt::UserRole + 1).value<QImage>(); };
+    QTRY_VERIFY_WITH_TIMEOUT(!picture().isNull(), kWaitMs);
+    const QImage photo = picture();
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("jug", scene_->Masks(subject.object),
+                                    ColorEdit::Tint({0.1F, 0.9F, 0.1F}));
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(picture() != photo, kWaitMs);
+    // Green inside, as the picture of the whole view.
+    const auto facts = controller().facts();
+    Renderer renderer(facts->backend, *facts->original);
+    renderer.SetSh(*controller().sh());
+    const View* view = facts->workspace->reconstruction.FindView(subject.first);
+    const QImage whole = ToQImage(renderer.Render(facts->Posed(*view)).rgb);
+    QCOMPARE(picture().size(), whole.size());  // the views of this scene are as small
+    QCOMPARE(ChangedPixels(picture(), whole), int64_t{0});
+    controller().Undo();
+    QTRY_VERIFY_WITH_TIMEOUT(picture() == photo, kWaitMs);
   }
 
   void OptimizerRunsAndFinishes() {

@@ -4,7 +4,9 @@
 #include <optional>
 
 #include <QAction>
+#include <QCheckBox>
 #include <QComboBox>
+#include <QDialog>
 #include <QFile>
 #include <QLabel>
 #include <QMenu>
@@ -453,18 +455,41 @@ class ExploreTest : public ViewerTest {
     QCOMPARE(window_->keys().Keys("view.next"), mine);
   }
 
-  void TheThemeIsChosenInTheMenu() {
-    const auto choose = [&](const QString& name) {
-      for (QAction* action : window_->findChildren<QAction*>()) {
-        if (QString(action->text()).remove('&') == name) return action->trigger();
+  void PreferencesActAtOnceAndAreKept() {
+    QAction* open = nullptr;
+    for (QAction* action : window_->findChildren<QAction*>()) {
+      if (QString(action->text()).remove('&').startsWith("Preferences")) open = action;
+    }
+    QVERIFY(open);
+    open->trigger();
+    auto* dialog = window_->findChild<QDialog*>("preferences");
+    QVERIFY(dialog && dialog->isVisible());
+    const auto choose = [&](const char* box, const QString& name) {
+      auto* choices = dialog->findChild<QComboBox*>(box);
+      choices->setFocus();
+      QTest::keyClick(choices, Qt::Key_Home);
+      while (choices->currentText() != name) {
+        const int at = choices->currentIndex();
+        QTest::keyClick(choices, Qt::Key_Down);
+        if (choices->currentIndex() == at) break;
       }
-      QFAIL("no such theme");
     };
-    choose("Light");
+    choose("preferred_theme", "Light");
     QTRY_VERIFY(window_->palette().color(QPalette::Window).lightness() > 200);
-    choose("Dark");
+    choose("preferred_theme", "Dark");
     QTRY_VERIFY(window_->palette().color(QPalette::Window).lightness() < 80);
     QCOMPARE(QSettings().value("theme").toString(), QString("dark"));
+    choose("preferred_keys", "Blender");
+    QCOMPARE(window_->keys().name(), QString("Blender"));
+    auto* refit = dialog->findChild<QCheckBox*>("preferred_refit");
+    QVERIFY(refit->isChecked());
+    QTest::mouseClick(refit, Qt::LeftButton, {}, {8, refit->height() / 2});
+    QVERIFY(!controller().automatic_refit());
+    dialog->close();
+    MainWindow next(theme_.get());
+    QCOMPARE(next.keys().name(), QString("Blender"));
+    QVERIFY(!next.controller().automatic_refit());
+    for (const char* key : {"theme", "automatic_refit", "frame_ms"}) QSettings().remove(key);
     theme_->Choose(ThemeChoice::kSystem);
   }
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <QAction>
+#include <QCheckBox>
 #include <QDialogButtonBox>
 #include <QDir>
 #include <QLabel>
@@ -12,6 +13,7 @@
 #include <QProgressBar>
 #include <QPushButton>
 #include <QSpinBox>
+#include <QStandardPaths>
 #include <QToolButton>
 #include <nlohmann/json.hpp>
 
@@ -675,6 +677,74 @@ class FilesTest : public ViewerTest {
     QTRY_VERIFY(!window_->dialog());
     QVERIFY(Settle(controller()));
     QVERIFY(!fs::exists(folder / "turn" / "0000.png"));
+  }
+
+  void BeforeAndAfterAreOnePicture() {
+    QVERIFY(AddRegion("pot"));
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
+    QVERIFY(canvas().GoTo(scene_->MostVisible().first));
+    const PosedCamera camera = canvas().navigation().Rendered();
+    QSignalSpy written(&controller(), &SceneController::written);
+    const fs::path path = Fresh() / "both.png";
+    AnswerFileDialog(path);
+    Export(5);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+    const QImage both = ToQImage(ReadImage8(path));
+    const int width = camera.camera.width, height = camera.camera.height;
+    QCOMPARE(both.height(), height);
+    QVERIFY(both.width() >= 2 * width);
+    const auto facts = controller().facts();
+    Renderer renderer(facts->backend, *facts->original);
+    const QImage before = ToQImage(renderer.Render(camera).rgb);
+    renderer.SetSh(*controller().sh());
+    const QImage after = ToQImage(renderer.Render(camera).rgb);
+    QVERIFY(ChangedPixels(before, after) > 100);
+    QCOMPARE(ChangedPixels(both.copy(0, 0, width, height), before), int64_t{0});
+    QCOMPARE(ChangedPixels(both.copy(both.width() - width, 0, width, height), after), int64_t{0});
+  }
+
+  // By a program of the name ffmpeg, which here writes down what it was asked for.
+  void ATurntableBecomesAVideoWhereFfmpegIs() {
+    const fs::path folder = Fresh(), programs = Fresh();
+    const auto install = [&](const char* script) {
+      WriteFile(programs / "ffmpeg", std::string("#!/bin/sh\n") + script);
+      fs::permissions(programs / "ffmpeg", fs::perms::owner_all);
+    };
+    const QByteArray path = qgetenv("PATH");
+    qputenv("PATH", QByteArray::fromStdString(programs.string()) + ":/usr/bin:/bin");
+    install("for last; do :; done; echo \"$@\" > \"$last\"; exit 0\n");
+    const auto turn = [&](const fs::path& to) {
+      QDialog* dialog = ExportDialogOf(4);
+      auto* video = dialog->findChild<QCheckBox*>("export_video");
+      QVERIFY(video->isEnabled() && !video->isChecked());
+      video->click();
+      dialog->findChild<QSpinBox*>("export_frames")->setValue(3);
+      dialog->findChild<QLineEdit*>("export_folder")->setText(QString::fromStdString(to.string()));
+      QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
+    };
+    const fs::path first = folder / "50 % turn";
+    turn(first);
+    QTRY_VERIFY_WITH_TIMEOUT(fs::exists(first / "turntable.mp4"), kWaitMs);
+    const std::string asked = ReadFile(first / "turntable.mp4");
+    QVERIFY2(asked.find("50 %% turn/%04d.png") != std::string::npos, asked.c_str());
+    QVERIFY2(asked.find("-pix_fmt yuv420p") != std::string::npos, asked.c_str());
+    QVERIFY(fs::exists(first / "0002.png"));
+    // What it complains of is shown, and nothing half-made stays.
+    install("for last; do :; done; echo half > \"$last\"; echo no such encoder; exit 1\n");
+    turn(folder / "second");
+    const QString error = ReadError(*window_);
+    QVERIFY2(error.contains("no such encoder"), qPrintable(error));
+    QVERIFY(fs::exists(folder / "second" / "0002.png"));
+    for (const auto& entry : fs::directory_iterator(folder / "second")) {
+      QVERIFY2(entry.path().extension() == ".png", entry.path().c_str());
+    }
+    fs::remove(programs / "ffmpeg");
+    if (QStandardPaths::findExecutable("ffmpeg").isEmpty()) {
+      QDialog* dialog = ExportDialogOf(4);
+      QVERIFY(!dialog->findChild<QCheckBox*>("export_video")->isEnabled());
+      dialog->reject();
+    }
+    qputenv("PATH", path);
   }
 
   void ExportDialogsHaveKeysAndADefault() {

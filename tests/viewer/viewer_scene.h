@@ -124,7 +124,7 @@ inline bool Activate(QWidget& window) {
 // A shown window with the scene open and its first sharp frame on the screen.
 inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& scene) {
   auto window = std::make_unique<MainWindow>(&theme);
-  window->resize(900, 640);
+  window->resize(1330, 680);
   window->show();
   window->controller().SetAutomaticRefit(false);
   window->OpenScene(scene.Request());

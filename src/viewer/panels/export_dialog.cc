@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/panels/export_dialog.h"
 
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
 #include <QFileDialog>
@@ -14,6 +15,7 @@
 
 #include "base/error.h"
 #include "session/staged_output.h"
+#include "viewer/video_maker.h"
 
 namespace retint {
 namespace {
@@ -32,7 +34,7 @@ ExportDialog::ExportDialog(Kind kind, const QString& subject, const QString& fol
       setWindowTitle(tr("Export edited views"));
       break;
     case Kind::kTurntable:
-      setWindowTitle(tr("Export turntable frames"));
+      setWindowTitle(tr("Export a turntable"));
       break;
     case Kind::kMasks:
       setWindowTitle(tr("Export the masks of %1").arg(subject));
@@ -79,6 +81,13 @@ void ExportDialog::AddChoice(QFormLayout* form, Kind kind, const QString& view) 
   frames_->setValue(kTurntableFrames);
   frames_->setToolTip(tr("Pictures along the whole path"));
   form->addRow(tr("F&rames"), frames_);
+  video_ = new QCheckBox(tr("Make a v&ideo of them (mp4)"));
+  video_->setObjectName("export_video");
+  const bool able = !VideoMaker::Program().isEmpty();
+  video_->setEnabled(able);
+  video_->setToolTip(able ? tr("30 frames a second, made by the program ffmpeg")
+                          : tr("The program ffmpeg is needed; it was not found"));
+  form->addRow(video_);
 }
 
 void ExportDialog::AddFolder(QFormLayout* form, const QString& folder) {
@@ -103,6 +112,7 @@ void ExportDialog::AddFolder(QFormLayout* form, const QString& folder) {
 }
 
 int ExportDialog::choice() const { return choice_ ? choice_->currentIndex() : 0; }
+bool ExportDialog::video() const { return video_ && video_->isChecked(); }
 int ExportDialog::frames() const { return frames_ ? frames_->value() : 0; }
 
 std::filesystem::path ExportDialog::folder() const { return folder_->text().toStdString(); }

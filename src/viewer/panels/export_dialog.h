@@ -6,6 +6,7 @@
 
 #include <QDialog>
 
+class QCheckBox;
 class QComboBox;
 class QFormLayout;
 class QLabel;
@@ -30,6 +31,7 @@ class ExportDialog : public QDialog {
 
   int choice() const;  // of kMasks: 0
   int frames() const;
+  bool video() const;  // also wanted
   std::filesystem::path folder() const;
 
  private:
@@ -39,6 +41,7 @@ class ExportDialog : public QDialog {
 
   QComboBox* choice_ = nullptr;
   QSpinBox* frames_ = nullptr;
+  QCheckBox* video_ = nullptr;
   QLineEdit* folder_;
   QLabel* problem_;
   QPushButton* write_;

@@ -235,6 +235,7 @@ void OptimizerPanel::TakeJob() {
 }
 
 void OptimizerPanel::ShowStatus() {
+  automatic_->setChecked(controller_->automatic_refit());
   const OptimizerStatus status = controller_->optimizer();
   const Region* region = controller_->regions().Find(status.region);
   QString text = StateText(status.state);

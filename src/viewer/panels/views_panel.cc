@@ -21,12 +21,22 @@ namespace {
 constexpr uint8_t kInside = 128;
 constexpr int kThumbWidth = 112;  // at least; the columns share what the list is wider
 constexpr int kThumbMargin = 12;
+constexpr int kRestMs = 800;  // of unchanged colors, before pictures of them are rendered
 enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown };
 
 double Coverage(const Mask& mask) {
   const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
                                     [](uint8_t value) { return value >= kInside; });
   return mask.data.empty() ? 0 : double(inside) / double(mask.data.size());
+}
+
+QImage RenderSmall(EditSession& session, const PosedCamera& camera, const std::vector<float>& sh) {
+  const int side = std::max(camera.camera.width, camera.camera.height);
+  RenderRequest request;
+  request.cache = false;  // too small for anything else
+  session.ShowSh(sh);
+  const PosedCamera small = Scaled(camera, double(PhotoLoader::kThumbnailSide) / side);
+  return ToQImage(session.renderer().Render(small, request).rgb);
 }
 
 // A thumbnail with its badge, the name below.
@@ -146,6 +156,11 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   connect(list_, &QListWidget::itemDoubleClicked, this,
           [this] { window_->canvas().setFocus(Qt::MouseFocusReason); });
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);
+  connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, &rest_, [this] { rest_.start(); });
+  rest_.setSingleShot(true);
+  rest_.setInterval(kRestMs);
+  connect(&rest_, &QTimer::timeout, this, &ViewsPanel::RenderNext);
+  connect(controller_, &SceneController::shChanged, &rest_, [this] { rest_.start(); });
   connect(&window_->photos(), &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
   connect(controller_, &SceneController::opened, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::closed, this, &ViewsPanel::Fill);
@@ -166,6 +181,8 @@ void ViewsPanel::Fill() {
   items_.clear();
   coverage_.clear();
   quality_.clear();
+  rendered_.clear();
+  rendering_ = false;
   counted_ = 0;
   order_->setCurrentIndex(kByName);
   const auto facts = controller_->facts();
@@ -200,7 +217,49 @@ void ViewsPanel::AskThumbnails() {
 
 void ViewsPanel::ShowThumbnail(const QString& view) {
   QListWidgetItem* item = ItemOf(view.toStdString());
-  if (item) item->setData(kPicture, window_->photos().Thumbnail(view.toStdString()));
+  if (item && !rendered_.contains(view.toStdString()))
+    item->setData(kPicture, window_->photos().Thumbnail(view.toStdString()));
+}
+
+void ViewsPanel::RenderNext() {
+  if (!controller_->IsOpen() || rendering_) return;
+  if (controller_->IsBusy() || controller_->optimizer().Active()) return rest_.start();
+  const ShPointer sh = controller_->sh();
+  const uint64_t version = controller_->sh_version();
+  const QRect shown = list_->viewport()->rect();
+  for (const auto& [name, item] : items_) {
+    const auto found = rendered_.find(name);
+    if (controller_->ShowsOriginal()) {
+      if (found == rendered_.end()) continue;
+      rendered_.erase(found);
+      item->setData(kPicture, window_->photos().Thumbnail(name));
+      continue;
+    }
+    if (!list_->isVisible() || !list_->visualItemRect(item).intersects(shown)) continue;
+    if (found != rendered_.end() && found->second == version) continue;
+    rendering_ = true;
+    const auto picture = std::make_shared<QImage>();
+    const auto facts = controller_->facts();
+    const bool asked = controller_->Run(
+        {},
+        [=, view = name](EditSession& session, Monitor&) {
+          try {
+            *picture = RenderSmall(
+                session, facts->Posed(*facts->workspace->reconstruction.FindView(view)), *sh);
+          } catch (const std::exception&) {
+            // The photo stays: nobody waits for this picture.
+          }
+        },
+        [=, this, view = name] {
+          rendering_ = false;
+          rendered_[view] = version;
+          QListWidgetItem* one = ItemOf(view);
+          if (one && !picture->isNull()) one->setData(kPicture, *picture);
+          RenderNext();
+        });
+    if (!asked) rendering_ = false;
+    return;
+  }
 }
 
 QListWidgetItem* ViewsPanel::ItemOf(const std::string& view) const {

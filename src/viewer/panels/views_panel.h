@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The training views as pictures. A badge says how much of each the current region's mask covers.
+// The training views as pictures: their photos, and once colors were changed, renders of what is
+// on the screen. A badge says how much of each the current region's mask covers.
 #pragma once
 
 #include <map>
 #include <string>
 
 #include <QThreadPool>
+#include <QTimer>
 #include <QWidget>
 
 #include "recolor/quality_report.h"
 #include "session/region.h"
+#include "viewer/scene_controller.h"
 
 class QComboBox;
 class QLabel;
@@ -20,7 +23,6 @@ class QPushButton;
 namespace retint {
 
 class MainWindow;
-class SceneController;
 
 class ViewsPanel : public QWidget {
   Q_OBJECT
@@ -36,6 +38,7 @@ class ViewsPanel : public QWidget {
   void Fill();  // of another scene
   void AskThumbnails();
   void ShowThumbnail(const QString& view);
+  void RenderNext();  // of the pictures on the screen one that does not show the colors as they are
   void CountCoverage();
   void TakeCoverage(uint64_t selection, std::map<std::string, double> coverage);
   void TakeQuality(RegionId id, const QualityReport& report);
@@ -55,6 +58,10 @@ class ViewsPanel : public QWidget {
   std::map<std::string, double> coverage_;  // in [0, 1], of counted_
   std::map<std::string, ViewQuality> quality_;
   uint64_t counted_ = 0;  // selection, 0: none
+  // Of a picture, which sh_version() it shows; none: the photo.
+  std::map<std::string, uint64_t> rendered_;
+  bool rendering_ = false;
+  QTimer rest_;
   QThreadPool pool_;
 };
 

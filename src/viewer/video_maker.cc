@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/video_maker.h"
+
+#include <utility>
+
+#include <QStandardPaths>
+
+namespace retint {
+namespace {
+
+constexpr const char* kFramesPerSecond = "30";
+
+QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
+
+// Of the numbers' length; ffmpeg reads a % in a folder's name as a pattern too.
+QString Pattern(const std::filesystem::path& folder) {
+  int digits = 4;
+  while (digits < 9 &&
+         !std::filesystem::exists(folder / (std::string(size_t(digits), '0') + ".png"))) {
+    ++digits;
+  }
+  return Text(folder).replace("%", "%%") + QString("/%0%1d.png").arg(digits);
+}
+
+}  // namespace
+
+QString VideoMaker::Program() { return QStandardPaths::findExecutable("ffmpeg"); }
+
+VideoMaker::~VideoMaker() { Stop(); }
+
+void VideoMaker::Stop() {
+  if (!process_) return;
+  process_->disconnect(this);
+  process_->kill();
+  process_->waitForFinished();
+  delete std::exchange(process_, nullptr);
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
+}
+
+void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video) {
+  Stop();
+  video_ = video;
+  part_ = video.parent_path() / ("." + video.stem().string() + ".part.mp4");
+  process_ = new QProcess(this);
+  process_->setProcessChannelMode(QProcess::MergedChannels);
+  connect(process_, &QProcess::finished, this, &VideoMaker::Ended);
+  connect(process_, &QProcess::errorOccurred, this, [this](QProcess::ProcessError error) {
+    if (error == QProcess::FailedToStart) Ended(-1, QProcess::CrashExit);
+  });
+  // Sizes are made even and the colors halved, as players want them.
+  process_->start(Program(), {"-y", "-loglevel", "error", "-framerate", kFramesPerSecond, "-i",
+                              Pattern(folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2",
+                              "-pix_fmt", "yuv420p", "-movflags", "+faststart", Text(part_)});
+}
+
+void VideoMaker::Ended(int code, QProcess::ExitStatus status) {
+  const QString said = QString::fromLocal8Bit(process_->readAll()).trimmed();
+  std::exchange(process_, nullptr)->deleteLater();
+  std::error_code error;
+  if (status == QProcess::NormalExit && code == 0) {
+    std::filesystem::rename(part_, video_, error);
+    if (!error) return Q_EMIT finished(Text(video_));
+  }
+  std::filesystem::remove(part_, error);
+  Q_EMIT failed(tr("%1: ffmpeg could not make the video: %2")
+                    .arg(Text(video_), said.isEmpty() ? tr("it ended early") : said));
+}
+
+}  // namespace retint
