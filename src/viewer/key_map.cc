@@ -111,7 +111,7 @@ const std::vector<Command>& Commands() {
       {"selection.enter", "Edit", "Select: paint on this view", kExplore, false},
       {"edit.undo", "Edit", "Undo", kExplore, false},
       {"edit.redo", "Edit", "Redo", kExplore, false},
-      {"edit.cancel", "Edit", "Back out; stop what runs", kExplore, false},
+      {"edit.cancel", "Edit", "Back out; stop the current task", kExplore, false},
       {"file.open", "File", "Open a workspace and a splat", kAlways, false},
       {"file.open_session", "File", "Open a session", kAlways, false},
       {"file.save", "File", "Save the session", kAlways, false},

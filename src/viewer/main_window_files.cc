@@ -20,8 +20,8 @@
 #include <QUrl>
 #include <QVBoxLayout>
 
-#include "scene/synthetic.h"
-#include "session/synthetic_workspace.h"
+#include "synthetic/synthetic_scene.h"
+#include "synthetic/synthetic_workspace.h"
 #include "viewer/main_window.h"
 #include "viewer/session_store.h"
 

@@ -205,6 +205,7 @@ class FilesTest : public ViewerTest {
     QTRY_VERIFY(!buttons().isEmpty() && buttons().front()->isVisible());
     QVERIFY(buttons().front()->toolTip().contains("workspace with "));
     QSignalSpy opened(&controller(), &SceneController::opened);
+    Keep(*window_, "start_page");
     QTest::mouseClick(buttons().front(), Qt::LeftButton);
     QVERIFY(Opened(opened));
     // Cleared from the menu, it is empty for good.
@@ -753,6 +754,7 @@ class FilesTest : public ViewerTest {
       QDialog* dialog = ExportDialogOf(entry);
       QVERIFY(dialog && dialog->isVisible());
       QVERIFY(dialog->findChild<QPushButton*>("export_write")->isDefault());
+      Keep(*dialog, qPrintable(QString("export%1").arg(entry)));
       // A label shows its key as a line below the letter where it knows the control.
       for (auto* label : dialog->findChildren<QLabel*>()) {
         QVERIFY2(!label->text().contains('&') || label->buddy(), qPrintable(label->text()));

@@ -363,6 +363,7 @@ class MainWindowTest : public ViewerTest {
       auto* widget = window_->findChild<QWidget*>(name);
       QCOMPARE(widget->visibleRegion().boundingRect().size(), widget->size());
     }
+    Keep(*window_, "selection_small");
     QVERIFY(window_->selection().canvas().width() >= 400);
   }
 

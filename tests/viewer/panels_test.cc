@@ -440,15 +440,11 @@ class PanelsTest : public PanelsFixture {
         }
       }
       QCOMPARE(window_->size(), size);
-      const QByteArray to = qgetenv("RETINT_SCREENSHOTS");
-      if (!to.isEmpty()) {
-        const QByteArray name = (theme == ThemeChoice::kDark ? "/dark" : "/light") +
-                                QByteArray::number(size.width()) + "-";
-        for (const char* panel : {"optimizer", "views"}) Show(panel);
-        window_->grab().save(to + name + "1.png");
-        for (const char* panel : {"quality", "scene"}) Show(panel);
-        window_->grab().save(to + name + "2.png");
-      }
+      const QByteArray name = QByteArray::number(size.width());
+      for (const char* panel : {"optimizer", "views"}) Show(panel);
+      Keep(*window_, ("optimizer" + name).constData());
+      for (const char* panel : {"quality", "scene"}) Show(panel);
+      Keep(*window_, ("quality" + name).constData());
     }
     theme_->Choose(ThemeChoice::kLight);
   }

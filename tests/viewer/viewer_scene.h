@@ -139,6 +139,12 @@ inline bool WaitSharp(MainWindow& window) {
   return QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs);
 }
 
+// A picture for a look by eye, where RETINT_SCREENSHOTS names a folder.
+inline void Keep(QWidget& widget, const char* name) {
+  const QString folder = qEnvironmentVariable("RETINT_SCREENSHOTS");
+  if (!folder.isEmpty()) widget.grab().save(folder + "/" + name + ".png");
+}
+
 // Presses and moves along points of a widget.
 inline void DragHeld(QWidget* widget, const QList<QPoint>& path,
                      Qt::MouseButton button = Qt::LeftButton,
