@@ -72,7 +72,8 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   UpdateStatus();
 }
 
-MainWindow::~MainWindow() = default;
+// Hidden while all of it is there: a field that loses the focus so may have something to say.
+MainWindow::~MainWindow() { hide(); }
 
 void MainWindow::BuildCenter() {
   pages_ = new QStackedWidget;

@@ -221,7 +221,10 @@ void MainWindow::FillRecent() {
 
 void MainWindow::ShowRecent() {
   while (QLayoutItem* item = welcome_recent_->takeAt(0)) {
-    if (item->widget()) item->widget()->deleteLater();
+    if (QWidget* old = item->widget()) {
+      old->hide();
+      old->deleteLater();
+    }
     delete item;
   }
   const QStringList recent = QSettings().value("recent").toStringList();

@@ -101,7 +101,7 @@ void MainWindow::AddPanels() {
   optimizer->raise();
   views->raise();
   // Of a narrow window, so that the picture keeps about half of it.
-  resizeDocks({views, regions}, {std::min(300, width() / 5), std::min(340, width() / 4)},
+  resizeDocks({views, regions}, {std::min(300, width() / 5), std::clamp(width() / 4, 310, 340)},
               Qt::Horizontal);
   resizeDocks({regions, optimizer}, {420, 500}, Qt::Vertical);
 

@@ -19,7 +19,7 @@ QString Pattern(const std::filesystem::path& folder) {
          !std::filesystem::exists(folder / (std::string(size_t(digits), '0') + ".png"))) {
     ++digits;
   }
-  return Text(folder).replace("%", "%%") + QString("/%0%1d.png").arg(digits);
+  return Text(folder).replace("%", "%%") + "/%0" + QString::number(digits) + "d.png";
 }
 
 }  // namespace

@@ -140,7 +140,6 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   note_ = new QLabel;
   note_->setObjectName("views_note");
   note_->setWordWrap(true);
-  setFocusProxy(list_);
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   auto* line = new QHBoxLayout;
