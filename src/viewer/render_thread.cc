@@ -110,18 +110,6 @@ void DrawCloud(const OverlayCloud& cloud, const PosedCamera& camera, const Depth
   }
 }
 
-QImage GrayImage(const ScalarImage& image) {
-  QImage result(image.width, image.height, QImage::Format_RGB32);
-  for (int y = 0; y < image.height; ++y) {
-    QRgb* row = reinterpret_cast<QRgb*>(result.scanLine(y));
-    for (int x = 0; x < image.width; ++x) {
-      const int value = int(std::clamp(image(x, y), 0.0F, 1.0F) * 255 + 0.5F);
-      row[x] = qRgb(value, value, value);
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 PosedCamera Scaled(const PosedCamera& camera, double scale) {
@@ -362,7 +350,6 @@ class RenderThread::Impl {
     frame->sh = shown_;
     RenderRequest render;
     render.rgb = request.what == RenderWhat::kRgb;
-    render.alpha = request.what == RenderWhat::kAlpha;
     const bool cloud = request.cloud && !request.cloud->points.empty();
     render.depth_median = request.what == RenderWhat::kDepth || request.keep_depth || cloud;
     RenderOutput output = renderer_->Render(camera, render);
@@ -372,9 +359,6 @@ class RenderThread::Impl {
         break;
       case RenderWhat::kDepth:
         frame->image = ToQImage(DepthPicture(output.depth_median));
-        break;
-      case RenderWhat::kAlpha:
-        frame->image = GrayImage(output.alpha);
         break;
     }
     if (cloud) {

@@ -19,7 +19,7 @@
 
 namespace retint {
 
-enum class RenderWhat { kRgb, kDepth, kAlpha };
+enum class RenderWhat { kRgb, kDepth };
 
 // The selected cloud as it is drawn: depth-tested squares of the screen.
 struct OverlayCloud {
