@@ -241,7 +241,7 @@ void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, P
     return;
   }
   if (depth <= 0) {
-    Q_EMIT hint(tr("There is nothing under the cursor to turn around"));
+    Q_EMIT hint(tr("There is nothing under the cursor to look at"));
     return;
   }
   navigation_.SetFocus(camera.Unproject(pixel, depth));

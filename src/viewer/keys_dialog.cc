@@ -121,7 +121,7 @@ void KeysDialog::Show(const KeyMap& keys) {
   const QStringList conflicts = keys.Conflicts();
   conflicts_->setVisible(!conflicts.isEmpty());
   conflicts_->setText(
-      tr("Conflicts: %1. What has two meanings does nothing.").arg(conflicts.join("; ")));
+      tr("Conflicts: %1. A key with two meanings does nothing.").arg(conflicts.join("; ")));
   const auto rows = KeyRows(keys);
   table_->setRowCount(0);
   QString group;

@@ -127,7 +127,7 @@ void MainWindow::ExportReport() {
 void MainWindow::ExportMasks() {
   const Region* region = controller_->regions().Find(current_region_);
   if (!region) {
-    return ShowError(tr("Export masks"), tr("Choose a region first: masks are a region's."));
+    return ShowError(tr("Export masks"), tr("Choose a region first. Masks belong to a region."));
   }
   auto* dialog = new ExportDialog(ExportDialog::Kind::kMasks, QString::fromStdString(region->name),
                                   Text(ProposedOutput("-masks")), this);

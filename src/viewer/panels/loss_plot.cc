@@ -17,7 +17,7 @@ QString Short(double value) { return QString::number(value, 'g', 3); }
 LossPlot::LossPlot(QWidget* parent) : QWidget(parent) {
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   setAccessibleName(tr("Loss over steps"));
-  setToolTip(tr("The loss of the region at hand, step by step; lower is better"));
+  setToolTip(tr("The loss of the current region, step by step; lower is better"));
 }
 
 void LossPlot::SetLosses(std::vector<double> losses, int per_point) {

@@ -137,7 +137,8 @@ void OptimizerPanel::BuildOptions() {
   solver_ = new QComboBox;
   solver_->setObjectName("solver");
   solver_->addItems({tr("mm: closed-form sweeps"), tr("adam: gradient steps")});
-  solver_->setToolTip(tr("mm converges in a dozen sweeps; adam is the reference, in thousands"));
+  solver_->setToolTip(
+      tr("mm takes about a dozen sweeps; adam, the published way, thousands of steps"));
   target_ = new QComboBox;
   target_->setObjectName("target");
   target_->addItems({tr("the render, edited"), tr("the photo, edited")});

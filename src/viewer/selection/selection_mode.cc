@@ -223,7 +223,7 @@ void SelectionMode::ChooseTarget(int index) {
   entry.region = targets_[static_cast<size_t>(index)];
   if (entry.region == entry_.region || Enter(entry)) return;
   ShowTargets();
-  actions_->ShowMessage(tr("This region is not there any more"), true);
+  actions_->ShowMessage(tr("This region no longer exists"), true);
 }
 
 void SelectionMode::ShowFrozen(const std::shared_ptr<Frozen>& frozen) {
