@@ -275,7 +275,7 @@ TEST(Recolor, ThePaperPresetRunsAndFlagsWin) {
   EXPECT_EQ(report["refit"]["iterations"], 150);
   EXPECT_EQ(report["registration"]["reason"], "switched off");
   EXPECT_THAT(report["painted"][0]["depth"]["reason"].get<std::string>(),
-              testing::HasSubstr("2 "));  // pairs
+              testing::HasSubstr("2 rendered pairs"));
   // From the original coefficients, with long steps, most of the way is done.
   const Differences differences = Measure(temp / "stages");
   EXPECT_GT(differences.before, 30);
@@ -290,7 +290,7 @@ TEST(Recolor, IterationsZeroGoesOnUntilConverged) {
     auto arguments = RecolorArguments(temp);
     arguments.back() = (temp / (std::string(limits[i]) + ".ply")).string();
     const CommandResult result =
-        RunRetint(Join(arguments, {"--iterations", limits[i], "--tolerance", "1e-4", "--report",
+        RunRetint(Join(arguments, {"--iterations", limits[i], "--tolerance", "1e-6", "--report",
                                    (temp / "r.json").string(), "--quiet"}));
     ASSERT_EQ(result.code, 0) << result.err;
     reports[i] = json::parse(ReadFile(temp / "r.json"));
