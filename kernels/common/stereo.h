@@ -7,7 +7,7 @@
 #include <string>
 
 #include "kernels/common/macros.h"
-#include "kernels/stereo.h"
+#include "kernels/stereo_ops.h"
 
 namespace retint {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What Backend::RestrictCompact() leaves out of a region's weights. All backends choose by the same
+// What BlendOps::Restrict() leaves out of a region's weights. All backends choose by the same
 // counts, so that they fit the same pixels.
 #pragma once
 

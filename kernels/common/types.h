@@ -11,6 +11,10 @@ inline constexpr int kTileSize = 16;     // pixels, both ways
 inline constexpr int kMaxShCoeffs = 16;  // degree 3
 inline constexpr int kMaxChannels = 8;   // of Blend and BlendTranspose
 
+// `pixel_rows` of an operation: bit y % kTileSize says that rows y are wanted. Backends may leave
+// the others out, and with them their cost; what an image then holds there is unspecified.
+inline constexpr uint16_t kAllPixelRows = 0xffff;
+
 // Constants of the original 3DGS rasterizer (Kerbl et al. 2023, diff-gaussian-rasterization).
 inline constexpr float kCovarianceDilation = 0.3f;  // px^2 added to the 2D covariance's diagonal
 inline constexpr float kMaxAlpha = 0.99f;

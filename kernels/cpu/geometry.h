@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/backend.h"
+#include "kernels/blend_ops.h"
 #include "kernels/common/projection.h"
 #include "kernels/cpu/memory.h"
 
@@ -60,9 +60,8 @@ struct CpuViewGeometry : ViewGeometry {
   LargeVector<int32_t> entries;        // [E] index into splats
   // Where entry e's partial sums go, so that those of one row lie side by side, in tile order:
   // row r owns [row_begin[r], row_begin[r + 1]). kNoSlot for an inactive entry.
-  LargeVector<uint32_t> slots;     // [E]
-  LargeVector<int64_t> row_begin;  // [rows + 1]
-  bool is_region = false;
+  LargeVector<uint32_t> slots;      // [E]
+  LargeVector<int64_t> row_begin;   // [rows + 1]
   std::vector<WeightTile> weights;  // region with explicit weights: replaces splats and entries
 
   const int32_t* rows() const override { return row_gaussians.data(); }
@@ -74,8 +73,13 @@ struct CpuViewGeometry : ViewGeometry {
     camera_ = view_camera;
     num_rows_ = rows;
   }
+  void SetRegion() { is_region_ = true; }
   void SetPixelRows(uint16_t pixel_rows) { pixel_rows_ = pixel_rows; }
 };
+
+inline const CpuModel& CpuModelOf(const Model& model) {
+  return dynamic_cast<const CpuModel&>(model);
+}
 
 std::shared_ptr<const ViewGeometry> PrepareViewOnCpu(const CpuModel& model,
                                                      const CameraParams& camera);

@@ -2,7 +2,6 @@
 #include "kernels/cpu/image_loss.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <vector>
 
 #include "base/parallel.h"
@@ -152,11 +151,7 @@ class BlockLoss {
 }  // namespace
 
 ImageLossValue ImageLossOnCpu(const LossKernels& kernels, const ImageLossParams& params) {
-  int x0 = params.roi[0], y0 = params.roi[1], x1 = params.roi[2], y1 = params.roi[3];
-  if (x0 == 0 && y0 == 0 && x1 == 0 && y1 == 0) x1 = params.width, y1 = params.height;
-  if (x0 < 0 || y0 < 0 || x1 > params.width || y1 > params.height) {
-    throw std::invalid_argument("the region of interest lies outside the image");
-  }
+  const int x0 = params.roi[0], y0 = params.roi[1], x1 = params.roi[2], y1 = params.roi[3];
   std::vector<Block> blocks;
   for (int y = y0; y < y1; y += kLossBlockHeight) {
     for (int x = x0; x < x1; x += kLossBlockWidth) {

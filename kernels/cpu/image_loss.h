@@ -6,8 +6,8 @@
 
 #include <cstddef>
 
-#include "kernels/backend.h"
 #include "kernels/common/loss.h"
+#include "kernels/refit_ops.h"
 
 namespace retint {
 
@@ -46,6 +46,7 @@ struct LossKernels {
 const LossKernels& ScalarLossKernels();
 const LossKernels& SimdLossKernels();
 
+// The value; params.loss is not looked at, and the region of interest is not empty.
 ImageLossValue ImageLossOnCpu(const LossKernels& kernels, const ImageLossParams& params);
 
 }  // namespace retint

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/cpu/mask_projection.h"
-
 #include <algorithm>
-#include <stdexcept>
 #include <vector>
 
 #include "base/parallel.h"
 #include "kernels/common/mask_projection.h"
+#include "kernels/cpu/groups.h"
 
 namespace retint {
 namespace {
 
 constexpr int kBandRows = 16;
-
-void CheckRows(uint16_t pixel_rows) {
-  if (!(pixel_rows & 1)) throw std::invalid_argument("the first row of a tile must be wanted");
-}
 
 // The splats of a cloud by the bands of rows that they reach.
 struct Bands {
@@ -91,10 +85,17 @@ void Close(const MakeMaskParams& params, const std::vector<uint8_t>& used) {
       [&](int y, int) { return !reached[size_t(y)]; }, params.mask);
 }
 
-}  // namespace
+class CpuMaskOps : public MaskOps {
+ public:
+  void DoSampleDepth(const SampleDepthParams& params) override;
+  void DoCorrectDepth(const CorrectDepthParams& params) override;
+  void DoDrawCloud(const DrawCloudParams& params) override;
+  void DoMakeMask(const MakeMaskParams& params) override;
+  void DoMarkSilhouette(const MarkSilhouetteParams& params) override;
+  void DoEvidence(const EvidenceParams& params) override;
+};
 
-void SampleDepthOnCpu(const SampleDepthParams& params) {
-  CheckRows(params.pixel_rows);
+void CpuMaskOps::DoSampleDepth(const SampleDepthParams& params) {
   ParallelRanges(params.count, 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       params.samples[i] =
@@ -104,8 +105,7 @@ void SampleDepthOnCpu(const SampleDepthParams& params) {
   });
 }
 
-void CorrectDepthOnCpu(const CorrectDepthParams& params) {
-  CheckRows(params.pixel_rows);
+void CpuMaskOps::DoCorrectDepth(const CorrectDepthParams& params) {
   const int64_t width = params.width;
   // Tile by tile, so that a row is read before those that repeat it are written.
   ParallelRanges((params.height + kTileSize - 1) / kTileSize, 4, [&](int64_t begin, int64_t end) {
@@ -121,7 +121,7 @@ void CorrectDepthOnCpu(const CorrectDepthParams& params) {
   });
 }
 
-void DrawCloudOnCpu(const DrawCloudParams& params) {
+void CpuMaskOps::DoDrawCloud(const DrawCloudParams& params) {
   const int width = params.camera.width, height = params.camera.height;
   const PixelRays rays = RaysOf(params.camera);
   const Bands bands = ProjectCloud(params);
@@ -144,7 +144,7 @@ void DrawCloudOnCpu(const DrawCloudParams& params) {
   });
 }
 
-void MakeMaskOnCpu(const MakeMaskParams& params) {
+void CpuMaskOps::DoMakeMask(const MakeMaskParams& params) {
   const int64_t width = params.width;
   std::vector<uint8_t> used(size_t(params.height), 0);
   ParallelRanges(params.height, 32, [&](int64_t begin, int64_t end) {
@@ -168,7 +168,7 @@ void MakeMaskOnCpu(const MakeMaskParams& params) {
 }
 
 // In place: painted pixels are read and not written, and of the others only a pixel's own.
-void MarkSilhouetteOnCpu(const MarkSilhouetteParams& params) {
+void CpuMaskOps::DoMarkSilhouette(const MarkSilhouetteParams& params) {
   ParallelRanges(params.height, 32, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
       for (int x = 0; x < params.width; ++x) {
@@ -181,7 +181,7 @@ void MarkSilhouetteOnCpu(const MarkSilhouetteParams& params) {
   });
 }
 
-void EvidenceOnCpu(const EvidenceParams& params) {
+void CpuMaskOps::DoEvidence(const EvidenceParams& params) {
   const PixelRays rays = RaysOf(params.camera);
   const int64_t width = params.camera.width;
   ParallelRanges(params.camera.height, 8, [&](int64_t begin, int64_t end) {
@@ -204,23 +204,8 @@ void EvidenceOnCpu(const EvidenceParams& params) {
   });
 }
 
-void GatherRowsOnCpu(const ViewGeometry& view, const float* of, int32_t channels, float* values) {
-  const int32_t* const gaussians = view.rows();
-  ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
-    for (int64_t r = begin; r < end; ++r) {
-      std::copy_n(of + int64_t(gaussians[r]) * channels, channels, values + r * channels);
-    }
-  });
-}
+}  // namespace
 
-void AddRowsOnCpu(const ViewGeometry& view, const float* values, int32_t channels, float* sums) {
-  const int32_t* const gaussians = view.rows();  // distinct
-  ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
-    for (int64_t r = begin; r < end; ++r) {
-      float* const sum = sums + int64_t(gaussians[r]) * channels;
-      for (int c = 0; c < channels; ++c) sum[c] += values[r * channels + c];
-    }
-  });
-}
+std::unique_ptr<MaskOps> MakeCpuMaskOps() { return std::make_unique<CpuMaskOps>(); }
 
 }  // namespace retint

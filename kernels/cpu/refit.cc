@@ -1,26 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/cpu/refit.h"
-
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 
 #include "base/parallel.h"
 #include "kernels/common/loss.h"
+#include "kernels/common/quantize.h"
 #include "kernels/cpu/geometry.h"
+#include "kernels/cpu/groups.h"
 
 namespace retint {
 namespace {
-
-// `out` may be `in`.
-void EditPixel(const ColorMap& map, uint8_t mask, const float* in, float* out) {
-  const float share = float(mask) * (1.0f / 255);
-  const float r = in[0], g = in[1], b = in[2];
-  for (int c = 0; c < 3; ++c) {
-    const float* row = map.delta + 3 * c;
-    out[c] = in[c] + share * (row[0] * r + row[1] * g + row[2] * b + map.offset[c]);
-  }
-}
 
 // body(tile, x0, y0, x1, y1) for every tile of the geometry, with its pixels inside the image.
 template <typename Body>
@@ -31,12 +19,6 @@ void VisitTile(const ViewGeometry& view, size_t tile, const Body& body) {
        std::min(y0 + kTileSize, view.camera().height));
 }
 
-void CheckBox(const int32_t* box, int width, int height) {
-  if (box[0] < 0 || box[1] < 0 || box[2] > width || box[3] > height) {
-    throw std::invalid_argument("a box lies outside its image");
-  }
-}
-
 // body(y) for the rows of a box.
 template <typename Body>
 void ForBoxRows(const int32_t* box, const Body& body) {
@@ -45,9 +27,25 @@ void ForBoxRows(const int32_t* box, const Body& body) {
   });
 }
 
-}  // namespace
+class CpuRefitOps : public RefitOps {
+ public:
+  explicit CpuRefitOps(const LossKernels& kernels) : kernels_(kernels) {}
 
-void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& params) {
+ protected:
+  void DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override;
+  void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
+  void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
+  void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
+  ImageLossValue DoImageLoss(const ImageLossParams& params) override;
+  void DoPackBox(const PackBoxParams& params) override;
+  void DoUnpackBox(const PackBoxParams& params) override;
+  void DoEditImage(const EditImageParams& params) override;
+
+ private:
+  const LossKernels& kernels_;
+};
+
+void CpuRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) {
   const size_t width = size_t(view.camera().width);
   const float* source = params.source ? params.source : params.render;
   const float scale = 1 / params.unit;
@@ -67,11 +65,10 @@ void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& param
           if (weights && (view.pixel_rows() >> (y - y0) & 1))
             weights[within] = weight_of[params.mask[pixel]];
           float edited[3];
-          EditPixel(params.map, params.mask[pixel], source + 3 * pixel, edited);
+          ApplyColorMap(params.map, params.mask[pixel], source + 3 * pixel, edited);
           int16_t* out = tile + within * 3;
           for (int c = 0; c < 3; ++c) {
-            const float steps = (edited[c] - params.render[3 * pixel + size_t(c)]) * scale;
-            out[c] = int16_t(std::lrint(std::clamp(steps, -32768.0f, 32767.0f)));
+            out[c] = ToSignedSteps(edited[c] - params.render[3 * pixel + size_t(c)], scale);
           }
         }
       }
@@ -79,7 +76,7 @@ void RegionTargetOnCpu(const ViewGeometry& view, const RegionTargetParams& param
   });
 }
 
-void RegionResidualOnCpu(const ViewGeometry& view, const RegionResidualParams& params) {
+void CpuRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
   const size_t width = size_t(view.camera().width);
   *params.loss += OrderedSum(int64_t(view.tiles().size()), 1, [&](int64_t i, int64_t) {
     const int16_t* tile = params.target + i * kTilePixels * 3;
@@ -109,7 +106,22 @@ void RegionResidualOnCpu(const ViewGeometry& view, const RegionResidualParams& p
   });
 }
 
-void RegionWeightImageOnCpu(const ViewGeometry& view, const uint8_t* weights, float* image) {
+void CpuRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) {
+  const size_t width = size_t(view.camera().width);
+  ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
+        for (int y = y0; y < y1; ++y) {
+          const size_t at = (size_t(y) * width + size_t(x0)) * 3;
+          for (size_t j = at; j < at + size_t(x1 - x0) * 3; ++j) image[j] += delta[j];
+        }
+      });
+    }
+  });
+}
+
+void CpuRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights,
+                                      float* image) {
   const size_t width = size_t(view.camera().width);
   std::fill_n(image, width * size_t(view.camera().height), 0.0f);
   ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
@@ -125,36 +137,25 @@ void RegionWeightImageOnCpu(const ViewGeometry& view, const uint8_t* weights, fl
   });
 }
 
-void RegionAddOnCpu(const ViewGeometry& view, float* image, const float* delta) {
-  const size_t width = size_t(view.camera().width);
-  ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
-        for (int y = y0; y < y1; ++y) {
-          const size_t at = (size_t(y) * width + size_t(x0)) * 3;
-          for (size_t j = at; j < at + size_t(x1 - x0) * 3; ++j) image[j] += delta[j];
-        }
-      });
-    }
-  });
+ImageLossValue CpuRefitOps::DoImageLoss(const ImageLossParams& params) {
+  const ImageLossValue value = ImageLossOnCpu(kernels_, params);
+  if (!params.loss) return value;
+  *params.loss += value.loss;
+  return {};
 }
 
-void PackBoxOnCpu(const PackBoxParams& params) {
-  CheckBox(params.box, params.width, params.height);
-  const size_t row = size_t(std::max(0, params.box[2] - params.box[0])) * 3;
+void CpuRefitOps::DoPackBox(const PackBoxParams& params) {
+  const size_t row = size_t(params.box[2] - params.box[0]) * 3;
   const float scale = 1 / params.unit;
   ForBoxRows(params.box, [&](int y) {
     const float* in = params.image + (size_t(y) * size_t(params.width) + size_t(params.box[0])) * 3;
     uint16_t* out = params.packed + size_t(y - params.box[1]) * row;
-    for (size_t i = 0; i < row; ++i) {
-      out[i] = uint16_t(std::lrint(std::clamp(in[i] * scale, 0.0f, 65535.0f)));
-    }
+    for (size_t i = 0; i < row; ++i) out[i] = ToSteps(in[i], scale);
   });
 }
 
-void UnpackBoxOnCpu(const PackBoxParams& params) {
-  CheckBox(params.box, params.width, params.height);
-  const size_t row = size_t(std::max(0, params.box[2] - params.box[0])) * 3;
+void CpuRefitOps::DoUnpackBox(const PackBoxParams& params) {
+  const size_t row = size_t(params.box[2] - params.box[0]) * 3;
   ForBoxRows(params.box, [&](int y) {
     float* out = params.image + (size_t(y) * size_t(params.width) + size_t(params.box[0])) * 3;
     const uint16_t* in = params.packed + size_t(y - params.box[1]) * row;
@@ -162,14 +163,20 @@ void UnpackBoxOnCpu(const PackBoxParams& params) {
   });
 }
 
-void EditImageOnCpu(const EditImageParams& params) {
-  CheckBox(params.box, params.width, params.height);
+void CpuRefitOps::DoEditImage(const EditImageParams& params) {
   ForBoxRows(params.box, [&](int y) {
     for (int x = params.box[0]; x < params.box[2]; ++x) {
       const size_t pixel = size_t(y) * size_t(params.width) + size_t(x);
-      EditPixel(params.map, params.mask[pixel], params.image + 3 * pixel, params.out + 3 * pixel);
+      ApplyColorMap(params.map, params.mask[pixel], params.image + 3 * pixel,
+                    params.out + 3 * pixel);
     }
   });
+}
+
+}  // namespace
+
+std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& kernels) {
+  return std::make_unique<CpuRefitOps>(kernels);
 }
 
 }  // namespace retint

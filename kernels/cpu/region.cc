@@ -276,9 +276,8 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,
                                                   const uint8_t* active, size_t budget_bytes,
                                                   float min_weight) {
-  if (view.is_region) throw std::invalid_argument("a region cannot be restricted again");
   auto region = std::make_shared<CpuViewGeometry>();
-  region->is_region = true;
+  region->SetRegion();
   const std::vector<int32_t> row_of = ActiveRows(view, active, &region->row_gaussians);
   region->SetShape(view.camera(), int64_t(region->row_gaussians.size()));
 

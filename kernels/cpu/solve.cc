@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/cpu/solve.h"
-
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "base/parallel.h"
 #include "kernels/common/sh.h"
-#include "kernels/common/types.h"
+#include "kernels/cpu/groups.h"
 
 namespace retint {
 namespace {
@@ -16,10 +13,6 @@ constexpr int64_t kElements = 1 << 15;  // a task
 constexpr int64_t kBlocks = 256;
 
 int PackedSize(int k) { return k * (k + 1) / 2; }
-
-void CheckBlockSize(int k) {
-  if (k != 1 && k != 4 && k != 9 && k != 16) throw std::invalid_argument("k must be 1, 4, 9 or 16");
-}
 
 // In place L of A = L L^T, with 1 / L_ii on the diagonal. False where A is not positive definite.
 bool Cholesky(int k, float* a) {
@@ -39,27 +32,30 @@ bool Cholesky(int k, float* a) {
   return true;
 }
 
-}  // namespace
+class CpuSolveOps : public SolveOps {
+ public:
+  void DoAddRidge(const AddRidgeParams& params) override;
+  void DoFactorBlocks(const FactorBlocksParams& params) override;
+  void DoSolveBlocks(const SolveBlocksParams& params) override;
+  void DoApplyRidge(const ApplyRidgeParams& params) override;
+  void DoLinearCombination(const LinearCombinationParams& params) override;
+  double DoDot(const float* x, const float* y, int64_t count) override;
+  void DoAdam(const AdamParams& params) override;
+};
 
-void AdamOnCpu(const AdamParams& params) {
-  const double correction1 = 1 - std::pow(double(params.beta1), double(params.step));
-  const double correction2 = 1 - std::pow(double(params.beta2), double(params.step));
-  const float rate = float(params.learning_rate / correction1);
-  const float root = float(1 / std::sqrt(correction2));
-  ParallelRanges(params.count, kElements, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const float g = params.gradients[i];
-      const float m = params.beta1 * params.m[i] + (1 - params.beta1) * g;
-      const float v = params.beta2 * params.v[i] + (1 - params.beta2) * g * g;
-      params.m[i] = m;
-      params.v[i] = v;
-      params.values[i] -= rate * m / (std::sqrt(v) * root + params.epsilon);
+void CpuSolveOps::DoAddRidge(const AddRidgeParams& params) {
+  const int size = PackedSize(params.k);
+  ParallelRanges(params.count, kBlocks, [&](int64_t begin, int64_t end) {
+    for (int64_t b = begin; b < end; ++b) {
+      float* block = params.blocks + b * size;
+      const float weight = block[0] / (kShC0 * kShC0);
+      params.weights[b] = weight;
+      for (int i = 0; i < params.k; ++i) block[PackedSize(i) + i] += params.ridge[i] * weight;
     }
   });
 }
 
-void FactorBlocksOnCpu(const FactorBlocksParams& params) {
-  CheckBlockSize(params.k);
+void CpuSolveOps::DoFactorBlocks(const FactorBlocksParams& params) {
   const int size = PackedSize(params.k);
   ParallelRanges(params.count, kBlocks, [&](int64_t begin, int64_t end) {
     for (int64_t b = begin; b < end; ++b) {
@@ -70,8 +66,7 @@ void FactorBlocksOnCpu(const FactorBlocksParams& params) {
   });
 }
 
-void SolveBlocksOnCpu(const SolveBlocksParams& params) {
-  CheckBlockSize(params.k);
+void CpuSolveOps::DoSolveBlocks(const SolveBlocksParams& params) {
   const int k = params.k, size = PackedSize(k);
   ParallelRanges(params.count, kBlocks, [&](int64_t begin, int64_t end) {
     for (int64_t b = begin; b < end; ++b) {
@@ -100,21 +95,7 @@ void SolveBlocksOnCpu(const SolveBlocksParams& params) {
   });
 }
 
-void AddRidgeOnCpu(const AddRidgeParams& params) {
-  CheckBlockSize(params.k);
-  const int size = PackedSize(params.k);
-  ParallelRanges(params.count, kBlocks, [&](int64_t begin, int64_t end) {
-    for (int64_t b = begin; b < end; ++b) {
-      float* block = params.blocks + b * size;
-      const float weight = block[0] / (kShC0 * kShC0);
-      params.weights[b] = weight;
-      for (int i = 0; i < params.k; ++i) block[PackedSize(i) + i] += params.ridge[i] * weight;
-    }
-  });
-}
-
-void ApplyRidgeOnCpu(const ApplyRidgeParams& params) {
-  CheckBlockSize(params.k);
+void CpuSolveOps::DoApplyRidge(const ApplyRidgeParams& params) {
   ParallelRanges(params.count, kBlocks, [&](int64_t begin, int64_t end) {
     for (int64_t b = begin; b < end; ++b) {
       for (int i = 0; i < params.k; ++i) {
@@ -126,7 +107,7 @@ void ApplyRidgeOnCpu(const ApplyRidgeParams& params) {
   });
 }
 
-void LinearCombinationOnCpu(const LinearCombinationParams& params) {
+void CpuSolveOps::DoLinearCombination(const LinearCombinationParams& params) {
   ParallelRanges(params.count, kElements, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       params.out[i] = params.a * params.x[i] + params.b * params.y[i];
@@ -134,7 +115,7 @@ void LinearCombinationOnCpu(const LinearCombinationParams& params) {
   });
 }
 
-double DotOnCpu(const float* x, const float* y, int64_t count) {
+double CpuSolveOps::DoDot(const float* x, const float* y, int64_t count) {
   return OrderedSum(count, kElements, [&](int64_t begin, int64_t end) {
     double sums[4] = {};
     int64_t i = begin;
@@ -145,5 +126,26 @@ double DotOnCpu(const float* x, const float* y, int64_t count) {
     return (sums[0] + sums[1]) + (sums[2] + sums[3]);
   });
 }
+
+void CpuSolveOps::DoAdam(const AdamParams& params) {
+  const double correction1 = 1 - std::pow(double(params.beta1), double(params.step));
+  const double correction2 = 1 - std::pow(double(params.beta2), double(params.step));
+  const float rate = float(params.learning_rate / correction1);
+  const float root = float(1 / std::sqrt(correction2));
+  ParallelRanges(params.count, kElements, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const float g = params.gradients[i];
+      const float m = params.beta1 * params.m[i] + (1 - params.beta1) * g;
+      const float v = params.beta2 * params.v[i] + (1 - params.beta2) * g * g;
+      params.m[i] = m;
+      params.v[i] = v;
+      params.values[i] -= rate * m / (std::sqrt(v) * root + params.epsilon);
+    }
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<SolveOps> MakeCpuSolveOps() { return std::make_unique<CpuSolveOps>(); }
 
 }  // namespace retint

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/cpu/spherical_harmonics.h"
-
 #include <algorithm>
 
 #include <hwy/cache_control.h>
 
 #include "base/parallel.h"
 #include "kernels/common/sh.h"
+#include "kernels/cpu/geometry.h"
+#include "kernels/cpu/groups.h"
 
 namespace retint {
 namespace {
@@ -65,12 +65,17 @@ void Dot(const float* basis, const float* coefficients, int k, float* out) {
   out[0] = r, out[1] = g, out[2] = b;
 }
 
-}  // namespace
+class CpuShOps : public ShOps {
+ public:
+  void DoEvalSh(const Model& model, const EvalShParams& params) override;
+  void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) override;
+  void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override;
+};
 
-void EvalShOnCpu(const CpuModel& model, const EvalShParams& params) {
+void CpuShOps::DoEvalSh(const Model& model, const EvalShParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params, params.sh, 3 * k,
+      CpuModelOf(model), params, params.sh, 3 * k,
       [&](int64_t i, const float* sh, const float* basis) {
         float* color = params.colors + params.stride * i;
         Dot(basis, sh, k, color);
@@ -79,10 +84,10 @@ void EvalShOnCpu(const CpuModel& model, const EvalShParams& params) {
       [&](int64_t i) { std::fill_n(params.colors + params.stride * i, 3, 0.0f); });
 }
 
-void EvalShTransposeOnCpu(const CpuModel& model, const EvalShTransposeParams& params) {
+void CpuShOps::DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params, params.gradient, 3 * k,
+      CpuModelOf(model), params, params.gradient, 3 * k,
       [&](int64_t i, float* out, const float* basis) {
         float g[3];
         for (int c = 0; c < 3; ++c) {
@@ -96,24 +101,10 @@ void EvalShTransposeOnCpu(const CpuModel& model, const EvalShTransposeParams& pa
       [](int64_t) {});
 }
 
-void ShTangentOnCpu(const CpuModel& model, const ShTangentParams& params) {
+void CpuShOps::DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) {
   const int k = model.num_sh_coeffs();
   ForEachBasis(
-      model, params, params.direction, 3 * k,
-      [&](int64_t i, const float* direction, const float* basis) {
-        float* out = params.tangents + 3 * i;
-        Dot(basis, direction, k, out);
-        for (int c = 0; params.colors && c < 3; ++c) {
-          if (!(params.colors[3 * i + c] > 0)) out[c] = 0;
-        }
-      },
-      [&](int64_t i) { std::fill_n(params.tangents + 3 * i, 3, 0.0f); });
-}
-
-void AccumulateBlocksOnCpu(const CpuModel& model, const AccumulateBlocksParams& params) {
-  const int k = model.num_sh_coeffs();
-  ForEachBasis(
-      model, params, params.blocks, k * (k + 1) / 2,
+      CpuModelOf(model), params, params.blocks, k * (k + 1) / 2,
       [&](int64_t i, float* block, const float* basis) {
         for (int row = 0; row < k; ++row) {
           const float scaled = params.weights[i] * basis[row];
@@ -122,5 +113,9 @@ void AccumulateBlocksOnCpu(const CpuModel& model, const AccumulateBlocksParams& 
       },
       [](int64_t) {});
 }
+
+}  // namespace
+
+std::unique_ptr<ShOps> MakeCpuShOps() { return std::make_unique<CpuShOps>(); }
 
 }  // namespace retint

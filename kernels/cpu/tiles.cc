@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "base/parallel.h"
@@ -16,12 +15,6 @@ struct alignas(64) TileScratch {
   float median[kTilePixels];
   float transmittance[kTilePixels];
 };
-
-void CheckChannels(int channels) {
-  if (channels < 1 || channels > kMaxChannels) {
-    throw std::invalid_argument("channels must be 1 to " + std::to_string(kMaxChannels));
-  }
-}
 
 struct TileRect {
   int x0, y0, width, height;  // clipped to the image
@@ -126,7 +119,7 @@ TileList TileListOf(const CpuViewGeometry& view, size_t i) {
   const int64_t begin = view.tile_begin[i];
   return {view.splats.data(),
           view.entries.data() + begin,
-          view.is_region ? view.splat_rows.data() : nullptr,
+          view.is_region() ? view.splat_rows.data() : nullptr,
           view.slots.data() + begin,
           view.tile_begin[i + 1] - begin,
           rect.x0,
@@ -146,9 +139,8 @@ void InitTransmittance(const CameraParams& camera, int x0, int y0, uint16_t pixe
 
 void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
                 const BlendParams& params) {
-  CheckChannels(params.channels);
   const int channels = params.channels, width = view.camera().width;
-  const float* background = view.is_region ? nullptr : params.background;
+  const float* background = view.is_region() ? nullptr : params.background;
   if (!params.keep_outside) {
     FillOutside(view, channels, background, params.image);
     if (params.alpha) FillOutside(view, 1, nullptr, params.alpha);
@@ -168,20 +160,19 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
       }
     }
     StoreTile(rect, scratch.values, channels, width, params.image);
-    if (!params.alpha || view.is_region) return;
+    if (!params.alpha || view.is_region()) return;
     for (int p = 0; p < kTilePixels; ++p) {
       scratch.values[p] = 1 - std::fabs(scratch.transmittance[p]);
     }
     StoreTile(rect, scratch.values, 1, width, params.alpha);
   });
-  if (!params.alpha || !view.is_region) return;
+  if (!params.alpha || !view.is_region()) return;
   const std::vector<float> ones(size_t(view.num_rows()), 1.0f);
   BlendOnCpu(kernels, view, {ones.data(), 1, nullptr, params.alpha, nullptr, params.keep_outside});
 }
 
 void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const CpuViewGeometry& view,
                          const BlendTransposeParams& params) {
-  CheckChannels(params.channels);
   const int channels = params.channels, width = view.camera().width;
   auto partials = pool->Take(size_t(view.num_slots()) * size_t(channels));
   const bool explicit_weights = !view.weights.empty();
@@ -206,27 +197,8 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   });
 }
 
-void AccumulateSharesOnCpu(const TileKernels& kernels, ScratchPool* scratch,
-                           const CpuViewGeometry& view, const uint8_t* mask, double* sums) {
-  if (view.is_region) throw std::invalid_argument("shares need a whole view");
-  const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
-  auto residual = scratch->Take(2 * pixels);
-  for (size_t p = 0; p < pixels; ++p) {
-    residual.data()[2 * p] = float(mask[p]) / 255.0f;
-    residual.data()[2 * p + 1] = 1.0f;
-  }
-  std::vector<float> rows(2 * size_t(view.num_rows()));
-  BlendTransposeOnCpu(kernels, scratch, view, {residual.data(), 2, rows.data()});
-  for (size_t r = 0; r < size_t(view.num_rows()); ++r) {
-    double* sum = sums + 2 * view.row_gaussians[r];
-    sum[0] += double(rows[2 * r]);
-    sum[1] += double(rows[2 * r + 1]);
-  }
-}
-
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
                 const DepthParams& params) {
-  if (view.is_region) throw std::invalid_argument("depth needs the geometry of a whole view");
   const int width = view.camera().width;
   for (float* image : {params.median, params.expected, params.alpha}) {
     if (image) FillOutside(view, 1, nullptr, image);

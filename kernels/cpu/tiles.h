@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The blending operations of the CPU backend: tiles over threads, inner loops from TileKernels.
+// Blending on the CPU: tiles over threads, inner loops from TileKernels.
 #pragma once
 
 #include <memory>
 #include <mutex>
 #include <vector>
 
-#include "kernels/backend.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/tile_kernels.h"
 
@@ -39,8 +38,6 @@ class ScratchPool {
 void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const BlendParams& params);
 void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* scratch,
                          const CpuViewGeometry& view, const BlendTransposeParams& params);
-void AccumulateSharesOnCpu(const TileKernels& kernels, ScratchPool* scratch,
-                           const CpuViewGeometry& view, const uint8_t* mask, double* sums);
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const DepthParams& params);
 std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,

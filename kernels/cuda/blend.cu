@@ -12,8 +12,8 @@ TileLists ListsOf(const CudaViewGeometry& view) {
   return {view.splats.data(),
           view.entries.data(),
           view.ranges.data(),
-          view.is_region ? view.tile_ids.data() : nullptr,
-          view.is_region ? view.splat_rows.data() : nullptr,
+          view.is_region() ? view.tile_ids.data() : nullptr,
+          view.is_region() ? view.splat_rows.data() : nullptr,
           view.camera().width,
           view.camera().height,
           view.tiles_x(),
@@ -181,7 +181,7 @@ __global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, Dep
 
 void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream) {
   const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
-  if (view.is_region) {
+  if (view.is_region()) {
     params.background = nullptr;
     if (!params.keep_outside) {
       Check(cudaMemsetAsync(params.image, 0, size_t(pixels) * params.channels * sizeof(float),
@@ -197,7 +197,7 @@ void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream
   const TileLists lists = ListsOf(view);
   WithChannels(params.channels, [&](auto c) {
     if (lists.tiles == 0) return;
-    if (view.is_region) {
+    if (view.is_region()) {
       BlendKernel<c(), true><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
     } else {
       BlendKernel<c(), false><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
@@ -227,7 +227,6 @@ void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& pa
 }
 
 void Depth(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream) {
-  if (view.is_region) throw std::invalid_argument("depth needs a whole view");
   const TileLists lists = ListsOf(view);
   if (IsEverySecondRow(params.pixel_rows)) {
     DepthKernel<2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);

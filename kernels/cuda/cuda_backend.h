@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The CUDA backend: the operations of kernels/backend.h on one device, on a stream of its own. No
+// The CUDA backend: all groups of kernels/backend.h on one device, on a stream of its own. No
 // CUDA type shows here.
 #pragma once
 

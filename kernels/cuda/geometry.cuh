@@ -7,7 +7,7 @@
 #include <mutex>
 #include <vector>
 
-#include "kernels/backend.h"
+#include "kernels/blend_ops.h"
 #include "kernels/common/projection.h"
 #include "kernels/cuda/device.cuh"
 
@@ -59,6 +59,7 @@ class CudaViewGeometry : public ViewGeometry {
     camera_ = view_camera;
     num_rows_ = rows;
   }
+  void SetRegion() { is_region_ = true; }
   void SetPixelRows(uint16_t pixel_rows) { pixel_rows_ = pixel_rows; }
   const int32_t* rows() const override { return gaussians.data(); }
   std::span<const int32_t> tiles() const override;
@@ -74,8 +75,7 @@ class CudaViewGeometry : public ViewGeometry {
   Scratch<int2> ranges;         // [tiles of the grid], region: [tiles]
   Scratch<int32_t> order;       // whole view: [tiles] indices of the ranges, long ones first
   Scratch<int32_t> entries;     // [E] index into splats
-  bool is_region = false;
-  ExplicitWeights weights;  // region: replaces splats, splat_rows, ranges and entries
+  ExplicitWeights weights;      // region: replaces splats, splat_rows, ranges and entries
   bool has_weights() const { return weights.ends.size() > 0; }
 
  private:
@@ -84,11 +84,16 @@ class CudaViewGeometry : public ViewGeometry {
   mutable std::vector<int32_t> host_tiles_;
 };
 
+inline const CudaModel& Own(const Model& model) { return dynamic_cast<const CudaModel&>(model); }
+inline const CudaViewGeometry& Own(const ViewGeometry& view) {
+  return dynamic_cast<const CudaViewGeometry&>(view);
+}
+
 std::unique_ptr<CudaModel> Upload(const GaussianArrays& host, cudaStream_t stream);
 std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraParams& camera,
                                           cudaStream_t stream);
 // `min_weight` 0: explicit weights are exact to half floats; else they are compact (see
-// Backend::RestrictCompact), and tiles left without a weight are dropped.
+// BlendOps::Restrict), and tiles left without a weight are dropped.
 std::shared_ptr<CudaViewGeometry> RestrictTo(const CudaViewGeometry& view, const uint8_t* active,
                                              size_t budget_bytes, float min_weight,
                                              cudaStream_t stream);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two passes over blocks of pixels with a halo of 5 in shared memory: SSIM and its derivatives by
 // the moments, then the window's transpose of those derivatives.
+#include "kernels/cuda/image_loss.cuh"
+
 #include "kernels/common/loss.h"
-
-#include <stdexcept>
-
 #include "kernels/cuda/launch.cuh"
-#include "kernels/cuda/ops.cuh"
+#include "kernels/cuda/scan.cuh"
 
 namespace retint::cuda {
 namespace {
@@ -17,6 +16,11 @@ constexpr int kHaloWidth = kWidth + 2 * kR, kHaloHeight = kHeight + 2 * kR;
 
 struct Box {
   int x0, y0, x1, y1;
+};
+
+// Over the region of interest: |y - y*| and SSIM.
+struct Sums {
+  double l1, ssim;
 };
 
 __constant__ float kWindow[2 * kR + 1] = {
@@ -135,9 +139,9 @@ __global__ void __launch_bounds__(kThreads)
   AddOverBlock(total, l1_sum);
 }
 
-__global__ void AddLossKernel(const double* sums, double l1_scale, double ssim_scale, double pixels,
+__global__ void AddLossKernel(const Sums* sums, double l1_scale, double ssim_scale, double pixels,
                               double* loss) {
-  *loss += l1_scale * sums[0] + ssim_scale * (pixels - sums[1]);
+  *loss += l1_scale * sums->l1 + ssim_scale * (pixels - sums->ssim);
 }
 
 dim3 GridOf(const Box& box) {
@@ -146,34 +150,35 @@ dim3 GridOf(const Box& box) {
 
 }  // namespace
 
-void AddImageLoss(const ImageLossParams& params, const double* sums, double pixels,
-                  cudaStream_t stream) {
-  const double count = double(params.width) * params.height * 3;
-  AddLossKernel<<<1, 1, 0, stream>>>(sums, (1 - double(params.lambda)) / count,
-                                     double(params.lambda) / count, pixels, params.loss);
-  Check(cudaGetLastError(), "AddLossKernel");
-}
-
-void ImageLoss(const ImageLossParams& params, double* sums, cudaStream_t stream) {
-  Box roi{params.roi[0], params.roi[1], params.roi[2], params.roi[3]};
-  if (roi.x0 == 0 && roi.y0 == 0 && roi.x1 == 0 && roi.y1 == 0) {
-    roi.x1 = params.width, roi.y1 = params.height;
-  }
-  if (roi.x0 < 0 || roi.y0 < 0 || roi.x1 > params.width || roi.y1 > params.height) {
-    throw std::invalid_argument("the region of interest lies outside the image");
-  }
-  if (roi.x0 >= roi.x1 || roi.y0 >= roi.y1) return;
+ImageLossValue ImageLoss(const ImageLossParams& params, cudaStream_t stream) {
+  const Box roi{params.roi[0], params.roi[1], params.roi[2], params.roi[3]};
   const Box halo{roi.x0 > kR ? roi.x0 - kR : 0, roi.y0 > kR ? roi.y0 - kR : 0,
                  roi.x1 + kR < params.width ? roi.x1 + kR : params.width,
                  roi.y1 + kR < params.height ? roi.y1 + kR : params.height};
   Scratch<float> planes(stream, size_t(halo.x1 - halo.x0) * size_t(halo.y1 - halo.y0) * 9);
+  Scratch<Sums> sums(stream, 1);
+  Check(cudaMemsetAsync(sums.data(), 0, sums.bytes(), stream), "cudaMemsetAsync");
   const Maps maps{planes.data(), halo};
   const double count = double(params.width) * params.height * 3;
-  MomentsKernel<<<GridOf(halo), kThreads, 0, stream>>>(params, roi, maps, sums + 1);
+  MomentsKernel<<<GridOf(halo), kThreads, 0, stream>>>(params, roi, maps, &sums.data()->ssim);
   Check(cudaGetLastError(), "MomentsKernel");
   GradientKernel<<<GridOf(roi), kThreads, 0, stream>>>(
-      params, roi, maps, float((1 - params.lambda) / count), float(-params.lambda / count), sums);
+      params, roi, maps, float((1 - params.lambda) / count), float(-params.lambda / count),
+      &sums.data()->l1);
   Check(cudaGetLastError(), "GradientKernel");
+
+  const double pixels = double(roi.x1 - roi.x0) * (roi.y1 - roi.y0) * 3;
+  const double lambda = double(params.lambda);
+  if (params.loss) {
+    AddLossKernel<<<1, 1, 0, stream>>>(sums.data(), (1 - lambda) / count, lambda / count, pixels,
+                                       params.loss);
+    Check(cudaGetLastError(), "AddLossKernel");
+    return {};
+  }
+  const Sums found = std::get<0>(ReadBack(stream, sums.data()));
+  // Pixels outside the region of interest agree: their SSIM is 1.
+  const double l1 = found.l1 / count, dissimilar = (pixels - found.ssim) / count;
+  return {(1 - lambda) * l1 + lambda * dissimilar, l1, 1 - dissimilar};
 }
 
 }  // namespace retint::cuda

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Distances to the nearest points, by tiles: a block's points are compared with a tile of others
-// only where the tile's box is nearer than the farthest neighbour that one of them has so far.
-// Neighbours in a depth map are neighbours in memory, so that few tiles are left.
-#include <algorithm>
-#include <stdexcept>
-
-#include "kernels/cuda/ops.cuh"
+// only where the tile's box is nearer than the farthest neighbor that one of them has so far.
+// Neighbors in a depth map are neighbors in memory, so that few tiles are left.
+#include "kernels/cuda/device.cuh"
+#include "kernels/cuda/groups.cuh"
 
 namespace retint::cuda {
 namespace {
@@ -102,23 +100,32 @@ __global__ void __launch_bounds__(kTilePoints)
   params.distances[point] = float(sum / params.neighbors);
 }
 
-}  // namespace
+class CudaNeighborOps : public NeighborOps {
+ public:
+  explicit CudaNeighborOps(cudaStream_t stream) : stream_(stream) {}
+  void DoNeighborDistances(const NeighborDistancesParams& params) override;
 
-void NeighborDistances(const NeighborDistancesParams& params, cudaStream_t stream) {
-  if (params.neighbors < 1 || params.neighbors > kMaxNeighbors ||
-      params.count <= params.neighbors) {
-    throw std::invalid_argument("neighbours asked for: 1 to 32, and fewer than points");
-  }
+ private:
+  cudaStream_t stream_;
+};
+
+void CudaNeighborOps::DoNeighborDistances(const NeighborDistancesParams& params) {
   constexpr int kUsual = 16;
   const int num_tiles = int((params.count + kTilePoints - 1) / kTilePoints);
-  const Scratch<Box> boxes(stream, size_t(num_tiles));
-  BoxesKernel<<<Blocks(int64_t(num_tiles) * 32, 256), 256, 0, stream>>>(params.points, params.count,
-                                                                        num_tiles, boxes.data());
+  const Scratch<Box> boxes(stream_, size_t(num_tiles));
+  BoxesKernel<<<Blocks(int64_t(num_tiles) * 32, 256), 256, 0, stream_>>>(
+      params.points, params.count, num_tiles, boxes.data());
   Check(cudaGetLastError(), "BoxesKernel");
   const auto kernel =
       params.neighbors <= kUsual ? DistancesKernel<kUsual + 1> : DistancesKernel<kMaxNeighbors + 1>;
-  kernel<<<num_tiles, kTilePoints, 0, stream>>>(params, num_tiles, boxes.data());
+  kernel<<<num_tiles, kTilePoints, 0, stream_>>>(params, num_tiles, boxes.data());
   Check(cudaGetLastError(), "DistancesKernel");
+}
+
+}  // namespace
+
+std::unique_ptr<NeighborOps> MakeNeighborOps(cudaStream_t stream) {
+  return std::make_unique<CudaNeighborOps>(stream);
 }
 
 }  // namespace retint::cuda

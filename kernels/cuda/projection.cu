@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The mask projection's steps: depth samples, clouds drawn, paint looked up, masks.
-#include <stdexcept>
-
 #include "kernels/common/mask_projection.h"
+#include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/launch.cuh"
-#include "kernels/cuda/projection.cuh"
 
 namespace retint::cuda {
 namespace {
-
-void CheckRows(uint16_t pixel_rows) {
-  if (!(pixel_rows & 1)) throw std::invalid_argument("the first row of a tile must be wanted");
-}
 
 template <typename Body>
 __global__ void PixelsKernel(int width, int height, Body body) {
@@ -78,21 +72,31 @@ void OverDisc(const uint8_t* in, int width, int height, int radius, uint8_t* out
   });
 }
 
-}  // namespace
+class CudaMaskOps : public MaskOps {
+ public:
+  explicit CudaMaskOps(cudaStream_t stream) : stream_(stream) {}
+  void DoSampleDepth(const SampleDepthParams& params) override;
+  void DoCorrectDepth(const CorrectDepthParams& params) override;
+  void DoDrawCloud(const DrawCloudParams& params) override;
+  void DoMakeMask(const MakeMaskParams& params) override;
+  void DoMarkSilhouette(const MarkSilhouetteParams& params) override;
+  void DoEvidence(const EvidenceParams& params) override;
 
-void SampleDepth(const SampleDepthParams& params, cudaStream_t stream) {
-  CheckRows(params.pixel_rows);
-  ForEach(params.count, stream, "SampleDepth", [=] __device__(int64_t i) {
+ private:
+  cudaStream_t stream_;
+};
+
+void CudaMaskOps::DoSampleDepth(const SampleDepthParams& params) {
+  ForEach(params.count, stream_, "SampleDepth", [=] __device__(int64_t i) {
     params.samples[i] =
         SampleDepthAt(params.depth, params.width, params.height, params.pixel_rows,
                       params.pixels[2 * i], params.pixels[2 * i + 1], params.max_spread);
   });
 }
 
-void CorrectDepth(const CorrectDepthParams& params, cudaStream_t stream) {
-  CheckRows(params.pixel_rows);
+void CudaMaskOps::DoCorrectDepth(const CorrectDepthParams& params) {
   // The thread of a wanted row also writes those that repeat it.
-  ForPixels(params.width, params.height, stream, "CorrectDepth",
+  ForPixels(params.width, params.height, stream_, "CorrectDepth",
             [=] __device__(int, int y, int64_t i) {
               if (!(params.pixel_rows >> (y % kTileSize) & 1)) return;
               const float z = CorrectedDepth(params.depth[i], params.a, params.b);
@@ -104,29 +108,29 @@ void CorrectDepth(const CorrectDepthParams& params, cudaStream_t stream) {
             });
 }
 
-void DrawCloud(const DrawCloudParams& params, cudaStream_t stream) {
+void CudaMaskOps::DoDrawCloud(const DrawCloudParams& params) {
   const size_t pixels = size_t(params.camera.width) * size_t(params.camera.height);
-  Check(cudaMemsetAsync(params.coverage, 0, pixels * sizeof(float), stream), "cudaMemsetAsync");
+  Check(cudaMemsetAsync(params.coverage, 0, pixels * sizeof(float), stream_), "cudaMemsetAsync");
   if (params.count == 0) return;
-  DrawCloudKernel<<<Blocks(params.count * 32, kDrawThreads), kDrawThreads, 0, stream>>>(params);
+  DrawCloudKernel<<<Blocks(params.count * 32, kDrawThreads), kDrawThreads, 0, stream_>>>(params);
   Check(cudaGetLastError(), "DrawCloudKernel");
 }
 
-void MakeMask(const MakeMaskParams& params, cudaStream_t stream) {
+void CudaMaskOps::DoMakeMask(const MakeMaskParams& params) {
   const int width = params.width, height = params.height, radius = params.close_radius;
   const int64_t pixels = int64_t(width) * height;
-  ForEach(pixels, stream, "MakeMask", [=] __device__(int64_t i) {
+  ForEach(pixels, stream_, "MakeMask", [=] __device__(int64_t i) {
     params.mask[i] = ToByte(params.scale * double(params.image[i]) + params.offset);
   });
   if (radius <= 0) return;
-  Scratch<uint8_t> dilated(stream, size_t(pixels));
-  OverDisc<Largest>(params.mask, width, height, radius, dilated.data(), stream);
-  OverDisc<Smallest>(dilated.data(), width, height, radius, params.mask, stream);
+  Scratch<uint8_t> dilated(stream_, size_t(pixels));
+  OverDisc<Largest>(params.mask, width, height, radius, dilated.data(), stream_);
+  OverDisc<Smallest>(dilated.data(), width, height, radius, params.mask, stream_);
 }
 
 // In place: painted pixels are read and not written, and of the others only a pixel's own.
-void MarkSilhouette(const MarkSilhouetteParams& params, cudaStream_t stream) {
-  ForPixels(params.width, params.height, stream, "MarkSilhouette",
+void CudaMaskOps::DoMarkSilhouette(const MarkSilhouetteParams& params) {
+  ForPixels(params.width, params.height, stream_, "MarkSilhouette",
             [=] __device__(int x, int y, int64_t i) {
               if (IsBesideSilhouette(params.mask, params.depth, params.width, params.height,
                                      params.jump, x, y)) {
@@ -135,12 +139,12 @@ void MarkSilhouette(const MarkSilhouetteParams& params, cudaStream_t stream) {
             });
 }
 
-void Evidence(const EvidenceParams& params, cudaStream_t stream) {
+void CudaMaskOps::DoEvidence(const EvidenceParams& params) {
   const int count = int(params.painted.size());
-  Scratch<PaintedImage> painted(stream, params.painted.size());
+  Scratch<PaintedImage> painted(stream_, params.painted.size());
   if (count > 0) {
     Check(cudaMemcpyAsync(painted.data(), params.painted.data(), params.painted.size_bytes(),
-                          cudaMemcpyHostToDevice, stream),
+                          cudaMemcpyHostToDevice, stream_),
           "cudaMemcpyAsync");
   }
   const PaintedImage* const views = painted.data();
@@ -150,7 +154,7 @@ void Evidence(const EvidenceParams& params, cudaStream_t stream) {
   const float tolerance = params.tolerance, unknown = params.unknown_weight, scale = params.scale;
   const uint16_t pixel_rows = params.pixel_rows;
   auto* const residual = reinterpret_cast<float2*>(params.residual);
-  ForPixels(params.camera.width, params.camera.height, stream, "Evidence",
+  ForPixels(params.camera.width, params.camera.height, stream_, "Evidence",
             [=] __device__(int x, int y, int64_t i) {
               float2 out = {0, 0};
               if (pixel_rows >> (y % kTileSize) & 1) {
@@ -163,20 +167,10 @@ void Evidence(const EvidenceParams& params, cudaStream_t stream) {
             });
 }
 
-void GatherRows(const CudaViewGeometry& view, const float* of, int32_t channels, float* values,
-                cudaStream_t stream) {
-  const int32_t* const gaussians = view.rows();
-  ForEach(view.num_rows() * channels, stream, "GatherRows", [=] __device__(int64_t i) {
-    values[i] = of[int64_t(gaussians[i / channels]) * channels + i % channels];
-  });
-}
+}  // namespace
 
-void AddRows(const CudaViewGeometry& view, const float* values, int32_t channels, float* sums,
-             cudaStream_t stream) {
-  const int32_t* const gaussians = view.rows();  // distinct
-  ForEach(view.num_rows() * channels, stream, "AddRows", [=] __device__(int64_t i) {
-    sums[int64_t(gaussians[i / channels]) * channels + i % channels] += values[i];
-  });
+std::unique_ptr<MaskOps> MakeMaskOps(cudaStream_t stream) {
+  return std::make_unique<CudaMaskOps>(stream);
 }
 
 }  // namespace retint::cuda

@@ -1,25 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The refit's steps on the pixels of a region or of a box.
-#include <stdexcept>
-
 #include "kernels/common/loss.h"
-#include "kernels/cuda/blend.cuh"
+#include "kernels/common/quantize.h"
+#include "kernels/cuda/geometry.cuh"
+#include "kernels/cuda/groups.cuh"
+#include "kernels/cuda/image_loss.cuh"
 #include "kernels/cuda/launch.cuh"
-#include "kernels/cuda/ops.cuh"
 
 namespace retint::cuda {
 namespace {
 
 constexpr int kTilePixels = kTileSize * kTileSize;
-
-// mask * (delta y + offset): what the edit adds to a colour.
-__device__ void EditChange(const ColorMap& map, float mask, const float* color, float* change) {
-#pragma unroll
-  for (int c = 0; c < 3; ++c) {
-    change[c] = mask * (map.delta[3 * c] * color[0] + map.delta[3 * c + 1] * color[1] +
-                        map.delta[3 * c + 2] * color[2] + map.offset[c]);
-  }
-}
 
 // Pixels of a region, numbered tile by tile; -1 past the image's edge.
 struct RegionPixels {
@@ -41,7 +32,6 @@ struct RegionPixels {
 };
 
 RegionPixels PixelsOf(const CudaViewGeometry& view) {
-  if (!view.is_region) throw std::invalid_argument("needs a region");
   return {view.tile_ids.data(), view.tiles_x(), view.camera().width, view.camera().height,
           view.pixel_rows()};
 }
@@ -75,108 +65,103 @@ void ForBox(const int32_t* box, cudaStream_t stream, const char* name, const Bod
           [=] __device__(int64_t i) { body(x0 + int(i % width), y0 + int(i / width), i); });
 }
 
-}  // namespace
+class CudaRefitOps : public RefitOps {
+ public:
+  explicit CudaRefitOps(cudaStream_t stream) : stream_(stream) {}
+  void DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override;
+  void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
+  void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
+  void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
+  ImageLossValue DoImageLoss(const ImageLossParams& params) override;
+  void DoPackBox(const PackBoxParams& params) override;
+  void DoUnpackBox(const PackBoxParams& params) override;
+  void DoEditImage(const EditImageParams& params) override;
 
-void RegionTarget(const CudaViewGeometry& view, const RegionTargetParams& params,
-                  cudaStream_t stream) {
-  const RegionPixels pixels = PixelsOf(view);
+ private:
+  cudaStream_t stream_;
+};
+
+void CudaRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) {
+  const RegionPixels pixels = PixelsOf(Own(view));
   const float* source = params.source ? params.source : params.render;
   const float scale = 1 / params.unit;
-  ForEach(CountOf(view), stream, "RegionTarget", [=] __device__(int64_t i) {
+  ForEach(CountOf(Own(view)), stream_, "RegionTarget", [=] __device__(int64_t i) {
     const int64_t p = pixels.Pixel(i);
-    float change[3] = {};
     if (params.weights) {
       const bool counts = p >= 0 && !pixels.IsLeftOut(i);
       params.weights[i] =
           counts ? PixelWeight(params.mask[p], params.inside_weight, params.outside_weight) : 0;
     }
+    float edited[3] = {}, render[3] = {};
     if (p >= 0) {
-      EditChange(params.map, float(params.mask[p]) * (1.0f / 255), source + 3 * p, change);
-      for (int c = 0; c < 3; ++c) change[c] += source[3 * p + c] - params.render[3 * p + c];
+      ApplyColorMap(params.map, params.mask[p], source + 3 * p, edited);
+      for (int c = 0; c < 3; ++c) render[c] = params.render[3 * p + c];
     }
     for (int c = 0; c < 3; ++c) {
-      const float steps = fminf(fmaxf(change[c] * scale, -32767.0f), 32767.0f);
-      params.target[3 * i + c] = int16_t(__float2int_rn(steps));
+      params.target[3 * i + c] = ToSignedSteps(edited[c] - render[c], scale);
     }
   });
 }
 
-void RegionResidual(const CudaViewGeometry& view, const RegionResidualParams& params,
-                    cudaStream_t stream) {
-  const RegionPixels pixels = PixelsOf(view);
-  const int64_t count = CountOf(view);
+void CudaRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
+  const RegionPixels pixels = PixelsOf(Own(view));
+  const int64_t count = CountOf(Own(view));
   if (count == 0) return;
   const unsigned blocks = BlocksUpTo(2048, count, 256);
-  ResidualKernel<<<blocks, 256, 0, stream>>>(count, pixels, params);
+  ResidualKernel<<<blocks, 256, 0, stream_>>>(count, pixels, params);
   Check(cudaGetLastError(), "RegionResidual");
 }
 
-void RegionAdd(const CudaViewGeometry& view, float* image, const float* delta,
-               cudaStream_t stream) {
-  const RegionPixels pixels = PixelsOf(view);
-  ForEach(CountOf(view), stream, "RegionAdd", [=] __device__(int64_t i) {
+void CudaRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) {
+  const RegionPixels pixels = PixelsOf(Own(view));
+  ForEach(CountOf(Own(view)), stream_, "RegionAdd", [=] __device__(int64_t i) {
     const int64_t p = pixels.Pixel(i);
     if (p < 0) return;
     for (int c = 0; c < 3; ++c) image[3 * p + c] += delta[3 * p + c];
   });
 }
 
-void RegionWeightImage(const CudaViewGeometry& view, const uint8_t* weights, float* image,
-                       cudaStream_t stream) {
-  const RegionPixels pixels = PixelsOf(view);
+void CudaRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights,
+                                       float* image) {
+  const RegionPixels pixels = PixelsOf(Own(view));
   const size_t bytes = size_t(view.camera().width) * size_t(view.camera().height) * sizeof(float);
-  Check(cudaMemsetAsync(image, 0, bytes, stream), "cudaMemsetAsync");
-  ForEach(CountOf(view), stream, "RegionWeightImage", [=] __device__(int64_t i) {
+  Check(cudaMemsetAsync(image, 0, bytes, stream_), "cudaMemsetAsync");
+  ForEach(CountOf(Own(view)), stream_, "RegionWeightImage", [=] __device__(int64_t i) {
     const int64_t p = pixels.Pixel(i);
     if (p >= 0) image[p] = float(weights[i]) * (1.0f / 255);
   });
 }
 
-void AccumulateShares(const CudaViewGeometry& view, const uint8_t* mask, double* sums,
-                      cudaStream_t stream) {
-  if (view.is_region) throw std::invalid_argument("shares need a whole view");
-  const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
-  const int64_t rows = view.num_rows();
-  if (rows == 0) return;
-  Scratch<float2> residual(stream, size_t(pixels)), of_rows(stream, size_t(rows));
-  float2* to = residual.data();
-  ForEach(pixels, stream, "AccumulateShares", [=] __device__(int64_t p) {
-    to[p] = {float(mask[p]) / 255.0f, 1.0f};
-  });
-  BlendTranspose(view, {&residual.data()->x, 2, &of_rows.data()->x}, stream);
-  const int32_t* gaussians = view.rows();
-  const float2* from = of_rows.data();
-  ForEach(rows, stream, "AccumulateShares", [=] __device__(int64_t r) {
-    double* sum = sums + 2 * int64_t(gaussians[r]);  // rows are distinct
-    sum[0] += double(from[r].x);
-    sum[1] += double(from[r].y);
-  });
+ImageLossValue CudaRefitOps::DoImageLoss(const ImageLossParams& params) {
+  return cuda::ImageLoss(params, stream_);
 }
 
-void PackBox(const PackBoxParams& params, cudaStream_t stream) {
+void CudaRefitOps::DoPackBox(const PackBoxParams& params) {
   const float scale = 1 / params.unit;
-  ForBox(params.box, stream, "PackBox", [=] __device__(int x, int y, int64_t i) {
+  ForBox(params.box, stream_, "PackBox", [=] __device__(int x, int y, int64_t i) {
     const float* from = params.image + (int64_t(y) * params.width + x) * 3;
-    for (int c = 0; c < 3; ++c) {
-      params.packed[3 * i + c] = uint16_t(fminf(fmaxf(from[c] * scale + 0.5f, 0.0f), 65535.0f));
-    }
+    for (int c = 0; c < 3; ++c) params.packed[3 * i + c] = ToSteps(from[c], scale);
   });
 }
 
-void UnpackBox(const PackBoxParams& params, cudaStream_t stream) {
-  ForBox(params.box, stream, "UnpackBox", [=] __device__(int x, int y, int64_t i) {
+void CudaRefitOps::DoUnpackBox(const PackBoxParams& params) {
+  ForBox(params.box, stream_, "UnpackBox", [=] __device__(int x, int y, int64_t i) {
     float* to = params.image + (int64_t(y) * params.width + x) * 3;
     for (int c = 0; c < 3; ++c) to[c] = float(params.packed[3 * i + c]) * params.unit;
   });
 }
 
-void EditImage(const EditImageParams& params, cudaStream_t stream) {
-  ForBox(params.box, stream, "EditImage", [=] __device__(int x, int y, int64_t) {
+void CudaRefitOps::DoEditImage(const EditImageParams& params) {
+  ForBox(params.box, stream_, "EditImage", [=] __device__(int x, int y, int64_t) {
     const int64_t p = int64_t(y) * params.width + x;
-    float change[3];
-    EditChange(params.map, float(params.mask[p]) * (1.0f / 255), params.image + 3 * p, change);
-    for (int c = 0; c < 3; ++c) params.out[3 * p + c] = params.image[3 * p + c] + change[c];
+    ApplyColorMap(params.map, params.mask[p], params.image + 3 * p, params.out + 3 * p);
   });
+}
+
+}  // namespace
+
+std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream) {
+  return std::make_unique<CudaRefitOps>(stream);
 }
 
 }  // namespace retint::cuda

@@ -3,7 +3,6 @@
 // active entry, or, where memory allows, the active Gaussians' weights themselves.
 #include <array>
 #include <bit>
-#include <stdexcept>
 #include <utility>
 
 #include "kernels/cuda/scan.cuh"
@@ -281,9 +280,8 @@ void CopyLists(const CudaViewGeometry& view, const Restriction& found, CudaViewG
 std::shared_ptr<CudaViewGeometry> RestrictTo(const CudaViewGeometry& view, const uint8_t* active,
                                              size_t budget_bytes, float min_weight,
                                              cudaStream_t stream) {
-  if (view.is_region) throw std::invalid_argument("a region cannot be restricted again");
   auto region = std::make_shared<CudaViewGeometry>(stream);
-  region->is_region = true;
+  region->SetRegion();
   region->SetShape(view.camera(), 0);
   if (view.num_rows() == 0) return region;
   const Restriction found = FindTiles(view, active, region.get(), stream);
@@ -297,7 +295,7 @@ std::shared_ptr<CudaViewGeometry> RestrictTo(const CudaViewGeometry& view, const
 
 std::span<const int32_t> CudaViewGeometry::tiles() const {
   std::call_once(tiles_once_, [&] {
-    if (is_region) {
+    if (is_region()) {
       host_tiles_.resize(tile_ids.size());
       Check(cudaMemcpyAsync(host_tiles_.data(), tile_ids.data(), tile_ids.bytes(),
                             cudaMemcpyDeviceToHost, stream_),

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Adam, the vector algebra of the solvers, and the 16x16 blocks: half a warp a block, a row a lane.
 #include <cmath>
-#include <stdexcept>
+#include <type_traits>
 
 #include "kernels/common/sh.h"
+#include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/launch.cuh"
-#include "kernels/cuda/ops.cuh"
+#include "kernels/cuda/scan.cuh"
 
 namespace retint::cuda {
 namespace {
@@ -104,10 +105,8 @@ void WithBlockSize(int k, const Function& function) {
       return function(std::integral_constant<int, 4>());
     case 9:
       return function(std::integral_constant<int, 9>());
-    case 16:
-      return function(std::integral_constant<int, 16>());
     default:
-      throw std::invalid_argument("k must be 1, 4, 9 or 16");
+      return function(std::integral_constant<int, 16>());
   }
 }
 
@@ -120,14 +119,77 @@ __global__ void DotKernel(const float* x, const float* y, int64_t count, double*
   AddOverBlock(sum, total);
 }
 
-}  // namespace
+class CudaSolveOps : public SolveOps {
+ public:
+  explicit CudaSolveOps(cudaStream_t stream) : stream_(stream) {}
+  void DoAddRidge(const AddRidgeParams& params) override;
+  void DoFactorBlocks(const FactorBlocksParams& params) override;
+  void DoSolveBlocks(const SolveBlocksParams& params) override;
+  void DoApplyRidge(const ApplyRidgeParams& params) override;
+  void DoLinearCombination(const LinearCombinationParams& params) override;
+  double DoDot(const float* x, const float* y, int64_t count) override;
+  void DoAdam(const AdamParams& params) override;
 
-void Adam(const AdamParams& params, cudaStream_t stream) {
+ private:
+  cudaStream_t stream_;
+};
+
+void CudaSolveOps::DoAddRidge(const AddRidgeParams& params) {
+  ForEach(params.count, stream_, "AddRidge", [=] __device__(int64_t b) {
+    float* block = params.blocks + b * (params.k * (params.k + 1) / 2);
+    const float weight = block[0] / (kShC0 * kShC0);
+    params.weights[b] = weight;
+    for (int i = 0; i < params.k; ++i) block[i * (i + 1) / 2 + i] += params.ridge[i] * weight;
+  });
+}
+
+void CudaSolveOps::DoFactorBlocks(const FactorBlocksParams& params) {
+  WithBlockSize(params.k, [&](auto k) {
+    if (params.count <= 0) return;
+    FactorKernel<k()><<<Blocks(params.count * kLanes, kThreads), kThreads, 0, stream_>>>(params);
+    Check(cudaGetLastError(), "FactorBlocks");
+  });
+}
+
+void CudaSolveOps::DoSolveBlocks(const SolveBlocksParams& params) {
+  WithBlockSize(params.k, [&](auto k) {
+    if (params.count <= 0) return;
+    SolveKernel<k()><<<Blocks(params.count * kLanes, kThreads), kThreads, 0, stream_>>>(params);
+    Check(cudaGetLastError(), "SolveBlocks");
+  });
+}
+
+void CudaSolveOps::DoApplyRidge(const ApplyRidgeParams& params) {
+  ForEach(params.count * params.k * 3, stream_, "ApplyRidge", [=] __device__(int64_t i) {
+    const int64_t coefficient = i / 3, block = coefficient / params.k;
+    params.out[i] +=
+        params.scale * params.ridge[coefficient % params.k] * params.weights[block] * params.x[i];
+  });
+}
+
+void CudaSolveOps::DoLinearCombination(const LinearCombinationParams& params) {
+  ForEach(params.count, stream_, "LinearCombination", [=] __device__(int64_t i) {
+    params.out[i] = params.a * params.x[i] + params.b * params.y[i];
+  });
+}
+
+double CudaSolveOps::DoDot(const float* x, const float* y, int64_t count) {
+  Scratch<double> sum(stream_, 1);
+  Check(cudaMemsetAsync(sum.data(), 0, sum.bytes(), stream_), "cudaMemsetAsync");
+  if (count > 0) {
+    const unsigned blocks = BlocksUpTo(1024, count, 256);
+    DotKernel<<<blocks, 256, 0, stream_>>>(x, y, count, sum.data());
+    Check(cudaGetLastError(), "Dot");
+  }
+  return std::get<0>(ReadBack(stream_, sum.data()));
+}
+
+void CudaSolveOps::DoAdam(const AdamParams& params) {
   const double correction1 = 1 - std::pow(double(params.beta1), double(params.step));
   const double correction2 = 1 - std::pow(double(params.beta2), double(params.step));
   const float rate = float(params.learning_rate / correction1);
   const float root = float(1 / std::sqrt(correction2));
-  ForEach(params.count, stream, "Adam", [=] __device__(int64_t i) {
+  ForEach(params.count, stream_, "Adam", [=] __device__(int64_t i) {
     const float g = params.gradients[i];
     const float m = params.beta1 * params.m[i] + (1 - params.beta1) * g;
     const float v = params.beta2 * params.v[i] + (1 - params.beta2) * g * g;
@@ -137,50 +199,10 @@ void Adam(const AdamParams& params, cudaStream_t stream) {
   });
 }
 
-void FactorBlocks(const FactorBlocksParams& params, cudaStream_t stream) {
-  WithBlockSize(params.k, [&](auto k) {
-    if (params.count <= 0) return;
-    FactorKernel<k()><<<Blocks(params.count * kLanes, kThreads), kThreads, 0, stream>>>(params);
-    Check(cudaGetLastError(), "FactorBlocks");
-  });
-}
+}  // namespace
 
-void SolveBlocks(const SolveBlocksParams& params, cudaStream_t stream) {
-  WithBlockSize(params.k, [&](auto k) {
-    if (params.count <= 0) return;
-    SolveKernel<k()><<<Blocks(params.count * kLanes, kThreads), kThreads, 0, stream>>>(params);
-    Check(cudaGetLastError(), "SolveBlocks");
-  });
-}
-
-void AddRidge(const AddRidgeParams& params, cudaStream_t stream) {
-  ForEach(params.count, stream, "AddRidge", [=] __device__(int64_t b) {
-    float* block = params.blocks + b * (params.k * (params.k + 1) / 2);
-    const float weight = block[0] / (kShC0 * kShC0);
-    params.weights[b] = weight;
-    for (int i = 0; i < params.k; ++i) block[i * (i + 1) / 2 + i] += params.ridge[i] * weight;
-  });
-}
-
-void ApplyRidge(const ApplyRidgeParams& params, cudaStream_t stream) {
-  ForEach(params.count * params.k * 3, stream, "ApplyRidge", [=] __device__(int64_t i) {
-    const int64_t coefficient = i / 3, block = coefficient / params.k;
-    params.out[i] +=
-        params.scale * params.ridge[coefficient % params.k] * params.weights[block] * params.x[i];
-  });
-}
-
-void LinearCombination(const LinearCombinationParams& params, cudaStream_t stream) {
-  ForEach(params.count, stream, "LinearCombination", [=] __device__(int64_t i) {
-    params.out[i] = params.a * params.x[i] + params.b * params.y[i];
-  });
-}
-
-void Dot(const float* x, const float* y, int64_t count, double* sum, cudaStream_t stream) {
-  if (count <= 0) return;
-  const unsigned blocks = BlocksUpTo(1024, count, 256);
-  DotKernel<<<blocks, 256, 0, stream>>>(x, y, count, sum);
-  Check(cudaGetLastError(), "Dot");
+std::unique_ptr<SolveOps> MakeSolveOps(cudaStream_t stream) {
+  return std::make_unique<CudaSolveOps>(stream);
 }
 
 }  // namespace retint::cuda

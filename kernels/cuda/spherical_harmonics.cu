@@ -3,8 +3,9 @@
 
 #include <type_traits>
 
+#include "kernels/cuda/geometry.cuh"
+#include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/launch.cuh"
-#include "kernels/cuda/ops.cuh"
 
 namespace retint::cuda {
 namespace {
@@ -25,10 +26,13 @@ struct Entries {
 };
 
 template <typename Params>
-Entries EntriesOf(const CudaModel& model, const Params& params) {
-  Entries out{params.rows,        params.slots,
-              model.means.data(), {params.center[0], params.center[1], params.center[2]},
-              model.sh_degree(),  model.num_sh_coeffs()};
+Entries EntriesOf(const Model& model, const Params& params) {
+  Entries out{params.rows,
+              params.slots,
+              Own(model).means.data(),
+              {params.center[0], params.center[1], params.center[2]},
+              model.sh_degree(),
+              model.num_sh_coeffs()};
   return out;
 }
 
@@ -148,11 +152,20 @@ void WithCoefficients(int k, const Function& function) {
   }
 }
 
-}  // namespace
+class CudaShOps : public ShOps {
+ public:
+  explicit CudaShOps(cudaStream_t stream) : stream_(stream) {}
+  void DoEvalSh(const Model& model, const EvalShParams& params) override;
+  void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) override;
+  void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override;
 
-void EvalSh(const CudaModel& model, const EvalShParams& params, cudaStream_t stream) {
+ private:
+  cudaStream_t stream_;
+};
+
+void CudaShOps::DoEvalSh(const Model& model, const EvalShParams& params) {
   const Entries entries = EntriesOf(model, params);
-  ForEach(params.count, stream, "EvalSh", [=] __device__(int64_t i) {
+  ForEach(params.count, stream_, "EvalSh", [=] __device__(int64_t i) {
     const int64_t slot = entries.Slot(i);
     float* color = params.colors + params.stride * i;
     if (slot < 0) {
@@ -168,44 +181,28 @@ void EvalSh(const CudaModel& model, const EvalShParams& params, cudaStream_t str
   });
 }
 
-void EvalShTranspose(const CudaModel& model, const EvalShTransposeParams& params,
-                     cudaStream_t stream) {
+void CudaShOps::DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) {
   if (params.count <= 0) return;
   const Entries entries = EntriesOf(model, params);
   WithCoefficients(entries.k, [&](auto k) {
-    TransposeKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream>>>(entries, params);
+    TransposeKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream_>>>(entries, params);
     Check(cudaGetLastError(), "EvalShTranspose");
   });
 }
 
-void ShTangent(const CudaModel& model, const ShTangentParams& params, cudaStream_t stream) {
-  const Entries entries = EntriesOf(model, params);
-  ForEach(params.count, stream, "ShTangent", [=] __device__(int64_t i) {
-    const int64_t slot = entries.Slot(i);
-    float* out = params.tangents + 3 * i;
-    float3 sum = {0, 0, 0};
-    if (slot >= 0) {
-      float basis[kMaxShCoeffs];
-      entries.Basis(i, basis);
-      sum = Contract(basis, params.direction + slot * 3 * entries.k, entries.k);
-      if (params.colors) {
-        if (!(params.colors[3 * i] > 0)) sum.x = 0;
-        if (!(params.colors[3 * i + 1] > 0)) sum.y = 0;
-        if (!(params.colors[3 * i + 2] > 0)) sum.z = 0;
-      }
-    }
-    out[0] = sum.x, out[1] = sum.y, out[2] = sum.z;
-  });
-}
-
-void AccumulateBlocks(const CudaModel& model, const AccumulateBlocksParams& params,
-                      cudaStream_t stream) {
+void CudaShOps::DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) {
   if (params.count <= 0) return;
   const Entries entries = EntriesOf(model, params);
   WithCoefficients(entries.k, [&](auto k) {
-    BlocksKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream>>>(entries, params);
+    BlocksKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream_>>>(entries, params);
     Check(cudaGetLastError(), "AccumulateBlocks");
   });
+}
+
+}  // namespace
+
+std::unique_ptr<ShOps> MakeShOps(cudaStream_t stream) {
+  return std::make_unique<CudaShOps>(stream);
 }
 
 }  // namespace retint::cuda

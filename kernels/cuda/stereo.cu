@@ -2,15 +2,15 @@
 // The small stages of stereo: luma, quantiles, inverses and the fusion of pairs.
 #include "kernels/cuda/stereo.cuh"
 
-#include <stdexcept>
+#include <algorithm>
 
+#include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/scan.cuh"
 
 namespace retint::cuda {
 namespace {
 
-constexpr int kMaxQuantiles = 8;
 struct Fractions {
   double value[kMaxQuantiles];
   int count;
@@ -87,17 +87,10 @@ class CudaStereoOps : public StereoOps {
  public:
   explicit CudaStereoOps(cudaStream_t stream) : stream_(stream) {}
 
-  std::vector<float> PositiveQuantiles(const float* values, int64_t count,
-                                       std::span<const double> fractions) override {
-    if (fractions.size() > size_t(kMaxQuantiles)) throw std::invalid_argument("too many quantiles");
+  std::vector<float> DoPositiveQuantiles(const float* values, int64_t count,
+                                         std::span<const double> fractions) override {
     Fractions wanted{{}, int(fractions.size())};
-    for (size_t i = 0; i < fractions.size(); ++i) {
-      if (!(fractions[i] >= 0 && fractions[i] <= 1)) {
-        throw std::invalid_argument("quantiles lie in [0, 1]");
-      }
-      wanted.value[i] = fractions[i];
-    }
-    if (count <= 0) return {};
+    std::copy(fractions.begin(), fractions.end(), wanted.value);
     Scratch<uint32_t> bits(stream_, size_t(count)), sorted(stream_, size_t(count));
     uint32_t* const to = bits.data();
     ForEach(count, stream_, "PositiveBits",
@@ -114,33 +107,32 @@ class CudaStereoOps : public StereoOps {
     return {found.values.value, found.values.value + fractions.size()};
   }
 
-  void Gray(const float* rgb, int64_t pixels, float* gray) override {
+  void DoGray(const float* rgb, int64_t pixels, float* gray) override {
     ForEach(pixels, stream_, "Gray", [=] __device__(int64_t i) {
       gray[i] =
           0.299f * Unit(rgb[3 * i]) + 0.587f * Unit(rgb[3 * i + 1]) + 0.114f * Unit(rgb[3 * i + 2]);
     });
   }
 
-  void Invert(const float* values, const float* otherwise, int64_t count, float scale,
-              float* out) override {
+  void DoInvert(const float* values, const float* otherwise, int64_t count, float scale,
+                float* out) override {
     ForEach(count, stream_, "Invert", [=] __device__(int64_t i) {
       const float value = values[i];
       out[i] = value > 0 ? scale / value : otherwise ? otherwise[i] : -1.0f;
     });
   }
 
-  void Match(const StereoMatchParams& params) override { MatchStereo(params, stream_); }
+  void DoMatch(const StereoMatchParams& params) override { MatchStereo(params, stream_); }
 
-  void Fuse(const StereoFuseParams& params) override {
-    if (params.num_pairs < 1 || params.num_pairs > kMaxStereoViews) {
-      throw std::invalid_argument("fusion takes 1 to 4 pairs");
-    }
+  void DoFuse(const StereoFuseParams& params) override {
     ForEach(params.pixels, stream_, "Fuse",
             [=] __device__(int64_t i) { params.disparity[i] = FusePixel(params, i); });
   }
 
-  void Arbitrate(const StereoArbitrateParams& params) override { ArbitrateStereo(params, stream_); }
-  void Refine(const StereoRefineParams& params) override { RefineStereo(params, stream_); }
+  void DoArbitrate(const StereoArbitrateParams& params) override {
+    ArbitrateStereo(params, stream_);
+  }
+  void DoRefine(const StereoRefineParams& params) override { RefineStereo(params, stream_); }
 
  private:
   cudaStream_t stream_;

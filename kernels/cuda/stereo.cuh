@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stages of kernels/stereo.h on a stream.
+// The stages of kernels/stereo_ops.h on a stream.
 #pragma once
-
-#include <memory>
 
 #include "kernels/common/stereo.h"
 #include "kernels/cuda/device.cuh"
 
 namespace retint::cuda {
-
-std::unique_ptr<StereoOps> MakeStereoOps(cudaStream_t stream);
 
 void MatchStereo(const StereoMatchParams& params, cudaStream_t stream);
 void ArbitrateStereo(const StereoArbitrateParams& params, cudaStream_t stream);

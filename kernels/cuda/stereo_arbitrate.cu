@@ -194,7 +194,6 @@ __global__ void __launch_bounds__(256)
 }  // namespace
 
 void ArbitrateStereo(const StereoArbitrateParams& in, cudaStream_t stream) {
-  RequireViews(in.reference, in.shifted, in.num_shifted, in.width, in.height);
   const int width = in.width, height = in.height;
   const size_t pixels = size_t(width) * size_t(height);
   Scratch<float2> range(stream, pixels);

@@ -317,7 +317,6 @@ void Census(const MatcherAxes& at, const StereoView& view, int offset_x, int off
 }  // namespace
 
 void MatchStereo(const StereoMatchParams& params, cudaStream_t stream) {
-  RequireMatch(params);
   const StereoView& shifted = params.shifted;
   const MatcherAxes at = AxesOf(shifted);
   const size_t pixels = size_t(at.width) * size_t(at.height);

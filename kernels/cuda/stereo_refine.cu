@@ -156,7 +156,6 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
 }  // namespace
 
 void RefineStereo(const StereoRefineParams& in, cudaStream_t stream) {
-  RequireViews(in.reference, in.shifted, in.num_shifted, in.width, in.height);
   const int width = in.width, height = in.height;
   const size_t pixels = size_t(width) * size_t(height);
   Scratch<uint8_t> smooth(stream, pixels);

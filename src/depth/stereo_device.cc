@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "depth/stereo_pairs.h"
-#include "kernels/stereo.h"
+#include "kernels/stereo_ops.h"
 
 namespace retint {
 namespace {
@@ -24,7 +24,7 @@ Plate MakePlate(Renderer& renderer, const PosedCamera& camera, const PixelRect& 
   plate.rgb = renderer.RenderOnDevice(CropCamera(camera, rect), request).rgb;
   const size_t pixels = size_t(rect.width) * size_t(rect.height);
   plate.gray = renderer.backend().Allocate<float>(pixels);
-  renderer.backend().Stereo()->Gray(plate.rgb.data(), int64_t(pixels), plate.gray.data());
+  renderer.backend().stereo()->Gray(plate.rgb.data(), int64_t(pixels), plate.gray.data());
   plate.view = {plate.rgb.data(), plate.gray.data(), rect.x, rect.y, rect.width, rect.height, 0, 0};
   return plate;
 }
@@ -44,7 +44,7 @@ std::optional<DepthEstimate> EstimateStereoOnDevice(Renderer& renderer, const Po
                                                     const StereoHvOptions& options,
                                                     Monitor& monitor) {
   Backend& backend = renderer.backend();
-  StereoOps& stereo = *backend.Stereo();
+  StereoOps& stereo = *backend.stereo();
   const std::vector<Shift> shifts = ShiftsOf(options);
   const double steps = 3 + 2 * double(shifts.size());
   double done = 0;

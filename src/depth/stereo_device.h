@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to depth: Stereo-HV by the operations of kernels/stereo.h, from the renders to the depth
-// map in backend memory. The stages are those of stereo_pairs.h.
+// Internal to depth: Stereo-HV by the operations of kernels/stereo_ops.h, from the renders to the
+// depth map in backend memory. The stages are those of stereo_pairs.h.
 #pragma once
 
 #include <optional>

@@ -104,7 +104,7 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
 StereoHvEstimator::~StereoHvEstimator() = default;
 
 DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
-  if (census_ && renderer_.backend().Stereo()) {
+  if (census_ && renderer_.backend().stereo()) {
     try {
       if (auto found = EstimateStereoOnDevice(renderer_, view, options_, monitor)) return *found;
     } catch (const std::bad_alloc&) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
 // along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
-// and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo.h) or by
+// and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo_ops.h) or by
 // OpenCV's StereoSGBM. Where the renderer's backend can, all of it happens in its memory.
 #pragma once
 
@@ -22,7 +22,7 @@ enum class StereoAggregate {
 
 enum class StereoMatcherKind {
   kCensus,  // semi-global matching of census transforms, the same on every backend; where more than
-            // kMaxStereoCount disparities are searched, kSgbm (kernels/stereo.h)
+            // kMaxStereoCount disparities are searched, kSgbm (kernels/stereo_ops.h)
   kSgbm,    // OpenCV's StereoSGBM, on the host whatever the backend
 };
 

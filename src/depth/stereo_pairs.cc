@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "kernels/stereo.h"
+#include "kernels/stereo_ops.h"
 
 namespace retint {
 namespace {

@@ -79,10 +79,10 @@ void AdamSolver::Evaluate(size_t index) {
   box.unit = RefitProblem::kBoxUnit;
   box.image = image;
   box.packed = view->render.data();
-  backend.UnpackBox(box);
+  backend.refit().UnpackBox(box);
   box.image = target;
   if (!view->photo.empty()) box.packed = view->photo.data();
-  backend.UnpackBox(box);
+  backend.refit().UnpackBox(box);
   EditImageParams edit{};
   edit.image = target;
   edit.mask = view->mask.data();
@@ -91,10 +91,10 @@ void AdamSolver::Evaluate(size_t index) {
   edit.height = camera.height;
   std::copy_n(view->box.begin(), 4, edit.box);
   edit.out = target;
-  backend.EditImage(edit);
+  backend.refit().EditImage(edit);
 
   problem_.BlendChange(*view, values_.data(), colors, change, delta);
-  backend.RegionAdd(*view->region, image, delta);
+  backend.refit().RegionAdd(*view->region, image, delta);
 
   ImageLossParams loss{};
   loss.image = image;
@@ -105,7 +105,7 @@ void AdamSolver::Evaluate(size_t index) {
   std::copy_n(view->roi.begin(), 4, loss.roi);
   loss.gradient = delta;
   loss.loss = recent_loss_.data();
-  backend.ImageLoss(loss);
+  backend.refit().ImageLoss(loss);
   backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
   problem_.AddGradient(*view, delta, colors, change, gradient_.data());
 }
@@ -129,7 +129,7 @@ bool AdamSolver::Iterate(Monitor& monitor) {
   adam.beta1 = kBeta1;
   adam.beta2 = kBeta2;
   adam.epsilon = kEpsilon;
-  problem_.backend().Adam(adam);
+  problem_.backend().solve().Adam(adam);
   const int in_interval = (iterations_ - 1) % kLossInterval + 1;
   if (in_interval == kLossInterval || iterations_ == limit) {
     Backend& backend = problem_.backend();

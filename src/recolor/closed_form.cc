@@ -53,7 +53,8 @@ std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>
     const auto& pixels = targets[v].mask->data;
     if (mask.size() < pixels.size()) mask = backend.Allocate<uint8_t>(pixels.size());
     backend.CopyToDevice(mask.data(), pixels.data(), pixels.size());
-    backend.AccumulateShares(*renderer.Geometry(targets[v].camera), mask.data(), sums.data());
+    backend.blend().AccumulateShares(*renderer.Geometry(targets[v].camera), mask.data(),
+                                     sums.data());
   }
   const auto found = backend.Download(sums.data(), sums.size());
   std::vector<float> shares(count, 0.0f);

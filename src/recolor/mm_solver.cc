@@ -89,7 +89,7 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
     transpose.residual = scratch.images[0].data();
     transpose.channels = 1;
     transpose.result = scratch.features[0].data();
-    backend.BlendTranspose(*view->region, transpose);
+    backend.blend().BlendTranspose(*view->region, transpose);
     AccumulateBlocksParams blocks{};
     blocks.rows = view->region->rows();
     blocks.slots = view->slots.data();
@@ -97,7 +97,7 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
     blocks.weights = scratch.features[0].data();
     std::copy_n(camera.center, 3, blocks.center);
     blocks.blocks = factors_.data();
-    backend.AccumulateBlocks(problem_.model(), blocks);
+    backend.sh().AccumulateBlocks(problem_.model(), blocks);
   }
   AddRidgeParams ridge{};
   ridge.blocks = factors_.data();
@@ -105,12 +105,12 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
   ridge.count = int64_t(count);
   ridge.k = int32_t(k);
   std::copy_n(ridge_, kMaxShCoeffs, ridge.ridge);
-  backend.AddRidge(ridge);
+  backend.solve().AddRidge(ridge);
   FactorBlocksParams factor{};
   factor.blocks = factors_.data();
   factor.count = int64_t(count);
   factor.k = int32_t(k);
-  backend.FactorBlocks(factor);
+  backend.solve().FactorBlocks(factor);
 }
 
 void MmSolver::Combine(float a, const Buffer<float>& x, float b, const Buffer<float>& y,
@@ -122,11 +122,11 @@ void MmSolver::Combine(float a, const Buffer<float>& x, float b, const Buffer<fl
   params.b = b;
   params.out = out.data();
   params.count = int64_t(problem_.NumValues());
-  problem_.backend().LinearCombination(params);
+  problem_.backend().solve().LinearCombination(params);
 }
 
 double MmSolver::Dot(const Buffer<float>& x, const Buffer<float>& y) {
-  return problem_.backend().Dot(x.data(), y.data(), int64_t(problem_.NumValues()));
+  return problem_.backend().solve().Dot(x.data(), y.data(), int64_t(problem_.NumValues()));
 }
 
 void MmSolver::AddRidgeTerm(const Buffer<float>& x, float scale, Buffer<float>& out) {
@@ -138,7 +138,7 @@ void MmSolver::AddRidgeTerm(const Buffer<float>& x, float scale, Buffer<float>& 
   params.k = problem_.num_coeffs();
   params.scale = scale;
   std::copy_n(ridge_, kMaxShCoeffs, params.ridge);
-  problem_.backend().ApplyRidge(params);
+  problem_.backend().solve().ApplyRidge(params);
 }
 
 void MmSolver::Precondition(const Buffer<float>& rhs) {
@@ -148,7 +148,7 @@ void MmSolver::Precondition(const Buffer<float>& rhs) {
   params.solution = solution_.data();
   params.count = problem_.NumActive();
   params.k = problem_.num_coeffs();
-  problem_.backend().SolveBlocks(params);
+  problem_.backend().solve().SolveBlocks(params);
 }
 
 void MmSolver::Progress(Monitor& monitor, size_t view) const {
@@ -177,7 +177,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     residual.residual = image;
     residual.loss = loss_.data();
     residual.weights = view->weights.data();
-    backend.RegionResidual(*view->region, residual);
+    backend.refit().RegionResidual(*view->region, residual);
     if (with_gradient) problem_.AddGradient(*view, image, colors, change, gradient_.data());
   }
   double loss = 0;

@@ -122,13 +122,13 @@ class PairRenderer {
       std::copy_n(params.center, 3, eval.center);
       eval.colors = colors_.data() + 3 * which;
       eval.stride = 6;
-      backend.EvalSh(renderer_.model(), eval);
+      backend.sh().EvalSh(renderer_.model(), eval);
     }
     BlendParams blend{};
     blend.features = colors_.data();
     blend.channels = 6;
     blend.image = images_.data();
-    backend.Blend(*geometry, blend);
+    backend.blend().Blend(*geometry, blend);
     host_.resize(values);
     backend.CopyToHost(host_.data(), images_.data(), values * sizeof(float));
     return host_;

@@ -16,7 +16,7 @@ constexpr int kTilePixels = kTileSize * kTileSize;
 // The 11x11 window reaches 5 pixels; SSIM inside the region's bounds and its gradient reach twice
 // that.
 constexpr int kLossHalo = 10;
-// RestrictCompact() keeps at least every eighth row.
+// A compact region keeps at least every eighth row.
 constexpr double kMostRowsPerRow = 8;
 // Of what a view may keep; the rest is for its targets.
 constexpr double kWeightsShare = 0.8;
@@ -190,23 +190,21 @@ void RefitProblem::RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_r
   eval.sh = model().sh();
   std::copy_n(camera.center, 3, eval.center);
   eval.colors = Grow(scratch_.features[0], rows * 3);
-  backend().EvalSh(model(), eval);
+  backend().sh().EvalSh(model(), eval);
   BlendParams blend{};
   blend.features = eval.colors;
   blend.channels = 3;
   blend.image = scratch_.images[0].data();
   blend.pixel_rows = pixel_rows;
-  backend().Blend(geometry, blend);
+  backend().blend().Blend(geometry, blend);
 }
 
 RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   const auto geometry = renderer_.Geometry(target.camera);
   const CameraParams& camera = geometry->camera();
   RegionView view;
-  view.region = form_ == Targets::kRegions
-                    ? backend().RestrictCompact(*geometry, active_flags_.data(), budget,
-                                                float(options_.mm.min_weight))
-                    : backend().Restrict(*geometry, active_flags_.data(), budget);
+  const float min_weight = form_ == Targets::kRegions ? float(options_.mm.min_weight) : 0;
+  view.region = backend().blend().Restrict(*geometry, active_flags_.data(), budget, min_weight);
   const size_t rows = size_t(view.region->num_rows());
   if (rows == 0) return view;
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
@@ -221,7 +219,7 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   eval.sh = model().sh();
   std::copy_n(camera.center, 3, eval.center);
   eval.colors = view.base_colors.data();
-  backend().EvalSh(model(), eval);
+  backend().sh().EvalSh(model(), eval);
 
   if (mask_.size() < pixels) mask_ = backend().Allocate<uint8_t>(pixels);
   backend().CopyToDevice(mask_.data(), target.mask->data.data(), pixels);
@@ -253,11 +251,11 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   const int kept_rows = std::popcount(view.region->pixel_rows());
   params.inside_weight = float(double(kTileSize) / kept_rows / kMostRowsPerRow);
   params.outside_weight = params.inside_weight * float(options_.mm.outside_weight);
-  backend().RegionTarget(*view.region, params);
+  backend().refit().RegionTarget(*view.region, params);
 }
 
 void RefitProblem::WeightImage(const RegionView& view, float* image) {
-  backend().RegionWeightImage(*view.region, view.weights.data(), image);
+  backend().refit().RegionWeightImage(*view.region, view.weights.data(), image);
 }
 
 void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {
@@ -275,7 +273,7 @@ void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {
     std::copy_n(view.box.begin(), 4, params.box);
     params.packed = packed.data();
     params.unit = kBoxUnit;
-    backend().PackBox(params);
+    backend().refit().PackBox(params);
   };
   pack(scratch_.images[0].data(), view.render);
   if (target.photo) pack(photo_.data(), view.photo);
@@ -308,7 +306,7 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
   eval.sh = sh;
   std::copy_n(view.region->camera().center, 3, eval.center);
   eval.colors = colors;
-  backend().EvalSh(model(), eval);
+  backend().sh().EvalSh(model(), eval);
   LinearCombinationParams difference{};
   difference.x = colors;
   difference.y = view.base_colors.data();
@@ -316,13 +314,13 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
   difference.b = -1;
   difference.out = change;
   difference.count = view.region->num_rows() * 3;
-  backend().LinearCombination(difference);
+  backend().solve().LinearCombination(difference);
   BlendParams blend{};
   blend.features = change;
   blend.channels = 3;
   blend.image = image;
   blend.keep_outside = true;
-  backend().Blend(*view.region, blend);
+  backend().blend().Blend(*view.region, blend);
 }
 
 void RefitProblem::AddGradient(const RegionView& view, const float* residual, const float* colors,
@@ -331,7 +329,7 @@ void RefitProblem::AddGradient(const RegionView& view, const float* residual, co
   transpose.residual = residual;
   transpose.channels = 3;
   transpose.result = change;
-  backend().BlendTranspose(*view.region, transpose);
+  backend().blend().BlendTranspose(*view.region, transpose);
   EvalShTransposeParams params{};
   params.rows = view.region->rows();
   params.slots = view.slots.data();
@@ -340,7 +338,7 @@ void RefitProblem::AddGradient(const RegionView& view, const float* residual, co
   params.colors = colors;
   std::copy_n(view.region->camera().center, 3, params.center);
   params.gradient = gradient;
-  backend().EvalShTranspose(model(), params);
+  backend().sh().EvalShTranspose(model(), params);
 }
 
 }  // namespace retint

@@ -138,13 +138,13 @@ Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
     : backend_(std::move(backend)), options_(options), cache_(std::make_unique<Cache>()) {
   options_.Check();
   model.Validate();
-  model_ = backend_->UploadModel({.means = model.means.data(),
-                                  .quats_wxyz = model.quats_wxyz.data(),
-                                  .log_scales = model.log_scales.data(),
-                                  .opacity_logits = model.opacity_logits.data(),
-                                  .sh = model.sh.data(),
-                                  .count = static_cast<int64_t>(model.NumGaussians()),
-                                  .sh_degree = model.sh_degree});
+  model_ = backend_->blend().UploadModel({.means = model.means.data(),
+                                          .quats_wxyz = model.quats_wxyz.data(),
+                                          .log_scales = model.log_scales.data(),
+                                          .opacity_logits = model.opacity_logits.data(),
+                                          .sh = model.sh.data(),
+                                          .count = static_cast<int64_t>(model.NumGaussians()),
+                                          .sh_degree = model.sh_degree});
   cache_->background = backend_->Upload(std::span<const float>(options_.background));
 }
 
@@ -157,11 +157,11 @@ std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, 
   if (auto found = cache_->Find(params)) return found;
   std::shared_ptr<const ViewGeometry> geometry;
   try {
-    geometry = backend_->PrepareView(*model_, params);
+    geometry = backend_->blend().PrepareView(*model_, params);
   } catch (const std::bad_alloc&) {
     if (cache_->entries.empty()) throw;
     cache_->Clear();
-    geometry = backend_->PrepareView(*model_, params);
+    geometry = backend_->blend().PrepareView(*model_, params);
   }
   if (cache) cache_->Insert(params, geometry, options_.cache_bytes);
   return geometry;
@@ -180,7 +180,7 @@ void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) 
   eval.sh = model_->sh();
   std::copy_n(geometry.camera().center, 3, eval.center);
   eval.colors = colors;
-  backend_->EvalSh(*model_, eval);
+  backend_->sh().EvalSh(*model_, eval);
 
   BlendParams blend{};
   blend.features = colors;
@@ -188,7 +188,7 @@ void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) 
   blend.background = cache_->background.data();
   blend.image = rgb;
   blend.alpha = alpha;
-  backend_->Blend(geometry, blend);
+  backend_->blend().Blend(geometry, blend);
 }
 
 DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderRequest& request) {
@@ -212,7 +212,7 @@ DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderReque
     depth.alpha = alpha_left ? output.alpha.data() : nullptr;
     depth.threshold = request.median_threshold;
     depth.pixel_rows = request.pixel_rows;
-    backend_->Depth(*geometry, depth);
+    backend_->blend().Depth(*geometry, depth);
   }
   return output;
 }
@@ -245,7 +245,7 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
     depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
     depth.threshold = request.median_threshold;
     depth.pixel_rows = request.pixel_rows;
-    backend_->Depth(*geometry, depth);
+    backend_->blend().Depth(*geometry, depth);
     const auto fetch = [&](const float* plane, PixelArray<float, 1>& image) {
       if (!plane) return;
       image = PixelArray<float, 1>(width, height);
@@ -256,86 +256,6 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
     fetch(depth.alpha, output.alpha);
   }
   return output;
-}
-
-std::vector<float> Renderer::BlendFeatures(const PosedCamera& view, std::span<const float> features,
-                                           int channels) {
-  const size_t count = size_t(model_->count());
-  CheckOption(channels > 0, "BlendFeatures needs at least one channel");
-  CheckOption(features.size() == count * size_t(channels),
-              "BlendFeatures needs one value a Gaussian and channel");
-  const auto geometry = Geometry(view);
-  const size_t rows = size_t(geometry->num_rows());
-  const size_t pixels = size_t(geometry->camera().width) * size_t(geometry->camera().height);
-  const auto gaussians = backend_->Download(geometry->rows(), rows);
-  std::vector<float> result(pixels * size_t(channels));
-  // Channels are blended kMaxChannels at a time.
-  std::vector<float> packed, part;
-  for (int first = 0; first < channels; first += kMaxChannels) {
-    const int now = std::min(kMaxChannels, channels - first);
-    packed.resize(rows * size_t(now));
-    for (size_t row = 0; row < rows; ++row) {
-      const float* from = &features[size_t(gaussians[row]) * size_t(channels) + size_t(first)];
-      std::copy_n(from, now, &packed[row * size_t(now)]);
-    }
-    BlendParams blend{};
-    float* on_device = Cache::Grow(*backend_, cache_->features, packed.size());
-    backend_->CopyToDevice(on_device, packed.data(), packed.size() * sizeof(float));
-    blend.features = on_device;
-    blend.channels = now;
-    blend.image = Cache::Grow(*backend_, cache_->image, pixels * size_t(now));
-    backend_->Blend(*geometry, blend);
-    if (now == channels) {
-      backend_->CopyToHost(result.data(), blend.image, result.size() * sizeof(float));
-      break;
-    }
-    part.resize(pixels * size_t(now));
-    backend_->CopyToHost(part.data(), blend.image, part.size() * sizeof(float));
-    for (size_t i = 0; i < pixels; ++i) {
-      std::copy_n(&part[i * size_t(now)], now, &result[i * size_t(channels) + size_t(first)]);
-    }
-  }
-  return result;
-}
-
-std::vector<float> Renderer::BlendTransposeToGaussians(const PosedCamera& view,
-                                                       std::span<const float> residual,
-                                                       int channels, uint16_t pixel_rows) {
-  const auto geometry = Geometry(view);
-  const size_t pixels = size_t(geometry->camera().width) * size_t(geometry->camera().height);
-  CheckOption(channels > 0, "BlendTransposeToGaussians needs at least one channel");
-  CheckOption(residual.size() == pixels * size_t(channels),
-              "BlendTransposeToGaussians needs one value a pixel and channel");
-  const size_t rows = size_t(geometry->num_rows());
-  const auto gaussians = backend_->Download(geometry->rows(), rows);
-  std::vector<float> result(size_t(model_->count()) * size_t(channels), 0.0f);
-  std::vector<float> packed, part;
-  for (int first = 0; first < channels; first += kMaxChannels) {
-    const int now = std::min(kMaxChannels, channels - first);
-    const float* host = residual.data();
-    if (now != channels) {
-      packed.resize(pixels * size_t(now));
-      for (size_t i = 0; i < pixels; ++i) {
-        std::copy_n(&residual[i * size_t(channels) + size_t(first)], now, &packed[i * size_t(now)]);
-      }
-      host = packed.data();
-    }
-    BlendTransposeParams transpose{};
-    float* on_device = Cache::Grow(*backend_, cache_->image, pixels * size_t(now));
-    backend_->CopyToDevice(on_device, host, pixels * size_t(now) * sizeof(float));
-    transpose.residual = on_device;
-    transpose.channels = now;
-    transpose.pixel_rows = pixel_rows;
-    transpose.result = Cache::Grow(*backend_, cache_->features, rows * size_t(now));
-    backend_->BlendTranspose(*geometry, transpose);
-    part.resize(rows * size_t(now));
-    backend_->CopyToHost(part.data(), transpose.result, part.size() * sizeof(float));
-    for (size_t row = 0; row < rows; ++row) {
-      std::copy_n(part.data() + row * size_t(now), now,
-                  &result[size_t(gaussians[row]) * size_t(channels) + size_t(first)]);
-    }
-  }
-  return result;
 }
 
 void Renderer::SetSh(std::span<const float> sh) {

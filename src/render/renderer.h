@@ -34,7 +34,7 @@ struct RenderRequest {
   float median_threshold = 0.5f;  // transmittance at which depth_median is read, in (0, 1)
   bool cache = true;              // keep this view's geometry for later
   uint16_t pixel_rows =
-      kAllPixelRows;  // those wanted; see kernels/backend.h. Depth and alpha only.
+      kAllPixelRows;  // those wanted; see kernels/common/types.h. Depth and alpha only.
 };
 
 struct RenderOutput {
@@ -60,14 +60,6 @@ class Renderer {
 
   RenderOutput Render(const PosedCamera& view, const RenderRequest& request = {});
   DeviceRender RenderOnDevice(const PosedCamera& view, const RenderRequest& request = {});
-  // W c of per-Gaussian values, `channels` a Gaussian: [N, channels] -> [H, W, channels].
-  std::vector<float> BlendFeatures(const PosedCamera& view, std::span<const float> features,
-                                   int channels);
-  // W^T r: [H, W, channels] -> [N, channels], zero where not visible. r is zero outside
-  // `pixel_rows`.
-  std::vector<float> BlendTransposeToGaussians(const PosedCamera& view,
-                                               std::span<const float> residual, int channels,
-                                               uint16_t pixel_rows = kAllPixelRows);
 
   // The geometry of a view from the cache, prepared when missing.
   std::shared_ptr<const ViewGeometry> Geometry(const PosedCamera& view, bool cache = true);

@@ -34,7 +34,7 @@ Evidence LookUpPaint(Backend& backend, const PosedCamera& view, const DepthMap& 
   params.unknown_weight = static_cast<float>(unknown_weight);
   params.scale = 1;
   params.residual = residual.data();
-  backend.Evidence(params);
+  backend.mask().Evidence(params);
   const auto found = backend.Download(residual.data(), residual.size());
   Evidence evidence{ScalarImage(depth.width, depth.height), ScalarImage(depth.width, depth.height)};
   for (size_t i = 0; i < depth.NumPixels(); ++i) {

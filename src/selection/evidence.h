@@ -25,7 +25,7 @@ struct Evidence {
   ScalarImage weight;  // K >= 0
 };
 
-// The painted view `painted` as Backend::Evidence looks `view` up in it; depth and mask are in
+// The painted view `painted` as MaskOps::Evidence looks `view` up in it; depth and mask are in
 // backend memory.
 PaintedImage LookedUpFrom(const PosedCamera& view, const PosedCamera& painted, const float* depth,
                           const uint8_t* mask);

@@ -57,8 +57,8 @@ class Projection {
     for (size_t i = 0; i < painted_.size();) {
       for (ViewSurface& surface : surfaces.Next()) {
         const CameraParams& camera = surface.geometry->camera();
-        backend_.MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
-                                 kSilhouetteJump, surface.depth.data()});
+        backend_.mask().MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
+                                        kSilhouetteJump, surface.depth.data()});
         LiftPaint(surface, painted_[i].mask.data());
         painted_[i++].depth = std::move(surface.depth);
       }
@@ -138,10 +138,10 @@ class Projection {
     draw.depth = surface.depth.data();
     draw.depth_tolerance = static_cast<float>(options_.depth_tolerance);
     draw.coverage = Grow(backend_, surface.depth.size(), &coverage_);
-    backend_.DrawCloud(draw);
-    backend_.MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
-                       quads ? 0 : options_.close_radius,
-                       Grow(backend_, surface.depth.size(), &coverage_mask_)});
+    backend_.mask().DrawCloud(draw);
+    backend_.mask().MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
+                              quads ? 0 : options_.close_radius,
+                              Grow(backend_, surface.depth.size(), &coverage_mask_)});
   }
 
   // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
@@ -159,14 +159,14 @@ class Projection {
     evidence.camera = view.camera();
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
     evidence.residual = Grow(backend_, 2 * pixels, &residual_);
-    backend_.Evidence(evidence);
+    backend_.mask().Evidence(evidence);
     BlendTransposeParams lift{};
     lift.residual = evidence.residual;
     lift.channels = 2;
     lift.result = Grow(backend_, 2 * size_t(view.num_rows()), &lifted_);
     lift.pixel_rows = evidence.pixel_rows;
-    backend_.BlendTranspose(view, lift);
-    backend_.AddRows(view, lift.result, 2, sums_.data());
+    backend_.blend().BlendTranspose(view, lift);
+    backend_.blend().AddRows(view, lift.result, 2, sums_.data());
   }
 
   Backend& backend_;
@@ -199,13 +199,14 @@ class ShareRenderer {
     const size_t pixels = size_t(camera.width) * size_t(camera.height);
     BlendParams blend{};
     float* const features = Grow(backend_, size_t(geometry->num_rows()), &features_);
-    backend_.GatherRows(*geometry, shares_.data(), 1, features);
+    backend_.blend().GatherRows(*geometry, shares_.data(), 1, features);
     blend.features = features;
     blend.channels = 1;
     blend.image = Grow(backend_, pixels, &image_);
-    backend_.Blend(*geometry, blend);
+    backend_.blend().Blend(*geometry, blend);
     auto mask = backend_.Allocate<uint8_t>(pixels);
-    backend_.MakeMask({blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
+    backend_.mask().MakeMask(
+        {blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
     return mask;
   }
 

@@ -61,7 +61,7 @@ std::vector<float> NeighborDistances(const std::vector<Eigen::Vector3f>& points,
   const auto uploaded =
       backend.Upload(std::span<const float>(points.front().data(), 3 * points.size()));
   const auto distances = backend.Allocate<float>(points.size());
-  backend.NeighborDistances(
+  backend.neighbors()->NeighborDistances(
       {uploaded.data(), static_cast<int64_t>(points.size()), neighbors, distances.data()});
   return backend.Download(distances.data(), distances.size());
 }
@@ -79,8 +79,7 @@ std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, 
   }
   Eigen::Vector3f center;
   const std::vector<Eigen::Vector3f> centered = Centered(points, &center);
-  const bool on_backend =
-      backend && backend->Supports(Op::kNeighborDistances) && neighbors <= kMaxNeighbors;
+  const bool on_backend = backend && backend->neighbors() && neighbors <= kMaxNeighbors;
   const std::vector<float> distances = on_backend ? NeighborDistances(centered, neighbors, *backend)
                                                   : NeighborDistances(centered, neighbors);
   double sum = 0, squares = 0;

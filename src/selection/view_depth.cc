@@ -120,11 +120,12 @@ std::vector<ViewSurface> SurfaceRenderer::Next(const std::function<void()>& befo
     depth.threshold = 0.5f;
     depth.min_alpha = kOpaque;
     depth.pixel_rows = pixel_rows_;
-    backend.Depth(*surface.geometry, depth);
+    backend.blend().Depth(*surface.geometry, depth);
     const size_t begin = sparse_begin_[next_];
-    backend.SampleDepth({surface.depth.data(), camera.width, camera.height,
-                         pixels_.data() + 2 * begin, int64_t(sparse_begin_[next_ + 1] - begin),
-                         kMaxSpread, samples_.data() + begin, pixel_rows_});
+    backend.mask().SampleDepth({surface.depth.data(), camera.width, camera.height,
+                                pixels_.data() + 2 * begin,
+                                int64_t(sparse_begin_[next_ + 1] - begin), kMaxSpread,
+                                samples_.data() + begin, pixel_rows_});
     bytes += surface.geometry->bytes() + surface.depth.size() * sizeof(float);
     surfaces.push_back(std::move(surface));
   }
@@ -145,8 +146,8 @@ void SurfaceRenderer::Correct(size_t first, std::vector<ViewSurface>* surfaces) 
   for (size_t i = 0; i < biases.size(); ++i) {
     const ViewSurface& surface = (*surfaces)[i];
     const CameraParams& camera = surface.geometry->camera();
-    renderer_.backend().CorrectDepth({surface.depth.data(), camera.width, camera.height,
-                                      float(biases[i].a), float(biases[i].b), pixel_rows_});
+    renderer_.backend().mask().CorrectDepth({surface.depth.data(), camera.width, camera.height,
+                                             float(biases[i].a), float(biases[i].b), pixel_rows_});
   }
 }
 

@@ -28,7 +28,7 @@ struct SurfaceRequest {
 
 // The surfaces of many views, a batch at a time: the depths of a batch are queued, the host waits
 // once for their samples at the sparse points, and their corrections are queued. Rows outside
-// `pixel_rows` (see kernels/backend.h; bit 0 is set) repeat the row above.
+// `pixel_rows` (see kernels/common/types.h; bit 0 is set) repeat the row above.
 class SurfaceRenderer {
  public:
   SurfaceRenderer(Renderer& renderer, const Reconstruction& reconstruction,

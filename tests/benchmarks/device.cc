@@ -40,10 +40,10 @@ class Bench {
   Bench(std::shared_ptr<Backend> backend, std::string name, const GaussianModel& host,
         const CameraParams& camera)
       : backend_(std::move(backend)), name_(std::move(name)), host_(host), camera_(camera) {
-    model_ = backend_->UploadModel({host.means.data(), host.quats_wxyz.data(),
-                                    host.log_scales.data(), host.opacity_logits.data(),
-                                    host.sh.data(), int64_t(host.NumGaussians()), host.sh_degree});
-    view_ = backend_->PrepareView(*model_, camera);
+    model_ = backend_->blend().UploadModel(
+        {host.means.data(), host.quats_wxyz.data(), host.log_scales.data(),
+         host.opacity_logits.data(), host.sh.data(), int64_t(host.NumGaussians()), host.sh_degree});
+    view_ = backend_->blend().PrepareView(*model_, camera);
     const size_t values = size_t(camera.width) * size_t(camera.height) * 3;
     image_ = backend_->Allocate<float>(values);
     other_ = backend_->Allocate<float>(values);
@@ -56,19 +56,19 @@ class Bench {
   }
 
   void WholeView() {
-    Report("prepare", [&] { backend_->PrepareView(*model_, camera_); });
-    Report("forward_cold", [&] { Forward(*backend_->PrepareView(*model_, camera_)); });
+    Report("prepare", [&] { backend_->blend().PrepareView(*model_, camera_); });
+    Report("forward_cold", [&] { Forward(*backend_->blend().PrepareView(*model_, camera_)); });
     Report("forward", [&] { Forward(*view_); });
     Report("eval_sh", [&] { EvalSh(*view_); });
     Report("blend", [&] { Blend(*view_, colors_, image_); });
     Report("transpose", [&] { Transpose(*view_, other_); });
     Report("depth", [&] {
-      backend_->Depth(*view_, {image_.data(), gradient_.data(), nullptr, 0.5f});
+      backend_->blend().Depth(*view_, {image_.data(), gradient_.data(), nullptr, 0.5f});
     });
     Report("loss", [&] { Loss({}); });
     Report("shares", [&] {
       if (mask_.empty()) MakeMask();
-      backend_->AccumulateShares(*view_, mask_.data(), share_sums_.data());
+      backend_->blend().AccumulateShares(*view_, mask_.data(), share_sums_.data());
     });
   }
 
@@ -160,25 +160,25 @@ class Bench {
     return params;
   }
   void EvalSh(const ViewGeometry& view) {
-    backend_->EvalSh(*model_,
-                     WithCenter(EvalShParams{
-                         view.rows(), nullptr, view.num_rows(), model_->sh(), {}, colors_.data()}));
+    backend_->sh().EvalSh(
+        *model_, WithCenter(EvalShParams{
+                     view.rows(), nullptr, view.num_rows(), model_->sh(), {}, colors_.data()}));
   }
   void EvalActive(const Buffer<float>& colors) {
-    backend_->EvalSh(
+    backend_->sh().EvalSh(
         *model_,
         WithCenter(EvalShParams{
             region_->rows(), slots_.data(), region_->num_rows(), sh_.data(), {}, colors.data()}));
   }
   void Blend(const ViewGeometry& view, const Buffer<float>& features, const Buffer<float>& image) {
-    backend_->Blend(view, {features.data(), 3, nullptr, image.data(), nullptr, true});
+    backend_->blend().Blend(view, {features.data(), 3, nullptr, image.data(), nullptr, true});
   }
   void Transpose(const ViewGeometry& view, const Buffer<float>& residual) {
-    backend_->BlendTranspose(view, {residual.data(), 3, sums_.data()});
+    backend_->blend().BlendTranspose(view, {residual.data(), 3, sums_.data()});
   }
   void Forward(const ViewGeometry& view) {
     EvalSh(view);
-    backend_->Blend(view, {colors_.data(), 3, nullptr, image_.data(), nullptr, false});
+    backend_->blend().Blend(view, {colors_.data(), 3, nullptr, image_.data(), nullptr, false});
   }
   void Loss(std::array<int32_t, 4> roi) {
     ImageLossParams params{image_.data(),   other_.data(), camera_.width, camera_.height, 0.2f, {},
@@ -186,7 +186,7 @@ class Bench {
     std::copy(roi.begin(), roi.end(), params.roi);
     if (loss_.empty()) loss_ = backend_->Allocate<double>(1);
     params.loss = loss_.data();
-    backend_->ImageLoss(params);
+    backend_->refit().ImageLoss(params);
   }
 
   Buffer<uint8_t> ActiveFlags(double share) {
@@ -207,7 +207,7 @@ class Bench {
     return backend_->Upload(std::span<const uint8_t>(active));
   }
   std::shared_ptr<const ViewGeometry> Restrict(const Buffer<uint8_t>& flags) {
-    return backend_->RestrictCompact(*view_, flags.data(), size_t{1} << 32, 1e-3f);
+    return backend_->blend().Restrict(*view_, flags.data(), size_t{1} << 32, 1e-3f);
   }
   void MakeMask() {
     const std::vector<uint8_t> mask(size_t(camera_.width) * size_t(camera_.height), 200);
@@ -223,7 +223,7 @@ class Bench {
     params.target = target_.data();
     params.weights = weights_.data();
     params.outside_weight = 0.8f;
-    backend_->RegionTarget(*region_, params);
+    backend_->refit().RegionTarget(*region_, params);
     const int tiles_x = region_->tiles_x();
     roi_ = {camera_.width, camera_.height, 0, 0};
     for (const int32_t tile : region_->tiles()) {
@@ -236,35 +236,35 @@ class Bench {
   // What every view of a sweep of mm costs.
   void MmIteration() {
     EvalActive(colors_);
-    backend_->LinearCombination(
+    backend_->solve().LinearCombination(
         {colors_.data(), base_colors_.data(), 1, -1, change_.data(), region_->num_rows() * 3});
     Blend(*region_, change_, image_);
-    backend_->RegionResidual(*region_, {target_.data(), 1.0f / 8192, image_.data(), image_.data(),
-                                        loss_.data(), weights_.data()});
+    backend_->refit().RegionResidual(*region_, {target_.data(), 1.0f / 8192, image_.data(),
+                                                image_.data(), loss_.data(), weights_.data()});
     Transpose(*region_, image_);
     Gradient();
   }
   // The paper's step on the region: L1 + D-SSIM, its transpose and Adam on the active coefficients.
   void AdamIteration() {
     EvalActive(colors_);
-    backend_->LinearCombination(
+    backend_->solve().LinearCombination(
         {colors_.data(), base_colors_.data(), 1, -1, change_.data(), region_->num_rows() * 3});
     Blend(*region_, change_, image_);
     Loss(roi_);
     Transpose(*region_, gradient_);
     backend_->Fill(sh_gradient_.data(), 0, sh_gradient_.size() * sizeof(float));
     Gradient();
-    backend_->Adam({sh_.data(), sh_gradient_.data(), m_.data(), v_.data(),
-                    int64_t(sh_gradient_.size()), ++steps_, 0.0f, 0.9f, 0.999f, 1e-15f});
+    backend_->solve().Adam({sh_.data(), sh_gradient_.data(), m_.data(), v_.data(),
+                            int64_t(sh_gradient_.size()), ++steps_, 0.0f, 0.9f, 0.999f, 1e-15f});
   }
   void Gradient() {
-    backend_->EvalShTranspose(*model_, WithCenter(EvalShTransposeParams{region_->rows(),
-                                                                        slots_.data(),
-                                                                        region_->num_rows(),
-                                                                        sums_.data(),
-                                                                        colors_.data(),
-                                                                        {},
-                                                                        sh_gradient_.data()}));
+    backend_->sh().EvalShTranspose(*model_, WithCenter(EvalShTransposeParams{region_->rows(),
+                                                                             slots_.data(),
+                                                                             region_->num_rows(),
+                                                                             sums_.data(),
+                                                                             colors_.data(),
+                                                                             {},
+                                                                             sh_gradient_.data()}));
   }
 
   std::shared_ptr<Backend> backend_;

@@ -68,10 +68,10 @@ class Bench {
   Bench(std::shared_ptr<Backend> shared_backend, const Scene& scene)
       : backend(std::move(shared_backend)), camera(scene.camera) {
     const GaussianModel& m = scene.model;
-    model = backend->UploadModel({m.means.data(), m.quats_wxyz.data(), m.log_scales.data(),
-                                  m.opacity_logits.data(), m.sh.data(), int64_t(m.NumGaussians()),
-                                  m.sh_degree});
-    view = backend->PrepareView(*model, camera);
+    model = backend->blend().UploadModel({m.means.data(), m.quats_wxyz.data(), m.log_scales.data(),
+                                          m.opacity_logits.data(), m.sh.data(),
+                                          int64_t(m.NumGaussians()), m.sh_degree});
+    view = backend->blend().PrepareView(*model, camera);
     const size_t values = size_t(camera.width) * size_t(camera.height) * 3;
     image = backend->Allocate<float>(values);
     gradient = backend->Allocate<float>(values);
@@ -101,31 +101,31 @@ class Bench {
       active[g] = at[2] > 0 && std::fabs(x - 0.5) < half && std::fabs(y - 0.5) < half;
     }
     const auto flags = backend->Upload(std::span<const uint8_t>(active));
-    return backend->Restrict(*view, flags.data(), budget);
+    return backend->blend().Restrict(*view, flags.data(), budget);
   }
 
   void EvalSh() {
     EvalShParams params{view->rows(), nullptr, view->num_rows(), model->sh(), {}, colors.data()};
     std::copy_n(camera.center, 3, params.center);
-    backend->EvalSh(*model, params);
+    backend->sh().EvalSh(*model, params);
   }
   void EvalShTranspose() {
     EvalShTransposeParams params{view->rows(),  nullptr, view->num_rows(),  sums.data(),
                                  colors.data(), {},      sh_gradient.data()};
     std::copy_n(camera.center, 3, params.center);
-    backend->EvalShTranspose(*model, params);
+    backend->sh().EvalShTranspose(*model, params);
   }
   void Blend(const ViewGeometry& geometry) {
-    backend->Blend(geometry, {colors.data(), 3, nullptr, image.data(), nullptr, true});
+    backend->blend().Blend(geometry, {colors.data(), 3, nullptr, image.data(), nullptr, true});
   }
   void Transpose(const ViewGeometry& geometry) {
-    backend->BlendTranspose(geometry, {target.data(), 3, sums.data()});
+    backend->blend().BlendTranspose(geometry, {target.data(), 3, sums.data()});
   }
   void Loss() {
-    backend->ImageLoss(
+    backend->refit().ImageLoss(
         {image.data(), target.data(), camera.width, camera.height, 0.2f, {}, gradient.data()});
   }
-  void Depth() { backend->Depth(*view, {image.data(), gradient.data(), nullptr, 0.5f}); }
+  void Depth() { backend->blend().Depth(*view, {image.data(), gradient.data(), nullptr, 0.5f}); }
 
   std::shared_ptr<Backend> backend;
   CameraParams camera;
@@ -172,7 +172,8 @@ void Register(Bench& bench, const std::string& name, const Body& body) {
 }
 
 void RegisterAll(Bench& bench, const Scene& scene) {
-  Register(bench, "prepare", [&] { bench.backend->PrepareView(*bench.model, bench.camera); });
+  Register(bench, "prepare",
+           [&] { bench.backend->blend().PrepareView(*bench.model, bench.camera); });
   Register(bench, "eval_sh", [&] { bench.EvalSh(); });
   Register(bench, "eval_sh_transpose", [&] { bench.EvalShTranspose(); });
   Register(bench, "blend", [&] { bench.Blend(*bench.view); });

@@ -21,6 +21,7 @@
 #include "recolor/quality_report.h"
 #include "recolor/sh_refitter.h"
 #include "splat_io/splat_io.h"
+#include "tests/support/blend.h"
 
 namespace retint {
 namespace {
@@ -72,7 +73,7 @@ void MasksFromShares(Scene& scene, Renderer& renderer, const std::vector<float>&
   scene.masks.clear();
   for (const View* view : scene.workspace.reconstruction.ViewsByName()) {
     const PosedCamera camera = scene.workspace.reconstruction.Posed(*view);
-    scene.masks[view->name] = Threshold(renderer.BlendFeatures(camera, shares, 1),
+    scene.masks[view->name] = Threshold(BlendFeatures(renderer, camera, shares),
                                         camera.camera.width, camera.camera.height, 0.3f);
   }
 }

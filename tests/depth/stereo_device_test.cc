@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "depth/stereo_pairs.h"
-#include "kernels/stereo.h"
+#include "kernels/stereo_ops.h"
 #include "tests/depth/plane_scene.h"
 #include "tests/kernels/test_scene.h"
 
@@ -158,7 +158,7 @@ TEST_F(StereoOnDevice, FusesAsTheHost) {
       params.tolerance = 1;
       params.nearest = nearest;
       params.disparity = out.data();
-      backend_->Stereo()->Fuse(params);
+      backend_->stereo()->Fuse(params);
       EXPECT_THAT(out.Read(), testing::Pointwise(testing::FloatNear(1e-5f), expected.data))
           << pairs << (nearest ? " nearest" : " agree");
     }
@@ -179,7 +179,7 @@ TEST_F(StereoOnDevice, ArbitratesAsTheHost) {
   params.rough = on_device.data();
   params.disparity = disparity.data();
   params.measured = measured.data();
-  backend_->Stereo()->Arbitrate(params);
+  backend_->stereo()->Arbitrate(params);
 
   std::vector<RenderedPair> pairs;
   for (const Picture& picture : pictures_) {
@@ -224,7 +224,7 @@ TEST_F(StereoOnDevice, RefinesAsTheHost) {
   params.width = kWidth;
   params.height = kHeight;
   params.disparity = disparity.data();
-  backend_->Stereo()->Refine(params);
+  backend_->stereo()->Refine(params);
 
   std::vector<ShiftedGray> grays;
   for (const Picture& picture : pictures_) {

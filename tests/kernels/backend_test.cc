@@ -75,7 +75,7 @@ TEST_P(Memory, TakesNothing) {
 
 TEST_P(Memory, ModelKeepsItsCoefficients) {
   const TestModel model = RandomModel(rng_, 100, 2);
-  const auto uploaded = backend_->UploadModel(model.arrays());
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
   EXPECT_EQ(uploaded->count(), 100);
   EXPECT_EQ(uploaded->num_sh_coeffs(), 9);
   EXPECT_EQ(backend_->Download<float>(uploaded->sh(), model.sh.size()), model.sh);
@@ -83,16 +83,36 @@ TEST_P(Memory, ModelKeepsItsCoefficients) {
 
 TEST_P(Memory, RefusesBadArguments) {
   const TestModel model = RandomModel(rng_, 3);
-  const auto uploaded = backend_->UploadModel(model.arrays());
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
   CameraParams camera = TestCamera(16, 16);
-  const auto view = backend_->PrepareView(*uploaded, camera);
+  const auto view = backend_->blend().PrepareView(*uploaded, camera);
   std::vector<float> host(16 * 16 * 9);
-  EXPECT_THROW(backend_->Blend(*view, {host.data(), 9, nullptr, host.data(), nullptr, false}),
+  EXPECT_THROW(
+      backend_->blend().Blend(*view, {host.data(), 9, nullptr, host.data(), nullptr, false}),
+      std::invalid_argument);
+  EXPECT_THROW(backend_->blend().BlendTranspose(*view, {host.data(), 0, host.data()}),
                std::invalid_argument);
-  EXPECT_THROW(backend_->BlendTranspose(*view, {host.data(), 0, host.data()}),
+  EXPECT_THROW(backend_->blend().Restrict(*view, nullptr, 0, -1), std::invalid_argument);
+  EXPECT_THROW(backend_->blend().GatherRows(*view, host.data(), 0, host.data()),
                std::invalid_argument);
+  EvalShParams eval{};
+  eval.stride = 2;
+  EXPECT_THROW(backend_->sh().EvalSh(*uploaded, eval), std::invalid_argument);
+  for (const int k : {0, 5, 25}) {
+    EXPECT_THROW(backend_->solve().AddRidge({nullptr, nullptr, 0, k, {}}), std::invalid_argument);
+    EXPECT_THROW(backend_->solve().ApplyRidge({nullptr, nullptr, nullptr, 0, k, 1, {}}),
+                 std::invalid_argument);
+    EXPECT_THROW(backend_->solve().FactorBlocks({nullptr, 0, k}), std::invalid_argument);
+    EXPECT_THROW(backend_->solve().SolveBlocks({nullptr, nullptr, nullptr, 0, k}),
+                 std::invalid_argument);
+  }
+  EXPECT_THROW(backend_->solve().Adam({}), std::invalid_argument);  // its steps count from 1
+  EXPECT_THROW(backend_->solve().Dot(nullptr, nullptr, -1), std::invalid_argument);
+  GaussianArrays none = model.arrays();
+  none.sh_degree = 4;
+  EXPECT_THROW(backend_->blend().UploadModel(none), std::invalid_argument);
   camera.width = 0;
-  EXPECT_THROW(backend_->PrepareView(*uploaded, camera), std::invalid_argument);
+  EXPECT_THROW(backend_->blend().PrepareView(*uploaded, camera), std::invalid_argument);
 }
 
 RETINT_INSTANTIATE(Memory);

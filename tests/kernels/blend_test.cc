@@ -49,8 +49,9 @@ class BlendOp : public BackendTest {
   Scene MakeScene(const Shape& shape) {
     Scene scene;
     scene.model = RandomModel(rng_, shape.gaussians);
-    scene.uploaded = backend_->UploadModel(scene.model.arrays());
-    scene.view = backend_->PrepareView(*scene.uploaded, TestCamera(shape.width, shape.height));
+    scene.uploaded = backend_->blend().UploadModel(scene.model.arrays());
+    scene.view =
+        backend_->blend().PrepareView(*scene.uploaded, TestCamera(shape.width, shape.height));
     scene.rows = RowsOf(*backend_, *scene.view);
     scene.pixels = size_t(shape.width) * size_t(shape.height);
     return scene;
@@ -158,7 +159,8 @@ TEST_P(BlendOp, DepthMatchesReference) {
     }
     Guarded<float> out_median(*backend_, scene.pixels), out_expected(*backend_, scene.pixels);
     Guarded<float> out_alpha(*backend_, scene.pixels);
-    backend_->Depth(*scene.view, {out_median.data(), out_expected.data(), out_alpha.data(), 0.5f});
+    backend_->blend().Depth(*scene.view,
+                            {out_median.data(), out_expected.data(), out_alpha.data(), 0.5f});
     const auto actual = out_median.Read(), expected = out_expected.Read();
     ExpectClose(out_alpha.Read(), alpha, 1, 0.006);
     size_t flips = 0, faint = 0;
@@ -172,7 +174,7 @@ TEST_P(BlendOp, DepthMatchesReference) {
     // Includes pixels where a lone splat at 1 / 255 is there or not.
     EXPECT_LE(double(faint), 1e-3 * double(scene.pixels));
     Guarded<float> only(*backend_, scene.pixels);
-    backend_->Depth(*scene.view, {nullptr, only.data(), nullptr, 0.5f});
+    backend_->blend().Depth(*scene.view, {nullptr, only.data(), nullptr, 0.5f});
     EXPECT_EQ(only.Read(), expected);
   }
 }
@@ -199,19 +201,19 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
       blend.channels = 3;
       blend.image = image.data();
       blend.pixel_rows = rows;
-      backend_->Blend(*scene.view, blend);
+      backend_->blend().Blend(*scene.view, blend);
       DepthParams depth{};
       depth.median = median.data();
       depth.expected = expected.data();
       depth.threshold = 0.5f;
       depth.pixel_rows = rows;
-      backend_->Depth(*scene.view, depth);
+      backend_->blend().Depth(*scene.view, depth);
       BlendTransposeParams transpose{};
       transpose.residual = out_residual.data();
       transpose.channels = 3;
       transpose.result = sum.data();
       transpose.pixel_rows = rows;
-      backend_->BlendTranspose(*scene.view, transpose);
+      backend_->blend().BlendTranspose(*scene.view, transpose);
       images[rows == kept] = {image.Read(), median.Read(), expected.Read()};
       sums[rows == kept] = sum.Read();
     }
@@ -235,9 +237,9 @@ TEST_P(BlendOp, RowsAreSortedByDepthAndIndex) {
     for (int j = 0; j < 3; ++j)
       model.means[size_t(3 * g + j)] = model.means[size_t(3 * (g - 250) + j)];
   }
-  const auto uploaded = backend_->UploadModel(model.arrays());
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
   const CameraParams camera = TestCamera(120, 80);
-  const auto rows = RowsOf(*backend_, *backend_->PrepareView(*uploaded, camera));
+  const auto rows = RowsOf(*backend_, *backend_->blend().PrepareView(*uploaded, camera));
   ASSERT_GT(rows.size(), 100u);
   const auto depth = [&](int32_t g) {
     float z = camera.translation[2];
@@ -270,8 +272,8 @@ TEST_P(BlendOp, RowsThatDifferInTheLastBitsOfDepthAreSorted) {
     depths.push_back(5 + float(steps) * 0x1p-21f);
     model.means[3 * g + 2] = depths.back();
   }
-  const auto uploaded = backend_->UploadModel(model.arrays());
-  const auto rows = RowsOf(*backend_, *backend_->PrepareView(*uploaded, camera));
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
+  const auto rows = RowsOf(*backend_, *backend_->blend().PrepareView(*uploaded, camera));
   ASSERT_GT(rows.size(), 1000u);
   auto sorted = rows;
   std::sort(sorted.begin(), sorted.end());
@@ -282,8 +284,8 @@ TEST_P(BlendOp, RowsThatDifferInTheLastBitsOfDepthAreSorted) {
 
 TEST_P(BlendOp, KeepsPixelsOutsideOnRequest) {
   const TestModel model = RandomModel(rng_, 1);
-  const auto uploaded = backend_->UploadModel(model.arrays());
-  const auto view = backend_->PrepareView(*uploaded, TestCamera(200, 200));
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
+  const auto view = backend_->blend().PrepareView(*uploaded, TestCamera(200, 200));
   const int total = view->tiles_x() * view->tiles_y();
   ASSERT_LT(int(view->tiles().size()), total);
   std::vector<bool> visited(size_t(total), false);
@@ -292,7 +294,7 @@ TEST_P(BlendOp, KeepsPixelsOutsideOnRequest) {
   const std::vector<float> background = {0.25f};
   for (const bool keep : {false, true}) {
     Guarded<float> in(*backend_, features), back(*backend_, background), image(*backend_, before);
-    backend_->Blend(*view, {in.data(), 1, back.data(), image.data(), nullptr, keep});
+    backend_->blend().Blend(*view, {in.data(), 1, back.data(), image.data(), nullptr, keep});
     const auto after = image.Read();
     for (int p = 0; p < 200 * 200; ++p) {
       const int tile = p / 200 / kTileSize * view->tiles_x() + p % 200 / kTileSize;
@@ -321,8 +323,8 @@ TEST_P(BlendOp, StopsAtOpaqueSplats) {
     }
     model.logits[size_t(g)] = 2.2f;  // alpha 0.9: T is 1e-4 after four
   }
-  const auto uploaded = backend_->UploadModel(model.arrays());
-  const auto view = backend_->PrepareView(*uploaded, camera);
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
+  const auto view = backend_->blend().PrepareView(*uploaded, camera);
   ASSERT_EQ(view->num_rows(), 64);
   std::vector<float> features(64, 0.0f);
   for (size_t row = 5; row < 64; ++row) features[row] = 1000;

@@ -24,8 +24,8 @@ Results RunAll(Backend& backend, const TestModel& model) {
   std::mt19937 rng(7);
   const CameraParams camera = TestCamera(133, 71);
   const size_t values = size_t(camera.width) * size_t(camera.height) * 3;
-  const auto uploaded = backend.UploadModel(model.arrays());
-  const auto view = backend.PrepareView(*uploaded, camera);
+  const auto uploaded = backend.blend().UploadModel(model.arrays());
+  const auto view = backend.blend().PrepareView(*uploaded, camera);
   Results results;
   const auto append = [](const std::vector<float>& v, std::vector<float>* all) {
     all->insert(all->end(), v.begin(), v.end());
@@ -37,20 +37,20 @@ Results RunAll(Backend& backend, const TestModel& model) {
   append(blended.alpha, &results.rounded);
   append(RunTranspose(backend, *view, residual, 3), &results.rounded);
   Guarded<float> expected(backend, values / 3), gradient(backend, values);
-  backend.Depth(*view, {nullptr, expected.data(), nullptr, 0.5f});
+  backend.blend().Depth(*view, {nullptr, expected.data(), nullptr, 0.5f});
   append(expected.Read(), &results.rounded);
-  const auto loss = backend.ImageLoss({blended.image.data(),
-                                       residual.data(),
-                                       camera.width,
-                                       camera.height,
-                                       0.2f,
-                                       {},
-                                       gradient.data()});
+  const auto loss = backend.refit().ImageLoss({blended.image.data(),
+                                               residual.data(),
+                                               camera.width,
+                                               camera.height,
+                                               0.2f,
+                                               {},
+                                               gradient.data()});
   for (const float g : gradient.Read()) results.rounded.push_back(g * float(values));
   results.rounded.push_back(float(loss.loss));
   std::vector<uint8_t> active(size_t(model.count()));
   for (uint8_t& a : active) a = rng() % 4 == 0;
-  const auto region = backend.Restrict(*view, active.data(), size_t{1} << 30);
+  const auto region = backend.blend().Restrict(*view, active.data(), size_t{1} << 30);
   const auto part = UniformVector(rng, size_t(region->num_rows()) * 3, 0, 1);
   append(RunBlend(backend, *region, part, 3).image, &results.weights);
   append(RunTranspose(backend, *region, residual, 3), &results.weights);

@@ -26,7 +26,7 @@ class LossOp : public BackendTest {
     ImageLossParams params{y.data(), t.data(), width, height, lambda, {}, gradient.data()};
     std::copy(roi.begin(), roi.end(), params.roi);
     Result result;
-    result.value = backend_->ImageLoss(params);
+    result.value = backend_->refit().ImageLoss(params);
     result.gradient = gradient.Read();
     return result;
   }
@@ -126,14 +126,25 @@ TEST_P(LossOp, RegionOfInterestIsExact) {
   }
 }
 
+// In an empty region of interest nothing differs, and nothing is written.
+TEST_P(LossOp, AnEmptyRegionOfInterestHasNoLoss) {
+  const auto image = Picture(40, 30), target = Picture(40, 30);
+  const std::vector<float> before(image.size(), 7.0f);
+  const auto none = Run(image, target, 40, 30, 0.2f, {5, 5, 5, 20}, before);
+  EXPECT_EQ(none.value.loss, 0);
+  EXPECT_EQ(none.value.l1, 0);
+  EXPECT_EQ(none.value.ssim, 1);
+  EXPECT_EQ(none.gradient, before);
+}
+
 TEST_P(LossOp, AddsToBackendMemoryOnRequest) {
   const auto image = Picture(40, 30), target = Picture(40, 30);
   Guarded<float> y(*backend_, image), t(*backend_, target), gradient(*backend_, image.size());
   Guarded<double> sum(*backend_, std::vector<double>{1.0});
   ImageLossParams params{y.data(), t.data(), 40, 30, 0.2f, {5, 5, 20, 30}, gradient.data()};
-  const double loss = backend_->ImageLoss(params).loss;
+  const double loss = backend_->refit().ImageLoss(params).loss;
   params.loss = sum.data();
-  EXPECT_EQ(backend_->ImageLoss(params).loss, 0);
+  EXPECT_EQ(backend_->refit().ImageLoss(params).loss, 0);
   EXPECT_GT(loss, 0);
   EXPECT_DOUBLE_EQ(sum.Read()[0], 1 + loss);
 }
@@ -160,8 +171,8 @@ TEST_P(LossOp, WholeChainMatchesCentralDifferences) {
   const int width = 40, height = 28, gaussians = 30;
   const CameraParams camera = TestCamera(width, height);
   TestModel model = RandomModel(rng_, gaussians, 3);
-  const auto uploaded = backend_->UploadModel(model.arrays());
-  const auto view = backend_->PrepareView(*uploaded, camera);
+  const auto uploaded = backend_->blend().UploadModel(model.arrays());
+  const auto view = backend_->blend().PrepareView(*uploaded, camera);
   const auto rows = RowsOf(*backend_, *view);
   ASSERT_GT(rows.size(), 10u);
   const auto weights = ReferenceWeights(model, camera);
@@ -184,7 +195,7 @@ TEST_P(LossOp, WholeChainMatchesCentralDifferences) {
   Guarded<float> colors(*backend_, rows.size() * 3);
   EvalShParams eval{view->rows(), nullptr, view->num_rows(), uploaded->sh(), {}, colors.data()};
   std::copy_n(camera.center, 3, eval.center);
-  backend_->EvalSh(*uploaded, eval);
+  backend_->sh().EvalSh(*uploaded, eval);
   const auto image = RunBlend(*backend_, *view, colors.Read(), 3).image;
   const auto result = Run(image, target, width, height, 0.2f);
   EXPECT_NEAR(result.value.loss, loss(ToDouble(model.sh)), 1e-5);
@@ -193,7 +204,7 @@ TEST_P(LossOp, WholeChainMatchesCentralDifferences) {
   EvalShTransposeParams transpose{view->rows(),  nullptr, view->num_rows(), color_gradients.data(),
                                   colors.data(), {},      gradient.data()};
   std::copy_n(camera.center, 3, transpose.center);
-  backend_->EvalShTranspose(*uploaded, transpose);
+  backend_->sh().EvalShTranspose(*uploaded, transpose);
   const auto analytic = gradient.Read();
 
   double largest = 0;

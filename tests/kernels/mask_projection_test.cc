@@ -72,8 +72,8 @@ class MaskProjectionOp : public BackendTest {
                              uint16_t rows = kAllPixelRows) {
     Guarded<float> map(*backend_, depth);
     Guarded<double> at(*backend_, pixels), samples(*backend_, pixels.size() / 2);
-    backend_->SampleDepth({map.data(), kWidth, kHeight, at.data(), int64_t(pixels.size() / 2), 0.03,
-                           samples.data(), rows});
+    backend_->mask().SampleDepth({map.data(), kWidth, kHeight, at.data(),
+                                  int64_t(pixels.size() / 2), 0.03, samples.data(), rows});
     return samples.Read();
   }
   // Points in front of, beside and behind TestCamera; some far larger than a pixel.
@@ -97,20 +97,20 @@ class MaskProjectionOp : public BackendTest {
                           const std::vector<float>& depth, float square, float scale) {
     Guarded<CloudPoint> cloud(*backend_, points);
     Guarded<float> front(*backend_, depth), coverage(*backend_, kPixels);
-    backend_->DrawCloud({camera, cloud.data(), int64_t(points.size()), square, scale, front.data(),
-                         0.02f, coverage.data()});
+    backend_->mask().DrawCloud({camera, cloud.data(), int64_t(points.size()), square, scale,
+                                front.data(), 0.02f, coverage.data()});
     return coverage.Read();
   }
   std::vector<uint8_t> MakeMask(const std::vector<float>& image, int width, int height,
                                 double scale, double offset, int radius) {
     Guarded<float> from(*backend_, image);
     Guarded<uint8_t> mask(*backend_, image.size());
-    backend_->MakeMask({from.data(), width, height, scale, offset, radius, mask.data()});
+    backend_->mask().MakeMask({from.data(), width, height, scale, offset, radius, mask.data()});
     return mask.Read();
   }
 };
 
-// What a point covers of a pixel, as backend.h says; `hidden_by` is the depth there.
+// What a point covers of a pixel, as mask_ops.h says; `hidden_by` is the depth there.
 double CoverageOf(const CameraParams& camera, const CloudPoint& point, float square, float scale,
                   int x, int y, double hidden_by) {
   const double limit = hidden_by > 0 ? hidden_by * (1 + double(0.02f)) : INFINITY;
@@ -173,13 +173,13 @@ TEST_P(MaskProjectionOp, DepthOfUnwantedRowsIsThatOfTheRowAbove) {
 
   const float a = 0.9f, b = 0.01f;
   Guarded<float> corrected(*backend_, depth);
-  backend_->CorrectDepth({corrected.data(), kWidth, kHeight, a, b, kSomeRows});
+  backend_->mask().CorrectDepth({corrected.data(), kWidth, kHeight, a, b, kSomeRows});
   std::vector<double> wanted;
   for (const float z : repeated) wanted.push_back(1 / (double(a) / double(z) + double(b)));
   EXPECT_LE(WorstDifference(corrected.Read(), wanted), 1e-5);
 
   EXPECT_THROW(Sample(depth, pixels, 0xfffe), std::invalid_argument);
-  EXPECT_THROW(backend_->CorrectDepth({corrected.data(), kWidth, kHeight, a, b, 0xfffe}),
+  EXPECT_THROW(backend_->mask().CorrectDepth({corrected.data(), kWidth, kHeight, a, b, 0xfffe}),
                std::invalid_argument);
 }
 
@@ -188,7 +188,7 @@ TEST_P(MaskProjectionOp, CorrectionsDropWhatTheyPushToInfinity) {
   depth[7] = 0;
   depth[8] = 100;
   Guarded<float> corrected(*backend_, depth);
-  backend_->CorrectDepth({corrected.data(), kWidth, kHeight, 1, -0.01f});
+  backend_->mask().CorrectDepth({corrected.data(), kWidth, kHeight, 1, -0.01f});
   const auto out = corrected.Read();
   for (size_t p = 0; p < kPixels; ++p) {
     const double z = double(depth[p]), expected = p == 7 || p == 8 ? 0 : z / (1 - 0.01 * z);
@@ -197,16 +197,16 @@ TEST_P(MaskProjectionOp, CorrectionsDropWhatTheyPushToInfinity) {
 }
 
 TEST_P(MaskProjectionOp, DepthIsGatedByOpacity) {
-  const auto model = backend_->UploadModel(RandomModel(rng_, 300).arrays());
-  const auto view = backend_->PrepareView(*model, TestCamera(kWidth, kHeight));
+  const auto model = backend_->blend().UploadModel(RandomModel(rng_, 300).arrays());
+  const auto view = backend_->blend().PrepareView(*model, TestCamera(kWidth, kHeight));
   Guarded<float> plain(*backend_, kPixels), gated(*backend_, kPixels), alpha(*backend_, kPixels);
   DepthParams depth{};
   depth.expected = plain.data();
   depth.alpha = alpha.data();
-  backend_->Depth(*view, depth);
+  backend_->blend().Depth(*view, depth);
   depth.expected = gated.data();
   depth.min_alpha = 0.5f;
-  backend_->Depth(*view, depth);
+  backend_->blend().Depth(*view, depth);
   const auto all = plain.Read(), some = gated.Read(), opaque = alpha.Read();
   int dropped = 0, kept = 0;
   for (size_t p = 0; p < kPixels; ++p) {
@@ -353,8 +353,9 @@ TEST_P(MaskProjectionOp, LooksPaintUp) {
     Guarded<uint8_t> covered(*backend_, coverage);
     const PaintedImage painted[] = {{posed[0], seen0.data(), paint0.data()},
                                     {posed[1], seen1.data(), paint1.data()}};
-    backend_->Evidence({camera, with_depth ? surface.data() : nullptr, painted, tolerance, unknown,
-                        with_coverage ? covered.data() : nullptr, scale, residual.data(), rows});
+    backend_->mask().Evidence({camera, with_depth ? surface.data() : nullptr, painted, tolerance,
+                               unknown, with_coverage ? covered.data() : nullptr, scale,
+                               residual.data(), rows});
     const auto found = residual.Read();
     // Rounding may take a pixel over an edge or the tolerance.
     int wrong = 0;
@@ -409,7 +410,7 @@ TEST_P(MaskProjectionOp, MarksTheOutsideOfSilhouettes) {
   EXPECT_GT(plain, 10);
   Guarded<uint8_t> paint(*backend_, mask);
   Guarded<float> surface(*backend_, depth);
-  backend_->MarkSilhouette({paint.data(), kWidth, kHeight, 0.005f, surface.data()});
+  backend_->mask().MarkSilhouette({paint.data(), kWidth, kHeight, 0.005f, surface.data()});
   EXPECT_EQ(surface.Read(), expected);
 
   // A marked pixel says nothing, covered or not.
@@ -421,7 +422,7 @@ TEST_P(MaskProjectionOp, MarksTheOutsideOfSilhouettes) {
   evidence.coverage = paint.data();
   evidence.scale = 8;
   evidence.residual = residual.data();
-  backend_->Evidence(evidence);
+  backend_->mask().Evidence(evidence);
   const auto found = residual.Read();
   for (size_t p = 0; p < kPixels; ++p) {
     EXPECT_EQ(found[2 * p + 1], expected[p] == kNoEvidence ? 0 : 8) << p;
@@ -429,8 +430,8 @@ TEST_P(MaskProjectionOp, MarksTheOutsideOfSilhouettes) {
 }
 
 TEST_P(MaskProjectionOp, MovesValuesBetweenGaussiansAndRows) {
-  const auto model = backend_->UploadModel(RandomModel(rng_, 500).arrays());
-  const auto view = backend_->PrepareView(*model, TestCamera(kWidth, kHeight));
+  const auto model = backend_->blend().UploadModel(RandomModel(rng_, 500).arrays());
+  const auto view = backend_->blend().PrepareView(*model, TestCamera(kWidth, kHeight));
   const auto gaussians = RowsOf(*backend_, *view);
   ASSERT_GT(gaussians.size(), 50u);
   ASSERT_LT(gaussians.size(), 500u);
@@ -438,10 +439,10 @@ TEST_P(MaskProjectionOp, MovesValuesBetweenGaussiansAndRows) {
     const auto of = UniformVector(rng_, 500 * channels, -1, 1);
     const auto added = UniformVector(rng_, gaussians.size() * channels, -1, 1);
     Guarded<float> from(*backend_, of), values(*backend_, gaussians.size() * channels);
-    backend_->GatherRows(*view, from.data(), int32_t(channels), values.data());
+    backend_->blend().GatherRows(*view, from.data(), int32_t(channels), values.data());
     const auto gathered = values.Read();
     Guarded<float> more(*backend_, added), sums(*backend_, of);
-    backend_->AddRows(*view, more.data(), int32_t(channels), sums.data());
+    backend_->blend().AddRows(*view, more.data(), int32_t(channels), sums.data());
     auto expected = of;
     for (size_t r = 0; r < gaussians.size(); ++r) {
       for (size_t c = 0; c < channels; ++c) {

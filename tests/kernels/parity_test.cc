@@ -45,8 +45,8 @@ struct Side {
 
   Side(const std::string& name, const TestModel& host, const CameraParams& camera)
       : backend(MakeBackend(name)),
-        model(backend->UploadModel(host.arrays())),
-        view(backend->PrepareView(*model, camera)),
+        model(backend->blend().UploadModel(host.arrays())),
+        view(backend->blend().PrepareView(*model, camera)),
         rows(RowsOf(*backend, *view)) {}
 
   std::vector<float> Gather(const std::vector<float>& by_gaussian, int channels,
@@ -166,7 +166,7 @@ TEST_P(Parity, FindsDepth) {
   for (int i = 0; i < 2; ++i) {
     Side& side = *Sides()[size_t(i)];
     Guarded<float> m(*side.backend, pixels_), e(*side.backend, pixels_), a(*side.backend, pixels_);
-    side.backend->Depth(*side.view, {m.data(), e.data(), a.data(), 0.5f});
+    side.backend->blend().Depth(*side.view, {m.data(), e.data(), a.data(), 0.5f});
     median[i] = m.Read(), expected[i] = e.Read(), alpha[i] = a.Read();
   }
   size_t other = 0;
@@ -184,31 +184,26 @@ TEST_P(Parity, EvaluatesShOfEveryDegree) {
     const size_t k = size_t(model_.num_coeffs()), n = size_t(model_.count());
     const auto gradients = ByGaussian(3);
     const auto weights = ByGaussian(1, 0);
-    std::vector<float> colors[2], sums[2], blocks[2], tangents[2];
+    std::vector<float> colors[2], sums[2], blocks[2];
     for (int i = 0; i < 2; ++i) {
       Side& side = *Sides()[size_t(i)];
       Backend& backend = *side.backend;
-      Guarded<float> c(backend, 3 * n), g(backend, gradients), t(backend, 3 * n);
+      Guarded<float> c(backend, 3 * n), g(backend, gradients);
       Guarded<float> s(backend, std::vector<float>(3 * k * n, 0.0f)), w(backend, weights);
       Guarded<float> b(backend, std::vector<float>(k * (k + 1) / 2 * n, 0.0f));
       EvalShParams eval{nullptr, nullptr, int64_t(n), side.model->sh(), {}, c.data()};
       std::copy_n(camera_.center, 3, eval.center);
-      backend.EvalSh(*side.model, eval);
+      backend.sh().EvalSh(*side.model, eval);
       EvalShTransposeParams transpose{nullptr,  nullptr, int64_t(n), g.data(),
                                       c.data(), {},      s.data()};
       std::copy_n(camera_.center, 3, transpose.center);
-      backend.EvalShTranspose(*side.model, transpose);
-      ShTangentParams tangent{nullptr, nullptr, int64_t(n), side.model->sh(),
-                              nullptr, {},      t.data()};
-      std::copy_n(camera_.center, 3, tangent.center);
-      backend.ShTangent(*side.model, tangent);
+      backend.sh().EvalShTranspose(*side.model, transpose);
       AccumulateBlocksParams accumulate{nullptr, nullptr, int64_t(n), w.data(), {}, b.data()};
       std::copy_n(camera_.center, 3, accumulate.center);
-      backend.AccumulateBlocks(*side.model, accumulate);
-      colors[i] = c.Read(), sums[i] = s.Read(), blocks[i] = b.Read(), tangents[i] = t.Read();
+      backend.sh().AccumulateBlocks(*side.model, accumulate);
+      colors[i] = c.Read(), sums[i] = s.Read(), blocks[i] = b.Read();
     }
     EXPECT_LE(RelativeError(colors[1], colors[0]), 1e-5) << degree;
-    EXPECT_LE(RelativeError(tangents[1], tangents[0]), 1e-5) << degree;
     EXPECT_LE(RelativeError(sums[1], sums[0]), 1e-3) << degree;  // a colour at 0 may be shut or not
     EXPECT_LE(RelativeError(blocks[1], blocks[0]), 1e-5) << degree;
   }
@@ -235,9 +230,7 @@ TEST_P(Parity, RestrictsAndSums) {
       Backend& backend = *side.backend;
       Guarded<uint8_t> flags(backend, active), device_mask(backend, mask);
       const auto region =
-          kind.min_weight > 0
-              ? backend.RestrictCompact(*side.view, flags.data(), kind.budget, kind.min_weight)
-              : backend.Restrict(*side.view, flags.data(), kind.budget);
+          backend.blend().Restrict(*side.view, flags.data(), kind.budget, kind.min_weight);
       const auto part = side.Gather(features, 3, *region);
       image[i] = RunBlend(backend, *region, part, 3).image;
       sums[i] = side.Scatter(RunTranspose(backend, *region, residual, 3), 3, *region);
@@ -254,12 +247,12 @@ TEST_P(Parity, RestrictsAndSums) {
       params.target = target.data();
       params.weights = weights.data();
       params.outside_weight = 0.8f;
-      backend.RegionTarget(*region, params);
+      backend.refit().RegionTarget(*region, params);
       Guarded<double> device_loss(backend, std::vector<double>{0.0});
-      backend.RegionResidual(*region, {target.data(), params.unit, blended.data(), blended.data(),
-                                       device_loss.data(), weights.data()});
+      backend.refit().RegionResidual(*region, {target.data(), params.unit, blended.data(),
+                                               blended.data(), device_loss.data(), weights.data()});
       Guarded<float> of_weights(backend, pixels_);
-      backend.RegionWeightImage(*region, weights.data(), of_weights.data());
+      backend.refit().RegionWeightImage(*region, weights.data(), of_weights.data());
       target.Read();
       loss[i] = device_loss.Read()[0];
       residuals[i] = blended.Read(), weight_image[i] = of_weights.Read();
@@ -282,8 +275,8 @@ TEST_P(Parity, SharesMasks) {
     Side& side = *Sides()[size_t(i)];
     Guarded<uint8_t> device_mask(*side.backend, mask);
     Guarded<double> sums(*side.backend, std::vector<double>(2 * size_t(model_.count()), 0.0));
-    side.backend->AccumulateShares(*side.view, device_mask.data(), sums.data());
-    side.backend->AccumulateShares(*side.view, device_mask.data(), sums.data());
+    side.backend->blend().AccumulateShares(*side.view, device_mask.data(), sums.data());
+    side.backend->blend().AccumulateShares(*side.view, device_mask.data(), sums.data());
     out[i] = sums.Read();
   }
   EXPECT_LE(RelativeError(out[1], out[0]), kRounding);
@@ -299,9 +292,9 @@ TEST_P(Parity, MeasuresLoss) {
     Guarded<float> y(backend, image), t(backend, target), g(backend, image.size());
     Guarded<double> sum(backend, std::vector<double>{2.0});
     ImageLossParams params{y.data(), t.data(), camera_.width, camera_.height, 0.2f, {}, g.data()};
-    loss[i] = backend.ImageLoss(params).loss;
+    loss[i] = backend.refit().ImageLoss(params).loss;
     params.loss = sum.data();
-    EXPECT_EQ(backend.ImageLoss(params).loss, 0);
+    EXPECT_EQ(backend.refit().ImageLoss(params).loss, 0);
     added[i] = sum.Read()[0];
     gradient[i] = g.Read();
   }

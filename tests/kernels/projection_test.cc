@@ -15,8 +15,8 @@ TEST(Projection, TileListsAreExact) {
   std::mt19937 rng = TestRng();
   const TestModel model = RandomModel(rng, 1500);
   const auto backend = MakeBackend("cpu");
-  const auto uploaded = backend->UploadModel(model.arrays());
-  const auto geometry = backend->PrepareView(*uploaded, TestCamera(333, 222));
+  const auto uploaded = backend->blend().UploadModel(model.arrays());
+  const auto geometry = backend->blend().PrepareView(*uploaded, TestCamera(333, 222));
   const auto& view = dynamic_cast<const CpuViewGeometry&>(*geometry);
   std::set<std::pair<int, int>> listed;  // (row, tile)
   for (size_t i = 0; i < view.tile_ids.size(); ++i) {
@@ -52,8 +52,8 @@ TEST(Projection, SlotsGroupTheEntriesOfARow) {
   std::mt19937 rng = TestRng();
   const TestModel model = RandomModel(rng, 9000);  // more than one piece
   const auto backend = MakeBackend("cpu");
-  const auto uploaded = backend->UploadModel(model.arrays());
-  const auto geometry = backend->PrepareView(*uploaded, TestCamera(333, 222));
+  const auto uploaded = backend->blend().UploadModel(model.arrays());
+  const auto geometry = backend->blend().PrepareView(*uploaded, TestCamera(333, 222));
   const auto& view = dynamic_cast<const CpuViewGeometry&>(*geometry);
   std::vector<bool> taken(view.entries.size(), false);
   for (size_t e = 0; e < view.entries.size(); ++e) {
@@ -98,11 +98,11 @@ TEST(Projection, SurvivesNeedlesAndGiants) {
   for (size_t i = 0; i < model.log_scales.size(); ++i) {
     model.log_scales[i] = i % 3 == 0 ? 4.0f : -12.0f;
   }
-  const auto uploaded_model = [&](Backend& b) { return b.UploadModel(model.arrays()); };
+  const auto uploaded_model = [&](Backend& b) { return b.blend().UploadModel(model.arrays()); };
   for (const std::string& name : TestedBackends()) {
     const auto backend = MakeBackend(name);
     const auto uploaded = uploaded_model(*backend);
-    const auto view = backend->PrepareView(*uploaded, TestCamera(128, 128));
+    const auto view = backend->blend().PrepareView(*uploaded, TestCamera(128, 128));
     const std::vector<float> ones(size_t(view->num_rows()), 1.0f);
     const Blended blended = RunBlend(*backend, *view, ones, 1);
     for (size_t p = 0; p < blended.alpha.size(); ++p) {

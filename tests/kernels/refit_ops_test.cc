@@ -2,6 +2,7 @@
 // The refit's image and region steps against their formulas.
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "tests/kernels/test_scene.h"
 
@@ -18,12 +19,12 @@ class RefitOp : public BackendTest {
     BackendTest::SetUp();
     if (IsSkipped()) return;
     const TestModel model = RandomModel(rng_, 60);
-    uploaded_ = backend_->UploadModel(model.arrays());
-    const auto view = backend_->PrepareView(*uploaded_, TestCamera(kWidth, kHeight));
+    uploaded_ = backend_->blend().UploadModel(model.arrays());
+    const auto view = backend_->blend().PrepareView(*uploaded_, TestCamera(kWidth, kHeight));
     std::vector<uint8_t> active(60, 0);
     for (size_t g = 0; g < 60; g += 10) active[g] = 1;
     const auto flags = backend_->Upload(std::span<const uint8_t>(active));
-    region_ = backend_->Restrict(*view, flags.data(), 1 << 20);
+    region_ = backend_->blend().Restrict(*view, flags.data(), 1 << 20);
     image_ = UniformVector(rng_, kValues, 0, 1.5f);
     other_ = UniformVector(rng_, kValues, 0, 1);
     for (size_t p = 0; p < kValues / 3; ++p) mask_.push_back(uint8_t(rng_()));
@@ -60,8 +61,8 @@ class RefitOp : public BackendTest {
     RegionTargetParams params{render.data(), nullptr, mask.data(), map_, kUnit, target.data()};
     params.weights = weights.data();
     params.outside_weight = outside;
-    backend_->RegionTarget(*region_, params);
-    backend_->RegionWeightImage(*region_, weights.data(), weight_image.data());
+    backend_->refit().RegionTarget(*region_, params);
+    backend_->refit().RegionWeightImage(*region_, weights.data(), weight_image.data());
     const auto steps = weights.Read();
     std::vector<double> expected(kValues / 3, 0.0);
     ForTilePixels([&](size_t position, int pixel) {
@@ -88,8 +89,8 @@ TEST_P(RefitOp, TargetsAndResiduals) {
     Guarded<float> render(*backend_, image_), source(*backend_, other_);
     Guarded<uint8_t> mask(*backend_, mask_);
     Guarded<int16_t> target(*backend_, TileValues());
-    backend_->RegionTarget(*region_, {render.data(), photo ? source.data() : nullptr, mask.data(),
-                                      map_, kUnit, target.data()});
+    backend_->refit().RegionTarget(*region_, {render.data(), photo ? source.data() : nullptr,
+                                              mask.data(), map_, kUnit, target.data()});
     const auto steps = target.Read();
     ExpectWeights(photo ? 0.25f : 1.0f);
     std::vector<uint8_t> weights(TileValues() / 3);
@@ -120,12 +121,12 @@ TEST_P(RefitOp, TargetsAndResiduals) {
       RegionResidualParams params{target.data(),   kUnit,      image.data(),
                                   residual.data(), sum.data(), nullptr};
       if (weighted) params.weights = device_weights.data();
-      backend_->RegionResidual(*region_, params);
+      backend_->refit().RegionResidual(*region_, params);
       EXPECT_NEAR(sum.Read()[0], 5 + loss, 1e-5 * loss);
       const auto apart = residual.Read();
       EXPECT_LE(WorstDifference(apart, expected), 1e-6);
       params.residual = image.data();
-      backend_->RegionResidual(*region_, params);
+      backend_->refit().RegionResidual(*region_, params);
       const auto in_place = image.Read();
       for (size_t at = 0; at < kValues; ++at) {
         EXPECT_EQ(in_place[at], expected[at] == 7.0 ? other_[at] : apart[at]);
@@ -135,21 +136,61 @@ TEST_P(RefitOp, TargetsAndResiduals) {
 }
 
 TEST_P(RefitOp, TargetsSaturate) {
-  std::vector<float> bright(kValues, 100.0f);
-  Guarded<float> render(*backend_, image_), source(*backend_, bright);
+  std::vector<float> extreme(kValues, 100.0f);
+  for (size_t i = 1; i < kValues; i += 3) extreme[i] = -100;
+  Guarded<float> render(*backend_, image_), source(*backend_, extreme);
   Guarded<uint8_t> mask(*backend_, mask_);
   Guarded<int16_t> target(*backend_, TileValues());
   map_ = {};
-  backend_->RegionTarget(*region_,
-                         {render.data(), source.data(), mask.data(), map_, kUnit, target.data()});
+  backend_->refit().RegionTarget(
+      *region_, {render.data(), source.data(), mask.data(), map_, kUnit, target.data()});
   const auto steps = target.Read();
-  ForTilePixels(
-      [&](size_t position, int pixel) { EXPECT_EQ(steps[3 * position], pixel >= 0 ? 32767 : 0); });
+  ForTilePixels([&](size_t position, int pixel) {
+    EXPECT_EQ(steps[3 * position], pixel >= 0 ? 32767 : 0);
+    EXPECT_EQ(steps[3 * position + 1], pixel >= 0 ? -32768 : 0);
+  });
+}
+
+// Of two steps equally near the even one, on every backend.
+TEST_P(RefitOp, RoundsHalvesToEven) {
+  const std::vector<float> values = {0.5f, 1.5f, 2.5f, 3.49f, 3.51f, 65534.5f};
+  Guarded<float> image(*backend_, values);
+  Guarded<uint16_t> packed(*backend_, values.size());
+  backend_->refit().PackBox({image.data(), 2, 1, {0, 0, 2, 1}, packed.data(), 1});
+  EXPECT_EQ(packed.Read(), (std::vector<uint16_t>{0, 2, 2, 3, 4, 65534}));
+}
+
+TEST_P(RefitOp, RefusesWhatCannotBe) {
+  Guarded<float> image(*backend_, image_);
+  Guarded<uint8_t> mask(*backend_, mask_);
+  Guarded<int16_t> target(*backend_, TileValues());
+  RefitOps& refit = backend_->refit();
+  const auto whole = backend_->blend().PrepareView(*uploaded_, TestCamera(kWidth, kHeight));
+  RegionTargetParams goal{image.data(), nullptr, mask.data(), map_, kUnit, target.data()};
+  EXPECT_THROW(refit.RegionTarget(*whole, goal), std::invalid_argument);
+  EXPECT_THROW(refit.RegionAdd(*whole, image.data(), image.data()), std::invalid_argument);
+  EXPECT_THROW(refit.RegionWeightImage(*whole, mask.data(), image.data()), std::invalid_argument);
+  EXPECT_THROW(refit.RegionResidual(*whole, {}), std::invalid_argument);
+  goal.unit = 0;
+  EXPECT_THROW(refit.RegionTarget(*region_, goal), std::invalid_argument);
+  const int32_t boxes[][4] = {
+      {-1, 0, 5, 5}, {0, -1, 5, 5}, {0, 0, kWidth + 1, 5}, {0, 0, 5, kHeight + 1}, {6, 0, 5, 5}};
+  for (const auto& box : boxes) {
+    PackBoxParams pack{image.data(), kWidth, kHeight, {}, nullptr, kUnit};
+    EditImageParams edit{image.data(), mask.data(), map_, kWidth, kHeight, {}, image.data()};
+    ImageLossParams loss{image.data(), image.data(), kWidth, kHeight, 0.2f, {}, image.data()};
+    for (int32_t* to : {pack.box, edit.box, loss.roi}) std::copy_n(box, 4, to);
+    EXPECT_THROW(refit.PackBox(pack), std::invalid_argument);
+    EXPECT_THROW(refit.UnpackBox(pack), std::invalid_argument);
+    EXPECT_THROW(refit.EditImage(edit), std::invalid_argument);
+    EXPECT_THROW(refit.ImageLoss(loss), std::invalid_argument);
+  }
+  EXPECT_EQ(image.Read(), image_);
 }
 
 TEST_P(RefitOp, AddsOnItsTiles) {
   Guarded<float> image(*backend_, image_), delta(*backend_, other_);
-  backend_->RegionAdd(*region_, image.data(), delta.data());
+  backend_->refit().RegionAdd(*region_, image.data(), delta.data());
   auto expected = image_;
   ForTilePixels([&](size_t, int pixel) {
     for (size_t c = 0; pixel >= 0 && c < 3; ++c) {
@@ -168,13 +209,13 @@ TEST_P(RefitOp, PacksBoxes) {
   Guarded<uint16_t> packed(*backend_, count);
   PackBoxParams params{image.data(), kWidth, kHeight, {}, packed.data(), kUnit};
   std::copy_n(box, 4, params.box);
-  backend_->PackBox(params);
+  backend_->refit().PackBox(params);
   const auto steps = packed.Read();
   EXPECT_EQ(steps[0], 0);
   EXPECT_EQ(steps[1], 65535);
   Guarded<float> unpacked(*backend_, other_);
   params.image = unpacked.data();
-  backend_->UnpackBox(params);
+  backend_->refit().UnpackBox(params);
   const auto out = unpacked.Read();
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -193,7 +234,7 @@ TEST_P(RefitOp, EditsInsideItsBox) {
     EditImageParams params{image.data(), mask.data(), map_, kWidth, kHeight, {}, out.data()};
     if (in_place) params.out = image.data();
     std::copy_n(box, 4, params.box);
-    backend_->EditImage(params);
+    backend_->refit().EditImage(params);
     const auto edited = in_place ? image.Read() : out.Read();
     for (size_t p = 0; p < kValues / 3; ++p) {
       const bool inside = p >= size_t(10 * kWidth) && p < size_t(30 * kWidth);

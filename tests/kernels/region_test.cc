@@ -15,8 +15,8 @@ class RegionOp : public BackendTest {
  protected:
   void Make(int width, int height, int64_t gaussians, float share) {
     model_ = RandomModel(rng_, gaussians);
-    uploaded_ = backend_->UploadModel(model_.arrays());
-    view_ = backend_->PrepareView(*uploaded_, TestCamera(width, height));
+    uploaded_ = backend_->blend().UploadModel(model_.arrays());
+    view_ = backend_->blend().PrepareView(*uploaded_, TestCamera(width, height));
     active_.resize(size_t(gaussians));
     for (uint8_t& a : active_) a = Uniform(rng_, 0, 1) < share;
     device_active_ = backend_->Upload(std::span<const uint8_t>(active_));
@@ -24,7 +24,7 @@ class RegionOp : public BackendTest {
     pixels_ = size_t(width) * size_t(height);
   }
   std::shared_ptr<const ViewGeometry> Restrict(size_t budget) {
-    return backend_->Restrict(*view_, device_active_.data(), budget);
+    return backend_->blend().Restrict(*view_, device_active_.data(), budget);
   }
   // Features by Gaussian, [N, channels], zero for inactive ones.
   std::vector<float> MakeFeatures(int channels) {
@@ -132,7 +132,7 @@ TEST_P(RegionOp, VisitsOnlyTilesOfActiveGaussians) {
     const std::set<int32_t> visited(region->tiles().begin(), region->tiles().end());
     for (const bool keep : {false, true}) {
       Guarded<float> in(*backend_, features), image(*backend_, before);
-      backend_->Blend(*region, {in.data(), 1, nullptr, image.data(), nullptr, keep});
+      backend_->blend().Blend(*region, {in.data(), 1, nullptr, image.data(), nullptr, keep});
       const auto after = image.Read();
       for (int p = 0; p < 320 * 320; ++p) {
         const int tile = p / 320 / kTileSize * region->tiles_x() + p % 320 / kTileSize;
@@ -170,7 +170,7 @@ TEST_P(RegionOp, KeepsWithinItsBudget) {
 TEST_P(RegionOp, CompactWeightsAreCloseAndSmall) {
   Make(200, 150, 2000, 0.1f);
   const auto exact = Restrict(kAmple);
-  const auto compact = backend_->RestrictCompact(*view_, device_active_.data(), kAmple, 1e-3f);
+  const auto compact = backend_->blend().Restrict(*view_, device_active_.data(), kAmple, 1e-3f);
   EXPECT_EQ(RowsOf(*backend_, *compact), RowsOf(*backend_, *exact));
   EXPECT_LE(compact->bytes(), exact->bytes());
   const auto part = Gather(MakeFeatures(3), 3, *exact);
@@ -197,7 +197,7 @@ TEST_P(RegionOp, CompactWeightsAreCloseAndSmall) {
 TEST_P(RegionOp, CompactWeightsKeepAPixelsSum) {
   Make(200, 150, 20000, 0.5f);
   const auto exact = Restrict(kAmple);
-  const auto compact = backend_->RestrictCompact(*view_, device_active_.data(), kAmple, 0.01f);
+  const auto compact = backend_->blend().Restrict(*view_, device_active_.data(), kAmple, 0.01f);
   const std::vector<float> ones(size_t(exact->num_rows()), 1.0f);
   const auto expected = RunBlend(*backend_, *exact, ones, 1).image;
   const auto actual = RunBlend(*backend_, *compact, ones, 1).image;
@@ -213,7 +213,7 @@ TEST_P(RegionOp, CompactWeightsKeepAPixelsSum) {
 TEST_P(RegionOp, CompactWeightsGiveUpRowsToFit) {
   Make(200, 150, 20000, 0.5f);
   const auto compact = [&](size_t budget) {
-    return backend_->RestrictCompact(*view_, device_active_.data(), budget, 1e-3f);
+    return backend_->blend().Restrict(*view_, device_active_.data(), budget, 1e-3f);
   };
   const auto full = compact(kAmple);
   EXPECT_EQ(full->pixel_rows(), 0xffff);
@@ -237,7 +237,7 @@ TEST_P(RegionOp, MayBeEmpty) {
   Make(50, 50, 100, 0.0f);
   for (const auto& region :
        {Restrict(kNoBudget), Restrict(kAmple),
-        backend_->RestrictCompact(*view_, device_active_.data(), kAmple, 1e-3f)}) {
+        backend_->blend().Restrict(*view_, device_active_.data(), kAmple, 1e-3f)}) {
     EXPECT_EQ(region->num_rows(), 0);
     EXPECT_TRUE(region->tiles().empty());
     const Blended blended = RunBlend(*backend_, *region, {}, 3);
@@ -250,9 +250,10 @@ TEST_P(RegionOp, RefusesDepthAndNesting) {
   Make(50, 50, 100, 0.5f);
   const auto region = Restrict(kAmple);
   EXPECT_THROW(Guarded<float> depth(*backend_, pixels_);
-               backend_->Depth(*region, {depth.data(), nullptr, nullptr, 0.5f}),
+               backend_->blend().Depth(*region, {depth.data(), nullptr, nullptr, 0.5f}),
                std::invalid_argument);
-  EXPECT_THROW(backend_->Restrict(*region, device_active_.data(), 0), std::invalid_argument);
+  EXPECT_THROW(backend_->blend().Restrict(*region, device_active_.data(), 0),
+               std::invalid_argument);
 }
 
 RETINT_INSTANTIATE(RegionOp);

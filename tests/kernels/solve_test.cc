@@ -41,8 +41,8 @@ TEST_P(SolveOp, SolvesBlocksLikeEigen) {
     }
     const auto rhs = UniformVector(rng_, size_t(count * k * 3), -1, 1);
     Guarded<float> blocks(*backend_, packed), b(*backend_, rhs), x(*backend_, rhs.size());
-    backend_->FactorBlocks({blocks.data(), count, k});
-    backend_->SolveBlocks({blocks.data(), b.data(), x.data(), count, k});
+    backend_->solve().FactorBlocks({blocks.data(), count, k});
+    backend_->solve().SolveBlocks({blocks.data(), b.data(), x.data(), count, k});
     const auto solution = x.Read();
     blocks.Read();
     for (int i = 0; i < count; ++i) {
@@ -67,8 +67,8 @@ TEST_P(SolveOp, GivesZeroForBadBlocks) {
   Append(NAN * Eigen::MatrixXd::Ones(k, k), &packed);
   const std::vector<float> rhs(size_t(4 * k * 3), 1.0f);
   Guarded<float> blocks(*backend_, packed), b(*backend_, rhs), x(*backend_, rhs.size());
-  backend_->FactorBlocks({blocks.data(), 4, k});
-  backend_->SolveBlocks({blocks.data(), b.data(), x.data(), 4, k});
+  backend_->solve().FactorBlocks({blocks.data(), 4, k});
+  backend_->solve().SolveBlocks({blocks.data(), b.data(), x.data(), 4, k});
   const auto solution = x.Read();
   for (int i = 0; i < k * 3; ++i) EXPECT_NE(solution[size_t(i)], 0.0f);
   for (size_t i = size_t(k) * 3; i < solution.size(); ++i) EXPECT_EQ(solution[i], 0.0f);
@@ -81,7 +81,7 @@ TEST_P(SolveOp, AddsRidges) {
   Guarded<float> blocks(*backend_, packed), weights(*backend_, count);
   AddRidgeParams params{blocks.data(), weights.data(), count, k, {}};
   for (int i = 0; i < k; ++i) params.ridge[i] = 0.01f * float(i + 1);
-  backend_->AddRidge(params);
+  backend_->solve().AddRidge(params);
   const auto out = blocks.Read(), w = weights.Read();
   for (int b = 0; b < count; ++b) {
     const float expected = packed[size_t(b * Packed(k))] / (kShC0 * kShC0);
@@ -98,7 +98,7 @@ TEST_P(SolveOp, AddsRidges) {
   Guarded<float> in(*backend_, x), sum(*backend_, start), weight_in(*backend_, w);
   ApplyRidgeParams apply{weight_in.data(), in.data(), sum.data(), count, k, -2, {}};
   std::copy_n(params.ridge, k, apply.ridge);
-  backend_->ApplyRidge(apply);
+  backend_->solve().ApplyRidge(apply);
   const auto applied = sum.Read();
   for (size_t i = 0; i < x.size(); ++i) {
     const size_t g = i / size_t(k * 3), row = i / 3 % size_t(k);
@@ -117,8 +117,8 @@ TEST_P(SolveOp, AdamFollowsItsFormula) {
     auto gradient = UniformVector(rng_, count, -1, 1);
     gradient[0] = 0;  // stays where it is
     Guarded<float> g(*backend_, gradient);
-    backend_->Adam({values.data(), g.data(), m.data(), v.data(), int64_t(count), step, 1e-2f, 0.9f,
-                    0.999f, 1e-15f});
+    backend_->solve().Adam({values.data(), g.data(), m.data(), v.data(), int64_t(count), step,
+                            1e-2f, 0.9f, 0.999f, 1e-15f});
     for (size_t i = 0; i < count; ++i) {
       em[i] = 0.9 * em[i] + 0.1 * double(gradient[i]);
       ev[i] = 0.999 * ev[i] + 0.001 * double(gradient[i]) * double(gradient[i]);
@@ -137,16 +137,18 @@ TEST_P(SolveOp, AdamFollowsItsFormula) {
 TEST_P(SolveOp, CombinesAndMultiplies) {
   const auto x = UniformVector(rng_, 100003, -1, 1), y = UniformVector(rng_, 100003, -1, 1);
   Guarded<float> in_x(*backend_, x), in_y(*backend_, y), out(*backend_, x.size());
-  backend_->LinearCombination({in_x.data(), in_y.data(), 2, -3, out.data(), int64_t(x.size())});
+  backend_->solve().LinearCombination(
+      {in_x.data(), in_y.data(), 2, -3, out.data(), int64_t(x.size())});
   const auto combined = out.Read();
   double dot = 0;
   for (size_t i = 0; i < x.size(); ++i) {
     EXPECT_NEAR(combined[i], 2 * x[i] - 3 * y[i], 1e-6);
     dot += double(x[i]) * double(y[i]);
   }
-  EXPECT_NEAR(backend_->Dot(in_x.data(), in_y.data(), int64_t(x.size())), dot, 1e-6);
-  EXPECT_EQ(backend_->Dot(in_x.data(), in_y.data(), 0), 0);
-  backend_->LinearCombination({in_x.data(), in_y.data(), 1, 1, in_x.data(), 10});  // in place
+  EXPECT_NEAR(backend_->solve().Dot(in_x.data(), in_y.data(), int64_t(x.size())), dot, 1e-6);
+  EXPECT_EQ(backend_->solve().Dot(in_x.data(), in_y.data(), 0), 0);
+  backend_->solve().LinearCombination(
+      {in_x.data(), in_y.data(), 1, 1, in_x.data(), 10});  // in place
   EXPECT_FLOAT_EQ(in_x.Read()[9], x[9] + y[9]);
 }
 

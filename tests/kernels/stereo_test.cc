@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stereo against plain loops on small images: the matcher on every backend, the other stages in
 // backend memory, skipped where no backend has them.
-#include "kernels/stereo.h"
+#include "kernels/stereo_ops.h"
 
 #include <algorithm>
 #include <array>
@@ -29,9 +29,9 @@ class Stereo : public testing::Test {
     } catch (const std::exception& error) {
       GTEST_SKIP() << error.what();
     }
-    ASSERT_NE(backend_->Stereo(), nullptr);
+    ASSERT_NE(backend_->stereo(), nullptr);
   }
-  StereoOps& stereo() { return *backend_->Stereo(); }
+  StereoOps& stereo() { return *backend_->stereo(); }
 
   std::shared_ptr<Backend> backend_;
   std::mt19937 rng_ = TestRng();
@@ -194,7 +194,7 @@ class MatcherTest : public testing::Test {
   }
   void Match(const StereoMatchParams& params) {
     if (name_ == "cuda") {
-      backend_->Stereo()->Match(params);
+      backend_->stereo()->Match(params);
     } else {
       MatchStereoOnCpu(name_ == "cpu" ? SimdStereoKernels() : ScalarStereoKernels(), params);
     }

@@ -106,8 +106,8 @@ Blended RunBlend(Backend& backend, const ViewGeometry& view, const std::vector<f
   const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
   Guarded<float> in(backend, features), back(backend, background);
   Guarded<float> image(backend, pixels * size_t(channels)), alpha(backend, pixels);
-  backend.Blend(view, {in.data(), channels, background.empty() ? nullptr : back.data(),
-                       image.data(), alpha.data(), false});
+  backend.blend().Blend(view, {in.data(), channels, background.empty() ? nullptr : back.data(),
+                               image.data(), alpha.data(), false});
   return {image.Read(), alpha.Read()};
 }
 
@@ -115,7 +115,7 @@ std::vector<float> RunTranspose(Backend& backend, const ViewGeometry& view,
                                 const std::vector<float>& residual, int channels) {
   Guarded<float> in(backend, residual);
   Guarded<float> out(backend, size_t(view.num_rows()) * size_t(channels));
-  backend.BlendTranspose(view, {in.data(), channels, out.data()});
+  backend.blend().BlendTranspose(view, {in.data(), channels, out.data()});
   return out.Read();
 }
 

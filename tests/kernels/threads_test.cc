@@ -17,8 +17,8 @@ std::vector<float> RunAll(Backend& backend, const TestModel& model, const Camera
   const auto append = [&](const std::vector<float>& v) {
     all.insert(all.end(), v.begin(), v.end());
   };
-  const auto uploaded = backend.UploadModel(model.arrays());
-  const auto view = backend.PrepareView(*uploaded, camera);
+  const auto uploaded = backend.blend().UploadModel(model.arrays());
+  const auto view = backend.blend().PrepareView(*uploaded, camera);
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
   const auto residual = UniformVector(rng, pixels * 3, -1, 1);
   const auto features = UniformVector(rng, size_t(view->num_rows()) * 3, 0, 1);
@@ -29,23 +29,24 @@ std::vector<float> RunAll(Backend& backend, const TestModel& model, const Camera
   std::vector<uint8_t> active(size_t(model.count()));
   for (uint8_t& a : active) a = rng() % 8 == 0;
   for (const size_t budget : {size_t{0}, size_t{1} << 30}) {
-    const auto region = backend.Restrict(*view, active.data(), budget);
+    const auto region = backend.blend().Restrict(*view, active.data(), budget);
     all.push_back(float(region->bytes()));
     append(
         RunBlend(backend, *region, UniformVector(rng, size_t(region->num_rows()), 0, 1), 1).image);
     append(RunTranspose(backend, *region, residual, 3));
   }
   Guarded<float> gradient(backend, pixels * 3);
-  const auto value = backend.ImageLoss({blended.image.data(),
-                                        residual.data(),
-                                        camera.width,
-                                        camera.height,
-                                        0.2f,
-                                        {},
-                                        gradient.data()});
+  const auto value = backend.refit().ImageLoss({blended.image.data(),
+                                                residual.data(),
+                                                camera.width,
+                                                camera.height,
+                                                0.2f,
+                                                {},
+                                                gradient.data()});
   append(gradient.Read());
   all.push_back(float(value.loss));
-  all.push_back(float(backend.Dot(blended.image.data(), residual.data(), int64_t(pixels * 3))));
+  all.push_back(
+      float(backend.solve().Dot(blended.image.data(), residual.data(), int64_t(pixels * 3))));
   return all;
 }
 

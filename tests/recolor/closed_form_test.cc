@@ -100,7 +100,7 @@ TEST(MaskSharesTest, FollowTheMasks) {
   std::vector<int> visible(scene.shares.size(), 0);
   for (const auto& camera : scene.cameras) {
     const std::vector<float> ones(64 * 48, 1.0f);
-    const auto weights = renderer.BlendTransposeToGaussians(camera, ones, 1);
+    const auto weights = BlendTransposeToGaussians(renderer, camera, ones);
     for (size_t g = 0; g < weights.size(); ++g) visible[g] += weights[g] > 0;
   }
   const auto shares = MaskShares(renderer, scene.Targets(), monitor);
@@ -120,7 +120,7 @@ TEST(MaskSharesTest, MatchTheDefinition) {
     one[g] = 1;
     double inside = 0, total = 0;
     for (size_t v = 0; v < scene.cameras.size(); ++v) {
-      const auto weights = renderer.BlendFeatures(scene.cameras[v], one, 1);
+      const auto weights = BlendFeatures(renderer, scene.cameras[v], one);
       for (size_t p = 0; p < weights.size(); ++p) {
         inside += double(weights[p]) * scene.masks[v].data[p] / 255;
         total += double(weights[p]);

@@ -52,11 +52,11 @@ TEST(MmTest, VisibilityMajorisesTheBlend) {
   const size_t count = scene.model.NumGaussians();
   for (const auto& camera : scene.cameras) {
     const auto visibility =
-        renderer.BlendTransposeToGaussians(camera, std::vector<float>(64 * 48, 1.0f), 1);
+        BlendTransposeToGaussians(renderer, camera, std::vector<float>(64 * 48, 1.0f));
     std::vector<float> values(count);
     for (float& value : values) value = float(random.Uniform(-1, 1));
     double blended = 0, bound = 0;
-    for (const float y : renderer.BlendFeatures(camera, values, 1)) blended += double(y) * y;
+    for (const float y : BlendFeatures(renderer, camera, values)) blended += double(y) * y;
     for (size_t g = 0; g < count; ++g) bound += double(visibility[g]) * values[g] * values[g];
     EXPECT_GT(blended, 0);
     EXPECT_LE(blended, bound);

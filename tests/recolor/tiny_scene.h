@@ -11,6 +11,7 @@
 
 #include "recolor/sh_refitter.h"
 #include "render/renderer.h"
+#include "tests/support/blend.h"
 
 namespace retint {
 
@@ -73,7 +74,7 @@ struct TinyScene {
     Renderer renderer = MakeRenderer();
     for (int v = 0; v < views; ++v) {
       cameras.push_back(LookAtOrigin(0.5 * (v - views / 2.0) / views, 4.0));
-      const auto soft = renderer.BlendFeatures(cameras.back(), shares, 1);
+      const auto soft = BlendFeatures(renderer, cameras.back(), shares);
       Mask mask(64, 48);
       for (size_t p = 0; p < soft.size(); ++p) {
         mask.data[p] = uint8_t(std::lround(255 * std::clamp(soft[p], 0.0f, 1.0f)));

@@ -49,7 +49,7 @@ ScalarImage Draw(const SelectionCloud& cloud, const PosedCamera& view, const Dep
   ScalarImage drawn(depth.width, depth.height);
   DrawCloudParams draw{ToCameraParams(view), points.data(), int64_t(points.size()), square, scale,
                        depth.data.data(),    0.02f,         drawn.data.data()};
-  backend->DrawCloud(draw);
+  backend->mask().DrawCloud(draw);
   return drawn;
 }
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stereo on rendered pairs (Stereo-HV, src/depth) in backend memory: Backend::Stereo(). Each
-// operation is one stage; nothing travels to the host but a few quantiles.
+// Stereo on rendered pairs (Stereo-HV, src/depth) in backend memory. Each operation is one
+// stage; nothing travels to the host but a few quantiles.
 //
 // The reference view's pixels are the grid [H, W]. Every other image lies on that grid's plane
 // with its first pixel at (x, y), which may be negative. A pixel p of the reference with disparity
 // s > 0 is seen at p + s (dx, dy) in a shifted view, one of dx, dy being +-1, the other 0; that is
 // s = f beta / z, whichever way the view was shifted. Unknown disparities are negative.
-//
-// Impossible arguments are std::invalid_argument. Thread-safe; stream order as in backend.h.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +15,7 @@
 namespace retint {
 
 inline constexpr int kMaxStereoViews = 4;
+inline constexpr int kMaxQuantiles = 8;
 inline constexpr int kStereoCountStep = 32;  // disparities searched: a multiple of this ...
 inline constexpr int kMaxStereoCount = 256;  // ... and at most this
 
@@ -86,18 +85,28 @@ class StereoOps {
   virtual ~StereoOps() = default;
 
   // The values at fractions of the sorted positive ones: index fraction * (n - 1), rounded down.
-  // Returned on the host; empty when none is positive. At most 8 fractions.
-  virtual std::vector<float> PositiveQuantiles(const float* values, int64_t count,
-                                               std::span<const double> fractions) = 0;
+  // Returned on the host; empty when none is positive. At most kMaxQuantiles fractions in [0, 1].
+  std::vector<float> PositiveQuantiles(const float* values, int64_t count,
+                                       std::span<const double> fractions);
   // Luma 0.299 R + 0.587 G + 0.114 B of the channels clamped to [0, 1]: [pixels, 3] -> [pixels].
-  virtual void Gray(const float* rgb, int64_t pixels, float* gray) = 0;
+  void Gray(const float* rgb, int64_t pixels, float* gray);
   // out = scale / value where value > 0, else `otherwise` (null: -1) [count]; out may be either.
-  virtual void Invert(const float* values, const float* otherwise, int64_t count, float scale,
-                      float* out) = 0;
-  virtual void Match(const StereoMatchParams& params) = 0;
-  virtual void Fuse(const StereoFuseParams& params) = 0;
-  virtual void Arbitrate(const StereoArbitrateParams& params) = 0;
-  virtual void Refine(const StereoRefineParams& params) = 0;
+  void Invert(const float* values, const float* otherwise, int64_t count, float scale, float* out);
+  void Match(const StereoMatchParams& params);
+  void Fuse(const StereoFuseParams& params);
+  void Arbitrate(const StereoArbitrateParams& params);
+  void Refine(const StereoRefineParams& params);
+
+ protected:
+  virtual std::vector<float> DoPositiveQuantiles(const float* values, int64_t count,
+                                                 std::span<const double> fractions) = 0;
+  virtual void DoGray(const float* rgb, int64_t pixels, float* gray) = 0;
+  virtual void DoInvert(const float* values, const float* otherwise, int64_t count, float scale,
+                        float* out) = 0;
+  virtual void DoMatch(const StereoMatchParams& params) = 0;
+  virtual void DoFuse(const StereoFuseParams& params) = 0;
+  virtual void DoArbitrate(const StereoArbitrateParams& params) = 0;
+  virtual void DoRefine(const StereoRefineParams& params) = 0;
 };
 
 }  // namespace retint

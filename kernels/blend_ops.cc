@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/blend_ops.h"
+
+#include <string>
+
+#include "kernels/check.h"
+
+namespace retint {
+namespace {
+
+void RequireChannels(int channels) {
+  if (channels < 1 || channels > kMaxChannels) {
+    throw std::invalid_argument("channels must be 1 to " + std::to_string(kMaxChannels));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Model> BlendOps::UploadModel(const GaussianArrays& host) {
+  RequireCount(host.count);
+  Require(host.sh_degree >= 0 && host.sh_degree <= 3, "the SH degree must be 0 to 3");
+  return DoUploadModel(host);
+}
+
+std::shared_ptr<const ViewGeometry> BlendOps::PrepareView(const Model& model,
+                                                          const CameraParams& camera) {
+  RequireImage(camera.width, camera.height);
+  return DoPrepareView(model, camera);
+}
+
+std::shared_ptr<const ViewGeometry> BlendOps::Restrict(const ViewGeometry& view,
+                                                       const uint8_t* active, size_t budget_bytes,
+                                                       float min_weight) {
+  RequireWholeView(view);
+  Require(min_weight >= 0, "the least weight of a region must not be negative");
+  return DoRestrict(view, active, budget_bytes, min_weight);
+}
+
+void BlendOps::Blend(const ViewGeometry& view, const BlendParams& params) {
+  RequireChannels(params.channels);
+  DoBlend(view, params);
+}
+
+void BlendOps::BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) {
+  RequireChannels(params.channels);
+  DoBlendTranspose(view, params);
+}
+
+void BlendOps::Depth(const ViewGeometry& view, const DepthParams& params) {
+  RequireWholeView(view);
+  DoDepth(view, params);
+}
+
+void BlendOps::AccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums) {
+  RequireWholeView(view);
+  DoAccumulateShares(view, mask, sums);
+}
+
+void BlendOps::GatherRows(const ViewGeometry& view, const float* of, int32_t channels,
+                          float* values) {
+  Require(channels >= 1, "rows have at least one channel");
+  DoGatherRows(view, of, channels, values);
+}
+
+void BlendOps::AddRows(const ViewGeometry& view, const float* values, int32_t channels,
+                       float* sums) {
+  Require(channels >= 1, "rows have at least one channel");
+  DoAddRows(view, values, channels, sums);
+}
+
+}  // namespace retint

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The groups of operations of the CPU backend, each made beside its kernels. The kernels given
+// outlive the group.
+#pragma once
+
+#include <memory>
+
+#include "kernels/blend_ops.h"
+#include "kernels/cpu/image_loss.h"
+#include "kernels/cpu/tile_kernels.h"
+#include "kernels/mask_ops.h"
+#include "kernels/refit_ops.h"
+#include "kernels/sh_ops.h"
+#include "kernels/solve_ops.h"
+
+namespace retint {
+
+std::unique_ptr<BlendOps> MakeCpuBlendOps(const TileKernels& kernels);
+std::unique_ptr<ShOps> MakeCpuShOps();
+std::unique_ptr<SolveOps> MakeCpuSolveOps();
+std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& kernels);
+std::unique_ptr<MaskOps> MakeCpuMaskOps();
+
+}  // namespace retint

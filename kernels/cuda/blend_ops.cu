@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The device's group of blending operations. The large ones have files of their own: prepare.cu,
+// region.cu and blend.cu.
+#include "kernels/cuda/blend.cuh"
+#include "kernels/cuda/groups.cuh"
+#include "kernels/cuda/launch.cuh"
+
+namespace retint::cuda {
+namespace {
+
+class CudaBlendOps : public BlendOps {
+ public:
+  explicit CudaBlendOps(cudaStream_t stream) : stream_(stream) {}
+
+  std::unique_ptr<Model> DoUploadModel(const GaussianArrays& host) override {
+    return Upload(host, stream_);
+  }
+
+  std::shared_ptr<const ViewGeometry> DoPrepareView(const Model& model,
+                                                    const CameraParams& camera) override {
+    return Prepare(Own(model), camera, stream_);
+  }
+
+  std::shared_ptr<const ViewGeometry> DoRestrict(const ViewGeometry& view, const uint8_t* active,
+                                                 size_t budget_bytes, float min_weight) override {
+    return RestrictTo(Own(view), active, budget_bytes, min_weight, stream_);
+  }
+
+  void DoBlend(const ViewGeometry& view, const BlendParams& params) override {
+    cuda::Blend(Own(view), params, stream_);
+  }
+
+  void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
+    cuda::BlendTranspose(Own(view), params, stream_);
+  }
+
+  void DoDepth(const ViewGeometry& view, const DepthParams& params) override {
+    cuda::Depth(Own(view), params, stream_);
+  }
+
+  void DoAccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums) override {
+    const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
+    const int64_t rows = view.num_rows();
+    if (rows == 0) return;
+    Scratch<float2> residual(stream_, size_t(pixels)), of_rows(stream_, size_t(rows));
+    float2* to = residual.data();
+    ForEach(pixels, stream_, "AccumulateShares", [=] __device__(int64_t p) {
+      to[p] = {float(mask[p]) / 255.0f, 1.0f};
+    });
+    DoBlendTranspose(view, {&residual.data()->x, 2, &of_rows.data()->x});
+    const int32_t* gaussians = view.rows();
+    const float2* from = of_rows.data();
+    ForEach(rows, stream_, "AccumulateShares", [=] __device__(int64_t r) {
+      double* sum = sums + 2 * int64_t(gaussians[r]);  // rows are distinct
+      sum[0] += double(from[r].x);
+      sum[1] += double(from[r].y);
+    });
+  }
+
+  void DoGatherRows(const ViewGeometry& view, const float* of, int32_t channels,
+                    float* values) override {
+    const int32_t* const gaussians = view.rows();
+    ForEach(view.num_rows() * channels, stream_, "GatherRows", [=] __device__(int64_t i) {
+      values[i] = of[int64_t(gaussians[i / channels]) * channels + i % channels];
+    });
+  }
+
+  void DoAddRows(const ViewGeometry& view, const float* values, int32_t channels,
+                 float* sums) override {
+    const int32_t* const gaussians = view.rows();  // distinct
+    ForEach(view.num_rows() * channels, stream_, "AddRows", [=] __device__(int64_t i) {
+      sums[int64_t(gaussians[i / channels]) * channels + i % channels] += values[i];
+    });
+  }
+
+ private:
+  cudaStream_t stream_;
+};
+
+}  // namespace
+
+std::unique_ptr<BlendOps> MakeBlendOps(cudaStream_t stream) {
+  return std::make_unique<CudaBlendOps>(stream);
+}
+
+}  // namespace retint::cuda

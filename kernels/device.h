@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The memory of a backend: the host's for "cpu", the device's for "cuda".
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace retint {
+
+// Untyped memory of a backend; freed with the last reference.
+class DeviceMemory {
+ public:
+  virtual ~DeviceMemory() = default;
+  void* data() const { return data_; }
+  size_t bytes() const { return bytes_; }
+
+ protected:
+  DeviceMemory(void* data, size_t bytes) : data_(data), bytes_(bytes) {}
+  void* data_;
+  size_t bytes_;
+};
+
+// Typed handle of backend memory. Copies share the memory.
+template <typename T>
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(std::shared_ptr<DeviceMemory> memory, size_t count)
+      : memory_(std::move(memory)), count_(count) {}
+  T* data() const { return memory_ ? static_cast<T*>(memory_->data()) : nullptr; }
+  size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+
+ private:
+  std::shared_ptr<DeviceMemory> memory_;
+  size_t count_ = 0;
+};
+
+// Copies and fills happen in the order of the operations of the same backend. Thread-safe.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  // Zero-initialised. std::bad_alloc where there is no room; what() of a device's says how much was
+  // asked for and how much is free.
+  virtual std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) = 0;
+  virtual void CopyToDevice(void* device, const void* host, size_t bytes) = 0;
+  virtual void CopyToHost(void* host, const void* device, size_t bytes) = 0;
+  virtual void Fill(void* device, int byte, size_t bytes) = 0;
+  virtual void Synchronize() = 0;
+  virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
+
+  template <typename T>
+  Buffer<T> Allocate(size_t count) {
+    return Buffer<T>(AllocateBytes(count * sizeof(T)), count);
+  }
+  template <typename T>
+  Buffer<T> Upload(std::span<const T> host) {
+    auto buffer = Allocate<T>(host.size());
+    CopyToDevice(buffer.data(), host.data(), host.size_bytes());
+    return buffer;
+  }
+  template <typename T>
+  std::vector<T> Download(const T* device, size_t count) {
+    std::vector<T> host(count);
+    CopyToHost(host.data(), device, count * sizeof(T));
+    return host;
+  }
+};
+
+}  // namespace retint

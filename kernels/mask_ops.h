@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The mask projection's steps (src/selection), so that a view's images never leave backend memory.
+// In depth maps, [H, W], 0 is no depth, and rows outside `pixel_rows` (bit 0 is set) are taken to
+// be as the wanted one above.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kernels/common/types.h"
+
+namespace retint {
+
+// Depth at continuous pixels (x, y), bilinear in 1/z, exact on planes. 0 outside the image, or
+// where the four pixels around lack depth or disagree by more than `max_spread` of the nearest.
+struct SampleDepthParams {
+  const float* depth;  // [H, W]
+  int32_t width, height;
+  const double* pixels;  // [count, 2]
+  int64_t count;
+  double max_spread;  // 0.03
+  double* samples;    // [count]
+  uint16_t pixel_rows = kAllPixelRows;
+};
+
+// 1 / z' = a / z + b, in place; 0 where that is near or below 0. All rows are written.
+struct CorrectDepthParams {
+  float* depth;  // [H, W]
+  int32_t width, height;
+  float a, b;
+  uint16_t pixel_rows = kAllPixelRows;
+};
+
+// Coverage in [0, 1]: the largest of the points that cover a pixel and are not hidden, that is
+// further than depth * (1 + depth_tolerance). Each point is a disc in the world across its normal
+// (facing the viewer where it has none) of radius `disc_scale` footprints, full within the radius
+// less half a footprint and 0 half a footprint outside, its plane's depth tested at every pixel;
+// or, where square_pixels > 0, a square of that side about its projection, as deep as the point.
+struct DrawCloudParams {
+  CameraParams camera;
+  const CloudPoint* points;  // [count]
+  int64_t count;
+  float square_pixels, disc_scale;
+  const float* depth;  // [H, W]
+  float depth_tolerance;
+  float* coverage;  // [H, W], overwritten
+};
+
+// mask = 255 clamp(scale * image + offset, 0, 1), rounded; then closed: the maximum over a disc of
+// close_radius pixels, then the minimum, inside the image.
+struct MakeMaskParams {
+  const float* image;  // [H, W]
+  int32_t width, height;
+  double scale, offset;
+  int32_t close_radius;  // 0: not closed
+  uint8_t* mask;         // [H, W]
+};
+
+// depth = kNoEvidence on the outside of a painted shape's silhouette: where an unpainted pixel has
+// a painted one beside it (of eight) that lies nearer by more than `jump` of its depth. Such a
+// pixel still sees the fringe of the shape's Gaussians, those behind its limb among them, of which
+// the view sees nothing else. Pixels of 128 and more are painted.
+struct MarkSilhouetteParams {
+  const uint8_t* mask;  // [H, W]
+  int32_t width, height;
+  float jump;
+  float* depth;  // [H, W]
+};
+
+// What is known of each pixel: mask value M and weight K. The pixel's surface is looked up in the
+// painted views: where one sees it (their depths differ by at most `tolerance`), M is the paint
+// there, the mean where several do, and K = 1; else M = 0, K = unknown_weight. `coverage` raises
+// both to its value. Where the depth is kNoEvidence, M = K = 0. residual = scale * (K M, K), zero
+// outside `pixel_rows`.
+struct EvidenceParams {
+  CameraParams camera;                    // its pose is not read
+  const float* depth;                     // [H, W]; null: none
+  std::span<const PaintedImage> painted;  // in host memory, its images in backend memory
+  float tolerance, unknown_weight;
+  const uint8_t* coverage;  // [H, W], steps of 1 / 255; null: none
+  float scale;
+  float* residual;  // [H, W, 2]
+  uint16_t pixel_rows = kAllPixelRows;
+};
+
+class MaskOps {
+ public:
+  virtual ~MaskOps() = default;
+
+  void SampleDepth(const SampleDepthParams& params);
+  void CorrectDepth(const CorrectDepthParams& params);
+  void DrawCloud(const DrawCloudParams& params);
+  void MakeMask(const MakeMaskParams& params);
+  void MarkSilhouette(const MarkSilhouetteParams& params);
+  void Evidence(const EvidenceParams& params);
+
+ protected:
+  virtual void DoSampleDepth(const SampleDepthParams& params) = 0;
+  virtual void DoCorrectDepth(const CorrectDepthParams& params) = 0;
+  virtual void DoDrawCloud(const DrawCloudParams& params) = 0;
+  virtual void DoMakeMask(const MakeMaskParams& params) = 0;
+  virtual void DoMarkSilhouette(const MarkSilhouetteParams& params) = 0;
+  virtual void DoEvidence(const EvidenceParams& params) = 0;
+};
+
+}  // namespace retint

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The refit's steps on the pixels of a region or of a box, so that a sweep never leaves backend
+// memory. A region's pixels are those of its tiles, in the order of tiles(), kTileSize^2 pixels
+// each, row-major; positions past the image's edge hold 0.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/blend_ops.h"
+#include "kernels/common/color_map.h"
+
+namespace retint {
+
+// How a region's pixels should change: target = edited(source) - render, in steps of `unit`,
+// saturating (common/quantize.h).
+struct RegionTargetParams {
+  const float* render;  // [H, W, 3]
+  const float* source;  // [H, W, 3] what is edited; null: `render`
+  const uint8_t* mask;  // [H, W]
+  ColorMap map;
+  float unit;       // above 0
+  int16_t* target;  // [tiles, kTileSize^2, 3]
+  // Where not null, also the pixels' weights m inside_weight + (1 - m) outside_weight, m = mask /
+  // 255, in steps of 1 / 255: [tiles, kTileSize^2], 0 past the image's edge and in rows that the
+  // region left out.
+  uint8_t* weights = nullptr;
+  float inside_weight = 1, outside_weight = 1;
+};
+
+// r = target * unit - image on the region's tiles: residual = weight * r, loss[0] += weight * r^2.
+struct RegionResidualParams {
+  const int16_t* target;  // [tiles, kTileSize^2, 3]
+  float unit;
+  const float* image;      // [H, W, 3]
+  float* residual;         // [H, W, 3]; may be `image`
+  double* loss;            // [1] backend memory, accumulated
+  const uint8_t* weights;  // [tiles, kTileSize^2] in steps of 1 / 255, or null: all 1
+};
+
+// L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), SSIM with an 11x11 Gaussian
+// window of sigma 1.5, zero padding, C1 = 0.01^2, C2 = 0.03^2, per channel (Wang et al. 2004;
+// 3DGS's training loss). Means over all W*H*3 values. With `roi` (x0, y0, x1, y1, pixels,
+// half-open) the gradient is written inside it only and the value sums only its pixels, still
+// divided by W*H*3: exact wherever y and y* agree outside.
+struct ImageLossParams {
+  const float* image;   // y [H, W, 3]
+  const float* target;  // y* [H, W, 3]
+  int32_t width, height;
+  float lambda;     // 0.2
+  int32_t roi[4];   // all zero: the whole image
+  float* gradient;  // dL/dy [H, W, 3]
+  // [1] backend memory: the loss is added here and the returned value is empty, so that nobody
+  // waits for it. Null: it is returned.
+  double* loss = nullptr;
+};
+
+struct ImageLossValue {
+  double loss, l1, ssim;
+};
+
+// A rectangle of an RGB image in 16-bit steps of `unit`, clamped to [0, 65535] of them.
+struct PackBoxParams {
+  float* image;  // [H, W, 3], read by PackBox, written by UnpackBox
+  int32_t width, height;
+  int32_t box[4];    // x0, y0, x1, y1, half-open, inside the image
+  uint16_t* packed;  // [y1 - y0, x1 - x0, 3]
+  float unit;        // above 0
+};
+
+// out = edited(image) inside `box`.
+struct EditImageParams {
+  const float* image;   // [H, W, 3]
+  const uint8_t* mask;  // [H, W]
+  ColorMap map;
+  int32_t width, height;
+  int32_t box[4];  // as in PackBoxParams
+  float* out;      // [H, W, 3]; may be `image`
+};
+
+// A geometry that is not a region is std::invalid_argument.
+class RefitOps {
+ public:
+  virtual ~RefitOps() = default;
+
+  void RegionTarget(const ViewGeometry& region, const RegionTargetParams& params);
+  void RegionResidual(const ViewGeometry& region, const RegionResidualParams& params);
+  // image += delta on the region's tiles, both [H, W, 3].
+  void RegionAdd(const ViewGeometry& region, float* image, const float* delta);
+  // The weights of RegionTarget as an image [H, W], 0 outside the region's tiles.
+  void RegionWeightImage(const ViewGeometry& region, const uint8_t* weights, float* image);
+  ImageLossValue ImageLoss(const ImageLossParams& params);
+  void PackBox(const PackBoxParams& params);
+  void UnpackBox(const PackBoxParams& params);
+  void EditImage(const EditImageParams& params);
+
+ protected:
+  virtual void DoRegionTarget(const ViewGeometry& region, const RegionTargetParams& params) = 0;
+  virtual void DoRegionResidual(const ViewGeometry& region, const RegionResidualParams& params) = 0;
+  virtual void DoRegionAdd(const ViewGeometry& region, float* image, const float* delta) = 0;
+  virtual void DoRegionWeightImage(const ViewGeometry& region, const uint8_t* weights,
+                                   float* image) = 0;
+  // The region of interest is not empty: all of the image where the caller named none.
+  virtual ImageLossValue DoImageLoss(const ImageLossParams& params) = 0;
+  virtual void DoPackBox(const PackBoxParams& params) = 0;
+  virtual void DoUnpackBox(const PackBoxParams& params) = 0;
+  virtual void DoEditImage(const EditImageParams& params) = 0;
+};
+
+}  // namespace retint
