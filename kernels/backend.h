@@ -36,8 +36,8 @@ class Backend : public Device {
   SolveOps& solve() { return *solve_; }
   RefitOps& refit() { return *refit_; }
   MaskOps& mask() { return *mask_; }
+  StereoOps& stereo() { return *stereo_; }
   // Optional: null where the backend has none.
-  StereoOps* stereo() { return stereo_.get(); }
   NeighborOps* neighbors() { return neighbors_.get(); }
 
  protected:

@@ -39,13 +39,10 @@ struct StereoMatchParams {
   float tolerance;                // pixels, between matching this way and the other
   float* disparity;               // [H, W] sub-pixel
   // Penalties, in units of one differing census bit, of a change of one disparity between
-  // neighbours and of a larger one.
+  // neighbors and of a larger one.
   int32_t p1 = 6, p2 = 80;
   int32_t uniqueness_percent = 10;  // margin by which the best cost must beat the others
 };
-
-// The matching on the CPU: all pointers are to host memory. By the rules of StereoOps::Match.
-void MatchStereoOnCpu(const StereoMatchParams& params);
 
 // Per pixel: the mean of the largest set of disparities that agrees within `tolerance`, of two as
 // large the nearer; with `nearest` simply the nearest (largest) one.
@@ -58,8 +55,9 @@ struct StereoFuseParams {
   float* disparity;  // [H, W]
 };
 
-// Settles where `disparity` and the Gaussians' own, `rough`, disagree (see ArbitrateDisparity in
-// src/depth/stereo_pairs.h, whose rules these are).
+// Settles where `disparity` and the Gaussians' own, `rough`, disagree: whichever the colors of the
+// shifted views favor; near depth edges, where flat color favors neither, the rough one where it
+// continues a confirmed surface. Where they agree, their mean.
 struct StereoArbitrateParams {
   StereoView reference;  // rgb is read
   StereoView shifted[kMaxStereoViews];
@@ -70,8 +68,8 @@ struct StereoArbitrateParams {
   uint8_t* measured;   // [H, W] 255 where the result was measured in the pairs, else 0
 };
 
-// Removes the matcher's sub-pixel bias by Gauss-Newton against all shifted views (RefineDisparity
-// in src/depth/stereo_pairs.h).
+// Removes the matcher's sub-pixel bias: Gauss-Newton on the disparity of every pixel against all
+// shifted views at once, over a small window, where the disparity is smooth.
 struct StereoRefineParams {
   StereoView reference;  // gray is read
   StereoView shifted[kMaxStereoViews];

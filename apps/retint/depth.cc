@@ -31,6 +31,7 @@ void Depth(const Arguments& arguments, Run& run) {
   run.monitor().ThrowIfCancelled();
   staged.Commit();
   run.FinishProgress();
+  if (!depth.warning.empty()) run.Warn(depth.warning);
   run.Print(fmt::format("{}: {:.1f} % of the pixels measured ({})", depth.method,
                         100 * depth.valid_fraction, depth.reason));
 }

@@ -21,6 +21,7 @@ class CpuBackend : public Backend {
     solve_ = MakeCpuSolveOps();
     refit_ = MakeCpuRefitOps(options.scalar ? ScalarLossKernels() : SimdLossKernels());
     mask_ = MakeCpuMaskOps();
+    stereo_ = MakeCpuStereoOps(options.scalar ? ScalarStereoKernels() : SimdStereoKernels());
   }
 
   std::string_view Name() const override { return "cpu"; }

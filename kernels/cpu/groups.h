@@ -7,6 +7,7 @@
 
 #include "kernels/blend_ops.h"
 #include "kernels/cpu/image_loss.h"
+#include "kernels/cpu/stereo_match.h"
 #include "kernels/cpu/tile_kernels.h"
 #include "kernels/mask_ops.h"
 #include "kernels/refit_ops.h"
@@ -20,5 +21,6 @@ std::unique_ptr<ShOps> MakeCpuShOps();
 std::unique_ptr<SolveOps> MakeCpuSolveOps();
 std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& kernels);
 std::unique_ptr<MaskOps> MakeCpuMaskOps();
+std::unique_ptr<StereoOps> MakeCpuStereoOps(const StereoKernels& kernels);
 
 }  // namespace retint

@@ -86,7 +86,7 @@ void Close(const MakeMaskParams& params, const std::vector<uint8_t>& used) {
 }
 
 class CpuMaskOps : public MaskOps {
- public:
+ protected:
   void DoSampleDepth(const SampleDepthParams& params) override;
   void DoCorrectDepth(const CorrectDepthParams& params) override;
   void DoDrawCloud(const DrawCloudParams& params) override;

@@ -33,7 +33,7 @@ bool Cholesky(int k, float* a) {
 }
 
 class CpuSolveOps : public SolveOps {
- public:
+ protected:
   void DoAddRidge(const AddRidgeParams& params) override;
   void DoFactorBlocks(const FactorBlocksParams& params) override;
   void DoSolveBlocks(const SolveBlocksParams& params) override;

@@ -66,7 +66,7 @@ void Dot(const float* basis, const float* coefficients, int k, float* out) {
 }
 
 class CpuShOps : public ShOps {
- public:
+ protected:
   void DoEvalSh(const Model& model, const EvalShParams& params) override;
   void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) override;
   void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override;

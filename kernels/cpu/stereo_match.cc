@@ -247,17 +247,12 @@ class Matcher {
 }  // namespace
 
 void MatchStereoOnCpu(const StereoKernels& kernels, const StereoMatchParams& params) {
-  RequireMatch(params);
   const MatcherAxes axes = AxesOf(params.shifted);
   if (params.lowest >= axes.width) {  // nothing can be seen in both
     std::fill_n(params.disparity, int64_t(params.width) * params.height, -1.0f);
     return;
   }
   Matcher(kernels, params).Run();
-}
-
-void MatchStereoOnCpu(const StereoMatchParams& params) {
-  MatchStereoOnCpu(SimdStereoKernels(), params);
 }
 
 }  // namespace retint

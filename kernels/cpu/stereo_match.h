@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The census matcher of kernels/stereo.h on the CPU. Rows are worked on
+// The census matcher of kernels/stereo_ops.h on the CPU. Rows are worked on
 // in bands from the bottom up. A first sweep down keeps the path from above at the top of each
 // band, from where the band's own is found again, so that no volume of costs is ever whole in
 // memory: bytes for pixels * disparities / kStereoBand, and five more for those of one band.
@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "kernels/common/stereo.h"
+#include "kernels/common/stereo_match.h"
 
 namespace retint {
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "kernels/common/stereo.h"
 #include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/scan.cuh"
@@ -43,46 +44,6 @@ __global__ void PickQuantilesKernel(const uint32_t* sorted, int64_t count, Fract
   }
 }
 
-__device__ float Unit(float value) { return fminf(fmaxf(value, 0.0f), 1.0f); }
-
-// By insertion: at most kMaxStereoViews values.
-__device__ void InsertDescending(float value, float (&sorted)[kMaxStereoViews]) {
-#pragma unroll
-  for (int i = 0; i < kMaxStereoViews; ++i) {
-    if (value > sorted[i]) {
-      const float pushed = sorted[i];
-      sorted[i] = value;
-      value = pushed;
-    }
-  }
-}
-
-__device__ float FusePixel(const StereoFuseParams& params, int64_t i) {
-  float found[kMaxStereoViews] = {};  // positive ones first, nearest first
-  for (int k = 0; k < params.num_pairs; ++k) InsertDescending(params.pairs[k][i], found);
-  if (!(found[0] > 0)) return -1.0f;
-  if (params.nearest) return found[0];
-  float best_sum = 0;
-  int best_count = 0;
-#pragma unroll
-  for (int first = 0; first < kMaxStereoViews; ++first) {
-    float sum = 0;
-    int count = 0;
-#pragma unroll
-    for (int k = first; k < kMaxStereoViews; ++k) {
-      if (found[k] > 0 && found[first] - found[k] <= params.tolerance) {
-        sum += found[k];
-        ++count;
-      }
-    }
-    if (count > best_count) {
-      best_sum = sum;
-      best_count = count;
-    }
-  }
-  return best_sum / float(best_count);
-}
-
 class CudaStereoOps : public StereoOps {
  public:
   explicit CudaStereoOps(cudaStream_t stream) : stream_(stream) {}
@@ -108,25 +69,20 @@ class CudaStereoOps : public StereoOps {
   }
 
   void DoGray(const float* rgb, int64_t pixels, float* gray) override {
-    ForEach(pixels, stream_, "Gray", [=] __device__(int64_t i) {
-      gray[i] =
-          0.299f * Unit(rgb[3 * i]) + 0.587f * Unit(rgb[3 * i + 1]) + 0.114f * Unit(rgb[3 * i + 2]);
-    });
+    ForEach(pixels, stream_, "Gray", [=] __device__(int64_t i) { gray[i] = Luma(rgb + 3 * i); });
   }
 
   void DoInvert(const float* values, const float* otherwise, int64_t count, float scale,
                 float* out) override {
-    ForEach(count, stream_, "Invert", [=] __device__(int64_t i) {
-      const float value = values[i];
-      out[i] = value > 0 ? scale / value : otherwise ? otherwise[i] : -1.0f;
-    });
+    ForEach(count, stream_, "Invert",
+            [=] __device__(int64_t i) { out[i] = Inverted(values, otherwise, i, scale); });
   }
 
   void DoMatch(const StereoMatchParams& params) override { MatchStereo(params, stream_); }
 
   void DoFuse(const StereoFuseParams& params) override {
     ForEach(params.pixels, stream_, "Fuse",
-            [=] __device__(int64_t i) { params.disparity[i] = FusePixel(params, i); });
+            [=] __device__(int64_t i) { params.disparity[i] = FusedDisparity(params, i); });
   }
 
   void DoArbitrate(const StereoArbitrateParams& params) override {

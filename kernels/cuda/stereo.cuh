@@ -2,8 +2,8 @@
 // The stages of kernels/stereo_ops.h on a stream.
 #pragma once
 
-#include "kernels/common/stereo.h"
 #include "kernels/cuda/device.cuh"
+#include "kernels/stereo_ops.h"
 
 namespace retint::cuda {
 

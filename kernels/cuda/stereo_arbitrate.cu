@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The rules of src/depth/stereo_arbitrate.cc: where stereo and the Gaussians' depth disagree,
-// colour decides first, then continuity.
+// Arbitration on the device, by the rules of kernels/common/stereo.h.
+#include "kernels/common/stereo.h"
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/stereo.cuh"
 
 namespace retint::cuda {
 namespace {
 
-constexpr float kAgree = 1;           // pixels of disparity
-constexpr int kCostRadius = 2;        // pixels
-constexpr float kCostCap = 60;        // levels of 255, the three channels summed
-constexpr float kBetter = 0.8f;       // the better cost must be below this share of the other ...
-constexpr float kMargin = 1;          // ... less this many levels
-constexpr int kEdgeReach = 16;        // pixels: how far silhouettes are fattened
-constexpr float kEdgeJump = 3;        // pixels of disparity that make an edge
-constexpr float kSameSurface = 0.5f;  // pixels of disparity between neighbours
-constexpr int kMaxGrowth = 40;        // pixels by which confirmed rough depth is continued
-
-enum Verdict : uint8_t { kStereo, kRough, kContinued, kTie, kBoth };
+using namespace arbitration;
 
 // Least and largest disparity of a row within reach, [height, width].
 __global__ void RowRangeKernel(const float* disparity, int width, float2* range) {
@@ -61,9 +51,9 @@ __global__ void NearEdgesKernel(const float2* range, int width, int height, uint
 
 __device__ float Level(float value) { return 255 * fminf(fmaxf(value, 0.0f), 1.0f); }
 
-// Colour difference when pixel (x, y) has disparity s, capped.
-__device__ float ColourCost(const StereoView& reference, const StereoView& view, int x, int y,
-                            float s) {
+// Color difference when pixel (x, y) has disparity s, capped.
+__device__ float ColorCost(const StereoView& reference, const StereoView& view, int x, int y,
+                           float s) {
   s = fmaxf(s, 0.0f);
   const float at_x = float(x - view.x) + float(view.dx) * s;
   const float at_y = float(y - view.y) + float(view.dy) * s;
@@ -98,8 +88,8 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
     const float s = in.disparity[int64_t(y) * in.width + x];
     const float r = in.rough[int64_t(y) * in.width + x];
     for (int k = 0; k < in.num_shifted; ++k) {
-      costs[2 * k][i / kTileX][i % kTileX] = ColourCost(in.reference, in.shifted[k], x, y, s);
-      costs[2 * k + 1][i / kTileX][i % kTileX] = ColourCost(in.reference, in.shifted[k], x, y, r);
+      costs[2 * k][i / kTileX][i % kTileX] = ColorCost(in.reference, in.shifted[k], x, y, s);
+      costs[2 * k + 1][i / kTileX][i % kTileX] = ColorCost(in.reference, in.shifted[k], x, y, r);
     }
   }
   __syncthreads();
@@ -108,7 +98,7 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
   // Of stereo and of the rough depth: the mean over the two views that agree best.
   float of[2];
   for (int which = 0; which < 2; ++which) {
-    float first = kCostCap, second = kCostCap;
+    BestTwo two;
     for (int k = 0; k < in.num_shifted; ++k) {
       float sum = 0;
 #pragma unroll
@@ -118,27 +108,13 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
           sum += costs[2 * k + which][threadIdx.y + j][threadIdx.x + i];
         }
       }
-      const float cost = sum / float((2 * kCostRadius + 1) * (2 * kCostRadius + 1));
-      second = fminf(second, fmaxf(first, cost));
-      first = fminf(first, cost);
+      two.Add(sum / float((2 * kCostRadius + 1) * (2 * kCostRadius + 1)));
     }
-    of[which] = 0.5f * (first + second);
+    of[which] = two.Mean();
   }
   const int64_t pixel = int64_t(y) * in.width + x;
-  const float s = in.disparity[pixel], r = in.rough[pixel];
-  Verdict verdict = kStereo;
-  if (r > 0) {
-    if (!(s > 0)) {
-      verdict = kTie;
-    } else if (fabsf(s - r) <= kAgree) {
-      verdict = kBoth;
-    } else if (of[1] < kBetter * of[0] - kMargin) {
-      verdict = kRough;
-    } else if (of[0] >= kBetter * of[1] - kMargin && near_edges[pixel]) {
-      verdict = kTie;
-    }
-  }
-  verdicts[pixel] = verdict;
+  verdicts[pixel] =
+      VerdictOf(in.disparity[pixel], in.rough[pixel], of[0], of[1], near_edges[pixel] != 0);
 }
 
 // `rounds` steps of growth of confirmed rough depth into ties, a pixel a step, along surfaces
@@ -162,9 +138,7 @@ __global__ void __launch_bounds__(256)
   __syncthreads();
   const auto continues = [&](int x, int y, int nx, int ny) {
     if (nx < 0 || ny < 0 || nx >= kSide || ny >= kSide) return false;
-    const uint8_t verdict = verdicts[ny][nx];
-    return (verdict == kRough || verdict == kBoth || verdict == kContinued) &&
-           fabsf(depths[y][x] - depths[ny][nx]) <= kSameSurface;
+    return Confirms(Verdict(verdicts[ny][nx])) && IsSameSurface(depths[y][x], depths[ny][nx]);
   };
   for (int round = 0; round < kGrowRounds; ++round) {
     unsigned grown = 0;
@@ -218,11 +192,9 @@ void ArbitrateStereo(const StereoArbitrateParams& in, cudaStream_t stream) {
   }
   ForEach(int64_t(pixels), stream, "Settle", [=] __device__(int64_t i) {
     const float s = in.disparity[i], r = in.rough[i];
-    const uint8_t verdict = from[i];
-    in.measured[i] = s > 0 && verdict != kContinued ? 255 : 0;
-    // Two independent measurements that agree: their mean.
-    if (verdict == kBoth) in.disparity[i] = 0.5f * (s + r);
-    if (verdict == kRough || verdict == kContinued) in.disparity[i] = r;
+    const auto verdict = Verdict(from[i]);
+    in.measured[i] = IsMeasured(verdict, s) ? 255 : 0;
+    in.disparity[i] = Settled(verdict, s, r);
   });
 }
 

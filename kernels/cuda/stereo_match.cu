@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Semi-global matching: census transforms, a byte of cost for each pixel and disparity, one volume
 // of aggregated costs a path, then the best disparity both ways. Done in matcher pixels (u, v), see
-// kernels/common/stereo.h, which has the rules that all backends share.
+// kernels/common/stereo_match.h, which has the rules that all backends share.
 //
 // Aggregation follows Hirschmueller (2008): L(p, d) = C(p, d) + min(L(q, d), L(q, d +- 1) + P1,
 // min_k L(q, k) + P2) - min_k L(q, k), q the pixel before p on the path. L is at most the largest
 // cost plus P2, which is kept below 256, so that a byte holds it.
+#include "kernels/common/stereo_match.h"
 #include "kernels/cuda/stereo.cuh"
 
 namespace retint::cuda {

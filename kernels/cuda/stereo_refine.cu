@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gauss-Newton on the disparity of every pixel against all shifted views at once, over a small
-// window: src/depth/stereo_refine.cc on the device.
+// Refinement on the device, by the rules of kernels/common/stereo.h.
+#include "kernels/common/stereo.h"
 #include "kernels/cuda/stereo.cuh"
 
 namespace retint::cuda {
 namespace {
 
-constexpr int kWindow = 3;               // radius of the window of the least squares, pixels
-constexpr int kBlur = 2;                 // radius, pixels
-constexpr int kIterations = 2;           // more follows the renders' own noise
-constexpr float kMaxStep = 0.5f;         // pixels an iteration
-constexpr float kMaxMove = 1.0f;         // pixels altogether: beyond, the matcher's value is kept
-constexpr float kSmooth = 1.5f;          // pixels of disparity across the window: beyond, an edge
-constexpr float kGradientFloor = 2e-3f;  // squared gray levels (of 1) a pixel: textureless below
-constexpr float kRobust = 0.05f;         // gray levels (of 1): residuals beyond count little
+using namespace refinement;
 
 // Cubic convolution with a = -0.75 (Keys 1981; OpenCV's constant) along the motion.
 __device__ float Sample(const StereoView& view, int x, int y, float s) {
@@ -37,21 +30,20 @@ __device__ float Sample(const StereoView& view, int x, int y, float s) {
   return sum;
 }
 
-// Windows that hold a depth edge or a hole are left alone.
 __global__ void SmoothKernel(const float* disparity, int width, int height, uint8_t* smooth) {
   const int x = int(blockIdx.x) * kBlockX + int(threadIdx.x);
   const int y = int(blockIdx.y) * kBlockY + int(threadIdx.y);
   if (x >= width || y >= height) return;
   float low = disparity[int64_t(y) * width + x], high = low;
-  for (int j = -kWindow; j <= kWindow; ++j) {
+  for (int j = -kRadius; j <= kRadius; ++j) {
     const float* row = disparity + int64_t(Clamped(y + j, height)) * width;
-    for (int i = -kWindow; i <= kWindow; ++i) {
+    for (int i = -kRadius; i <= kRadius; ++i) {
       const float s = row[Clamped(x + i, width)];
       low = fminf(low, s);
       high = fmaxf(high, s);
     }
   }
-  smooth[int64_t(y) * width + x] = high - low < kSmooth && low > 0;
+  smooth[int64_t(y) * width + x] = IsSmooth(low, high);
 }
 
 // A step moves a window as one; smoothing first removes the stairs that it would keep.
@@ -64,11 +56,11 @@ __global__ void BlurKernel(const float* disparity, const uint8_t* smooth, int wi
   float s = disparity[pixel];
   if (smooth[pixel]) {
     float sum = 0;
-    for (int j = -kBlur; j <= kBlur; ++j) {
+    for (int j = -kBlurRadius; j <= kBlurRadius; ++j) {
       const float* row = disparity + int64_t(Clamped(y + j, height)) * width;
-      for (int i = -kBlur; i <= kBlur; ++i) sum += row[Clamped(x + i, width)];
+      for (int i = -kBlurRadius; i <= kBlurRadius; ++i) sum += row[Clamped(x + i, width)];
     }
-    s = sum / float((2 * kBlur + 1) * (2 * kBlur + 1));
+    s = sum / float((2 * kBlurRadius + 1) * (2 * kBlurRadius + 1));
   }
   out[pixel] = s;
 }
@@ -99,8 +91,7 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
     __syncthreads();
     if (!inside || !(disparity[int64_t(y) * in.width + x] > 0)) continue;
     const auto mean = [&](int i, int j) { return means[threadIdx.y + 1 + j][threadIdx.x + 1 + i]; };
-    // The derivative along the motion of both images' mean (Baker & Matthews 2004, the symmetric
-    // form), by Sobel.
+    // Along the motion, by Sobel.
     const float gradient = view.dx
                                ? float(view.dx) / 8 *
                                      (mean(1, -1) - mean(-1, -1) + 2 * (mean(1, 0) - mean(-1, 0)) +
@@ -109,8 +100,7 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
                                      (mean(-1, 1) - mean(-1, -1) + 2 * (mean(0, 1) - mean(0, -1)) +
                                       mean(1, 1) - mean(1, -1));
     const float residual = 2 * (own(x, y) - mean(0, 0));
-    const float ratio = residual / kRobust;
-    const float weight = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));  // Geman-McClure
+    const float weight = WeightOf(residual);
     sum.x += weight * gradient * residual;
     sum.y += weight * gradient * gradient;
   }
@@ -120,12 +110,12 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
 __global__ void __launch_bounds__(kBlockX* kBlockY)
     StepKernel(const float2* equations, const uint8_t* smooth, const float* start,
                const float* blurred, int width, int height, float* disparity) {
-  constexpr int kTileX = kBlockX + 2 * kWindow, kTileY = kBlockY + 2 * kWindow;
+  constexpr int kTileX = kBlockX + 2 * kRadius, kTileY = kBlockY + 2 * kRadius;
   __shared__ float2 tile[kTileY][kTileX];
   const int x0 = int(blockIdx.x) * kBlockX, y0 = int(blockIdx.y) * kBlockY;
   for (int i = threadIdx.y * kBlockX + threadIdx.x; i < kTileX * kTileY; i += kBlockX * kBlockY) {
-    const int x = Reflected(x0 + i % kTileX - kWindow, width);
-    const int y = Reflected(y0 + i / kTileX - kWindow, height);
+    const int x = Reflected(x0 + i % kTileX - kRadius, width);
+    const int y = Reflected(y0 + i / kTileX - kRadius, height);
     tile[i / kTileX][i % kTileX] = equations[int64_t(y) * width + x];
   }
   __syncthreads();
@@ -136,19 +126,16 @@ __global__ void __launch_bounds__(kBlockX* kBlockY)
   if (smooth[pixel]) {
     float2 sum{0, 0};
 #pragma unroll
-    for (int j = 0; j <= 2 * kWindow; ++j) {
+    for (int j = 0; j <= 2 * kRadius; ++j) {
 #pragma unroll
-      for (int i = 0; i <= 2 * kWindow; ++i) {
+      for (int i = 0; i <= 2 * kRadius; ++i) {
         const float2 one = tile[threadIdx.y + j][threadIdx.x + i];
         sum.x += one.x;
         sum.y += one.y;
       }
     }
-    constexpr float kArea = (2 * kWindow + 1) * (2 * kWindow + 1);
-    // The floor damps steps where there is little texture.
-    const float step = (sum.x / kArea) / (sum.y / kArea + kGradientFloor);
-    s += fminf(fmaxf(step, -kMaxStep), kMaxStep);
-    s = fminf(fmaxf(s, start[pixel] - kMaxMove), start[pixel] + kMaxMove);
+    constexpr float kArea = (2 * kRadius + 1) * (2 * kRadius + 1);
+    s = Stepped(s, start[pixel], sum.x / kArea, sum.y / kArea);
   }
   disparity[pixel] = s;
 }

@@ -17,6 +17,7 @@ struct DepthEstimate {
   double valid_fraction = 0;  // of all pixels
   std::string method;         // "gaussian", "stereo-hv", "colmap"
   std::string reason;         // one line: what was done, or why pixels are not valid
+  std::string warning;        // one line: what was asked for and not done; empty: nothing
 };
 
 class DepthEstimator {

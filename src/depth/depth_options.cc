@@ -68,7 +68,7 @@ void StereoHvOptions::Describe(OptionList& list) {
                   .flag = "--aggregate"});
   list.push_back({.name = "matcher",
                   .member = ChoiceOf(matcher, {"census", "sgbm"}),
-                  .help = "census (the same on every backend) or sgbm (OpenCV's, on the CPU)",
+                  .help = "census (for up to 256 disparities) or sgbm (OpenCV's, on the CPU)",
                   .flag = "--matcher"});
   list.push_back({.name = "both_sides",
                   .member = &both_sides,

@@ -6,7 +6,7 @@
 
 namespace retint {
 
-// Near warm, far cold (the Turbo colour map over inverse depth, between the 1 % and 99 %
+// Near warm, far cold (the Turbo color map over inverse depth, between the 1 % and 99 %
 // quantiles); pixels without depth are black. With `valid` (0/255, may be empty), pixels that are
 // not valid are shown at half brightness.
 Image8 DepthPicture(const DepthMap& depth, const Mask& valid = {});

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "depth/stereo_device.h"
 #include "depth/stereo_pairs.h"
+#include "kernels/common/quantize.h"
 
 namespace retint {
 namespace {
@@ -21,15 +23,13 @@ constexpr int kExtraDisparities = 4;
 
 int RoundUp16(double value) { return 16 * std::max(1, int(std::ceil(value / 16))); }
 
-Image8 Quantize(const Image& image) {
-  Image8 out(image.width, image.height);
-  for (size_t i = 0; i < out.data.size(); ++i) {
-    out.data[i] = uint8_t(std::clamp(image.data[i], 0.0f, 1.0f) * 255 + 0.5f);
-  }
+Image8 Quantize(const std::vector<float>& rgb, int width, int height) {
+  Image8 out(width, height);
+  std::transform(rgb.begin(), rgb.end(), out.data.begin(), ColorToByte);
   return out;
 }
 
-Image8 Crop(const Image8& image, const PixelRect& rect) {
+Image8 Crop(const Image8& image, const GridRect& rect) {
   Image8 out(rect.width, rect.height);
   for (int y = 0; y < rect.height; ++y) {
     std::copy_n(&image(rect.x, rect.y + y), size_t(rect.width) * 3, &out(0, y));
@@ -37,38 +37,230 @@ Image8 Crop(const Image8& image, const PixelRect& rect) {
   return out;
 }
 
-// StereoOps::Gray.
-ScalarImage Gray(const Image& image, const PixelRect& rect) {
-  ScalarImage out(rect.width, rect.height);
-  for (int y = 0; y < rect.height; ++y) {
-    const float* rgb = &image(rect.x, rect.y + y);
-    for (int x = 0; x < rect.width; ++x, rgb += 3) {
-      const auto unit = [&](int c) { return std::clamp(rgb[c], 0.0f, 1.0f); };
-      out(x, y) = 0.299f * unit(0) + 0.587f * unit(1) + 0.114f * unit(2);
+// A render of a part of the reference's plane, and its luma.
+struct Plate {
+  Buffer<float> rgb, gray;
+  GridRect rect;
+  StereoView view{};
+};
+
+// One estimate. Renders come from the renderer; everything else happens in the memory of `backend`,
+// which may be another.
+class Estimation {
+ public:
+  Estimation(Renderer& renderer, Backend& backend, const PosedCamera& view,
+             const StereoHvOptions& options, Monitor& monitor)
+      : renderer_(renderer),
+        backend_(backend),
+        stereo_(backend.stereo()),
+        view_(view),
+        options_(options),
+        monitor_(monitor),
+        shifts_(ShiftsOf(options)),
+        pixels_(size_t(view.camera.width) * size_t(view.camera.height)),
+        steps_(3 + 2 * double(shifts_.size())) {}
+
+  // By census where `census`, and by `matcher` where not or where the search is too long for it.
+  DepthEstimate Run(bool census, const StereoMatcher& matcher) {
+    Advance();
+    FindSearch();
+    if (census && !FitCensus(search_.range)) {
+      census = false;
+      estimate_.warning = "a search of " + std::to_string(search_.range.count) +
+                          " disparities is too long for the census matcher, which takes at most " +
+                          std::to_string(kMaxStereoCount) +
+                          ": OpenCV's StereoSGBM matched the pairs instead";
     }
+    Advance();
+    RenderPlates();
+    const std::vector<Buffer<float>> pairs = census ? MatchByCensus() : MatchBy(matcher);
+    Fuse(pairs);
+    Arbitrate();
+    Refine();
+    return Finish();
   }
-  return out;
-}
+
+ private:
+  void Advance(double steps = 1) {
+    monitor_.Step("depth", done_, steps_);
+    done_ += steps;
+  }
+
+  // In the memory that stereo works in.
+  Buffer<float> Here(Buffer<float> rendered) {
+    Backend& from = renderer_.backend();
+    if (&from == &backend_) return rendered;
+    const auto host = from.Download(rendered.data(), rendered.size());
+    return backend_.Upload(std::span<const float>(host));
+  }
+
+  void FindSearch() {
+    RenderRequest request;
+    request.rgb = false;
+    request.depth_median = true;
+    rough_ = Here(renderer_.RenderOnDevice(view_, request).depth_median);
+    const auto depths = stereo_.PositiveQuantiles(rough_.data(), int64_t(pixels_), kRoughQuantiles);
+    if (depths.empty()) {
+      throw InputError("the view sees no Gaussian: there is no depth to start from");
+    }
+    search_ = ChooseStereoSearch(view_.camera, {depths[0], depths[1], depths[2]}, options_);
+    scale_ = float(view_.camera.fx() * search_.baseline);
+  }
+
+  Plate MakePlate(const PosedCamera& camera, const GridRect& rect) {
+    RenderRequest request;
+    request.cache = false;
+    Plate plate;
+    plate.rgb = Here(renderer_.RenderOnDevice(CropCamera(camera, rect), request).rgb);
+    const size_t pixels = size_t(rect.width) * size_t(rect.height);
+    plate.gray = backend_.Allocate<float>(pixels);
+    stereo_.Gray(plate.rgb.data(), int64_t(pixels), plate.gray.data());
+    plate.rect = rect;
+    plate.view = {plate.rgb.data(), plate.gray.data(), rect.x, rect.y,
+                  rect.width,       rect.height,       0,      0};
+    return plate;
+  }
+
+  void RenderPlates() {
+    const int padding = search_.range.lowest + search_.range.count;
+    GridRect all{0, 0, view_.camera.width, view_.camera.height};
+    for (const Shift shift : shifts_) {
+      const GridRect rect = PairRect(view_.camera, shift, padding);
+      all = Union(all, rect);
+      Plate plate = MakePlate(ShiftCamera(view_, shift, search_.baseline), rect);
+      const Motion motion = MotionOf(shift);
+      plate.view.dx = motion.x;
+      plate.view.dy = motion.y;
+      shifted_.push_back(std::move(plate));
+      Advance();
+    }
+    reference_ = MakePlate(view_, all);
+  }
+
+  std::vector<Buffer<float>> MatchByCensus() {
+    std::vector<Buffer<float>> pairs;
+    for (const Plate& plate : shifted_) {
+      pairs.push_back(backend_.Allocate<float>(pixels_));
+      stereo_.Match({.reference = reference_.view,
+                     .shifted = plate.view,
+                     .width = view_.camera.width,
+                     .height = view_.camera.height,
+                     .lowest = search_.range.lowest,
+                     .count = search_.range.count,
+                     .tolerance = float(options_.left_right_tolerance),
+                     .disparity = pairs.back().data()});
+      Advance();
+    }
+    return pairs;
+  }
+
+  Image8 BytesOf(const Plate& plate) {
+    return Quantize(backend_.Download(plate.rgb.data(), plate.rgb.size()), plate.rect.width,
+                    plate.rect.height);
+  }
+
+  std::vector<Buffer<float>> MatchBy(const StereoMatcher& matcher) {
+    const Image8 reference = BytesOf(reference_);
+    std::vector<RenderedPair> rendered;
+    for (size_t k = 0; k < shifts_.size(); ++k) {
+      const GridRect& rect = shifted_[k].rect;
+      const GridRect within{rect.x - reference_.rect.x, rect.y - reference_.rect.y, rect.width,
+                            rect.height};
+      rendered.push_back({shifts_[k], rect, Crop(reference, within), BytesOf(shifted_[k])});
+    }
+    std::vector<ScalarImage> found(shifts_.size());
+    ParallelTasks(int64_t(found.size()), [&](size_t k) {
+      monitor_.ThrowIfCancelled();
+      found[k] = MatchPair(matcher, rendered[k], view_.camera.width, view_.camera.height,
+                           search_.range, options_.left_right_tolerance);
+    });
+    Advance(double(found.size()));
+    std::vector<Buffer<float>> pairs;
+    for (const ScalarImage& map : found) {
+      pairs.push_back(backend_.Upload(std::span<const float>(map.data)));
+    }
+    return pairs;
+  }
+
+  void Fuse(const std::vector<Buffer<float>>& pairs) {
+    disparity_ = backend_.Allocate<float>(pixels_);
+    StereoFuseParams fuse{};
+    for (const auto& pair : pairs) fuse.pairs[fuse.num_pairs++] = pair.data();
+    fuse.pixels = int64_t(pixels_);
+    fuse.tolerance = float(options_.agree_tolerance);
+    fuse.nearest = options_.aggregate == StereoAggregate::kMin;
+    fuse.disparity = disparity_.data();
+    stereo_.Fuse(fuse);
+  }
+
+  // What arbitration and refinement have in common.
+  template <typename Params>
+  Params OverViews() const {
+    Params params{};
+    params.reference = reference_.view;
+    for (const Plate& plate : shifted_) params.shifted[params.num_shifted++] = plate.view;
+    params.width = view_.camera.width;
+    params.height = view_.camera.height;
+    params.disparity = disparity_.data();
+    return params;
+  }
+
+  void Arbitrate() {
+    estimate_.valid = Mask(view_.camera.width, view_.camera.height, 0);
+    if (!options_.arbitrate) {
+      const auto found = backend_.Download(disparity_.data(), pixels_);
+      std::transform(found.begin(), found.end(), estimate_.valid.data.begin(),
+                     [](float s) { return s > 0 ? 255 : 0; });
+      return;
+    }
+    const auto rough = backend_.Allocate<float>(pixels_);
+    const auto measured = backend_.Allocate<uint8_t>(pixels_);
+    stereo_.Invert(rough_.data(), nullptr, int64_t(pixels_), scale_, rough.data());
+    auto params = OverViews<StereoArbitrateParams>();
+    params.rough = rough.data();
+    params.measured = measured.data();
+    stereo_.Arbitrate(params);
+    backend_.CopyToHost(estimate_.valid.data.data(), measured.data(), pixels_);
+  }
+
+  void Refine() {
+    if (options_.refine) stereo_.Refine(OverViews<StereoRefineParams>());
+  }
+
+  DepthEstimate Finish() {
+    stereo_.Invert(disparity_.data(), rough_.data(), int64_t(pixels_), scale_, disparity_.data());
+    estimate_.depth = DepthMap(view_.camera.width, view_.camera.height);
+    backend_.CopyToHost(estimate_.depth.data.data(), disparity_.data(), pixels_ * sizeof(float));
+    const auto& valid = estimate_.valid.data;
+    estimate_.valid_fraction =
+        double(std::count(valid.begin(), valid.end(), 255)) / double(pixels_);
+    estimate_.method = "stereo-hv";
+    estimate_.reason = StereoReason(shifts_.size(), search_, estimate_.valid_fraction);
+    if (!estimate_.warning.empty()) estimate_.reason += "; " + estimate_.warning;
+    done_ = steps_;
+    Advance();
+    return std::move(estimate_);
+  }
+
+  Renderer& renderer_;
+  Backend& backend_;
+  StereoOps& stereo_;
+  const PosedCamera& view_;
+  const StereoHvOptions& options_;
+  Monitor& monitor_;
+  const std::vector<Shift> shifts_;
+  const size_t pixels_;
+  const double steps_;
+  double done_ = 0;
+  StereoSearch search_;
+  float scale_ = 0;                  // depth times disparity
+  Buffer<float> rough_, disparity_;  // [H, W] depth of the Gaussians; of stereo
+  std::vector<Plate> shifted_;
+  Plate reference_;
+  DepthEstimate estimate_;
+};
 
 }  // namespace
-
-StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
-                                const StereoHvOptions& options) {
-  std::vector<float> depths;
-  depths.reserve(rough.data.size());
-  std::copy_if(rough.data.begin(), rough.data.end(), std::back_inserter(depths),
-               [](float depth) { return depth > 0; });
-  if (depths.empty()) ThrowNoRoughDepth();
-  const auto quantile = [&](double q) {
-    const auto nth = depths.begin() + std::ptrdiff_t(q * double(depths.size() - 1));
-    std::nth_element(depths.begin(), nth, depths.end());
-    return double(*nth);
-  };
-  return ChooseStereoSearch(camera,
-                            RoughDepths{quantile(kRoughQuantiles[0]), quantile(kRoughQuantiles[1]),
-                                        quantile(kRoughQuantiles[2])},
-                            options);
-}
 
 StereoSearch ChooseStereoSearch(const Camera& camera, const RoughDepths& rough,
                                 const StereoHvOptions& options) {
@@ -104,100 +296,14 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
 StereoHvEstimator::~StereoHvEstimator() = default;
 
 DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
-  if (census_ && renderer_.backend().stereo()) {
-    try {
-      if (auto found = EstimateStereoOnDevice(renderer_, view, options_, monitor)) return *found;
-    } catch (const std::bad_alloc&) {
-      // The volumes of costs do not fit: the host has room.
-    }
+  try {
+    return Estimation(renderer_, renderer_.backend(), view, options_, monitor)
+        .Run(census_, *matcher_);
+  } catch (const std::bad_alloc&) {
+    // The volumes of costs do not fit on the device: the host has room.
   }
-  return EstimateOnHost(view, monitor);
-}
-
-DepthEstimate StereoHvEstimator::EstimateOnHost(const PosedCamera& view, Monitor& monitor) {
-  const std::vector<Shift> shifts = ShiftsOf(options_);
-  const double steps = 3 + 3 * double(shifts.size());
-  double done = 0;
-  monitor.Step("depth", done++, steps);
-
-  RenderRequest rough_request;
-  rough_request.rgb = false;
-  rough_request.depth_median = true;
-  RenderOutput rough = renderer_.Render(view, rough_request);
-  StereoSearch search = ChooseStereoSearch(view.camera, rough.depth_median, options_);
-  const bool census = census_ && FitCensus(search.range);
-  const int width = view.camera.width, height = view.camera.height;
-  const int padding = search.range.lowest + search.range.count;
-  monitor.Step("depth", done++, steps);
-
-  RenderRequest request;
-  request.cache = false;
-  std::vector<RenderedPair> rendered(shifts.size());
-  std::vector<ShiftedGray> grays(shifts.size());
-  PixelRect all{0, 0, width, height};
-  for (size_t k = 0; k < shifts.size(); ++k) {
-    const PixelRect rect = PairRect(view.camera, shifts[k], padding);
-    all = Union(all, rect);
-    const PosedCamera shifted = ShiftCamera(view, shifts[k], search.baseline);
-    const Image image = renderer_.Render(CropCamera(shifted, rect), request).rgb;
-    rendered[k] = {shifts[k], rect, {}, Quantize(image)};
-    grays[k] = {shifts[k], rect, Gray(image, {0, 0, rect.width, rect.height})};
-    monitor.Step("depth", done++, steps);
-  }
-  const Image reference = renderer_.Render(CropCamera(view, all), request).rgb;
-  const Image8 reference8 = Quantize(reference);
-  for (RenderedPair& pair : rendered) {
-    pair.reference = Crop(
-        reference8, {pair.rect.x - all.x, pair.rect.y - all.y, pair.rect.width, pair.rect.height});
-  }
-
-  std::vector<ScalarImage> pairs(shifts.size());
-  if (census) {  // one after the other: each uses all threads
-    const ScalarImage gray = Gray(reference, {0, 0, all.width, all.height});
-    for (size_t k = 0; k < shifts.size(); ++k) {
-      pairs[k] = MatchCensus(gray, all, grays[k], width, height, search.range,
-                             options_.left_right_tolerance);
-      monitor.Step("depth", done += 2, steps);
-    }
-  } else {
-    ParallelTasks(int64_t(shifts.size()), [&](size_t k) {
-      monitor.ThrowIfCancelled();
-      pairs[k] = MatchPair(*matcher_, rendered[k], width, height, search.range,
-                           options_.left_right_tolerance);
-    });
-    monitor.Step("depth", done += 2 * double(shifts.size()), steps);
-  }
-
-  ScalarImage disparity = FuseDisparities(pairs, options_.aggregate, options_.agree_tolerance);
-  const float scale = float(view.camera.fx() * search.baseline);
-  Mask valid(width, height, 0);
-  if (options_.arbitrate) {
-    ScalarImage rough_disparity(width, height, -1.0f);
-    for (size_t i = 0; i < disparity.data.size(); ++i) {
-      const float depth = rough.depth_median.data[i];
-      if (depth > 0) rough_disparity.data[i] = scale / depth;
-    }
-    valid = ArbitrateDisparity(rendered, rough_disparity, disparity);
-  } else {
-    std::transform(disparity.data.begin(), disparity.data.end(), valid.data.begin(),
-                   [](float s) { return s > 0 ? 255 : 0; });
-  }
-  if (options_.refine) {
-    RefineDisparity(Gray(reference, {-all.x, -all.y, width, height}), grays, disparity);
-  }
-
-  DepthEstimate estimate;
-  estimate.method = "stereo-hv";
-  estimate.depth = std::move(rough.depth_median);
-  for (size_t i = 0; i < disparity.data.size(); ++i) {
-    if (disparity.data[i] > 0) estimate.depth.data[i] = scale / disparity.data[i];
-  }
-  estimate.valid_fraction =
-      double(std::count(valid.data.begin(), valid.data.end(), 255)) / double(valid.NumPixels());
-  estimate.valid = std::move(valid);
-  estimate.reason = StereoReason(shifts.size(), search, estimate.valid_fraction);
-  monitor.Step("depth", steps, steps);
-  return estimate;
+  const auto host = CreateBackend("cpu");
+  return Estimation(renderer_, *host, view, options_, monitor).Run(census_, *matcher_);
 }
 
 }  // namespace retint

@@ -2,7 +2,8 @@
 // Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
 // along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
 // and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo_ops.h) or by
-// OpenCV's StereoSGBM. Where the renderer's backend can, all of it happens in its memory.
+// OpenCV's StereoSGBM. All stages but the latter are operations of the renderer's backend, in its
+// memory.
 #pragma once
 
 #include <memory>
@@ -21,8 +22,8 @@ enum class StereoAggregate {
 };
 
 enum class StereoMatcherKind {
-  kCensus,  // semi-global matching of census transforms, the same on every backend; where more than
-            // kMaxStereoCount disparities are searched, kSgbm (kernels/stereo_ops.h)
+  kCensus,  // semi-global matching of census transforms, on the backend; where more than
+            // kMaxStereoCount disparities are searched, kSgbm, with a warning
   kSgbm,    // OpenCV's StereoSGBM, on the host whatever the backend
 };
 
@@ -56,12 +57,9 @@ struct RoughDepths {
 };
 inline constexpr double kRoughQuantiles[3] = {0.005, 0.5, 0.995};
 
-// The median of the rough depth lands on
-// `median_disparity`, less where the nearest would leave `max_disparities`.
+// The median of the rough depth lands on `median_disparity`, less where the nearest would leave
+// `max_disparities`.
 StereoSearch ChooseStereoSearch(const Camera& camera, const RoughDepths& rough,
-                                const StereoHvOptions& options);
-// `rough` holds 0 where depth is unknown; InputError when it is all unknown.
-StereoSearch ChooseStereoSearch(const Camera& camera, const DepthMap& rough,
                                 const StereoHvOptions& options);
 
 class StereoHvEstimator : public DepthEstimator {
@@ -71,16 +69,14 @@ class StereoHvEstimator : public DepthEstimator {
                              std::unique_ptr<StereoMatcher> matcher = nullptr);
   ~StereoHvEstimator() override;
   // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
-  // InputError when the view sees no Gaussian.
+  // InputError when the view sees no Gaussian. Where a device has no room, the host does it all.
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
 
  private:
-  DepthEstimate EstimateOnHost(const PosedCamera& view, Monitor& monitor);
-
   Renderer& renderer_;
   StereoHvOptions options_;
   bool census_;
-  std::unique_ptr<StereoMatcher> matcher_;  // where the census matcher is not used
+  std::unique_ptr<StereoMatcher> matcher_;  // where census is not asked for, or not possible
 };
 
 }  // namespace retint

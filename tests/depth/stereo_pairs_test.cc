@@ -5,12 +5,14 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <span>
 #include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "kernels/backend.h"
 
 namespace retint {
 namespace {
@@ -41,7 +43,7 @@ class Texture {
 };
 
 // A picture of `value(x, y)` at the pixel centres of `rect`.
-ScalarImage Picture(const PixelRect& rect, const std::function<double(double, double)>& value) {
+ScalarImage Picture(const GridRect& rect, const std::function<double(double, double)>& value) {
   ScalarImage image(rect.width, rect.height);
   for (int y = 0; y < rect.height; ++y) {
     for (int x = 0; x < rect.width; ++x) {
@@ -80,14 +82,14 @@ struct Plane {
 };
 
 struct Pair {
-  PixelRect rect;
+  GridRect rect;
   ScalarImage reference, shifted;
 };
 
 Pair MakePair(Shift shift, const Plane& plane, unsigned seed) {
   const Texture texture(seed);
   const Camera camera = Camera::Pinhole(1, kWidth, kHeight, 200, 200, kWidth / 2, kHeight / 2);
-  const PixelRect rect = PairRect(camera, shift, kPadding);
+  const GridRect rect = PairRect(camera, shift, kPadding);
   return {rect, Picture(rect, texture), Picture(rect, [&](double u, double v) {
             const auto [x, y] = plane.Reference(shift, u, v);
             return texture(x, y);
@@ -98,8 +100,27 @@ ScalarImage Match(const Pair& pair, Shift shift, StereoMatcherKind kind) {
   DisparityRange range{0, kPadding};
   if (kind == StereoMatcherKind::kCensus) {
     EXPECT_TRUE(FitCensus(range));
-    return MatchCensus(pair.reference, pair.rect, {shift, pair.rect, pair.shifted}, kWidth, kHeight,
-                       range, 1);
+    const auto backend = CreateBackend("cpu");
+    const auto upload = [&](const ScalarImage& image) {
+      return backend->Upload(std::span<const float>(image.data));
+    };
+    const auto reference = upload(pair.reference), shifted = upload(pair.shifted);
+    const GridRect& rect = pair.rect;
+    const Motion motion = MotionOf(shift);
+    ScalarImage disparity(kWidth, kHeight);
+    const auto found = backend->Allocate<float>(disparity.data.size());
+    backend->stereo().Match(
+        {.reference = {nullptr, reference.data(), rect.x, rect.y, rect.width, rect.height, 0, 0},
+         .shifted = {nullptr, shifted.data(), rect.x, rect.y, rect.width, rect.height, motion.x,
+                     motion.y},
+         .width = kWidth,
+         .height = kHeight,
+         .lowest = range.lowest,
+         .count = range.count,
+         .tolerance = 1,
+         .disparity = found.data()});
+    disparity.data = backend->Download(found.data(), found.size());
+    return disparity;
   }
   return MatchPair(*MakeSgbmMatcher(),
                    {shift, pair.rect, ToBytes(pair.reference), ToBytes(pair.shifted)}, kWidth,
@@ -128,10 +149,6 @@ Errors Compare(const ScalarImage& disparity, const Plane& plane) {
           double(errors.size()) / double(disparity.NumPixels())};
 }
 
-class EveryShift : public ::testing::TestWithParam<Shift> {};
-INSTANTIATE_TEST_SUITE_P(StereoPairs, EveryShift,
-                         ::testing::Values(Shift::kRight, Shift::kLeft, Shift::kDown, Shift::kUp));
-
 class EveryMatcher : public ::testing::TestWithParam<std::tuple<Shift, StereoMatcherKind>> {};
 INSTANTIATE_TEST_SUITE_P(
     StereoPairs, EveryMatcher,
@@ -150,10 +167,10 @@ TEST_P(EveryMatcher, MatchesAConstantDisparityUpToTheBorders) {
   // SGBM's resolution; the census' costs are steps, of which a parabola makes more.
   EXPECT_LT(errors.median, kind == StereoMatcherKind::kSgbm ? 1.0 / 16 + 1e-6 : 0.12);
   // No border is lost: each of its four sides is as complete as the whole.
-  for (const PixelRect side : {PixelRect{0, 0, 4, kHeight},
-                               {kWidth - 4, 0, 4, kHeight},
-                               {0, 0, kWidth, 4},
-                               {0, kHeight - 4, kWidth, 4}}) {
+  for (const GridRect side : {GridRect{0, 0, 4, kHeight},
+                              {kWidth - 4, 0, 4, kHeight},
+                              {0, 0, kWidth, 4},
+                              {0, kHeight - 4, kWidth, 4}}) {
     int found = 0;
     for (int y = side.y; y < side.y + side.height; ++y) {
       for (int x = side.x; x < side.x + side.width; ++x) {
@@ -174,22 +191,6 @@ TEST_P(EveryMatcher, MatchesASlantedPlane) {
   EXPECT_LT(errors.median, 0.25);  // both lock towards whole pixels on slopes
 }
 
-TEST_P(EveryShift, RefinementRemovesTheSubPixelError) {
-  const Plane plane{14.3, 0.03, 0.04};
-  const Shift shift = GetParam();
-  const Pair pair = MakePair(shift, plane, 3);
-  ScalarImage disparity = Picture({0, 0, kWidth, kHeight}, [&](double x, double y) {
-    return std::round(2 * plane(x, y)) / 2;  // locked to half pixels
-  });
-  const double before = Compare(disparity, plane).median;
-  const ScalarImage gray = Picture({0, 0, kWidth, kHeight}, Texture(3));
-  const std::vector<ShiftedGray> shifted = {{shift, pair.rect, pair.shifted}};
-  RefineDisparity(gray, shifted, disparity);
-  const double after = Compare(disparity, plane).median;
-  EXPECT_GT(before, 0.1);
-  EXPECT_LT(after, 0.04);  // the damping leaves a share of the step
-}
-
 TEST(StereoPairs, CensusTakesRangesOfWholeSteps) {
   DisparityRange range{3, 16};
   EXPECT_TRUE(FitCensus(range));
@@ -201,23 +202,6 @@ TEST(StereoPairs, CensusTakesRangesOfWholeSteps) {
   range.count = 272;
   EXPECT_FALSE(FitCensus(range));
   EXPECT_EQ(range.count, 272);
-}
-
-TEST(StereoPairs, RefinementLeavesHolesAndEdgesAlone) {
-  const Plane plane{20, 0, 0};
-  const Pair pair = MakePair(Shift::kRight, plane, 4);
-  const std::vector<ShiftedGray> shifted = {{Shift::kRight, pair.rect, pair.shifted}};
-  ScalarImage disparity(kWidth, kHeight, 20.2f);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 100; x < kWidth; ++x) disparity(x, y) = 9.9f;
-  }
-  disparity(40, 40) = -1;
-  RefineDisparity(Picture({0, 0, kWidth, kHeight}, Texture(4)), shifted, disparity);
-  EXPECT_EQ(disparity(40, 40), -1);
-  EXPECT_EQ(disparity(41, 41), 20.2f);
-  EXPECT_EQ(disparity(99, 80), 20.2f);
-  EXPECT_EQ(disparity(100, 80), 9.9f);
-  EXPECT_NEAR(disparity(60, 80), 20, 0.05);
 }
 
 // Answers with a constant whatever it is shown, another when it is asked the other way.
@@ -255,119 +239,6 @@ TEST(StereoPairs, MatchersRefuseWhatIsNotAPair) {
   const auto narrow = matcher->Match(Image8(12, 30), Image8(12, 30), {0, 16});
   EXPECT_TRUE(std::all_of(narrow.disparity.data.begin(), narrow.disparity.data.end(),
                           [](float s) { return s < 0; }));
-}
-
-TEST(Fuse, AveragesThoseThatAgreeAndTakesTheNearestWhereNoneDo) {
-  const auto fuse = [](std::vector<float> values, StereoAggregate aggregate) {
-    std::vector<ScalarImage> pairs;
-    for (const float value : values) pairs.emplace_back(1, 1, value);
-    return FuseDisparities(pairs, aggregate, 1).data[0];
-  };
-  constexpr auto kAgree = StereoAggregate::kAgree, kMin = StereoAggregate::kMin;
-  EXPECT_FLOAT_EQ(fuse({20, 20.5f}, kAgree), 20.25f);
-  EXPECT_FLOAT_EQ(fuse({20, 25}, kAgree), 25);  // the nearer: the larger disparity
-  EXPECT_FLOAT_EQ(fuse({20, 25, 20.5f}, kAgree), 20.25f);
-  EXPECT_FLOAT_EQ(fuse({30, 20, 20.4f, 30.2f}, kAgree), 30.1f);
-  EXPECT_FLOAT_EQ(fuse({-1, 20}, kAgree), 20);
-  EXPECT_LT(fuse({-1, -1}, kAgree), 0);
-  EXPECT_FLOAT_EQ(fuse({20, 20.5f}, kMin), 20.5f);
-  EXPECT_FLOAT_EQ(fuse({20, 25, 20.5f}, kMin), 25);
-  EXPECT_LT(fuse({-1, -1}, kMin), 0);
-}
-
-// A near square of one texture before a far plane, seen from all four sides.
-class Arbitration : public ::testing::Test {
- protected:
-  static constexpr int kLeft = 70, kRight = 130, kTop = 50, kBottom = 110;
-  static constexpr float kNear = 24, kFar = 10;
-  static bool OnSquare(double x, double y) {
-    return x >= kLeft && x < kRight && y >= kTop && y < kBottom;
-  }
-  // With `flat`, the far plane has no texture at all.
-  void Render(bool flat) {
-    const Texture near(11), far(12);
-    const Camera camera = Camera::Pinhole(1, kWidth, kHeight, 200, 200, kWidth / 2, kHeight / 2);
-    for (const Shift shift : {Shift::kRight, Shift::kLeft, Shift::kDown, Shift::kUp}) {
-      const PixelRect rect = PairRect(camera, shift, kPadding);
-      const double mx = shift == Shift::kRight ? -1 : shift == Shift::kLeft ? 1 : 0;
-      const double my = shift == Shift::kDown ? -1 : shift == Shift::kUp ? 1 : 0;
-      const auto look = [&](double amount) {
-        return Picture(rect, [&, amount](double u, double v) {
-          const double x = u - amount * mx * kNear, y = v - amount * my * kNear;
-          if (OnSquare(x, y)) return near(x, y);
-          return flat ? 0.5 : far(u - amount * mx * kFar, v - amount * my * kFar);
-        });
-      };
-      pairs_.push_back({shift, rect, ToBytes(look(0)), ToBytes(look(1))});
-    }
-    truth_ = Picture({0, 0, kWidth, kHeight},
-                     [](double x, double y) { return OnSquare(x, y) ? kNear : kFar; });
-  }
-  // The share of the pixels within 12 of the square whose disparity is right.
-  double ShareRight(const ScalarImage& disparity) const {
-    int right = 0, all = 0;
-    for (int y = kTop - 12; y < kBottom + 12; ++y) {
-      for (int x = kLeft - 12; x < kRight + 12; ++x) {
-        ++all;
-        right += std::abs(disparity(x, y) - truth_(x, y)) < 0.5;
-      }
-    }
-    return double(right) / all;
-  }
-  // The truth with the square grown by 8 pixels, as a matcher's windows fatten it.
-  ScalarImage Fattened() const {
-    return Picture({0, 0, kWidth, kHeight}, [](double x, double y) {
-      return x >= kLeft - 8 && x < kRight + 8 && y >= kTop - 8 && y < kBottom + 8 ? kNear : kFar;
-    });
-  }
-
-  std::vector<RenderedPair> pairs_;
-  ScalarImage truth_;
-};
-
-TEST_F(Arbitration, RoughDepthTrimsFattenedSilhouettesBeforeTexture) {
-  Render(false);
-  ScalarImage disparity = Fattened();
-  EXPECT_LT(ShareRight(disparity), 0.7);
-  const Mask measured = ArbitrateDisparity(pairs_, truth_, disparity);
-  EXPECT_GT(ShareRight(disparity), 0.97);
-  EXPECT_EQ(measured(kLeft - 5, 80), 255) << "colour confirms the rough depth there";
-}
-
-TEST_F(Arbitration, AndBeforeFlatColourByContinuity) {
-  Render(true);
-  ScalarImage disparity = Fattened();
-  const Mask measured = ArbitrateDisparity(pairs_, truth_, disparity);
-  EXPECT_GT(ShareRight(disparity), 0.97);
-  EXPECT_EQ(measured(kLeft - 5, 80), 0) << "nothing was measured there";
-  EXPECT_EQ(measured(100, 80), 255);
-}
-
-TEST_F(Arbitration, WrongRoughDepthDoesNotSpoilStereo) {
-  Render(false);
-  ScalarImage rough = truth_;
-  for (int y = 60; y < 100; ++y) {
-    for (int x = 10; x < 50; ++x) rough(x, y) = 4;    // a blob behind the far plane
-    for (int x = 80; x < 120; ++x) rough(x, y) = 10;  // a hole in the square
-  }
-  ScalarImage disparity = truth_;
-  const Mask measured = ArbitrateDisparity(pairs_, rough, disparity);
-  EXPECT_EQ(disparity.data, truth_.data);
-  EXPECT_EQ(measured(30, 80), 255);
-}
-
-TEST_F(Arbitration, AgreeingDepthsAreAveragedAndUnknownOnesStayUnknown) {
-  Render(false);
-  ScalarImage rough = truth_, disparity = truth_;
-  rough(20, 20) = kFar + 0.5f;
-  rough(21, 20) = -1;
-  disparity(160, 20) = rough(160, 20) = -1;
-  const Mask measured = ArbitrateDisparity(pairs_, rough, disparity);
-  EXPECT_FLOAT_EQ(disparity(20, 20), kFar + 0.25f);
-  EXPECT_EQ(disparity(21, 20), kFar);
-  EXPECT_EQ(measured(21, 20), 255);
-  EXPECT_EQ(disparity(160, 20), -1);
-  EXPECT_EQ(measured(160, 20), 0);
 }
 
 TEST(StereoPairs, ShiftedCamerasSeeTheDisparityThatTheNameSays) {

@@ -109,7 +109,7 @@ TEST_P(Parity, SeesTheSameGaussiansInTheSameOrder) {
   ASSERT_EQ(cuda_->rows.size(), cpu_->rows.size());
   EXPECT_EQ(std::vector<int32_t>(cuda_->view->tiles().begin(), cuda_->view->tiles().end()),
             std::vector<int32_t>(cpu_->view->tiles().begin(), cpu_->view->tiles().end()));
-  // Rounding of the depth may swap neighbours, never move one far.
+  // Rounding of the depth may swap neighbors, never move one far.
   size_t moved = 0;
   for (size_t r = 0; r < cpu_->rows.size(); ++r) moved += cuda_->rows[r] != cpu_->rows[r];
   EXPECT_LE(double(moved), 0.05 * double(cpu_->rows.size()));
@@ -142,6 +142,7 @@ TEST_P(Parity, Blends) {
     }
     EXPECT_LE(RelativeError(out[1].image, out[0].image), kRounding);
     EXPECT_LE(RelativeError(out[1].alpha, out[0].alpha), kRounding);
+    // A pair that is skipped on one side only weighs up to twice the least alpha, 1/255.
     EXPECT_LE(WorstDifference(out[1].image, out[0].image), 0.02);
   }
 }
@@ -173,7 +174,10 @@ TEST_P(Parity, FindsDepth) {
   for (size_t p = 0; p < pixels_; ++p) {
     if (!(std::fabs(median[1][p] - median[0][p]) < 1e-4f)) ++other;
   }
+  // The median jumps to another Gaussian where rounding moves the transmittance across the
+  // threshold.
   EXPECT_LE(double(other), 2e-3 * double(pixels_));
+  // Pixels at the rim of everything divide by little.
   EXPECT_LE(RelativeError(expected[1], expected[0]), 10 * kRounding);
   EXPECT_LE(RelativeError(alpha[1], alpha[0]), kRounding);
 }
@@ -203,9 +207,9 @@ TEST_P(Parity, EvaluatesShOfEveryDegree) {
       backend.sh().AccumulateBlocks(*side.model, accumulate);
       colors[i] = c.Read(), sums[i] = s.Read(), blocks[i] = b.Read();
     }
-    EXPECT_LE(RelativeError(colors[1], colors[0]), 1e-5) << degree;
-    EXPECT_LE(RelativeError(sums[1], sums[0]), 1e-3) << degree;  // a colour at 0 may be shut or not
-    EXPECT_LE(RelativeError(blocks[1], blocks[0]), 1e-5) << degree;
+    EXPECT_LE(RelativeError(colors[1], colors[0]), 1e-5) << degree;  // up to 16 products of order 1
+    EXPECT_LE(RelativeError(sums[1], sums[0]), 1e-3) << degree;  // a color at 0 may be shut or not
+    EXPECT_LE(RelativeError(blocks[1], blocks[0]), 1e-5) << degree;  // three products
   }
 }
 
@@ -220,6 +224,8 @@ TEST_P(Parity, RestrictsAndSums) {
     float min_weight;
     double tolerance;
   };
+  // Lists round as the whole view does; explicit weights are half floats, or 8 bits of the largest
+  // of each Gaussian in a tile, of which the smallest are left out.
   for (const Kind& kind : {Kind{0, 0, kRounding}, Kind{size_t{1} << 32, 0, 5e-4},
                            Kind{size_t{1} << 32, 1e-3f, 2e-2}}) {
     SCOPED_TRACE(std::to_string(kind.budget) + " " + std::to_string(kind.min_weight));
@@ -258,9 +264,10 @@ TEST_P(Parity, RestrictsAndSums) {
       residuals[i] = blended.Read(), weight_image[i] = of_weights.Read();
     }
     EXPECT_LE(RelativeError(image[1], image[0]), kind.tolerance);
-    EXPECT_LE(RelativeError(sums[1], sums[0]), 10 * kind.tolerance);
+    EXPECT_LE(RelativeError(sums[1], sums[0]), 10 * kind.tolerance);  // faint ones sum few pixels
     if (kind.min_weight > 0) continue;  // a tile about as faint as the limit falls either way
     EXPECT_LE(RelativeError(weight_image[1], weight_image[0]), 0);
+    // Targets in steps of 1/8192 may fall to the next one.
     EXPECT_LE(RelativeError(residuals[1], residuals[0]), 1e-4);
     EXPECT_NEAR(loss[1], loss[0], 1e-4 * loss[0]);
   }
@@ -298,9 +305,109 @@ TEST_P(Parity, MeasuresLoss) {
     added[i] = sum.Read()[0];
     gradient[i] = g.Read();
   }
-  EXPECT_NEAR(loss[1], loss[0], 1e-5);
-  for (int i = 0; i < 2; ++i) EXPECT_NEAR(added[i], 2 + loss[i], 1e-9);
-  EXPECT_LE(RelativeError(gradient[1], gradient[0]), 1e-4);
+  EXPECT_NEAR(loss[1], loss[0], 1e-5);  // variances lose digits to cancellation
+  for (int i = 0; i < 2; ++i) EXPECT_NEAR(added[i], 2 + loss[i], 1e-9);  // sums of doubles
+  EXPECT_LE(RelativeError(gradient[1], gradient[0]), 1e-4);              // the same cancellation
+}
+
+TEST_P(Parity, SolvesBlocks) {
+  const size_t n = size_t(std::min<int64_t>(GetParam().gaussians, 5000));
+  for (const int k : {1, 4, 9, 16}) {
+    const size_t packed = size_t(k * (k + 1) / 2), values = n * size_t(k) * 3;
+    // A = L L^T with a diagonal of L between 1 and 2: positive definite, of a modest condition.
+    std::vector<float> blocks;
+    for (size_t b = 0; b < n; ++b) {
+      auto l = UniformVector(rng_, packed, -0.3f, 0.3f);
+      for (int i = 0; i < k; ++i) l[size_t(i * (i + 1) / 2 + i)] = Uniform(rng_, 1, 2);
+      for (int i = 0; i < k; ++i) {
+        for (int j = 0; j <= i; ++j) {
+          float sum = 0;
+          for (int m = 0; m <= j; ++m) {
+            sum += l[size_t(i * (i + 1) / 2 + m)] * l[size_t(j * (j + 1) / 2 + m)];
+          }
+          blocks.push_back(sum);
+        }
+      }
+    }
+    const auto rhs = UniformVector(rng_, values, -1, 1), start = UniformVector(rng_, values, -1, 1);
+    std::vector<float> weights[2], solutions[2], products[2];
+    for (int i = 0; i < 2; ++i) {
+      Backend& backend = *MakeBackend(i == 0 ? "cpu" : "cuda");
+      Guarded<float> a(backend, blocks), w(backend, n), b(backend, rhs), x(backend, values);
+      Guarded<float> out(backend, start);
+      AddRidgeParams add{a.data(), w.data(), int64_t(n), k, {}};
+      ApplyRidgeParams apply{w.data(), b.data(), out.data(), int64_t(n), k, 0.75f, {}};
+      for (int j = 0; j < k; ++j) add.ridge[j] = apply.ridge[j] = 0.01f * float(j + 1);
+      backend.solve().AddRidge(add);
+      backend.solve().FactorBlocks({a.data(), int64_t(n), k});
+      backend.solve().SolveBlocks({a.data(), b.data(), x.data(), int64_t(n), k});
+      backend.solve().ApplyRidge(apply);
+      weights[i] = w.Read(), solutions[i] = x.Read(), products[i] = out.Read();
+    }
+    EXPECT_LE(RelativeError(weights[1], weights[0]), 1e-6) << k;      // a division
+    EXPECT_LE(RelativeError(solutions[1], solutions[0]), 1e-5) << k;  // some hundred operations
+    EXPECT_LE(RelativeError(products[1], products[0]), 1e-6) << k;    // a product and a sum
+  }
+}
+
+TEST_P(Parity, CombinesVectorsAndTakesAdamsSteps) {
+  const size_t n = 3 * size_t(GetParam().gaussians);
+  const auto start = UniformVector(rng_, n, -1, 1), other = UniformVector(rng_, n, -1, 1);
+  std::vector<float> combined[2], values[2], m[2], v[2];
+  double dot[2];
+  for (int i = 0; i < 2; ++i) {
+    Backend& backend = *MakeBackend(i == 0 ? "cpu" : "cuda");
+    Guarded<float> x(backend, start), y(backend, other), sum(backend, n);
+    Guarded<float> first(backend, std::vector<float>(n, 0.0f));
+    Guarded<float> second(backend, std::vector<float>(n, 0.0f));
+    backend.solve().LinearCombination({x.data(), y.data(), 0.7f, -1.3f, sum.data(), int64_t(n)});
+    dot[i] = backend.solve().Dot(x.data(), y.data(), int64_t(n));
+    for (int step = 1; step <= 5; ++step) {
+      backend.solve().Adam({x.data(), y.data(), first.data(), second.data(), int64_t(n), step,
+                            0.01f, 0.9f, 0.999f, 1e-8f});
+    }
+    combined[i] = sum.Read(), values[i] = x.Read(), m[i] = first.Read(), v[i] = second.Read();
+  }
+  EXPECT_LE(RelativeError(combined[1], combined[0]), 1e-6);  // products may be fused with the sum
+  // Doubles summed in another order; of n terms of either sign the sum may be near 0.
+  EXPECT_NEAR(dot[1], dot[0], 1e-9 * double(n));
+  EXPECT_LE(RelativeError(m[1], m[0]), 1e-6);
+  EXPECT_LE(RelativeError(v[1], v[0]), 1e-6);
+  EXPECT_LE(RelativeError(values[1], values[0]), 1e-6);  // five steps of a root and a division
+}
+
+TEST_P(Parity, PacksAndEditsBoxes) {
+  const Shape& shape = GetParam();
+  const size_t pixels = size_t(shape.width) * size_t(shape.height);
+  const auto image = UniformVector(rng_, 3 * pixels, -0.5f, 9);  // some steps saturate
+  std::vector<uint8_t> mask(pixels);
+  for (uint8_t& byte : mask) byte = uint8_t(rng_());
+  const int32_t box[4] = {shape.width / 3, shape.height / 4, shape.width, shape.height};
+  const size_t values = size_t(box[2] - box[0]) * size_t(box[3] - box[1]) * 3;
+  std::vector<uint16_t> packed[2];
+  std::vector<float> unpacked[2], edited[2];
+  for (int i = 0; i < 2; ++i) {
+    Backend& backend = *MakeBackend(i == 0 ? "cpu" : "cuda");
+    Guarded<float> from(backend, image), to(backend, std::vector<float>(3 * pixels, 7.0f));
+    Guarded<float> out(backend, std::vector<float>(3 * pixels, 5.0f));
+    Guarded<uint16_t> steps(backend, values);
+    Guarded<uint8_t> shares(backend, mask);
+    PackBoxParams pack{from.data(), shape.width, shape.height, {}, steps.data(), 1.0f / 8192};
+    EditImageParams edit{
+        from.data(), shares.data(), {{0.5f, 0.1f, 0, 0, -0.25f, 0, 0.2f, 0, 1}, {0.1f, 0, -0.1f}},
+        shape.width, shape.height,  {},
+        out.data()};
+    std::copy_n(box, 4, pack.box);
+    std::copy_n(box, 4, edit.box);
+    backend.refit().PackBox(pack);
+    pack.image = to.data();
+    backend.refit().UnpackBox(pack);
+    backend.refit().EditImage(edit);
+    packed[i] = steps.Read(), unpacked[i] = to.Read(), edited[i] = out.Read();
+  }
+  EXPECT_EQ(packed[1], packed[0]);                       // one product, rounded by the same rule
+  EXPECT_EQ(unpacked[1], unpacked[0]);                   // one product
+  EXPECT_LE(RelativeError(edited[1], edited[0]), 1e-6);  // products may be fused with sums
 }
 
 INSTANTIATE_TEST_SUITE_P(cuda, Parity,

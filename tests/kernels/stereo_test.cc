@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stereo against plain loops on small images: the matcher on every backend, the other stages in
-// backend memory, skipped where no backend has them.
+// Stereo on every backend: the matcher against plain loops on small images, and the small stages.
 #include "kernels/stereo_ops.h"
 
 #include <algorithm>
@@ -15,26 +14,14 @@
 #include <hwy/highway.h>
 #include <tbb/global_control.h>
 
-#include "kernels/cpu/stereo_match.h"
 #include "tests/kernels/test_scene.h"
 
 namespace retint {
 namespace {
 
-class Stereo : public testing::Test {
+class Stereo : public BackendTest {
  protected:
-  void SetUp() override {
-    try {
-      backend_ = MakeBackend("cuda");
-    } catch (const std::exception& error) {
-      GTEST_SKIP() << error.what();
-    }
-    ASSERT_NE(backend_->stereo(), nullptr);
-  }
-  StereoOps& stereo() { return *backend_->stereo(); }
-
-  std::shared_ptr<Backend> backend_;
-  std::mt19937 rng_ = TestRng();
+  StereoOps& stereo() { return backend_->stereo(); }
 };
 
 struct HostImage {
@@ -192,13 +179,7 @@ class MatcherTest : public testing::Test {
       GTEST_SKIP() << error.what();
     }
   }
-  void Match(const StereoMatchParams& params) {
-    if (name_ == "cuda") {
-      backend_->stereo()->Match(params);
-    } else {
-      MatchStereoOnCpu(name_ == "cpu" ? SimdStereoKernels() : ScalarStereoKernels(), params);
-    }
-  }
+  void Match(const StereoMatchParams& params) { backend_->stereo().Match(params); }
   MatchPair MakePair(const MatchCase& c);
 
   std::string name_;
@@ -336,18 +317,17 @@ class CpuMatch : public MatcherTest {
 
 TEST_F(CpuMatch, ThreadsAndInstructionSetsGiveTheSameBits) {
   MatchPair pair = MakePair({150, 110, 0, 1, 3, 64, 1});
-  const auto run = [&] {
-    Match(pair.params);
+  const auto run = [&](const char* name) {  // a backend chooses its kernels when it is made
+    MakeBackend(name)->stereo().Match(pair.params);
     return pair.disparity->Read();
   };
-  MatchStereoOnCpu(ScalarStereoKernels(), pair.params);
-  const auto expected = pair.disparity->Read();
+  const auto expected = run("cpu-scalar");
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
     for (const size_t threads : {1, 2, 5}) {
       tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-      EXPECT_TRUE(SameBits(run(), expected)) << hwy::TargetName(target) << ", " << threads;
+      EXPECT_TRUE(SameBits(run("cpu"), expected)) << hwy::TargetName(target) << ", " << threads;
     }
   }
   hwy::SetSupportedTargetsForTest(0);
@@ -396,7 +376,7 @@ TEST_P(ImpossiblePairs, AreRefused) {
   refused([](auto& p) { p.reference.width = 50; });
 }
 
-TEST_F(Stereo, RefusesImpossibleStages) {
+TEST_P(Stereo, RefusesImpossibleStages) {
   Guarded<float> image(*backend_, 9);
   StereoFuseParams fuse{};
   EXPECT_THROW(stereo().Fuse(fuse), std::invalid_argument);
@@ -406,7 +386,7 @@ TEST_F(Stereo, RefusesImpossibleStages) {
   EXPECT_THROW(stereo().PositiveQuantiles(image.data(), 9, bad), std::invalid_argument);
 }
 
-TEST_F(Stereo, QuantilesAreThoseOfTheSortedPositiveValues) {
+TEST_P(Stereo, QuantilesAreThoseOfTheSortedPositiveValues) {
   const double fractions[] = {0, 0.005, 0.5, 0.995, 1};
   for (const size_t count : {size_t(1), size_t(2), size_t(1000), size_t(70001)}) {
     auto values = UniformVector(rng_, count, -1, 3);
@@ -428,7 +408,7 @@ TEST_F(Stereo, QuantilesAreThoseOfTheSortedPositiveValues) {
   EXPECT_TRUE(stereo().PositiveQuantiles(none.data(), 0, fractions).empty());
 }
 
-TEST_F(Stereo, GrayIsTheLumaOfClampedColour) {
+TEST_P(Stereo, GrayIsTheLumaOfClampedColor) {
   const auto rgb = UniformVector(rng_, 3 * 501, -0.3f, 1.3f);
   Guarded<float> in(*backend_, rgb), out(*backend_, 501);
   stereo().Gray(in.data(), 501, out.data());
@@ -439,7 +419,7 @@ TEST_F(Stereo, GrayIsTheLumaOfClampedColour) {
   }
 }
 
-TEST_F(Stereo, InvertLeavesTheUnknownToTheOther) {
+TEST_P(Stereo, InvertLeavesTheUnknownToTheOther) {
   const std::vector<float> values = {2, 0, -1, 0.5f}, others = {7, 8, 9, 10};
   Guarded<float> in(*backend_, values), other(*backend_, others), out(*backend_, 4);
   stereo().Invert(in.data(), other.data(), 4, 3, out.data());
@@ -447,6 +427,8 @@ TEST_F(Stereo, InvertLeavesTheUnknownToTheOther) {
   stereo().Invert(in.data(), nullptr, 4, 3, in.data());
   EXPECT_EQ(in.Read(), (std::vector<float>{1.5f, -1, -1, 6}));
 }
+
+RETINT_INSTANTIATE(Stereo);
 
 }  // namespace
 }  // namespace retint
