@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run did, as report.json: stable keys (docs/cli.md lists them), milliseconds, megabytes of
-// 2^20 bytes.
+// What a run did, as report.json: stable keys (docs/formats.md lists them), milliseconds, megabytes
+// of 2^20 bytes.
 #pragma once
 
 #include <chrono>
