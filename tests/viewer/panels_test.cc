@@ -74,7 +74,11 @@ class PanelsTest : public PanelsFixture {
     solver->setFocus();
     QTest::keyClick(solver, Qt::Key_Down);
     QCOMPARE(Controller().refit_job().options.solver, Solver::kAdam);
-    auto* iterations = Find<QSpinBox>("iterations");
+    // What the other solver asks for is hidden.
+    auto* iterations = Find<QSpinBox>("adam.iterations");
+    QVERIFY(!Find<QSpinBox>("mm.iterations")->isVisible());
+    QVERIFY(Find<QDoubleSpinBox>("adam.learning_rate")->isVisibleTo(window_.get()));
+    QCOMPARE(Find<QDoubleSpinBox>("adam.learning_rate")->text(), QString("0.00025"));
     iterations->setFocus();
     iterations->selectAll();
     QTest::keyClicks(iterations, "100000");

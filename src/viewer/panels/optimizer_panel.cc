@@ -4,18 +4,16 @@
 #include <utility>
 
 #include <QCheckBox>
-#include <QComboBox>
-#include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QGridLayout>
 #include <QLabel>
 #include <QPushButton>
-#include <QSpinBox>
 #include <QVBoxLayout>
 
 #include "base/error.h"
 #include "viewer/main_window.h"
 #include "viewer/panels/loss_plot.h"
+#include "viewer/panels/option_form.h"
 
 namespace retint {
 namespace {
@@ -131,98 +129,28 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
 }
 
 void OptimizerPanel::BuildOptions() {
-  options_ = new QWidget;
-  auto* form = form_ = new QFormLayout(options_);
-  form->setContentsMargins(0, 6, 0, 0);
-  solver_ = new QComboBox;
-  solver_->setObjectName("solver");
-  solver_->addItems({tr("mm: closed-form sweeps"), tr("adam: gradient steps")});
-  solver_->setToolTip(
-      tr("mm takes about a dozen sweeps; adam, the published way, thousands of steps"));
-  target_ = new QComboBox;
-  target_->setObjectName("target");
-  target_->addItems({tr("the render, edited"), tr("the photo, edited")});
-  target_->setToolTip(
-      tr("What the fit aims at. The render leaves everything outside as it is. The photo also "
-         "corrects colors that the splat had wrong."));
-  iterations_ = new QSpinBox;
-  iterations_->setObjectName("iterations");
-  iterations_->setRange(0, 100000);
-  iterations_->setSpecialValueText(tr("until it stops"));
-  iterations_->setToolTip(tr("At most this many sweeps or steps"));
-  const auto number = [](double most, int decimals, double step, const QString& tip) {
-    auto* box = new QDoubleSpinBox;
-    box->setRange(0, most);
-    box->setDecimals(decimals);
-    box->setSingleStep(step);
-    box->setToolTip(tip);
-    return box;
-  };
-  tolerance_ = number(1, 4, 0.001, tr("Stop when a sweep gains less than this share of the loss"));
-  tolerance_->setObjectName("tolerance");
-  outside_weight_ = number(1, 2, 0.1, tr("How much a pixel outside the mask counts"));
-  outside_weight_->setMinimum(0.01);
-  learning_rate_ = number(1, 6, 1e-4, tr("Length of adam's steps"));
-  learning_rate_->setMinimum(1e-6);
+  options_ = new OptionForm;
+  options_->setObjectName("refit_options");
+  options_->Show(Described(controller_->refit_job()));
+  connect(options_, &OptionForm::edited, this, &OptimizerPanel::TakeOption);
   automatic_ = new QCheckBox(tr("Start after each ed&it"));
   automatic_->setObjectName("automatic");
   automatic_->setToolTip(tr("Off: edits show in closed form until the optimizer is started"));
-  form->addRow(tr("&Solver"), solver_);
-  form->addRow(tr("&Aim at"), target_);
-  form->addRow(tr("Steps at most"), iterations_);
-  form->addRow(tr("Tolerance"), tolerance_);
-  form->addRow(tr("Outside weight"), outside_weight_);
-  form->addRow(tr("Learning rate"), learning_rate_);
-  form->addRow(automatic_);
-  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
-  for (QComboBox* box : {solver_, target_}) {
-    box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-    box->setMinimumContentsLength(14);
-    connect(box, &QComboBox::activated, this, &OptimizerPanel::TakeJob);
-  }
-  for (QDoubleSpinBox* box : {tolerance_, outside_weight_, learning_rate_}) {
-    box->setKeyboardTracking(false);
-    connect(box, &QDoubleSpinBox::valueChanged, this, &OptimizerPanel::TakeJob);
-  }
-  iterations_->setKeyboardTracking(false);
-  connect(iterations_, &QSpinBox::valueChanged, this, &OptimizerPanel::TakeJob);
+  options_->form()->addRow(automatic_);
   connect(automatic_, &QCheckBox::toggled, controller_, &SceneController::SetAutomaticRefit);
 }
 
 void OptimizerPanel::ShowJob() {
-  filling_ = true;
-  const RefitJob& job = controller_->refit_job();
-  solver_->setCurrentIndex(job.options.solver == Solver::kMm ? 0 : 1);
-  target_->setCurrentIndex(job.target == TargetKind::kRender ? 0 : 1);
-  const RefitOptions& options = job.options;
-  iterations_->setValue(options.solver == Solver::kMm ? options.mm.iterations
-                                                      : options.adam.iterations);
-  tolerance_->setValue(options.mm.tolerance);
-  outside_weight_->setValue(options.mm.outside_weight);
-  learning_rate_->setValue(options.adam.learning_rate);
+  options_->Show(Described(controller_->refit_job()));
   automatic_->setChecked(controller_->automatic_refit());
-  const bool mm = job.options.solver == Solver::kMm;
-  // Only what the solver asks for.
-  for (QDoubleSpinBox* box : {tolerance_, outside_weight_, learning_rate_}) {
-    const bool shown = mm == (box != learning_rate_);
-    box->setVisible(shown);
-    form_->labelForField(box)->setVisible(shown);
-  }
-  filling_ = false;
 }
 
-void OptimizerPanel::TakeJob() {
-  if (filling_) return;
+void OptimizerPanel::TakeOption(size_t index, const OptionValue& value) {
   RefitJob job = controller_->refit_job();
-  RefitOptions& options = job.options;
-  const Solver shown = options.solver;  // whose number of iterations the box holds
-  options.solver = solver_->currentIndex() == 0 ? Solver::kMm : Solver::kAdam;
-  job.target = target_->currentIndex() == 0 ? TargetKind::kRender : TargetKind::kPhoto;
-  (shown == Solver::kMm ? options.mm.iterations : options.adam.iterations) = iterations_->value();
-  options.mm.tolerance = tolerance_->value();
-  options.mm.outside_weight = outside_weight_->value();
-  options.adam.learning_rate = learning_rate_->value();
+  OptionList list;
+  job.Describe(list);
   try {
+    list[index].Set(value);
     controller_->SetRefitJob(job);
   } catch (const Error& error) {
     window_->ShowError(tr("These optimizer settings are not valid"),

@@ -5,21 +5,19 @@
 #include <QElapsedTimer>
 #include <QWidget>
 
+#include "base/option.h"
 #include "recolor/quality_report.h"
 #include "session/region.h"
 
 class QCheckBox;
-class QComboBox;
-class QDoubleSpinBox;
-class QFormLayout;
 class QLabel;
 class QPushButton;
-class QSpinBox;
 
 namespace retint {
 
 class LossPlot;
 class MainWindow;
+class OptionForm;
 class SceneController;
 
 class OptimizerPanel : public QWidget {
@@ -32,7 +30,7 @@ class OptimizerPanel : public QWidget {
   void BuildOptions();
   void ShowStatus();
   void ShowJob();
-  void TakeJob();
+  void TakeOption(size_t index, const OptionValue& value);
   void Toggle();  // start, pause or resume
   void Reset();
   void ForgetQuality();
@@ -43,14 +41,10 @@ class OptimizerPanel : public QWidget {
   QLabel *state_, *speed_, *inside_, *outside_, *measured_;
   LossPlot* plot_;
   QPushButton *toggle_, *reset_, *measure_;
-  QWidget* options_;
-  QFormLayout* form_;
-  QComboBox *solver_, *target_;
-  QSpinBox* iterations_;
-  QDoubleSpinBox *tolerance_, *outside_weight_, *learning_rate_;
+  OptionForm* options_;
   QCheckBox* automatic_;
   RegionId measured_id_ = 0;  // whose quality shows; 0: none
-  bool filling_ = false, was_active_ = false;
+  bool was_active_ = false;
 };
 
 }  // namespace retint
