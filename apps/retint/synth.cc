@@ -2,6 +2,8 @@
 // retint synth: a sample workspace with exact ground truth.
 #include <fmt/format.h>
 
+#include "base/error.h"
+#include "recolor/color_edit.h"
 #include "retint/common.h"
 #include "synthetic/synthetic_workspace.h"
 
@@ -11,11 +13,23 @@ namespace {
 struct Arguments {
   SyntheticOptions options;
   std::filesystem::path output;
+  std::vector<std::string> albedo;
 };
+
+// OBJECT=#rrggbb
+PaintedObject ParseAlbedo(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos) {
+    throw OptionError("--albedo '" + text + "': expected OBJECT=#rrggbb");
+  }
+  const auto color = ParseTint(text.substr(equals + 1)).operations.front().Get("color");
+  return {text.substr(0, equals), {color[0], color[1], color[2]}};
+}
 
 void Synth(const Arguments& arguments, Run& run) {
   SyntheticOptions options = arguments.options;
   options.seed = run.globals().seed;
+  for (const std::string& text : arguments.albedo) options.albedo.push_back(ParseAlbedo(text));
   options.Check();
   CheckOutput(arguments.output, /*as_folder=*/true);
   const SyntheticScene scene = MakeSyntheticScene(options, run.monitor());
@@ -53,6 +67,9 @@ void AddSynth(CLI::App& app, Globals& globals, Action& action) {
   verb->add_option("--wall-bias", options.wall_bias,
                    "Largest relative depth error of the Gaussians on the textureless wall");
   verb->add_option("--floaters", options.floaters, "Stray Gaussians in free space");
+  AddRepeated(verb, "--albedo", arguments->albedo,
+              "Give an object's surface this color (a pattern stays as shades of it); repeatable")
+      ->type_name("OBJECT=#rrggbb");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Synth(*arguments, run); }; });
 }

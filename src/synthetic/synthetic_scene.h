@@ -4,6 +4,7 @@
 // right, y down, z away from the viewer; metres.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -15,6 +16,12 @@
 
 namespace retint {
 
+// An object and the display-encoded color, 0 to 1, of its surface.
+struct PaintedObject {
+  std::string object;
+  std::array<float, 3> color;
+};
+
 struct SyntheticOptions {
   std::string preset = "still-life";
   int width = 640, height = 480;  // pixels, 16 to 4096
@@ -24,6 +31,8 @@ struct SyntheticOptions {
   int sparse_points = 6000;  // at most; small images carry fewer
   double wall_bias = 0.04;   // largest relative depth error of Gaussians on the textureless wall
   int floaters = 120;        // stray Gaussians of low opacity in free space
+  // Objects of another color; a pattern stays as shades of it, light and gloss stay as they are.
+  std::vector<PaintedObject> albedo;
   // Throws OptionError.
   void Check() const;
 };

@@ -461,5 +461,43 @@ TEST(SyntheticTest, SeedChangesTheScene) {
             b.reconstruction.views.at(1).cam_from_world.translation);
 }
 
+TEST(SyntheticTest, RepaintsOneObjectAndNothingElse) {
+  SyntheticOptions options = TinyOptions();
+  const SyntheticScene before = Make(options);
+  options.albedo = {{"ball", {0.1f, 0.2f, 0.9f}}};
+  const SyntheticScene after = Make(options);
+  const int ball = IdOf(before, "ball");
+  double red = 0, blue = 0;
+  for (size_t v = 0; v < before.views.size(); ++v) {
+    const SyntheticView &x = before.views[v], &y = after.views[v];
+    EXPECT_EQ(x.object_ids.data, y.object_ids.data);
+    EXPECT_EQ(x.depth.data, y.depth.data);
+    for (int row = 1; row + 1 < x.photo.height; ++row) {
+      for (int column = 1; column + 1 < x.photo.width; ++column) {
+        int of_ball = 0;
+        for (int k = 0; k < 9; ++k) {
+          of_ball += x.object_ids(column + k % 3 - 1, row + k / 3 - 1) == ball;
+        }
+        for (int c = 0; c < 3; ++c) {
+          const float old = x.photo(column, row, c), now = y.photo(column, row, c);
+          // A pixel's rays stay inside it, so only those at the ball can meet it.
+          if (of_ball == 0) {
+            EXPECT_EQ(old, now);
+          }
+          if (of_ball == 9 && c == 0) red += double(now) - double(old);
+          if (of_ball == 9 && c == 2) blue += double(now) - double(old);
+        }
+      }
+    }
+  }
+  EXPECT_LT(red, 0);
+  EXPECT_GT(blue, 0);
+
+  options.albedo = {{"elephant", {0, 0, 1}}};
+  EXPECT_THROW(options.Check(), OptionError);
+  options.albedo = {{"ball", {0, 0, 2}}};
+  EXPECT_THROW(options.Check(), OptionError);
+}
+
 }  // namespace
 }  // namespace retint
