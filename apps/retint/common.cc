@@ -192,28 +192,16 @@ void AddProjectorOptions(CLI::App* verb, EditArguments& edit) {
   edit.flags.Add(verb, "Projection", list);
 }
 
-void AddRefitOptions(CLI::App* verb, TintArguments& tint, EditArguments& edit) {
-  constexpr const char* kGroup = "Edit and refit";
-  verb->add_option("--tint", tint.tint,
-                   "Color filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
-      ->required()
-      ->group(kGroup);
-  verb->add_option("--strength", tint.strength, "From 0, nothing, to 1, the whole edit")
-      ->check(CLI::Range(0.0, 1.0))
-      ->group(kGroup);
+void AddRefitOptions(CLI::App* verb, ColorArguments& color, EditArguments& edit) {
+  constexpr const char* kGroup = "Refit";
+  color.flags.Add(verb, "Edit (operations apply in the order in which they are given)");
   OptionList list;
   edit.options.refit.Describe(list);
   edit.flags.Add(verb, kGroup, list);
-  verb->add_option("--holdout", tint.holdout,
+  verb->add_option("--holdout", color.holdout,
                    "Keep every n-th view by name out of the fit and report on it; 0 keeps none")
       ->check(CLI::Range(0, 1000000))
       ->group(kGroup);
-}
-
-ColorEdit ResolveEdit(const TintArguments& tint) {
-  const ColorEdit edit = ParseTint(tint.tint);
-  edit.Check();
-  return edit;
 }
 
 EditOptions Resolve(const EditArguments& edit, const Globals& globals) {

@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/monitor.h"
+#include "retint/edit_flags.h"
 #include "retint/option_flags.h"
 #include "retint/progress.h"
 #include "session/edit_options.h"
@@ -107,15 +108,13 @@ void AddProjectorOptions(CLI::App* verb, EditArguments& edit);
 // its caller ends, are 3000 here. OptionError for values that do not go together.
 EditOptions Resolve(const EditArguments& edit, const Globals& globals);
 
-// --tint, --strength, --holdout.
-struct TintArguments {
-  std::string tint;
-  double strength = 1;
+// What is done to the colors, and --holdout.
+struct ColorArguments {
+  EditFlags flags;
   int holdout = 0;
 };
 // With the options of the refit.
-void AddRefitOptions(CLI::App* verb, TintArguments& tint, EditArguments& edit);
-ColorEdit ResolveEdit(const TintArguments& tint);
+void AddRefitOptions(CLI::App* verb, ColorArguments& color, EditArguments& edit);
 
 // An output or input path.
 inline CLI::Option* AddPath(CLI::App* verb, const std::string& flag, std::filesystem::path& path,

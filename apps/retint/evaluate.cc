@@ -17,8 +17,8 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::filesystem::path after, masks, true_masks, report;
-  std::string tint, target = "render";
-  double strength = 1;
+  EditFlags edit;
+  std::string target = "render";
   int holdout = 0;
 };
 
@@ -86,15 +86,14 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
 }
 
 void Evaluate(const Arguments& arguments, Run& run) {
-  const ColorEdit edit = ParseTint(arguments.tint);
-  edit.Check();
+  const ColorEdit edit = arguments.edit.Resolve();
   const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, arguments.holdout, run);
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
       "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
-  session->SetEdit(region, edit, static_cast<float>(arguments.strength));
+  session->SetEdit(region, session->regions().Find(region)->edit, arguments.edit.strength());
   RunReport report = session->MakeReport();
   report.quality =
       session->Evaluate(region, session->original().sh, after.sh, target, run.monitor());
@@ -149,11 +148,7 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
           "Folder of the object's true masks, <image name>.png: compares the masks with them, "
           "and gives all figures by them too",
           "FOLDER");
-  verb->add_option("--tint", arguments->tint,
-                   "Color filter: R,G,B factors >= 0, or #rrggbb (0-255 become 0-1)")
-      ->required();
-  verb->add_option("--strength", arguments->strength, "From 0, nothing, to 1, the whole edit")
-      ->check(CLI::Range(0.0, 1.0));
+  arguments->edit.Add(verb, "Edit (operations apply in the order in which they are given)");
   verb->add_option("--target", arguments->target,
                    "What is edited to become the targets: render or photo")
       ->check(CLI::IsMember({"render", "photo"}));

@@ -16,7 +16,7 @@ struct Arguments {
   SceneArguments scene;
   EditArguments edit;
   PaintArguments paint;
-  TintArguments tint;
+  ColorArguments color;
   std::filesystem::path output, report, stages, comparison;
 };
 
@@ -79,10 +79,10 @@ void Recolor(const Arguments& arguments, Run& run) {
   EditOptions options = Resolve(arguments.edit, run.globals());
   options.select.keep_raw = !arguments.stages.empty();
   const RefitJob& job = options.refit;
-  const ColorEdit edit = ResolveEdit(arguments.tint);
+  const ColorEdit edit = arguments.color.flags.Resolve();
   CheckOutputs(arguments);
 
-  const auto session = OpenSession(arguments.scene, arguments.tint.holdout, run);
+  const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
   Recolored result;
   result.session = session.get();
   result.target = job.target;
@@ -92,9 +92,12 @@ void Recolor(const Arguments& arguments, Run& run) {
   ProjectedMasks masks =
       session->Project(result.selection.cloud, result.painted, options.projector, run.monitor());
   const Coverage coverage = MeasureCoverage(masks.masks);
+  SelectionSource source;  // whose pixels say what the region's main color is
+  source.painted = result.painted;
   result.region = session->AddRegion("selection", std::move(masks.masks), std::move(masks.shares),
-                                     edit, run.monitor());
-  session->SetEdit(result.region, edit, static_cast<float>(arguments.tint.strength));
+                                     edit, run.monitor(), std::move(source));
+  session->SetEdit(result.region, session->regions().Find(result.region)->edit,
+                   arguments.color.flags.strength());
   session->Refit(job, run.monitor());
   result.sh_after = session->CurrentSh();
 
@@ -128,7 +131,7 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
           "result",
           "FOLDER");
   AddPreset(verb, arguments->edit);
-  AddRefitOptions(verb, arguments->tint, arguments->edit);
+  AddRefitOptions(verb, arguments->color, arguments->edit);
   AddDepthOptions(verb, arguments->edit, "--depth");
   AddCloudOptions(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint refit: masks and a tint to a recolored splat.
+// retint refit: masks and an edit to a recolored splat.
 #include <fmt/format.h>
 
 #include "base/error.h"
@@ -15,21 +15,21 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   EditArguments edit;
-  TintArguments tint;
+  ColorArguments color;
   std::filesystem::path masks, output, report;
 };
 
 void Refit(const Arguments& arguments, Run& run) {
-  const ColorEdit edit = ResolveEdit(arguments.tint);
+  const ColorEdit edit = arguments.color.flags.Resolve();
   const RefitJob job = Resolve(arguments.edit, run.globals()).refit;
   CodecForWriting(arguments.output);
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
-  const auto session = OpenSession(arguments.scene, arguments.tint.holdout, run);
+  const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
   if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
   const RegionId region = session->AddRegion(
       "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
-  session->SetEdit(region, edit, static_cast<float>(arguments.tint.strength));
+  session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
   session->Refit(job, run.monitor());
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
@@ -71,7 +71,7 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
       ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddPreset(verb, arguments->edit);
-  AddRefitOptions(verb, arguments->tint, arguments->edit);
+  AddRefitOptions(verb, arguments->color, arguments->edit);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Refit(*arguments, run); }; });
 }

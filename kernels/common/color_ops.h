@@ -37,6 +37,7 @@ struct ColorOp {
 // The operations of one edit, in the order in which they apply.
 struct ColorProgram {
   int32_t count;
+  float strength;  // of the whole: color + strength (list(color) - color)
   ColorOp ops[kMaxColorOps];
   const float* tables;  // in the memory of whoever runs the program
 };
@@ -224,7 +225,10 @@ RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, float* color
 
 // f(color), in place.
 RETINT_HD void RunColorProgram(const ColorProgram& program, float* color) {
+  const float in[3] = {color[0], color[1], color[2]};
   for (int i = 0; i < program.count; ++i) ApplyColorOp(program.ops[i], program.tables, color);
+  if (program.strength == 1) return;
+  for (int c = 0; c < 3; ++c) color[c] = in[c] + program.strength * (color[c] - in[c]);
 }
 
 }  // namespace retint

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
+#include <Eigen/Cholesky>
+
 #include "base/error.h"
+#include "base/parallel.h"
+#include "kernels/common/sh.h"
 #include "recolor/refit_problem.h"
 #include "recolor/sh_refitter.h"
 
@@ -11,6 +16,66 @@ namespace retint {
 namespace {
 
 constexpr float kY00 = 0.28209479177387814f;  // the constant SH basis function, 1 / (2 sqrt(pi))
+
+using Basis = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// An affine map of colors is one of coefficients, exact in every direction.
+void ApplyAffine(const AffineColor& map, float share, size_t coeffs, float* sh) {
+  const Eigen::Matrix3f delta = map.gain - Eigen::Matrix3f::Identity();
+  // The affine part of delta (0.5 + Y C) + offset that does not depend on the direction.
+  const Eigen::Vector3f constant = (0.5f * delta.rowwise().sum() + map.offset) / kY00;
+  for (size_t k = 0; k < coeffs; ++k) {
+    float* value = sh + 3 * k;
+    const Eigen::Vector3f old(value[0], value[1], value[2]);
+    Eigen::Vector3f change = delta * old;
+    if (k == 0) change += constant;
+    for (int c = 0; c < 3; ++c) {
+      // Adding 0 would turn -0 into 0: an identity edit changes no bit.
+      if (change[c] != 0) value[c] += share * change[c];
+    }
+  }
+}
+
+// Any other map is applied to the colors in directions all around, and the coefficients of the
+// change are their least-squares fit: one matrix for all Gaussians.
+class DirectionFit {
+ public:
+  explicit DirectionFit(int num_coeffs) {
+    const int degree = int(std::lround(std::sqrt(double(num_coeffs)))) - 1;
+    const int directions = num_coeffs == 1 ? 1 : 4 * num_coeffs;
+    colors_.resize(directions, num_coeffs);
+    for (int i = 0; i < directions; ++i) {  // a Fibonacci lattice
+      const double z = 1 - (2 * i + 1.0) / directions, radius = std::sqrt(1 - z * z);
+      const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+      ShBasis(degree, float(radius * std::cos(angle)), float(radius * std::sin(angle)), float(z),
+              colors_.row(i).data());
+    }
+    const Eigen::MatrixXd basis = colors_.cast<double>();
+    fit_ = (basis.transpose() * basis).llt().solve(basis.transpose()).cast<float>();
+  }
+
+  void Apply(const CompiledEdit& edit, float share, float* sh) const {
+    const Eigen::Map<Basis> coefficients(sh, colors_.cols(), 3);
+    Basis change = (colors_ * coefficients).array() + 0.5f;
+    for (Eigen::Index i = 0; i < change.rows(); ++i) {
+      const Eigen::Vector3f color = change.row(i).transpose();
+      const Eigen::Vector3f shown = color.cwiseMax(0.0f);
+      const Eigen::Vector3f wanted = share * (edit.Apply(shown) - shown);
+      for (int c = 0; c < 3; ++c) {
+        // What is clamped at 0 must first rise to it.
+        change(i, c) = wanted[c] > 0 ? wanted[c] + share * (shown[c] - color[c]) : wanted[c];
+      }
+    }
+    const Basis fitted = fit_ * change;
+    for (Eigen::Index i = 0; i < fitted.size(); ++i) {
+      if (fitted.data()[i] != 0) sh[i] += fitted.data()[i];
+    }
+  }
+
+ private:
+  Basis colors_;  // [directions, K]
+  Basis fit_;     // [K, directions]
+};
 
 }  // namespace
 
@@ -21,23 +86,19 @@ std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
   CheckOption(sh.size() == shares.size() * coeffs * 3,
               "closed form: one share a Gaussian is needed, got " + std::to_string(shares.size()) +
                   " for " + std::to_string(sh.size() / std::max<size_t>(coeffs * 3, 1)));
-  const Eigen::Matrix3f delta = edit.gain - Eigen::Matrix3f::Identity();
-  // The affine part of delta (0.5 + Y C) + offset that does not depend on the direction.
-  const Eigen::Vector3f constant = (0.5f * delta.rowwise().sum() + edit.offset) / kY00;
-  for (size_t g = 0; g < shares.size(); ++g) {
-    const float share = shares[g];
-    if (!(share > active_threshold)) continue;
-    for (size_t k = 0; k < coeffs; ++k) {
-      float* value = &sh[(g * coeffs + k) * 3];
-      const Eigen::Vector3f old(value[0], value[1], value[2]);
-      Eigen::Vector3f change = delta * old;
-      if (k == 0) change += constant;
-      for (int c = 0; c < 3; ++c) {
-        // Adding 0 would turn -0 into 0: an identity edit changes no bit.
-        if (change[c] != 0) value[c] += share * change[c];
+  const CompiledEdit compiled(edit);
+  const DirectionFit fit(num_coeffs);
+  ParallelRanges(int64_t(shares.size()), 256, [&](int64_t begin, int64_t end) {
+    for (size_t g = size_t(begin); g < size_t(end); ++g) {
+      const float share = shares[g];
+      if (!(share > active_threshold)) continue;
+      if (compiled.IsAffine()) {
+        ApplyAffine(compiled.affine(), share, coeffs, &sh[g * coeffs * 3]);
+      } else {
+        fit.Apply(compiled, share, &sh[g * coeffs * 3]);
       }
     }
-  }
+  });
   return sh;
 }
 

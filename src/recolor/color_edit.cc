@@ -1,89 +1,322 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recolor/color_edit.h"
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 #include <string>
 
 #include "base/error.h"
+#include "recolor/edit_text.h"
 
 namespace retint {
 namespace {
 
-[[noreturn]] void BadTint(std::string_view text, const char* why) {
-  throw OptionError("tint '" + std::string(text) + "': " + why +
-                    " (expected R,G,B with numbers >= 0, or #rrggbb)");
+using Kind = ColorOperationKind;
+
+const Eigen::Matrix3f kIdentity = Eigen::Matrix3f::Identity();
+const Eigen::RowVector3f kLuma(0.2126f, 0.7152f, 0.0722f);  // Rec. 709
+
+AffineColor WithStrengthOf(const AffineColor& map, float strength) {
+  return {kIdentity + strength * (map.gain - kIdentity), strength * map.offset};
 }
 
-int HexDigit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
-Eigen::Vector3f ParseHex(std::string_view text, std::string_view digits) {
-  if (digits.size() != 6) BadTint(text, "needs six hexadecimal digits");
-  Eigen::Vector3f tint;
-  for (int c = 0; c < 3; ++c) {
-    const int high = HexDigit(digits[size_t(2 * c)]), low = HexDigit(digits[size_t(2 * c + 1)]);
-    if (high < 0 || low < 0) BadTint(text, "holds a character that is not a hexadecimal digit");
-    tint[c] = float(16 * high + low) / 255.0f;
+// The operation at full strength, where it is affine on the encoded values.
+std::optional<AffineColor> FullAffine(const ColorOperation& op) {
+  AffineColor map;
+  switch (op.kind) {
+    case Kind::kTint: {
+      map.gain = Eigen::Map<const Eigen::Vector3f>(op.values.data()).asDiagonal();
+      return map;
+    }
+    case Kind::kMatrix:
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+          map.gain(row, column) = op.values[size_t(4 * row + column)];
+        }
+        map.offset[row] = op.values[size_t(4 * row + 3)];
+      }
+      return map;
+    case Kind::kContrast: {
+      const float factor = op.values[0], pivot = op.values[1];
+      map.gain *= factor;
+      map.offset.setConstant(pivot * (1 - factor));
+      return map;
+    }
+    case Kind::kSaturation:
+      map.gain = op.values[0] * kIdentity + (1 - op.values[0]) * (Eigen::Vector3f::Ones() * kLuma);
+      return map;
+    case Kind::kInvert:
+      map.gain = -kIdentity;
+      map.offset.setOnes();
+      return map;
+    default:
+      return std::nullopt;
   }
-  return tint;
 }
 
-std::string_view Trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+// At its own strength. One of full strength keeps its bits.
+std::optional<AffineColor> AffineOf(const ColorOperation& op) {
+  const std::optional<AffineColor> full = FullAffine(op);
+  return full && op.strength != 1 ? WithStrengthOf(*full, op.strength) : full;
+}
+
+Eigen::Vector3f LinearOf(std::span<const float> color) {
+  return {LinearFromSrgb(color[0]), LinearFromSrgb(color[1]), LinearFromSrgb(color[2])};
+}
+
+// CIE 1960 u, v of a black body of `mired`, 1e6 / kelvin (M. Krystek 1985).
+Eigen::Vector2d BlackBody(double mired) {
+  const double t = 1e6 / mired;
+  return {(0.860117757 + 1.54118254e-4 * t + 1.28641212e-7 * t * t) /
+              (1 + 8.42420235e-4 * t + 7.08145163e-7 * t * t),
+          (0.317398726 + 4.22806245e-5 * t + 4.20481691e-8 * t * t) /
+              (1 - 2.89741816e-5 * t + 1.61456053e-7 * t * t)};
+}
+
+// Linear sRGB of the chromaticity u, v.
+Eigen::Vector3d LinearOfChromaticity(const Eigen::Vector2d& uv) {
+  const double d = 2 * uv[0] - 8 * uv[1] + 4, x = 3 * uv[0] / d, y = 2 * uv[1] / d;
+  const Eigen::Vector3d xyz(x / y, 1, (1 - x - y) / y);
+  Eigen::Matrix3d rgb_from_xyz;  // IEC 61966-2-1
+  rgb_from_xyz << 3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108, 0.0415560, 0.0556434,
+      -0.2040259, 1.0572252;
+  return rgb_from_xyz * xyz;
+}
+
+// What a gray becomes when the light's color temperature and its distance from
+// the black bodies move away from D65; luminance stays. Channels are scaled in
+// linear light.
+Eigen::Matrix3f WhiteBalance(float temperature, float tint) {
+  constexpr double kDaylight = 1e6 / 6504;  // D65, mired
+  constexpr double kTintStep = 3e-4;        // in u, v
+  const Eigen::Vector2d daylight(0.19783, 0.31222);
+  const Eigen::Vector2d here = BlackBody(kDaylight);
+  const Eigen::Vector2d tangent = BlackBody(kDaylight + 1) - here;
+  const Eigen::Vector2d across = Eigen::Vector2d(tangent[1], -tangent[0]).normalized();
+  const Eigen::Vector2d magenta = across[1] < 0 ? across : Eigen::Vector2d(-across);
+  const Eigen::Vector2d white = daylight + (BlackBody(kDaylight + double(temperature)) - here) +
+                                kTintStep * double(tint) * magenta;
+  Eigen::Vector3d gain =
+      LinearOfChromaticity(white).cwiseQuotient(LinearOfChromaticity(daylight)).cwiseMax(0.0);
+  gain /= 0.2126 * gain[0] + 0.7152 * gain[1] + 0.0722 * gain[2];
+  return gain.cast<float>().asDiagonal();
+}
+
+void SetLinearMatrix(const Eigen::Matrix3f& matrix, ColorOp& out) {
+  out.code = ColorOpCode::kLinearMatrix;
+  for (int i = 0; i < 9; ++i) out.values[i] = matrix(i / 3, i % 3);
+}
+
+void CompileAdjust(const ColorOperation& op, ColorOp& out) {
+  constexpr float kDegree = std::numbers::pi_v<float> / 180;
+  out.code = ColorOpCode::kAdjust;
+  const float turn = op.Get("hue")[0] * kDegree;
+  const auto hues = op.Get("hues");
+  float extent = hues[1] - hues[0];
+  if (extent < 0) extent += 360;
+  const float values[] = {std::cos(turn),
+                          std::sin(turn),
+                          op.Get("chroma")[0],
+                          op.Get("lightness")[0],
+                          hues[0] * kDegree,
+                          extent >= 360 ? 7.0f : extent * kDegree,  // above a whole turn
+                          op.Get("hue_edge")[0] * kDegree,
+                          op.Get("chromas")[0],
+                          op.Get("chromas")[1],
+                          op.Get("lightnesses")[0],
+                          op.Get("lightnesses")[1],
+                          op.Get("edge")[0]};
+  std::copy(std::begin(values), std::end(values), out.values);
+}
+
+// See RecolorColor.
+void CompileRecolor(const ColorOperation& op, ColorOp& out) {
+  // Pale main colors differ little from white: the ridge lets their shading
+  // count as body. A pixel more saturated than the main color is rarely "less
+  // white": the second ridge is larger.
+  constexpr float kRidge = 0.02f, kNegativeRidge = 0.5f;
+  constexpr float kLeast = 1e-3f;     // of the main color, so that black can be recolored
+  constexpr float kMostRatio = 3;     // of B / A
+  constexpr float kMostLight = 1.1f;  // times the brightest body color measured
+  if (!op.IsSet("from")) throw OptionError("recolor: the region's main color was not measured");
+  const Eigen::Vector3f from = LinearOf(op.Get("from")).cwiseMax(kLeast);
+  const Eigen::Vector3f to = LinearOf(op.Get("to"));
+  const float square = from.squaredNorm();
+  const Eigen::Vector3f white = Eigen::Vector3f::Ones() - from * (from.sum() / square);
+  const float brightest = op.IsSet("brightest") ? op.Get("brightest")[0] : 100.0f;
+  out.code = ColorOpCode::kRecolor;
+  for (int c = 0; c < 3; ++c) {
+    out.values[c] = from[c];
+    out.values[3 + c] = to[c];
+    out.values[6 + c] = std::min(to[c] / from[c], kMostRatio);
+    out.values[9 + c] = white[c] / (white.squaredNorm() + kRidge);
+  }
+  out.values[12] = (white.squaredNorm() + kRidge) / (white.squaredNorm() + kNegativeRidge);
+  out.values[13] = 1 / square;
+  out.values[14] = kMostLight * brightest;
+  out.values[15] = op.Get("keep_lightness")[0];
+  out.values[16] = std::min(to.minCoeff() / from.minCoeff(), 1.0f);
+}
+
+// Between the stops straight in OKLab.
+std::vector<float> GradientTable(std::span<const float> stops, int size) {
+  std::vector<float> table;
+  for (int i = 0; i < size; ++i) {
+    const float at = float(i) / float(size - 1);
+    size_t next = 0;
+    while (next < stops.size() && stops[next] <= at) next += 4;
+    const size_t high = std::min(next, stops.size() - 4), low = next == 0 ? 0 : next - 4;
+    const float width = stops[high] - stops[low];
+    const float t = width > 0 ? (at - stops[low]) / width : 0;
+    const OkLab x = OkLabFromSrgb(&stops[low + 1]), y = OkLabFromSrgb(&stops[high + 1]);
+    float rgb[3];
+    SrgbFromOkLab({x.lightness + t * (y.lightness - x.lightness), x.a + t * (y.a - x.a),
+                   x.b + t * (y.b - x.b)},
+                  rgb);
+    table.insert(table.end(), rgb, rgb + 3);
+  }
+  return table;
+}
+
+ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
+  constexpr int kGradientSize = 256;
+  ColorOp out{};
+  out.strength = op.strength;
+  const auto add_table = [&](ColorOpCode code, int size, const std::vector<float>& values) {
+    out.code = code;
+    out.table = int32_t(tables.size());
+    out.size = size;
+    tables.insert(tables.end(), values.begin(), values.end());
+  };
+  if (const auto map = FullAffine(op)) {
+    out.code = ColorOpCode::kMatrix;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        out.values[4 * row + column] = map->gain(row, column);
+      }
+      out.values[4 * row + 3] = map->offset[row];
+    }
+    return out;
+  }
+  switch (op.kind) {
+    case Kind::kExposure:
+      SetLinearMatrix(kIdentity * std::exp2(op.values[0]), out);
+      break;
+    case Kind::kGamma:
+      out.code = ColorOpCode::kPower;
+      out.values[0] = 1 / op.values[0];
+      break;
+    case Kind::kWhiteBalance:
+      SetLinearMatrix(WhiteBalance(op.values[0], op.values[1]), out);
+      break;
+    case Kind::kGray:
+      SetLinearMatrix(Eigen::Vector3f::Ones() * kLuma, out);
+      break;
+    case Kind::kAdjust:
+      CompileAdjust(op, out);
+      break;
+    case Kind::kRecolor:
+      CompileRecolor(op, out);
+      break;
+    case Kind::kGradient:
+      add_table(ColorOpCode::kGradient, kGradientSize, GradientTable(op.values, kGradientSize));
+      break;
+    case Kind::kLut:
+      add_table(ColorOpCode::kTable, op.table->size, op.table->values);
+      break;
+    default:
+      out.code = ColorOpCode::kSoftClip;
+      out.values[0] = op.values[0];
+  }
+  return out;
 }
 
 }  // namespace
 
 ColorEdit ColorEdit::Tint(const Eigen::Vector3f& tint) {
   ColorEdit edit;
-  edit.gain = tint.asDiagonal();
+  edit.operations.push_back(ColorOperation::Make(Kind::kTint, {tint[0], tint[1], tint[2]}));
   return edit;
 }
 
-ColorEdit ColorEdit::WithStrength(float strength) const {
-  const Eigen::Matrix3f identity = Eigen::Matrix3f::Identity();
+ColorEdit ColorEdit::FromAffine(const AffineColor& map) {
+  const auto& g = map.gain;
+  const auto& o = map.offset;
   ColorEdit edit;
-  edit.gain = identity + strength * (gain - identity);
-  edit.offset = strength * offset;
+  edit.operations.push_back(
+      ColorOperation::Make(Kind::kMatrix, {g(0, 0), g(0, 1), g(0, 2), o[0], g(1, 0), g(1, 1),
+                                           g(1, 2), o[1], g(2, 0), g(2, 1), g(2, 2), o[2]}));
   return edit;
+}
+
+ColorEdit ColorEdit::WithStrength(float factor) const {
+  ColorEdit edit = *this;
+  edit.strength *= factor;
+  return edit;
+}
+
+ColorEdit ColorEdit::WithoutSoftClip() const {
+  ColorEdit edit = *this;
+  std::erase_if(edit.operations, [](const auto& op) { return op.kind == Kind::kSoftClip; });
+  return edit;
+}
+
+bool ColorEdit::IsAffine() const {
+  return std::all_of(operations.begin(), operations.end(),
+                     [](const auto& op) { return FullAffine(op).has_value(); });
+}
+
+AffineColor ColorEdit::Affine() const {
+  AffineColor all;
+  for (size_t i = 0; i < operations.size(); ++i) {
+    const AffineColor map = AffineOf(operations[i]).value();
+    all = i == 0 ? map : AffineColor{map.gain * all.gain, map.gain * all.offset + map.offset};
+  }
+  return strength == 1 ? all : WithStrengthOf(all, strength);
+}
+
+bool ColorEdit::NeedsMainColor() const {
+  return std::any_of(operations.begin(), operations.end(),
+                     [](const auto& op) { return op.kind == Kind::kRecolor && !op.IsSet("from"); });
 }
 
 void ColorEdit::Check() const {
-  CheckOption(gain.allFinite() && offset.allFinite(), "edit: NaN or infinite value");
-  CheckOption(gain.minCoeff() >= 0 && offset.minCoeff() >= 0, "edit: negative value");
+  CheckOption(operations.size() <= size_t(kMaxColorOps),
+              "edit: " + std::to_string(operations.size()) + " operations are more than " +
+                  std::to_string(kMaxColorOps));
+  CheckOption(strength >= 0 && strength <= 1, "edit: strength must be from 0 to 1");
+  for (const ColorOperation& op : operations) op.Check();
+}
+
+CompiledEdit::CompiledEdit(const ColorEdit& edit) : affine_(edit.IsAffine()) {
+  edit.Check();
+  if (affine_) {
+    map_ = edit.Affine();
+    return;
+  }
+  for (const ColorOperation& op : edit.operations) {
+    program_.ops[program_.count++] = Compile(op, tables_);
+  }
+  program_.strength = edit.strength;
+  program_.tables = tables_.data();
+}
+
+Eigen::Vector3f CompiledEdit::Apply(const Eigen::Vector3f& color) const {
+  if (affine_) return map_.gain * color + map_.offset;
+  Eigen::Vector3f edited = color;
+  RunColorProgram(program_, edited.data());
+  return edited;
+}
+
+Eigen::Vector3f CompiledEdit::Apply(const Eigen::Vector3f& color, float mask) const {
+  return color + mask * (Apply(color) - color);
 }
 
 ColorEdit ParseTint(std::string_view text) {
-  const std::string_view trimmed = Trimmed(text);
-  if (trimmed.empty()) BadTint(text, "is empty");
-  Eigen::Vector3f tint;
-  if (trimmed.front() == '#') {
-    tint = ParseHex(text, trimmed.substr(1));
-  } else {
-    std::string_view rest = trimmed;
-    for (int c = 0; c < 3; ++c) {
-      const auto comma = rest.find(',');
-      if ((comma == std::string_view::npos) != (c == 2)) BadTint(text, "needs three values");
-      const std::string_view field = Trimmed(rest.substr(0, comma));
-      const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), tint[c]);
-      if (error != std::errc() || end != field.data() + field.size() || field.empty()) {
-        BadTint(text, "holds something that is not a number");
-      }
-      if (!std::isfinite(tint[c])) BadTint(text, "holds a value that is not finite");
-      if (tint[c] < 0) BadTint(text, "holds a negative value");
-      tint[c] += 0.0f;  // -0 becomes 0
-      if (c < 2) rest = rest.substr(comma + 1);
-    }
-  }
-  const ColorEdit edit = ColorEdit::Tint(tint);
-  edit.Check();
+  ColorEdit edit;
+  edit.operations.push_back(ParseOperation(TypeOf(Kind::kTint), text));
   return edit;
 }
 

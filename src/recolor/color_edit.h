@@ -1,30 +1,79 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The edit as a value: an affine map on colour, so that edits other than a tint fit.
+// The edit of a region as a value: a list of operations on colors, applied in
+// order.
 #pragma once
 
+#include <span>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
+#include "kernels/common/color_map.h"
+#include "recolor/color_operation.h"
+
 namespace retint {
 
-// c* = gain * c + offset, per RGB triple. A tint t (colour filtering) is gain = diag(t), offset =
-// 0. With a soft mask value M in [0, 1]: y* = y + M (gain y + offset - y).
-struct ColorEdit {
+// y = gain c + offset, per RGB triple.
+struct AffineColor {
   Eigen::Matrix3f gain = Eigen::Matrix3f::Identity();
   Eigen::Vector3f offset = Eigen::Vector3f::Zero();
-
-  static ColorEdit Tint(const Eigen::Vector3f& tint);
-  // Linear interpolation from identity (strength 0) to this edit (1).
-  ColorEdit WithStrength(float strength) const;
-  Eigen::Vector3f Apply(const Eigen::Vector3f& color, float mask) const {
-    return color + mask * (gain * color + offset - color);
-  }
-  // OptionError for negative, NaN or infinite values.
-  void Check() const;
 };
 
-// "R,G,B" (numbers >= 0) or "#rrggbb" (0-255 mapped to 0-1). OptionError otherwise.
+// c* = f(c), f the operations one after the other. With a soft mask value M in
+// [0, 1] a pixel y becomes y + M (f(y) - y). No operation: the identity.
+struct ColorEdit {
+  std::vector<ColorOperation> operations;  // at most kMaxColorOps
+  float strength = 1;                      // of the whole list: f is c + strength (list(c) - c)
+
+  // Color filtering (ReCoGS): each channel times its factor.
+  static ColorEdit Tint(const Eigen::Vector3f& tint);
+  static ColorEdit FromAffine(const AffineColor& map);  // one matrix
+  // Linear interpolation from identity (strength 0) to this edit (1).
+  ColorEdit WithStrength(float factor) const;
+  // What the edit would be if colors that no screen shows were left alone.
+  ColorEdit WithoutSoftClip() const;
+
+  // Whether the whole list is one affine map, and that map. Precondition of
+  // Affine(): it is.
+  bool IsAffine() const;
+  AffineColor Affine() const;
+  // Whether an operation waits for the main color of the region that it will be
+  // applied to, as "make it this color" does until it is measured.
+  bool NeedsMainColor() const;
+  // OptionError naming the operation and what is wrong with it.
+  void Check() const;
+  bool operator==(const ColorEdit&) const = default;
+};
+
+// An edit made ready to be applied to many colors. OptionError as Check(), and
+// for an edit that still needs a main color.
+class CompiledEdit {
+ public:
+  explicit CompiledEdit(const ColorEdit& edit);
+  CompiledEdit(const CompiledEdit&) = delete;
+  CompiledEdit& operator=(const CompiledEdit&) = delete;
+
+  // f(color), and mixed by a mask value in [0, 1].
+  Eigen::Vector3f Apply(const Eigen::Vector3f& color) const;
+  Eigen::Vector3f Apply(const Eigen::Vector3f& color, float mask) const;
+
+  bool IsAffine() const { return affine_; }
+  const AffineColor& affine() const { return map_; }  // where it is one
+  // Where it is not affine: the operations without the edit's strength, reading
+  // tables().
+  const ColorProgram& program() const { return program_; }
+  std::span<const float> tables() const { return tables_; }
+
+ private:
+  bool affine_;
+  AffineColor map_;
+  ColorProgram program_{};
+  std::vector<float> tables_;
+};
+
+// "R,G,B" (numbers >= 0) or "#rrggbb" (0-255 mapped to 0-1). OptionError
+// otherwise.
 ColorEdit ParseTint(std::string_view text);
 
 }  // namespace retint

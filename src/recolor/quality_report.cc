@@ -19,7 +19,7 @@ constexpr size_t kMaxWorst = 5;
 
 struct ErrorSums {
   double inside_before = 0, inside_after = 0, outside = 0, bleed = 0;
-  int64_t inside_values = 0, outside_values = 0;
+  int64_t inside_values = 0, outside_values = 0, out_of_gamut = 0;
 
   void operator+=(const ErrorSums& other) {
     inside_before += other.inside_before;
@@ -28,6 +28,7 @@ struct ErrorSums {
     bleed += other.bleed;
     inside_values += other.inside_values;
     outside_values += other.outside_values;
+    out_of_gamut += other.out_of_gamut;
   }
 };
 
@@ -40,9 +41,24 @@ float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
 
 double Square(float value) { return double(value) * double(value); }
 
+// The edit, and what it would be without soft clipping.
+struct ReportedEdit {
+  explicit ReportedEdit(const ColorEdit& value) : edit(value), unclipped(value.WithoutSoftClip()) {}
+
+  // By more than the rounding of eight bits, where the color itself did not.
+  bool LeavesGamut(const Eigen::Vector3f& color) const {
+    constexpr float kRounding = 0.5f / 255;
+    const Eigen::Vector3f shown = color.cwiseMax(0.0f).cwiseMin(1.0f);
+    const Eigen::Vector3f edited = unclipped.Apply(shown);
+    return edited.minCoeff() < -kRounding || edited.maxCoeff() > 1 + kRounding;
+  }
+
+  CompiledEdit edit, unclipped;
+};
+
 // As a viewer shows them: values are clamped to [0, 1] before they are compared. `images` [H, W,
 // 6]: before, after.
-ErrorSums CompareRow(const RefitTarget& target, const ColorEdit& edit,
+ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit,
                      const std::vector<float>& images, size_t y) {
   ErrorSums sums;
   const size_t width = size_t(target.mask->width);
@@ -52,7 +68,8 @@ ErrorSums CompareRow(const RefitTarget& target, const ColorEdit& edit,
     const float* before = &images[6 * p];
     const float* source = target.photo ? &target.photo->data[3 * p] : before;
     const Eigen::Vector3f original(source[0], source[1], source[2]);
-    const Eigen::Vector3f wanted = edit.Apply(original, float(value) / 255.0f);
+    const Eigen::Vector3f wanted = edit.edit.Apply(original, float(value) / 255.0f);
+    if (value != 0) sums.out_of_gamut += edit.LeavesGamut(original);
     for (size_t c = 0; c < 3; ++c) {
       const float goal = Shown(wanted[Eigen::Index(c)]);
       const float old = Shown(before[c]), now = Shown(before[3 + c]);
@@ -71,7 +88,7 @@ ErrorSums CompareRow(const RefitTarget& target, const ColorEdit& edit,
 }
 
 // The sum does not depend on the number of threads.
-ErrorSums Compare(const RefitTarget& target, const ColorEdit& edit,
+ErrorSums Compare(const RefitTarget& target, const ReportedEdit& edit,
                   const std::vector<float>& images) {
   std::vector<ErrorSums> rows(size_t(target.mask->height));
   ParallelTasks(int64_t(rows.size()),
@@ -87,6 +104,9 @@ QualityNumbers ToNumbers(const ErrorSums& sums, int views) {
   numbers.psnr_inside_before = Psnr(sums.inside_before, sums.inside_values);
   numbers.psnr_inside_after = Psnr(sums.inside_after, sums.inside_values);
   numbers.psnr_outside = Psnr(sums.outside, sums.outside_values);
+  if (sums.inside_values > 0) {
+    numbers.out_of_gamut = 3 * double(sums.out_of_gamut) / double(sums.inside_values);
+  }
   if (sums.outside_values > 0) numbers.bleed = sums.bleed / double(sums.outside_values);
   return numbers;
 }
@@ -152,7 +172,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
                            std::span<const float> sh_after, const std::vector<RefitTarget>& train,
                            const std::vector<RefitTarget>& heldout, const ColorEdit& edit,
                            Monitor& monitor) {
-  edit.Check();
+  const ReportedEdit reported(edit);
   const size_t values =
       size_t(renderer.model().count()) * size_t(renderer.model().num_sh_coeffs()) * 3;
   CheckOption(sh_before.size() == values && sh_after.size() == values,
@@ -169,7 +189,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
     for (const RefitTarget& target : targets | std::views::reverse) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(target);
-      const ErrorSums sums = Compare(target, edit, pair.Render(target.camera));
+      const ErrorSums sums = Compare(target, reported, pair.Render(target.camera));
       all += sums;
       if (sums.inside_values == 0) continue;
       const QualityNumbers numbers = ToNumbers(sums, 1);

@@ -61,12 +61,25 @@ size_t BoxValues(const std::array<int32_t, 4>& box) {
 }
 
 // Largest |change| that an edit makes to a colour in [0, 2], the range of renders.
-float LargestChange(const ColorMap& map, bool photos) {
+float LargestChange(const CompiledEdit& edit, bool photos) {
   float largest = 1e-3f;
-  for (int c = 0; c < 3; ++c) {
-    float change = std::abs(map.offset[c]);
-    for (int d = 0; d < 3; ++d) change += 2 * std::abs(map.delta[3 * c + d]);
-    largest = std::max(largest, change);
+  if (edit.IsAffine()) {
+    const Eigen::Matrix3f delta = edit.affine().gain - Eigen::Matrix3f::Identity();
+    for (int c = 0; c < 3; ++c) {
+      float change = std::abs(edit.affine().offset[c]);
+      for (int d = 0; d < 3; ++d) change += 2 * std::abs(delta(c, d));
+      largest = std::max(largest, change);
+    }
+  } else {
+    constexpr int kNodes = 13;        // a side
+    constexpr float kBetween = 1.1f;  // for what lies between them
+    for (int i = 0; i < kNodes * kNodes * kNodes; ++i) {
+      const Eigen::Vector3f color = Eigen::Vector3f(float(i % kNodes), float(i / kNodes % kNodes),
+                                                    float(i / (kNodes * kNodes))) *
+                                    (2.0f / (kNodes - 1));
+      const Eigen::Vector3f change = edit.Apply(color) - color;
+      largest = std::max(largest, kBetween * change.cwiseAbs().maxCoeff());
+    }
   }
   return photos ? largest + 2 : largest;
 }
@@ -89,13 +102,20 @@ void CheckTarget(const RefitTarget& target) {
   check(target.photo->width, target.photo->height, target.photo->data.size(), 3, "photo");
 }
 
-ColorMap ToColorMap(const ColorEdit& edit) {
-  ColorMap map{};
-  for (int c = 0; c < 3; ++c) {
-    for (int d = 0; d < 3; ++d) map.delta[3 * c + d] = edit.gain(c, d) - (c == d ? 1.0f : 0.0f);
-    map.offset[c] = edit.offset[c];
+UploadedEdit::UploadedEdit(Backend& backend, const CompiledEdit& edit) {
+  if (edit.IsAffine()) {
+    const auto& [gain, offset] = edit.affine();
+    for (int c = 0; c < 3; ++c) {
+      for (int d = 0; d < 3; ++d) map.delta[3 * c + d] = gain(c, d) - (c == d ? 1.0f : 0.0f);
+      map.offset[c] = offset[c];
+    }
+    return;
   }
-  return map;
+  ColorProgram resident = edit.program();
+  if (!edit.tables().empty()) tables = backend.Upload(edit.tables());
+  resident.tables = tables.data();
+  program = backend.Upload(std::span<const ColorProgram>(&resident, 1));
+  map.program = program.data();
 }
 
 size_t RegionView::Bytes() const {
@@ -110,7 +130,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
                            Monitor& monitor)
     : renderer_(renderer),
       targets_(std::move(targets)),
-      map_(ToColorMap(edit)),
+      edit_(renderer.backend(), CompiledEdit(edit)),
       options_(options),
       form_(form),
       num_coeffs_(model.NumShCoeffs()) {
@@ -118,7 +138,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   const size_t per_gaussian = size_t(num_coeffs_) * 3;
   bool photos = false;
   for (const auto& target : targets_) photos = photos || target.photo;
-  target_unit_ = LargestChange(map_, photos) / 32767;
+  target_unit_ = LargestChange(CompiledEdit(edit), photos) / 32767;
 
   std::vector<uint8_t> flags(count);
   for (size_t g = 0; g < count; ++g) flags[g] = shares[g] > options.active_threshold;
@@ -164,7 +184,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
     original_.insert(original_.end(), model.sh.begin() + first, model.sh.begin() + last);
     active_shares.push_back(shares[size_t(g)]);
   }
-  start_ = ClosedFormSh(original_, num_coeffs_, active_shares, edit, options.active_threshold);
+  FitStart(edit, active_shares, monitor);
 }
 
 size_t RefitProblem::NumKeptViews() const {
@@ -243,7 +263,7 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   params.render = scratch_.images[0].data();
   params.source = target.photo ? photo_.data() : nullptr;
   params.mask = mask_.data();
-  params.map = map_;
+  params.map = map();
   params.unit = target_unit_;
   params.target = view.target.data();
   params.weights = view.weights.data();
@@ -297,8 +317,7 @@ std::shared_ptr<const RegionView> RefitProblem::Visit(size_t index) {
   return view;
 }
 
-void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* colors,
-                               float* change, float* image) {
+void RefitProblem::EvalColors(const RegionView& view, const float* sh, float* colors) {
   EvalShParams eval{};
   eval.rows = view.region->rows();
   eval.slots = view.slots.data();
@@ -307,6 +326,11 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
   std::copy_n(view.region->camera().center, 3, eval.center);
   eval.colors = colors;
   backend().sh().EvalSh(model(), eval);
+}
+
+void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* colors,
+                               float* change, float* image) {
+  EvalColors(view, sh, colors);
   LinearCombinationParams difference{};
   difference.x = colors;
   difference.y = view.base_colors.data();
@@ -330,11 +354,16 @@ void RefitProblem::AddGradient(const RegionView& view, const float* residual, co
   transpose.channels = 3;
   transpose.result = change;
   backend().blend().BlendTranspose(*view.region, transpose);
+  AddTransposed(view, change, colors, gradient);
+}
+
+void RefitProblem::AddTransposed(const RegionView& view, const float* color_gradients,
+                                 const float* colors, float* gradient) {
   EvalShTransposeParams params{};
   params.rows = view.region->rows();
   params.slots = view.slots.data();
   params.count = view.region->num_rows();
-  params.color_gradients = change;
+  params.color_gradients = color_gradients;
   params.colors = colors;
   std::copy_n(view.region->camera().center, 3, params.center);
   params.gradient = gradient;

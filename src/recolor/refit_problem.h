@@ -20,7 +20,13 @@ namespace retint {
 // InputError naming the view when mask or photo is missing or not of the view's size.
 void CheckTarget(const RefitTarget& target);
 
-ColorMap ToColorMap(const ColorEdit& edit);
+// An edit in backend memory, for its kernels.
+struct UploadedEdit {
+  UploadedEdit(Backend& backend, const CompiledEdit& edit);
+  ColorMap map{};  // refers to the rest
+  Buffer<float> tables;
+  Buffer<ColorProgram> program;
+};
 
 // A view's share of the problem; all arrays are backend memory, indexed by row of `region`.
 struct RegionView {
@@ -71,7 +77,7 @@ class RefitProblem {
   double NumTargetValues() const;
   double RegionFraction() const { return image_values_ > 0 ? target_values_ / image_values_ : 0; }
   float target_unit() const { return target_unit_; }
-  ColorMap map() const { return map_; }
+  const ColorMap& map() const { return edit_.map; }
   // Coefficients of the active Gaussians, [active, K, 3], host.
   const std::vector<float>& original() const { return original_; }
   const std::vector<float>& start() const { return start_; }
@@ -103,11 +109,18 @@ class RefitProblem {
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);
   void FillSlots(RegionView& view);
+  // Colors of the view's rows for active coefficients, [rows, 3]; and the transpose, accumulated,
+  // gated where `colors` (null: no gate) is clamped.
+  void EvalColors(const RegionView& view, const float* sh, float* colors);
+  void AddTransposed(const RegionView& view, const float* color_gradients, const float* colors,
+                     float* gradient);
+  void FitStart(const ColorEdit& edit, std::span<const float> shares, Monitor& monitor);
+  void FitToViews(Buffer<float>& sh, Monitor& monitor);
   float* Grow(Buffer<float>& buffer, size_t count);
 
   Renderer& renderer_;
   std::vector<RefitTarget> targets_;
-  ColorMap map_;
+  UploadedEdit edit_;
   RefitOptions options_;
   Targets form_;
   int num_coeffs_;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "colmap_io/image_io.h"
+#include "session/main_colors.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {
@@ -151,7 +152,7 @@ RegionId EditSession::AddRegion(std::string name, std::map<std::string, Mask> ma
   region.id = next_region_++;
   region.name = std::move(name);
   region.selection = std::move(selection);
-  region.edit = edit;
+  region.edit = WithMainColors(edit, *region.selection, reconstruction(), *renderer_, CurrentSh());
   state.regions.push_back(region);
   history_.Push("Add " + region.name, std::move(state));
   return region.id;
@@ -207,6 +208,7 @@ void EditSession::CheckRegion(const Region& region) const {
   }
   try {
     region.edit.Check();
+    CheckOption(!region.edit.NeedsMainColor(), "recolor: the main color is missing");
   } catch (const OptionError& error) {
     throw InputError(name + error.what());
   }
@@ -252,6 +254,13 @@ void EditSession::SetEdit(RegionId id, const ColorEdit& edit, float strength,
   RegionSet state = regions();
   Region& region = Require(state, id);
   region.edit = edit;
+  if (edit.NeedsMainColor()) {
+    GaussianModel scratch;
+    const auto index = static_cast<size_t>(&region - state.regions.data());
+    region.edit =
+        WithMainColors(edit, *region.selection, reconstruction(), *renderer_,
+                       ComposeSh(state, last_job_, 0, index, model_.sh, model_.NumShCoeffs()));
+  }
   region.strength = strength;
   history_.Push("Recolor " + region.name, std::move(state), merge_key);
 }
@@ -434,7 +443,7 @@ Image EditSession::EditedTarget(const View& view, TargetKind target) {
   for (const Region& region : regions().regions) {
     const auto found = region.selection->masks.find(view.name);
     if (!region.visible || found == region.selection->masks.end()) continue;
-    const ColorEdit edit = region.EffectiveEdit();
+    const CompiledEdit edit(region.EffectiveEdit());
     for (size_t i = 0; i < image.NumPixels(); ++i) {
       if (found->second.data[i] == 0) continue;
       const Eigen::Map<Eigen::Vector3f> pixel(image.data.data() + 3 * i);
@@ -476,6 +485,7 @@ RunReport EditSession::MakeReport() const {
   report.peak_rss_mb = PeakRssMb();
   report.peak_device_mb = static_cast<double>(backend_->PeakDeviceBytes()) / (1024.0 * 1024.0);
   report.refit = Summary();
+  if (regions().regions.size() == 1) report.edit = regions().regions.front().EffectiveEdit();
   return report;
 }
 

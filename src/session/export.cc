@@ -157,6 +157,7 @@ RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) 
     if (!region.visible) continue;
     RegionReport one;
     one.name = region.name;
+    one.edit = region.EffectiveEdit();
     one.quality = EvaluateRegion(session, region.id, target, monitor);
     if (visible++ == 0) report.quality = one.quality;
     report.regions.push_back(std::move(one));

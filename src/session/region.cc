@@ -5,6 +5,9 @@
 #include <cstring>
 #include <utility>
 
+#include "recolor/edit_text.h"
+#include "session/checksum.h"
+
 namespace retint {
 namespace {
 
@@ -15,6 +18,11 @@ void AppendBits(std::string& key, const T& value) {
   char bytes[sizeof(T)];
   std::memcpy(bytes, &value, sizeof(T));
   key.append(bytes, sizeof(T));
+}
+
+uint64_t TableHash(const ColorTable& table) {
+  return Xxh64(
+      {reinterpret_cast<const char*>(table.values.data()), table.values.size() * sizeof(float)});
 }
 
 }  // namespace
@@ -64,8 +72,10 @@ std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
     const Region& region = regions[i];
     if (!region.visible && i != index) continue;
     AppendBits(key, region.selection->id);
-    for (int k = 0; k < 9; ++k) AppendBits(key, region.edit.gain(k));
-    for (int k = 0; k < 3; ++k) AppendBits(key, region.edit.offset(k));
+    key += EditToJson(region.edit, /*with_tables=*/false);
+    for (const ColorOperation& op : region.edit.operations) {
+      if (op.table) AppendBits(key, TableHash(*op.table));
+    }
     AppendBits(key, region.strength);
   }
   return key;

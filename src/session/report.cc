@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "recolor/edit_text.h"
 #include "session/option_json.h"
 
 namespace retint {
@@ -124,7 +125,12 @@ Json QualityJson(const QualityNumbers& numbers) {
           {"psnr_inside_before", figure(numbers.psnr_inside_before)},
           {"psnr_inside_after", figure(numbers.psnr_inside_after)},
           {"psnr_outside", figure(numbers.psnr_outside)},
-          {"bleed", figure(numbers.bleed)}};
+          {"bleed", figure(numbers.bleed)},
+          {"out_of_gamut", figure(numbers.out_of_gamut)}};
+}
+
+Json EditJson(const ColorEdit& edit) {
+  return Json::parse(EditToJson(edit, /*with_tables=*/false));
 }
 
 Json RangeJson(const ShRange& range) { return Json::array({range.min, range.max}); }
@@ -178,7 +184,9 @@ std::string ToJson(const RunReport& report) {
   for (const PaintedReport& view : report.painted) painted.push_back(PaintedJson(view));
   Json regions = Json::array();
   for (const RegionReport& region : report.regions) {
-    regions.push_back({{"name", region.name}, {"quality", ReportJson(region.quality)}});
+    regions.push_back({{"name", region.name},
+                       {"edit", EditJson(region.edit)},
+                       {"quality", ReportJson(region.quality)}});
   }
   Json json = {
       {"version", Version()},
@@ -193,6 +201,7 @@ std::string ToJson(const RunReport& report) {
       {"cloud", CloudJson(report.painted)},
       {"registration", PooledRegistrationJson(report.painted)},
       {"painted", painted},
+      {"edit", report.edit ? EditJson(*report.edit) : Json()},
       {"masks", {{"views", report.mask_views}, {"mean_coverage", Number(report.mean_coverage)}}},
       {"refit",
        {{"solver", report.refit.solver},

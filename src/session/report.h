@@ -64,6 +64,7 @@ struct PaintedReport {
 // Of one region of several.
 struct RegionReport {
   std::string name;
+  ColorEdit edit;  // at the region's strength
   QualityReport quality;
 };
 
@@ -83,6 +84,7 @@ struct RunReport {
   std::vector<PaintedReport> painted;
   int mask_views = 0;  // that hold a masked pixel
   double mean_coverage = 0;
+  std::optional<ColorEdit> edit;  // of the only region, at its strength
   RefitSummary refit;
   QualityReport quality;
   std::optional<TrueMaskReport> true_masks;

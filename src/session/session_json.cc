@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/files.h"
+#include "recolor/edit_text.h"
 #include "session/option_json.h"
 
 namespace retint::session_json {
@@ -213,18 +214,26 @@ RefitJob ReadJob(const Node& node) {
 }
 
 Json EditJson(const Region& region) {
-  Json gain = Json::array(), offset = Json::array();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) gain.push_back(region.edit.gain(row, column));
-    offset.push_back(region.edit.offset(row));
-  }
   return {{"id", region.id},
           {"name", EscapeBytes(region.name)},
           {"visible", region.visible},
           {"strength", region.strength},
-          {"gain", gain},
-          {"offset", offset}};
+          {"edit", Json::parse(EditToJson(region.edit, /*with_tables=*/true))}};
 }
+
+namespace {
+
+// Before edits were lists: one affine map.
+ColorEdit ReadAffineEdit(const Node& node) {
+  const std::vector<Node> gain = node.At("gain").List(9), offset = node.At("offset").List(3);
+  AffineColor map;
+  for (int i = 0; i < 9; ++i) map.gain(i / 3, i % 3) = gain[size_t(i)].Float();
+  for (int i = 0; i < 3; ++i) map.offset(i) = offset[size_t(i)].Float();
+  const bool is_tint = map.gain.isDiagonal(0) && map.offset.isZero(0);
+  return is_tint ? ColorEdit::Tint(map.gain.diagonal()) : ColorEdit::FromAffine(map);
+}
+
+}  // namespace
 
 void ReadEdit(const Node& node, Region* region) {
   region->id = static_cast<RegionId>(
@@ -236,13 +245,14 @@ void ReadEdit(const Node& node, Region* region) {
   if (region->strength < 0 || region->strength > 1) {
     node.At("strength").Fail("is not between 0 and 1");
   }
-  const std::vector<Node> gain = node.At("gain").List(9), offset = node.At("offset").List(3);
-  for (int i = 0; i < 9; ++i) region->edit.gain(i / 3, i % 3) = gain[size_t(i)].Float();
-  for (int i = 0; i < 3; ++i) region->edit.offset(i) = offset[size_t(i)].Float();
+  const Node edit = node.Has("gain") ? node : node.At("edit");
   try {
+    region->edit = node.Has("gain") ? ReadAffineEdit(node)
+                                    : EditFromJson(edit.json().dump(), node.path().parent_path());
     region->edit.Check();
+    CheckOption(!region->edit.NeedsMainColor(), "recolor needs \"from\"");
   } catch (const OptionError& error) {
-    node.Fail(error.what());
+    edit.Fail(error.what());
   }
 }
 

@@ -67,7 +67,7 @@ Json ReadManifest(const std::filesystem::path& folder);
 
 Json JobJson(const RefitJob& job);
 RefitJob ReadJob(const Node& node);
-Json EditJson(const Region& region);  // id, name, visible, strength, gain, offset
+Json EditJson(const Region& region);  // id, name, visible, strength, edit
 void ReadEdit(const Node& node, Region* region);
 Json CameraJson(const PosedCamera& view);
 PosedCamera ReadCamera(const Node& node);  // a pinhole of 1 to 65535 pixels a side

@@ -56,7 +56,9 @@ struct SceneFacts {
 
 // Of a region whose color was not chosen yet, or was taken back to white.
 inline bool ChangesNothing(const ColorEdit& edit) {
-  return edit.gain == Eigen::Matrix3f::Identity() && edit.offset.isZero(0);
+  if (!edit.IsAffine()) return false;
+  const auto [gain, offset] = edit.Affine();
+  return gain == Eigen::Matrix3f::Identity() && offset.isZero(0);
 }
 
 struct HistoryState {

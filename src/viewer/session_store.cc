@@ -24,8 +24,7 @@ bool SameEdits(const RegionSet& a, const RegionSet& b) {
   return std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
                     [](const Region& x, const Region& y) {
                       return x.id == y.id && x.name == y.name && x.selection == y.selection &&
-                             x.edit.gain == y.edit.gain && x.edit.offset == y.edit.offset &&
-                             x.strength == y.strength && x.visible == y.visible;
+                             x.edit == y.edit && x.strength == y.strength && x.visible == y.visible;
                     });
 }
 

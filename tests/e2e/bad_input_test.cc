@@ -363,6 +363,55 @@ const Row kRows[] = {
      [](Place& p) {
        return Recolor(p, {"--tint", "#30f"});
      }},
+    {"UnknownOperation", 3, "operations[0]: there is no operation \"paint\"",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "paint"}]})");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
+    {"EditCutOff", 3, "is not JSON, or cut off",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "gray")");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
+    {"EmptyRange", 2, "the range of hues is empty",
+     [](Place& p) {
+       return Recolor(p, {"--adjust", "hue=20,hues=40:40"});
+     }},
+    {"ColorInWords", 2, "recolor 'blue'",
+     [](Place& p) {
+       return Recolor(p, {"--to", "blue"});
+     }},
+    {"ExposureOutOfRange", 2, "stops must be from -10 to 10",
+     [](Place& p) {
+       return Recolor(p, {"--exposure", "40"});
+     }},
+    {"LightnessOfNothing", 2, "--keep-lightness is of --to",
+     [](Place& p) {
+       return Recolor(p, {"--keep-lightness", "0.5"});
+     }},
+    {"NoEdit", 2, "there is no edit",
+     [](Place& p) {
+       return With(p, "refit", {"--masks", p.In("masks"), "--output", p.Out("o.ply")});
+     }},
+    {"LutCutOff", 3, "film.cube: is not a lookup table",
+     [](Place& p) {
+       WriteFile(p.in / "film.cube", "LUT_3D_SIZE 3\n0 0 0\n0.5 0 0\n1 0");
+       return Recolor(p, {"--lut", p.In("film.cube")});
+     }},
+    {"LutOfAbsurdSize", 3, "LUT_3D_SIZE 4000000 is not a size",
+     [](Place& p) {
+       WriteFile(p.in / "film.cube", "LUT_3D_SIZE 4000000\n0 0 0\n");
+       return Recolor(p, {"--lut", p.In("film.cube")});
+     }},
+    {"LutWithNan", 3, "film.cube",
+     [](Place& p) {
+       WriteFile(p.in / "film.cube", "LUT_1D_SIZE 2\n0 nan 0\n1 1 1\n");
+       return Recolor(p, {"--lut", p.In("film.cube")});
+     }},
+    {"NoLut", 3, "gone.cube: is not a file",
+     [](Place& p) {
+       return Recolor(p, {"--lut", p.In("gone.cube")});
+     }},
     {"MaskWithoutView", 2, "--view",
      [](Place& p) {
        Arguments arguments = Recolor(p);

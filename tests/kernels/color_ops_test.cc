@@ -77,6 +77,7 @@ ColorOp Op(ColorOpCode code, std::initializer_list<float> values, float strength
 
 TEST(ColorOpsTest, MixesByTheStrengthAndRunsInOrder) {
   ColorProgram program{};
+  program.strength = 1;
   program.ops[program.count++] =
       Op(ColorOpCode::kMatrix, {0, 1, 0, 0, 1, 0, 0, 0.5f, 0, 0, 2, 0}, 0.5f);
   program.ops[program.count++] = Op(ColorOpCode::kPower, {2});
@@ -90,6 +91,7 @@ TEST(ColorOpsTest, MixesByTheStrengthAndRunsInOrder) {
 
 TEST(ColorOpsTest, ExposureIsLinearLight) {
   ColorProgram program{};
+  program.strength = 1;
   program.ops[program.count++] = Op(ColorOpCode::kLinearMatrix, {2, 0, 0, 0, 2, 0, 0, 0, 2});
   float color[3] = {0.1f, 0.5f, -0.2f};
   RunColorProgram(program, color);

@@ -250,6 +250,86 @@ TEST_P(RefitOp, EditsInsideItsBox) {
   }
 }
 
+// Every kind of operation once, on tables of a seed.
+ColorProgram EveryOperation(std::mt19937& rng, std::vector<float>* tables) {
+  const struct {
+    ColorOpCode code;
+    std::vector<float> values;
+    int size = 0, colors = 0;  // of its table
+  } ops[] = {
+      {ColorOpCode::kMatrix, {0.9f, 0.1f, 0, 0.02f, 0, 0.8f, 0.1f, 0, 0.1f, 0, 0.9f, 0.01f}},
+      {ColorOpCode::kLinearMatrix, {1.2f, 0, 0.1f, 0, 1.1f, 0, 0, 0.1f, 0.9f}},
+      {ColorOpCode::kPower, {0.8f}},
+      {ColorOpCode::kAdjust, {0.8f, 0.6f, 1.1f, 0.9f, -1, 2, 0.5f, 0, 10, 0, 10, 0.05f}},
+      {ColorOpCode::kRecolor,
+       {0.5f, 0.3f, 0.1f, 0.1f, 0.2f, 0.7f, 0.2f, 0.67f, 3, -0.6f, 0.2f, 0.9f, 0.5f, 2.8f, 1.5f,
+        0.3f, 0.5f}},
+      {ColorOpCode::kGradient, {}, 16, 16},
+      {ColorOpCode::kTable, {}, 5, 125},
+      {ColorOpCode::kSoftClip, {0.8f}},
+  };
+  ColorProgram program{};
+  program.strength = 0.9f;
+  for (const auto& op : ops) {
+    ColorOp& to = program.ops[program.count++];
+    to.code = op.code;
+    to.strength = op.code == ColorOpCode::kGradient ? 0.3f : 0.7f;
+    std::copy(op.values.begin(), op.values.end(), to.values);
+    to.table = int32_t(tables->size());
+    to.size = op.size;
+    for (int i = 0; i < 3 * op.colors; ++i) tables->push_back(Uniform(rng, 0, 1));
+  }
+  return program;
+}
+
+TEST_P(RefitOp, RunsLists) {
+  std::vector<float> tables;
+  ColorProgram program = EveryOperation(rng_, &tables);
+  const auto uploaded_tables = backend_->Upload(std::span<const float>(tables));
+  ColorProgram resident = program;
+  resident.tables = uploaded_tables.data();
+  const auto uploaded = backend_->Upload(std::span<const ColorProgram>(&resident, 1));
+  program.tables = tables.data();
+  ColorMap map{};
+  map.program = uploaded.data();
+
+  Guarded<float> image(*backend_, image_), out(*backend_, other_);
+  Guarded<uint8_t> mask(*backend_, mask_);
+  EditImageParams params{image.data(), mask.data(), map, kWidth, kHeight, {}, out.data()};
+  params.box[2] = kWidth;
+  params.box[3] = kHeight;
+  backend_->refit().EditImage(params);
+  const auto edited = out.Read();
+  double changed = 0;
+  for (size_t p = 0; p < kValues / 3; ++p) {
+    float full[3] = {image_[3 * p], image_[3 * p + 1], image_[3 * p + 2]};
+    RunColorProgram(program, full);
+    for (size_t c = 0; c < 3; ++c) {
+      const float old = image_[3 * p + c];
+      // Powers and cube roots of a device are good to a few units of the last place, which cubes
+      // and differences of OKLab magnify.
+      EXPECT_NEAR(edited[3 * p + c], old + float(mask_[p]) / 255 * (full[c] - old), 2e-4);
+      if (mask_[p] == 0) {
+        EXPECT_EQ(edited[3 * p + c], old);
+      }
+      changed += std::abs(double(edited[3 * p + c] - old));
+    }
+  }
+  EXPECT_GT(changed / double(kValues), 0.05);
+
+  Guarded<int16_t> target(*backend_, TileValues());
+  backend_->refit().RegionTarget(*region_,
+                                 {image.data(), nullptr, mask.data(), map, kUnit, target.data()});
+  const auto steps = target.Read();
+  ForTilePixels([&](size_t position, int pixel) {
+    for (size_t c = 0; c < 3 && pixel >= 0; ++c) {
+      const size_t at = 3 * size_t(pixel) + c;
+      EXPECT_NEAR(steps[3 * position + c] * double(kUnit), double(edited[at]) - double(image_[at]),
+                  0.51 * double(kUnit));
+    }
+  });
+}
+
 RETINT_INSTANTIATE(RefitOp);
 
 }  // namespace

@@ -27,9 +27,9 @@ std::vector<float> Preview(const GaussianModel& model, const std::vector<float>&
 }
 
 ColorEdit MixingEdit() {
-  ColorEdit edit;
-  edit.gain << 0.2f, 0.3f, 0.1f, 0.0f, 0.7f, 0.2f, 0.4f, 0.0f, 1.1f;
-  return edit;
+  AffineColor map;
+  map.gain << 0.2f, 0.3f, 0.1f, 0.0f, 0.7f, 0.2f, 0.4f, 0.0f, 1.1f;
+  return ColorEdit::FromAffine(map);
 }
 
 Image RenderSh(const GaussianModel& model, const std::vector<float>& sh, const PosedCamera& view) {
@@ -50,7 +50,7 @@ TEST(ClosedFormTest, IsExactForAnIsolatedGaussian) {
         float brightest = 0;
         for (size_t p = 0; p < before.NumPixels(); ++p) {
           const Eigen::Map<const Eigen::Vector3f> old(&before.data[3 * p]);
-          const Eigen::Vector3f wanted = edit.Apply(old, share);
+          const Eigen::Vector3f wanted = CompiledEdit(edit).Apply(old, share);
           for (int c = 0; c < 3; ++c) {
             // Sums of 16 terms below 1 in single precision, and the SIMD exponential's 1e-6.
             ASSERT_NEAR(after.data[3 * p + size_t(c)], wanted[c], 4e-6f);
@@ -63,14 +63,49 @@ TEST(ClosedFormTest, IsExactForAnIsolatedGaussian) {
   }
 }
 
+ColorEdit GradingEdit() {
+  ColorEdit edit;
+  edit.operations = {ColorOperation::Make(ColorOperationKind::kExposure, {0.5f}),
+                     ColorOperation::Make(ColorOperationKind::kAdjust, {40, 1.2f})};
+  return edit;
+}
+
+TEST(ClosedFormTest, AppliesAnyEditToColorsInAllDirections) {
+  GaussianModel model = IsolatedGaussian();
+  const CompiledEdit edit(GradingEdit());
+  for (const bool view_dependent : {false, true}) {
+    if (!view_dependent) std::fill(model.sh.begin() + 3, model.sh.end(), 0.0f);
+    const auto sh = Preview(model, std::vector<float>{0.8f}, GradingEdit());
+    for (const double azimuth : {-0.8, 0.0, 0.5}) {
+      const PosedCamera view = LookAtOrigin(azimuth, 3);
+      const Image before = RenderSh(model, model.sh, view);
+      const Image after = RenderSh(model, sh, view);
+      const size_t middle = 3 * (24 * 64 + 32);
+      const Eigen::Map<const Eigen::Vector3f> old(&before.data[middle]);
+      // Opaque but for 1 / (1 + e^6) there; the color itself is what is edited.
+      const float alpha = 1 / (1 + std::exp(-6.0f));
+      const Eigen::Vector3f color = old / alpha;
+      const Eigen::Vector3f wanted = alpha * edit.Apply(color, 0.8f);
+      for (int c = 0; c < 3; ++c) {
+        // One color in all directions is hit but for rounding; of a color that moves by a few
+        // percent about the sphere, the harmonics of degree 3 miss the third order and above.
+        EXPECT_NEAR(after.data[middle + size_t(c)], wanted[c], view_dependent ? 0.02f : 5e-4f);
+        EXPECT_GT(std::abs(wanted[c] - old[c]), 0.0f);
+      }
+    }
+    model = IsolatedGaussian();
+  }
+}
+
 TEST(ClosedFormTest, OffsetMovesTheColour) {
   const GaussianModel model = IsolatedGaussian();
-  ColorEdit edit = ColorEdit::Tint({0, 0, 0});
-  edit.offset = {0.25f, 0.5f, 0.75f};
-  const auto sh = Preview(model, std::vector<float>{1.0f}, edit);
+  AffineColor map;
+  map.gain.setZero();
+  map.offset = {0.25f, 0.5f, 0.75f};
+  const auto sh = Preview(model, std::vector<float>{1.0f}, ColorEdit::FromAffine(map));
   // The colour is 0.5 + Y_00 C_0 exactly where the higher bands vanish.
   for (size_t c = 0; c < 3; ++c) {
-    EXPECT_NEAR(0.5f + 0.28209479f * sh[c], edit.offset[Eigen::Index(c)], 1e-6f);
+    EXPECT_NEAR(0.5f + 0.28209479f * sh[c], map.offset[Eigen::Index(c)], 1e-6f);
   }
   for (size_t i = 3; i < sh.size(); ++i) EXPECT_EQ(sh[i], 0.0f);
 }

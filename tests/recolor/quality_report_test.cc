@@ -53,7 +53,7 @@ TEST_F(QualityReportTest, MatchesANaiveComputation) {
         for (int x = 0; x < 64; ++x) {
           const double mask = scene_.masks[v](x, y) / 255.0;
           for (int c = 0; c < 3; ++c) {
-            const double tint = edit_.gain(c, c);
+            const double tint = edit_.Affine().gain(c, c);
             const double goal = Clamped(before(x, y, c) * (1 + mask * (tint - 1)));
             const double old = Clamped(before(x, y, c)), now = Clamped(after(x, y, c));
             if (mask >= 0.5) {

@@ -249,7 +249,7 @@ TEST(EditSession, EditsOvertakeTheBackgroundRefitOverAndOver) {
   EXPECT_FALSE(session->CollectFits()) << "no fit was complete";
   ASSERT_TRUE(session->Undo());
   EXPECT_EQ(session->history().RedoLabel(), "Recolor left") << "the drag is one step";
-  EXPECT_EQ(session->regions().regions[0].edit.gain, kBlue.gain);
+  EXPECT_EQ(session->regions().regions[0].edit, kBlue);
 }
 
 TEST(EditSession, AFitForAnOlderEditIsNotCollected) {
@@ -315,8 +315,7 @@ TEST(EditSession, RefusesBadInputAndKeepsItsState) {
   std::map<std::string, Mask> unknown = {{"nowhere", Mask(64, 48, 255)}};
   EXPECT_THROW(session->AddRegion("x", unknown, scene.shares, kBlue, monitor), InputError);
   EXPECT_THROW(session->AddRegion("x", MasksOf(scene), {1.0F}, kBlue, monitor), InputError);
-  ColorEdit negative = kBlue;
-  negative.gain(0, 0) = -1;
+  const ColorEdit negative = ColorEdit::Tint({-1, 0, 0});
   EXPECT_THROW(session->AddRegion("x", MasksOf(scene), scene.shares, negative, monitor),
                OptionError);
   EXPECT_TRUE(session->regions().regions.empty());
@@ -329,6 +328,31 @@ TEST(EditSession, RefusesBadInputAndKeepsItsState) {
   SessionOptions options;
   options.holdout = 1;
   EXPECT_THROW(options.Check(), OptionError);
+}
+
+TEST(EditSession, MeasuresTheMainColorOfARegion) {
+  const TinyScene scene(31);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  ColorEdit edit;
+  edit.operations = {ColorOperation::Make(ColorOperationKind::kRecolor, {0.2F, 0.4F, 1})};
+  const RegionId region = session->AddRegion("x", MasksOf(scene), scene.shares, edit, monitor);
+  const ColorEdit measured = session->regions().Find(region)->edit;
+  EXPECT_FALSE(measured.NeedsMainColor());
+  ASSERT_EQ(measured.operations.size(), 1U);
+  EXPECT_EQ(measured.operations[0].Get("to")[2], 1);
+  EXPECT_GE(measured.operations[0].Get("brightest")[0], 1);
+  // Measured after what comes before it in the list: gray here.
+  edit.operations.insert(edit.operations.begin(), ColorOperation::Make(ColorOperationKind::kGray));
+  session->SetEdit(region, edit);
+  const auto from = session->regions().Find(region)->edit.operations[1].Get("from");
+  // Gray to the rounding of OKLab's matrices.
+  EXPECT_NEAR(from[0], from[1], 2e-3F);
+  EXPECT_NEAR(from[1], from[2], 2e-3F);
+  EXPECT_GT(from[0], 0.05F);
+  // What was given is not measured again.
+  session->SetEdit(region, measured);
+  EXPECT_EQ(session->regions().Find(region)->edit, measured);
 }
 
 }  // namespace

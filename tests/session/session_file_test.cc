@@ -104,8 +104,7 @@ void ExpectSame(const RegionSet& a, const RegionSet& b) {
     EXPECT_EQ(one.name, two.name);
     EXPECT_EQ(one.visible, two.visible);
     EXPECT_EQ(one.strength, two.strength);
-    EXPECT_EQ(one.edit.gain, two.edit.gain);
-    EXPECT_EQ(one.edit.offset, two.edit.offset);
+    EXPECT_EQ(one.edit, two.edit);
     EXPECT_EQ(one.selection->id, two.selection->id);
     EXPECT_TRUE(SameBits(one.selection->shares, two.selection->shares));
     ASSERT_EQ(one.selection->masks.size(), two.selection->masks.size());
@@ -226,6 +225,27 @@ TEST_F(SessionFile, SharedSelectionsAreWrittenOnceAndStayShared) {
   EXPECT_EQ(regions[1].name, regions[0].name + " copy");
 }
 
+TEST_F(SessionFile, OpensTheAffineEditsOfOlderSessions) {
+  Save();
+  ChangeManifest([](Json& json) {
+    const auto make_old = [&](size_t region, const Json& gain, const Json& offset) {
+      json["regions"][region].erase("edit");
+      json["regions"][region]["gain"] = gain;
+      json["regions"][region]["offset"] = offset;
+    };
+    make_old(0, {0.5, 0, 0, 0, 0.25, 0, 0, 0, 2}, {0, 0, 0});
+    make_old(1, {1, 0.5, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0.25});
+  });
+  const auto opened = Load();
+  const auto& regions = opened.session->regions().regions;
+  ASSERT_EQ(regions.size(), 2u);
+  EXPECT_EQ(regions[0].edit, ColorEdit::Tint({0.5F, 0.25F, 2.0F}));
+  AffineColor mixing;
+  mixing.gain(0, 1) = 0.5F;
+  mixing.offset[2] = 0.25F;
+  EXPECT_EQ(regions[1].edit, ColorEdit::FromAffine(mixing));
+}
+
 TEST_F(SessionFile, SavingAgainWritesOnlyWhatIsNew) {
   Monitor monitor;
   SessionWriter writer(File());
@@ -311,9 +331,20 @@ TEST_F(SessionFile, NamesTheFaultOfAValue) {
   expect([](Json& j) { j["regions"][1]["strength"] = nullptr; },
          "regions[1].strength: is not a number");
   expect([](Json& j) { j["regions"][1]["strength"] = 2; }, "regions[1].strength: is not between");
-  expect([](Json& j) { j["regions"][0]["gain"][3] = 1e300; }, "regions[0].gain[3]: is too large");
-  expect([](Json& j) { j["regions"][0]["gain"][0] = -1; }, "regions[0]: edit: negative");
-  expect([](Json& j) { j["regions"][0]["gain"].push_back(1); }, "regions[0].gain: has 10 values");
+  const auto operation = [](Json& j) -> Json& { return j["regions"][0]["edit"]["operations"][0]; };
+  expect([&](Json& j) { operation(j)["color"][1] = 1e300; },
+         "regions[0].edit: operations[0].color is not a finite");
+  expect([&](Json& j) { operation(j)["color"][0] = -1; }, "regions[0].edit: operations[0]: tint:");
+  expect([&](Json& j) { operation(j)["color"].push_back(1); },
+         "regions[0].edit: operations[0].col");
+  expect([&](Json& j) { operation(j)["op"] = "paint"; },
+         "regions[0].edit: operations[0]: there is");
+  expect(
+      [&](Json& j) {
+        operation(j) = {{"op", "recolor"}, {"to", {0, 0, 1}}};
+      },
+      "regions[0].edit: recolor needs \"from\"");
+  expect([&](Json& j) { j["regions"][0].erase("edit"); }, "regions[0]: has no \"edit\"");
   expect([](Json& j) { j["regions"][0].erase("name"); }, "regions[0]: has no \"name\"");
   expect([](Json& j) { j["regions"][1]["id"] = 1; }, "regions[1].id: comes twice");
   expect([](Json& j) { j["regions"][1]["selection"] = 7; }, "regions[1].selection: there is no");

@@ -138,7 +138,7 @@ class CaptureTest : public QObject {
     QCOMPARE(controller.regions().regions.size(), size_t{1});
     const Region& restored = controller.regions().regions.front();
     QCOMPARE(restored.name, kept.name);
-    QVERIFY(restored.edit.gain == kept.edit.gain && restored.strength == kept.strength);
+    QVERIFY(restored.edit == kept.edit && restored.strength == kept.strength);
     QVERIFY(restored.selection->shares == kept.selection->shares);
     for (const auto& [name, one] : kept.selection->masks) {
       QVERIFY2(restored.selection->masks.at(name).data == one.data, name.c_str());

@@ -34,11 +34,12 @@ class EditingTest : public ViewerTest {
     QVERIFY(window_->IsModified());
     controller().SetEdit(id, ColorEdit::Tint({1, 0.1F, 0.1F}), 1, "drag");
     controller().SetEdit(id, ColorEdit::Tint({1, 0.2F, 0.2F}), 1, "drag");
-    QCOMPARE(controller().regions().Find(id)->edit.gain(1, 1), 0.2F);  // at once
+    QCOMPARE(controller().regions().Find(id)->edit.Affine().gain(1, 1), 0.2F);  // at once
     QTRY_COMPARE_WITH_TIMEOUT(controller().history().undo_label, std::string("Recolor jug"),
                               kWaitMs);
     QTest::keyClick(&canvas(), Qt::Key_Z, Qt::ControlModifier);
-    QTRY_COMPARE_WITH_TIMEOUT(controller().regions().Find(id)->edit.gain(1, 1), 0.9F, kWaitMs);
+    QTRY_COMPARE_WITH_TIMEOUT(controller().regions().Find(id)->edit.Affine().gain(1, 1), 0.9F,
+                              kWaitMs);
     QTest::keyClick(&canvas(), Qt::Key_Z, Qt::ControlModifier);
     QTRY_VERIFY_WITH_TIMEOUT(controller().regions().regions.empty(), kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(
@@ -290,9 +291,10 @@ class EditingTest : public ViewerTest {
   void WhatTwoRegionsShowIsWhatIsExported() {
     const auto masks = scene_->Masks(scene_->MostVisible().object);
     QVERIFY(canvas().GoTo(scene_->MostVisible().first));
-    ColorEdit paint, green = ColorEdit::Tint({0.2F, 1, 0.2F});
-    paint.gain *= 0.3F;
-    paint.offset = {0.6F, 0, 0};
+    AffineColor dim;
+    dim.gain *= 0.3F;
+    dim.offset = {0.6F, 0, 0};
+    const ColorEdit paint = ColorEdit::FromAffine(dim), green = ColorEdit::Tint({0.2F, 1, 0.2F});
     QSignalSpy added(&controller(), &SceneController::regionAdded);
     controller().AddRegionFromMasks("paint", masks, paint);
     controller().AddRegionFromMasks("green", masks, green);

@@ -69,15 +69,15 @@ class RegionsPanelTest : public PanelsFixture {
     auto* square = Find<ColorSquare>("color_square");
     QSignalSpy shown(&Controller(), &SceneController::shChanged);
     DragHeld(square, {{10, 10}, {40, 30}, {80, 60}, {120, 80}});
-    QVERIFY(Regions()[0].edit.gain != before.gain);
+    QVERIFY(Regions()[0].edit.Affine().gain != before.Affine().gain);
     QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // the button is still down
     QTest::mouseRelease(square, Qt::LeftButton, {}, {120, 80});
     const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
     QVERIFY(std::abs(square->saturation() - s) < 0.02 && std::abs(square->value() - v) < 0.02);
     const QColor color = Find<ColorPicker>("color_picker")->color();
-    QVERIFY(SessionRegions().regions[0].edit.gain(2, 2) == color.blueF());
+    QVERIFY(SessionRegions().regions[0].edit.Affine().gain(2, 2) == color.blueF());
     window_->action("edit.undo")->trigger();
-    QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
+    QVERIFY(SessionRegions().regions[0].edit.Affine().gain == before.Affine().gain);
     QTRY_COMPARE(Find<ColorPicker>("color_picker")->color().name(), QString("#3366ff"));
     // Another drag is another step.
     DragAlong(square, {{20, 20}, {30, 20}});
@@ -85,9 +85,9 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(Settle(Controller()));
     QCOMPARE(Controller().history().undo_label, std::string("Recolor left"));
     window_->action("edit.undo")->trigger();
-    QVERIFY(SessionRegions().regions[0].edit.gain != before.gain);
+    QVERIFY(SessionRegions().regions[0].edit.Affine().gain != before.Affine().gain);
     window_->action("edit.undo")->trigger();
-    QVERIFY(SessionRegions().regions[0].edit.gain == before.gain);
+    QVERIFY(SessionRegions().regions[0].edit.Affine().gain == before.Affine().gain);
   }
 
   void TheKeyboardPicksColors() {
@@ -104,13 +104,14 @@ class RegionsPanelTest : public PanelsFixture {
     text->selectAll();
     QTest::keyClicks(text, "#00ff80");
     QTest::keyClick(text, Qt::Key_Return);
-    QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), 0.0F);
-    QCOMPARE(SessionRegions().regions[0].edit.gain(1, 1), 1.0F);
+    QCOMPARE(SessionRegions().regions[0].edit.Affine().gain(0, 0), 0.0F);
+    QCOMPARE(SessionRegions().regions[0].edit.Affine().gain(1, 1), 1.0F);
     QVERIFY(!window_->IsSelecting());  // Return was the field's
     auto* red = Find<QSpinBox>("channel0");
     red->setFocus();
     QTest::keyClick(red, Qt::Key_Up);
-    QCOMPARE(SessionRegions().regions[0].edit.gain(0, 0), float(QColor(1, 255, 128).redF()));
+    QCOMPARE(SessionRegions().regions[0].edit.Affine().gain(0, 0),
+             float(QColor(1, 255, 128).redF()));
   }
 
   void ColorsHaveNames() {

@@ -141,7 +141,7 @@ class WorkflowTest : public ViewerTest {
     PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
     QVERIFY(Settle(controller()));
     QCOMPARE(controller().regions().regions.size(), size_t{1});
-    QVERIFY(controller().regions().regions.front().edit.gain(2, 2) > 0.99F);
+    QVERIFY(controller().regions().regions.front().edit.Affine().gain(2, 2) > 0.99F);
   }
 
   void ASecondRoundFromAnotherViewExtendsAndItsUndoShows() {

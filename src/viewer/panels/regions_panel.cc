@@ -55,8 +55,14 @@ bool IsListKey(const QKeyEvent& event) {
 }  // namespace
 
 QColor TintColor(const ColorEdit& edit) {
-  const Eigen::Vector3f white = edit.Apply(Eigen::Vector3f::Ones(), 1);
-  const auto part = [&](int c) { return std::clamp(white[c], 0.0F, 1.0F); };
+  // What "make it this color" was told, else what white becomes.
+  Eigen::Vector3f shown = CompiledEdit(edit).Apply(Eigen::Vector3f::Ones());
+  for (const ColorOperation& op : edit.operations) {
+    if (op.kind == ColorOperationKind::kRecolor) {
+      shown = Eigen::Map<const Eigen::Vector3f>(op.Get("to").data());
+    }
+  }
+  const auto part = [&](int c) { return std::clamp(shown[c], 0.0F, 1.0F); };
   return QColor::fromRgbF(part(0), part(1), part(2));
 }
 
@@ -355,7 +361,7 @@ void RegionsPanel::OnColor(const QColor& color, bool dragging) {
   if (!region) return;
   const auto edit = ColorEdit::Tint({color.redF(), color.greenF(), color.blueF()});
   window_->canvas().SetCloudShown(false);  // it would hide the color that is chosen
-  if (edit.gain != region->edit.gain || edit.offset != region->edit.offset) {
+  if (edit != region->edit) {
     controller_->SetEdit(region->id, edit, region->strength,
                          "tint " + std::to_string(region->id) + " " + std::to_string(drags_));
   }

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "retint/edit_flags.h"
+
+#include "base/error.h"
+#include "recolor/edit_text.h"
+
+namespace retint::cli {
+
+void EditFlags::Add(CLI::App* verb, const std::string& group) {
+  verb_ = verb;
+  for (const ColorOperationType& type : ColorOperationTypes()) {
+    const std::string flag = std::string("--") + type.option;
+    CLI::Option* option = *type.syntax == 0
+                              ? verb->add_flag(flag, counts_[type.name], type.help)->default_str("")
+                              : verb->add_option(flag, values_[type.name], type.help)
+                                    ->allow_extra_args(false)
+                                    ->default_str("")
+                                    ->type_name(type.syntax);
+    types_[option->group(group)] = &type;
+  }
+  types_[verb->add_option("--edit", files_, "A list of operations (.json, see docs/formats.md)")
+             ->allow_extra_args(false)
+             ->default_str("")
+             ->type_name("FILE")
+             ->group(group)] = nullptr;
+  verb->add_option("--keep-lightness", keep_lightness_,
+                   "--to: from 0, the main color's lightness becomes the target's, to 1, every "
+                   "pixel keeps its own")
+      ->check(CLI::Range(0.0, 1.0))
+      ->expected(1)
+      ->default_str("0")
+      ->group(group);
+  verb->add_option("--strength", strength_, "From 0, nothing, to 1, the whole edit")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group(group);
+}
+
+ColorEdit EditFlags::Resolve() const {
+  ColorEdit edit;
+  std::map<const CLI::Option*, size_t> next;
+  bool any_to = false;
+  for (const CLI::Option* option : verb_->parse_order()) {
+    const auto found = types_.find(option);
+    if (found == types_.end()) continue;
+    const std::string& text = option->results().at(next[option]++);
+    if (!found->second) {
+      const ColorEdit more = ReadEdit(text);
+      if (more.strength != 1) {
+        throw InputError(text, "has a strength of the whole list; give it as --strength");
+      }
+      edit.operations.insert(edit.operations.end(), more.operations.begin(), more.operations.end());
+      continue;
+    }
+    const ColorOperationType& type = *found->second;
+    edit.operations.push_back(ParseOperation(type, *type.syntax == 0 ? "" : text));
+    if (type.kind != ColorOperationKind::kRecolor) continue;
+    any_to = true;
+    if (!keep_lightness_.empty()) {
+      edit.operations.back().Get("keep_lightness")[0] = static_cast<float>(keep_lightness_.back());
+    }
+  }
+  CheckOption(!edit.operations.empty(),
+              "there is no edit: give --tint, --to or another operation, or --edit FILE");
+  CheckOption(any_to || keep_lightness_.empty(), "--keep-lightness is of --to, which is missing");
+  edit.Check();
+  return edit;
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/edit_text.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = ColorOperationKind;
+using Form = ColorParameter::Form;
+
+constexpr size_t kMostBytes = size_t{64} << 20;  // of an edit's file
+constexpr std::string_view kBase64 =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+std::string_view Trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::vector<std::string_view> Split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const auto at = text.find(separator);
+    parts.push_back(Trimmed(text.substr(0, at)));
+    if (at == std::string_view::npos) return parts;
+    text.remove_prefix(at + 1);
+  }
+}
+
+// What was asked for, for messages, and the reading of its values.
+class OperationText {
+ public:
+  OperationText(const ColorOperationType& type, std::string_view text) : type_(type), text_(text) {}
+
+  [[noreturn]] void Fail(const std::string& why) const {
+    throw OptionError(std::string(type_.name) + " '" + std::string(text_) + "': " + why +
+                      (*type_.syntax != 0 ? std::string(" (expected ") + type_.syntax + ")" : ""));
+  }
+
+  float Number(std::string_view word) const {
+    float value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || word.empty()) {
+      Fail("'" + std::string(word) + "' is not a number");
+    }
+    if (!std::isfinite(value)) Fail("holds a value that is not finite");
+    return value + 0.0f;  // -0 becomes 0
+  }
+
+  // The three values of #rrggbb.
+  void AddColor(std::string_view word, std::vector<float>& values) const {
+    if (word.size() != 7) Fail("a color needs six hexadecimal digits after its #");
+    for (size_t i = 1; i < 7; i += 2) {
+      unsigned value = 0;
+      const char* last = word.data() + i + 2;
+      if (std::from_chars(word.data() + i, last, value, 16).ptr != last) {
+        Fail("holds a character that is not a hexadecimal digit");
+      }
+      values.push_back(float(value) / 255.0f);
+    }
+  }
+
+  std::vector<float> Values(std::string_view words, const ColorParameter& parameter) const {
+    std::vector<float> values;
+    for (const std::string_view word : Split(words, ':')) {
+      if (parameter.form == Form::kColor && word.starts_with('#')) {
+        AddColor(word, values);
+      } else {
+        values.push_back(Number(word));
+      }
+    }
+    if (values.size() != size_t(parameter.count)) {
+      Fail(std::string(parameter.name) + " needs " + std::to_string(parameter.count) + " value" +
+           (parameter.count == 1 ? "" : "s"));
+    }
+    return values;
+  }
+
+ private:
+  const ColorOperationType& type_;
+  std::string_view text_;
+};
+
+// [AT:]#rrggbb,...
+std::vector<float> ParseStops(const OperationText& text,
+                              const std::vector<std::string_view>& words) {
+  std::vector<float> stops;
+  size_t placed = 0;
+  for (size_t i = 0; i < words.size(); ++i) {
+    const auto colon = words[i].find(':');
+    const bool has_place = colon != std::string_view::npos;
+    placed += has_place;
+    const float even = words.size() > 1 ? float(i) / float(words.size() - 1) : 0.0f;
+    stops.push_back(has_place ? text.Number(Trimmed(words[i].substr(0, colon))) : even);
+    const std::string_view color = has_place ? Trimmed(words[i].substr(colon + 1)) : words[i];
+    if (!color.starts_with('#')) text.Fail("'" + std::string(words[i]) + "' is not a color");
+    text.AddColor(color, stops);
+  }
+  if (placed != 0 && placed != words.size()) text.Fail("either all colors have a place or none");
+  return stops;
+}
+
+const ColorParameter* FindParameter(const ColorOperationType& type, std::string_view name) {
+  for (const ColorParameter& parameter : type.parameters) {
+    if (name == parameter.name) return &parameter;
+  }
+  return nullptr;
+}
+
+void Set(ColorOperation& op, const ColorParameter& parameter, const std::vector<float>& values) {
+  if (parameter.form == Form::kStops) {
+    op.values = values;
+  } else {
+    std::copy(values.begin(), values.end(), op.Get(parameter.name).begin());
+  }
+}
+
+// ---- JSON ----
+
+std::string EncodeBase64(const std::vector<float>& values) {
+  static_assert(std::endian::native == std::endian::little);
+  const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+  const size_t count = values.size() * sizeof(float);
+  std::string text;
+  for (size_t i = 0; i < count; i += 3) {
+    uint32_t word = 0;
+    for (size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < count ? bytes[i + k] : 0u);
+    for (size_t k = 0; k < 4; ++k) {
+      text += i + k <= count ? kBase64[word >> (18 - 6 * k) & 63] : '=';
+    }
+  }
+  return text;
+}
+
+// Empty where it is not base64 of whole floats.
+std::vector<float> DecodeBase64(std::string_view text) {
+  if (text.size() % 4 != 0) return {};
+  while (text.ends_with('=')) text.remove_suffix(1);
+  std::string bytes;
+  uint32_t word = 0;
+  int bits = 0;
+  for (const char c : text) {
+    const auto value = kBase64.find(c);
+    if (value == std::string_view::npos) return {};
+    word = word << 6 | uint32_t(value);
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += char(word >> bits & 255);
+  }
+  if (bytes.size() % sizeof(float) != 0) return {};
+  std::vector<float> values(bytes.size() / sizeof(float));
+  std::memcpy(values.data(), bytes.data(), bytes.size());
+  return values;
+}
+
+std::string Quoted(const std::string& text) { return "\"" + text + "\""; }
+
+float JsonNumber(const Json& value, const std::string& where) {
+  const double number =
+      value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (!(std::abs(number) <= double(std::numeric_limits<float>::max()))) {
+    throw OptionError(where + " is not a finite number");
+  }
+  return float(number);
+}
+
+std::vector<float> JsonValues(const Json& json, const ColorParameter& parameter,
+                              const ColorOperationType& type, const std::string& where) {
+  if (json.is_string() && parameter.form == Form::kColor) {
+    const std::string text = json.get<std::string>();
+    std::vector<float> values;
+    const OperationText reader(type, text);
+    if (!text.starts_with('#')) reader.Fail("is not a color");
+    reader.AddColor(text, values);
+    return values;
+  }
+  std::vector<float> values;
+  if (parameter.form == Form::kStops) {
+    if (!json.is_array()) throw OptionError(where + " is not a list");
+    for (const Json& stop : json) {
+      if (!stop.is_array() || stop.size() != 4) {
+        throw OptionError(where + ": a stop is not [at, red, green, blue]");
+      }
+      for (const Json& value : stop) values.push_back(JsonNumber(value, where));
+    }
+    return values;
+  }
+  if (parameter.count == 1) return {JsonNumber(json, where)};
+  if (!json.is_array() || json.size() != size_t(parameter.count)) {
+    throw OptionError(where + " is not a list of " + std::to_string(parameter.count) + " numbers");
+  }
+  for (const Json& value : json) values.push_back(JsonNumber(value, where));
+  return values;
+}
+
+std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::string& where,
+                                                const std::filesystem::path& folder) {
+  const auto file = json.find("file");
+  if (file != json.end() && !file->is_string()) throw OptionError(where + ".file is not a text");
+  const std::string name = file == json.end() ? "" : file->get<std::string>();
+  if (!json.contains("table")) {
+    if (name.empty()) throw OptionError(where + " has no \"file\"");
+    return ReadLut(folder / name);
+  }
+  const Json& size = json.contains("size") ? json["size"] : Json();
+  auto table = std::make_shared<ColorTable>();
+  table->name = name;
+  if (!json["table"].is_string() || !size.is_number_integer()) {
+    throw OptionError(where + " has a \"table\" without its \"size\", or one that is no text");
+  }
+  table->size = int(std::clamp<int64_t>(size.get<int64_t>(), -1, kMaxColorTableSize + 1));
+  table->values = DecodeBase64(json["table"].get_ref<const std::string&>());
+  table->Check();
+  return table;
+}
+
+ColorOperation OperationFromJson(const Json& json, const std::string& where,
+                                 const std::filesystem::path& folder) {
+  if (!json.is_object()) throw OptionError(where + " is not an object");
+  const auto name = json.find("op");
+  if (name == json.end() || !name->is_string()) throw OptionError(where + " has no \"op\"");
+  const ColorOperationType* type = FindOperationType(name->get<std::string>());
+  if (!type) throw OptionError(where + ": there is no operation " + Quoted(*name));
+  ColorOperation op = ColorOperation::Make(type->kind);
+  const bool lut = type->kind == Kind::kLut;
+  for (const auto& [key, value] : json.items()) {
+    if (key == "op" || (lut && (key == "file" || key == "size" || key == "table"))) continue;
+    const std::string place = where + "." + key;
+    if (key == "strength") {
+      op.strength = JsonNumber(value, place);
+      continue;
+    }
+    const ColorParameter* parameter = FindParameter(*type, key);
+    if (!parameter) throw OptionError(where + ": " + type->name + " has no " + Quoted(key));
+    Set(op, *parameter, JsonValues(value, *parameter, *type, place));
+  }
+  for (const ColorParameter& parameter : type->parameters) {
+    if (parameter.required && !json.contains(parameter.name)) {
+      throw OptionError(where + ": " + type->name + " needs " + Quoted(parameter.name));
+    }
+  }
+  if (lut) op.table = TableFromJson(json, where, folder);
+  try {
+    op.Check();
+  } catch (const OptionError& error) {
+    throw OptionError(where + ": " + error.what());
+  }
+  return op;
+}
+
+Json OperationToJson(const ColorOperation& op, bool with_tables) {
+  const ColorOperationType& type = TypeOf(op.kind);
+  Json json = {{"op", type.name}};
+  if (op.strength != 1) json["strength"] = op.strength;
+  for (const ColorParameter& parameter : type.parameters) {
+    if (parameter.initial == kUnset && !op.IsSet(parameter.name)) continue;
+    const std::span<const float> values = op.Get(parameter.name);
+    Json& to = json[parameter.name];
+    if (parameter.form == Form::kStops) {
+      for (size_t i = 0; i + 3 < values.size(); i += 4) {
+        to.push_back({values[i], values[i + 1], values[i + 2], values[i + 3]});
+      }
+    } else if (parameter.count == 1) {
+      to = values[0];
+    } else {
+      for (const float value : values) to.push_back(value);
+    }
+  }
+  if (!op.table) return json;
+  json["file"] = op.table->name;
+  if (with_tables) {
+    json["size"] = op.table->size;
+    json["table"] = EncodeBase64(op.table->values);
+  }
+  return json;
+}
+
+}  // namespace
+
+ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text) {
+  if (type.kind == Kind::kLut) {
+    return ColorOperation::Lut(ReadLut(std::filesystem::path(std::string(text))));
+  }
+  ColorOperation op = ColorOperation::Make(type.kind);
+  const OperationText reader(type, text);
+  std::vector<std::string_view> plain;  // without a key
+  std::vector<std::string_view> keys;
+  for (const std::string_view word : Split(text, ',')) {
+    const auto equals = word.find('=');
+    if (equals == std::string_view::npos) {
+      if (!word.empty() || *type.syntax != 0) plain.push_back(word);
+      continue;
+    }
+    std::string key(Trimmed(word.substr(0, equals)));
+    std::replace(key.begin(), key.end(), '-', '_');
+    const std::string_view value = Trimmed(word.substr(equals + 1));
+    const ColorParameter* parameter = FindParameter(type, key);
+    if (key == "strength") {
+      op.strength = reader.Number(value);
+    } else if (!parameter || parameter->form == Form::kStops) {
+      reader.Fail("there is no '" + key + "'");
+    } else {
+      Set(op, *parameter, reader.Values(value, *parameter));
+    }
+    keys.push_back(parameter ? parameter->name : "");
+  }
+  if (type.kind == Kind::kGradient) {
+    op.values = ParseStops(reader, plain);
+    plain.clear();
+  }
+  std::vector<float> values;
+  for (const std::string_view word : plain) {
+    if (word.starts_with('#')) {
+      reader.AddColor(word, values);
+    } else {
+      values.push_back(reader.Number(word));
+    }
+  }
+  size_t used = 0;
+  for (const ColorParameter& parameter : type.parameters) {
+    const size_t count = size_t(parameter.count);
+    const bool named = std::find(keys.begin(), keys.end(), parameter.name) != keys.end();
+    if (parameter.form == Form::kStops || (named && used == values.size())) continue;
+    if (used == values.size() && !parameter.required) break;
+    if (values.size() - used < count) {
+      reader.Fail(std::string("needs ") + std::to_string(count) + " value" +
+                  (count == 1 ? "" : "s"));
+    }
+    std::copy_n(values.begin() + ptrdiff_t(used), count, op.Get(parameter.name).begin());
+    used += count;
+  }
+  if (used != values.size()) reader.Fail("has too many values");
+  if (type.kind == Kind::kAdjust && keys.empty()) reader.Fail("adjusts nothing");
+  try {
+    op.Check();
+  } catch (const OptionError& error) {
+    reader.Fail(error.what());
+  }
+  return op;
+}
+
+ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folder) {
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw OptionError("is not JSON, or cut off, at byte " + std::to_string(error.byte));
+  } catch (const nlohmann::json::exception&) {
+    throw OptionError("holds a number that is out of range");
+  }
+  if (!json.is_object() || !json.contains("operations") || !json["operations"].is_array()) {
+    throw OptionError("is not an edit: it has no list of \"operations\"");
+  }
+  ColorEdit edit;
+  for (const auto& [key, value] : json.items()) {
+    if (key == "strength") {
+      edit.strength = JsonNumber(value, key);
+    } else if (key != "operations") {
+      throw OptionError("an edit has no " + Quoted(key));
+    }
+  }
+  for (const Json& entry : json["operations"]) {
+    const std::string where = "operations[" + std::to_string(edit.operations.size()) + "]";
+    edit.operations.push_back(OperationFromJson(entry, where, folder));
+  }
+  edit.Check();
+  return edit;
+}
+
+std::string EditToJson(const ColorEdit& edit, bool with_tables) {
+  Json json = {{"operations", Json::array()}};
+  if (edit.strength != 1) json["strength"] = edit.strength;
+  for (const ColorOperation& op : edit.operations) {
+    json["operations"].push_back(OperationToJson(op, with_tables));
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+ColorEdit ReadEdit(const std::filesystem::path& path) {
+  if (!IsFile(path)) throw InputError(path, "is not a file");
+  if (std::filesystem::file_size(path) > kMostBytes) {
+    throw InputError(path, "is larger than any edit (64 MiB)");
+  }
+  try {
+    return EditFromJson(ReadFile(path), path.parent_path());
+  } catch (const OptionError& error) {
+    throw InputError(path, error.what());
+  }
+}
+
+}  // namespace retint

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Edits as text: one operation as it stands on the command line, a list of them
+// as JSON (docs/formats.md).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "recolor/color_edit.h"
+
+namespace retint {
+
+// The value of an operation's option: its parameters' values in order, or
+// KEY=VALUE, separated by commas; values of one key by colons; a color also as
+// #rrggbb; strength=S for any. For a LUT the path of its file. OptionError
+// naming the operation; InputError for the file.
+ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text);
+
+// {"operations": [{"op": "tint", "color": [R, G, B]}, ...]}. Files of tables
+// are looked for in `folder`. OptionError naming the operation at fault, for
+// text that is no JSON too; InputError for a table's file.
+ColorEdit EditFromJson(std::string_view json, const std::filesystem::path& folder);
+
+// The same as text, on one line. With tables, a LUT carries its values, so that
+// the text alone is enough; without, the name of its file.
+std::string EditToJson(const ColorEdit& edit, bool with_tables);
+
+// EditFromJson of a file, whose folder is where tables are. InputError naming
+// it.
+ColorEdit ReadEdit(const std::filesystem::path& path);
+
+}  // namespace retint

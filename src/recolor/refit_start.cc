@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a fit starts: the edit of each active Gaussian's own colors.
+#include <algorithm>
+
+#include "recolor/refit_problem.h"
+
+namespace retint {
+
+// An affine edit has an exact closed form. Of any other, the coefficients are fitted to the edited
+// colors in the directions of the views that see the Gaussian; where these say nothing, to those
+// all around it.
+void RefitProblem::FitStart(const ColorEdit& edit, std::span<const float> shares,
+                            Monitor& monitor) {
+  if (edit.IsAffine() || active_.empty()) {
+    start_ = ClosedFormSh(original_, num_coeffs_, shares, edit, options_.active_threshold);
+    return;
+  }
+  const std::vector<float> ones(shares.size(), 1.0f);
+  Buffer<float> sh =
+      backend().Upload(std::span<const float>(ClosedFormSh(original_, num_coeffs_, ones, edit, 0)));
+  FitToViews(sh, monitor);
+  const std::vector<float> full = backend().Download(sh.data(), sh.size());
+  const size_t block = size_t(num_coeffs_) * 3;
+  start_ = original_;
+  for (size_t i = 0; i < start_.size(); ++i) {
+    start_[i] += shares[i / block] * (full[i] - original_[i]);
+  }
+}
+
+// sh [active, K, 3] += the solution of one K x K least squares a Gaussian: the change of its
+// coefficients that brings its colors, in the views that see it, to the edited ones. A ridge keeps
+// what no view sees.
+void RefitProblem::FitToViews(Buffer<float>& sh, Monitor& monitor) {
+  constexpr float kRidge = 1e-3f;
+  const size_t k = size_t(num_coeffs_);
+  size_t most_rows = 0;
+  for (size_t v = 0; v < NumViews(); ++v) {
+    most_rows = std::max(most_rows, size_t(Visit(v)->region->num_rows()));
+  }
+  const auto ones = backend().Upload(std::span<const float>(std::vector<float>(most_rows, 1.0f)));
+  const auto whole =
+      backend().Upload(std::span<const uint8_t>(std::vector<uint8_t>(most_rows, 255)));
+  const auto rhs = backend().Allocate<float>(NumValues());
+  const auto change = backend().Allocate<float>(NumValues());
+  const auto weights = backend().Allocate<float>(active_.size());
+  const auto blocks = backend().Allocate<float>(active_.size() * k * (k + 1) / 2);
+  for (size_t v = 0; v < NumViews(); ++v) {
+    monitor.Step("refit", 0, 1);
+    const auto view = Visit(v);
+    const int64_t rows = view->region->num_rows();
+    float* wanted = scratch_.features[0].data();
+    float* colors = scratch_.features[1].data();
+    EditImageParams edited{};
+    edited.image = view->base_colors.data();
+    edited.mask = whole.data();
+    edited.map = map();
+    edited.width = edited.box[2] = int32_t(rows);
+    edited.height = edited.box[3] = 1;
+    edited.out = wanted;
+    backend().refit().EditImage(edited);
+    EvalColors(*view, sh.data(), colors);
+    LinearCombinationParams difference{};
+    difference.x = wanted;
+    difference.y = colors;
+    difference.a = 1;
+    difference.b = -1;
+    difference.out = wanted;
+    difference.count = rows * 3;
+    backend().solve().LinearCombination(difference);
+    AddTransposed(*view, wanted, nullptr, rhs.data());
+    AccumulateBlocksParams normal{};
+    normal.rows = view->region->rows();
+    normal.slots = view->slots.data();
+    normal.count = rows;
+    normal.weights = ones.data();
+    std::copy_n(view->region->camera().center, 3, normal.center);
+    normal.blocks = blocks.data();
+    backend().sh().AccumulateBlocks(model(), normal);
+  }
+  AddRidgeParams ridge{};
+  ridge.blocks = blocks.data();
+  ridge.weights = weights.data();
+  ridge.count = NumActive();
+  ridge.k = num_coeffs_;
+  std::fill_n(ridge.ridge, k, kRidge);
+  backend().solve().AddRidge(ridge);
+  FactorBlocksParams factor{};
+  factor.blocks = blocks.data();
+  factor.count = NumActive();
+  factor.k = num_coeffs_;
+  backend().solve().FactorBlocks(factor);
+  SolveBlocksParams solve{};
+  solve.factors = blocks.data();
+  solve.rhs = rhs.data();
+  solve.solution = change.data();
+  solve.count = NumActive();
+  solve.k = num_coeffs_;
+  backend().solve().SolveBlocks(solve);
+  LinearCombinationParams sum{};
+  sum.x = sh.data();
+  sum.y = change.data();
+  sum.a = sum.b = 1;
+  sum.out = sh.data();
+  sum.count = int64_t(NumValues());
+  backend().solve().LinearCombination(sum);
+}
+
+}  // namespace retint

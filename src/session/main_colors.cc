@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/main_colors.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "recolor/main_color.h"
+
+namespace retint {
+namespace {
+
+constexpr size_t kMostViews = 8;
+constexpr size_t kMostPixels = 40000;  // a view
+constexpr uint8_t kInside = 128;
+
+struct MaskedView {
+  PosedCamera camera;
+  const Mask* mask;
+  size_t pixels;  // inside
+};
+
+size_t CountInside(const Mask& mask) {
+  return size_t(std::count_if(mask.data.begin(), mask.data.end(),
+                              [](uint8_t value) { return value >= kInside; }));
+}
+
+std::vector<MaskedView> ViewsOf(const RegionSelection& selection, const Reconstruction& model) {
+  std::vector<MaskedView> views;
+  for (const PaintedView& view : selection.source.painted) {
+    views.push_back({view.camera, &view.mask, CountInside(view.mask)});
+  }
+  if (views.empty()) {
+    for (const auto& [name, mask] : selection.masks) {
+      const View* view = model.FindView(name);
+      if (view) views.push_back({model.Posed(*view), &mask, CountInside(mask)});
+    }
+  }
+  std::erase_if(views, [](const MaskedView& view) { return view.pixels == 0; });
+  if (views.size() <= kMostViews) return views;
+  std::vector<MaskedView> some;
+  for (size_t i = 0; i < kMostViews; ++i) some.push_back(views[i * views.size() / kMostViews]);
+  return some;
+}
+
+// [N, 3]
+std::vector<float> PixelsOf(const std::vector<MaskedView>& views, Renderer& renderer) {
+  std::vector<float> pixels;
+  for (const MaskedView& view : views) {
+    const Image image = std::move(renderer.Render(view.camera).rgb);
+    const size_t step = view.pixels / kMostPixels + 1;
+    size_t inside = 0;
+    for (size_t p = 0; p < image.NumPixels(); ++p) {
+      if (view.mask->data[p] < kInside || inside++ % step != 0) continue;
+      pixels.insert(pixels.end(), &image.data[3 * p], &image.data[3 * p] + 3);
+    }
+  }
+  return pixels;
+}
+
+std::vector<float> Edited(const std::vector<float>& pixels, const ColorEdit& edit) {
+  const CompiledEdit compiled(edit);
+  std::vector<float> edited = pixels;
+  for (size_t i = 0; i < edited.size(); i += 3) {
+    const Eigen::Map<Eigen::Vector3f> pixel(&edited[i]);
+    const Eigen::Vector3f color = compiled.Apply(Eigen::Vector3f(pixel));
+    std::copy_n(color.data(), 3, &edited[i]);
+  }
+  return edited;
+}
+
+}  // namespace
+
+ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection,
+                         const Reconstruction& model, Renderer& renderer,
+                         std::span<const float> sh) {
+  if (!edit.NeedsMainColor()) return edit;
+  renderer.SetSh(sh);
+  const std::vector<float> pixels = PixelsOf(ViewsOf(selection, model), renderer);
+  for (size_t i = 0; i < edit.operations.size(); ++i) {
+    ColorOperation& op = edit.operations[i];
+    if (op.kind != ColorOperationKind::kRecolor || op.IsSet("from")) continue;
+    const ColorEdit before{{edit.operations.begin(), edit.operations.begin() + ptrdiff_t(i)}, 1};
+    const auto main = FindMainColor(Edited(pixels, before));
+    if (!main) throw InputError("the selection has no pixel whose color could be measured");
+    std::copy(main->rgb.begin(), main->rgb.end(), op.Get("from").begin());
+    op.Get("brightest")[0] = main->brightest;
+  }
+  return edit;
+}
+
+}  // namespace retint

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/edit_text.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using ::testing::HasSubstr;
+using Kind = ColorOperationKind;
+
+ColorOperation Parse(Kind kind, std::string_view text) {
+  return ParseOperation(TypeOf(kind), text);
+}
+
+std::string FaultOf(Kind kind, std::string_view text) {
+  try {
+    Parse(kind, text);
+  } catch (const OptionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string FaultOf(std::string_view json) {
+  try {
+    EditFromJson(json, "");
+  } catch (const OptionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ParseOperationTest, FillsParametersInOrderAndByName) {
+  EXPECT_EQ(Parse(Kind::kExposure, "1.5"), ColorOperation::Make(Kind::kExposure, {1.5f}));
+  EXPECT_EQ(Parse(Kind::kContrast, "1.2"), ColorOperation::Make(Kind::kContrast, {1.2f, 0.5f}));
+  EXPECT_EQ(Parse(Kind::kContrast, "1.2,pivot=0.4"),
+            ColorOperation::Make(Kind::kContrast, {1.2f, 0.4f}));
+  EXPECT_EQ(Parse(Kind::kWhiteBalance, "20, -5"),
+            ColorOperation::Make(Kind::kWhiteBalance, {20, -5}));
+  EXPECT_EQ(Parse(Kind::kInvert, ""), ColorOperation::Make(Kind::kInvert));
+  EXPECT_EQ(Parse(Kind::kMatrix, "1,2,3,4,5,6,7,8,9,10,11,12"),
+            ColorOperation::Make(Kind::kMatrix, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+  EXPECT_EQ(Parse(Kind::kRecolor, "#ff0000"), ColorOperation::Make(Kind::kRecolor, {1, 0, 0}));
+  EXPECT_EQ(Parse(Kind::kRecolor, "#ff0000,keep-lightness=0.5,from=#00ff00"),
+            ColorOperation::Make(Kind::kRecolor, {1, 0, 0, 0.5f, 0, 1, 0}));
+  EXPECT_EQ(Parse(Kind::kExposure, "1,strength=0.5").strength, 0.5f);
+
+  ColorOperation adjust = ColorOperation::Make(Kind::kAdjust, {120, 1.2f});
+  adjust.Get("hues")[0] = 20;
+  adjust.Get("hues")[1] = 60;
+  EXPECT_EQ(Parse(Kind::kAdjust, "hue=120,chroma=1.2,hues=20:60"), adjust);
+
+  EXPECT_EQ(Parse(Kind::kGradient, "#000000,#ff0000,#ffffff").values,
+            (std::vector<float>{0, 0, 0, 0, 0.5f, 1, 0, 0, 1, 1, 1, 1}));
+  EXPECT_EQ(Parse(Kind::kGradient, "0.25:#000000,0.75:#ffffff").values,
+            (std::vector<float>{0.25f, 0, 0, 0, 0.75f, 1, 1, 1}));
+}
+
+TEST(ParseOperationTest, SaysWhatIsWrong) {
+  EXPECT_THAT(FaultOf(Kind::kExposure, "bright"), HasSubstr("exposure 'bright': 'bright' is not"));
+  EXPECT_THAT(FaultOf(Kind::kExposure, "1,2"), HasSubstr("too many values"));
+  EXPECT_THAT(FaultOf(Kind::kExposure, "11"), HasSubstr("stops must be from -10 to 10, not 11"));
+  EXPECT_THAT(FaultOf(Kind::kMatrix, "1,2,3"), HasSubstr("needs 12 values"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "blue"), HasSubstr("'blue' is not a number"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "keep-lightness=1"), HasSubstr("needs 3 values"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, ""), HasSubstr("adjust"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hew=3"), HasSubstr("there is no 'hew'"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,hues=40:40"), HasSubstr("hues is empty"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,lightnesses=0.9:0.2"),
+              HasSubstr("lightnesses is empty"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hues=40"), HasSubstr("hues needs 2 values"));
+  EXPECT_THAT(FaultOf(Kind::kGradient, "#000000"), HasSubstr("needs 2 to 16 colors"));
+  EXPECT_THAT(FaultOf(Kind::kGradient, "#000000,0.5:#ffffff"), HasSubstr("either all"));
+  EXPECT_THAT(FaultOf(Kind::kGradient, "0.5:#000000,0.2:#ffffff"), HasSubstr("do not ascend"));
+  EXPECT_THAT(FaultOf(Kind::kGamma, "2,strength=3"), HasSubstr("strength must be from 0 to 1"));
+  EXPECT_THROW(Parse(Kind::kLut, "/nowhere/a.cube"), InputError);
+}
+
+ColorEdit EveryOperation() {
+  auto table = std::make_shared<ColorTable>();
+  table->size = 3;
+  table->name = "film.cube";
+  for (int i = 0; i < 81; ++i) table->values.push_back(float(i) / 81);
+  ColorEdit edit;
+  edit.operations = {ColorOperation::Make(Kind::kTint, {0.1f, 0.2f, 1.7f}),
+                     ColorOperation::Make(Kind::kMatrix, {1, 0, 0, 0.1f, 0, 1, 0, 0, 0, 0, 1, 0}),
+                     ColorOperation::Make(Kind::kExposure, {-0.3f}),
+                     ColorOperation::Make(Kind::kContrast, {1.1f}),
+                     ColorOperation::Make(Kind::kGamma, {0.7f}),
+                     ColorOperation::Make(Kind::kWhiteBalance, {11, -3}),
+                     ColorOperation::Make(Kind::kSaturation, {1.4f}),
+                     ColorOperation::Make(Kind::kInvert),
+                     ColorOperation::Make(Kind::kGray),
+                     ColorOperation::Make(Kind::kAdjust, {33, 1.2f, 0.9f}),
+                     ColorOperation::Make(Kind::kRecolor, {0.1f, 0.3f, 0.9f, 0.25f}),
+                     ColorOperation::Make(Kind::kRecolor, {0.1f, 0.3f, 0.9f, 0, 0.8f, 0.1f, 0, 2}),
+                     ColorOperation::Make(Kind::kGradient, {0, 0, 0, 0.1f, 1, 0.9f, 1, 1}),
+                     ColorOperation::Lut(table),
+                     ColorOperation::Make(Kind::kSoftClip)};
+  edit.operations[3].strength = 0.6f;
+  edit.strength = 0.9f;
+  return edit;
+}
+
+TEST(EditJsonTest, EveryOperationComesBackBitForBit) {
+  const ColorEdit edit = EveryOperation();
+  ASSERT_NO_THROW(edit.Check());
+  EXPECT_EQ(EditFromJson(EditToJson(edit, /*with_tables=*/true), ""), edit);
+  EXPECT_THAT(EditToJson(edit, /*with_tables=*/false), HasSubstr("\"file\":\"film.cube\"}"));
+}
+
+TEST(EditJsonTest, TakesHexColorsAndDefaults) {
+  const ColorEdit edit = EditFromJson(
+      R"({"operations": [{"op": "recolor", "to": "#ff0000"}, {"op": "adjust", "hue": 30}]})", "");
+  ASSERT_EQ(edit.operations.size(), 2u);
+  EXPECT_EQ(edit.operations[0], ColorOperation::Make(Kind::kRecolor, {1, 0, 0}));
+  EXPECT_EQ(edit.operations[1], ColorOperation::Make(Kind::kAdjust, {30}));
+}
+
+TEST(EditJsonTest, SaysWhereAFaultIs) {
+  EXPECT_THAT(FaultOf("{\"operations\": [{"), HasSubstr("is not JSON, or cut off"));
+  EXPECT_THAT(FaultOf("[]"), HasSubstr("is not an edit"));
+  EXPECT_THAT(FaultOf(R"({"operations": [3]})"), HasSubstr("operations[0] is not an object"));
+  EXPECT_THAT(FaultOf(R"({"operations": [], "color": 1})"), HasSubstr("no \"color\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "paint"}]})"),
+              HasSubstr("operations[0]: there is no operation \"paint\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "gray"}, {"op": "tint"}]})"),
+              HasSubstr("operations[1]: tint needs \"color\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "gamma", "gamma": "big"}]})"),
+              HasSubstr("operations[0].gamma is not a finite number"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "gamma", "gamma": 2, "pivot": 2}]})"),
+              HasSubstr("gamma has no \"pivot\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "gamma", "gamma": 100}]})"),
+              HasSubstr("operations[0]: gamma: gamma must be from 0.1 to 10"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "tint", "color": [1, 2]}]})"),
+              HasSubstr("list of 3 numbers"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "tint", "color": "blue"}]})"),
+              HasSubstr("is not a color"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut"}]})"), HasSubstr("has no \"file\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut", "size": 3, "table": "AAAA"}]})"),
+              HasSubstr("color table"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut", "size": 1e9, "table": ""}]})"),
+              HasSubstr("\"size\""));
+}
+
+TEST(EditJsonTest, FilesLookForTablesBesideThemselves) {
+  const TempFolder temp;
+  std::ofstream(temp / "one.cube") << "LUT_1D_SIZE 2\n1 1 1\n0 0 0\n";
+  std::ofstream(temp / "edit.json") << R"({"operations": [{"op": "lut", "file": "one.cube"}]})";
+  const ColorEdit edit = ReadEdit(temp / "edit.json");
+  ASSERT_EQ(edit.operations.size(), 1u);
+  EXPECT_EQ(edit.operations[0].table->name, "one.cube");
+  std::ofstream(temp / "bad.json") << "{";
+  EXPECT_THROW(ReadEdit(temp / "bad.json"), InputError);
+  EXPECT_THROW(ReadEdit(temp / "none.json"), InputError);
+}
+
+}  // namespace
+}  // namespace retint
