@@ -1,17 +1,24 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up the machine, configures and builds. The second time only what changed is built.
-#   apps/build.sh [--sanitize LIST] [--jobs N] [TARGET...]
-# LIST is address,undefined or thread. Each kind has a folder of its own below build/; the last line
-# on stdout names it.
+#   apps/build.sh [--sanitize LIST] [--no-cuda] [--cuda-arch LIST] [--jobs N] [TARGET...]
+#   --sanitize LIST   address,undefined or thread; each kind has a folder of its own below build/
+#   --no-cuda         leave the CUDA backend out; else it is built where a CUDA compiler is found
+#   --cuda-arch LIST  the GPU generations to build it for, such as 86-real or "80-real;90-real" or all-major;
+#                     else those of the GPUs in this machine, or a list that runs on all of them where it has none
+# The last line on stdout names the folder.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 sanitize=
+cuda=AUTO
+cuda_arch=
 jobs=
 while (($# > 0)); do
   case $1 in
     --sanitize) sanitize=${2:?"--sanitize needs a list such as address,undefined"}; shift 2 ;;
+    --no-cuda) cuda=OFF; shift ;;
+    --cuda-arch) cuda_arch=${2:?"--cuda-arch needs a list such as 86-real or all-major"}; shift 2 ;;
     --jobs) jobs=${2:?"--jobs needs a number"}; shift 2 ;;
     --) shift; break ;;
     -*) echo "build.sh: unknown option $1" >&2; exit 2 ;;
@@ -36,9 +43,17 @@ if [[ -z $jobs ]]; then
 fi
 
 export CCACHE_NOHASHDIR=1
+settings=(-DCMAKE_BUILD_TYPE=$type -DRETINT_SANITIZE="$sanitize" -DRETINT_CUDA=$cuda)
+if [[ -n $cuda_arch ]]; then
+  settings+=(-DCMAKE_CUDA_ARCHITECTURES="$cuda_arch")
+else
+  settings+=(-UCMAKE_CUDA_ARCHITECTURES)
+fi
 {
-  if [[ ! -f $folder/build.ninja ]]; then
-    cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=$type -DRETINT_SANITIZE="$sanitize"
+  # Configured anew when asked for something else than the last time.
+  if [[ ! -f $folder/build.ninja || $(cat "$folder/settings.txt" 2>/dev/null) != "${settings[*]}" ]]; then
+    cmake -S . -B "$folder" -G Ninja "${settings[@]}"
+    echo "${settings[*]}" >"$folder/settings.txt"
   fi
   ninja -C "$folder" -j "$jobs" "$@"
 } >&2

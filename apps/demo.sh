@@ -4,7 +4,8 @@
 #   bash apps/demo.sh                    a sample scene that it makes itself
 #   bash apps/demo.sh --workspace WS --splat S.ply --view NAME --mask M.png --tint '#3060ff'
 # The second form takes every option of `retint recolor` except those that name outputs; --view and
-# --mask may repeat. Safe to run again: what is there is replaced, and only what changed is built.
+# --mask may repeat. Both take --no-cuda and --cuda-arch LIST (see apps/build.sh). Safe to run again:
+# what is there is replaced, and only what changed is built.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 demo=$root/demo
@@ -17,15 +18,22 @@ fail() {
 
 # What can be checked without building is checked first.
 has_tint=false
-arguments=("$@")
+build_arguments=()
+arguments=()
 while (($# > 0)); do
   case $1 in
-    -h | --help) sed -n '3,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --no-cuda) build_arguments+=("$1"); shift; continue ;;
+    --cuda-arch)
+      build_arguments+=("$1" "${2:?"--cuda-arch needs a list such as 86-real or all-major"}")
+      shift 2
+      continue ;;
+    -h | --help) sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     --output | --report | --comparison | --save-stages) fail "$1: the demo's outputs go to $demo" ;;
     --tint) has_tint=true ;;
     --workspace) [[ -d ${2:-} ]] || fail "--workspace ${2:-}: no such folder" 3 ;;
     --splat | --mask) [[ -f ${2:-} ]] || fail "$1 ${2:-}: no such file" 3 ;;
   esac
+  arguments+=("$1")
   shift
 done
 if ((${#arguments[@]} > 0)); then
@@ -35,7 +43,7 @@ if ((${#arguments[@]} > 0)); then
   done
 fi
 
-build=$(bash "$root/apps/build.sh" retint) || fail "the build failed" 4
+build=$(bash "$root/apps/build.sh" "${build_arguments[@]}" retint) || fail "the build failed" 4
 retint=$root/$build/apps/retint
 
 mkdir -p "$demo"

@@ -12,7 +12,7 @@ packages=(
   libopencolorio-dev
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14
   colmap
-  qt6-base-dev libqt6opengl6-dev qt6-qpa-plugins libgl1-mesa-dri fonts-dejavu-core xvfb xauth
+  qt6-base-dev qt6-qpa-plugins libgl1-mesa-dri fonts-dejavu-core xvfb xauth
 )
 
 if [[ ${RETINT_SKIP_SETUP:-} == 1 ]]; then exit 0; fi

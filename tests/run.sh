@@ -1,17 +1,21 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up the machine, builds, and runs every test. Ends with ctest's summary.
-#   tests/run.sh [--sanitize address,undefined|thread] [CTEST ARGUMENT...]
+#   tests/run.sh [--sanitize address,undefined|thread] [--no-cuda] [--cuda-arch LIST] [CTEST ARGUMENT...]
+# The options are those of apps/build.sh; everything else goes to ctest.
 # Real captures are read from $RETINT_DATA (else shared/data beside the checkout); tests that need
 # them are shown as skipped where they are missing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 build_arguments=()
-if [[ ${1:-} == --sanitize ]]; then
-  build_arguments=(--sanitize "${2:?"--sanitize needs address,undefined or thread"}")
-  shift 2
-fi
+while (($# > 0)); do
+  case $1 in
+    --sanitize | --cuda-arch) build_arguments+=("$1" "${2:?"$1 needs a list"}"); shift 2 ;;
+    --no-cuda) build_arguments+=("$1"); shift ;;
+    *) break ;;
+  esac
+done
 folder=$(bash apps/build.sh "${build_arguments[@]}")
 
 suppressions=$PWD/tests/support

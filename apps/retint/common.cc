@@ -10,6 +10,8 @@
 
 #include "base/error.h"
 #include "colmap_io/image_io.h"
+#include "kernels/cuda/cuda_backend.h"
+#include "retint/version.h"
 
 namespace retint::cli {
 namespace {
@@ -100,13 +102,13 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   options.image_folder = scene.images;
   options.holdout = holdout;
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
-  for (const std::string& warning : session->workspace().warnings) run.Warn(warning);
-  const Backend& backend = session->renderer().backend();
-  run.Info("backend " + backend.Description());
+  run.Info("backend " + BackendText(session->renderer().backend(), options.backend));
   const std::string fault = CudaFault();
-  if (options.backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn) {
-    run.Warn("no GPU is used (" + fault + "): kernels run on the CPU");
+  if (options.backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn &&
+      fault != kCudaNoDevice) {
+    run.Warn("the GPU is not used (" + fault + "): kernels run on the CPU");
   }
+  for (const std::string& warning : session->workspace().warnings) run.Warn(warning);
   return session;
 }
 

@@ -1,19 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "retint/version.h"
 
-#include "kernels/backend.h"
 #include "session/report.h"
 
 namespace retint::cli {
+namespace {
+
+std::string Described(const Backend& backend) {
+  return std::string(backend.Name()) + " (" + backend.Description() + ")";
+}
+
+std::string CudaRemark() {
+  const std::string fault = CudaFault();
+  return fault.empty() ? "" : "; cuda: " + fault;
+}
+
+}  // namespace
 
 std::string VersionText() {
-  std::string text = "retint " + std::string(Version()) + "\nbackends: ";
-  bool first = true;
+  std::string backends;
   for (const std::string& name : AvailableBackends()) {
-    text += (first ? "" : "; ") + name + " (" + CreateBackend(name)->Description() + ")";
-    first = false;
+    backends += (backends.empty() ? "" : "; ") + Described(*CreateBackend(name));
   }
-  return text + "\nlibraries: " + RETINT_LIBRARIES;
+  return "retint " + std::string(Version()) + "\nbackends: " + backends + CudaRemark() +
+         "\nlibraries: " + RETINT_LIBRARIES;
+}
+
+std::string BackendText(const Backend& backend, std::string_view asked) {
+  return Described(backend) + (asked == "auto" ? CudaRemark() : "");
 }
 
 }  // namespace retint::cli

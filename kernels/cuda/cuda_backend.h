@@ -7,6 +7,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "kernels/backend.h"
 
@@ -28,8 +29,11 @@ class DeviceOutOfMemory : public std::bad_alloc {
   std::string message_;
 };
 
-// True where a driver and a device of compute capability 7.5 or newer answer; otherwise `reason`
-// says what is missing.
+// What CudaFault() says on a machine without a GPU, or without a driver for one.
+inline constexpr std::string_view kCudaNoDevice = "no device";
+
+// True where a driver and a device answer that this program has code for; otherwise `reason` says
+// what is missing.
 bool CudaAvailable(std::string* reason = nullptr);
 
 // On the current device.

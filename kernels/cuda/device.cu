@@ -2,6 +2,7 @@
 #include "kernels/cuda/device.cuh"
 
 #include <string>
+#include <string_view>
 
 #include "kernels/cuda/cuda_backend.h"
 
@@ -9,21 +10,38 @@ namespace retint {
 
 DeviceOutOfMemory::DeviceOutOfMemory(std::string message) : message_(std::move(message)) {}
 
+namespace {
+
+// Any kernel: has the program code for the device?
+__global__ void Probe() {}
+
+}  // namespace
+
 bool CudaAvailable(std::string* reason) {
-  const auto no = [&](const std::string& why) {
+  const auto no = [&](std::string_view why) {
+    cudaGetLastError();  // a failed question is no error of what comes after
     if (reason) *reason = why;
     return false;
   };
-  int devices = 0;
+  // A machine without any driver is told as "driver too old" by the runtime, with version 0.
+  int driver = 0, devices = 0;
+  if (cudaDriverGetVersion(&driver) != cudaSuccess || driver == 0) return no(kCudaNoDevice);
   const cudaError_t code = cudaGetDeviceCount(&devices);
+  if (code == cudaErrorNoDevice || (code == cudaSuccess && devices == 0)) return no(kCudaNoDevice);
   if (code != cudaSuccess) return no(cudaGetErrorString(code));
-  if (devices == 0) return no("no CUDA device");
   cudaDeviceProp properties{};
-  if (cudaGetDeviceProperties(&properties, 0) != cudaSuccess)
+  if (cudaGetDeviceProperties(&properties, 0) != cudaSuccess) {
     return no("the device does not answer");
-  if (properties.major * 10 + properties.minor < 75) {
-    return no(std::string(properties.name) + " is older than compute capability 7.5");
   }
+  cudaFuncAttributes attributes{};
+  const cudaError_t probed = cudaFuncGetAttributes(&attributes, Probe);
+  if (probed == cudaErrorNoKernelImageForDevice || probed == cudaErrorInvalidDeviceFunction) {
+    const std::string generation =
+        std::to_string(properties.major) + "." + std::to_string(properties.minor);
+    return no("the program was built for other GPUs than " + std::string(properties.name) +
+              ", whose compute capability is " + generation);
+  }
+  if (probed != cudaSuccess) return no(cudaGetErrorString(probed));
   return true;
 }
 

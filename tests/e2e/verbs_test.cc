@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
+#include "kernels/backend.h"
 #include "selection/selection_cloud.h"
 #include "splat_io/splat_io.h"
 #include "tests/e2e/command.h"
@@ -19,8 +20,10 @@ namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 std::vector<std::string> With(const std::string& verb, const std::vector<std::string>& more) {
   std::vector<std::string> arguments = {verb, "--workspace", TinyWorkspace().string(), "--splat",
@@ -68,6 +71,29 @@ TEST(Verbs, VersionNamesBackendsAndLibraries) {
     EXPECT_THAT(result.out, HasSubstr(part));
   }
   EXPECT_THAT(result.out, Not(HasSubstr(" ,"))) << "a library without a version";
+  const std::string fault = CudaFault();
+  EXPECT_THAT(result.out, HasSubstr(fault.empty() ? "; cuda (" : "; cuda: " + fault + "\n"));
+}
+
+TEST(Verbs, TheFirstLogLineSaysWhichBackendRunsAndWhy) {
+  const auto first_line = [](const std::string& backend) {
+    const CommandResult result = RunRetint(
+        With("info", {"--progress", "none", "--log-level", "info", "--backend", backend}));
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.err.substr(0, result.err.find('\n'));
+  };
+  EXPECT_THAT(first_line("cpu"), StartsWith("retint: info: backend cpu ("));
+  EXPECT_THAT(first_line("cpu"), Not(HasSubstr("cuda"))) << "nothing was left to choose";
+  const std::string fault = CudaFault();
+  if (fault.empty()) {
+    EXPECT_THAT(first_line("auto"), StartsWith("retint: info: backend cuda ("));
+  } else {
+    EXPECT_THAT(first_line("auto"), StartsWith("retint: info: backend cpu ("));
+    EXPECT_THAT(first_line("auto"), EndsWith("; cuda: " + fault));
+    const CommandResult asked = RunRetint(With("info", {"--backend", "cuda"}));
+    EXPECT_EQ(asked.code, 2);
+    EXPECT_THAT(asked.err, HasSubstr("cannot be used: " + fault));
+  }
 }
 
 TEST(Verbs, InfoComparesRendersWithPhotos) {
