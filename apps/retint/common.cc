@@ -180,6 +180,11 @@ void AddDepthOptions(CLI::App* verb, EditArguments& edit, const std::string& met
   OptionList list;
   edit.options.select.DescribeDepth(list);
   edit.flags.Add(verb, "Depth", list, {{"--method", method_flag}});
+  // Where a program lies belongs to the machine: it is no option of the edit.
+  verb->add_option("--colmap", edit.options.select.depth.colmap_mvs.program,
+                   "colmap-mvs: COLMAP's program, built with CUDA; a name is looked up in PATH")
+      ->type_name("FILE")
+      ->group("Depth");
 }
 
 void AddCloudOptions(CLI::App* verb, EditArguments& edit) {

@@ -2,6 +2,8 @@
 // retint depth: the depth map of one view.
 #include <fmt/format.h>
 
+#include "base/error.h"
+#include "depth/sparse_errors.h"
 #include "retint/common.h"
 #include "retint/results.h"
 
@@ -11,20 +13,36 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   EditArguments edit;
-  std::string view;
+  std::string view, against = "none";
   std::filesystem::path output, png;
 };
 
+void PrintErrors(const SparseErrors& errors, Run& run) {
+  run.Print(fmt::format("sparse points: {} seen, {} of them where the map has a depth",
+                        errors.points, errors.compared));
+  if (errors.compared == 0) return;
+  run.Print(fmt::format("  error       median {:.2f} %, 90 % up to {:.2f} % of the depth",
+                        100 * errors.median, 100 * errors.ninety));
+  run.Print(fmt::format("  in length   median {:.4g}, 90 % up to {:.4g} in the workspace's unit",
+                        errors.median_length, errors.ninety_length));
+  run.Print(
+      fmt::format("  bias        {:+.2f} %, positive where the map is too far", 100 * errors.bias));
+}
+
 void Depth(const Arguments& arguments, Run& run) {
   const SelectOptions options = Resolve(arguments.edit, run.globals()).select;
-  CheckOutput(arguments.output);
+  CheckOption(!arguments.output.empty() || !arguments.png.empty() || arguments.against != "none",
+              "there is nothing to write or to compare with: give --output, --png or --against");
+  if (!arguments.output.empty()) CheckOutput(arguments.output);
   if (!arguments.png.empty()) CheckOutput(arguments.png);
   const auto session = OpenSession(arguments.scene, 0, run);
   const View& view = session->workspace().RequireView(arguments.view);
   const DepthEstimate depth =
       session->EstimateDepth(session->reconstruction().Posed(view), options, run.monitor());
   StagedOutput staged;
-  staged.Add(arguments.output, [&](const auto& path) { WriteDepth(path, {}, depth); });
+  if (!arguments.output.empty()) {
+    staged.Add(arguments.output, [&](const auto& path) { WriteDepth(path, {}, depth); });
+  }
   if (!arguments.png.empty()) {
     staged.Add(arguments.png, [&](const auto& path) { WriteDepth({}, path, depth); });
   }
@@ -34,6 +52,9 @@ void Depth(const Arguments& arguments, Run& run) {
   if (!depth.warning.empty()) run.Warn(depth.warning);
   run.Print(fmt::format("{}: {:.1f} % of the pixels measured ({})", depth.method,
                         100 * depth.valid_fraction, depth.reason));
+  if (arguments.against == "sparse") {
+    PrintErrors(CompareWithSparse(depth.depth, session->reconstruction(), view), run);
+  }
 }
 
 }  // namespace
@@ -44,9 +65,11 @@ void AddDepth(CLI::App& app, Globals& globals, Action& action) {
   AddScene(verb, arguments->scene);
   verb->add_option("--view", arguments->view, "Name of the view")->required();
   AddPath(verb, "--output", arguments->output,
-          "COLMAP depth map (.bin), z in the workspace's unit, 0 unknown")
-      ->required();
+          "COLMAP depth map (.bin), z in the workspace's unit, 0 unknown");
   AddPath(verb, "--png", arguments->png, "Also a picture: near warm, far cold");
+  verb->add_option("--against", arguments->against,
+                   "Print the errors against: none, or sparse (the sparse points seen in the view)")
+      ->check(CLI::IsMember({"none", "sparse"}));
   AddPreset(verb, arguments->edit);
   AddDepthOptions(verb, arguments->edit, "--method");
   verb->callback(

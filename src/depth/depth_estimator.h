@@ -15,7 +15,7 @@ struct DepthEstimate {
   DepthMap depth;  // z along the viewing axis, world units; 0 where unknown
   Mask valid;      // 255 measured by the method itself, 0 filled from the rough depth or unknown
   double valid_fraction = 0;  // of all pixels
-  std::string method;         // "gaussian", "stereo-hv", "colmap"
+  std::string method;         // the name in DepthMethods()
   std::string reason;         // one line: what was done, or why pixels are not valid
   std::string warning;        // one line: what was asked for and not done; empty: nothing
 };

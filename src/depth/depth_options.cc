@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options of all depth methods, described.
+// The options of the depth methods, described; how they are put together is in factory.cc.
 #include "base/error.h"
-#include "depth/factory.h"
+#include "depth/colmap_depth.h"
+#include "depth/gaussian.h"
+#include "depth/stereo_hv.h"
 
 namespace retint {
 
@@ -132,17 +134,5 @@ void ColmapDepthOptions::Describe(OptionList& list) {
 }
 
 void ColmapDepthOptions::Check() const { CheckRanges(*this); }
-
-void DepthOptions::Describe(OptionList& list) {
-  DescribePart(gaussian, "gaussian", list);
-  DescribePart(stereo_hv, "stereo-hv", list);
-  DescribePart(colmap, "colmap", list);
-}
-
-void DepthOptions::Check() const {
-  gaussian.Check();
-  stereo_hv.Check();
-  colmap.Check();
-}
 
 }  // namespace retint

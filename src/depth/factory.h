@@ -9,6 +9,7 @@
 
 #include "base/option.h"
 #include "depth/colmap_depth.h"
+#include "depth/colmap_mvs.h"
 #include "depth/depth_estimator.h"
 #include "depth/gaussian.h"
 #include "depth/stereo_hv.h"
@@ -19,16 +20,20 @@ struct DepthOptions {
   GaussianDepthOptions gaussian;
   StereoHvOptions stereo_hv;
   ColmapDepthOptions colmap;
+  ColmapMvsOptions colmap_mvs;
   void Describe(OptionList& list);
   void Check() const;
 };
 
-// "gaussian", "stereo-hv", "colmap".
+// "gaussian", "stereo-hv", "colmap", "colmap-mvs".
 std::vector<std::string> DepthMethods();
+// The same with what each is: "gaussian (the splat's own), stereo-hv (rendered pairs) or ...".
+std::string DepthMethodsHelp();
 
 // OptionError for an unknown method or bad options. "colmap" needs the workspace (OptionError
-// without it, InputError when it has no depth maps). `renderer` outlives the estimator.
-std::unique_ptr<DepthEstimator> MakeDepthEstimator(std::string_view method, Renderer& renderer,
+// without it, InputError when it has no depth maps), "colmap-mvs" the program. `renderer` outlives
+// the estimator.
+std::unique_ptr<DepthEstimator> MakeDepthEstimator(std::string_view name, Renderer& renderer,
                                                    const Workspace* workspace = nullptr,
                                                    const DepthOptions& options = {});
 

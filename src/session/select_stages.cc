@@ -8,13 +8,10 @@
 namespace retint {
 
 void SelectOptions::DescribeDepth(OptionList& list) {
-  list.push_back(
-      {.name = "method",
-       .member = ChoiceOf(method, DepthMethods()),
-       .help =
-           "how depth is found: gaussian (the splat's own), stereo-hv (rendered pairs) or colmap "
-           "(dense maps)",
-       .flag = "--method"});
+  list.push_back({.name = "method",
+                  .member = ChoiceOf(method, DepthMethods()),
+                  .help = "how depth is found: " + DepthMethodsHelp(),
+                  .flag = "--method"});
   depth.Describe(list);
 }
 

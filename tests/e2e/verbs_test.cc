@@ -2,6 +2,7 @@
 // The other verbs, on good input.
 #include <cmath>
 #include <cstring>
+#include <regex>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -195,6 +196,60 @@ TEST(Verbs, DepthReadsDenseMapsOfTheWorkspace) {
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(ReadDepthMap(temp / "d.bin").data,
             ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin").data);
+}
+
+TEST(Verbs, DepthPrintsItsErrorsAgainstSparsePoints) {
+  // The truth's own map: the sample's sparse points lie on its surfaces.
+  TempFolder temp;
+  fs::copy(TinyWorkspace() / "sparse", temp / "sparse", fs::copy_options::recursive);
+  fs::create_directories(temp / "stereo/depth_maps");
+  DepthMap map = ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin");
+  for (float& z : map.data) z *= 1.25f;
+  WriteDepthMap(temp / "stereo/depth_maps/000.png.geometric.bin", map);
+  const CommandResult result =
+      RunRetint({"depth", "--workspace", temp.path().string(), "--splat",
+                 (TinyWorkspace() / "splat.ply").string(), "--view", "000.png", "--method",
+                 "colmap", "--against", "sparse", "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(result.out, found,
+                                std::regex("error +median ([0-9.]+) %, 90 % up to ([0-9.]+) %")))
+      << result.out;
+  // 25 %, but for the steps of depth within a pixel of this small picture.
+  EXPECT_NEAR(std::stod(found[1]), 25, 2) << result.out;
+  EXPECT_GE(std::stod(found[2]), std::stod(found[1]));
+  EXPECT_TRUE(std::regex_search(result.out, std::regex("sparse points: [1-9][0-9]+ seen, [1-9]")));
+  EXPECT_TRUE(std::regex_search(result.out, std::regex("bias +\\+2[0-9]"))) << result.out;
+  const CommandResult neither = RunRetint(With("depth", {"--view", "000.png"}));
+  EXPECT_EQ(neither.code, 2);
+  EXPECT_THAT(neither.err, HasSubstr("--against"));
+}
+
+// A script that plays COLMAP: it leaves the truth as its depth map.
+TEST(Verbs, DepthRunsColmapWhereItIs) {
+  TempFolder temp;
+  const fs::path colmap = temp / "my colmap";
+  WriteFile(colmap, "#!/bin/sh\ncp '" + (TinyWorkspace() / "truth/depth/000.png.bin").string() +
+                        "' \"$3/stereo/depth_maps/view.png.photometric.bin\"\n");
+  fs::permissions(colmap, fs::perms::owner_all);
+  CommandResult result =
+      RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
+                               colmap.string(), "--output", (temp / "d.bin").string()}));
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("colmap-mvs: "));
+  EXPECT_EQ(ReadDepthMap(temp / "d.bin").data,
+            ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin").data);
+
+  WriteFile(colmap, "#!/bin/sh\necho 'ERROR: Dense stereo reconstruction requires CUDA'\nexit 1\n");
+  result = RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
+                                    colmap.string(), "--against", "sparse", "--progress", "none"}));
+  EXPECT_EQ(result.code, 4);
+  EXPECT_EQ(CountLines(result.err), 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("was built without CUDA"));
+  result = RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
+                                    (temp / "none").string(), "--against", "sparse"}));
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr((temp / "none").string()));
 }
 
 TEST(Verbs, SelectionsGrowAndAreErased) {

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Other programs, run as children.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/monitor.h"
+
+namespace retint {
+
+struct ProcessResult {
+  int code = -1;  // exit code; 128 + signal when one ended it
+  // The end of what it printed on stdout and stderr, in the order in which it came: the last lines
+  // that are not blank, at most 20.
+  std::vector<std::string> last_lines;
+};
+
+// The program of that name: a path as it is, a bare name looked up in PATH. Empty where there is no
+// executable file.
+std::filesystem::path FindProgram(const std::filesystem::path& name);
+
+// Runs `program` with `arguments` (no shell takes part; nothing is on its stdin) and waits for it.
+// `on_line`, where given, sees each line that it prints, on this thread. When the monitor is
+// cancelled, the program and what it started are ended, first by SIGTERM, after two seconds by
+// SIGKILL, and Cancelled is thrown; so they are when on_line throws. The program also ends when
+// this process dies. RunError when it cannot be started.
+ProcessResult RunProcess(const std::filesystem::path& program,
+                         const std::vector<std::string>& arguments, const Monitor& monitor,
+                         const std::function<void(std::string_view line)>& on_line = {});
+
+}  // namespace retint
