@@ -13,6 +13,7 @@
 
 #include "tests/support/data.h"
 #include "tests/support/file_size_limit.h"
+#include "tests/support/privileges.h"
 
 namespace retint {
 namespace {
@@ -117,13 +118,16 @@ TEST(AtomicFileTest, FileAsParentIsARunErrorNamingTheTarget) {
 }
 
 TEST(AtomicFileTest, UnwritableFolderIsARunError) {
-  const TempFolder folder;
-  fs::create_directory(folder / "locked");
-  fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
-  if (access((folder / "locked").c_str(), W_OK) == 0) GTEST_SKIP() << "root writes everywhere";
-  EXPECT_THAT([&] { WriteFile(folder / "locked/a", "x"); },
-              ThrowsMessage<RunError>(HasSubstr("Permission denied")));
-  fs::permissions(folder / "locked", fs::perms::owner_all);
+  const ChildOutcome outcome = RunAsOrdinaryUser([] {
+    const TempFolder folder;
+    fs::create_directory(folder / "locked");
+    fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    EXPECT_THAT([&] { WriteFile(folder / "locked/a", "x"); },
+                ThrowsMessage<RunError>(HasSubstr("Permission denied")));
+    fs::permissions(folder / "locked", fs::perms::owner_all);
+    EXPECT_NO_THROW(WriteFile(folder / "locked/a", "x"));
+  });
+  EXPECT_EQ(outcome, ChildOutcome::kPassed);
 }
 
 TEST(AtomicFileTest, FolderAsTargetIsARunError) {

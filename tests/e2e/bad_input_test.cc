@@ -16,6 +16,7 @@
 #include "splat_io/splat_io.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
+#include "tests/support/privileges.h"
 
 namespace retint {
 namespace {
@@ -570,35 +571,42 @@ TEST_P(FullDisk, LeavesWhatWasThere) {
 INSTANTIATE_TEST_SUITE_P(Bytes, FullDisk, testing::Values(0, 1000, 100000, 2000000));
 
 TEST(FullDisk, OfARealFileSystem) {
-  Place place;
-  if (mount("tmpfs", place.out.c_str(), "tmpfs", 0, "size=6m") != 0) {
-    GTEST_SKIP() << "mounting a small file system needs root: " << std::strerror(errno);
-  }
-  // The splat fits, the stages' pictures beside it do not.
-  WriteFile(place.out / "ballast", std::string(900000, 'x'));
-  Arguments arguments = Recolor(place, {"--iterations", "1"});
-  arguments.push_back("--quiet");
-  const CommandResult result = RunRetint(arguments);
-  const auto left = FilesBelow(place.out);
-  umount(place.out.c_str());
-  EXPECT_EQ(result.code, 4) << result.err;
-  EXPECT_EQ(CountLines(result.err), 1) << result.err;
-  EXPECT_THAT(result.err, testing::HasSubstr("No space left on device"));
-  EXPECT_THAT(left, testing::ElementsAre("ballast"));
+  TinyWorkspace();  // made here, where nothing is unusual
+  const ChildOutcome outcome = RunWithMounts([] {
+    Place place;
+    ASSERT_EQ(mount("tmpfs", place.out.c_str(), "tmpfs", 0, "size=6m"), 0) << std::strerror(errno);
+    // The splat fits, the stages' pictures beside it do not.
+    WriteFile(place.out / "ballast", std::string(900000, 'x'));
+    Arguments arguments = Recolor(place, {"--iterations", "1"});
+    arguments.push_back("--quiet");
+    const CommandResult result = RunRetint(arguments);
+    const auto left = FilesBelow(place.out);
+    umount(place.out.c_str());
+    EXPECT_EQ(result.code, 4) << result.err;
+    EXPECT_EQ(CountLines(result.err), 1) << result.err;
+    EXPECT_THAT(result.err, testing::HasSubstr("No space left on device"));
+    EXPECT_THAT(left, testing::ElementsAre("ballast"));
+  });
+  if (outcome == ChildOutcome::kNotAllowed) GTEST_SKIP() << "this machine forbids namespaces";
+  EXPECT_EQ(outcome, ChildOutcome::kPassed);
 }
 
 TEST(ReadOnly, FolderIsToldBeforeTheWork) {
-  Place place;
-  if (mount("tmpfs", place.out.c_str(), "tmpfs", MS_RDONLY, "size=1m") != 0) {
-    GTEST_SKIP() << "mounting a read-only file system needs root: " << std::strerror(errno);
-  }
-  Arguments arguments = Recolor(place);
-  arguments.insert(arguments.end(), {"--progress", "json"});
-  const CommandResult result = RunRetint(arguments);
-  umount(place.out.c_str());
-  // The only line: not even loading began.
-  ExpectRefused(result, place, 4, place.out.string());
-  EXPECT_THAT(result.err, testing::HasSubstr("Read-only file system"));
+  TinyWorkspace();
+  const ChildOutcome outcome = RunWithMounts([] {
+    Place place;
+    ASSERT_EQ(mount("tmpfs", place.out.c_str(), "tmpfs", MS_RDONLY, "size=1m"), 0)
+        << std::strerror(errno);
+    Arguments arguments = Recolor(place);
+    arguments.insert(arguments.end(), {"--progress", "json"});
+    const CommandResult result = RunRetint(arguments);
+    umount(place.out.c_str());
+    // The only line: not even loading began.
+    ExpectRefused(result, place, 4, place.out.string());
+    EXPECT_THAT(result.err, testing::HasSubstr("Read-only file system"));
+  });
+  if (outcome == ChildOutcome::kNotAllowed) GTEST_SKIP() << "this machine forbids namespaces";
+  EXPECT_EQ(outcome, ChildOutcome::kPassed);
 }
 
 }  // namespace

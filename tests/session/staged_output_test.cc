@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "tests/support/data.h"
+#include "tests/support/privileges.h"
 
 namespace retint {
 namespace {
@@ -109,11 +110,14 @@ TEST(CheckOutput, RefusesWhatCannotBeWritten) {
 }
 
 TEST(CheckOutput, RefusesAFolderWithoutPermission) {
-  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
-  TempFolder temp;
-  chmod(temp.path().c_str(), 0500);
-  EXPECT_THROW(CheckOutput(temp / "new.txt"), RunError);
-  chmod(temp.path().c_str(), 0700);
+  const ChildOutcome outcome = RunAsOrdinaryUser([] {
+    TempFolder temp;
+    chmod(temp.path().c_str(), 0500);
+    EXPECT_THROW(CheckOutput(temp / "new.txt"), RunError);
+    chmod(temp.path().c_str(), 0700);
+    EXPECT_NO_THROW(CheckOutput(temp / "new.txt"));
+  });
+  EXPECT_EQ(outcome, ChildOutcome::kPassed);
 }
 
 }  // namespace
