@@ -14,7 +14,7 @@ constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kJpegSignature = "\xFF\xD8\xFF";
 
 // Most that deflate can expand (1032:1), and most pixels that a byte of a JPEG can stand for: one
-// bit for an 8x8 block of a grey progressive file is 512.
+// bit for an 8x8 block of a gray progressive file is 512.
 constexpr uint64_t kMaxDeflateRatio = 1032;
 constexpr uint64_t kMaxJpegPixelsPerByte = 512;
 constexpr uint64_t kSlackBytes = 1024;
@@ -50,7 +50,7 @@ void CheckSize(uint64_t width, uint64_t height, uint64_t max_pixels,
 }
 
 uint64_t PngBitsPerPixel(std::string_view header, const std::filesystem::path& path) {
-  constexpr std::array<uint64_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};  // by colour type
+  constexpr std::array<uint64_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};  // by color type
   const auto depth = static_cast<uint8_t>(header[8]);
   const auto color = static_cast<uint8_t>(header[9]);
   if (depth == 0 || depth > 16 || color >= kChannels.size() || kChannels[color] == 0) {

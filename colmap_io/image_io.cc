@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// BGR(A) or grey, 8 or 16 bits, as `flags` ask for.
+// BGR(A) or gray, 8 or 16 bits, as `flags` ask for.
 cv::Mat Decode(const fs::path& path, int flags) {
   static const bool silenced = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
@@ -185,9 +185,9 @@ void WritePng(const fs::path& path, const Mask& mask) {
 }
 
 void WritePng(const fs::path& path, const ScalarImage& image) {
-  std::vector<uint8_t> grey(image.data.size());
-  std::transform(image.data.begin(), image.data.end(), grey.begin(), To8);
-  Encode(path, image.width, image.height, 1, grey.data());
+  std::vector<uint8_t> gray(image.data.size());
+  std::transform(image.data.begin(), image.data.end(), gray.begin(), To8);
+  Encode(path, image.width, image.height, 1, gray.data());
 }
 
 std::string EncodePng(const Mask& mask) {

@@ -14,13 +14,13 @@
 
 namespace retint {
 
-// RGB in [0, 1] from 8 or 16 bits a channel; grey becomes RGB, alpha is dropped.
+// RGB in [0, 1] from 8 or 16 bits a channel; gray becomes RGB, alpha is dropped.
 Image ReadImage(const std::filesystem::path& path);
 Image8 ReadImage8(const std::filesystem::path& path);
 
 // A mask from any picture, 0 outside and 255 inside: where the picture has an alpha channel that is
-// not opaque everywhere, its alpha; else the largest of its colour channels, so that paint of any
-// colour on black counts. 16 bits become 8.
+// not opaque everywhere, its alpha; else the largest of its color channels, so that paint of any
+// color on black counts. 16 bits become 8.
 Mask ReadMask(const std::filesystem::path& path);
 // Also checks the size: InputError naming both.
 Mask ReadMask(const std::filesystem::path& path, int width, int height);

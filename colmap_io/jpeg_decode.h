@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Internal to colmap_io: JPEG through libjpeg itself. OpenCV's decoder prints libjpeg's complaints
-// and hands out a picture with grey or smeared blocks; here damage is an error and nothing prints.
+// and hands out a picture with gray or smeared blocks; here damage is an error and nothing prints.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@ namespace retint {
 
 bool IsJpeg(std::string_view bytes);
 
-// Grey becomes RGB. InputError for a damaged file or an unsupported kind (CMYK, 12 bits).
+// Gray becomes RGB. InputError for a damaged file or an unsupported kind (CMYK, 12 bits).
 Image8 DecodeJpeg(std::string_view bytes, const std::filesystem::path& path);
 
 }  // namespace retint

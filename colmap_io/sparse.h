@@ -22,7 +22,7 @@ bool HasReconstruction(const std::filesystem::path& folder);
 // observation, every observation names an existing point or none. What had to be left out for that
 // (views whose camera is missing, dangling references) is told in `warnings`, one line each; a
 // missing points3D is a warning too. Rotations that are not unit quaternions to 1e-9 are
-// normalised, others keep their bits. InputError with the file and its offset or line: missing,
+// normalized, others keep their bits. InputError with the file and its offset or line: missing,
 // truncated, a count that exceeds the file, an unknown camera model, NaN or infinite values, an id
 // or image name that comes twice.
 Reconstruction ReadReconstruction(const std::filesystem::path& folder,

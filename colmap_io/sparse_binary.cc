@@ -140,7 +140,7 @@ void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnin
     SparsePoint point;
     point.id = reader.Read<uint64_t>("point id");
     for (int k = 0; k < 3; ++k) point.xyz[k] = ReadFinite(reader, "point coordinate");
-    for (int k = 0; k < 3; ++k) point.color[k] = reader.Read<uint8_t>("point colour");
+    for (int k = 0; k < 3; ++k) point.color[k] = reader.Read<uint8_t>("point color");
     point.error = ReadFinite(reader, "point error");
     const auto length = reader.Read<uint64_t>("track length");
     reader.Require(length, kTrackElementBytes,

@@ -39,7 +39,7 @@ std::string PointsToText(const Reconstruction& model);
 // What is wrong with a camera's size or parameters, beyond what the formats themselves can check;
 // empty when nothing is.
 std::string CameraFault(const Camera& camera, uint64_t width, uint64_t height);
-// Normalises where needed (see ReadReconstruction); false when the quaternion has no direction.
+// Normalizes where needed (see ReadReconstruction); false when the quaternion has no direction.
 bool NormalizeRotation(Eigen::Quaterniond& rotation);
 
 }  // namespace retint::sparse_codec

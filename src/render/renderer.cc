@@ -56,7 +56,7 @@ CameraParams ToCameraParams(const PosedCamera& view) {
   const Eigen::Vector3d center = -(rotation.transpose() * translation);
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx() > 0) || !(camera.fy() > 0) ||
       !std::isfinite(camera.fx() + camera.fy() + camera.cx() + camera.cy())) {
-    throw InputError(DescribeCamera(camera) + " has no usable size, focal length or centre");
+    throw InputError(DescribeCamera(camera) + " has no usable size, focal length or center");
   }
   if (!rotation.allFinite() || !translation.allFinite()) {
     throw InputError("a view of " + DescribeCamera(camera) + " has a pose that is not finite");
