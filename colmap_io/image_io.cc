@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "colmap_io/image_check.h"
 #include "colmap_io/jpeg_decode.h"
+#include "scene/image_checks.h"
 
 namespace retint {
 namespace {
@@ -113,10 +114,6 @@ uint8_t To8(float value) {
   return value > 0 ? static_cast<uint8_t>(std::min(value, 1.0f) * 255.0f + 0.5f) : 0;
 }
 
-std::string Size(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
 }  // namespace
 
 constexpr int kColorFlags = cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
@@ -150,8 +147,8 @@ Mask ReadMask(const fs::path& path) {
 Mask ReadMask(const fs::path& path, int width, int height) {
   Mask mask = ReadMask(path);
   if (mask.width != width || mask.height != height) {
-    throw InputError(
-        path, "mask is " + Size(mask.width, mask.height) + ", its view is " + Size(width, height));
+    throw InputError(path, "mask is " + SizeText(mask.width, mask.height) + ", its view is " +
+                               SizeText(width, height));
   }
   return mask;
 }

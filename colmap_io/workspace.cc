@@ -4,20 +4,12 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
+#include "scene/image_checks.h"
 
 namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path FindSparseFolder(const fs::path& root) {
-  for (const fs::path& folder : {root / "sparse" / "0", root / "sparse", root, root / "0"}) {
-    if (HasReconstruction(folder)) return folder;
-  }
-  throw InputError(root,
-                   "holds no COLMAP model: no cameras, images and points3D (.bin or .txt) in "
-                   "sparse/0, sparse or the folder itself");
-}
 
 // Beside the model or up to two folders above the root: a root may be the sparse folder itself.
 fs::path FindImageFolder(const fs::path& root, bool root_is_sparse) {
@@ -50,6 +42,13 @@ std::string Quoted(const std::string& text) {
 
 }  // namespace
 
+std::optional<fs::path> FindModel(const fs::path& root) {
+  for (const fs::path& folder : {root / "sparse" / "0", root / "sparse", root, root / "0"}) {
+    if (HasReconstruction(folder)) return folder;
+  }
+  return std::nullopt;
+}
+
 Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder) {
   if (!IsFolder(root)) throw InputError(root, IsFile(root) ? "is not a folder" : "no such folder");
   if (!image_folder.empty() && !IsFolder(image_folder)) {
@@ -57,7 +56,13 @@ Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder) {
   }
   Workspace workspace;
   workspace.root = root;
-  workspace.sparse_folder = FindSparseFolder(root);
+  const auto model = FindModel(root);
+  if (!model) {
+    throw InputError(root,
+                     "holds no COLMAP model: no cameras, images and points3D (.bin or .txt) in "
+                     "sparse/0, sparse or the folder itself");
+  }
+  workspace.sparse_folder = *model;
   workspace.image_folder = !image_folder.empty()
                                ? image_folder
                                : FindImageFolder(root, workspace.sparse_folder == root ||
@@ -117,9 +122,8 @@ Image Workspace::ReadPhoto(const View& view) const {
   Image photo = ReadImage(path);
   const Camera& camera = reconstruction.cameras.at(view.camera_id);
   if (photo.width != camera.width || photo.height != camera.height) {
-    throw InputError(path, "photo is " + std::to_string(photo.width) + "x" +
-                               std::to_string(photo.height) + ", its camera says " +
-                               std::to_string(camera.width) + "x" + std::to_string(camera.height));
+    throw InputError(path, "photo is " + SizeText(photo.width, photo.height) +
+                               ", its camera says " + SizeText(camera.width, camera.height));
   }
   return photo;
 }

@@ -17,6 +17,9 @@
 
 namespace retint {
 
+// The folder of the sparse model below (or at) `root`, in the order above; nullopt for none.
+std::optional<std::filesystem::path> FindModel(const std::filesystem::path& root);
+
 struct Workspace {
   std::filesystem::path root;
   std::filesystem::path sparse_folder;     // where the model was found

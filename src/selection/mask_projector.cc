@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "scene/image_checks.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
 
@@ -251,11 +252,7 @@ void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& pai
   if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
   if (views.empty()) throw InputError("there is no view to project the selection to");
   for (const auto& view : painted) {
-    const Camera& camera = view.camera.camera;
-    if (view.mask.width == camera.width && view.mask.height == camera.height) continue;
-    throw InputError("the mask of view " + view.name + " is " + std::to_string(view.mask.width) +
-                     "x" + std::to_string(view.mask.height) + ", the view is " +
-                     std::to_string(camera.width) + "x" + std::to_string(camera.height));
+    RequireSize("the mask of view " + view.name, view.mask, view.camera.camera);
   }
 }
 

@@ -10,7 +10,8 @@
 //     that what was seen outside the paint counts against. The cloud's surfels add what they cover:
 //     M = max(M, coverage), K = 1. Where neither speaks nobody knows: M = 0 with the small weight
 //     K = unknown_weight.
-//  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g (method.md, section 6).
+//  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
+//     the mean of M over all that g contributes to, weighted by K and its blending weights.
 //  3. Masks. W_v m, view-consistent by construction; 0.5 (128) where it reaches share_threshold,
 //     0 and 1 at half of it away on either side.
 // What each part brings, in figures, is in docs/benchmarks.md.

@@ -10,7 +10,9 @@
 #include <Eigen/LU>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/parallel.h"
+#include "scene/image_checks.h"
 #include "selection/depth_sampling.h"
 #include "selection/neighbors.h"
 #include "selection/registration_solver.h"
@@ -20,12 +22,6 @@ namespace retint {
 namespace {
 
 constexpr int64_t kGrain = 2048;  // points a piece of a parallel loop
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // A sparse point that the reference camera sees inside the dilated mask.
 struct Seen {
@@ -335,10 +331,7 @@ RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,
   if (!view.camera.IsPinhole()) throw InputError("the view's camera model is not PINHOLE");
   for (const auto& [name, width, height] : {std::tuple("mask", mask.width, mask.height),
                                             std::tuple("depth map", depth.width, depth.height)}) {
-    if (width != view.camera.width || height != view.camera.height) {
-      throw InputError(fmt::format("{} is {}x{}, the view is {}x{}", name, width, height,
-                                   view.camera.width, view.camera.height));
-    }
+    RequireSize(name, width, height, view.camera);
   }
   RegistrationSummary summary;
   const LocalCloud local = PointsOfView(cloud, view, training_view);

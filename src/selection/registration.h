@@ -36,8 +36,9 @@ struct RegistrationSummary {
 
 // Estimates, robustly, 1/d' = a/d + b and then a small Sim(3), with priors at identity, and applies
 // them to `cloud` when they do not make the held-out residual worse. `depth` is the map that the
-// cloud of `view` was made from. `view_id` is the view's id in `reconstruction` (its tracks choose
-// the points), or nullptr for a free camera.
+// cloud of `view` was made from. `training_view` is the view of `reconstruction` that `view` is the
+// camera of: its observations choose the sparse points. It is null for a free camera, where all
+// sparse points inside the mask count.
 RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,
                              const View* training_view, const Mask& mask, const DepthMap& depth,
                              const Reconstruction& reconstruction,

@@ -7,6 +7,8 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
+#include "base/median.h"
+
 namespace retint {
 namespace {
 
@@ -15,13 +17,6 @@ constexpr double kLogScalePrior = 0.1;     // of the similarity's scale
 constexpr double kAnglePrior = 0.05;       // radians
 constexpr double kTranslationPrior = 0.1;  // of the depth
 constexpr double kSlideFactor = 3;         // sigma within the plane over sigma along the normal
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double MedianDepth(const std::vector<RegistrationPair>& pairs) {
   std::vector<double> depths;

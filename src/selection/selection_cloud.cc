@@ -7,20 +7,13 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "scene/image_checks.h"
 #include "selection/depth_sampling.h"
 #include "selection/neighbors.h"
 #include "selection/sampling.h"
 
 namespace retint {
 namespace {
-
-template <typename A, typename B>
-void RequireSize(const A& array, const B& camera, const char* what) {
-  if (array.width == camera.width && array.height == camera.height) return;
-  throw InputError(std::string(what) + " is " + std::to_string(array.width) + "x" +
-                   std::to_string(array.height) + ", the view is " + std::to_string(camera.width) +
-                   "x" + std::to_string(camera.height));
-}
 
 void RequirePinhole(const PosedCamera& view) {
   constexpr int kMaxSide = std::numeric_limits<uint16_t>::max();
@@ -77,10 +70,10 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
                          const CloudOptions& options, CloudSummary* summary, Backend* backend) {
   options.Check();
   RequirePinhole(view);
-  RequireSize(mask, view.camera, "mask");
-  RequireSize(depth, view.camera, "depth map");
-  if (!valid.Empty()) RequireSize(valid, view.camera, "validity mask");
-  if (!image.Empty()) RequireSize(image, view.camera, "image");
+  RequireSize("mask", mask, view.camera);
+  RequireSize("depth map", depth, view.camera);
+  if (!valid.Empty()) RequireSize("validity mask", valid, view.camera);
+  if (!image.Empty()) RequireSize("image", image, view.camera);
 
   CloudSummary counts;
   const std::vector<size_t> pixels = PixelsWithDepth(mask, depth, &counts.mask_pixels);
@@ -142,8 +135,8 @@ void Append(SelectionCloud& cloud, const SelectionCloud& other) {
 int64_t Erase(SelectionCloud& cloud, const PosedCamera& view, const Mask& erase,
               const DepthMap& depth, double depth_tolerance) {
   RequirePinhole(view);
-  RequireSize(erase, view.camera, "erase mask");
-  if (!depth.Empty()) RequireSize(depth, view.camera, "depth map");
+  RequireSize("erase mask", erase, view.camera);
+  if (!depth.Empty()) RequireSize("depth map", depth, view.camera);
   CheckOption(depth_tolerance >= 0, "depth tolerance must not be negative");
   const auto erased = [&](const SelectionPoint& point) {
     const auto projected = view.Project(point.position.cast<double>());
