@@ -136,8 +136,8 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSessio
       CheckOption(other.name != view.name, "--view " + view.name + " is given twice");
     }
     const Camera& camera = session.reconstruction().Posed(view).camera;
-    painted.push_back(
-        session.Paint(view.name, ReadBrushMask(paint.masks[i], camera.width, camera.height)));
+    painted.push_back(session.selection().Paint(
+        view.name, ReadBrushMask(paint.masks[i], camera.width, camera.height)));
   }
   return painted;
 }

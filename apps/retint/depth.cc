@@ -37,8 +37,8 @@ void Depth(const Arguments& arguments, Run& run) {
   if (!arguments.png.empty()) CheckOutput(arguments.png);
   const auto session = OpenSession(arguments.scene, 0, run);
   const View& view = session->workspace().RequireView(arguments.view);
-  const DepthEstimate depth =
-      session->EstimateDepth(session->reconstruction().Posed(view), options, run.monitor());
+  const DepthEstimate depth = session->selection().EstimateDepth(
+      session->reconstruction().Posed(view), options, run.monitor());
   StagedOutput staged;
   if (!arguments.output.empty()) {
     staged.Add(arguments.output, [&](const auto& path) { WriteDepth(path, {}, depth); });

@@ -81,7 +81,8 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
   session.SetEdit(id, edit, strength);
   TrueMaskReport report;
   report.mask_iou = MeanIou(selection->masks, session.regions().Find(id)->selection->masks);
-  report.quality = session.Evaluate(id, session.original().sh, after.sh, target, run.monitor());
+  report.quality =
+      session.refits().Evaluate(id, session.original().sh, after.sh, target, run.monitor());
   return report;
 }
 
@@ -96,7 +97,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.edit.strength());
   RunReport report = session->MakeReport();
   report.quality =
-      session->Evaluate(region, session->original().sh, after.sh, target, run.monitor());
+      session->refits().Evaluate(region, session->original().sh, after.sh, target, run.monitor());
   if (!arguments.true_masks.empty()) {
     report.true_masks = EvaluateTrueMasks(arguments, *session->regions().Find(region), target,
                                           after, *session, run);

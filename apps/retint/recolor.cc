@@ -32,7 +32,7 @@ void Save(const Arguments& arguments, const Recolored& result, RunReport report,
   EditSession& session = *result.session;
   StagedOutput staged;
   {
-    const StageClock::Lap lap(session.clock(), "save");
+    const StageClock::Lap lap(session.scene().clock(), "save");
     staged.Add(arguments.output,
                [&](const auto& path) { session.WriteSplat(path, run.monitor()); });
     if (!arguments.comparison.empty()) {
@@ -68,7 +68,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report, EditSessio
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
-                        session.clock().Total() / 1000, PeakRssMb()));
+                        session.scene().clock().Total() / 1000, PeakRssMb()));
   for (const auto& path :
        {arguments.output, arguments.report, arguments.comparison, arguments.stages}) {
     if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
@@ -88,9 +88,9 @@ void Recolor(const Arguments& arguments, Run& run) {
   result.target = job.target;
   result.painted = ReadPaint(arguments.paint, *session);
   if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
-  result.selection = session->Select(result.painted, options.select, run.monitor());
-  ProjectedMasks masks =
-      session->Project(result.selection.cloud, result.painted, options.projector, run.monitor());
+  result.selection = session->selection().Select(result.painted, options.select, run.monitor());
+  ProjectedMasks masks = session->selection().Project(result.selection.cloud, result.painted,
+                                                      options.projector, run.monitor());
   const Coverage coverage = MeasureCoverage(masks.masks);
   SelectionSource source;  // whose pixels say what the region's main color is
   source.painted = result.painted;
@@ -106,8 +106,8 @@ void Recolor(const Arguments& arguments, Run& run) {
   report.painted = result.selection.painted;
   report.mask_views = coverage.views;
   report.mean_coverage = coverage.mean;
-  report.quality = session->Evaluate(result.region, session->original().sh, result.sh_after,
-                                     job.target, run.monitor());
+  report.quality = session->refits().Evaluate(result.region, session->original().sh,
+                                              result.sh_after, job.target, run.monitor());
   Save(arguments, result, report, run);
   run.FinishProgress();
   PrintResult(arguments, report, *session, run);

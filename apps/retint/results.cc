@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -72,12 +74,16 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
   WriteFile(folder / "registration.json", RegistrationsToJson(result.selection.painted));
   session.WriteMasks(folder / "masks", result.region, run.monitor());
   const auto views = session.reconstruction().ViewsByName();
-  for (size_t i = 0; i < views.size(); ++i) {
-    run.monitor().Step("save", static_cast<double>(i), static_cast<double>(views.size()));
-    const View& view = *views[i];
-    WritePng(ViewFile(folder / "targets", view.name), session.EditedTarget(view, result.target));
-    WritePng(ViewFile(folder / "result", view.name), session.RenderView(view, result.sh_after));
-  }
+  // Of each view what the refit aimed at and what it reached.
+  const auto make = [&](size_t i) -> std::function<void()> {
+    const View& view = *views[i / 2];
+    const bool aim = i % 2 == 0;
+    Image picture = aim ? session.refits().EditedTarget(view, result.target)
+                        : session.scene().Render(view, result.sh_after);
+    return [path = ViewFile(folder / (aim ? "targets" : "result"), view.name),
+            image = std::move(picture)] { WritePng(path, image); };
+  };
+  WriteOnAllCores(2 * views.size(), make, run.monitor());
 }
 
 Image8 ComparisonPicture(const Recolored& result, Run& run) {
@@ -85,8 +91,8 @@ Image8 ComparisonPicture(const Recolored& result, Run& run) {
   std::vector<std::vector<Image8>> rows;
   for (const View* view : ComparisonViews(result)) {
     run.monitor().ThrowIfCancelled();
-    const Image before = session.RenderView(*view, session.original().sh);
-    const Image after = session.RenderView(*view, result.sh_after);
+    const Image before = session.scene().Render(*view, session.original().sh);
+    const Image after = session.scene().Render(*view, result.sh_after);
     const auto mask = MasksOf(result).find(view->name);
     const Mask none(before.width, before.height);
     rows.push_back({ToImage8(before),

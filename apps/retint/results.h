@@ -21,7 +21,7 @@ struct Recolored {
 };
 
 // depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, masks/, targets/, result/ in
-// `folder`; further painted views' depths as depth_<image name>.bin.
+// `folder`; depths of further painted views as depth/<image name>.bin and .png.
 void WriteStages(const std::filesystem::path& folder, const Recolored& result, Run& run);
 
 // Before, mask and after of the painted views and of others spread over those the selection

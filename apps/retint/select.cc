@@ -27,7 +27,7 @@ int64_t EraseAll(const Arguments& arguments, const SelectOptions& options, EditS
     const View& view = session.workspace().RequireView(arguments.paint.views[i]);
     const PosedCamera camera = session.reconstruction().Posed(view);
     const Mask mask = ReadBrushMask(arguments.erase[i], camera.camera.width, camera.camera.height);
-    const DepthEstimate depth = session.EstimateDepth(camera, options, run.monitor());
+    const DepthEstimate depth = session.selection().EstimateDepth(camera, options, run.monitor());
     erased += Erase(cloud, camera, mask, depth.depth);
   }
   return erased;
@@ -51,7 +51,8 @@ void Select(const Arguments& arguments, Run& run) {
   if (!arguments.append.empty()) cloud = ReadCloud(arguments.append);
   SelectionResult added;
   if (!arguments.paint.masks.empty()) {
-    added = session->Select(ReadPaint(arguments.paint, *session), options, run.monitor());
+    added =
+        session->selection().Select(ReadPaint(arguments.paint, *session), options, run.monitor());
     Append(cloud, added.cloud);
   }
   const int64_t erased = EraseAll(arguments, options, *session, cloud, run);

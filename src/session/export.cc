@@ -24,10 +24,10 @@ void ExportPictures(size_t count, const fs::path& folder, const Name& name, cons
   CheckOutput(folder, /*as_folder=*/true);
   StagedOutput output;
   output.AddFolder(folder, [&](const fs::path& staged) {
-    for (size_t i = 0; i < count; ++i) {
-      monitor.Step("save", static_cast<double>(i), static_cast<double>(count));
-      WritePng(name(staged, i), picture(i));
-    }
+    const auto make = [&](size_t i) -> std::function<void()> {
+      return [path = name(staged, i), image = picture(i)] { WritePng(path, image); };
+    };
+    WriteOnAllCores(count, make, monitor);
   });
   output.Commit();
   monitor.Step("save", 1, 1);
@@ -59,7 +59,7 @@ void ExportViews(EditSession& session, const std::vector<const View*>& views,
   ExportPictures(
       views.size(), folder,
       [&](const fs::path& staged, size_t i) { return ViewFile(staged, views[i]->name); },
-      [&](size_t i) { return session.RenderView(*views[i], sh); }, monitor);
+      [&](size_t i) { return session.scene().Render(*views[i], sh); }, monitor);
 }
 
 void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
@@ -141,7 +141,7 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
       ComposeSh(regions, job, 0, index, original.sh, original.NumShCoeffs());
   const std::vector<float> after =
       ComposeSh(regions, job, index, index + 1, before, original.NumShCoeffs());
-  return session.Evaluate(id, before, after, target, monitor, most_views);
+  return session.refits().Evaluate(id, before, after, target, monitor, most_views);
 }
 
 RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) {

@@ -1,53 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From painted pixels to a registered cloud and to masks on every view.
+#include "session/selection_pipeline.h"
+
+#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
-#include "session/edit_session.h"
+#include "scene/image_checks.h"
 
 namespace retint {
 
-void SelectOptions::DescribeDepth(OptionList& list) {
-  list.push_back({.name = "method",
-                  .member = ChoiceOf(method, DepthMethods()),
-                  .help = "how depth is found: " + DepthMethodsHelp(),
-                  .flag = "--method"});
-  depth.Describe(list);
+PaintedView SelectionPipeline::Paint(std::string_view view_name, Mask mask) const {
+  const View& view = scene_.workspace().RequireView(view_name);
+  PaintedView painted{view.name, scene_.reconstruction().Posed(view), std::move(mask)};
+  const std::string what = "mask of view " + view.name;
+  RequireSize(what, painted.mask, painted.camera.camera);
+  if (!AnySet(painted.mask)) throw InputError(what + ": no pixel is selected");
+  return painted;
 }
 
-void SelectOptions::DescribeCloud(OptionList& list) {
-  cloud.Describe(list);
-  list.push_back({.name = "register_cloud",
-                  .member = &register_cloud,
-                  .help = "move the cloud onto the sparse points",
-                  .flag = "--registration"});
-  registration.Describe(list);
-}
-
-void SelectOptions::Describe(OptionList& list) {
-  DescribeDepth(list);
-  DescribeCloud(list);
-}
-
-void SelectOptions::Check() const {
-  CheckRanges(*this);
-  depth.Check();
-}
-
-DepthEstimate EditSession::EstimateDepth(const PosedCamera& view, const SelectOptions& options,
-                                         Monitor& monitor) {
-  const StageClock::Lap lap(clock_, "depth");
+DepthEstimate SelectionPipeline::EstimateDepth(const PosedCamera& view,
+                                               const SelectOptions& options, Monitor& monitor) {
+  const StageClock::Lap lap(scene_.clock(), "depth");
   monitor.Step("depth", 0, 1);
-  renderer_->SetSh(model_.sh);
+  scene_.renderer().SetSh(scene_.original().sh);
   DepthEstimate estimate =
-      MakeDepthEstimator(options.method, *renderer_, &workspace_, options.depth)
+      MakeDepthEstimator(options.method, scene_.renderer(), &scene_.workspace(), options.depth)
           ->Estimate(view, monitor);
   monitor.Step("depth", 1, 1);
   return estimate;
 }
 
-SelectionResult EditSession::Select(const std::vector<PaintedView>& painted,
-                                    const SelectOptions& options, Monitor& monitor) {
+SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painted,
+                                          const SelectOptions& options, Monitor& monitor) {
   options.Check();
   CheckOption(!painted.empty(), "no view is painted");
   SelectionResult result;
@@ -58,32 +42,8 @@ SelectionResult EditSession::Select(const std::vector<PaintedView>& painted,
     report.depth_method = depth.method;
     report.depth_reason = depth.reason;
     report.valid_fraction = depth.valid_fraction;
-
-    SelectionCloud cloud;
-    {
-      const StageClock::Lap lap(clock_, "cloud");
-      monitor.Step("cloud", 0, 1);
-      const Image image = renderer_->Render(view.camera).rgb;
-      cloud = MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, image,
-                        options.cloud, &report.cloud, &renderer_->backend());
-      if (options.keep_raw) {
-        CloudOptions raw = options.cloud;
-        raw.outlier_neighbors = 0;
-        Append(result.cloud_raw,
-               MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, image, raw));
-      }
-      monitor.Step("cloud", 1, 1);
-    }
-    if (options.register_cloud) {
-      const StageClock::Lap lap(clock_, "registration");
-      monitor.Step("registration", 0, 1);
-      report.registration =
-          Register(cloud, view.camera, reconstruction().FindView(view.name), view.mask, depth.depth,
-                   reconstruction(), options.registration);
-      monitor.Step("registration", 1, 1);
-    } else {
-      report.registration.reason = "switched off";
-    }
+    SelectionCloud cloud = Unproject(view, depth, options, &result.cloud_raw, &report, monitor);
+    RegisterCloud(view, depth, options, &cloud, &report, monitor);
     Append(result.cloud, cloud);
     result.depths.push_back(std::move(depth));
     result.painted.push_back(std::move(report));
@@ -91,15 +51,51 @@ SelectionResult EditSession::Select(const std::vector<PaintedView>& painted,
   return result;
 }
 
-ProjectedMasks EditSession::Project(const SelectionCloud& cloud,
-                                    const std::vector<PaintedView>& painted,
-                                    const ProjectorOptions& options, Monitor& monitor) {
+SelectionCloud SelectionPipeline::Unproject(const PaintedView& view, const DepthEstimate& depth,
+                                            const SelectOptions& options, SelectionCloud* all_raw,
+                                            PaintedReport* report, Monitor& monitor) {
+  const StageClock::Lap lap(scene_.clock(), "cloud");
+  monitor.Step("cloud", 0, 1);
+  Renderer& renderer = scene_.renderer();
+  const Image image = renderer.Render(view.camera).rgb;
+  SelectionCloud cloud = MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid,
+                                   image, options.cloud, &report->cloud, &renderer.backend());
+  if (options.keep_raw) {
+    CloudOptions raw = options.cloud;
+    raw.outlier_neighbors = 0;
+    Append(*all_raw,
+           MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, image, raw));
+  }
+  monitor.Step("cloud", 1, 1);
+  return cloud;
+}
+
+void SelectionPipeline::RegisterCloud(const PaintedView& view, const DepthEstimate& depth,
+                                      const SelectOptions& options, SelectionCloud* cloud,
+                                      PaintedReport* report, Monitor& monitor) {
+  if (!options.register_cloud) {
+    report->registration.reason = "switched off";
+    return;
+  }
+  const StageClock::Lap lap(scene_.clock(), "registration");
+  monitor.Step("registration", 0, 1);
+  const Reconstruction& reconstruction = scene_.reconstruction();
+  report->registration = Register(*cloud, view.camera, reconstruction.FindView(view.name),
+                                  view.mask, depth.depth, reconstruction, options.registration);
+  monitor.Step("registration", 1, 1);
+}
+
+ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
+                                          const std::vector<PaintedView>& painted,
+                                          const ProjectorOptions& options, Monitor& monitor) {
   options.Check();
-  const StageClock::Lap lap(clock_, "projection");
+  const StageClock::Lap lap(scene_.clock(), "projection");
   monitor.Step("projection", 0, 1);
-  renderer_->SetSh(model_.sh);
-  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction(),
-                                      reconstruction().ViewsByName(), *renderer_, options, monitor);
+  Renderer& renderer = scene_.renderer();
+  renderer.SetSh(scene_.original().sh);
+  const Reconstruction& reconstruction = scene_.reconstruction();
+  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(),
+                                      renderer, options, monitor);
   monitor.Step("projection", 1, 1);
   return masks;
 }

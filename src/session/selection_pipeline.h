@@ -1,33 +1,70 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Options of the path from painted pixels to a registered cloud.
+// From painted pixels to masks on every view: depth, cloud, registration, projection; and rounds of
+// painting that extend and erase a selection.
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "depth/factory.h"
+#include "depth/depth_estimator.h"
 #include "selection/mask_projector.h"
-#include "selection/registration.h"
 #include "selection/selection_cloud.h"
+#include "session/open_scene.h"
+#include "session/region.h"
+#include "session/select_options.h"
 
 namespace retint {
 
-// One round of painting in one view.
-struct PaintRound {
-  PaintedView view;  // its mask: the whole selection as it should be seen there, empty or not
-  Mask before;       // what was there when painting began; no pixels: nothing
+// What Select() computed from the painted views, stage by stage.
+struct SelectionResult {
+  std::vector<DepthEstimate> depths;  // one a painted view
+  SelectionCloud cloud_raw;           // every sampled pixel, unfiltered and unregistered
+  SelectionCloud cloud;
+  std::vector<PaintedReport> painted;
 };
 
-struct SelectOptions {
-  std::string method = "stereo-hv";  // one of DepthMethods()
-  DepthOptions depth;
-  CloudOptions cloud;
-  bool register_cloud = true;  // false: the cloud stays where its depth put it
-  RegistrationOptions registration;
-  bool keep_raw = false;  // fill SelectionResult::cloud_raw
-  void Describe(OptionList& list);
-  void DescribeDepth(OptionList& list);  // the method and its options
-  void DescribeCloud(OptionList& list);  // the rest
-  void Check() const;
+// Its stages render with the original coefficients and leave those in the scene's renderer.
+class SelectionPipeline {
+ public:
+  explicit SelectionPipeline(OpenScene& scene) : scene_(scene) {}
+
+  // A workspace view and the mask painted on it. InputError when there is no such view, the mask is
+  // of another size, or no pixel is set.
+  PaintedView Paint(std::string_view view_name, Mask mask) const;
+
+  DepthEstimate EstimateDepth(const PosedCamera& view, const SelectOptions& options,
+                              Monitor& monitor);
+  // Depth, cloud and registration of every painted view; the points of all are one cloud.
+  SelectionResult Select(const std::vector<PaintedView>& painted, const SelectOptions& options,
+                         Monitor& monitor);
+  ProjectedMasks Project(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
+                         const ProjectorOptions& options, Monitor& monitor);
+
+  // A region's selection after one more round of painting; `base` is the selection so far, null in
+  // the first round. Where rounds disagree the newest holds: what it removed or added is removed
+  // from or added to the paint of the rounds before, on the surfaces that both see. A view painted
+  // again replaces its earlier paint. A view of no name is a free camera and is given one.
+  // InputError when nothing is left selected.
+  RegionSelection SelectRound(const RegionSelection* base, PaintRound round,
+                              const SelectOptions& select, const ProjectorOptions& project,
+                              Monitor& monitor);
+  // The selection as a soft mask of any camera.
+  Mask SeenFrom(const RegionSelection& selection, const PosedCamera& camera);
+
+ private:
+  // The filtered cloud of one painted view; where wanted, its raw points are added to `all_raw`.
+  SelectionCloud Unproject(const PaintedView& view, const DepthEstimate& depth,
+                           const SelectOptions& options, SelectionCloud* all_raw,
+                           PaintedReport* report, Monitor& monitor);
+  void RegisterCloud(const PaintedView& view, const DepthEstimate& depth,
+                     const SelectOptions& options, SelectionCloud* cloud, PaintedReport* report,
+                     Monitor& monitor);
+  // Carries what a round erased and added over to the paint and the cloud of the rounds before.
+  void CarryChanges(const PaintRound& round, double tolerance, SelectionSource* source,
+                    Monitor& monitor);
+
+  OpenScene& scene_;
 };
 
 }  // namespace retint

@@ -4,9 +4,10 @@
 #include <utility>
 
 #include "base/error.h"
+#include "scene/image_checks.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
-#include "session/edit_session.h"
+#include "session/selection_pipeline.h"
 
 namespace retint {
 namespace {
@@ -15,10 +16,6 @@ constexpr uint8_t kInside = 128;
 
 bool AnyInside(const Mask& mask) {
   return std::any_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= kInside; });
-}
-
-bool SizeFits(const Mask& mask, const Camera& camera) {
-  return mask.width == camera.width && mask.height == camera.height;
 }
 
 // 255 where `mask` is inside and `other` (no pixels: nowhere) is not.
@@ -60,75 +57,76 @@ void DropSource(const std::string& name, SelectionCloud* cloud) {
 
 }  // namespace
 
-RegionSelection EditSession::SelectRound(const RegionSelection* base, PaintRound round,
-                                         const SelectOptions& select,
-                                         const ProjectorOptions& project, Monitor& monitor) {
+void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
+                                     SelectionSource* source, Monitor& monitor) {
   const Camera& camera = round.view.camera.camera;
-  if (!SizeFits(round.view.mask, camera) ||
-      !(round.before.Empty() || SizeFits(round.before, camera))) {
-    throw InputError("mask of view " + round.view.name + " is not of the view's size");
+  const Mask erased = round.before.Empty() ? Mask(camera.width, camera.height)
+                                           : InsideBut(round.before, round.view.mask);
+  const Mask added = InsideBut(round.view.mask, round.before);
+  if (source->painted.empty() || !(AnyInside(erased) || AnyInside(added))) return;
+  Renderer& renderer = scene_.renderer();
+  const Reconstruction& reconstruction = scene_.reconstruction();
+  renderer.SetSh(scene_.original().sh);
+  const auto depth_of = [&](const PaintedView& view) {
+    return SurfaceDepth(renderer, view.camera, reconstruction.FindView(view.name), reconstruction);
+  };
+  PaintedSurface changed{round.view.name, round.view.camera, &erased, depth_of(round.view)};
+  Erase(source->cloud, round.view.camera, erased, changed.depth, tolerance);
+  double done = 0;
+  for (PaintedView& view : source->painted) {
+    monitor.Step("rounds", done++, static_cast<double>(source->painted.size()));
+    const DepthMap depth = depth_of(view);
+    changed.mask = &erased;
+    CarryOver(renderer.backend(), depth, view.camera, changed, tolerance, 0, &view.mask);
+    changed.mask = &added;
+    CarryOver(renderer.backend(), depth, view.camera, changed, tolerance, 255, &view.mask);
   }
+}
+
+RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, PaintRound round,
+                                               const SelectOptions& select,
+                                               const ProjectorOptions& project, Monitor& monitor) {
+  RequireSize("the painted mask", round.view.mask, round.view.camera.camera);
+  if (!round.before.Empty()) {
+    RequireSize("the mask before painting", round.before, round.view.camera.camera);
+  }
+  const Reconstruction& reconstruction = scene_.reconstruction();
   RegionSelection result;
   std::vector<PaintedView>& painted = result.source.painted;
-  SelectionCloud& cloud = result.source.cloud;
   if (base) {
     result.source = base->source;
     if (painted.empty()) {  // masks from files are paint as good as any
       for (const auto& [name, mask] : base->masks) {
-        painted.push_back({name, reconstruction().Posed(workspace_.RequireView(name)), mask});
+        painted.push_back({name, reconstruction.Posed(scene_.workspace().RequireView(name)), mask});
       }
     }
   }
-  if (round.view.name.empty()) {
-    round.view.name = FreeViewName(reconstruction(), painted);
-  }
+  if (round.view.name.empty()) round.view.name = FreeViewName(reconstruction, painted);
   const std::string& name = round.view.name;
   std::erase_if(painted, [&](const PaintedView& view) { return view.name == name; });
-  DropSource(name, &cloud);
+  DropSource(name, &result.source.cloud);
   std::erase_if(result.source.reports,
                 [&](const PaintedReport& report) { return report.view == name; });
+  CarryChanges(round, project.visible_tolerance, &result.source, monitor);
 
-  const Mask erased = round.before.Empty() ? Mask(camera.width, camera.height)
-                                           : InsideBut(round.before, round.view.mask);
-  const Mask added = InsideBut(round.view.mask, round.before);
-  if (!painted.empty() && (AnyInside(erased) || AnyInside(added))) {
-    renderer_->SetSh(model_.sh);
-    const auto depth_of = [&](const PaintedView& view) {
-      return SurfaceDepth(*renderer_, view.camera, reconstruction().FindView(view.name),
-                          reconstruction());
-    };
-    PaintedSurface changed{name, round.view.camera, &erased, depth_of(round.view)};
-    Erase(cloud, round.view.camera, erased, changed.depth, project.visible_tolerance);
-    double done = 0;
-    for (PaintedView& view : painted) {
-      monitor.Step("rounds", done++, static_cast<double>(painted.size()));
-      const DepthMap depth = depth_of(view);
-      changed.mask = &erased;
-      CarryOver(renderer_->backend(), depth, view.camera, changed, project.visible_tolerance, 0,
-                &view.mask);
-      changed.mask = &added;
-      CarryOver(renderer_->backend(), depth, view.camera, changed, project.visible_tolerance, 255,
-                &view.mask);
-    }
-  }
   if (AnyInside(round.view.mask)) {
     SelectOptions options = select;
     options.keep_raw = false;
     SelectionResult selected = Select({round.view}, options, monitor);
-    Append(cloud, selected.cloud);
+    Append(result.source.cloud, selected.cloud);
     for (PaintedReport& report : selected.painted) {
       result.source.reports.push_back(std::move(report));
     }
   }
   painted.push_back(std::move(round.view));
-  ProjectedMasks projected = Project(cloud, painted, project, monitor);
+  ProjectedMasks projected = Project(result.source.cloud, painted, project, monitor);
   result.masks = std::move(projected.masks);
   result.shares = std::move(projected.shares);
   return result;
 }
 
-Mask EditSession::SelectionSeenFrom(const RegionSelection& selection, const PosedCamera& camera) {
-  return RenderShares(*renderer_, camera, selection.shares, {});
+Mask SelectionPipeline::SeenFrom(const RegionSelection& selection, const PosedCamera& camera) {
+  return RenderShares(scene_.renderer(), camera, selection.shares, {});
 }
 
 }  // namespace retint

@@ -7,6 +7,7 @@
 
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "scene/image_checks.h"
 #include "session/session_file.h"
 #include "session/session_json.h"
 
@@ -124,11 +125,8 @@ std::shared_ptr<const RegionSelection> Reader::Selection(const Node& node) {
   if (selection->id == 0) node.At("id").Fail("is 0");
   const fs::path folder = folder_ / PartName(node.At("folder"), "selection-");
   selection->masks = Masks(node.At("masks"), folder / "masks");
-  const bool any =
-      std::any_of(selection->masks.begin(), selection->masks.end(), [](const auto& entry) {
-        const auto& data = entry.second.data;
-        return std::any_of(data.begin(), data.end(), [](uint8_t value) { return value > 0; });
-      });
+  const bool any = std::any_of(selection->masks.begin(), selection->masks.end(),
+                               [](const auto& entry) { return AnySet(entry.second); });
   if (!any) node.At("masks").Fail("no mask has a selected pixel");
   const fs::path path = folder / "shares.bin";
   CheckSum(node.At("shares"), path);

@@ -319,7 +319,7 @@ Json SessionWriter::Impl::Manifest(Run& run, const SessionSnapshot& snapshot,
 }
 
 SessionSnapshot TakeSnapshot(const EditSession& session) {
-  if (!session.splat_checksum().valid()) {
+  if (!session.scene().splat_checksum().valid()) {
     throw InputError("a scene that was not read from files cannot be saved as a session");
   }
   SessionSnapshot snapshot;
@@ -328,7 +328,7 @@ SessionSnapshot TakeSnapshot(const EditSession& session) {
     snapshot.image_folder = fs::absolute(session.options().image_folder).lexically_normal();
   }
   snapshot.splat = session.splat_path();
-  snapshot.checksum = session.splat_checksum();
+  snapshot.checksum = session.scene().splat_checksum();
   snapshot.gaussians = session.original().NumGaussians();
   snapshot.sh_degree = session.original().sh_degree;
   snapshot.holdout = session.options().holdout;

@@ -3,11 +3,15 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <system_error>
+#include <thread>
 
 #include "base/error.h"
+#include "base/parallel.h"
 
 namespace retint {
 namespace {
@@ -131,6 +135,31 @@ void StagedOutput::Commit() {
     if (code) throw RunError(file.target.string() + ": cannot write: " + code.message());
   }
   files_.clear();
+}
+
+void WriteOnAllCores(size_t count, const std::function<std::function<void()>(size_t)>& make,
+                     Monitor& monitor) {
+  // Two for each core, so that none waits long for the last; a picture may take 25 MB.
+  const size_t batch = std::clamp<size_t>(2 * std::thread::hardware_concurrency(), 2, 16);
+  for (size_t first = 0; first < count; first += batch) {
+    std::vector<std::function<void()>> writes;
+    for (size_t i = first; i < std::min(first + batch, count); ++i) {
+      monitor.Step("save", static_cast<double>(i), static_cast<double>(count));
+      writes.push_back(make(i));
+    }
+    std::vector<std::exception_ptr> errors(writes.size());
+    ParallelTasks(static_cast<int64_t>(writes.size()), [&](int64_t i) {
+      const auto at = static_cast<size_t>(i);
+      try {
+        writes[at]();
+      } catch (...) {
+        errors[at] = std::current_exception();
+      }
+    });
+    for (const std::exception_ptr& error : errors) {
+      if (error) std::rethrow_exception(error);
+    }
+  }
 }
 
 }  // namespace retint

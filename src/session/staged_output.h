@@ -2,10 +2,13 @@
 // Several output files, written all or not at all.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "base/monitor.h"
 
 namespace retint {
 
@@ -48,5 +51,12 @@ class StagedOutput {
   std::vector<File> files_;
   size_t count_ = 0;
 };
+
+// Writes `count` files, most of whose time is their encoding. Calls make(i) for every i in order on
+// this thread, and reports "save" before each, where it may be cancelled; runs what make() returned
+// on all cores, a few at a time, so that not all pictures are in memory at once. Throws the first
+// error in the order of the files; files before and after it may have been written.
+void WriteOnAllCores(size_t count, const std::function<std::function<void()>(size_t i)>& make,
+                     Monitor& monitor);
 
 }  // namespace retint

@@ -3,7 +3,6 @@
 
 #include <QComboBox>
 #include <QDialogButtonBox>
-#include <QDir>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
@@ -16,17 +15,7 @@
 namespace retint {
 namespace {
 
-const char* const kModelFolders[] = {"sparse/0", "sparse", ".", "0"};
-
-bool HoldsModel(const QString& folder) {
-  for (const char* inner : kModelFolders) {
-    for (const char* suffix : {".bin", ".txt"}) {
-      if (QFileInfo::exists(QDir(folder).filePath(QString(inner) + "/images" + suffix)))
-        return true;
-    }
-  }
-  return false;
-}
+bool HoldsModel(const QString& folder) { return FindModel(folder.toStdString()).has_value(); }
 
 QString PathText(const std::filesystem::path& path) {
   return QString::fromStdString(path.string());
@@ -35,22 +24,8 @@ QString PathText(const std::filesystem::path& path) {
 }  // namespace
 
 QString GuessSplat(const QString& workspace) {
-  const QDir folder(workspace);
-  const QStringList plys = folder.entryList({"*.ply"}, QDir::Files, QDir::Name);
-  if (plys.contains("splat.ply")) return folder.filePath("splat.ply");
-  if (plys.size() == 1) return folder.filePath(plys.front());
-  const QDir iterations(folder.filePath("point_cloud"));
-  int newest = -1;
-  QString found;
-  for (const QString& name : iterations.entryList({"iteration_*"}, QDir::Dirs)) {
-    const int number = name.mid(int(qstrlen("iteration_"))).toInt();
-    const QString path = iterations.filePath(name + "/point_cloud.ply");
-    if (number > newest && QFileInfo::exists(path)) {
-      newest = number;
-      found = path;
-    }
-  }
-  return found;
+  const auto splat = FindSplat(workspace.toStdString());
+  return splat ? PathText(*splat) : QString();
 }
 
 DroppedPaths SortPaths(const QStringList& paths) {

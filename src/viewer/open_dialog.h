@@ -45,8 +45,7 @@ struct DroppedPaths {
   QString workspace, splat, session, problem;
 };
 DroppedPaths SortPaths(const QStringList& paths);
-// The splat that a workspace folder most likely means: the only *.ply in it, or the newest
-// iteration of a 3DGS output (point_cloud/iteration_*/point_cloud.ply); empty where there is none.
+// FindSplat(); empty where there is none.
 QString GuessSplat(const QString& workspace);
 
 }  // namespace retint

@@ -27,7 +27,7 @@ class AutosaveTest : public ::testing::Test {
     setenv("XDG_DATA_HOME", (folder_ / "data").c_str(), 1);
     WriteTinyScene(scene_, folder_.path());
     session_ = OpenTinyScene(folder_.path());
-    session_->splat_checksum().wait();  // a forked child has no thread to compute it
+    session_->scene().splat_checksum().wait();  // a forked child has no thread to compute it
   }
   ~AutosaveTest() override { unsetenv("XDG_DATA_HOME"); }
 

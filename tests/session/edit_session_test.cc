@@ -33,7 +33,7 @@ Difference Compare(EditSession& session, const TinyScene& scene, const std::vect
   Difference difference;
   double inside = 0, outside = 0;
   for (const View* view : session.reconstruction().ViewsByName()) {
-    const Image one = session.RenderView(*view, a), two = session.RenderView(*view, b);
+    const Image one = session.scene().Render(*view, a), two = session.scene().Render(*view, b);
     const Mask& mask = scene.masks[view->id - 1];
     for (size_t i = 0; i < one.data.size(); ++i) {
       const double d = std::abs(one.data[i] - two.data[i]);
@@ -65,7 +65,7 @@ TEST(EditSession, ARegionRecolorsWhatItSelectsAndLeavesTheRest) {
   const Difference difference = Compare(*session, scene, after, scene.model.sh);
   EXPECT_GT(difference.inside, 0.05);
   EXPECT_LT(difference.outside, 0.2 * difference.inside);
-  EXPECT_EQ(session->Summary().iterations, 3);
+  EXPECT_EQ(session->refits().Summary().iterations, 3);
 }
 
 TEST(EditSession, UndoRestoresTheOriginalBits) {
@@ -242,7 +242,7 @@ TEST(EditSession, EditsOvertakeTheBackgroundRefitOverAndOver) {
     session->SetEdit(region, ColorEdit::Tint({tint, tint, 1}), 1, "drag");
     session->StartRefit(ShortJob(1000), monitor);
     if (const auto newest = session->NewestSnapshot()) session->ShowSh(*newest->sh);
-    if (i % 3 == 2) session->RenderView(*session->train_views()[0], session->CurrentSh());
+    if (i % 3 == 2) session->scene().Render(*session->train_views()[0], session->CurrentSh());
   }
   session->optimizer().Cancel();
   session->optimizer().Wait();
@@ -276,7 +276,7 @@ TEST(EditSession, HoldoutKeepsEveryNthViewOut) {
   Monitor monitor;
   const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->Refit(ShortJob(), monitor);
-  const QualityReport quality = session->Evaluate(
+  const QualityReport quality = session->refits().Evaluate(
       region, session->original().sh, session->CurrentSh(), TargetKind::kRender, monitor);
   EXPECT_EQ(quality.train.views, 4);
   EXPECT_EQ(quality.heldout.views, 2);
@@ -289,8 +289,8 @@ TEST(EditSession, TheEditedTargetIsTheRenderWithEveryEditPaintedOver) {
   Monitor monitor;
   session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   const View& view = *session->train_views()[0];
-  const Image render = session->RenderView(view, session->original().sh);
-  const Image target = session->EditedTarget(view, TargetKind::kRender);
+  const Image render = session->scene().Render(view, session->original().sh);
+  const Image target = session->refits().EditedTarget(view, TargetKind::kRender);
   const Mask& mask = scene.masks[0];
   for (size_t i = 0; i < mask.data.size(); ++i) {
     const float m = static_cast<float>(mask.data[i]) / 255;
@@ -303,10 +303,10 @@ TEST(EditSession, RefusesBadInputAndKeepsItsState) {
   const TinyScene scene(16);
   const auto session = MakeSession(scene);
   Monitor monitor;
-  EXPECT_THROW(session->Paint("view9", scene.masks[0]), InputError);
-  EXPECT_THROW(session->Paint("view0", Mask(64, 48)), InputError) << "empty";
-  EXPECT_THROW(session->Paint("view0", Mask(63, 48, 255)), InputError) << "size";
-  EXPECT_NO_THROW(session->Paint("view0", scene.masks[0]));
+  EXPECT_THROW(session->selection().Paint("view9", scene.masks[0]), InputError);
+  EXPECT_THROW(session->selection().Paint("view0", Mask(64, 48)), InputError) << "empty";
+  EXPECT_THROW(session->selection().Paint("view0", Mask(63, 48, 255)), InputError) << "size";
+  EXPECT_NO_THROW(session->selection().Paint("view0", scene.masks[0]));
 
   std::map<std::string, Mask> empty = {{"view0", Mask(64, 48)}};
   EXPECT_THROW(session->AddRegion("x", empty, scene.shares, kBlue, monitor), InputError);

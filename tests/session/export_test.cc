@@ -30,7 +30,7 @@ TEST_F(Export, ViewsShowTheEdit) {
   const std::vector<float> sh = session_->CurrentSh();
   ExportViews(*session_, {views[1], views[3]}, sh, folder_ / "out", monitor_);
   EXPECT_FALSE(fs::exists(folder_ / "out" / "view0.png"));
-  const Image expected = session_->RenderView(*views[3], sh);
+  const Image expected = session_->scene().Render(*views[3], sh);
   const Image found = ReadImage(folder_ / "out" / "view3.png");
   ASSERT_EQ(found.data.size(), expected.data.size());
   for (size_t i = 0; i < found.data.size(); ++i) {

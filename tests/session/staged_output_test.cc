@@ -120,5 +120,56 @@ TEST(CheckOutput, RefusesAFolderWithoutPermission) {
   EXPECT_EQ(outcome, ChildOutcome::kPassed);
 }
 
+std::vector<double> Fractions(const std::vector<Progress>& steps) {
+  std::vector<double> fractions;
+  for (const Progress& step : steps) fractions.push_back(step.fraction);
+  return fractions;
+}
+
+TEST(WriteOnAllCores, WritesEveryFileAndReportsInOrder) {
+  TempFolder temp;
+  constexpr size_t kFiles = 50;  // more than are written at a time
+  std::vector<Progress> steps;
+  Monitor monitor([&](const Progress& step) { steps.push_back(step); });
+  std::vector<size_t> made;
+  const auto make = [&](size_t i) -> std::function<void()> {
+    made.push_back(i);
+    return [path = temp / std::to_string(i), i] { WriteFile(path, std::to_string(i)); };
+  };
+  WriteOnAllCores(kFiles, make, monitor);
+  ASSERT_EQ(made.size(), kFiles);
+  EXPECT_TRUE(std::is_sorted(made.begin(), made.end()));
+  const std::vector<double> fractions = Fractions(steps);
+  EXPECT_EQ(fractions.size(), kFiles);
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  for (size_t i = 0; i < kFiles; ++i) {
+    EXPECT_EQ(ReadFile(temp / std::to_string(i)), std::to_string(i));
+  }
+  WriteOnAllCores(0, make, monitor);
+}
+
+TEST(WriteOnAllCores, ThrowsTheFirstErrorOfTheFilesOrder) {
+  Monitor monitor;
+  const auto make = [](size_t i) -> std::function<void()> {
+    return [i] {
+      if (i % 2 == 1) throw RunError("file " + std::to_string(i));
+    };
+  };
+  EXPECT_THAT([&] { WriteOnAllCores(40, make, monitor); },
+              testing::ThrowsMessage<RunError>("file 1"));
+}
+
+TEST(WriteOnAllCores, MakesNothingMoreOnceCancelled) {
+  size_t made = 0;
+  Monitor monitor;
+  const auto make = [&](size_t i) -> std::function<void()> {
+    ++made;
+    if (i == 20) monitor.Cancel();
+    return [] {};
+  };
+  EXPECT_THROW(WriteOnAllCores(40, make, monitor), Cancelled);
+  EXPECT_EQ(made, 21u);
+}
+
 }  // namespace
 }  // namespace retint

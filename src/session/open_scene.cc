@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/open_scene.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "splat_io/splat_io.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::shared_ptr<Backend> OpenBackend(const std::string& name) {
+  try {
+    return CreateBackend(name);
+  } catch (const std::invalid_argument& error) {
+    throw OptionError(std::string("--backend: ") + error.what());
+  }
+}
+
+// What stands before a splat's extension, "splat" of "splat.ply"; empty for other files.
+std::string SplatStem(const fs::path& path) {
+  const std::string name = path.filename().string();
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::string stem;
+  for (const SplatCodec* codec : SplatCodecs()) {
+    for (const std::string_view extension : codec->Extensions()) {
+      const bool longer = stem.empty() || name.size() - extension.size() < stem.size();
+      if (lower.ends_with(extension) && lower.size() > extension.size() && longer) {
+        stem = name.substr(0, name.size() - extension.size());
+      }
+    }
+  }
+  return stem;
+}
+
+// Splat files of a folder, by name; hidden ones are left out.
+std::vector<fs::path> SplatsIn(const fs::path& folder) {
+  std::vector<fs::path> splats;
+  std::error_code code;
+  for (auto entry = fs::directory_iterator(folder, code);
+       !code && entry != fs::directory_iterator(); entry.increment(code)) {
+    const fs::path& path = entry->path();
+    const bool hidden = path.filename().string().starts_with('.');
+    if (!hidden && IsFile(path) && !SplatStem(path).empty()) splats.push_back(path);
+  }
+  std::sort(splats.begin(), splats.end());
+  return splats;
+}
+
+std::optional<fs::path> NamedSplat(const fs::path& folder, std::string_view stem) {
+  for (const fs::path& path : SplatsIn(folder)) {
+    if (SplatStem(path) == stem) return path;
+  }
+  return std::nullopt;
+}
+
+std::optional<fs::path> NewestIteration(const fs::path& folder) {
+  constexpr std::string_view kPrefix = "iteration_";
+  std::optional<fs::path> newest;
+  int highest = -1;
+  std::error_code code;
+  for (auto entry = fs::directory_iterator(folder, code);
+       !code && entry != fs::directory_iterator(); entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    int number = -1;
+    if (!name.starts_with(kPrefix)) continue;
+    std::from_chars(name.data() + kPrefix.size(), name.data() + name.size(), number);
+    const auto splat = number > highest ? NamedSplat(entry->path(), "point_cloud") : std::nullopt;
+    if (!splat) continue;
+    highest = number;
+    newest = splat;
+  }
+  return newest;
+}
+
+}  // namespace
+
+void SessionOptions::Check() const {
+  CheckOption(holdout == 0 || holdout >= 2, "--holdout must be 0 (none) or at least 2");
+  CheckOption(backend == "auto" || backend == "cpu" || backend == "cuda",
+              "--backend: '" + backend + "' is not auto, cpu or cuda");
+}
+
+std::optional<fs::path> FindSplat(const fs::path& workspace) {
+  if (const auto named = NamedSplat(workspace, "splat")) return named;
+  const std::vector<fs::path> splats = SplatsIn(workspace);
+  if (splats.size() == 1) return splats.front();
+  return NewestIteration(workspace / "point_cloud");
+}
+
+std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::path& splat,
+                                           const SessionOptions& options, Monitor& monitor) {
+  options.Check();
+  StageClock clock;
+  std::unique_ptr<OpenScene> scene;
+  // Beside the reading, of the same cached pages; what is saved later refers to these bytes.
+  std::shared_future<FileChecksum> checksum =
+      std::async(std::launch::async, [splat] { return ChecksumFile(splat); });
+  {
+    const StageClock::Lap lap(clock, "load");
+    monitor.Step("load", 0, 1);
+    Workspace opened = Workspace::Open(workspace, options.image_folder);
+    opened.RequirePinhole();
+    GaussianModel model = ReadSplat(splat, monitor);
+    monitor.ThrowIfCancelled();
+    scene = std::make_unique<OpenScene>(std::move(opened), std::move(model), options);
+    monitor.Step("load", 1, 1);
+  }
+  scene->clock_ = clock;
+  scene->splat_path_ = fs::absolute(splat).lexically_normal();
+  scene->splat_checksum_ = std::move(checksum);
+  return scene;
+}
+
+OpenScene::OpenScene(Workspace workspace, GaussianModel model, const SessionOptions& options)
+    : workspace_(std::move(workspace)),
+      model_(std::move(model)),
+      options_(options),
+      backend_(OpenBackend(options.backend)) {
+  options_.Check();
+  renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions());
+  SplitViews();
+}
+
+RendererOptions OpenScene::RenderOptions() const {
+  RendererOptions options;
+  options.cache_bytes = options_.cache_bytes;
+  options.background = options_.background;
+  return options;
+}
+
+std::unique_ptr<Renderer> OpenScene::MakeRenderer() const {
+  return std::make_unique<Renderer>(OpenBackend(std::string(backend_->Name())), model_,
+                                    RenderOptions());
+}
+
+void OpenScene::SplitViews() {
+  const std::vector<const View*> views = reconstruction().ViewsByName();
+  for (size_t i = 0; i < views.size(); ++i) {
+    const bool out = options_.holdout > 0 && i % static_cast<size_t>(options_.holdout) == 0;
+    (out ? heldout_ : train_).push_back(views[i]);
+  }
+  if (train_.empty()) {
+    throw InputError(workspace_.sparse_folder, "--holdout " + std::to_string(options_.holdout) +
+                                                   " leaves no view of " +
+                                                   std::to_string(views.size()) + " to fit");
+  }
+}
+
+Image OpenScene::Render(const View& view, std::span<const float> sh) {
+  renderer_->SetSh(sh);
+  return std::move(renderer_->Render(reconstruction().Posed(view)).rgb);
+}
+
+void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor& monitor) const {
+  GaussianModel edited = model_;
+  edited.sh = std::move(sh);
+  retint::WriteSplat(path, edited, monitor);
+}
+
+RunReport OpenScene::MakeReport() const {
+  RunReport report;
+  report.backend = backend_->Name();
+  report.gaussians = static_cast<int64_t>(model_.NumGaussians());
+  report.views = static_cast<int>(reconstruction().views.size());
+  for (const char* stage :
+       {"load", "depth", "cloud", "registration", "projection", "refit", "save"}) {
+    report.stages_ms[stage] = clock_.Get(stage);
+  }
+  report.stages_ms["total"] = clock_.Total();
+  report.peak_rss_mb = PeakRssMb();
+  report.peak_device_mb = static_cast<double>(backend_->PeakDeviceBytes()) / (1024.0 * 1024.0);
+  return report;
+}
+
+}  // namespace retint

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A workspace and a splat, found, read and ready to render: what every part of a session works on.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/monitor.h"
+#include "colmap_io/workspace.h"
+#include "render/renderer.h"
+#include "scene/gaussian_model.h"
+#include "session/checksum.h"
+#include "session/report.h"
+
+namespace retint {
+
+struct SessionOptions {
+  std::string backend = "auto";                        // "auto", "cpu" or "cuda"
+  size_t cache_bytes = RendererOptions().cache_bytes;  // of the per-view geometry cache
+  size_t history_bytes = size_t{512} << 20;            // of the undo history
+  std::array<float, 3> background = {0, 0, 0};         // behind the Gaussians, RGB
+  std::filesystem::path image_folder;                  // photos; empty: found in the workspace
+  int holdout = 0;  // every n-th view by name is kept out of the fit; 0: none
+  void Check() const;
+};
+
+// The splat that belongs to a workspace by its place and name: `splat.*` in the folder, else the
+// only splat file in it, else `point_cloud` of the newest of point_cloud/iteration_*, where 3DGS
+// training code leaves it. Extensions are those of the splat formats that can be read.
+std::optional<std::filesystem::path> FindSplat(const std::filesystem::path& workspace);
+
+// One thread owns it. `renderer` shows whatever coefficients were set last.
+class OpenScene {
+ public:
+  // InputError for anything wrong with the files, among them cameras that are not pinhole;
+  // OptionError for a backend that is not there. Stage: "load".
+  static std::unique_ptr<OpenScene> Open(const std::filesystem::path& workspace,
+                                         const std::filesystem::path& splat,
+                                         const SessionOptions& options, Monitor& monitor);
+  OpenScene(Workspace workspace, GaussianModel model, const SessionOptions& options);
+
+  const Workspace& workspace() const { return workspace_; }
+  const Reconstruction& reconstruction() const { return workspace_.reconstruction; }
+  const GaussianModel& original() const { return model_; }
+  const SessionOptions& options() const { return options_; }
+  // Of the file that Open() read; empty and invalid for a scene made from memory.
+  const std::filesystem::path& splat_path() const { return splat_path_; }
+  const std::shared_future<FileChecksum>& splat_checksum() const { return splat_checksum_; }
+  Renderer& renderer() { return *renderer_; }
+  // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own).
+  // Any thread may call this.
+  std::unique_ptr<Renderer> MakeRenderer() const;
+  StageClock& clock() { return clock_; }
+  const std::vector<const View*>& train_views() const { return train_; }  // by name
+  const std::vector<const View*>& heldout_views() const { return heldout_; }
+
+  // One view with the coefficients `sh`, [N, K, 3]. Not clamped.
+  Image Render(const View& view, std::span<const float> sh);
+  // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged.
+  void WriteSplat(const std::filesystem::path& path, std::vector<float> sh, Monitor& monitor) const;
+  // Backend, counts, times and peaks; the stages' own parts are the caller's.
+  RunReport MakeReport() const;
+
+ private:
+  void SplitViews();
+  RendererOptions RenderOptions() const;
+
+  Workspace workspace_;
+  GaussianModel model_;
+  SessionOptions options_;
+  std::filesystem::path splat_path_;
+  std::shared_future<FileChecksum> splat_checksum_;
+  StageClock clock_;
+  std::shared_ptr<Backend> backend_;
+  std::unique_ptr<Renderer> renderer_;
+  std::vector<const View*> train_, heldout_;
+};
+
+}  // namespace retint

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/refit_service.h"
+
+#include <utility>
+
+#include "base/error.h"
+
+namespace retint {
+
+void RefitService::LoadPhotos(Monitor& monitor) {
+  if (!photos_.empty()) return;
+  std::map<std::string, Image> photos;
+  const auto views = scene_.reconstruction().ViewsByName();
+  for (size_t i = 0; i < views.size(); ++i) {
+    monitor.Step("load", static_cast<double>(i), static_cast<double>(views.size()));
+    photos.emplace(views[i]->name, scene_.workspace().ReadPhoto(*views[i]));
+  }
+  photos_ = std::move(photos);
+}
+
+std::vector<RefitTarget> RefitService::Targets(const std::map<std::string, Mask>& masks,
+                                               const std::vector<const View*>& views,
+                                               TargetKind target) const {
+  std::vector<RefitTarget> targets = RenderTargets(scene_.reconstruction(), masks, views);
+  if (target == TargetKind::kRender) return targets;
+  for (RefitTarget& one : targets) {
+    const auto photo = photos_.find(one.name);
+    if (photo != photos_.end()) one.photo = &photo->second;
+  }
+  return targets;
+}
+
+RefitChainInput RefitService::ChainInput(const RefitJob& job, Monitor& monitor) {
+  job.Check();
+  if (job.target == TargetKind::kPhoto) LoadPhotos(monitor);
+  RefitChainInput input;
+  input.original = &scene_.original();
+  input.state = store_.regions();
+  input.job = job;
+  for (const Region& region : input.state.regions) {
+    input.targets.push_back(Targets(region.selection->masks, scene_.train_views(), job.target));
+  }
+  return input;
+}
+
+void RefitService::Refit(const RefitJob& job, Monitor& monitor) {
+  const StageClock::Lap lap(scene_.clock(), "refit");
+  RefitChain chain(ChainInput(job, monitor), scene_.renderer());
+  while (chain.Step(monitor)) {
+  }
+  store_.SetJob(job);
+  for (const auto& [id, fit] : chain.fits()) store_.history().SetFit(id, fit);
+}
+
+BackgroundOptimizer& RefitService::optimizer() {
+  if (!optimizer_) optimizer_ = std::make_unique<BackgroundOptimizer>();
+  return *optimizer_;
+}
+
+uint64_t RefitService::Start(const RefitJob& job, Monitor& monitor) {
+  if (!background_renderer_) background_renderer_ = std::make_shared<std::unique_ptr<Renderer>>();
+  auto input = std::make_shared<RefitChainInput>(ChainInput(job, monitor));
+  store_.SetJob(job);
+  return optimizer().Start([input, scene = &scene_, renderer = background_renderer_](
+                               Monitor&) -> std::unique_ptr<OptimizerJob> {
+    if (!*renderer) *renderer = scene->MakeRenderer();
+    return std::make_unique<RefitChain>(*input, **renderer);
+  });
+}
+
+void RefitService::DropFits() {
+  optimizer().Cancel();
+  optimizer().Wait();
+  optimizer().Forget();
+  const RegionSet state = store_.regions();
+  for (const Region& region : state.regions) store_.history().SetFit(region.id, nullptr);
+}
+
+bool RefitService::CollectFits() {
+  const auto newest = optimizer().Newest();
+  if (!newest) return false;
+  bool any = false;
+  const RegionSet& state = store_.regions();
+  for (size_t i = 0; i < state.regions.size(); ++i) {
+    const Region& region = state.regions[i];
+    const auto found = newest->fits.find(region.id);
+    if (found == newest->fits.end() || found->second == region.fit) continue;
+    if (found->second->key != state.FitKey(i, store_.job())) continue;
+    store_.history().SetFit(region.id, found->second);
+    any = true;
+  }
+  return any;
+}
+
+std::vector<float> RefitService::CurrentSh() const {
+  return store_.ShAfter(store_.regions(), store_.regions().regions.size());
+}
+
+RefitSummary RefitService::Summary() const {
+  RefitSummary sum;
+  bool first = true;
+  for (const Region& region : store_.regions().regions) {
+    if (!region.visible || !region.fit) continue;
+    const RefitSummary& one = region.fit->summary;
+    if (first) {
+      sum = one;
+    } else {
+      sum.iterations += one.iterations;
+      sum.active_gaussians += one.active_gaussians;
+      sum.changed_gaussians += one.changed_gaussians;
+      sum.converged = sum.converged && one.converged;
+      sum.losses.insert(sum.losses.end(), one.losses.begin(), one.losses.end());
+    }
+    first = false;
+  }
+  return sum;
+}
+
+QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_before,
+                                     std::span<const float> sh_after, TargetKind target,
+                                     Monitor& monitor, size_t most_views) {
+  const Region& region = store_.Require(id);
+  if (target == TargetKind::kPhoto) LoadPhotos(monitor);
+  const auto targets = [&](const std::vector<const View*>& views) {
+    std::vector<RefitTarget> all = Targets(region.selection->masks, views, target);
+    if (most_views == 0 || all.size() <= most_views) return all;
+    std::vector<RefitTarget> some;
+    for (size_t i = 0; i < most_views; ++i) some.push_back(all[i * all.size() / most_views]);
+    return some;
+  };
+  return EvaluateEdit(scene_.renderer(), sh_before, sh_after, targets(scene_.train_views()),
+                      targets(scene_.heldout_views()), region.EffectiveEdit(), monitor);
+}
+
+Image RefitService::EditedTarget(const View& view, TargetKind target) {
+  Image image = target == TargetKind::kPhoto ? scene_.workspace().ReadPhoto(view)
+                                             : scene_.Render(view, scene_.original().sh);
+  for (const Region& region : store_.regions().regions) {
+    const auto found = region.selection->masks.find(view.name);
+    if (!region.visible || found == region.selection->masks.end()) continue;
+    const CompiledEdit edit(region.EffectiveEdit());
+    for (size_t i = 0; i < image.NumPixels(); ++i) {
+      if (found->second.data[i] == 0) continue;
+      const Eigen::Map<Eigen::Vector3f> pixel(image.data.data() + 3 * i);
+      Eigen::Map<Eigen::Vector3f>(image.data.data() + 3 * i) =
+          edit.Apply(pixel, static_cast<float>(found->second.data[i]) / 255.0F);
+    }
+  }
+  return image;
+}
+
+}  // namespace retint

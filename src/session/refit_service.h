@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The fits of a scene's regions, in the foreground or on a thread of its own, the coefficients that
+// they make, and what an edit did to the views.
+//
+// The background optimizer works on copies and renders through a Renderer of its own; what it
+// publishes is fetched by NewestSnapshot(), which any thread may call.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "recolor/quality_report.h"
+#include "session/background_optimizer.h"
+#include "session/open_scene.h"
+#include "session/refit_chain.h"
+#include "session/region_store.h"
+
+namespace retint {
+
+class RefitService {
+ public:
+  RefitService(OpenScene& scene, RegionStore& store) : scene_(scene), store_(store) {}
+
+  // Refits every visible region whose fit is out of date, in order, here and now.
+  void Refit(const RefitJob& job, Monitor& monitor);
+  // The same on the background thread, starting from what is up to date. Snapshots begin with the
+  // closed form. Photos, where they are the target, are read before this returns.
+  uint64_t Start(const RefitJob& job, Monitor& monitor);
+  BackgroundOptimizer& optimizer();
+  std::shared_ptr<const ShSnapshot> NewestSnapshot() { return optimizer().Newest(); }
+  // Takes over the fits that the background thread has finished and that are still wanted. True
+  // when there was one.
+  bool CollectFits();
+  // Back to the closed forms, as before any refit. Not an edit.
+  void DropFits();
+
+  // The coefficients of the current state, [N, K, 3]: the original's, then each visible region's
+  // fit, or where that is out of date its closed form. With no visible region the original's bits.
+  std::vector<float> CurrentSh() const;
+  // The last refit's summaries: counts summed over the visible regions.
+  RefitSummary Summary() const;
+
+  // What a region's edit did between two sets of coefficients, [N, K, 3] each: against its targets
+  // on the training and the held-out views; of each at most so many, spread evenly (0: all).
+  QualityReport Evaluate(RegionId id, std::span<const float> sh_before,
+                         std::span<const float> sh_after, TargetKind target, Monitor& monitor,
+                         size_t most_views = 0);
+  // What the visible regions' edits make of one view: the original render or the photo with every
+  // edit painted over it in order. Not clamped.
+  Image EditedTarget(const View& view, TargetKind target);
+
+ private:
+  void LoadPhotos(Monitor& monitor);
+  std::vector<RefitTarget> Targets(const std::map<std::string, Mask>& masks,
+                                   const std::vector<const View*>& views, TargetKind target) const;
+  RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor);
+
+  OpenScene& scene_;
+  RegionStore& store_;
+  std::map<std::string, Image> photos_;  // read when they are first a target, then never changed
+  // Used by the optimizer's thread alone; kept between jobs, whose views are mostly the same.
+  std::shared_ptr<std::unique_ptr<Renderer>> background_renderer_;
+  std::unique_ptr<BackgroundOptimizer> optimizer_;  // last: its thread reads the rest
+};
+
+}  // namespace retint
