@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/median.h"
 
 namespace retint {
 namespace {
@@ -17,13 +18,6 @@ std::string Fixed(double value, int decimals) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
   return text;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Every step-th part of both sides, each of its pixels the mean of step x step.
@@ -57,25 +51,47 @@ double Psnr(const Image& render, const Image& photo) {
   return -10 * std::log10(std::max(sum / static_cast<double>(render.data.size()), 1e-10));
 }
 
-void Compare(EditSession& session, const View& view, int longest_side, std::vector<double>* psnr,
-             std::vector<double>* coverage) {
+ViewComparison Compare(EditSession& session, const View& view, const SceneCheckOptions& options) {
   const PosedCamera posed = session.reconstruction().Posed(view);
-  const int side = std::max(posed.camera.width, posed.camera.height);
+  const int width = posed.camera.width, height = posed.camera.height;
+  const int longest = options.longest_side;
   const int step =
-      std::max(1, std::min({side / longest_side, posed.camera.width, posed.camera.height}));
+      longest > 0 ? std::max(1, std::min({std::max(width, height) / longest, width, height})) : 1;
   RenderRequest request;
   request.alpha = true;
   request.cache = false;
   const RenderOutput output = session.renderer().Render(Reduced(posed, step), request);
-  double sum = 0;
-  for (const float alpha : output.alpha.data) sum += alpha;
-  coverage->push_back(sum / static_cast<double>(std::max<size_t>(1, output.alpha.data.size())));
-  if (!session.workspace().HasPhoto(view)) return;
+  ViewComparison comparison{view.name, std::numeric_limits<double>::quiet_NaN(), 0};
+  for (const float alpha : output.alpha.data) comparison.coverage += alpha;
+  comparison.coverage /= static_cast<double>(std::max<size_t>(1, output.alpha.data.size()));
+  if (!session.workspace().HasPhoto(view)) return comparison;
   try {
-    psnr->push_back(Psnr(output.rgb, Reduced(session.workspace().ReadPhoto(view), step)));
+    comparison.psnr = Psnr(output.rgb, Reduced(session.workspace().ReadPhoto(view), step));
   } catch (const InputError&) {
-    // Where it is wanted, its fault is named.
+    if (options.strict) throw;  // else its fault is named where the photo is wanted
   }
+  return comparison;
+}
+
+std::string MissingPhotos(const SceneCheck& check) {
+  std::string line = "photos of " + std::to_string(check.missing_photos.size()) + " of " +
+                     std::to_string(check.views) + " views are missing: ";
+  for (size_t i = 0; i < std::min(kNamesShown, check.missing_photos.size()); ++i) {
+    line += (i > 0 ? ", " : "") + check.missing_photos[i];
+  }
+  return check.missing_photos.size() > kNamesShown ? line + ", ..." : line;
+}
+
+std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) {
+  if (check.median_coverage < options.min_coverage) {
+    return "the splat covers only " + Fixed(100 * check.median_coverage, 0) +
+           " % of the views: it seems to be in another frame than the workspace";
+  }
+  if (check.median_psnr < options.min_psnr) {
+    return "renders and photos disagree (" + Fixed(check.median_psnr, 1) +
+           " dB): the splat seems to be in another frame than the workspace, or of another scene";
+  }
+  return "";
 }
 
 }  // namespace
@@ -93,30 +109,17 @@ SceneCheck CheckScene(EditSession& session, Monitor& monitor, const SceneCheckOp
   for (int i = 0; i < count; ++i) {
     monitor.Step("check", i, count);
     const auto at = static_cast<size_t>(i) * views.size() / static_cast<size_t>(count);
-    Compare(session, *views[at], options.longest_side, &psnr, &coverage);
+    check.comparisons.push_back(Compare(session, *views[at], options));
+    const ViewComparison& one = check.comparisons.back();
+    coverage.push_back(one.coverage);
+    if (!std::isnan(one.psnr)) psnr.push_back(one.psnr);
   }
   monitor.Step("check", count, count);
-  check.compared = static_cast<int>(psnr.size());
-  check.median_psnr = Median(psnr);
-  check.median_coverage = Median(coverage);
-
-  if (!check.missing_photos.empty()) {
-    std::string line = "photos of " + std::to_string(check.missing_photos.size()) + " of " +
-                       std::to_string(check.views) + " views are missing: ";
-    for (size_t i = 0; i < std::min(kNamesShown, check.missing_photos.size()); ++i) {
-      line += (i > 0 ? ", " : "") + check.missing_photos[i];
-    }
-    if (check.missing_photos.size() > kNamesShown) line += ", ...";
-    check.warnings.push_back(line);
-  }
-  if (check.median_coverage < options.min_coverage) {
-    check.warnings.push_back("the splat covers only " + Fixed(100 * check.median_coverage, 0) +
-                             " % of the views: it seems to be in another frame than the workspace");
-  } else if (check.median_psnr < options.min_psnr) {
-    check.warnings.push_back("renders and photos disagree (" + Fixed(check.median_psnr, 1) +
-                             " dB): the splat seems to be in another frame than the workspace, or "
-                             "of another scene");
-  }
+  check.median_psnr = Median(psnr, std::numeric_limits<double>::quiet_NaN());
+  check.median_coverage = Median(coverage, std::numeric_limits<double>::quiet_NaN());
+  check.mismatch = Mismatch(check, options);
+  if (!check.missing_photos.empty()) check.warnings.push_back(MissingPhotos(check));
+  if (!check.mismatch.empty()) check.warnings.push_back(check.mismatch);
   return check;
 }
 

@@ -12,22 +12,29 @@ namespace retint {
 
 struct SceneCheckOptions {
   int max_views = 4;          // rendered and compared, evenly spread
-  int longest_side = 400;     // pixels; larger views are compared this small
+  int longest_side = 400;     // pixels; larger views are compared this small; 0: as they are
+  bool strict = false;        // a photo that cannot be read is an InputError, else left out
   double min_psnr = 15;       // dB, median of the compared views
   double min_coverage = 0.5;  // mean opacity, median of the compared views
+};
+
+struct ViewComparison {
+  std::string view;
+  double psnr = 0;      // dB, of the render against the photo; NaN without one
+  double coverage = 0;  // mean opacity of the render
 };
 
 struct SceneCheck {
   std::vector<std::string> missing_photos;  // view names
   int views = 0;                            // in the workspace
-  int compared = 0;                         // with a photo
+  std::vector<ViewComparison> comparisons;  // of the views that were rendered
   double median_psnr = 0;                   // NaN where no view has a photo
-  double median_coverage = 0;               // of the renders' opacity
-  std::vector<std::string> warnings;        // one line each, for the user
+  double median_coverage = 0;
+  std::string mismatch;               // why splat and workspace seem not to fit; empty: they do
+  std::vector<std::string> warnings;  // that and missing photos, one line each, for the user
 };
 
-// Leaves the original's coefficients in session.renderer(). Photos that cannot be read count as
-// missing. Stage: "check".
+// Leaves the original's coefficients in session.renderer(). Stage: "check".
 SceneCheck CheckScene(EditSession& session, Monitor& monitor,
                       const SceneCheckOptions& options = {});
 

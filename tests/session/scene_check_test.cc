@@ -46,7 +46,7 @@ TEST_F(SceneCheckTest, ASceneThatFitsIsNotWarnedOf) {
   EXPECT_THAT(check.warnings, IsEmpty());
   EXPECT_THAT(check.missing_photos, IsEmpty());
   EXPECT_EQ(check.views, static_cast<int>(scene_.cameras.size()));
-  EXPECT_EQ(check.compared, options_.max_views);
+  EXPECT_EQ(check.comparisons.size(), static_cast<size_t>(options_.max_views));
   EXPECT_GT(check.median_psnr, 35);
   EXPECT_GT(check.median_coverage, 0);
 }
