@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "session/selection_files.h"
 
 namespace retint::cli {
 namespace {
@@ -24,13 +24,14 @@ void Project(const Arguments& arguments, Run& run) {
   if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
   const auto session = OpenSession(arguments.scene, 0, run);
   const auto painted = ReadPaint(arguments.paint, *session);
-  const ProjectedMasks masks = session->Project(cloud, painted, options, run.monitor());
+  if (painted.empty() && !cloud.sources.empty() && options.kind == ProjectorKind::kGaussians) {
+    run.Warn("without --view and --mask nothing is known of what was painted: masks are rougher");
+  }
+  const ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
-    for (const auto& [name, mask] : masks.masks) {
-      run.monitor().ThrowIfCancelled();
-      WritePng(ViewFile(folder, name), mask);
-    }
+    WriteMasks(folder, masks.masks, run.monitor());
+    if (!masks.shares.empty()) WriteShares(folder, masks.masks, masks.shares);
   });
   staged.Commit();
   run.FinishProgress();
@@ -50,7 +51,9 @@ void AddProject(CLI::App& app, Globals& globals, Action& action) {
           "--cloud", arguments->cloud,
           "Point cloud (.ply) of `retint select`, or any with x y z in the workspace's frame")
       ->required();
-  AddPath(verb, "--output", arguments->output, "Folder for <image name>.png, soft masks", "FOLDER")
+  AddPath(verb, "--output", arguments->output,
+          "Folder for <image name>.png, soft masks, and shares.bin, the Gaussians' shares",
+          "FOLDER")
       ->required();
   AddPaint(verb, arguments->paint, /*required=*/false);
   AddPreset(verb, arguments->edit);

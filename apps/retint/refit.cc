@@ -4,9 +4,9 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "session/selection_files.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -27,16 +27,19 @@ void Refit(const Arguments& arguments, Run& run) {
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
   if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
-  const RegionId region = session->AddRegion(
-      "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
+  auto masks = ReadMasksByName(arguments.masks, *session, run);
+  SharesOfMasks shares = ReadShares(arguments.masks, masks, session->original().NumGaussians());
+  if (!shares.why_not.empty()) run.Warn(shares.why_not);
+  const RegionId region = session->AddRegion("selection", std::move(masks),
+                                             std::move(shares.shares), edit, run.monitor());
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
   session->Refit(job, run.monitor());
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
-      session->Evaluate(region, session->original().sh, after, job.target, run.monitor());
+      session->refits().Evaluate(region, session->original().sh, after, job.target, run.monitor());
   StagedOutput staged;
   {
-    const StageClock::Lap lap(session->clock(), "save");
+    const StageClock::Lap lap(session->scene().clock(), "save");
     staged.Add(arguments.output,
                [&](const auto& path) { session->WriteSplat(path, run.monitor()); });
   }
@@ -53,7 +56,7 @@ void Refit(const Arguments& arguments, Run& run) {
   staged.Commit();
   WarnOfLosses(arguments.output, session->original(), run);
   run.FinishProgress();
-  run.Print(fmt::format("refit        {}", session->Summary().BriefReport()));
+  run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
   PrintQuality(quality, run);
   run.Print(fmt::format("wrote        {}", arguments.output.string()));
 }
@@ -65,7 +68,9 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb = AddVerb(app, globals, "refit", "Recolor what masks select");
   AddScene(verb, arguments->scene);
   AddPath(verb, "--masks", arguments->masks,
-          "Folder of <image name>.png; a view without one takes no part", "FOLDER")
+          "Folder of <image name>.png; a view without one takes no part. Shares that `retint "
+          "project` wrote there are used as long as the masks are unchanged",
+          "FOLDER")
       ->required();
   AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();

@@ -316,8 +316,9 @@ SelectionPoint ToPoint(const Record& record, uint64_t idx, bool own, size_t num_
   point.normal = Eigen::Vector3d(record.nx, record.ny, record.nz).cast<float>();
   if (!point.position.allFinite()) fail("position is NaN or infinite");
   if (!point.normal.allFinite()) fail("normal is NaN or infinite");
+  // A normal that is unit to rounding keeps its bits: what was written comes back as it was.
   const float length = point.normal.norm();
-  point.normal = length > 0 ? Eigen::Vector3f(point.normal / length) : Eigen::Vector3f::Zero();
+  if (length > 0 && std::abs(length - 1) > 1e-6F) point.normal /= length;
   const auto byte = [](double v) { return static_cast<uint8_t>(std::clamp(v, 0.0, 255.0)); };
   point.color = {byte(record.red), byte(record.green), byte(record.blue)};
   point.footprint = static_cast<float>(record.footprint);

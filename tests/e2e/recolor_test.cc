@@ -147,24 +147,57 @@ TEST(Recolor, IsTheSameOnOneThreadAndOnTwo) {
   EXPECT_TRUE(ReadFile(temp / "1.ply") == ReadFile(temp / "2.ply"));
 }
 
-TEST(Recolor, InStepsThroughFilesGivesTheSameKindOfResult) {
-  TempFolder temp;
-  const std::string cloud = (temp / "cloud.ply").string(), masks = (temp / "masks").string(),
-                    out = (temp / "out.ply").string(), report = (temp / "r.json").string();
+// The steps with the paint, to `temp`; masks in `temp`/masks, the result in `temp`/steps.ply.
+void RunSteps(const TempFolder& temp, const std::string& projector) {
+  const std::string cloud = (temp / "cloud.ply").string(), masks = (temp / "masks").string();
+  const std::vector<std::string> paint = {"--view", TinyView(), "--mask", TinyMask().string()};
   CommandResult result =
-      RunRetint(Join(Join({"select"}, Scene()),
-                     {"--view", TinyView(), "--mask", TinyMask().string(), "--output", cloud}));
+      RunRetint(Join(Join(Join({"select"}, Scene()), paint), {"--output", cloud}));
   ASSERT_EQ(result.code, 0) << result.err;
-  result = RunRetint(Join(Join({"project"}, Scene()),
-                          {"--cloud", cloud, "--output", masks, "--projector", "surfels"}));
-  ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(FilesBelow(masks).size(), 8u);
   result = RunRetint(
-      Join(Join({"refit"}, Scene()), {"--masks", masks, "--tint", kTint, "--output", out}));
+      Join(Join(Join({"project"}, Scene()), paint),
+           {"--cloud", cloud, "--output", masks, "--projector", projector, "--progress", "none"}));
   ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  result = RunRetint(
+      Join(Join({"refit"}, Scene()), {"--masks", masks, "--tint", kTint, "--output",
+                                      (temp / "steps.ply").string(), "--progress", "none"}));
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+}
+
+TEST(Recolor, InStepsThroughFilesGivesTheSameBytes) {
+  for (const std::string projector : {"gaussians", "surfels"}) {
+    TempFolder temp;
+    ASSERT_NO_FATAL_FAILURE(RunSteps(temp, projector));
+    const CommandResult whole =
+        RunRetint(Join(RecolorArguments(temp), {"--projector", projector, "--quiet"}));
+    ASSERT_EQ(whole.code, 0) << whole.err;
+    EXPECT_TRUE(ReadFile(temp / "steps.ply") == ReadFile(temp / "out.ply")) << projector;
+    // Only the Gaussians' own projector knows shares.
+    EXPECT_EQ(std::filesystem::exists(temp / "masks/shares.bin"), projector == "gaussians");
+  }
+}
+
+TEST(Recolor, StepsGoOnFromMasksOfAnotherTool) {
+  TempFolder temp;
+  ASSERT_NO_FATAL_FAILURE(RunSteps(temp, "gaussians"));
+  // A changed mask: the shares beside it are those of another selection.
+  const auto path = ViewFile(temp / "masks", TinyView());
+  Mask mask = ReadMask(path);
+  mask(0, 0) = 255;
+  WritePng(path, mask);
+  const std::string out = (temp / "changed.ply").string(), report = (temp / "r.json").string();
+  CommandResult result =
+      RunRetint(Join(Join({"refit"}, Scene()), {"--masks", (temp / "masks").string(), "--tint",
+                                                kTint, "--output", out, "--progress", "none"}));
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.err, testing::HasSubstr("computed anew from the masks"));
+  EXPECT_EQ(CountLines(result.err), 1);
+  EXPECT_FALSE(ReadFile(out) == ReadFile(temp / "steps.ply"));
   result = RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before",
-                      (TinyWorkspace() / "splat.ply").string(), "--after", out, "--masks", masks,
-                      "--tint", kTint, "--report", report});
+                      (TinyWorkspace() / "splat.ply").string(), "--after", out, "--masks",
+                      (temp / "masks").string(), "--tint", kTint, "--report", report});
   ASSERT_EQ(result.code, 0) << result.err;
   const json parsed = json::parse(ReadFile(report));
   EXPECT_GT(parsed["quality"]["train"]["psnr_inside_after"].get<double>(),
