@@ -74,12 +74,16 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
   WriteFile(folder / "registration.json", RegistrationsToJson(result.selection.painted));
   session.WriteMasks(folder / "masks", result.region, run.monitor());
   const auto views = session.reconstruction().ViewsByName();
-  // Of each view what the refit aimed at and what it reached.
+  // What the refit aimed at in every view, then what it reached.
   const auto make = [&](size_t i) -> std::function<void()> {
-    const View& view = *views[i / 2];
-    const bool aim = i % 2 == 0;
-    Image picture = aim ? session.refits().EditedTarget(view, result.target)
-                        : session.scene().Render(view, result.sh_after);
+    const bool aim = i < views.size();
+    const View& view = *views[i % views.size()];
+    if (i == 0) session.ShowSh(session.original().sh);
+    if (i == views.size()) session.ShowSh(result.sh_after);
+    const bool photo = aim && result.target == TargetKind::kPhoto;
+    Image picture = photo ? session.workspace().ReadPhoto(view)
+                          : session.renderer().Render(session.reconstruction().Posed(view)).rgb;
+    if (aim) picture = session.refits().Edited(view, std::move(picture));
     return [path = ViewFile(folder / (aim ? "targets" : "result"), view.name),
             image = std::move(picture)] { WritePng(path, image); };
   };

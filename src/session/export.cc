@@ -56,10 +56,15 @@ double Coverage(const RegionSelection& selection, std::set<std::string>* views) 
 void ExportViews(EditSession& session, const std::vector<const View*>& views,
                  std::span<const float> sh, const fs::path& folder, Monitor& monitor) {
   CheckOption(!views.empty(), "no view to export");
+  session.ShowSh(sh);
   ExportPictures(
       views.size(), folder,
       [&](const fs::path& staged, size_t i) { return ViewFile(staged, views[i]->name); },
-      [&](size_t i) { return session.scene().Render(*views[i], sh); }, monitor);
+      [&](size_t i) {
+        const PosedCamera posed = session.reconstruction().Posed(*views[i]);
+        return std::move(session.renderer().Render(posed).rgb);
+      },
+      monitor);
 }
 
 void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,

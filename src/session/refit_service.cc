@@ -133,8 +133,11 @@ QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_befo
 }
 
 Image RefitService::EditedTarget(const View& view, TargetKind target) {
-  Image image = target == TargetKind::kPhoto ? scene_.workspace().ReadPhoto(view)
-                                             : scene_.Render(view, scene_.original().sh);
+  return Edited(view, target == TargetKind::kPhoto ? scene_.workspace().ReadPhoto(view)
+                                                   : scene_.Render(view, scene_.original().sh));
+}
+
+Image RefitService::Edited(const View& view, Image image) const {
   for (const Region& region : store_.regions().regions) {
     const auto found = region.selection->masks.find(view.name);
     if (!region.visible || found == region.selection->masks.end()) continue;

@@ -49,8 +49,10 @@ class RefitService {
   QualityReport Evaluate(RegionId id, std::span<const float> sh_before,
                          std::span<const float> sh_after, TargetKind target, Monitor& monitor,
                          size_t most_views = 0);
-  // What the visible regions' edits make of one view: the original render or the photo with every
-  // edit painted over it in order. Not clamped.
+  // What the visible regions' edits make of a picture of one view: every edit painted over it in
+  // order. Not clamped.
+  Image Edited(const View& view, Image picture) const;
+  // The same of the original render or the photo.
   Image EditedTarget(const View& view, TargetKind target);
 
  private:
