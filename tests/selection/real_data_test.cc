@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The registration's and the masks' targets on real captures, with the Gaussians' own depth (the
-// roughest that there is).
-#include <algorithm>
+// The registration's targets on a real capture, with the default depth and with the Gaussians' own,
+// the roughest that there is. The masks' are in tests/e2e/captures_test.cc.
 #include <map>
+#include <string>
 
 #include <gtest/gtest.h>
 
 #include "colmap_io/image_io.h"
 #include "colmap_io/workspace.h"
-#include "selection/mask_projector.h"
+#include "depth/factory.h"
 #include "selection/registration.h"
 #include "splat_io/splat_io.h"
 #include "tests/support/data.h"
@@ -16,57 +16,37 @@
 namespace retint {
 namespace {
 
-// A capture with one painted view.
+// A capture with one painted view and its depth.
 struct Capture {
   Workspace workspace;
   Renderer renderer;
   const View& view;
   PosedCamera posed;
   Mask mask;
-  DepthMap depth;
+  DepthEstimate depth;
 
-  Capture(const std::string& name, const std::string& view_name)
+  Capture(const std::string& name, const std::string& view_name, const std::string& method)
       : workspace(Workspace::Open(DataPath(name))),
         renderer(CreateBackend("cpu"), ReadSplat(DataPath(name + "/splat.ply"))),
         view(workspace.RequireView(view_name)),
         posed(workspace.reconstruction.Posed(view)),
         mask(ReadMask(DataPath(name + "/masks/" + view_name + ".png"))) {
-    RenderRequest request;
-    request.rgb = false;
-    request.depth_median = true;
-    depth = renderer.Render(posed, request).depth_median;
-  }
-  SelectionCloud Cloud() const { return MakeCloud(posed, view.name, mask, depth, {}, {}, {}); }
-  RegistrationSummary Registered(SelectionCloud& cloud) const {
-    return Register(cloud, posed, &view, mask, depth, workspace.reconstruction, {});
-  }
-  ProjectedMasks Project(const std::vector<const View*>& views) {
-    SelectionCloud cloud = Cloud();
-    Registered(cloud);
     Monitor monitor;
-    return ProjectMasks(cloud, {{view.name, posed, mask}}, workspace.reconstruction, views,
-                        renderer, {}, monitor);
+    depth = MakeDepthEstimator(method, renderer, &workspace, {})->Estimate(posed, monitor);
+  }
+  SelectionCloud Cloud() const {
+    return MakeCloud(posed, view.name, mask, depth.depth, depth.valid, {}, {});
+  }
+  RegistrationSummary Registered(SelectionCloud& cloud) const {
+    return Register(cloud, posed, &view, mask, depth.depth, workspace.reconstruction, {});
   }
 };
 
-struct Overlap {
-  double iou = 0, precision = 0;
-};
+class RealRegistration : public testing::TestWithParam<std::string> {};
 
-Overlap Compare(const Mask& mask, const Mask& truth) {
-  double both = 0, in_mask = 0, in_truth = 0;
-  for (size_t i = 0; i < truth.data.size(); ++i) {
-    const bool a = mask.data[i] >= 128, b = truth.data[i] >= 128;
-    both += a && b;
-    in_mask += a;
-    in_truth += b;
-  }
-  return {both / (in_mask + in_truth - both), both / std::max(1.0, in_mask)};
-}
-
-TEST(RealData, RegistrationBringsADisturbedFoxBack) {
+TEST_P(RealRegistration, BringsADisturbedFoxBack) {
   RETINT_REQUIRE_DATA("fox");
-  const Capture fox("fox", "0025.jpg");
+  const Capture fox("fox", "0025.jpg", GetParam());
   const SelectionCloud truth = fox.Cloud();
   // The residual is judged by pairs of our own: the nearest source pixel of each tracked point.
   std::map<std::pair<int, int>, size_t> by_pixel;
@@ -119,38 +99,10 @@ TEST(RealData, RegistrationBringsADisturbedFoxBack) {
   }
 }
 
-TEST(RealData, FlowerMasksAgreeWithTheTruth) {
-  RETINT_REQUIRE_DATA("flower");
-  Capture flower("flower", "012.jpg");
-  // Six of the 24 other views, the corners and the middle; all 24 are in docs/benchmarks.md.
-  std::vector<const View*> views = {&flower.view};
-  for (const char* name : {"000.jpg", "004.jpg", "010.jpg", "014.jpg", "020.jpg", "024.jpg"}) {
-    views.push_back(&flower.workspace.RequireView(name));
-  }
-  const auto projected = flower.Project(views);
-  double sum = 0;
-  for (const auto& [name, mask] : projected.masks) {
-    if (name == flower.view.name) continue;
-    sum += Compare(mask, ReadMask(DataPath("flower/truth/" + name + ".png"))).iou;
-  }
-  EXPECT_GT(sum / 6, 0.89);  // the target; 0.92 is reached
-}
-
-TEST(RealData, FoxMasksStayOnTheFox) {
-  RETINT_REQUIRE_DATA("fox");
-  Capture fox("fox", "0025.jpg");
-  std::vector<const View*> views = {&fox.view, &fox.workspace.RequireView("0001.jpg")};
-  const auto all = fox.workspace.reconstruction.ViewsByName();
-  for (size_t i = 3; i < all.size(); i += 8) {
-    if (all[i] != views[0] && all[i] != views[1]) views.push_back(all[i]);
-  }
-  const auto projected = fox.Project(views);
-  const Overlap other =
-      Compare(projected.masks.at("0001.jpg"), ReadMask(DataPath("fox/truth/0001.jpg.png")));
-  EXPECT_GT(other.precision, 0.95);
-  EXPECT_GT(other.iou, 0.35);  // the other cheek cannot be seen from 0025
-  EXPECT_GT(Compare(projected.masks.at("0025.jpg"), fox.mask).iou, 0.95);
-}
+INSTANTIATE_TEST_SUITE_P(Depths, RealRegistration, testing::Values("stereo-hv", "gaussian"),
+                         [](const auto& method) {
+                           return std::string(method.param == "gaussian" ? "Gaussian" : "StereoHv");
+                         });
 
 }  // namespace
 }  // namespace retint
