@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "scene/image_checks.h"
 
 namespace retint {
 namespace {
@@ -20,10 +21,6 @@ constexpr int kLossHalo = 10;
 constexpr double kMostRowsPerRow = 8;
 // Of what a view may keep; the rest is for its targets.
 constexpr double kWeightsShare = 0.8;
-
-std::string SizeText(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 // Pixel bounds of a region's tiles: x0, y0, x1, y1, half-open.
 std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
