@@ -178,11 +178,11 @@ class SceneReader {
                  ", which is not supported");
     }
     const Json* kernel = Member(extension, "kernel");
-    if (kernel && *kernel != "ellipse") {
+    if (kernel && !IsText(kernel, "ellipse")) {
       file_.Fail("its Gaussians have another kernel than ellipse, which is not supported");
     }
     const Json* space = Member(extension, "colorSpace");
-    if (space && *space != "srgb_rec709_display") {
+    if (space && !IsText(space, "srgb_rec709_display")) {
       model_.source.notes.push_back(
           "the colors' space is not srgb_rec709_display: they are used "
           "as they are");

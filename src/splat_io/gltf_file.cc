@@ -172,16 +172,14 @@ std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
   if (!object.contains("bufferView")) Fail(name + " has no data: is it compressed?");
   const std::string type =
       components == 1 ? std::string("SCALAR") : "VEC" + std::to_string(components);
-  if (const Json* found = Member(object, "type"); !found || *found != type) {
-    Fail(name + " is not of type " + type);
-  }
+  if (!IsText(Member(object, "type"), type)) Fail(name + " is not of type " + type);
   const uint64_t id = Whole(object, "componentType", 0);
   const auto component =
       std::find_if(kComponentTypes.begin(), kComponentTypes.end(),
                    [&](const ComponentType& candidate) { return candidate.id == id; });
   if (component == kComponentTypes.end()) Fail(name + " has an unknown component type");
   const Json* flag = Member(object, "normalized");
-  const bool normalized = flag && *flag == true;
+  const bool normalized = flag && flag->is_boolean() && flag->get<bool>();
 
   const Json& view = Item("bufferViews", Whole(object, "bufferView", 0));
   const uint64_t index = Whole(view, "buffer", 0);

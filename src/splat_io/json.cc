@@ -29,6 +29,10 @@ Json ParseJson(std::string_view text, const std::filesystem::path& path, const s
   return json;
 }
 
+bool IsText(const Json* value, std::string_view text) {
+  return value && value->is_string() && value->get_ref<const std::string&>() == text;
+}
+
 const Json* Member(const Json& value, const char* name) {
   const auto found = value.is_object() ? value.find(name) : value.end();
   return found == value.end() ? nullptr : &*found;

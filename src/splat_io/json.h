@@ -14,6 +14,9 @@ namespace retint {
 nlohmann::json ParseJson(std::string_view text, const std::filesystem::path& path,
                          const std::string& what);
 
+// Whether `value` is that text; false for nullptr.
+bool IsText(const nlohmann::json* value, std::string_view text);
+
 // The member `name`; nullptr where `value` is no object or has none.
 const nlohmann::json* Member(const nlohmann::json& value, const char* name);
 
