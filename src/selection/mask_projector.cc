@@ -41,13 +41,14 @@ class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
              const Reconstruction& reconstruction, Renderer& renderer,
-             const ProjectorOptions& options)
-      : backend_(renderer.backend()), options_(options) {
+             const ProjectorOptions& options, bool completes)
+      : backend_(renderer.backend()), options_(options), completes_(completes) {
     std::vector<CloudPoint> points(cloud.points.size());
     std::transform(cloud.points.begin(), cloud.points.end(), points.begin(), ToCloudPoint);
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
     if (options.kind != ProjectorKind::kGaussians) return;
     sums_ = backend_.Allocate<float>(2 * static_cast<size_t>(renderer.model().count()));
+    if (completes_) visible_ = backend_.Allocate<float>(size_t(renderer.model().count()));
     std::vector<SurfaceRequest> requests;
     for (const auto& view : painted) {
       painted_.push_back(
@@ -92,17 +93,27 @@ class Projection {
     evidence.painted = painted;
     evidence.tolerance = static_cast<float>(options_.visible_tolerance);
     // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
-    evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : options_.unknown_weight);
+    const double unknown = completes_ ? 0 : options_.unknown_weight;
+    evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : unknown);
     evidence.coverage = coverage_mask_.data();
     evidence.scale = static_cast<float>(kTileSize) / static_cast<float>(std::popcount(kLiftedRows));
     evidence.pixel_rows = kLiftedRows;
     AddEvidence(*surface.geometry, evidence);
   }
 
-  std::vector<float> Shares() const {
+  std::vector<float> Shares(const GaussianGraph* graph, Monitor& monitor) const {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
     const std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
     std::vector<float> shares(sums.size() / 2);
+    if (completes_) {
+      const std::vector<float> visible = backend_.Download(visible_.data(), visible_.size());
+      std::vector<float> inside(shares.size()), known(shares.size());
+      for (size_t g = 0; g < shares.size(); ++g) {
+        inside[g] = sums[2 * g];
+        known[g] = sums[2 * g + 1];
+      }
+      return CompleteShares(*graph, {inside, known, visible}, options_.completion, monitor);
+    }
     for (size_t g = 0; g < shares.size(); ++g) {
       const float inside = sums[2 * g], total = sums[2 * g + 1];
       if (total > kLeastVisible) shares[g] = std::clamp(inside / total, 0.0f, 1.0f);
@@ -168,13 +179,31 @@ class Projection {
     lift.pixel_rows = evidence.pixel_rows;
     backend_.blend().BlendTranspose(view, lift);
     backend_.blend().AddRows(view, lift.result, 2, sums_.data());
+    if (completes_) AddVisible(view, lift, kTileSize / float(std::popcount(lift.pixel_rows)));
+  }
+
+  // W^T 1, to the Gaussians' visibility; `weight` makes up for rows that are left out.
+  void AddVisible(const ViewGeometry& view, BlendTransposeParams lift, float weight) {
+    const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
+    if (weights_.size() < pixels || weight != weight_) {
+      weights_ = backend_.Upload(std::span<const float>(std::vector<float>(pixels, weight)));
+      weight_ = weight;
+    }
+    lift.residual = weights_.data();
+    lift.channels = 1;
+    backend_.blend().BlendTranspose(view, lift);
+    backend_.blend().AddRows(view, lift.result, 1, visible_.data());
   }
 
   Backend& backend_;
   const ProjectorOptions& options_;
+  bool completes_;
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
-  Buffer<float> sums_;  // [N, 2] W^T (K M), W^T K
+  Buffer<float> sums_;     // [N, 2] W^T (K M), W^T K
+  Buffer<float> visible_;  // [N] W^T 1, where the shares are completed
+  Buffer<float> weights_;  // an image of `weight_`
+  float weight_ = 0;
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
 };
@@ -290,12 +319,14 @@ Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
-                            const ProjectorOptions& options, Monitor& monitor) {
+                            const ProjectorOptions& options, Monitor& monitor,
+                            const GaussianGraph* graph) {
   options.Check();
   CheckInput(cloud, painted, views);
   ProjectedMasks result;
   const bool lifts = options.kind == ProjectorKind::kGaussians;
-  Projection projection(cloud, painted, reconstruction, renderer, options);
+  const bool completes = graph && options.Completes() && !painted.empty();
+  Projection projection(cloud, painted, reconstruction, renderer, options, completes);
   std::vector<const View*> drawn;  // what is painted is known already
   std::vector<SurfaceRequest> requests;
   for (const View* view : views) {
@@ -319,7 +350,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     }
   }
   if (lifts) {
-    result.shares = projection.Shares();
+    result.shares = projection.Shares(graph, monitor);
     RenderMasks(renderer, reconstruction, views, result.shares, options, step, &result.masks);
   }
   Finish(&result);

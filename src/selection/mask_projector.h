@@ -8,10 +8,11 @@
 //     limb shows. In another view the surface in the pixel is looked up in the painted views: where
 //     one of them sees it (same depth within visible_tolerance), M is the paint there and K = 1, so
 //     that what was seen outside the paint counts against. The cloud's surfels add what they cover:
-//     M = max(M, coverage), K = 1. Where neither speaks nobody knows: M = 0 with the small weight
-//     K = unknown_weight.
+//     M = max(M, coverage), K = 1. Where neither speaks nobody knows: K = 0, or without completion
+//     M = 0 with the small weight K = unknown_weight.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
-//     the mean of M over all that g contributes to, weighted by K and its blending weights.
+//     the mean of M over all that g contributes to, weighted by K and its blending weights;
+//     completed where too little of it was seen (selection/completion.h).
 //  3. Masks. W_v m, view-consistent by construction; 0.5 (128) where it reaches share_threshold,
 //     0 and 1 at half of it away on either side.
 // What each part brings, in figures, is in docs/benchmarks.md.
@@ -27,6 +28,7 @@
 #include "render/renderer.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
+#include "selection/completion.h"
 #include "selection/selection_cloud.h"
 
 namespace retint {
@@ -35,15 +37,20 @@ enum class ProjectorKind { kQuads, kSurfels, kGaussians };
 
 struct ProjectorOptions {
   ProjectorKind kind = ProjectorKind::kGaussians;
-  double quad_pixels = 3;           // side of a screen-space quad
-  double surfel_scale = 1.5;        // disc radius in footprints
-  int close_radius = 2;             // pixels, morphological close of the surfels
-  double depth_tolerance = 0.02;    // relative; points further behind the view's depth are hidden
-  double share_threshold = 0.5;     // gaussians: rendered share above which a pixel is inside
-  double painted_weight = 8;        // gaussians: of a painted view's pixels as evidence
-  double unknown_weight = 0.1;      // gaussians: against surfaces that no painted view sees
+  double quad_pixels = 3;         // side of a screen-space quad
+  double surfel_scale = 1.5;      // disc radius in footprints
+  int close_radius = 2;           // pixels, morphological close of the surfels
+  double depth_tolerance = 0.02;  // relative; points further behind the view's depth are hidden
+  double share_threshold = 0.5;   // gaussians: rendered share above which a pixel is inside
+  double painted_weight = 8;      // gaussians: of a painted view's pixels as evidence
+  // gaussians: what becomes of surfaces that no painted view sees
+  Completion completion = Completion::kNear;
+  double unknown_weight = 0.1;  // gaussians: against those surfaces, where nothing completes them
   double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies this close
                                     // to its depth
+  bool Completes() const {
+    return kind == ProjectorKind::kGaussians && completion != Completion::kOff;
+  }
   void Describe(OptionList& list);
   void Check() const;
 };
@@ -68,12 +75,14 @@ Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector
 // Projects `cloud` to every view of `views`. The depth test compares with each view's own rendered
 // depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud
 // alone): then every pixel that no surfel covers counts as outside; quads and surfels do not use
-// it. Memory is bounded by the masks and a few images, whatever the number of views. InputError
-// for a mask that is not of its view's size, an empty cloud, or when no view receives a masked
-// pixel; Cancelled between views.
+// it. `graph` of the renderer's model serves the completion; null: there is none. Memory is bounded
+// by the masks and a few images, whatever the number of views. InputError for a mask that is not of
+// its view's size, an empty cloud, or when no view receives a masked pixel; Cancelled between
+// views.
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
-                            const ProjectorOptions& options, Monitor& monitor);
+                            const ProjectorOptions& options, Monitor& monitor,
+                            const GaussianGraph* graph = nullptr);
 
 }  // namespace retint

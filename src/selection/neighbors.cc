@@ -96,6 +96,29 @@ std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, 
   return kept;
 }
 
+std::vector<Neighbor> NearestNeighbors(const std::vector<Eigen::Vector3f>& points, int count) {
+  std::vector<Neighbor> nearest(points.size() * size_t(count));
+  if (points.empty()) return nearest;
+  Eigen::Vector3f center;
+  const PclCloud::Ptr cloud = ToPcl(Centered(points, &center));
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
+  tree.setInputCloud(cloud);
+  ParallelRanges(int64_t(points.size()), 256, [&](int64_t begin, int64_t end) {
+    std::vector<int> indices;
+    std::vector<float> squared;
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
+      const int found = tree.nearestKSearch((*cloud)[i], count + 1, indices, squared);
+      Neighbor* const row = &nearest[i * size_t(count)];
+      int kept = 0;
+      for (int k = 0; k < found && kept < count; ++k) {
+        if (size_t(indices[size_t(k)]) == i) continue;
+        row[kept++] = {indices[size_t(k)], std::sqrt(squared[size_t(k)])};
+      }
+    }
+  });
+  return nearest;
+}
+
 struct PointTree::Impl {
   PclCloud::Ptr cloud;
   Eigen::Vector3f center;

@@ -19,6 +19,14 @@ namespace retint {
 std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
                                     double stddev_factor, Backend* backend = nullptr);
 
+struct Neighbor {
+  int idx = -1;  // -1: there is none
+  float distance = 0;
+};
+
+// The `count` nearest other points of every point, nearest first: [points, count].
+std::vector<Neighbor> NearestNeighbors(const std::vector<Eigen::Vector3f>& points, int count);
+
 // A k-d tree over points that it keeps a copy of.
 class PointTree {
  public:

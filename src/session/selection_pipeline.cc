@@ -94,8 +94,11 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   Renderer& renderer = scene_.renderer();
   renderer.SetSh(scene_.original().sh);
   const Reconstruction& reconstruction = scene_.reconstruction();
-  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(),
-                                      renderer, options, monitor);
+  const bool completes = options.Completes() && !painted.empty();
+  if (completes && !graph_) graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor);
+  ProjectedMasks masks =
+      ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(), renderer, options,
+                   monitor, completes ? graph_.get() : nullptr);
   monitor.Step("projection", 1, 1);
   return masks;
 }

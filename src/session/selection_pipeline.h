@@ -3,6 +3,7 @@
 // painting that extend and erase a selection.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +66,7 @@ class SelectionPipeline {
                     Monitor& monitor);
 
   OpenScene& scene_;
+  std::unique_ptr<GaussianGraph> graph_;  // of the original scene, made by the first completion
 };
 
 }  // namespace retint

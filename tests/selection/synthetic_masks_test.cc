@@ -39,6 +39,7 @@ TEST(SyntheticMasks, EveryObjectIsFoundFromEveryViewThatSeesItWhole) {
   Monitor monitor;
   const SyntheticScene scene = MakeSyntheticScene(options, monitor);
   Renderer renderer(CreateBackend("cpu"), scene.model);
+  const GaussianGraph graph(scene.model, monitor);
   const auto estimator = MakeDepthEstimator("stereo-hv", renderer);
   std::vector<const View*> views;
   std::vector<DepthMap> depths;
@@ -57,8 +58,9 @@ TEST(SyntheticMasks, EveryObjectIsFoundFromEveryViewThatSeesItWhole) {
       const DepthMap& depth = depths[size_t(painted)];
       SelectionCloud cloud = MakeCloud(posed, view.name, paint, depth, {}, {}, {});
       Register(cloud, posed, &view, paint, depth, scene.reconstruction, {});
-      const ProjectedMasks masks = ProjectMasks(cloud, {{view.name, posed, paint}},
-                                                scene.reconstruction, views, renderer, {}, monitor);
+      const ProjectedMasks masks =
+          ProjectMasks(cloud, {{view.name, posed, paint}}, scene.reconstruction, views, renderer,
+                       {}, monitor, &graph);
       double sum = 0;
       int counted = 0;
       for (size_t v = 0; v < views.size(); ++v) {

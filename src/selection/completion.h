@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The sides of an object that no painted view sees: decided over a graph of the Gaussians.
+//
+// Paint is evidence of the surfaces that painted views see. What they do not see is not outside, it
+// is unknown, and follows from what is known in two ways: neighbors of one color belong together
+// (random walker, Grady 2006), and the colors inside and outside the paint differ (a Gaussian
+// mixture of each, as in GrabCut, Rother et al. 2004). The share x of every Gaussian minimizes
+//   sum_edges kSmoothness w_ij (x_i - x_j)^2 + sum_g trust_g (x_g - m_g)^2 + (x_g - p_g)^2,
+// m_g the share that the evidence gives, trust_g larger the more of the Gaussian's visibility the
+// painted views cover, p_g the probability of "inside" by color. A Gaussian keeps m_g for the part
+// of its visibility that is known and takes x_g for the rest.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/monitor.h"
+#include "scene/gaussian_model.h"
+
+namespace retint {
+
+enum class Completion {
+  kOff,   // what no painted view sees counts against the selection (unknown_weight)
+  kNear,  // completed where it is connected to what was painted
+  kAll,   // also other things that look the same
+};
+
+// Which Gaussians are neighbors, and how surely two of them are one surface. Made once a scene.
+class GaussianGraph {
+ public:
+  // Every Gaussian and its nearest by position; an edge's weight falls with the difference of the
+  // colors without view dependence (OKLab), with the distance in units of the two extents, and with
+  // the angle between the two where they are flat. Cancelled between its steps.
+  GaussianGraph(const GaussianModel& model, Monitor& monitor);
+  ~GaussianGraph();
+  size_t NumGaussians() const;
+  size_t Bytes() const;
+
+ private:
+  friend class Completer;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Of one Gaussian, sums over the views: W^T (K M) and W^T K of the evidence, where nothing is known
+// K = 0; and W^T 1, all in pixels.
+struct ShareEvidence {
+  std::span<const float> inside, known, visible;  // [N] each
+};
+
+// Shares m_g in [0, 1], [N]. Where the paint leaves too little inside or outside to learn colors
+// from, what is unknown counts as outside.
+std::vector<float> CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
+                                  Completion completion, Monitor& monitor);
+
+}  // namespace retint

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/completion.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "base/monitor.h"
+
+namespace retint {
+namespace {
+
+constexpr float kY00 = 0.28209479177387814f;
+constexpr int kBallPoints = 600;
+constexpr double kPi = 3.14159265358979;
+
+// A red ball on a gray floor, and a second red ball far from the first.
+struct World {
+  GaussianModel model;
+  size_t floor_begin = 0, far_begin = 0;  // the ball comes first
+  std::vector<float> inside, known, visible;
+
+  size_t count() const { return model.NumGaussians(); }
+  float x(size_t g) const { return model.means[3 * g]; }
+  ShareEvidence evidence() const { return {inside, known, visible}; }
+};
+
+void AddGaussian(float x, float y, float z, const float (&rgb)[3], GaussianModel* model) {
+  for (const float value : {x, y, z}) model->means.push_back(value);
+  for (const float value : {1.0f, 0.0f, 0.0f, 0.0f}) model->quats_wxyz.push_back(value);
+  for (int axis = 0; axis < 3; ++axis) model->log_scales.push_back(std::log(0.05f));
+  model->opacity_logits.push_back(3);
+  for (const float channel : rgb) model->sh.push_back((channel - 0.5f) / kY00);
+}
+
+void AddBall(float at, GaussianModel* model) {
+  for (int i = 0; i < kBallPoints; ++i) {  // a Fibonacci lattice
+    const double z = 1 - 2 * (i + 0.5) / kBallPoints, r = std::sqrt(1 - z * z);
+    const double angle = i * kPi * (3 - std::sqrt(5.0));
+    const float shade = 0.7f + 0.2f * float(z);
+    AddGaussian(at + float(r * std::cos(angle)), float(r * std::sin(angle)), float(z),
+                {shade, 0.1f, 0.1f}, model);
+  }
+}
+
+// Everything at x > 0 was seen by the painted view, 40 of its 80 pixels or more; nothing else was.
+World MakeWorld() {
+  World world;
+  AddBall(0, &world.model);
+  world.floor_begin = world.count();
+  for (int i = -30; i < 30; ++i) {
+    for (int j = -15; j < 15; ++j) {
+      const float shade = 0.5f + 0.01f * float((i * 7 + j * 3) % 5);
+      AddGaussian(0.1f * float(i), 0.1f * float(j), -1.05f, {shade, shade, shade}, &world.model);
+    }
+  }
+  world.far_begin = world.count();
+  AddBall(-20, &world.model);
+  for (size_t g = 0; g < world.count(); ++g) {
+    const bool seen = world.x(g) > 0;
+    world.visible.push_back(80);
+    world.known.push_back(seen ? 60 : 0);
+    world.inside.push_back(seen && g < world.floor_begin ? 60 : 0);
+  }
+  return world;
+}
+
+std::vector<float> Complete(const World& world, Completion completion) {
+  Monitor monitor;
+  return CompleteShares(GaussianGraph(world.model, monitor), world.evidence(), completion, monitor);
+}
+
+double Mean(const std::vector<float>& shares, size_t begin, size_t end) {
+  double sum = 0;
+  for (size_t g = begin; g < end; ++g) sum += double(shares[g]);
+  return sum / double(end - begin);
+}
+
+TEST(Completion, GivesTheBackOfABallToItsFrontAndNoneOfTheFloor) {
+  const World world = MakeWorld();
+  const auto shares = Complete(world, Completion::kNear);
+  double back = 0, floor = 0;
+  int backs = 0, floors = 0;
+  for (size_t g = 0; g < world.far_begin; ++g) {
+    if (world.x(g) > 0) continue;
+    (g < world.floor_begin ? back : floor) += double(shares[g]);
+    ++(g < world.floor_begin ? backs : floors);
+  }
+  // The colors are 0.2 apart in OKLab, so that nothing but the smoothing itself costs anything.
+  EXPECT_GT(back / backs, 0.9);
+  EXPECT_LT(floor / floors, 0.05);
+}
+
+TEST(Completion, LeavesSeparateThingsAloneUnlessAskedForAll) {
+  const World world = MakeWorld();
+  EXPECT_EQ(Mean(Complete(world, Completion::kNear), world.far_begin, world.count()), 0);
+  EXPECT_GT(Mean(Complete(world, Completion::kAll), world.far_begin, world.count()), 0.9);
+}
+
+TEST(Completion, KeepsWhatPaintProves) {
+  World world = MakeWorld();
+  // Known altogether, and against what its color and its neighbors say.
+  const size_t in = world.floor_begin + 5, out = 5;
+  for (const size_t g : {in, out}) world.known[g] = world.visible[g];
+  world.inside[in] = world.known[in];
+  world.inside[out] = 0;
+  const auto shares = Complete(world, Completion::kNear);
+  EXPECT_EQ(shares[in], 1);
+  EXPECT_EQ(shares[out], 0);
+}
+
+TEST(Completion, WithoutColorsToLearnFromTheUnknownIsOutside) {
+  World world = MakeWorld();
+  for (size_t g = world.floor_begin; g < world.count(); ++g) world.known[g] = world.inside[g] = 0;
+  const auto shares = Complete(world, Completion::kAll);
+  for (size_t g = 0; g < world.count(); ++g) {
+    const float expected = world.visible[g] > 0 ? world.inside[g] / world.visible[g] : 0;
+    EXPECT_FLOAT_EQ(shares[g], expected) << g;
+  }
+}
+
+TEST(Completion, TakesFewerGaussiansThanNeighbors) {
+  World world;
+  for (int i = 0; i < 3; ++i) AddGaussian(float(i), 0, 0, {0.5f, 0.5f, 0.5f}, &world.model);
+  world.visible = {10, 10, 10};
+  world.known = {10, 5, 0};
+  world.inside = {10, 5, 0};
+  EXPECT_EQ(Complete(world, Completion::kNear), (std::vector<float>{1, 0.5f, 0}));
+}
+
+TEST(Completion, RefusesEvidenceOfAnotherScene) {
+  World world = MakeWorld();
+  world.known.pop_back();
+  EXPECT_THROW(Complete(world, Completion::kNear), OptionError);
+}
+
+TEST(Completion, CanBeCancelled) {
+  const World world = MakeWorld();
+  Monitor monitor;
+  const GaussianGraph graph(world.model, monitor);
+  monitor.Cancel();
+  EXPECT_THROW(CompleteShares(graph, world.evidence(), Completion::kNear, monitor), Cancelled);
+}
+
+}  // namespace
+}  // namespace retint
