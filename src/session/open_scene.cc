@@ -32,8 +32,8 @@ std::string SplatStem(const fs::path& path) {
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   std::string stem;
-  for (const SplatCodec* codec : SplatCodecs()) {
-    for (const std::string_view extension : codec->Extensions()) {
+  for (const SplatFormat& format : SplatFormats()) {
+    for (const std::string_view extension : format.extensions) {
       const bool longer = stem.empty() || name.size() - extension.size() < stem.size();
       if (lower.ends_with(extension) && lower.size() > extension.size() && longer) {
         stem = name.substr(0, name.size() - extension.size());

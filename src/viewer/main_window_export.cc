@@ -13,6 +13,7 @@
 #include "colmap_io/image_io.h"
 #include "session/export.h"
 #include "viewer/main_window.h"
+#include "viewer/open_dialog.h"
 #include "viewer/panels/export_dialog.h"
 #include "viewer/session_store.h"
 #include "viewer/video_maker.h"
@@ -108,11 +109,11 @@ void MainWindow::ExportSplat() {
   if (!controller_->IsOpen()) return;
   const fs::path source = controller_->facts()->request.splat;
   const QString ending = "-edited" + Text(source.extension());
-  QString path = QFileDialog::getSaveFileName(
-      this, tr("Export the splat"), Text(ProposedOutput(ending)), tr("Gaussian splats (*.ply)"));
+  const QString path = QFileDialog::getSaveFileName(
+      this, tr("Export the splat"), WithSplatExtension(Text(ProposedOutput(ending))),
+      SplatFilter(/*writable=*/true));
   if (path.isEmpty()) return;
-  if (!path.endsWith(".ply")) path += ".ply";
-  controller_->WriteSplat(Path(path));
+  controller_->WriteSplat(Path(WithSplatExtension(path)));
 }
 
 void MainWindow::ExportReport() {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/open_dialog.h"
 
+#include <algorithm>
+
 #include <QComboBox>
 #include <QDialogButtonBox>
 #include <QFileDialog>
@@ -12,10 +14,23 @@
 #include <QSpinBox>
 #include <QVBoxLayout>
 
+#include "splat_io/splat_io.h"
+
 namespace retint {
 namespace {
 
 bool HoldsModel(const QString& folder) { return FindModel(folder.toStdString()).has_value(); }
+
+QStringList SplatExtensions(bool writable) {
+  QStringList extensions;
+  for (const SplatFormat& format : SplatFormats()) {
+    if (writable && !format.writable) continue;
+    for (const std::string_view extension : format.extensions) {
+      extensions << QString::fromUtf8(extension.data(), qsizetype(extension.size()));
+    }
+  }
+  return extensions;
+}
 
 QString PathText(const std::filesystem::path& path) {
   return QString::fromStdString(path.string());
@@ -26,6 +41,20 @@ QString PathText(const std::filesystem::path& path) {
 QString GuessSplat(const QString& workspace) {
   const auto splat = FindSplat(workspace.toStdString());
   return splat ? PathText(*splat) : QString();
+}
+
+QString SplatFilter(bool writable) {
+  QStringList patterns;
+  for (const QString& extension : SplatExtensions(writable)) patterns << "*" + extension;
+  return QObject::tr("Gaussian splats (%1)").arg(patterns.join(' '));
+}
+
+QString WithSplatExtension(const QString& path) {
+  const QStringList extensions = SplatExtensions(/*writable=*/true);
+  const bool has_one = std::any_of(
+      extensions.begin(), extensions.end(),
+      [&](const QString& extension) { return path.endsWith(extension, Qt::CaseInsensitive); });
+  return has_one ? path : path + extensions.value(0);
 }
 
 DroppedPaths SortPaths(const QStringList& paths) {
@@ -82,7 +111,7 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
     return edit;
   };
   workspace_ = row(tr("&Workspace"), start.workspace, tr("folder of a COLMAP model"), true);
-  splat_ = row(tr("&Splat"), start.splat, tr("Gaussians of this scene, .ply"), false);
+  splat_ = row(tr("&Splat"), start.splat, tr("file of this scene's Gaussians"), false);
   photos_ = row(tr("&Photos"), start.options.image_folder, tr("found in the workspace"), true);
   workspace_->setObjectName("workspace");
   splat_->setObjectName("splat");
@@ -131,10 +160,9 @@ OpenRequest OpenDialog::request() const {
 void OpenDialog::Browse(QLineEdit* edit, bool folder, const QString& title) {
   const QString plain = QString(title).remove('&');
   const QString start = edit->text().isEmpty() ? workspace_->text() : edit->text();
-  const QString path = folder
-                           ? QFileDialog::getExistingDirectory(this, plain, start)
-                           : QFileDialog::getOpenFileName(
-                                 this, plain, start, tr("Gaussian splats (*.ply);;All files (*)"));
+  const QString path = folder ? QFileDialog::getExistingDirectory(this, plain, start)
+                              : QFileDialog::getOpenFileName(this, plain, start,
+                                                             SplatFilter() + tr(";;All files (*)"));
   if (path.isEmpty()) return;
   edit->setText(path);
   if (edit == splat_) splat_of_ = workspace_->text().trimmed();
@@ -160,7 +188,7 @@ void OpenDialog::ShowFailure(const QString& message) {
 
 void OpenDialog::Check() {
   const QString workspace = workspace_->text().trimmed(), splat = Splat();
-  splat_->setPlaceholderText(splat.isEmpty() ? tr("Gaussians of this scene, .ply") : splat);
+  splat_->setPlaceholderText(splat.isEmpty() ? tr("file of this scene's Gaussians") : splat);
   QString problem;
   if (workspace.isEmpty() || splat.isEmpty()) {
     problem = tr("A workspace and a splat are needed.");
