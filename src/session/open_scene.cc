@@ -25,6 +25,11 @@ std::shared_ptr<Backend> OpenBackend(const std::string& name) {
   }
 }
 
+// Extensions of formats that mostly hold something else: such a file is no sign of a splat.
+bool IsGeneral(std::string_view extension) {
+  return extension == ".json" || extension == ".glb" || extension == ".gltf";
+}
+
 // What stands before a splat's extension, "splat" of "splat.ply"; empty for other files.
 std::string SplatStem(const fs::path& path) {
   const std::string name = path.filename().string();
@@ -34,6 +39,7 @@ std::string SplatStem(const fs::path& path) {
   std::string stem;
   for (const SplatFormat& format : SplatFormats()) {
     for (const std::string_view extension : format.extensions) {
+      if (IsGeneral(extension)) continue;
       const bool longer = stem.empty() || name.size() - extension.size() < stem.size();
       if (lower.ends_with(extension) && lower.size() > extension.size() && longer) {
         stem = name.substr(0, name.size() - extension.size());

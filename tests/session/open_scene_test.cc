@@ -22,6 +22,8 @@ TEST(FindSplat, TakesTheOneThatIsNamedSplat) {
 TEST(FindSplat, TakesTheOnlyOneAndNoneOfSeveral) {
   TempFolder temp;
   WriteFile(temp / "notes.txt", "");
+  WriteFile(temp / "transforms.json", "");
+  WriteFile(temp / "table.glb", "");
   WriteFile(temp / ".hidden.ply", "");
   WriteFile(temp / "Scene.PLY", "");
   EXPECT_EQ(FindSplat(temp.path()), temp / "Scene.PLY");
