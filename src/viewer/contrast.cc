@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recolor/color_edit.h"
+
 namespace retint {
 namespace {
 
@@ -59,7 +61,10 @@ QColor MeanColor(const Region& region, const GaussianModel& original) {
   }
   if (weight <= 0) return {};
   const Eigen::Vector3d base = (sum / weight * kFirstBand).array() + 0.5;
-  const Eigen::Vector3f mean = region.EffectiveEdit().Apply(base.cast<float>(), 1);
+  const ColorEdit edit = region.EffectiveEdit();
+  // One that is still to be measured shows the original.
+  const Eigen::Vector3f mean = edit.NeedsMainColor() ? Eigen::Vector3f(base.cast<float>())
+                                                     : CompiledEdit(edit).Apply(base.cast<float>());
   const auto part = [&](int c) { return std::clamp(mean[c], 0.0F, 1.0F); };
   return QColor::fromRgbF(part(0), part(1), part(2));
 }
