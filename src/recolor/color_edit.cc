@@ -133,27 +133,29 @@ void CompileAdjust(const ColorOperation& op, ColorOp& out) {
 
 // See RecolorColor.
 void CompileRecolor(const ColorOperation& op, ColorOp& out) {
-  // Pale main colors differ little from white: the ridge lets their shading
-  // count as body. A pixel more saturated than the main color is rarely "less
-  // white": the second ridge is larger.
-  constexpr float kRidge = 0.02f, kNegativeRidge = 0.5f;
+  // A pale main color differs little from white: there a large ridge lets shading and light of
+  // another color count as body, not as gloss. Less than no gloss is hardly ever meant.
+  constexpr float kRidge = 0.02f, kPaleRidge = 0.3f, kNegativeRidge = 10;
+  constexpr float kPale = 0.1f, kColored = 0.4f;  // of the squared distance from white
   constexpr float kLeast = 1e-3f;     // of the main color, so that black can be recolored
-  constexpr float kMostRatio = 3;     // of B / A
+  constexpr float kMostRatio = 1;     // of B / A: what is no body color is not magnified
   constexpr float kMostLight = 1.1f;  // times the brightest body color measured
   if (!op.IsSet("from")) throw OptionError("recolor: the region's main color was not measured");
   const Eigen::Vector3f from = LinearOf(op.Get("from")).cwiseMax(kLeast);
   const Eigen::Vector3f to = LinearOf(op.Get("to"));
   const float square = from.squaredNorm();
   const Eigen::Vector3f white = Eigen::Vector3f::Ones() - from * (from.sum() / square);
+  const float distance = white.squaredNorm();
+  const float ridge = kPaleRidge + (kRidge - kPaleRidge) * SmoothStep(kPale, kColored, distance);
   const float brightest = op.IsSet("brightest") ? op.Get("brightest")[0] : 100.0f;
   out.code = ColorOpCode::kRecolor;
   for (int c = 0; c < 3; ++c) {
     out.values[c] = from[c];
     out.values[3 + c] = to[c];
     out.values[6 + c] = std::min(to[c] / from[c], kMostRatio);
-    out.values[9 + c] = white[c] / (white.squaredNorm() + kRidge);
+    out.values[9 + c] = white[c] / (distance + ridge);
   }
-  out.values[12] = (white.squaredNorm() + kRidge) / (white.squaredNorm() + kNegativeRidge);
+  out.values[12] = (distance + ridge) / (distance + kNegativeRidge);
   out.values[13] = 1 / square;
   out.values[14] = kMostLight * brightest;
   out.values[15] = op.Get("keep_lightness")[0];
