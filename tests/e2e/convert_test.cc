@@ -81,7 +81,7 @@ TEST(Convert, BadArgumentsAreToldInOneLine) {
   const TempFolder temp;
   WriteFile(temp / "bad.spz", "NGSP and no more");
   const auto refused = [&](int code, const std::vector<std::string>& arguments) {
-    std::vector<std::string> all = {"convert"};
+    std::vector<std::string> all = {"convert", "--progress", "none"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     const CommandResult result = RunRetint(all);
     EXPECT_EQ(result.code, code) << result.err;

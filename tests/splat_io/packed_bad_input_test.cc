@@ -136,7 +136,7 @@ TEST(CompressedPlyDamageTest, FaultsAreNamed) {
   EXPECT_THAT(refusal("chunk 2", "chunk 1"), HasSubstr("do not match"));
   EXPECT_THAT(refusal("sh 300", "sh 200"), HasSubstr("do not match"));
   EXPECT_THAT(refusal("property float max_b\n", ""), HasSubstr("17 properties of element chunk"));
-  EXPECT_THAT(refusal("float min_y", "float min_z"), HasSubstr("expected min_y"));
+  EXPECT_THAT(refusal("float min_y", "float min_q"), HasSubstr("expected min_y"));
   EXPECT_THAT(refusal("uint packed_scale", "int packed_scale"), HasSubstr("packed_scale"));
   EXPECT_THAT(refusal("property uint packed_color\n", ""), HasSubstr("lacks packed values"));
   EXPECT_THAT(refusal("property uchar f_rest_8\n", ""), HasSubstr("8 properties of element sh"));

@@ -264,9 +264,10 @@ TEST(CompressedPlyTest, NeighborsShareChunks) {
     error +=
         std::abs(back.means[i] - model.means[3 * order[i / 3] + i % 3]) / double(order.size() * 3);
   }
-  // A uniform error over half a step of a box as large as the scene would be 10 / 2047 / 4 on
-  // average; boxes of at most 6 keep it below 0.6 of that.
-  EXPECT_LT(error, 0.6 * 10 / 2047 / 4 * (1 + 1 + 2) / 3);
+  // A uniform error over half a step of boxes as large as the scene, with 11, 10 and 11 bits, would
+  // be this on average; about half of it is expected.
+  const double unsorted = (10.0 / 2047 + 10.0 / 1023 + 10.0 / 2047) / 3 / 4;
+  EXPECT_LT(error, 0.75 * unsorted);
 }
 
 TEST(SpzTest, FarScenesGetFewerFractionalBits) {
