@@ -108,7 +108,7 @@ std::vector<float> ParseStops(const OperationText& text,
     const float even = words.size() > 1 ? float(i) / float(words.size() - 1) : 0.0f;
     stops.push_back(has_place ? text.Number(Trimmed(words[i].substr(0, colon))) : even);
     const std::string_view color = has_place ? Trimmed(words[i].substr(colon + 1)) : words[i];
-    if (!color.starts_with('#')) text.Fail("'" + std::string(words[i]) + "' is not a color");
+    if (!color.starts_with('#')) text.Fail(std::string(words[i]).append(" is not a color"));
     text.AddColor(color, stops);
   }
   if (placed != 0 && placed != words.size()) text.Fail("either all colors have a place or none");
