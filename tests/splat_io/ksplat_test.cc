@@ -178,7 +178,8 @@ TEST_F(KsplatTest, DamagedBytesNeverCrash) {
       bytes[range[0] + random() % range[1]] = static_cast<char>(random());
     }
     try {
-      EXPECT_NO_THROW(Read(bytes).Validate());
+      const GaussianModel model = Read(bytes);
+      EXPECT_NO_THROW(model.Validate());
     } catch (const InputError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // 3DGS .ply as text and with doubles.
+#include <algorithm>
 #include <charconv>
 
 #include <gmock/gmock.h>
@@ -125,7 +126,8 @@ TEST_F(PlyAsciiTest, CarriesColumnsAndElementsOfEveryType) {
 TEST_F(PlyAsciiTest, DamageIsRefusedByGaussianColumnAndLine) {
   const PlyText ply = PlyText::Canonical(3, 0);
   const std::string good = Ascii(ply);
-  const size_t header_lines = size_t(std::count(ply.Header().begin(), ply.Header().end(), '\n'));
+  const std::string header = ply.Header();
+  const auto header_lines = std::count(header.begin(), header.end(), '\n');
   const auto spoiled = [&](const std::string& row) {
     const size_t end = good.size() - 1, begin = good.rfind('\n', end - 1) + 1;
     return good.substr(0, begin) + row;
