@@ -241,6 +241,7 @@ TEST(Verbs, DepthRunsColmapWhereItIs) {
             ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin").data);
 
   WriteFile(colmap, "#!/bin/sh\necho 'ERROR: Dense stereo reconstruction requires CUDA'\nexit 1\n");
+  fs::permissions(colmap, fs::perms::owner_all);  // it is a new file
   result = RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
                                     colmap.string(), "--against", "sparse", "--progress", "none"}));
   EXPECT_EQ(result.code, 4);
