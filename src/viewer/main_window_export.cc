@@ -113,7 +113,10 @@ void MainWindow::ExportSplat() {
       this, tr("Export the splat"), WithSplatExtension(Text(ProposedOutput(ending))),
       SplatFilter(/*writable=*/true));
   if (path.isEmpty()) return;
-  controller_->WriteSplat(Path(WithSplatExtension(path)));
+  // A name that says no format means that of the scene's own splat.
+  const bool says = WithSplatExtension(path) == path;
+  const QString named = says ? path : WithSplatExtension(path + Text(source.extension()));
+  controller_->WriteSplat(Path(named));
 }
 
 void MainWindow::ExportReport() {
