@@ -214,7 +214,7 @@ class WorkflowTest : public ViewerTest {
     select.method = "no such method";
     selection().SetSelectOptions(select);
     QTest::keyClick(&selection().canvas(), Qt::Key_Return);
-    QTRY_VERIFY_WITH_TIMEOUT(selection().message().contains("no such method"), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(selection().message().contains("method must be"), kWaitMs);
     QVERIFY(Painting() && !window_->dialog());
   }
 
