@@ -39,8 +39,8 @@ constexpr double kLogPrior = -1;        // log odds of "inside" before the color
 constexpr double kLogLimit = 6;         // of the log odds by color
 constexpr double kInside = 0.8, kOutside = 0.2;  // shares that colors are learned from
 constexpr int kInsideColors = 5, kOutsideColors = 8;
-constexpr int kMaxSamples = 4000;
-constexpr int kMixtureRounds = 30;
+constexpr int kMaxSamples = 2000;
+constexpr int kMixtureRounds = 20;
 constexpr int kLeastSamples = 50;
 // Standard deviation, OKLab, added to the samples: no component gets narrower.
 constexpr double kSampleNoise = 0.014;

@@ -100,7 +100,8 @@ TEST(Captures, OnePaintedMaskOfTheFoxStaysOnTheFox) {
   const Overlap other =
       Compare(MaskOf(temp, "0001.jpg"), ReadMask(DataPath("fox/truth/0001.jpg.png")));
   EXPECT_GT(other.precision, 0.95);
-  EXPECT_GT(other.iou, 0.35);  // the other cheek cannot be seen from 0025
+  // 0025 does not show the other cheek: measured 0.83, and 0.49 without completion.
+  EXPECT_GT(other.iou, 0.7);
 }
 
 }  // namespace
