@@ -44,7 +44,9 @@ constexpr int kMixtureRounds = 20;
 constexpr int kLeastSamples = 50;
 // Standard deviation, OKLab, added to the samples: no component gets narrower.
 constexpr double kSampleNoise = 0.014;
-constexpr double kConnected = 1e-3;     // weight of an edge that connects
+constexpr double kConnected = 1e-3;  // weight of an edge that connects
+// Solved shares below are outside, and above inside: what is merely likely must not be half edited.
+constexpr double kSurelyOutside = 0.25, kSurelyInside = 0.75;
 constexpr double kLeastVisible = 1e-6;  // pixels
 constexpr double kTolerance = 1e-3;     // of the residual, relative to the right-hand side
 constexpr int kMaxIterations = 300;
@@ -385,7 +387,11 @@ class Completer {
       }
     });
     SolveGraph(edges_, weights, diagonal, right, solved, monitor);
-    for (double& share : *solved) share = std::clamp(share, 0.0, 1.0);
+    for (double& share : *solved) {
+      const double t =
+          std::clamp((share - kSurelyOutside) / (kSurelyInside - kSurelyOutside), 0.0, 1.0);
+      share = t * t * (3 - 2 * t);
+    }
   }
 
   // What no chain of selected neighbors leads to from painted ones becomes outside.
