@@ -332,7 +332,8 @@ TEST_P(Parity, SolvesBlocks) {
     const auto rhs = UniformVector(rng_, values, -1, 1), start = UniformVector(rng_, values, -1, 1);
     std::vector<float> weights[2], solutions[2], products[2];
     for (int i = 0; i < 2; ++i) {
-      Backend& backend = *MakeBackend(i == 0 ? "cpu" : "cuda");
+      const auto owner = MakeBackend(i == 0 ? "cpu" : "cuda");
+      Backend& backend = *owner;
       Guarded<float> a(backend, blocks), w(backend, n), b(backend, rhs), x(backend, values);
       Guarded<float> out(backend, start);
       AddRidgeParams add{a.data(), w.data(), int64_t(n), k, {}};
@@ -356,7 +357,8 @@ TEST_P(Parity, CombinesVectorsAndTakesAdamsSteps) {
   std::vector<float> combined[2], values[2], m[2], v[2];
   double dot[2];
   for (int i = 0; i < 2; ++i) {
-    Backend& backend = *MakeBackend(i == 0 ? "cpu" : "cuda");
+    const auto owner = MakeBackend(i == 0 ? "cpu" : "cuda");
+    Backend& backend = *owner;
     Guarded<float> x(backend, start), y(backend, other), sum(backend, n);
     Guarded<float> first(backend, std::vector<float>(n, 0.0f));
     Guarded<float> second(backend, std::vector<float>(n, 0.0f));
@@ -387,7 +389,8 @@ TEST_P(Parity, PacksAndEditsBoxes) {
   std::vector<uint16_t> packed[2];
   std::vector<float> unpacked[2], edited[2];
   for (int i = 0; i < 2; ++i) {
-    Backend& backend = *MakeBackend(i == 0 ? "cpu" : "cuda");
+    const auto owner = MakeBackend(i == 0 ? "cpu" : "cuda");
+    Backend& backend = *owner;
     Guarded<float> from(backend, image), to(backend, std::vector<float>(3 * pixels, 7.0f));
     Guarded<float> out(backend, std::vector<float>(3 * pixels, 5.0f));
     Guarded<uint16_t> steps(backend, values);
