@@ -314,9 +314,8 @@ class Completer {
     for (size_t g = 0; g < count_; ++g) {
       const double known = evidence.known[g];
       share_[g] = std::clamp(Ratio(evidence.inside[g], known), 0.0, 1.0);
-      known_[g] = std::min(1.0, Ratio(known, evidence.visible[g]));
-      trust_[g] =
-          kTrust * std::min(1.0, known_[g] / kKnownFraction) * std::min(1.0, known / kKnownPixels);
+      known_[g] = std::min(1.0, Ratio(known, evidence.visible[g]) / kKnownFraction);
+      trust_[g] = kTrust * known_[g] * std::min(1.0, known / kKnownPixels);
     }
   }
 

@@ -7,8 +7,8 @@
 // mixture of each, as in GrabCut, Rother et al. 2004). The share x of every Gaussian minimizes
 //   sum_edges kSmoothness w_ij (x_i - x_j)^2 + sum_g trust_g (x_g - m_g)^2 + (x_g - p_g)^2,
 // m_g the share that the evidence gives, trust_g larger the more of the Gaussian's visibility the
-// painted views cover, p_g the probability of "inside" by color. A Gaussian keeps m_g for the part
-// of its visibility that is known and takes x_g for the rest.
+// painted views cover, p_g the probability of "inside" by color. A Gaussian of which half or more
+// of the visibility is known keeps m_g; below that x_g takes over in proportion.
 #pragma once
 
 #include <cstdint>
