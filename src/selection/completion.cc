@@ -24,8 +24,7 @@ namespace {
 
 constexpr std::string_view kStage = "completion";
 
-// The values below were chosen on a plateau over the captures of docs/benchmarks.md: half or twice
-// of any of them changes the mean IoU by less than 0.01.
+// Chosen on two captures, cape and flower; docs/notebook.md says what else was tried.
 constexpr int kNeighbors = 16;
 constexpr double kColorSigma = 0.05;    // OKLab, lightness at half weight
 constexpr double kDistanceScale = 2;    // of the two extents
@@ -297,11 +296,6 @@ GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor) : imp
 GaussianGraph::~GaussianGraph() = default;
 
 size_t GaussianGraph::NumGaussians() const { return impl_->surfaces.size(); }
-
-size_t GaussianGraph::Bytes() const {
-  return impl_->surfaces.size() * sizeof(Surface) + impl_->edges.begin.size() * sizeof(size_t) +
-         impl_->edges.other.size() * (sizeof(int) + sizeof(float));
-}
 
 // One completion over the graph.
 class Completer {

@@ -36,7 +36,6 @@ class GaussianGraph {
   GaussianGraph(const GaussianModel& model, Monitor& monitor);
   ~GaussianGraph();
   size_t NumGaussians() const;
-  size_t Bytes() const;
 
  private:
   friend class Completer;
