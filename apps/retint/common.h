@@ -63,6 +63,7 @@ void AddSelect(CLI::App& app, Globals& globals, Action& action);
 void AddProject(CLI::App& app, Globals& globals, Action& action);
 void AddRefit(CLI::App& app, Globals& globals, Action& action);
 void AddRecolor(CLI::App& app, Globals& globals, Action& action);
+void AddPalette(CLI::App& app, Globals& globals, Action& action);
 void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
 void AddConvert(CLI::App& app, Globals& globals, Action& action);
 void AddSynth(CLI::App& app, Globals& globals, Action& action);

@@ -90,6 +90,7 @@ int Main(int argc, char** argv) {
   AddProject(app, globals, action);
   AddRefit(app, globals, action);
   AddRecolor(app, globals, action);
+  AddPalette(app, globals, action);
   AddEvaluate(app, globals, action);
   AddConvert(app, globals, action);
   AddSynth(app, globals, action);

@@ -24,7 +24,10 @@ enum class ColorOpCode : int32_t {
   kGradient,      // table of `size` colors by OKLab lightness from 0 to 1
   kTable,         // table of size^3 colors, red fastest, over [0, 1]^3
   kSoftClip,      // knee: see SoftClipColor
+  kPalette,       // weight of lightness; table of `size` rows: see MovePalette
 };
+
+inline constexpr int kPaletteRow = 7;  // floats
 
 struct ColorOp {
   ColorOpCode code;
@@ -167,6 +170,34 @@ RETINT_HD void TableColor(const float* table, int size, float* color) {
   }
 }
 
+// Moves `size` main colors, and every other color by a mean of their moves: each counts by the
+// inverse fourth power of its distance in OKLab, where lightness counts `lightness_weight` times
+// (Shepard 1968). One move takes lightness L to L' = s L + o and a, b to s (a, b) + L' (u, v): in
+// more or less light a color then keeps hue and saturation.
+// table: [size, 7] of L, a, b, s, o, u, v.
+RETINT_HD void MovePalette(const float* table, int size, float lightness_weight, float* color) {
+  constexpr float kNear = 1e-6f;  // squared distance, so that a main color itself has a weight
+  const OkLab lab = OkLabFromSrgb(color);
+  float total = 0, lightness = 0, chroma = 0, turned[2] = {0, 0};
+  for (int i = 0; i < size; ++i) {
+    const float* row = table + kPaletteRow * i;
+    const float dl = lightness_weight * (lab.lightness - row[0]);
+    const float da = lab.a - row[1], db = lab.b - row[2];
+    const float near = 1 / (dl * dl + da * da + db * db + kNear);
+    const float weight = near * near;
+    const float moved = row[3] * lab.lightness + row[4];
+    total += weight;
+    lightness += weight * moved;
+    chroma += weight * row[3];
+    turned[0] += weight * moved * row[5];
+    turned[1] += weight * moved * row[6];
+  }
+  const float scale = 1 / total;
+  SrgbFromOkLab({scale * lightness, scale * (chroma * lab.a + turned[0]),
+                 scale * (chroma * lab.b + turned[1])},
+                color);
+}
+
 // Draws colors outside [0, 1] towards the gray of their luma until they fit. Smooth: colors whose
 // distance from that gray is below `knee` of the way to the border stay, the others are compressed
 // into the rest.
@@ -217,6 +248,9 @@ RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, float* color
       break;
     case ColorOpCode::kSoftClip:
       SoftClipColor(v[0], color);
+      break;
+    case ColorOpCode::kPalette:
+      MovePalette(tables + op.table, op.size, v[0], color);
       break;
   }
   if (op.strength == 1) return;

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "recolor/edit_text.h"
+#include "recolor/palette.h"
 
 namespace retint {
 namespace {
@@ -182,6 +183,30 @@ std::vector<float> GradientTable(std::span<const float> stops, int size) {
   return table;
 }
 
+// See MovePalette.
+std::vector<float> PaletteTable(std::span<const float> pairs) {
+  constexpr float kLeast = 0.02f;     // lightness, so that black can be moved
+  constexpr float kMostContrast = 2;  // lightness is spread by no more; the rest is added
+  std::vector<float> table;
+  for (size_t i = 0; i < pairs.size(); i += kPairValues) {
+    if (pairs[i] == kUnset)
+      throw OptionError("palette: the region's main colors were not measured");
+    const OkLab from = OkLabFromSrgb(&pairs[i]);
+    const float* target = &pairs[i + 3];
+    float scale = 1, offset = 0, a = 0, b = 0;
+    if (*target != kUnset) {
+      const OkLab to = OkLabFromSrgb(target);
+      scale = std::min(to.lightness / std::max(from.lightness, kLeast), kMostContrast);
+      offset = to.lightness - scale * from.lightness;
+      const float light = std::max(to.lightness, kLeast);
+      a = (to.a - scale * from.a) / light;
+      b = (to.b - scale * from.b) / light;
+    }
+    table.insert(table.end(), {from.lightness, from.a, from.b, scale, offset, a, b});
+  }
+  return table;
+}
+
 ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
   constexpr int kGradientSize = 256;
   ColorOp out{};
@@ -224,6 +249,11 @@ ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
       break;
     case Kind::kGradient:
       add_table(ColorOpCode::kGradient, kGradientSize, GradientTable(op.values, kGradientSize));
+      break;
+    case Kind::kPalette:
+      add_table(ColorOpCode::kPalette, int(op.values.size() / kPairValues),
+                PaletteTable(op.values));
+      out.values[0] = kPaletteLightnessWeight;
       break;
     case Kind::kLut:
       add_table(ColorOpCode::kTable, op.table->size, op.table->values);
@@ -281,7 +311,7 @@ AffineColor ColorEdit::Affine() const {
 
 bool ColorEdit::NeedsMainColor() const {
   return std::any_of(operations.begin(), operations.end(),
-                     [](const auto& op) { return op.kind == Kind::kRecolor && !op.IsSet("from"); });
+                     [](const auto& op) { return op.NeedsMeasuring(); });
 }
 
 void ColorEdit::Check() const {

@@ -38,8 +38,8 @@ struct ColorEdit {
   // Affine(): it is.
   bool IsAffine() const;
   AffineColor Affine() const;
-  // Whether an operation waits for the main color of the region that it will be
-  // applied to, as "make it this color" does until it is measured.
+  // Whether an operation waits for a color of the region that it will be applied
+  // to, as "make it this color" does until the main color is measured.
   bool NeedsMainColor() const;
   // OptionError naming the operation and what is wrong with it.
   void Check() const;

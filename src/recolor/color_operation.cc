@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "recolor/palette.h"
 
 namespace retint {
 namespace {
@@ -17,6 +18,7 @@ using Kind = ColorOperationKind;
 using Form = ColorParameter::Form;
 
 constexpr float kHuge = 1e6f;
+constexpr int kMostPairValues = kMaxPaletteColors * int(kPairValues);
 
 // name, count, default, least, most, required, form
 constexpr ColorParameter kTint[] = {{"color", 3, 1, 0, kHuge, true, Form::kColor}};
@@ -36,6 +38,8 @@ constexpr ColorParameter kRecolor[] = {{"to", 3, 0, 0, 1, true, Form::kColor},
                                        {"from", 3, kUnset, 0, 1, false, Form::kColor},
                                        {"brightest", 1, kUnset, 1, 100}};
 constexpr ColorParameter kGradient[] = {{"stops", 64, 0, 0, 1, true, Form::kStops}};
+constexpr ColorParameter kPalette[] = {
+    {"colors", kMostPairValues, kUnset, 0, 1, true, Form::kPairs}};
 constexpr ColorParameter kSoftClip[] = {{"knee", 1, 0.8f, 0, 0.99f}};
 
 constexpr ColorOperationType kTypes[] = {
@@ -73,6 +77,11 @@ constexpr ColorOperationType kTypes[] = {
      "Replace colors by their lightness: colors from dark to light, evenly or "
      "AT 0 to 1",
      kGradient},
+    {Kind::kPalette, "palette", "palette", "K,INDEX=#rrggbb,...",
+     "Give main colors of the region others: how many to measure, and what the INDEX-th most "
+     "frequent one (`retint palette` lists them) becomes; or the colors themselves, #rrggbb those "
+     "that stay, #rrggbb=#rrggbb the others",
+     kPalette},
     {Kind::kLut,
      "lut",
      "lut",
@@ -114,6 +123,25 @@ void CheckStops(const ColorOperation& op) {
   }
 }
 
+void CheckPairs(const ColorOperation& op) {
+  const ColorOperationType& type = TypeOf(op.kind);
+  const size_t count = op.values.size() / kPairValues;
+  if (op.values.size() % kPairValues != 0 || count < 1 || count > size_t(kMaxPaletteColors)) {
+    Bad(type, "needs 1 to " + std::to_string(kMaxPaletteColors) + " colors");
+  }
+  size_t measured = 0;
+  for (size_t i = 0; i < op.values.size(); i += 3) {
+    const auto color = std::span(op.values).subspan(i, 3);
+    const bool unset =
+        std::all_of(color.begin(), color.end(), [](float value) { return value == kUnset; });
+    const bool valid = std::all_of(color.begin(), color.end(),
+                                   [](float value) { return value >= 0 && value <= 1; });
+    if (!unset && !valid) Bad(type, "a color is not from 0 to 1");
+    measured += i % kPairValues == 0 && !unset;
+  }
+  if (measured != 0 && measured != count) Bad(type, "some of its colors are measured, some not");
+}
+
 }  // namespace
 
 std::span<const ColorOperationType> ColorOperationTypes() { return kTypes; }
@@ -131,7 +159,7 @@ ColorOperation ColorOperation::Make(Kind kind, std::initializer_list<float> firs
   ColorOperation op;
   op.kind = kind;
   for (const ColorParameter& parameter : TypeOf(kind).parameters) {
-    if (parameter.form == Form::kStops) continue;
+    if (parameter.IsList()) continue;
     op.values.insert(op.values.end(), size_t(parameter.count), parameter.initial);
   }
   if (kind == Kind::kAdjust) {
@@ -149,11 +177,22 @@ ColorOperation ColorOperation::Lut(std::shared_ptr<const ColorTable> table) {
   return op;
 }
 
+ColorOperation ColorOperation::Palette(int count) {
+  ColorOperation op = Make(Kind::kPalette);
+  op.values.assign(size_t(std::max(count, 0)) * kPairValues, kUnset);
+  return op;
+}
+
+bool ColorOperation::NeedsMeasuring() const {
+  return (kind == Kind::kRecolor && !IsSet("from")) ||
+         (kind == Kind::kPalette && !values.empty() && values[0] == kUnset);
+}
+
 std::span<const float> ColorOperation::Get(std::string_view name) const {
   size_t at = 0;
   for (const ColorParameter& parameter : TypeOf(kind).parameters) {
     if (name == parameter.name) {
-      if (parameter.form == Form::kStops) return values;
+      if (parameter.IsList()) return values;
       return std::span(values).subspan(at, size_t(parameter.count));
     }
     at += size_t(parameter.count);
@@ -173,6 +212,7 @@ void ColorOperation::Check() const {
   if (table) table->Check();
   size_t expected = 0;
   for (const ColorParameter& parameter : type.parameters) expected += size_t(parameter.count);
+  if (kind == Kind::kPalette) return CheckPairs(*this);
   if (kind == Kind::kGradient) {
     CheckStops(*this);
   } else if (values.size() != expected) {

@@ -27,6 +27,7 @@ enum class ColorOperationKind {
   kAdjust,
   kRecolor,
   kGradient,
+  kPalette,
   kLut,
   kSoftClip,
 };
@@ -35,14 +36,22 @@ enum class ColorOperationKind {
 inline constexpr float kUnset = -1;
 
 struct ColorParameter {
-  enum class Form { kNumbers, kColor, kStops };  // a color: 3 numbers or #rrggbb; stops: 4 each
-  const char* name;                              // in JSON; on the command line with - for _
-  int count;                                     // of values; stops: the most that there may be
-  float initial;                                 // each value's default
+  // A color: 3 numbers or #rrggbb. Lists of any length, which are all of an operation's values:
+  // stops, each a place and a color; pairs, each a color and what it becomes.
+  enum class Form { kNumbers, kColor, kStops, kPairs };
+  const char* name;  // in JSON; on the command line with - for _
+  int count;         // of values; lists: the most that there may be
+  float initial;     // each value's default
   float min, max;
   bool required = false;  // must be given; else `initial` holds
   Form form = Form::kNumbers;
+
+  bool IsList() const { return form == Form::kStops || form == Form::kPairs; }
 };
+
+// Values of a palette's pair: the color, kUnset until it is measured; the color that it becomes,
+// kUnset where it stays.
+inline constexpr size_t kPairValues = 6;
 
 struct ColorOperationType {
   ColorOperationKind kind;
@@ -68,11 +77,15 @@ struct ColorOperation {
   // With the type's defaults, of which `first` replaces the first values.
   static ColorOperation Make(ColorOperationKind kind, std::initializer_list<float> first = {});
   static ColorOperation Lut(std::shared_ptr<const ColorTable> table);
+  // kPalette's, of `count` colors that are yet to be measured and stay.
+  static ColorOperation Palette(int count);
 
   // The values of one parameter. Precondition: the type has it.
   std::span<const float> Get(std::string_view parameter) const;
   std::span<float> Get(std::string_view parameter);
   bool IsSet(std::string_view parameter) const { return Get(parameter)[0] != kUnset; }
+  // Whether it waits for a color of the region that it will be applied to.
+  bool NeedsMeasuring() const;
 
   // OptionError naming operation and parameter: out of range, not finite, an
   // empty range.

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "recolor/palette.h"
 
 namespace retint {
 namespace {
@@ -115,6 +116,47 @@ std::vector<float> ParseStops(const OperationText& text,
   return stops;
 }
 
+// "K,INDEX=#rrggbb,..." or "#rrggbb[=#rrggbb],...", a strength left out. Gives every pair.
+std::vector<float> ParsePairs(const OperationText& text,
+                              const std::vector<std::string_view>& words) {
+  std::vector<float> pairs;
+  const auto add_color = [&](std::string_view word, float* to) {
+    if (!word.starts_with('#')) text.Fail(std::string(word).append(" is not a color"));
+    std::vector<float> values;
+    text.AddColor(word, values);
+    std::copy(values.begin(), values.end(), to);
+  };
+  const bool measured = !words.empty() && !words[0].starts_with('#');
+  bool changed = false;
+  for (size_t i = 0; i < words.size(); ++i) {
+    const auto equals = words[i].find('=');
+    const std::string_view key = Trimmed(words[i].substr(0, equals));
+    const bool has_target = equals != std::string_view::npos;
+    size_t at = i * kPairValues;
+    if (measured) {
+      const float number = text.Number(key);
+      const float most = i == 0 ? float(kMaxPaletteColors) : float(pairs.size() / kPairValues);
+      if (i == 0 && has_target) text.Fail("the number of colors comes first");
+      if (i > 0 && !has_target) text.Fail("'" + std::string(key) + "' has no color");
+      if (!(number >= 1 && number <= most) || number != std::floor(number)) {
+        text.Fail((i == 0 ? "the number of colors" : "an index") +
+                  std::string(" must be from 1 to ") + std::to_string(int(most)) + ", not " +
+                  std::string(key));
+      }
+      if (i == 0) pairs = ColorOperation::Palette(int(number)).values;
+      at = size_t(number - 1) * kPairValues;
+    } else {
+      pairs.insert(pairs.end(), kPairValues, kUnset);
+      add_color(key, &pairs[at]);
+    }
+    if (!has_target) continue;
+    add_color(Trimmed(words[i].substr(equals + 1)), &pairs[at + 3]);
+    changed = true;
+  }
+  if (!changed) text.Fail("changes no color");
+  return pairs;
+}
+
 const ColorParameter* FindParameter(const ColorOperationType& type, std::string_view name) {
   for (const ColorParameter& parameter : type.parameters) {
     if (name == parameter.name) return &parameter;
@@ -123,7 +165,7 @@ const ColorParameter* FindParameter(const ColorOperationType& type, std::string_
 }
 
 void Set(ColorOperation& op, const ColorParameter& parameter, const std::vector<float>& values) {
-  if (parameter.form == Form::kStops) {
+  if (parameter.IsList()) {
     op.values = values;
   } else {
     std::copy(values.begin(), values.end(), op.Get(parameter.name).begin());
@@ -180,16 +222,46 @@ float JsonNumber(const Json& value, const std::string& where) {
   return float(number);
 }
 
-std::vector<float> JsonValues(const Json& json, const ColorParameter& parameter,
-                              const ColorOperationType& type, const std::string& where) {
-  if (json.is_string() && parameter.form == Form::kColor) {
+// #rrggbb or three numbers.
+std::vector<float> JsonColor(const Json& json, const ColorOperationType& type,
+                             const std::string& where) {
+  std::vector<float> values;
+  if (json.is_string()) {
     const std::string text = json.get<std::string>();
-    std::vector<float> values;
     const OperationText reader(type, text);
     if (!text.starts_with('#')) reader.Fail("is not a color");
     reader.AddColor(text, values);
     return values;
   }
+  if (!json.is_array() || json.size() != 3) {
+    throw OptionError(where + " is not a list of 3 numbers");
+  }
+  for (const Json& value : json) values.push_back(JsonNumber(value, where));
+  return values;
+}
+
+// [{"from": color, "to": color}, ...], either or both left out.
+std::vector<float> JsonPairs(const Json& json, const ColorOperationType& type,
+                             const std::string& where) {
+  if (!json.is_array()) throw OptionError(where + " is not a list");
+  std::vector<float> values;
+  for (const Json& pair : json) {
+    if (!pair.is_object()) throw OptionError(where + ": a color is not an object");
+    values.insert(values.end(), kPairValues, kUnset);
+    for (const auto& [key, value] : pair.items()) {
+      if (key != "from" && key != "to")
+        throw OptionError(where + ": a color has no " + Quoted(key));
+      const std::vector<float> color = JsonColor(value, type, where + "." + key);
+      std::copy(color.begin(), color.end(), values.end() - (key == "from" ? 6 : 3));
+    }
+  }
+  return values;
+}
+
+std::vector<float> JsonValues(const Json& json, const ColorParameter& parameter,
+                              const ColorOperationType& type, const std::string& where) {
+  if (parameter.form == Form::kColor) return JsonColor(json, type, where);
+  if (parameter.form == Form::kPairs) return JsonPairs(json, type, where);
   std::vector<float> values;
   if (parameter.form == Form::kStops) {
     if (!json.is_array()) throw OptionError(where + " is not a list");
@@ -264,13 +336,30 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
   return op;
 }
 
+Json PairsToJson(std::span<const float> values) {
+  Json json = Json::array();
+  for (size_t i = 0; i + kPairValues <= values.size(); i += kPairValues) {
+    Json pair = Json::object();
+    for (const size_t at : {i, i + 3}) {
+      if (values[at] == kUnset) continue;
+      pair[at == i ? "from" : "to"] = {values[at], values[at + 1], values[at + 2]};
+    }
+    json.push_back(std::move(pair));
+  }
+  return json;
+}
+
 Json OperationToJson(const ColorOperation& op, bool with_tables) {
   const ColorOperationType& type = TypeOf(op.kind);
   Json json = {{"op", type.name}};
   if (op.strength != 1) json["strength"] = op.strength;
   for (const ColorParameter& parameter : type.parameters) {
-    if (parameter.initial == kUnset && !op.IsSet(parameter.name)) continue;
     const std::span<const float> values = op.Get(parameter.name);
+    if (parameter.form == Form::kPairs) {
+      json[parameter.name] = PairsToJson(values);
+      continue;
+    }
+    if (parameter.initial == kUnset && !op.IsSet(parameter.name)) continue;
     Json& to = json[parameter.name];
     if (parameter.form == Form::kStops) {
       for (size_t i = 0; i + 3 < values.size(); i += 4) {
@@ -303,7 +392,8 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
   std::vector<std::string_view> keys;
   for (const std::string_view word : Split(text, ',')) {
     const auto equals = word.find('=');
-    if (equals == std::string_view::npos) {
+    const bool of_list = type.kind == Kind::kPalette && !word.starts_with("strength");
+    if (equals == std::string_view::npos || of_list) {
       if (!word.empty() || *type.syntax != 0) plain.push_back(word);
       continue;
     }
@@ -313,15 +403,16 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
     const ColorParameter* parameter = FindParameter(type, key);
     if (key == "strength") {
       op.strength = reader.Number(value);
-    } else if (!parameter || parameter->form == Form::kStops) {
+    } else if (!parameter || parameter->IsList()) {
       reader.Fail("there is no '" + key + "'");
     } else {
       Set(op, *parameter, reader.Values(value, *parameter));
     }
     keys.push_back(parameter ? parameter->name : "");
   }
-  if (type.kind == Kind::kGradient) {
-    op.values = ParseStops(reader, plain);
+  if (type.kind == Kind::kGradient || type.kind == Kind::kPalette) {
+    op.values =
+        type.kind == Kind::kGradient ? ParseStops(reader, plain) : ParsePairs(reader, plain);
     plain.clear();
   }
   std::vector<float> values;
@@ -336,7 +427,7 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
   for (const ColorParameter& parameter : type.parameters) {
     const size_t count = size_t(parameter.count);
     const bool named = std::find(keys.begin(), keys.end(), parameter.name) != keys.end();
-    if (parameter.form == Form::kStops || (named && used == values.size())) continue;
+    if (parameter.IsList() || (named && used == values.size())) continue;
     if (used == values.size() && !parameter.required) break;
     if (values.size() - used < count) {
       reader.Fail(std::string("needs ") + std::to_string(count) + " value" +

@@ -2,9 +2,11 @@
 #include "session/main_colors.h"
 
 #include <algorithm>
+#include <string>
 
 #include "base/error.h"
 #include "recolor/main_color.h"
+#include "recolor/palette.h"
 
 namespace retint {
 namespace {
@@ -68,22 +70,50 @@ std::vector<float> Edited(const std::vector<float>& pixels, const ColorEdit& edi
   return edited;
 }
 
+void SetMainColor(ColorOperation& op, const std::vector<float>& pixels) {
+  const auto main = FindMainColor(pixels);
+  if (!main) throw InputError("the selection has no pixel whose color could be measured");
+  std::copy(main->rgb.begin(), main->rgb.end(), op.Get("from").begin());
+  op.Get("brightest")[0] = main->brightest;
+}
+
+void SetPalette(ColorOperation& op, const std::vector<float>& pixels) {
+  const auto wanted = op.values.size() / kPairValues;
+  const std::vector<PaletteColor> palette = FindPalette(pixels, int(wanted));
+  if (palette.empty()) {
+    throw InputError("the selection has no pixel whose color could be measured");
+  }
+  for (size_t i = 0; i < wanted; ++i) {
+    float* pair = &op.values[i * kPairValues];
+    if (i < palette.size()) {
+      std::copy(palette[i].rgb.begin(), palette[i].rgb.end(), pair);
+    } else if (pair[3] != kUnset) {
+      throw InputError("palette: color " + std::to_string(i + 1) + " is to be changed, but only " +
+                       std::to_string(palette.size()) + " different ones were found");
+    }
+  }
+  op.values.resize(std::min(wanted, palette.size()) * kPairValues);
+}
+
 }  // namespace
+
+std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Reconstruction& model,
+                                     Renderer& renderer, std::span<const float> sh) {
+  renderer.SetSh(sh);
+  return PixelsOf(ViewsOf(selection, model), renderer);
+}
 
 ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection,
                          const Reconstruction& model, Renderer& renderer,
                          std::span<const float> sh) {
   if (!edit.NeedsMainColor()) return edit;
-  renderer.SetSh(sh);
-  const std::vector<float> pixels = PixelsOf(ViewsOf(selection, model), renderer);
+  const std::vector<float> pixels = PixelsOfSelection(selection, model, renderer, sh);
   for (size_t i = 0; i < edit.operations.size(); ++i) {
     ColorOperation& op = edit.operations[i];
-    if (op.kind != ColorOperationKind::kRecolor || op.IsSet("from")) continue;
+    if (!op.NeedsMeasuring()) continue;
     const ColorEdit before{{edit.operations.begin(), edit.operations.begin() + ptrdiff_t(i)}, 1};
-    const auto main = FindMainColor(Edited(pixels, before));
-    if (!main) throw InputError("the selection has no pixel whose color could be measured");
-    std::copy(main->rgb.begin(), main->rgb.end(), op.Get("from").begin());
-    op.Get("brightest")[0] = main->brightest;
+    const std::vector<float> edited = Edited(pixels, before);
+    op.kind == ColorOperationKind::kPalette ? SetPalette(op, edited) : SetMainColor(op, edited);
   }
   return edit;
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measures what "make it this color" needs to know of a region. Internal to session.
+// Measures what edits need to know of a region's colors. Internal to session.
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "recolor/color_edit.h"
 #include "render/renderer.h"
@@ -11,10 +12,15 @@
 
 namespace retint {
 
-// `edit` with the main colors that it waits for: of the pixels that were painted, or where the
-// masks came from elsewhere, of up to eight views that they show in, as the coefficients `sh`
-// [N, K, 3] render them; after the operations before it in the list. InputError when the selection
-// has no pixel in any of them.
+// [P, 3]: the pixels that were painted, or where the masks came from elsewhere, those of up to
+// eight views that they show in, as the coefficients `sh` [N, K, 3] render them; of each view at
+// most some ten thousands.
+std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Reconstruction& model,
+                                     Renderer& renderer, std::span<const float> sh);
+
+// `edit` with the main colors that it waits for, measured on those pixels after the operations
+// before it in the list. A palette keeps as many colors as there are. InputError when the selection
+// has no pixel, or not the color that is to be changed.
 ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection,
                          const Reconstruction& model, Renderer& renderer,
                          std::span<const float> sh);

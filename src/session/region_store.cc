@@ -116,7 +116,7 @@ void RegionStore::CheckRegion(const Region& region) const {
   }
   try {
     region.edit.Check();
-    CheckOption(!region.edit.NeedsMainColor(), "recolor: the main color is missing");
+    CheckOption(!region.edit.NeedsMainColor(), "the edit's colors were not measured");
   } catch (const OptionError& error) {
     throw InputError(name + error.what());
   }
@@ -202,6 +202,20 @@ ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, 
   if (!edit.NeedsMainColor()) return edit;
   return WithMainColors(edit, selection, scene_.reconstruction(), scene_.renderer(),
                         ShAfter(state, index));
+}
+
+std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {
+  const Region& region = Require(id);
+  const auto index = static_cast<size_t>(&region - regions().regions.data());
+  return FindPalette(PixelsOfSelection(*region.selection, scene_.reconstruction(),
+                                       scene_.renderer(), ShAfter(regions(), index)),
+                     count);
+}
+
+std::vector<PaletteColor> RegionStore::MeasurePalette(const RegionSelection& selection, int count) {
+  return FindPalette(PixelsOfSelection(selection, scene_.reconstruction(), scene_.renderer(),
+                                       scene_.original().sh),
+                     count);
 }
 
 const Region& RegionStore::Require(RegionId id) const {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "recolor/palette.h"
 #include "session/history.h"
 #include "session/open_scene.h"
 #include "session/region.h"
@@ -50,6 +51,10 @@ class RegionStore {
   // The coefficients, [N, K, 3], that the first `count` regions of `state` make of the original's:
   // each visible region's fit, or where that is out of date its closed form.
   std::vector<float> ShAfter(const RegionSet& state, size_t count) const;
+  // Up to `count` main colors of a region as it is before its own edit, or of a selection in the
+  // original scene, most frequent first. OptionError for a count out of range, see FindPalette.
+  std::vector<PaletteColor> MeasurePalette(RegionId id, int count);
+  std::vector<PaletteColor> MeasurePalette(const RegionSelection& selection, int count);
 
  private:
   // `edit` for regions[index] of `state`, with the main colors that it asks for.

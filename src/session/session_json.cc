@@ -250,7 +250,8 @@ void ReadEdit(const Node& node, Region* region) {
     region->edit = node.Has("gain") ? ReadAffineEdit(node)
                                     : EditFromJson(edit.json().dump(), node.path().parent_path());
     region->edit.Check();
-    CheckOption(!region->edit.NeedsMainColor(), "recolor needs \"from\"");
+    CheckOption(!region->edit.NeedsMainColor(),
+                "its colors were not measured: \"from\" is missing");
   } catch (const OptionError& error) {
     edit.Fail(error.what());
   }

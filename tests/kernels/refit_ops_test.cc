@@ -266,6 +266,7 @@ ColorProgram EveryOperation(std::mt19937& rng, std::vector<float>* tables) {
         0.3f, 0.5f}},
       {ColorOpCode::kGradient, {}, 16, 16},
       {ColorOpCode::kTable, {}, 5, 125},
+      {ColorOpCode::kPalette, {0.5f}, 6, 14},
       {ColorOpCode::kSoftClip, {0.8f}},
   };
   ColorProgram program{};

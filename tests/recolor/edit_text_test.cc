@@ -63,6 +63,26 @@ TEST(ParseOperationTest, FillsParametersInOrderAndByName) {
             (std::vector<float>{0.25f, 0, 0, 0, 0.75f, 1, 1, 1}));
 }
 
+TEST(ParseOperationTest, ReadsPalettes) {
+  ColorOperation measured = ColorOperation::Palette(3);
+  std::fill_n(measured.values.begin() + 9, 3, 0.0f);
+  measured.values[9 + 2] = 1;
+  EXPECT_EQ(Parse(Kind::kPalette, "3, 2=#0000ff"), measured);
+  EXPECT_EQ(EditFromJson(EditToJson({{measured}, 1}, true), "").operations[0], measured);
+  EXPECT_EQ(Parse(Kind::kPalette, "#ff0000=#0000ff,#00ff00,strength=0.5").values,
+            (std::vector<float>{1, 0, 0, 0, 0, 1, 0, 1, 0, kUnset, kUnset, kUnset}));
+  EXPECT_EQ(Parse(Kind::kPalette, "1,1=#ff0000,strength=0.5").strength, 0.5f);
+  EXPECT_THAT(FaultOf(Kind::kPalette, ""), HasSubstr("is not a number"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "5"), HasSubstr("changes no color"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "17,1=#ff0000"), HasSubstr("from 1 to 16, not 17"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "nan,1=#ff0000"), HasSubstr("not finite"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "2.5,1=#ff0000"), HasSubstr("from 1 to 16, not 2.5"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "3,4=#ff0000"), HasSubstr("an index must be from 1 to 3"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "3,2"), HasSubstr("'2' has no color"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "3,2=blue"), HasSubstr("is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "#ff0000=#00ff00,2=#0000ff"), HasSubstr("is not a color"));
+}
+
 TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THAT(FaultOf(Kind::kExposure, "bright"), HasSubstr("exposure 'bright': 'bright' is not"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "1,2"), HasSubstr("too many values"));
@@ -102,6 +122,7 @@ ColorEdit EveryOperation() {
                      ColorOperation::Make(Kind::kRecolor, {0.1f, 0.3f, 0.9f, 0.25f}),
                      ColorOperation::Make(Kind::kRecolor, {0.1f, 0.3f, 0.9f, 0, 0.8f, 0.1f, 0, 2}),
                      ColorOperation::Make(Kind::kGradient, {0, 0, 0, 0.1f, 1, 0.9f, 1, 1}),
+                     Parse(Kind::kPalette, "#d0a020=#3060ff,#204010"),
                      ColorOperation::Lut(table),
                      ColorOperation::Make(Kind::kSoftClip)};
   edit.operations[3].strength = 0.6f;
@@ -143,6 +164,11 @@ TEST(EditJsonTest, SaysWhereAFaultIs) {
               HasSubstr("list of 3 numbers"));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "tint", "color": "blue"}]})"),
               HasSubstr("is not a color"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "palette"}]})"), HasSubstr("needs \"colors\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "palette", "colors": []}]})"),
+              HasSubstr("needs 1 to 16 colors"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "palette", "colors": [{"into": [1, 0, 0]}]}]})"),
+              HasSubstr("a color has no \"into\""));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut"}]})"), HasSubstr("has no \"file\""));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut", "size": 3, "table": "AAAA"}]})"),
               HasSubstr("color table"));

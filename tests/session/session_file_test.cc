@@ -343,7 +343,7 @@ TEST_F(SessionFile, NamesTheFaultOfAValue) {
       [&](Json& j) {
         operation(j) = {{"op", "recolor"}, {"to", {0, 0, 1}}};
       },
-      "regions[0].edit: recolor needs \"from\"");
+      "regions[0].edit: its colors were not measured: \"from\" is missing");
   expect([&](Json& j) { j["regions"][0].erase("edit"); }, "regions[0]: has no \"edit\"");
   expect([](Json& j) { j["regions"][0].erase("name"); }, "regions[0]: has no \"name\"");
   expect([](Json& j) { j["regions"][1]["id"] = 1; }, "regions[1].id: comes twice");

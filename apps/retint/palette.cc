@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint palette: the main colors of what is painted or masked.
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "recolor/palette.h"
+#include "retint/common.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  PaintArguments paint;
+  std::filesystem::path masks, report, picture;
+  int colors = 5;
+};
+
+uint8_t Byte(float value) { return static_cast<uint8_t>(std::lround(value * 255)); }
+
+std::string Hex(const PaletteColor& color) {
+  return fmt::format("#{:02x}{:02x}{:02x}", Byte(color.rgb[0]), Byte(color.rgb[1]),
+                     Byte(color.rgb[2]));
+}
+
+// The most frequent color on the left, each as wide as its share.
+Image8 Swatches(const std::vector<PaletteColor>& palette) {
+  constexpr int kWidth = 480, kHeight = 80;
+  Image8 picture(kWidth, kHeight);
+  for (int x = 0; x < kWidth; ++x) {
+    size_t at = 0;
+    float end = palette[0].share;
+    while (at + 1 < palette.size() && (static_cast<float>(x) + 0.5F) / kWidth >= end) {
+      end += palette[++at].share;
+    }
+    for (int y = 0; y < kHeight; ++y) {
+      for (int c = 0; c < 3; ++c) {
+        picture.data[static_cast<size_t>((y * kWidth + x) * 3 + c)] =
+            Byte(palette[at].rgb[static_cast<size_t>(c)]);
+      }
+    }
+  }
+  return picture;
+}
+
+std::string ToJson(const std::vector<PaletteColor>& palette) {
+  nlohmann::ordered_json json = {{"colors", nlohmann::ordered_json::array()}};
+  for (size_t i = 0; i < palette.size(); ++i) {
+    json["colors"].push_back({{"index", i + 1},
+                              {"hex", Hex(palette[i])},
+                              {"color", palette[i].rgb},
+                              {"share", palette[i].share}});
+  }
+  return json.dump(2) + "\n";
+}
+
+RegionSelection ReadSelection(const Arguments& arguments, const EditSession& session, Run& run) {
+  RegionSelection selection;
+  if (arguments.masks.empty()) {
+    selection.source.painted = ReadPaint(arguments.paint, session);
+  } else {
+    selection.masks = ReadMasksByName(arguments.masks, session, run);
+  }
+  return selection;
+}
+
+void Palette(const Arguments& arguments, Run& run) {
+  CheckOption(arguments.masks.empty() != arguments.paint.views.empty(),
+              "give either --view and --mask, or --masks, and not both");
+  for (const auto& path : {arguments.report, arguments.picture}) {
+    if (!path.empty()) CheckOutput(path);
+  }
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const std::vector<PaletteColor> palette =
+      session->store().MeasurePalette(ReadSelection(arguments, *session, run), arguments.colors);
+  if (palette.empty()) throw InputError("no pixel is selected");
+  StagedOutput staged;
+  if (!arguments.report.empty()) {
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(palette)); });
+  }
+  if (!arguments.picture.empty()) {
+    staged.Add(arguments.picture, [&](const auto& path) { WritePng(path, Swatches(palette)); });
+  }
+  staged.Commit();
+  run.FinishProgress();
+  for (size_t i = 0; i < palette.size(); ++i) {
+    run.Print(fmt::format("{:<13}{}   {:5.1f} %", i + 1, Hex(palette[i]), 100 * palette[i].share));
+  }
+}
+
+}  // namespace
+
+void AddPalette(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "palette",
+                           "The main colors of what is painted or masked, for --palette");
+  AddScene(verb, arguments->scene);
+  AddPaint(verb, arguments->paint, /*required=*/false);
+  AddPath(verb, "--masks", arguments->masks,
+          "Folder of <image name>.png, instead of --view and --mask", "FOLDER");
+  verb->add_option("--colors", arguments->colors, "How many colors to look for")
+      ->check(CLI::Range(1, kMaxPaletteColors));
+  AddPath(verb, "--report", arguments->report, "The colors and their shares to write (.json)");
+  AddPath(verb, "--picture", arguments->picture, "Swatches to write (.png)");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Palette(*arguments, run); }; });
+}
+
+}  // namespace retint::cli
