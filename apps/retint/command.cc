@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint: the command line. Parses, runs one verb, and turns what it throws into one line on stderr
-// and an exit code.
+#include "retint/command.h"
+
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -68,7 +68,9 @@ int Execute(const Globals& globals, const Action& action) {
   }
 }
 
-int Main(int argc, char** argv) {
+}  // namespace
+
+int RunCommand(int argc, char** argv) {
   // Writing beyond a file size limit is an error like a full disk, not a crash.
   std::signal(SIGXFSZ, SIG_IGN);
   Globals globals;
@@ -103,7 +105,4 @@ int Main(int argc, char** argv) {
   return Execute(globals, action);
 }
 
-}  // namespace
 }  // namespace retint::cli
-
-int main(int argc, char** argv) { return retint::cli::Main(argc, argv); }
