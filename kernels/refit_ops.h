@@ -35,6 +35,9 @@ struct RegionResidualParams {
   float* residual;         // [H, W, 3]; may be `image`
   double* loss;            // [1] backend memory, accumulated
   const uint8_t* weights;  // [tiles, kTileSize^2] in steps of 1 / 255, or null: all 1
+  // [1] backend memory, or null: CUDA raises it to the largest |residual|, for
+  // BlendTransposeParams::largest. The CPU has no use for it and leaves it as it is.
+  float* largest = nullptr;
 };
 
 // L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), SSIM with an 11x11 Gaussian

@@ -90,9 +90,10 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
 // With a row step of 2 every second row of pixels is visited, a pixel a lane.
 template <int C, int row_step>
 __global__ void __launch_bounds__(kTileThreads)
-    BlendTransposeKernel(TileLists lists, BlendTransposeParams params) {
+    BlendTransposeKernel(TileLists lists, BlendTransposeParams params, FixedSums to) {
   __shared__ __align__(16) Batch<int> batches[kWarps];
   const int index = lists.Index(), lane_id = threadIdx.x % 32;
+  const float per_unit = to.Load().per_unit;
   const Lane lane = LaneOf<row_step>(lists, lists.tile_ids ? lists.tile_ids[index] : index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
   float residual0[C] = {}, residual1[C] = {};
@@ -125,16 +126,28 @@ __global__ void __launch_bounds__(kTileThreads)
           if (!__any_sync(kFullWarp, any)) continue;
           const int mine = first + (lane_id >> 2);
           const int row = mine < count ? batch.payloads[mine] : -1;
-#pragma unroll
-          for (int c = 0; c < C; ++c) {
-            const float sum = ReduceEight(sums[c]);
-            if ((lane_id & 3) == (c & 3) && row >= 0 && sum != 0) {
-              atomicAdd(&params.result[int64_t(row) * C + c], sum);
-            }
-          }
+          to.Add<C, 4>(per_unit, row, [&](int c) { return ReduceEight(sums[c]); });
         }
       },
       [&] { return t0 > 0 || t1 > 0; });
+}
+
+// The largest |residual| in the wanted rows of the tiles, a block each.
+__global__ void __launch_bounds__(kTileThreads)
+    LargestKernel(const int32_t* tile_ids, int tiles_x, int width, int height, uint16_t pixel_rows,
+                  const float* residual, int channels, float* largest) {
+  const int tile = tile_ids ? tile_ids[blockIdx.x] : int(blockIdx.x);
+  const int x0 = tile % tiles_x * kTileSize, y0 = tile / tiles_x * kTileSize;
+  const int row_values = min(kTileSize, width - x0) * channels;
+  float found = 0;
+  for (int y = int(threadIdx.x) / 32; y < min(kTileSize, height - y0); y += kWarps) {
+    if (!(pixel_rows >> y & 1)) continue;
+    const float* const row = residual + (int64_t(y0 + y) * width + x0) * channels;
+    for (int i = int(threadIdx.x) % 32; i < row_values; i += 32) {
+      found = LargerMagnitude(found, row[i]);
+    }
+  }
+  RaiseLargest(found, largest);
 }
 
 template <int row_step>
@@ -206,21 +219,28 @@ void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream
   });
 }
 
+void LargestOf(const CudaViewGeometry& view, const BlendTransposeParams& params, float* largest,
+               cudaStream_t stream) {
+  Check(cudaMemsetAsync(largest, 0, sizeof(float), stream), "cudaMemsetAsync");
+  const int tiles = int(view.is_region() ? view.tile_ids.size() : view.ranges.size());
+  if (tiles == 0) return;
+  LargestKernel<<<tiles, kTileThreads, 0, stream>>>(
+      view.is_region() ? view.tile_ids.data() : nullptr, view.tiles_x(), view.camera().width,
+      view.camera().height, uint16_t(params.pixel_rows & view.pixel_rows()), params.residual,
+      params.channels, largest);
+  Check(cudaGetLastError(), "LargestKernel");
+}
+
 void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& params,
-                    cudaStream_t stream) {
-  if (view.num_rows() > 0) {
-    Check(cudaMemsetAsync(params.result, 0,
-                          size_t(view.num_rows()) * params.channels * sizeof(float), stream),
-          "cudaMemsetAsync");
-  }
-  if (view.has_weights()) return BlendWeightsTranspose(view, params, stream);
+                    const FixedSums& sums, cudaStream_t stream) {
+  if (view.has_weights()) return BlendWeightsTranspose(view, params, sums, stream);
   const TileLists lists = ListsOf(view);
   WithChannels(params.channels, [&](auto c) {
     if (lists.tiles == 0) return;
     if (IsEverySecondRow(params.pixel_rows)) {
-      BlendTransposeKernel<c(), 2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+      BlendTransposeKernel<c(), 2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params, sums);
     } else {
-      BlendTransposeKernel<c(), 1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+      BlendTransposeKernel<c(), 1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params, sums);
     }
     Check(cudaGetLastError(), "BlendTransposeKernel");
   });

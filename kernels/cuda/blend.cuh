@@ -4,13 +4,18 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "kernels/cuda/fixed_sums.cuh"
 #include "kernels/cuda/geometry.cuh"
 
 namespace retint::cuda {
 
 void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream);
+// The largest |params.residual| that BlendTranspose reads, into *largest.
+void LargestOf(const CudaViewGeometry& view, const BlendTransposeParams& params, float* largest,
+               cudaStream_t stream);
+// Adds to `sums`, [rows, C], what BlendOps::BlendTranspose leaves in params.result.
 void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& params,
-                    cudaStream_t stream);
+                    const FixedSums& sums, cudaStream_t stream);
 void Depth(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream);
 
 }  // namespace retint::cuda

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The device's group of blending operations. The large ones have files of their own: prepare.cu,
 // region.cu and blend.cu.
+#include <mutex>
+
 #include "kernels/cuda/blend.cuh"
 #include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/launch.cuh"
@@ -10,7 +12,12 @@ namespace {
 
 class CudaBlendOps : public BlendOps {
  public:
-  explicit CudaBlendOps(cudaStream_t stream) : stream_(stream) {}
+  explicit CudaBlendOps(cudaStream_t stream)
+      : stream_(stream), largest_(stream, 1), one_(stream, 1) {
+    const float one = 1;
+    Check(cudaMemcpyAsync(one_.data(), &one, sizeof(one), cudaMemcpyHostToDevice, stream),
+          "cudaMemcpyAsync");
+  }
 
   std::unique_ptr<Model> DoUploadModel(const GaussianArrays& host) override {
     return Upload(host, stream_);
@@ -31,7 +38,16 @@ class CudaBlendOps : public BlendOps {
   }
 
   void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
-    cuda::BlendTranspose(Own(view), params, stream_);
+    const CudaViewGeometry& own = Own(view);
+    const int64_t values = view.num_rows() * params.channels;
+    if (values == 0) return;
+    const std::lock_guard lock(mutex_);  // what is queued here belongs together
+    const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
+    const float* const largest = params.largest ? params.largest : largest_.data();
+    if (!params.largest) LargestOf(own, params, largest_.data(), stream_);
+    const FixedSums sums = sums_.Take(size_t(values), pixels, largest, stream_);
+    cuda::BlendTranspose(own, params, sums, stream_);
+    MoveSums(sums, values, params.result, stream_);
   }
 
   void DoDepth(const ViewGeometry& view, const DepthParams& params) override {
@@ -47,7 +63,8 @@ class CudaBlendOps : public BlendOps {
     ForEach(pixels, stream_, "AccumulateShares", [=] __device__(int64_t p) {
       to[p] = {float(mask[p]) / 255.0f, 1.0f};
     });
-    DoBlendTranspose(view, {&residual.data()->x, 2, &of_rows.data()->x});
+    DoBlendTranspose(view,
+                     {&residual.data()->x, 2, &of_rows.data()->x, kAllPixelRows, one_.data()});
     const int32_t* gaussians = view.rows();
     const float2* from = of_rows.data();
     ForEach(rows, stream_, "AccumulateShares", [=] __device__(int64_t r) {
@@ -75,6 +92,9 @@ class CudaBlendOps : public BlendOps {
 
  private:
   cudaStream_t stream_;
+  std::mutex mutex_;              // of sums_ and largest_
+  FixedSumsMemory sums_;          // of the transpose under way
+  Scratch<float> largest_, one_;  // of its residual; 1
 };
 
 }  // namespace

@@ -46,7 +46,12 @@ class CudaBackend : public Backend {
     stereo_ = MakeStereoOps(stream_);
     neighbors_ = MakeNeighborOps(stream_);
   }
-  ~CudaBackend() override { cudaStreamDestroy(stream_); }
+  ~CudaBackend() override {
+    // Their memory is given back on the stream.
+    blend_.reset(), sh_.reset(), solve_.reset(), refit_.reset();
+    mask_.reset(), stereo_.reset(), neighbors_.reset();
+    cudaStreamDestroy(stream_);
+  }
   CudaBackend(const CudaBackend&) = delete;
   CudaBackend& operator=(const CudaBackend&) = delete;
 

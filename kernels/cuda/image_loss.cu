@@ -4,7 +4,6 @@
 #include "kernels/cuda/image_loss.cuh"
 
 #include "kernels/common/loss.h"
-#include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/scan.cuh"
 
 namespace retint::cuda {
@@ -38,7 +37,8 @@ struct Maps {
 };
 
 __global__ void __launch_bounds__(kThreads)
-    MomentsKernel(ImageLossParams params, Box roi, Maps maps, double* ssim_sum) {
+    MomentsKernel(ImageLossParams params, Box roi, Maps maps, BlockSums sums_of_blocks,
+                  double* ssim_sum) {
   __shared__ float in[2][kHaloHeight][kHaloWidth];
   __shared__ float rows[5][kHaloHeight][kWidth];
   const int x0 = maps.box.x0 + int(blockIdx.x) * kWidth,
@@ -87,12 +87,12 @@ __global__ void __launch_bounds__(kThreads)
     maps.data[maps.Index(x0 + x, y0 + y, 3 * channel + 1)] = point.d_xx;
     maps.data[maps.Index(x0 + x, y0 + y, 3 * channel + 2)] = point.d_xy;
   }
-  AddOverBlock(total, ssim_sum);
+  sums_of_blocks.AddTo(ssim_sum, total);
 }
 
 __global__ void __launch_bounds__(kThreads)
     GradientKernel(ImageLossParams params, Box roi, Maps maps, float l1_scale, float ssim_scale,
-                   double* l1_sum) {
+                   BlockSums sums_of_blocks, double* l1_sum) {
   __shared__ float in[3][kHaloHeight][kHaloWidth];
   __shared__ float rows[3][kHaloHeight][kWidth];
   const int x0 = roi.x0 + int(blockIdx.x) * kWidth, y0 = roi.y0 + int(blockIdx.y) * kHeight;
@@ -136,7 +136,7 @@ __global__ void __launch_bounds__(kThreads)
     params.gradient[at] =
         l1_scale * sign + ssim_scale * (sums[0] + 2 * vx * sums[1] + vy * sums[2]);
   }
-  AddOverBlock(total, l1_sum);
+  sums_of_blocks.AddTo(l1_sum, total);
 }
 
 __global__ void AddLossKernel(const Sums* sums, double l1_scale, double ssim_scale, double pixels,
@@ -150,7 +150,8 @@ dim3 GridOf(const Box& box) {
 
 }  // namespace
 
-ImageLossValue ImageLoss(const ImageLossParams& params, cudaStream_t stream) {
+ImageLossValue ImageLoss(const ImageLossParams& params, BlockSumsMemory& memory,
+                         cudaStream_t stream) {
   const Box roi{params.roi[0], params.roi[1], params.roi[2], params.roi[3]};
   const Box halo{roi.x0 > kR ? roi.x0 - kR : 0, roi.y0 > kR ? roi.y0 - kR : 0,
                  roi.x1 + kR < params.width ? roi.x1 + kR : params.width,
@@ -160,11 +161,14 @@ ImageLossValue ImageLoss(const ImageLossParams& params, cudaStream_t stream) {
   Check(cudaMemsetAsync(sums.data(), 0, sums.bytes(), stream), "cudaMemsetAsync");
   const Maps maps{planes.data(), halo};
   const double count = double(params.width) * params.height * 3;
-  MomentsKernel<<<GridOf(halo), kThreads, 0, stream>>>(params, roi, maps, &sums.data()->ssim);
+  const dim3 halo_grid = GridOf(halo);  // the larger of the two
+  const BlockSums of_blocks = memory.Take(size_t(halo_grid.x) * halo_grid.y * halo_grid.z, stream);
+  MomentsKernel<<<halo_grid, kThreads, 0, stream>>>(params, roi, maps, of_blocks,
+                                                    &sums.data()->ssim);
   Check(cudaGetLastError(), "MomentsKernel");
   GradientKernel<<<GridOf(roi), kThreads, 0, stream>>>(
       params, roi, maps, float((1 - params.lambda) / count), float(-params.lambda / count),
-      &sums.data()->l1);
+      of_blocks, &sums.data()->l1);
   Check(cudaGetLastError(), "GradientKernel");
 
   const double pixels = double(roi.x1 - roi.x0) * (roi.y1 - roi.y0) * 3;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "kernels/cuda/device.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/refit_ops.h"
 
 namespace retint::cuda {
 
 // RefitOps::ImageLoss, whose region of interest is not empty.
-ImageLossValue ImageLoss(const ImageLossParams& params, cudaStream_t stream);
+ImageLossValue ImageLoss(const ImageLossParams& params, BlockSumsMemory& memory,
+                         cudaStream_t stream);
 
 }  // namespace retint::cuda

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The refit's steps on the pixels of a region or of a box.
+#include <mutex>
+
 #include "kernels/common/loss.h"
 #include "kernels/common/quantize.h"
+#include "kernels/cuda/fixed_sums.cuh"
 #include "kernels/cuda/geometry.cuh"
 #include "kernels/cuda/groups.cuh"
 #include "kernels/cuda/image_loss.cuh"
@@ -40,8 +43,10 @@ int64_t CountOf(const CudaViewGeometry& view) {
   return int64_t(view.tile_ids.size()) * kTilePixels;
 }
 
-__global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidualParams params) {
+__global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidualParams params,
+                               BlockSums sums) {
   double sum = 0;
+  float largest = 0;
   for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
        i += int64_t(gridDim.x) * blockDim.x) {
     const int64_t pixel = pixels.Pixel(i);
@@ -51,9 +56,11 @@ __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidua
       const float r = float(params.target[3 * i + c]) * params.unit - params.image[3 * pixel + c];
       params.residual[3 * pixel + c] = weight * r;
       sum += double(weight * r * r);
+      largest = LargerMagnitude(largest, weight * r);
     }
   }
-  AddOverBlock(sum, params.loss);
+  if (params.largest) RaiseLargest(largest, params.largest);
+  sums.AddTo(params.loss, sum);
 }
 
 // body(x, y, number in the box) for the pixels of `box`.
@@ -79,6 +86,8 @@ class CudaRefitOps : public RefitOps {
 
  private:
   cudaStream_t stream_;
+  std::mutex mutex_;  // of sums_
+  BlockSumsMemory sums_;
 };
 
 void CudaRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) {
@@ -107,8 +116,9 @@ void CudaRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidu
   const RegionPixels pixels = PixelsOf(Own(view));
   const int64_t count = CountOf(Own(view));
   if (count == 0) return;
+  const std::lock_guard lock(mutex_);
   const unsigned blocks = BlocksUpTo(2048, count, 256);
-  ResidualKernel<<<blocks, 256, 0, stream_>>>(count, pixels, params);
+  ResidualKernel<<<blocks, 256, 0, stream_>>>(count, pixels, params, sums_.Take(blocks, stream_));
   Check(cudaGetLastError(), "RegionResidual");
 }
 
@@ -133,7 +143,8 @@ void CudaRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* 
 }
 
 ImageLossValue CudaRefitOps::DoImageLoss(const ImageLossParams& params) {
-  return cuda::ImageLoss(params, stream_);
+  const std::lock_guard lock(mutex_);
+  return cuda::ImageLoss(params, sums_, stream_);
 }
 
 void CudaRefitOps::DoPackBox(const PackBoxParams& params) {

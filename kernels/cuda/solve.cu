@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Adam, the vector algebra of the solvers, and the 16x16 blocks: half a warp a block, a row a lane.
 #include <cmath>
+#include <mutex>
 #include <type_traits>
 
 #include "kernels/common/sh.h"
@@ -110,13 +111,14 @@ void WithBlockSize(int k, const Function& function) {
   }
 }
 
-__global__ void DotKernel(const float* x, const float* y, int64_t count, double* total) {
+__global__ void DotKernel(const float* x, const float* y, int64_t count, BlockSums sums,
+                          double* total) {
   double sum = 0;
   for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
        i += int64_t(gridDim.x) * blockDim.x) {
     sum += double(x[i]) * double(y[i]);
   }
-  AddOverBlock(sum, total);
+  sums.AddTo(total, sum);
 }
 
 class CudaSolveOps : public SolveOps {
@@ -132,6 +134,8 @@ class CudaSolveOps : public SolveOps {
 
  private:
   cudaStream_t stream_;
+  std::mutex mutex_;  // of sums_
+  BlockSumsMemory sums_;
 };
 
 void CudaSolveOps::DoAddRidge(const AddRidgeParams& params) {
@@ -177,8 +181,9 @@ double CudaSolveOps::DoDot(const float* x, const float* y, int64_t count) {
   Scratch<double> sum(stream_, 1);
   Check(cudaMemsetAsync(sum.data(), 0, sum.bytes(), stream_), "cudaMemsetAsync");
   if (count > 0) {
+    const std::lock_guard lock(mutex_);
     const unsigned blocks = BlocksUpTo(1024, count, 256);
-    DotKernel<<<blocks, 256, 0, stream_>>>(x, y, count, sum.data());
+    DotKernel<<<blocks, 256, 0, stream_>>>(x, y, count, sums_.Take(blocks, stream_), sum.data());
     Check(cudaGetLastError(), "Dot");
   }
   return std::get<0>(ReadBack(stream_, sum.data()));

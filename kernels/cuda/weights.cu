@@ -344,9 +344,11 @@ __global__ void __launch_bounds__(kSharedThreads)
 
 template <int C, typename Step, int row_step>
 __global__ void __launch_bounds__(kSharedThreads)
-    TransposeWeightsKernel(Weights weights, const Step* values, BlendTransposeParams params) {
+    TransposeWeightsKernel(Weights weights, const Step* values, BlendTransposeParams params,
+                           FixedSums to) {
   const Deal deal = DealOf<row_step>(weights);
   if (deal.first >= deal.end) return;
+  const float per_unit = to.Load().per_unit;
   const Lane lane = LaneOf<row_step>(weights, deal);
   const unsigned lane_id = threadIdx.x % 32;
   float residual0[C] = {}, residual1[C] = {};
@@ -367,10 +369,9 @@ __global__ void __launch_bounds__(kSharedThreads)
       const unsigned mine =
           LoadsOf::Entry(first, eight + int(lane_id % kLanes<row_step> / kSumLanes));
       const bool live = mine < deal.end;
-      const int64_t row = live ? weights.rows[mine] : 0;
+      const int64_t row = live ? weights.rows[mine] : -1;
       const float scale = live ? weights.scales[mine] : 0.0f;
-#pragma unroll
-      for (int c = 0; c < C; ++c) {
+      to.Add<C, kSumLanes>(per_unit, row, [&](int c) {
         float sums[8];
 #pragma unroll
         for (int i = 0; i < 8; ++i) {
@@ -378,11 +379,8 @@ __global__ void __launch_bounds__(kSharedThreads)
           sums[i] = float(weight.first) * residual0[c];
           if (row_step == 1) sums[i] += float(weight.second) * residual1[c];
         }
-        const float sum = scale * ReduceEight<kLanes<row_step>>(sums);
-        if (int(lane_id) % kSumLanes == c % kSumLanes && live && sum != 0) {
-          atomicAdd(&params.result[row * C + c], sum);
-        }
-      }
+        return scale * ReduceEight<kLanes<row_step>>(sums);
+      });
     }
   }
 }
@@ -470,14 +468,14 @@ void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cud
 }
 
 void BlendWeightsTranspose(const CudaViewGeometry& region, const BlendTransposeParams& params,
-                           cudaStream_t stream) {
+                           const FixedSums& sums, cudaStream_t stream) {
   const Weights weights = WeightsOf(region);
   if (weights.tiles == 0) return;
   WithChannels(params.channels, [&](auto c) {
     WithKind(region.weights.compact, region.weights.row_step, [&](auto value, auto row_step) {
       using Step = decltype(value);
       TransposeWeightsKernel<c(), Step, row_step()><<<weights.tiles, kSharedThreads, 0, stream>>>(
-          weights, reinterpret_cast<const Step*>(region.weights.values.data()), params);
+          weights, reinterpret_cast<const Step*>(region.weights.values.data()), params, sums);
     });
   });
   Check(cudaGetLastError(), "TransposeWeightsKernel");

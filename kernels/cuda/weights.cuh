@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/common/thinning.h"
+#include "kernels/cuda/fixed_sums.cuh"
 #include "kernels/cuda/geometry.cuh"
 #include "kernels/cuda/tile_walk.cuh"
 
@@ -37,6 +38,6 @@ size_t WeightBytes(int64_t tiles, int64_t total, const WeightChoice& choice);
 // For regions with explicit weights, as Blend and BlendTranspose.
 void BlendWeights(const CudaViewGeometry& region, const BlendParams& params, cudaStream_t stream);
 void BlendWeightsTranspose(const CudaViewGeometry& region, const BlendTransposeParams& params,
-                           cudaStream_t stream);
+                           const FixedSums& sums, cudaStream_t stream);
 
 }  // namespace retint::cuda

@@ -69,6 +69,7 @@ MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& mon
     direction_ = backend.Allocate<float>(values);
   }
   loss_ = backend.Allocate<double>(1);
+  largest_residual_ = backend.Allocate<float>(1);
   Combine(1, current_, 0, current_, previous_);
   BuildBlocks(monitor);
 }
@@ -162,6 +163,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
   const size_t values = problem_.NumValues();
   if (with_gradient) backend.Fill(gradient_.data(), 0, values * sizeof(float));
   backend.Fill(loss_.data(), 0, sizeof(double));
+  backend.Fill(largest_residual_.data(), 0, sizeof(float));
   for (size_t v = 0; v < problem_.NumViews(); ++v) {
     Progress(monitor, v);
     const auto view = problem_.Visit(v);
@@ -177,8 +179,10 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     residual.residual = image;
     residual.loss = loss_.data();
     residual.weights = view->weights.data();
+    residual.largest = largest_residual_.data();
     backend.refit().RegionResidual(*view->region, residual);
-    if (with_gradient) problem_.AddGradient(*view, image, colors, change, gradient_.data());
+    if (!with_gradient) continue;
+    problem_.AddGradient(*view, image, colors, change, gradient_.data(), largest_residual_.data());
   }
   double loss = 0;
   backend.CopyToHost(&loss, loss_.data(), sizeof(double));

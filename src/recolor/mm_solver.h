@@ -58,7 +58,9 @@ class MmSolver : public RefitSolver {
   Buffer<float> accepted_gradient_, direction_;
   std::vector<Pair> pairs_;  // oldest first
   Buffer<double> loss_;      // [1]
-  double momentum_ = 1;      // Nesterov
+  // [1] of the residuals of the evaluation under way, see RegionResidualParams
+  Buffer<float> largest_residual_;
+  double momentum_ = 1;  // Nesterov
   double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;
   bool started_ = false;
 };

@@ -345,11 +345,12 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
 }
 
 void RefitProblem::AddGradient(const RegionView& view, const float* residual, const float* colors,
-                               float* change, float* gradient) {
+                               float* change, float* gradient, const float* largest) {
   BlendTransposeParams transpose{};
   transpose.residual = residual;
   transpose.channels = 3;
   transpose.result = change;
+  transpose.largest = largest;
   backend().blend().BlendTranspose(*view.region, transpose);
   AddTransposed(view, change, colors, gradient);
 }

@@ -94,9 +94,10 @@ class RefitProblem {
   void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
                    float* image);
   // gradient [active, K, 3] += the transpose of BlendChange applied to `residual`, [H, W, 3], gated
-  // where `colors`, of BlendChange, is clamped. `change` [rows, 3] is overwritten.
+  // where `colors`, of BlendChange, is clamped. `change` [rows, 3] is overwritten. `largest`: see
+  // BlendTransposeParams.
   void AddGradient(const RegionView& view, const float* residual, const float* colors,
-                   float* change, float* gradient);
+                   float* change, float* gradient, const float* largest = nullptr);
 
  private:
   struct Slot {

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sums of terms that arrive in any order and are still the same to the last bit: the terms are
+// rounded to whole steps of a power of two and added as 64-bit integers, whose sum knows no order.
+// The step follows the largest factor of the terms, so that no sum overflows; it lies some 2^-40
+// below that factor, far below what a float sum of the terms would round away.
+#pragma once
+
+#include <bit>
+#include <cmath>
+
+#include "kernels/cuda/launch.cuh"
+
+namespace retint::cuda {
+
+// The larger of |a| and |b|. Bits of floats that are not negative order as integers do, and what is
+// not a number lies above them all, so that it is not lost.
+__device__ inline float LargerMagnitude(float a, float b) {
+  return __int_as_float(max(__float_as_int(fabsf(a)), __float_as_int(fabsf(b))));
+}
+
+// Raises *largest to the largest |value| of the warp's lanes, all of which call it.
+__device__ inline void RaiseLargest(float value, float* largest) {
+  int bits = __float_as_int(fabsf(value));
+  for (int offset = 16; offset > 0; offset /= 2) {
+    bits = max(bits, __shfl_xor_sync(kFullWarp, bits, offset));
+  }
+  int* const to = reinterpret_cast<int*>(largest);
+  if (threadIdx.x % 32 == 0 && bits > *static_cast<volatile int*>(to)) atomicMax(to, bits);
+}
+
+struct FixedSums {
+  unsigned long long* sums;  // [rows, C], zero between uses; two's complement
+  const float* largest;      // [1] at least every factor's absolute value
+  int headroom;              // no sum is more than 2^headroom of the largest factor
+
+  struct Steps {
+    float per_unit, unit;
+    bool is_finite;
+  };
+  __device__ Steps Load() const {
+    const int biased = __float_as_int(*largest) >> 23;  // *largest < 2^(biased - 126)
+    const int exponent = min(62 - headroom - (biased - 126), 120);
+    return {__int_as_float((127 + exponent) << 23), __int_as_float((127 - exponent) << 23),
+            biased < 255};
+  }
+
+  // Adds sum_of(c) to the C sums of `row`, which is negative where the lane has none. kHolders
+  // lanes side by side have the same row and the same sums, and share the channels. All lanes of
+  // the warp call it.
+  template <int C, int kHolders, typename SumOf>
+  __device__ void Add(float per_unit, int64_t row, const SumOf& sum_of) const {
+    constexpr int kPieces = (C + kHolders - 1) / kHolders;
+    const int holder = threadIdx.x % kHolders;
+    float mine[kPieces] = {};
+#pragma unroll
+    for (int c = 0; c < C; ++c) {
+      const float sum = sum_of(c);
+      if (holder == c % kHolders) mine[c / kHolders] = sum;
+    }
+#pragma unroll
+    for (int piece = 0; piece < kPieces; ++piece) {
+      const int c = piece * kHolders + holder;
+      if (c >= C || row < 0 || mine[piece] == 0) continue;
+      const long long steps = __float2ll_rn(mine[piece] * per_unit);
+      atomicAdd(sums + row * C + c, static_cast<unsigned long long>(steps));
+    }
+  }
+};
+
+// The memory of sums that follow one another on a stream.
+class FixedSumsMemory {
+ public:
+  // For sums over at most `terms` factors, each weighted by at most 1 (and its rounding).
+  FixedSums Take(size_t count, int64_t terms, const float* largest, cudaStream_t stream) {
+    if (sums_.size() < count) {
+      sums_ = Scratch<unsigned long long>();  // free before taking the larger one
+      sums_ = Scratch<unsigned long long>(stream, count);
+      Check(cudaMemsetAsync(sums_.data(), 0, sums_.bytes(), stream), "cudaMemsetAsync");
+    }
+    return {sums_.data(), largest, int(std::bit_width(uint64_t(terms))) + 1};
+  }
+
+ private:
+  Scratch<unsigned long long> sums_;
+};
+
+// result = sums, which are zero again afterwards. Not a number where the largest factor was none.
+inline void MoveSums(const FixedSums& from, int64_t count, float* result, cudaStream_t stream) {
+  ForEach(count, stream, "MoveSums", [=] __device__(int64_t i) {
+    const FixedSums::Steps steps = from.Load();
+    const auto sum = static_cast<long long>(from.sums[i]);
+    from.sums[i] = 0;
+    result[i] = steps.is_finite ? __ll2float_rn(sum) * steps.unit : NAN;
+  });
+}
+
+}  // namespace retint::cuda
