@@ -2,12 +2,14 @@
 // Models that other people's programs wrote.
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/files.h"
 #include "colmap_io/sparse.h"
+#include "scene/camera_projection.h"
 #include "tests/colmap_io/tiny_model.h"
 #include "tests/support/data.h"
 
@@ -171,6 +173,31 @@ TEST(RealModelsTest, ReprojectionErrorIsColmaps) {
     // undistortion, which stretches pixels by a percent or so.
     EXPECT_NEAR(sum / count, mean_error, 0.01) << name;
     EXPECT_LT(deviation / count, 0.01) << name;
+  }
+}
+
+// The same of cameras with distortion, to COLMAP's own figure of every point.
+TEST(RealModelsTest, ReprojectionErrorsThroughTheLensAreColmaps) {
+  for (const char* name : {"colmap/sceaux_bin", "colmap/rigs", "colmap/unicode_names/0"}) {
+    RETINT_REQUIRE_DATA(name);
+    const Reconstruction model = ReadReconstruction(DataPath(name));
+    std::map<CameraId, CameraProjection> projections;
+    for (const auto& [id, camera] : model.cameras) projections.emplace(id, camera);
+    size_t compared = 0;
+    for (const auto& [id, point] : model.points) {
+      double of_point = 0;
+      for (const TrackElement& element : point.track) {
+        const View& view = model.views.at(element.view_id);
+        const auto pixel =
+            projections.at(view.camera_id).ImgFromCam(view.cam_from_world * point.xyz);
+        ASSERT_TRUE(pixel.has_value());
+        of_point += (*pixel - view.observations.at(element.observation_idx).xy).norm();
+      }
+      // COLMAP computed it from the same doubles.
+      EXPECT_NEAR(of_point / static_cast<double>(point.track.size()), point.error, 1e-3) << name;
+      ++compared;
+    }
+    EXPECT_GT(compared, 100u) << name;
   }
 }
 
