@@ -44,6 +44,7 @@ void MaskOps::MarkSilhouette(const MarkSilhouetteParams& params) {
 
 void MaskOps::Evidence(const EvidenceParams& params) {
   RequireImage(params.camera.width, params.camera.height);
+  Require(params.visible >= 0, "the visibility of a pixel must not be negative");
   DoEvidence(params);
 }
 

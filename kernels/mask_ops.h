@@ -70,8 +70,8 @@ struct MarkSilhouetteParams {
 // What is known of each pixel: mask value M and weight K. The pixel's surface is looked up in the
 // painted views: where one sees it (their depths differ by at most `tolerance`), M is the paint
 // there, the mean where several do, and K = 1; else M = 0, K = unknown_weight. `coverage` raises
-// both to its value. Where the depth is kNoEvidence, M = K = 0. residual = scale * (K M, K), zero
-// outside `pixel_rows`.
+// both to its value. Where the depth is kNoEvidence, M = K = 0. residual = scale * (K M, K), and
+// `visible` as a third channel where that is above 0; zero outside `pixel_rows`.
 struct EvidenceParams {
   CameraParams camera;                    // its pose is not read
   const float* depth;                     // [H, W]; null: none
@@ -79,8 +79,9 @@ struct EvidenceParams {
   float tolerance, unknown_weight;
   const uint8_t* coverage;  // [H, W], steps of 1 / 255; null: none
   float scale;
-  float* residual;  // [H, W, 2]
+  float* residual;  // [H, W, 2], or [H, W, 3] with a `visible` above 0
   uint16_t pixel_rows = kAllPixelRows;
+  float visible = 0;
 };
 
 class MaskOps {

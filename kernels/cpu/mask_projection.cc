@@ -183,22 +183,23 @@ void CpuMaskOps::DoMarkSilhouette(const MarkSilhouetteParams& params) {
 
 void CpuMaskOps::DoEvidence(const EvidenceParams& params) {
   const PixelRays rays = RaysOf(params.camera);
-  const int64_t width = params.camera.width;
+  const int64_t width = params.camera.width, channels = params.visible > 0 ? 3 : 2;
   ParallelRanges(params.camera.height, 8, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
-      float* out = params.residual + 2 * y * width;
+      float* out = params.residual + channels * y * width;
       if (!(params.pixel_rows >> (y % kTileSize) & 1)) {
-        std::fill_n(out, 2 * width, 0.0f);
+        std::fill_n(out, channels * width, 0.0f);
         continue;
       }
       const float* const depth = params.depth ? params.depth + y * width : nullptr;
       const uint8_t* const coverage = params.coverage ? params.coverage + y * width : nullptr;
-      for (int x = 0; x < int(width); ++x, out += 2) {
+      for (int x = 0; x < int(width); ++x, out += channels) {
         const glm::vec2 evidence = EvidenceAt(
             rays, x, y, depth ? depth[x] : 0, params.painted.data(), int(params.painted.size()),
             params.tolerance, params.unknown_weight, coverage ? coverage[x] : uint8_t(0));
         out[0] = params.scale * evidence.x;
         out[1] = params.scale * evidence.y;
+        if (channels == 3) out[2] = params.visible;
       }
     }
   });

@@ -152,18 +152,26 @@ void CudaMaskOps::DoEvidence(const EvidenceParams& params) {
   const float* const depth = params.depth;
   const uint8_t* const coverage = params.coverage;
   const float tolerance = params.tolerance, unknown = params.unknown_weight, scale = params.scale;
+  const float visible = params.visible;
   const uint16_t pixel_rows = params.pixel_rows;
-  auto* const residual = reinterpret_cast<float2*>(params.residual);
+  float* const residual = params.residual;
   ForPixels(params.camera.width, params.camera.height, stream_, "Evidence",
             [=] __device__(int x, int y, int64_t i) {
               float2 out = {0, 0};
-              if (pixel_rows >> (y % kTileSize) & 1) {
+              const bool wanted = pixel_rows >> (y % kTileSize) & 1;
+              if (wanted) {
                 const glm::vec2 evidence =
                     EvidenceAt(rays, x, y, depth ? depth[i] : 0, views, count, tolerance, unknown,
                                coverage ? coverage[i] : uint8_t(0));
                 out = {scale * evidence.x, scale * evidence.y};
               }
-              residual[i] = out;
+              if (visible > 0) {
+                residual[3 * i] = out.x;
+                residual[3 * i + 1] = out.y;
+                residual[3 * i + 2] = wanted ? visible : 0;
+              } else {
+                reinterpret_cast<float2*>(residual)[i] = out;
+              }
             });
 }
 

@@ -11,13 +11,11 @@
 // of the visibility is known keeps m_g; below that x_g takes over in proportion.
 #pragma once
 
-#include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "base/monitor.h"
-#include "scene/gaussian_model.h"
+#include "selection/gaussian_graph.h"
 
 namespace retint {
 
@@ -27,31 +25,22 @@ enum class Completion {
   kAll,   // also other things that look the same
 };
 
-// Which Gaussians are neighbors, and how surely two of them are one surface. Made once a scene.
-class GaussianGraph {
- public:
-  // Every Gaussian and its nearest by position; an edge's weight falls with the difference of the
-  // colors without view dependence (OKLab), with the distance in units of the two extents, and with
-  // the angle between the two where they are flat. Cancelled between its steps.
-  GaussianGraph(const GaussianModel& model, Monitor& monitor);
-  ~GaussianGraph();
-  size_t NumGaussians() const;
-
- private:
-  friend class Completer;
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
 // Of one Gaussian, sums over the views: W^T (K M) and W^T K of the evidence, where nothing is known
 // K = 0; and W^T 1, all in pixels.
 struct ShareEvidence {
   std::span<const float> inside, known, visible;  // [N] each
 };
 
-// Shares m_g in [0, 1], [N]. Where the paint leaves too little inside or outside to learn colors
-// from, what is unknown counts as outside.
-std::vector<float> CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
-                                  Completion completion, Monitor& monitor);
+struct CompletedShares {
+  std::vector<float> shares;  // m_g in [0, 1], [N]
+  // In [0, 1], [N]: 1 where paint decides the share. What paint did not see has less the closer x_g
+  // is to one half, and at most 0.75 where it is taken to be inside.
+  std::vector<float> confidence;
+};
+
+// Where the paint leaves too little inside or outside to learn colors from, what is unknown counts
+// as outside; so does what is no node of `graph`.
+CompletedShares CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
+                               Completion completion, Monitor& monitor);
 
 }  // namespace retint

@@ -47,8 +47,7 @@ class Projection {
     std::transform(cloud.points.begin(), cloud.points.end(), points.begin(), ToCloudPoint);
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
     if (options.kind != ProjectorKind::kGaussians) return;
-    sums_ = backend_.Allocate<float>(2 * static_cast<size_t>(renderer.model().count()));
-    if (completes_) visible_ = backend_.Allocate<float>(size_t(renderer.model().count()));
+    sums_ = backend_.Allocate<float>(Channels() * static_cast<size_t>(renderer.model().count()));
     std::vector<SurfaceRequest> requests;
     for (const auto& view : painted) {
       painted_.push_back(
@@ -96,29 +95,36 @@ class Projection {
     const double unknown = completes_ ? 0 : options_.unknown_weight;
     evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : unknown);
     evidence.coverage = coverage_mask_.data();
-    evidence.scale = static_cast<float>(kTileSize) / static_cast<float>(std::popcount(kLiftedRows));
+    evidence.scale = 1;
     evidence.pixel_rows = kLiftedRows;
     AddEvidence(*surface.geometry, evidence);
   }
 
-  std::vector<float> Shares(const GaussianGraph* graph, Monitor& monitor) const {
+  // The shares of `result`, and where they are completed their confidence and visibility.
+  void FindShares(const GaussianGraph* graph, Monitor& monitor, ProjectedMasks* result) const {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
     const std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
-    std::vector<float> shares(sums.size() / 2);
+    const size_t channels = Channels(), count = sums.size() / channels;
+    std::vector<float> inside(count), known(count);
+    for (size_t g = 0; g < count; ++g) {
+      inside[g] = sums[channels * g];
+      known[g] = sums[channels * g + 1];
+    }
     if (completes_) {
-      const std::vector<float> visible = backend_.Download(visible_.data(), visible_.size());
-      std::vector<float> inside(shares.size()), known(shares.size());
-      for (size_t g = 0; g < shares.size(); ++g) {
-        inside[g] = sums[2 * g];
-        known[g] = sums[2 * g + 1];
+      result->visible.resize(count);
+      for (size_t g = 0; g < count; ++g) result->visible[g] = sums[channels * g + 2];
+      CompletedShares completed =
+          CompleteShares(*graph, {inside, known, result->visible}, options_.completion, monitor);
+      result->shares = std::move(completed.shares);
+      result->confidence = std::move(completed.confidence);
+      return;
+    }
+    result->shares.resize(count);
+    for (size_t g = 0; g < count; ++g) {
+      if (known[g] > kLeastVisible) {
+        result->shares[g] = std::clamp(inside[g] / known[g], 0.0f, 1.0f);
       }
-      return CompleteShares(*graph, {inside, known, visible}, options_.completion, monitor);
     }
-    for (size_t g = 0; g < shares.size(); ++g) {
-      const float inside = sums[2 * g], total = sums[2 * g + 1];
-      if (total > kLeastVisible) shares[g] = std::clamp(inside / total, 0.0f, 1.0f);
-    }
-    return shares;
   }
 
  private:
@@ -166,33 +172,25 @@ class Projection {
     AddEvidence(*surface.geometry, evidence);
   }
 
-  // W^T of the evidence, to the Gaussians' sums.
+  size_t Channels() const { return completes_ ? 3 : 2; }
+
+  // W^T of the evidence, and of 1 where the shares are completed, to the Gaussians' sums.
   void AddEvidence(const ViewGeometry& view, EvidenceParams evidence) {
     evidence.camera = view.camera();
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
-    evidence.residual = Grow(backend_, 2 * pixels, &residual_);
+    evidence.residual = Grow(backend_, Channels() * pixels, &residual_);
+    // Makes up for rows that are left out.
+    const float rows = kTileSize / static_cast<float>(std::popcount(evidence.pixel_rows));
+    evidence.visible = completes_ ? rows : 0;
+    evidence.scale *= rows;
     backend_.mask().Evidence(evidence);
     BlendTransposeParams lift{};
     lift.residual = evidence.residual;
-    lift.channels = 2;
-    lift.result = Grow(backend_, 2 * size_t(view.num_rows()), &lifted_);
+    lift.channels = static_cast<int32_t>(Channels());
+    lift.result = Grow(backend_, Channels() * size_t(view.num_rows()), &lifted_);
     lift.pixel_rows = evidence.pixel_rows;
     backend_.blend().BlendTranspose(view, lift);
-    backend_.blend().AddRows(view, lift.result, 2, sums_.data());
-    if (completes_) AddVisible(view, lift, kTileSize / float(std::popcount(lift.pixel_rows)));
-  }
-
-  // W^T 1, to the Gaussians' visibility; `weight` makes up for rows that are left out.
-  void AddVisible(const ViewGeometry& view, BlendTransposeParams lift, float weight) {
-    const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
-    if (weights_.size() < pixels || weight != weight_) {
-      weights_ = backend_.Upload(std::span<const float>(std::vector<float>(pixels, weight)));
-      weight_ = weight;
-    }
-    lift.residual = weights_.data();
-    lift.channels = 1;
-    backend_.blend().BlendTranspose(view, lift);
-    backend_.blend().AddRows(view, lift.result, 1, visible_.data());
+    backend_.blend().AddRows(view, lift.result, lift.channels, sums_.data());
   }
 
   Backend& backend_;
@@ -200,10 +198,7 @@ class Projection {
   bool completes_;
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
-  Buffer<float> sums_;     // [N, 2] W^T (K M), W^T K
-  Buffer<float> visible_;  // [N] W^T 1, where the shares are completed
-  Buffer<float> weights_;  // an image of `weight_`
-  float weight_ = 0;
+  Buffer<float> sums_;  // [N, 2] W^T (K M), W^T K; [N, 3] with W^T 1 where shares are completed
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
 };
@@ -350,7 +345,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     }
   }
   if (lifts) {
-    result.shares = projection.Shares(graph, monitor);
+    projection.FindShares(graph, monitor, &result);
     RenderMasks(renderer, reconstruction, views, result.shares, options, step, &result.masks);
   }
   Finish(&result);

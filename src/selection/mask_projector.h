@@ -65,6 +65,8 @@ struct PaintedView {
 struct ProjectedMasks {
   std::map<std::string, Mask> masks;  // by image name, soft, 128 and above is inside
   std::vector<float> shares;          // [N] m_g in [0, 1]; empty unless kind is kGaussians
+  std::vector<float> confidence;      // [N] in the shares (CompletedShares); empty: not completed
+  std::vector<float> visible;         // [N] W^T 1 over the views, pixels; empty: not completed
   double mean_coverage = 0;           // mean over views of the masked fraction
 };
 

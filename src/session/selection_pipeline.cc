@@ -2,7 +2,9 @@
 #include "session/selection_pipeline.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "scene/image_checks.h"
@@ -95,12 +97,28 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   renderer.SetSh(scene_.original().sh);
   const Reconstruction& reconstruction = scene_.reconstruction();
   const bool completes = options.Completes() && !painted.empty();
-  if (completes && !graph_) graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor);
-  ProjectedMasks masks =
-      ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(), renderer, options,
-                   monitor, completes ? graph_.get() : nullptr);
+  const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
+  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(),
+                                      renderer, options, monitor, graph);
   monitor.Step("projection", 1, 1);
   return masks;
+}
+
+const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Completion completion,
+                                                 Monitor& monitor) {
+  // Of larger scenes a graph of everything takes seconds and gigabytes, most of them for nothing.
+  constexpr size_t kWholeScene = 1'000'000;
+  std::optional<Eigen::AlignedBox3f> within;
+  if (completion == Completion::kNear && scene_.original().NumGaussians() > kWholeScene) {
+    std::vector<Eigen::Vector3f> points;
+    for (const SelectionPoint& point : cloud.points) points.push_back(point.position);
+    within = Surroundings(points);
+  }
+  if (!graph_ || !graph_->Covers(within)) {
+    graph_.reset();  // before the new one takes memory
+    graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor, within);
+  }
+  return *graph_;
 }
 
 }  // namespace retint

@@ -65,8 +65,12 @@ class SelectionPipeline {
   void CarryChanges(const PaintRound& round, double tolerance, SelectionSource* source,
                     Monitor& monitor);
 
+  // The graph that a completion of `cloud` works on, kept for the next ones.
+  const GaussianGraph& GraphFor(const SelectionCloud& cloud, Completion completion,
+                                Monitor& monitor);
+
   OpenScene& scene_;
-  std::unique_ptr<GaussianGraph> graph_;  // of the original scene, made by the first completion
+  std::unique_ptr<GaussianGraph> graph_;  // of the original scene or of a part of it
 };
 
 }  // namespace retint

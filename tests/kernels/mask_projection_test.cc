@@ -363,6 +363,18 @@ TEST_P(MaskProjectionOp, LooksPaintUp) {
       wrong += !(std::abs(double(found[i]) - expected[i]) <= 1e-5);
     }
     EXPECT_LE(wrong, 4);
+    // Visibility as a third channel leaves the first two as they are.
+    const float visible = 2.5f;
+    Guarded<float> with_visible(*backend_, 3 * kPixels);
+    backend_->mask().Evidence({camera, with_depth ? surface.data() : nullptr, painted, tolerance,
+                               unknown, with_coverage ? covered.data() : nullptr, scale,
+                               with_visible.data(), rows, visible});
+    const auto three = with_visible.Read();
+    for (size_t p = 0; p < kPixels; ++p) {
+      EXPECT_EQ(three[3 * p], found[2 * p]);
+      EXPECT_EQ(three[3 * p + 1], found[2 * p + 1]);
+      EXPECT_EQ(three[3 * p + 2], IsWanted(rows, int(p / kWidth)) ? visible : 0);
+    }
   };
   expect(true, true, kAllPixelRows);
   for (const int count : counts) EXPECT_GT(count, 100);  // seen by none, one, both

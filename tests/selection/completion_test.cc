@@ -66,9 +66,13 @@ World MakeWorld() {
   return world;
 }
 
-std::vector<float> Complete(const World& world, Completion completion) {
+CompletedShares CompleteAll(const World& world, Completion completion) {
   Monitor monitor;
   return CompleteShares(GaussianGraph(world.model, monitor), world.evidence(), completion, monitor);
+}
+
+std::vector<float> Complete(const World& world, Completion completion) {
+  return CompleteAll(world, completion).shares;
 }
 
 double Mean(const std::vector<float>& shares, size_t begin, size_t end) {
@@ -108,6 +112,56 @@ TEST(Completion, KeepsWhatPaintProves) {
   const auto shares = Complete(world, Completion::kNear);
   EXPECT_EQ(shares[in], 1);
   EXPECT_EQ(shares[out], 0);
+}
+
+TEST(Completion, IsSureOfWhatPaintDecidesAndDoubtsWhatItNeverSaw) {
+  const World world = MakeWorld();
+  const CompletedShares completed = CompleteAll(world, Completion::kNear);
+  for (size_t g = 0; g < world.count(); ++g) {
+    const float confidence = completed.confidence[g];
+    if (world.known[g] > 0) {
+      EXPECT_EQ(confidence, 1) << g;
+    } else if (completed.shares[g] > 0) {
+      EXPECT_LE(confidence, 0.8f) << g;  // 0.75 of what is surely inside, where x_g is just below 1
+    }
+    EXPECT_GE(confidence, 0);
+  }
+  // The floor has the color of the floor that was painted around.
+  double floor = 0;
+  int floors = 0;
+  for (size_t g = world.floor_begin; g < world.far_begin; ++g) {
+    if (world.x(g) < -2) floor += double(completed.confidence[g]), ++floors;
+  }
+  EXPECT_GT(floor / floors, 0.9);
+}
+
+TEST(Completion, NeverTurnsAroundWhatPaintDecides) {
+  // Every third Gaussian that was seen contradicts its color and its neighbors.
+  World world = MakeWorld();
+  for (size_t g = 0; g < world.far_begin; g += 3) {
+    if (world.known[g] > 0) world.inside[g] = world.known[g] - world.inside[g];
+  }
+  for (const Completion completion : {Completion::kNear, Completion::kAll}) {
+    const auto shares = Complete(world, completion);
+    for (size_t g = 0; g < world.far_begin; ++g) {
+      if (world.known[g] > 0) {
+        EXPECT_EQ(shares[g], world.inside[g] / world.known[g]) << g;
+      }
+    }
+  }
+}
+
+TEST(Completion, OverAPartOfTheSceneLeavesTheRestOutside) {
+  const World world = MakeWorld();
+  Monitor monitor;
+  const Eigen::AlignedBox3f box(Eigen::Vector3f(-4, -4, -4), Eigen::Vector3f(4, 4, 4));
+  const GaussianGraph part(world.model, monitor, box);
+  EXPECT_LT(part.NumNodes(), world.count() - kBallPoints);
+  EXPECT_EQ(part.NumGaussians(), world.count());
+  // Asked for all that looks the same, it finds nothing beyond its box.
+  const auto shares = CompleteShares(part, world.evidence(), Completion::kAll, monitor).shares;
+  EXPECT_EQ(Mean(shares, world.far_begin, world.count()), 0);
+  EXPECT_GT(Mean(shares, 0, world.floor_begin), 0.9);
 }
 
 TEST(Completion, WithoutColorsToLearnFromTheUnknownIsOutside) {

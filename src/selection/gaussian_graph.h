@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The Gaussians of a scene, or of a part of it, as a graph: which are neighbors, and how surely two
+// of them are one surface.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "base/monitor.h"
+#include "scene/gaussian_model.h"
+
+namespace retint {
+
+// One Gaussian as a piece of surface.
+struct GaussianSurface {
+  Eigen::Vector3f lab;     // OKLab of the color without view dependence
+  Eigen::Vector3f normal;  // the shortest axis, world
+  float extent = 0;        // mean of the two longer standard deviations, world
+  float flatness = 0;      // 0 round, 1 flat
+};
+
+// The edges of a graph as a symmetric matrix without diagonal, row by row.
+struct EdgeMatrix {
+  std::vector<size_t> begin;  // [nodes + 1] into what follows
+  std::vector<int> other;     // ascending within a row
+  std::vector<float> weight;  // in (0, 1]
+};
+
+// Made once for a scene, or once for each part of a large one. Memory: about 450 bytes a node, and
+// 900 while it is made.
+class GaussianGraph {
+ public:
+  // Every Gaussian and its 16 nearest by position; an edge's weight falls with the difference of
+  // the colors without view dependence (OKLab), with the distance in units of the two extents, and
+  // with the angle between the two where they are flat. `within`: only Gaussians whose means lie in
+  // that box are nodes. Cancelled between its steps.
+  GaussianGraph(const GaussianModel& model, Monitor& monitor,
+                std::optional<Eigen::AlignedBox3f> within = std::nullopt);
+
+  size_t NumGaussians() const { return num_gaussians_; }  // of the scene
+  size_t NumNodes() const { return surfaces_.size(); }
+  // The Gaussian that node `i` is; ascending.
+  size_t GaussianOf(size_t i) const { return members_.empty() ? i : size_t(members_[i]); }
+  const std::vector<GaussianSurface>& surfaces() const { return surfaces_; }
+  const EdgeMatrix& edges() const { return edges_; }
+  // Whether the graph holds all that one within `box` (nullopt: of the whole scene) would.
+  bool Covers(const std::optional<Eigen::AlignedBox3f>& box) const;
+
+ private:
+  size_t num_gaussians_;
+  std::optional<Eigen::AlignedBox3f> within_;
+  std::vector<int> members_;  // of the nodes; empty: the whole scene
+  std::vector<GaussianSurface> surfaces_;
+  EdgeMatrix edges_;
+};
+
+// Where a thing that is seen at `points` may go on, seen from one side: their box without the
+// outermost hundredth at each of its sides, grown by twice its diagonal.
+Eigen::AlignedBox3f Surroundings(const std::vector<Eigen::Vector3f>& points);
+
+}  // namespace retint
