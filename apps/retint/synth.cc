@@ -12,6 +12,7 @@ namespace {
 
 struct Arguments {
   SyntheticOptions options;
+  OptionFlags flags;
   std::filesystem::path output;
   std::vector<std::string> albedo;
 };
@@ -53,20 +54,12 @@ void Synth(const Arguments& arguments, Run& run) {
 
 void AddSynth(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  SyntheticOptions& options = arguments->options;
   CLI::App* verb =
       AddVerb(app, globals, "synth", "Make a sample workspace with exact ground truth");
   AddPath(verb, "--output", arguments->output, "Workspace folder to write", "FOLDER")->required();
-  verb->add_option("--preset", options.preset, "Scene: still-life");
-  verb->add_option("--width", options.width, "Width of the photos, pixels");
-  verb->add_option("--height", options.height, "Height of the photos, pixels");
-  verb->add_option("--views", options.views, "Number of photos, on an arc about the table");
-  verb->add_option("--point-noise", options.point_noise,
-                   "Standard deviation of the sparse points' observations, pixels");
-  verb->add_option("--sparse-points", options.sparse_points, "Sparse points, at most");
-  verb->add_option("--wall-bias", options.wall_bias,
-                   "Largest relative depth error of the Gaussians on the textureless wall");
-  verb->add_option("--floaters", options.floaters, "Stray Gaussians in free space");
+  OptionList list;
+  arguments->options.Describe(list);
+  arguments->flags.Add(verb, "Scene", list);
   AddRepeated(verb, "--albedo", arguments->albedo,
               "Give an object's surface this color (a pattern stays as shades of it); repeatable")
       ->type_name("OBJECT=#rrggbb");

@@ -315,8 +315,14 @@ void FitColor(const World& world, const Lighting& lighting, const std::vector<Tr
   }
 }
 
-// On a textureless wall nothing tells the depth: slide the disc along the sight line from the
-// middle of the cameras, by a smoothly varying share, less near the wall's border.
+// Slides the disc along the sight line from the middle of the cameras and keeps its size there.
+void Stretch(const Vec3& eye, double stretch, Disc* disc) {
+  disc->point = eye + stretch * (disc->point - eye);
+  for (double& sigma : disc->sigma) sigma *= stretch;
+}
+
+// On a textureless wall nothing tells the depth: slide the disc by a smoothly varying share, less
+// near the wall's border.
 void Misplace(const World& world, const Vec3& eye, double bias, uint64_t seed, Disc* disc) {
   const TexturePoint at = world.Locate(disc->hit, disc->point);
   const Vec2 size =
@@ -325,9 +331,23 @@ void Misplace(const World& world, const Vec3& eye, double bias, uint64_t seed, D
   const double taper = Smooth(0.02, 0.30, size.minCoeff());
   const double wave =
       0.25 + 0.75 * Smooth(0.25, 0.75, Noise(at.chart_xy.x() * 2.2, at.chart_xy.y() * 2.2, seed));
-  const double stretch = 1 + bias * taper * wave;
-  disc->point = eye + stretch * (disc->point - eye);
-  for (double& sigma : disc->sigma) sigma *= stretch;
+  Stretch(eye, 1 + bias * taper * wave, disc);
+}
+
+// The flaws that options ask for on every surface. The wave has crests 0.12 m apart: several on an
+// object. `index` is the disc's.
+void Displace(const World& world, const Vec3& eye, const SyntheticOptions& options, size_t index,
+              Disc* disc) {
+  if (options.depth_wave == 0 && options.depth_noise == 0) return;
+  const TexturePoint at = world.Locate(disc->hit, disc->point);
+  const double wave =
+      2 * Noise(at.chart_xy.x() / 0.06, at.chart_xy.y() / 0.06,
+                HashOf(options.seed, 23, uint64_t(disc->part), uint64_t(at.chart))) -
+      1;
+  Random random(HashOf(options.seed, 24, index));
+  // Four standard deviations at most, so that nothing comes near the cameras.
+  const double noise = std::clamp(random.Gaussian(), -4.0, 4.0);
+  Stretch(eye, std::max(0.1, 1 + options.depth_wave * wave + options.depth_noise * noise), disc);
 }
 
 void Write(const Disc& disc, size_t i, GaussianModel* model) {
@@ -371,7 +391,7 @@ void AppendFloaters(const std::vector<TracedView>& views, const SyntheticOptions
     }
     const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
     for (size_t c = 0; c < 4; ++c) model->quats_wxyz[4 * i + c] = float(wxyz[c]);
-    model->opacity_logits[i] = float(Logit(random.Uniform(0.02, 0.06)));
+    model->opacity_logits[i] = float(Logit(random.Uniform(0.02, options.floater_opacity)));
   }
 }
 
@@ -387,8 +407,7 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   monitor.Step("gaussians", 0.5, 1);
 
   std::vector<Disc> discs;
-  Vec3 eye = Vec3::Zero();
-  for (const TracedView& view : views) eye += view.camera.Center() / double(views.size());
+  const Vec3 eye = MiddleOfCameras(views);
   for (size_t part = 0; part < seeds.size(); ++part) {
     std::vector<Disc> of_part(seeds[part].size());
     std::vector<unsigned char> good(seeds[part].size());
@@ -421,6 +440,7 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
     if (world.MaterialOf(discs[i].part).textureless) {
       Misplace(world, eye, options.wall_bias, HashOf(options.seed, 22), &discs[i]);
     }
+    Displace(world, eye, options, i, &discs[i]);
     Write(discs[i], i, &model);
   });
   AppendFloaters(views, options, &model);

@@ -127,6 +127,13 @@ std::vector<Sighting> Observe(const std::vector<TracedView>& views, int part, co
   return sightings;
 }
 
+// The flaws of the cloud that the options ask for.
+Vec3 Displace(const Vec3& point, const Vec3& eye, const SyntheticOptions& options) {
+  Vec3 displaced = point;
+  if (options.cloud_scale != 1) displaced = eye + options.cloud_scale * (point - eye);
+  return displaced + options.cloud_shift * Vec3(1, 0, 1);
+}
+
 void AddUnmatched(uint64_t seed, Reconstruction* reconstruction) {
   for (auto& [id, view] : reconstruction->views) {
     Random random(HashOf(seed, id));
@@ -145,6 +152,7 @@ void AddUnmatched(uint64_t seed, Reconstruction* reconstruction) {
 void AddSparsePoints(const World& world, const std::vector<TracedView>& views,
                      const SyntheticOptions& options, Reconstruction* reconstruction) {
   std::unordered_set<uint64_t> taken;
+  const Vec3 eye = MiddleOfCameras(views);
   for (const Corner& corner : FindCorners(world, views, HashOf(options.seed, 30))) {
     if (int(reconstruction->points.size()) >= options.sparse_points) break;
     const TracedView& view = views[corner.view];
@@ -165,7 +173,7 @@ void AddSparsePoints(const World& world, const std::vector<TracedView>& views,
 
     SparsePoint point;
     point.id = PointId(reconstruction->points.size() + 1);
-    point.xyz = Triangulate(views, sightings, truth);
+    point.xyz = Displace(Triangulate(views, sightings, truth), eye, options);
     for (int c = 0; c < 3; ++c) {
       const float value = view.truth.photo(corner.x, corner.y, c);
       point.color[c] = uint8_t(std::lround(std::clamp(value, 0.0f, 1.0f) * 255));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "synthetic/noise.h"
 #include "synthetic/world.h"
@@ -16,6 +17,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kTable = 0.72;                 // height of the table's top
 constexpr double kWallX = 1.15, kWallZ = 1.25;  // the plain wall and the papered one
 constexpr double kRoomHeight = 2.7;
+const Vec3 kWallpaperGround(0.052, 0.125, 0.115);
 
 Vec3 At(double x, double height, double z) { return {x, -height, z}; }
 Vec3 Blend(const Vec3& a, const Vec3& b, double t) { return a + t * (b - a); }
@@ -44,8 +46,7 @@ Vec3 Wallpaper(double x, double y, uint64_t seed) {
   const double v = shifted - (std::floor(shifted / kCellY) + 0.5) * kCellY;
   const double linen =
       0.5 * Noise(x * 260, y * 45, seed) + 0.5 * Noise(x * 45, y * 260, seed + 1) - 0.5;
-  Vec3 color =
-      Vec3(0.052, 0.125, 0.115) * (1 + 0.28 * linen) * (0.9 + 0.2 * Fbm(x * 5, y * 5, 3, seed + 2));
+  Vec3 color = kWallpaperGround * (1 + 0.28 * linen) * (0.9 + 0.2 * Fbm(x * 5, y * 5, 3, seed + 2));
   const Vec3 leaf_light(0.46, 0.50, 0.36), leaf_dark(0.24, 0.33, 0.25), berry(0.70, 0.36, 0.12);
 
   u -= 0.018 * std::sin(v * 11);
@@ -213,16 +214,21 @@ std::vector<Vec2> SmoothProfile(const std::vector<Vec2>& points, int steps) {
 
 // ---- Objects ----
 
-void AddRoom(World& world, uint64_t seed) {
+void AddRoom(World& world, uint64_t seed, bool bare_walls) {
   const int floor = world.AddObject("floor", true);
   const int papered = world.AddObject("wallpaper", true);
   const int plain = world.AddObject("plain wall", true);
   const int parquet = world.AddMaterial({.albedo = [seed](const TexturePoint& at) {
     return Parquet(at.point.x(), at.point.z(), HashOf(seed, 1));
   }});
-  const int paper = world.AddMaterial({.albedo = [seed](const TexturePoint& at) {
+  Material wallpaper = {.albedo = [seed](const TexturePoint& at) {
     return Wallpaper(at.point.x(), at.point.y(), HashOf(seed, 2));
-  }});
+  }};
+  if (bare_walls) {
+    wallpaper = Plain(kWallpaperGround);
+    wallpaper.textureless = true;
+  }
+  const int paper = world.AddMaterial(std::move(wallpaper));
   Material plaster = Plain({0.74, 0.655, 0.56});
   plaster.textureless = true;
   const int wall = world.AddMaterial(std::move(plaster));
@@ -473,9 +479,9 @@ void AddPear(World& world, uint64_t seed) {
 
 }  // namespace
 
-World MakeStillLife(uint64_t seed) {
+World MakeStillLife(uint64_t seed, bool bare_walls) {
   World world;
-  AddRoom(world, seed);
+  AddRoom(world, seed, bare_walls);
   AddPicture(world, seed);
   AddTable(world, seed);
   AddBall(world);

@@ -43,16 +43,93 @@ void RepaintObjects(World& world, const SyntheticOptions& options,
 
 }  // namespace
 
+void SyntheticOptions::Describe(OptionList& list) {
+  list.push_back({.name = "preset",
+                  .member = ChoiceOf(preset, {"still-life"}),
+                  .help = "scene",
+                  .flag = "--preset"});
+  list.push_back({.name = "width",
+                  .member = &width,
+                  .range = OptionRange::Closed(16, 4096),
+                  .help = "width of the photos",
+                  .unit = "pixels",
+                  .flag = "--width"});
+  list.push_back({.name = "height",
+                  .member = &height,
+                  .range = OptionRange::Closed(16, 4096),
+                  .help = "height of the photos",
+                  .unit = "pixels",
+                  .flag = "--height"});
+  list.push_back({.name = "views",
+                  .member = &views,
+                  .range = OptionRange::Closed(3, 500),
+                  .help = "number of photos, on an arc about the table",
+                  .flag = "--views"});
+  list.push_back({.name = "point_noise",
+                  .member = &point_noise,
+                  .range = OptionRange::Closed(0, 10),
+                  .help = "standard deviation of the sparse points' observations",
+                  .unit = "pixels",
+                  .flag = "--point-noise"});
+  list.push_back({.name = "sparse_points",
+                  .member = &sparse_points,
+                  .range = OptionRange::Closed(0, 1000000),
+                  .help = "sparse points, at most",
+                  .flag = "--sparse-points"});
+  list.push_back({.name = "wall_bias",
+                  .member = &wall_bias,
+                  .range = OptionRange::Closed(0, 0.2),
+                  .help = "largest relative depth error of the Gaussians on a textureless wall",
+                  .flag = "--wall-bias"});
+  DescribeFlaws(list);
+}
+
+void SyntheticOptions::DescribeFlaws(OptionList& list) {
+  list.push_back({.name = "depth_wave",
+                  .member = &depth_wave,
+                  .range = OptionRange::Closed(0, 0.2),
+                  .help = "flaw: largest relative depth error of the Gaussians on every surface, "
+                          "which varies smoothly",
+                  .flag = "--depth-wave"});
+  list.push_back({.name = "depth_noise",
+                  .member = &depth_noise,
+                  .range = OptionRange::Closed(0, 0.2),
+                  .help = "flaw: standard deviation of the relative depth error that each Gaussian "
+                          "has by itself",
+                  .flag = "--depth-noise"});
+  list.push_back({.name = "floaters",
+                  .member = &floaters,
+                  .range = OptionRange::Closed(0, 100000),
+                  .help = "stray Gaussians in free space",
+                  .flag = "--floaters"});
+  list.push_back({.name = "floater_opacity",
+                  .member = &floater_opacity,
+                  .range = OptionRange::Closed(0.02, 0.99),
+                  .help = "opacity of the most opaque stray Gaussian; the least opaque has 0.02",
+                  .flag = "--floater-opacity"});
+  list.push_back({.name = "cloud_scale",
+                  .member = &cloud_scale,
+                  .range = OptionRange::Closed(0.5, 2),
+                  .help =
+                      "flaw: size of the sparse points' cloud, about the middle of the cameras; "
+                      "cameras and Gaussians stay",
+                  .flag = "--cloud-scale"});
+  list.push_back({.name = "cloud_shift",
+                  .member = &cloud_shift,
+                  .range = OptionRange::Closed(-1, 1),
+                  .help = "flaw: move the sparse points to the right and away from the viewer, by "
+                          "this length each",
+                  .unit = "m",
+                  .flag = "--cloud-shift"});
+  list.push_back({.name = "bare_walls",
+                  .member = &bare_walls,
+                  .help = "flaw: no wallpaper, so that nothing tells where the wall is",
+                  .flag = "--bare-walls"});
+}
+
 void SyntheticOptions::Check() const {
-  CheckOption(preset == "still-life", "preset '" + preset + "' is unknown; there is: still-life");
-  CheckOption(width >= 16 && width <= 4096, "width must be 16 to 4096 pixels");
-  CheckOption(height >= 16 && height <= 4096, "height must be 16 to 4096 pixels");
-  CheckOption(views >= 3 && views <= 500, "views must be 3 to 500");
-  CheckOption(point_noise >= 0 && point_noise <= 10, "point noise must be 0 to 10 pixels");
-  CheckOption(sparse_points >= 0 && sparse_points <= 1000000, "sparse points must be 0 to 1000000");
-  CheckOption(wall_bias >= 0 && wall_bias <= 0.2, "wall bias must be 0 to 0.2");
-  CheckOption(floaters >= 0 && floaters <= 100000, "floaters must be 0 to 100000");
-  const World world = albedo.empty() ? World() : MakeStillLife(seed);
+  CheckRanges(*this);
+  const World world = albedo.empty() ? World() : MakeStillLife(seed, bare_walls);
   for (const PaintedObject& painted : albedo) {
     FindObject(world, painted.object);
     for (const float value : painted.color) {
@@ -63,7 +140,7 @@ void SyntheticOptions::Check() const {
 
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor) {
   options.Check();
-  World world = MakeStillLife(options.seed);
+  World world = MakeStillLife(options.seed, options.bare_walls);
   const Lighting lighting(world, std::clamp(640.0 / options.width, 1.0, 4.0), monitor);
 
   SyntheticScene scene;

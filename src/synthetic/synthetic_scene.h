@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "base/option.h"
 #include "scene/gaussian_model.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
@@ -24,17 +25,30 @@ struct PaintedObject {
 
 struct SyntheticOptions {
   std::string preset = "still-life";
-  int width = 640, height = 480;  // pixels, 16 to 4096
-  int views = 24;                 // 3 to 500, on an arc about the table
+  int width = 640, height = 480;  // pixels
+  int views = 24;                 // on an arc about the table
   uint64_t seed = 0;
   double point_noise = 0.5;  // pixels, standard deviation of the sparse points' observations
   int sparse_points = 6000;  // at most; small images carry fewer
-  double wall_bias = 0.04;   // largest relative depth error of Gaussians on the textureless wall
-  int floaters = 120;        // stray Gaussians of low opacity in free space
+  // Flaws of the Gaussians, which slide along the lines of sight from the middle of the cameras, so
+  // that the splat looks right from there. Shares of the distance.
+  double wall_bias = 0.04;        // largest, smooth, on textureless walls only
+  double depth_wave = 0;          // largest, smooth over every surface
+  double depth_noise = 0;         // standard deviation, of every Gaussian by itself
+  int floaters = 120;             // stray Gaussians in free space
+  double floater_opacity = 0.06;  // of the most opaque one
+  // Flaws of the sparse points: scaled about the middle of the cameras, then moved by this many
+  // metres, to the right and away from the viewer alike. Cameras, photos and Gaussians stay.
+  double cloud_scale = 1, cloud_shift = 0;
+  bool bare_walls = false;  // no wallpaper: two walls without texture, and no points on them
   // Objects of another color; a pattern stays as shades of it, light and gloss stay as they are.
   std::vector<PaintedObject> albedo;
+  void Describe(OptionList& list);  // all but the seed and the colors
   // Throws OptionError.
   void Check() const;
+
+ private:
+  void DescribeFlaws(OptionList& list);
 };
 
 struct SyntheticView {

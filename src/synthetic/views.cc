@@ -28,6 +28,12 @@ Ray PixelRay(const PosedCamera& camera, double x, double y) {
   return {camera.Center(), camera.cam_from_world.rotation.conjugate() * Vec3(xy.x(), xy.y(), 1.0)};
 }
 
+Vec3 MiddleOfCameras(const std::vector<TracedView>& views) {
+  Vec3 eye = Vec3::Zero();
+  for (const TracedView& view : views) eye += view.camera.Center() / double(views.size());
+  return eye;
+}
+
 std::vector<PosedCamera> MakeArc(const SyntheticOptions& options) {
   const double focal =
       0.5 * std::max(options.width, options.height * 4 / 3) / std::tan(21.0 * kPi / 180);

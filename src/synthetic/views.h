@@ -20,6 +20,7 @@ struct TracedView {
 // The ray through a pixel position whose t is z.
 Ray PixelRay(const PosedCamera& camera, double x, double y);
 
+Vec3 MiddleOfCameras(const std::vector<TracedView>& views);
 std::vector<PosedCamera> MakeArc(const SyntheticOptions& options);
 // `padding` widens the image on all sides.
 TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& camera,

@@ -102,7 +102,7 @@ class World {
 // Display encoding of linear radiance: exposure, a filmic curve, the sRGB transfer function.
 Vec3 Encode(const Vec3& radiance, double exposure);
 
-// The preset "still-life".
-World MakeStillLife(uint64_t seed);
+// The preset "still-life"; `bare_walls` leaves out the wallpaper.
+World MakeStillLife(uint64_t seed, bool bare_walls);
 
 }  // namespace retint::synthetic

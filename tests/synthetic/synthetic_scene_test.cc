@@ -84,7 +84,7 @@ TEST(SyntheticTest, OptionsAreChecked) {
     return std::string("no error");
   };
   EXPECT_EQ(fault([](SyntheticOptions&) {}), "no error");
-  EXPECT_THAT(fault([](auto& o) { o.preset = "ballroom"; }), HasSubstr("ballroom"));
+  EXPECT_THAT(fault([](auto& o) { o.preset = "ballroom"; }), HasSubstr("preset"));
   EXPECT_THAT(fault([](auto& o) { o.width = 8; }), HasSubstr("width"));
   EXPECT_THAT(fault([](auto& o) { o.height = 5000; }), HasSubstr("height"));
   EXPECT_THAT(fault([](auto& o) { o.views = 2; }), HasSubstr("views"));
@@ -93,6 +93,11 @@ TEST(SyntheticTest, OptionsAreChecked) {
   EXPECT_THAT(fault([](auto& o) { o.sparse_points = -1; }), HasSubstr("sparse"));
   EXPECT_THAT(fault([](auto& o) { o.wall_bias = 0.9; }), HasSubstr("bias"));
   EXPECT_THAT(fault([](auto& o) { o.floaters = -3; }), HasSubstr("floaters"));
+  EXPECT_THAT(fault([](auto& o) { o.floater_opacity = 1; }), HasSubstr("opacity"));
+  EXPECT_THAT(fault([](auto& o) { o.depth_wave = 0.3; }), HasSubstr("wave"));
+  EXPECT_THAT(fault([](auto& o) { o.depth_noise = NAN; }), HasSubstr("depth noise"));
+  EXPECT_THAT(fault([](auto& o) { o.cloud_scale = 0; }), HasSubstr("scale"));
+  EXPECT_THAT(fault([](auto& o) { o.cloud_shift = 2; }), HasSubstr("shift"));
 }
 
 TEST(SyntheticTest, CancelStops) {
@@ -497,6 +502,151 @@ TEST(SyntheticTest, RepaintsOneObjectAndNothingElse) {
   EXPECT_THROW(options.Check(), OptionError);
   options.albedo = {{"ball", {0, 0, 2}}};
   EXPECT_THROW(options.Check(), OptionError);
+}
+
+// Everything but the Gaussians' places and sizes.
+void ExpectSamePhotosAndColors(const SyntheticScene& a, const SyntheticScene& b) {
+  ASSERT_EQ(a.views.size(), b.views.size());
+  for (size_t v = 0; v < a.views.size(); ++v) {
+    ExpectSameBytes(a.views[v].photo.data, b.views[v].photo.data);
+    ExpectSameBytes(a.views[v].depth.data, b.views[v].depth.data);
+    ExpectSameBytes(a.views[v].object_ids.data, b.views[v].object_ids.data);
+  }
+  ExpectSameBytes(a.model.quats_wxyz, b.model.quats_wxyz);
+  ExpectSameBytes(a.model.sh, b.model.sh);
+}
+
+Eigen::Vector3d MiddleOfCameras(const SyntheticScene& scene) {
+  Eigen::Vector3d eye = Eigen::Vector3d::Zero();
+  for (size_t v = 0; v < scene.views.size(); ++v) {
+    eye += CameraOf(scene, v).Center() / double(scene.views.size());
+  }
+  return eye;
+}
+
+// What each Gaussian's distance from `eye` was multiplied by; asserts that it stayed on its line of
+// sight, and that its size changed as much.
+std::vector<double> Stretches(const SyntheticScene& before, const SyntheticScene& after,
+                              size_t floaters) {
+  const Eigen::Vector3d eye = MiddleOfCameras(before);
+  std::vector<double> stretches;
+  const auto mean = [](const GaussianModel& model, size_t i) {
+    return Eigen::Vector3d(model.means[3 * i], model.means[3 * i + 1], model.means[3 * i + 2]);
+  };
+  EXPECT_EQ(before.model.NumGaussians(), after.model.NumGaussians());
+  for (size_t i = 0; i + floaters < before.model.NumGaussians(); ++i) {
+    const Eigen::Vector3d p = mean(before.model, i) - eye, q = mean(after.model, i) - eye;
+    stretches.push_back(q.norm() / p.norm());
+    // Positions are floats of up to 5 m, in steps of 5e-7 m.
+    EXPECT_LT((q - stretches.back() * p).norm(), 2e-6);
+    // Of sizes and distances, each rounded to a float.
+    const double grown = std::exp(after.model.log_scales[3 * i] - before.model.log_scales[3 * i]);
+    EXPECT_NEAR(grown, stretches.back(), 1e-5);
+  }
+  return stretches;
+}
+
+TEST(SyntheticTest, DepthNoiseMovesGaussiansAlongTheirLineOfSight) {
+  SyntheticOptions options = TinyOptions();
+  const SyntheticScene before = Make(options);
+  options.depth_noise = 0.01;
+  const SyntheticScene after = Make(options);
+  ExpectSamePhotosAndColors(before, after);
+  const auto stretches = Stretches(before, after, size_t(options.floaters));
+  double sum = 0, squares = 0;
+  for (const double s : stretches) sum += s - 1, squares += (s - 1) * (s - 1);
+  const double count = double(stretches.size());
+  ASSERT_GT(count, 1000);
+  // Of a thousand and more, the mean is good to 3 % of the deviation and the deviation to 2 %;
+  // these are five times that.
+  EXPECT_NEAR(sum / count, 0, 0.0015);
+  EXPECT_NEAR(std::sqrt(squares / count), 0.01, 0.001);
+}
+
+TEST(SyntheticTest, DepthWaveMovesNeighborsAlike) {
+  SyntheticOptions options = TinyOptions();
+  const SyntheticScene before = Make(options);
+  options.depth_wave = 0.02;
+  const SyntheticScene after = Make(options);
+  ExpectSamePhotosAndColors(before, after);
+  const auto stretches = Stretches(before, after, size_t(options.floaters));
+  const auto [least, most] = std::minmax_element(stretches.begin(), stretches.end());
+  EXPECT_GE(*least, 0.98 - 1e-5);
+  EXPECT_LE(*most, 1.02 + 1e-5);
+  EXPECT_GT(*most - *least, 0.02);
+}
+
+TEST(SyntheticTest, FloatersAreAsOpaqueAsAskedFor) {
+  SyntheticOptions options = TinyOptions();
+  options.floaters = 400;
+  options.floater_opacity = 0.5;
+  const GaussianModel model = Make(options).model;
+  double most = 0;
+  for (size_t i = model.NumGaussians() - 400; i < model.NumGaussians(); ++i) {
+    most = std::max(most, 1 / (1 + std::exp(-double(model.opacity_logits[i]))));
+  }
+  // The largest of 400 numbers that are spread evenly up to 0.5.
+  EXPECT_GT(most, 0.47);
+  EXPECT_LE(most, 0.5 + 1e-6);
+}
+
+TEST(SyntheticTest, TheCloudIsScaledAndShifted) {
+  SyntheticOptions options = TinyOptions();
+  const SyntheticScene before = Make(options);
+  options.cloud_scale = 1.1;
+  options.cloud_shift = 0.02;
+  const SyntheticScene after = Make(options);
+  ExpectSamePhotosAndColors(before, after);
+  ExpectSameBytes(before.model.means, after.model.means);
+  const Eigen::Vector3d eye = MiddleOfCameras(before);
+  ASSERT_GT(before.reconstruction.points.size(), 10u);
+  ASSERT_EQ(before.reconstruction.points.size(), after.reconstruction.points.size());
+  for (const auto& [id, point] : before.reconstruction.points) {
+    const SparsePoint& moved = after.reconstruction.points.at(id);
+    const Eigen::Vector3d expected = eye + 1.1 * (point.xyz - eye) + Eigen::Vector3d(0.02, 0, 0.02);
+    EXPECT_LT((moved.xyz - expected).norm(), 1e-12);
+    EXPECT_EQ(moved.track.size(), point.track.size());
+  }
+}
+
+TEST(SyntheticTest, BareWallsHaveNoTextureAndNoPoints) {
+  SyntheticOptions options = SmallOptions();
+  options.views = 3;
+  const SyntheticScene papered = Make(options);
+  options.bare_walls = true;
+  const SyntheticScene bare = Make(options);
+  const int wall = IdOf(bare, "wallpaper");
+  // Mean difference between neighbors on the wall.
+  const auto contrast = [&](const SyntheticScene& scene) {
+    const SyntheticView& view = scene.views[1];
+    double sum = 0;
+    int64_t count = 0;
+    for (int y = 0; y < view.photo.height; ++y) {
+      for (int x = 0; x + 1 < view.photo.width; ++x) {
+        if (view.object_ids(x, y) != wall || view.object_ids(x + 1, y) != wall) continue;
+        sum += std::abs(view.photo(x, y, 1) - view.photo(x + 1, y, 1));
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 100);
+    return sum / double(count);
+  };
+  // The skirting board and shadows still change a little.
+  EXPECT_LT(contrast(bare), 0.3 * contrast(papered));
+  const auto on_wall = [&](const SyntheticScene& scene) {
+    int64_t count = 0;
+    for (const SyntheticView& view : scene.views) {
+      for (const Observation& o : scene.reconstruction.FindView(view.name)->observations) {
+        if (o.point_id == kInvalidPointId) continue;
+        count += view.object_ids(int(o.xy.x()), int(o.xy.y())) == wall;
+      }
+    }
+    return count;
+  };
+  EXPECT_LT(20 * on_wall(bare), on_wall(papered));
+  for (size_t v = 0; v < bare.views.size(); ++v) {
+    EXPECT_EQ(bare.views[v].object_ids.data, papered.views[v].object_ids.data);
+  }
 }
 
 }  // namespace
