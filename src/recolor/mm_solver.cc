@@ -26,7 +26,7 @@ void MmOptions::Describe(OptionList& list) {
                   .flag = "--acceleration"});
   list.push_back({.name = "outside_weight",
                   .member = &outside_weight,
-                  .range = OptionRange::AboveTo(0, 1),
+                  .range = OptionRange::AboveTo(0, 8),
                   .help = "weight of the error of pixels outside the mask; those inside have 1",
                   .flag = "--outside-weight"});
   list.push_back({.name = "tolerance",

@@ -266,8 +266,11 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   params.weights = view.weights.data();
   // Rows that the region left out pass their weight on to the ones that stay.
   const int kept_rows = std::popcount(view.region->pixel_rows());
-  params.inside_weight = float(double(kTileSize) / kept_rows / kMostRowsPerRow);
-  params.outside_weight = params.inside_weight * float(options_.mm.outside_weight);
+  // Weights are stored up to 1: the larger of the two kinds has what the rows leave of it.
+  const float largest = float(double(kTileSize) / kept_rows / kMostRowsPerRow);
+  const float outside = float(options_.mm.outside_weight);
+  params.inside_weight = largest / std::max(outside, 1.0f);
+  params.outside_weight = params.inside_weight * outside;
   backend().refit().RegionTarget(*view.region, params);
 }
 

@@ -452,7 +452,7 @@ const Row kRows[] = {
      [](Place& p) {
        return Recolor(p, {"--holdout", "1"});
      }},
-    {"OutsideWeightOfZero", 2, "--outside-weight: must be in (0, 1], not 0",
+    {"OutsideWeightOfZero", 2, "--outside-weight: must be in (0, 8], not 0",
      [](Place& p) {
        return Recolor(p, {"--outside-weight", "0"});
      }},

@@ -108,8 +108,8 @@ TEST(EditOptions, BadValuesAreToldByTheirPlaceInTheFile) {
   const auto refuses = [&](const char* text, const char* says) {
     EXPECT_THAT([&] { Read(text, options); }, ThrowsMessage<InputError>(HasSubstr(says)));
   };
-  refuses(R"({"mm": {"outside_weight": 1.5}})",
-          "options.json: mm.outside_weight: outside weight must be in (0, 1], not 1.5");
+  refuses(R"({"mm": {"outside_weight": 8.5}})",
+          "options.json: mm.outside_weight: outside weight must be in (0, 8], not 8.5");
   refuses(R"({"mm": {"outside_weight": "much"}})", "mm.outside_weight: is not a number");
   refuses(R"({"mm": {"iterations": 1.5}})", "mm.iterations: is not a whole number");
   refuses(R"({"solver": "magic"})", "solver: solver must be mm or adam, not 'magic'");
