@@ -94,6 +94,7 @@ int RunCommand(int argc, char** argv) {
   AddRecolor(app, globals, action);
   AddPalette(app, globals, action);
   AddEvaluate(app, globals, action);
+  AddScore(app, globals, action);
   AddConvert(app, globals, action);
   AddSynth(app, globals, action);
   try {

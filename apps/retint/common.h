@@ -65,6 +65,7 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action);
 void AddRecolor(CLI::App& app, Globals& globals, Action& action);
 void AddPalette(CLI::App& app, Globals& globals, Action& action);
 void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
+void AddScore(CLI::App& app, Globals& globals, Action& action);
 void AddConvert(CLI::App& app, Globals& globals, Action& action);
 void AddSynth(CLI::App& app, Globals& globals, Action& action);
 

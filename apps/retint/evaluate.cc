@@ -2,6 +2,7 @@
 // retint evaluate: how well a recolored splat shows an edit, whoever made it.
 #include <cstring>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include "base/files.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "selection/mask_score.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -55,14 +57,9 @@ double MeanIou(const std::map<std::string, Mask>& masks, const std::map<std::str
   for (const auto& [name, mask] : masks) {
     const auto found = truth.find(name);
     if (found == truth.end()) continue;
-    int64_t both = 0, either = 0;
-    for (size_t p = 0; p < mask.data.size(); ++p) {
-      const bool in = mask.data[p] >= 128, truly_in = found->second.data[p] >= 128;
-      both += in && truly_in;
-      either += in || truly_in;
-    }
-    if (either == 0) continue;
-    sum += static_cast<double>(both) / static_cast<double>(either);
+    const std::optional<double> iou = Iou(mask, found->second);
+    if (!iou) continue;
+    sum += *iou;
     ++views;
   }
   return views > 0 ? sum / views : 0;

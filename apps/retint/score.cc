@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint score: masks and recolored pictures against true masks.
+#include "session/score.h"
+#include "base/error.h"
+#include "base/files.h"
+#include "retint/common.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  ScoreRequest request;
+  EditFlags edit;
+  std::string layout = "views";
+  std::filesystem::path workspace, report;
+};
+
+TruthLayout LayoutOf(const std::string& name) {
+  if (name == "nvos") return TruthLayout::kNvos;
+  return name == "spin-nerf" ? TruthLayout::kSpinNerf : TruthLayout::kViews;
+}
+
+void ScoreFolders(const Arguments& arguments, Run& run) {
+  ScoreRequest request = arguments.request;
+  request.layout = LayoutOf(arguments.layout);
+  if (!request.after.empty()) {
+    request.edit = arguments.edit.Resolve().WithStrength(arguments.edit.strength());
+  }
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  Workspace workspace;
+  if (!arguments.workspace.empty()) {
+    workspace = Workspace::Open(arguments.workspace);
+    request.model = &workspace.reconstruction;
+  }
+  const ScoreReport report = Score(request, run.monitor());
+  for (const std::string& warning : report.warnings) run.Warn(warning);
+  StagedOutput staged;
+  if (!arguments.report.empty()) {
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+  }
+  staged.Commit();
+  run.FinishProgress();
+  run.Print(ToText(report));
+}
+
+}  // namespace
+
+void AddScore(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  ScoreRequest& request = arguments->request;
+  CLI::App* verb =
+      AddVerb(app, globals, "score", "Measure masks or recolored pictures against true masks");
+  AddPath(verb, "--truth", request.truth, "Folder of true masks, <image name>.png", "FOLDER")
+      ->required();
+  AddPath(verb, "--masks", request.masks,
+          "Folder of masks to measure, <image name>.png: IoU, boundary IoU, precision, recall",
+          "FOLDER");
+  AddPath(verb, "--before", request.before,
+          "Folder of pictures before the edit, <image name>.png, as `retint render` writes them",
+          "FOLDER");
+  AddPath(verb, "--after", request.after,
+          "Folder of the same pictures after the edit: how much of it hit the object, missed it, "
+          "and leaked to or stained what is outside",
+          "FOLDER");
+  verb->add_option("--layout", arguments->layout,
+                   "views; or the truth of a benchmark, with masks in a folder a scene: nvos "
+                   "(masks/SCENE/IMAGE_mask.png) or spin-nerf (SCENE/IMAGE.png)")
+      ->check(CLI::IsMember({"views", "nvos", "spin-nerf"}));
+  AddRepeated(verb, "--painted", request.painted,
+              "Name of a view that was painted: it is listed, but is in no mean; repeatable")
+      ->type_name("NAME");
+  AddPath(verb, "--workspace", arguments->workspace,
+          "COLMAP workspace: with --painted, views that look in nearly the same direction are "
+          "summed up on their own",
+          "FOLDER");
+  verb->add_option("--within", request.within_degrees,
+                   "Largest angle between such directions, degrees")
+      ->check(CLI::Range(0.0, 180.0));
+  verb->add_option("--border", request.border,
+                   "How far inside the true border hit and missed begin, pixels")
+      ->check(CLI::Range(0, 1000));
+  arguments->edit.Add(verb, "Edit that was asked for, with --after");
+  AddPath(verb, "--report", arguments->report, "All figures to write (.json)");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { ScoreFolders(*arguments, run); }; });
+}
+
+}  // namespace retint::cli
