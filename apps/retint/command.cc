@@ -95,6 +95,7 @@ int RunCommand(int argc, char** argv) {
   AddPalette(app, globals, action);
   AddEvaluate(app, globals, action);
   AddScore(app, globals, action);
+  AddRun(app, globals, action);
   AddConvert(app, globals, action);
   AddSynth(app, globals, action);
   try {

@@ -216,11 +216,8 @@ EditOptions Resolve(const EditArguments& edit, const Globals& globals) {
   OptionList list;
   options.Describe(list);
   edit.flags.TakeOver(Described(PresetOptions(edit.preset)), list);
-  options.select.cloud.seed = globals.seed;
-  options.select.registration.seed = globals.seed;
-  AdamOptions& adam = options.refit.options.adam;
-  adam.seed = globals.seed;
-  if (adam.iterations == 0) adam.iterations = AdamOptions().iterations;
+  options.SetSeed(globals.seed);
+  options.EndByThemselves();
   options.Check();
   return options;
 }

@@ -67,6 +67,7 @@ void AddPalette(CLI::App& app, Globals& globals, Action& action);
 void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
 void AddScore(CLI::App& app, Globals& globals, Action& action);
 void AddConvert(CLI::App& app, Globals& globals, Action& action);
+void AddRun(CLI::App& app, Globals& globals, Action& action);
 void AddSynth(CLI::App& app, Globals& globals, Action& action);
 
 // A subcommand with the global options in a group of their own.

@@ -44,6 +44,17 @@ void EditOptions::Check() const {
   refit.Check();
 }
 
+void EditOptions::SetSeed(uint64_t seed) {
+  select.cloud.seed = seed;
+  select.registration.seed = seed;
+  refit.options.adam.seed = seed;
+}
+
+void EditOptions::EndByThemselves() {
+  AdamOptions& adam = refit.options.adam;
+  if (adam.iterations == 0) adam.iterations = AdamOptions().iterations;
+}
+
 std::vector<std::string> Presets() { return {"retint", "paper"}; }
 
 EditOptions PresetOptions(std::string_view name) {

@@ -2,6 +2,7 @@
 // All options of an edit, from painted pixels to new coefficients, and presets of them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,10 @@ struct EditOptions {
   RefitJob refit;
   void Describe(OptionList& list);
   void Check() const;
+  void SetSeed(uint64_t seed);  // of everything random
+  // For a caller that waits for the end: where a fit would go on until it is stopped (0 iterations
+  // of adam), it gets adam's default of steps.
+  void EndByThemselves();
 };
 
 // "retint", the defaults, and "paper".

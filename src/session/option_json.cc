@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/option_json.h"
 
+#include <algorithm>
 #include <optional>
+
+#include "base/error.h"
 
 namespace retint::session_json {
 namespace {
@@ -46,6 +49,23 @@ void ReadOptions(const Node& node, const OptionList& options) {
       option.Set(Read(*found, option));
     } catch (const OptionError& error) {
       found->Fail(error.what());
+    }
+  }
+}
+
+void AllowOnlyOptions(const Node& node, const OptionList& options) {
+  if (!node.json().is_object()) node.Fail("is not an object");
+  const auto is_group = [&](const std::string& key) {
+    return std::any_of(options.begin(), options.end(),
+                       [&](const Option& option) { return option.applies == key; });
+  };
+  for (const auto& [key, value] : node.json().items()) {
+    const Node child = node.At(key.c_str());
+    if (FindOption(options, key)) continue;
+    if (!is_group(key)) child.Fail("there is no such option");
+    if (!value.is_object()) child.Fail("is not an object of options");
+    for (const auto& [name, unused] : value.items()) {
+      if (!FindOption(options, name, key)) child.At(name.c_str()).Fail("there is no such option");
     }
   }
 }

@@ -17,4 +17,7 @@ Json OptionsJson(const std::vector<OptionSetting>& settings);
 // another type or out of range.
 void ReadOptions(const Node& node, const OptionList& options);
 
+// Fail() for a key that is no option's and no group's: for files that people write.
+void AllowOnlyOptions(const Node& node, const OptionList& options);
+
 }  // namespace retint::session_json

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint run: a job file, whose stages are kept and go on from the first that changed.
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "job/run_job.h"
+#include "retint/common.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  std::filesystem::path job, cache;
+  bool no_cache = false, dry_run = false, schema = false;
+  uint64_t keep_mb = 2048;
+};
+
+std::filesystem::path CacheFolder(const Arguments& arguments, const Job& job) {
+  if (arguments.no_cache) return {};
+  if (!arguments.cache.empty()) return arguments.cache;
+  std::filesystem::path folder = job.file;
+  return folder.replace_extension(".cache");
+}
+
+void PrintStage(const JobStage& stage, const char* state, const Run& run) {
+  run.Print(fmt::format("{:<13}{:<9}{}", stage.name, state, stage.region));
+}
+
+void PrintOutputs(const JobOutputs& outputs, const Run& run) {
+  std::vector<std::filesystem::path> paths = outputs.splats;
+  for (const auto& path : {outputs.report, outputs.masks, outputs.views, outputs.session}) {
+    if (!path.empty()) paths.push_back(path);
+  }
+  for (const auto& path : paths) run.Print(fmt::format("wrote        {}", path.string()));
+}
+
+void RunJob(const Arguments& arguments, Run& run) {
+  if (arguments.schema) {
+    std::fputs(JobSchema().c_str(), stdout);
+    return;
+  }
+  CheckOption(!arguments.job.empty(), "a job file is needed (or --schema)");
+  CheckOption(arguments.cache.empty() || !arguments.no_cache,
+              "--cache and --no-cache exclude each other");
+  const Job job = ReadJob(arguments.job);
+  SceneArguments scene;
+  scene.workspace = job.workspace;
+  scene.splat = job.splat;
+  scene.images = job.images;
+  const auto session = OpenSession(scene, job.holdout, run);
+  StageCache cache(CacheFolder(arguments, job));
+  JobRunner runner(job, *session, cache);
+  if (arguments.dry_run) {
+    run.FinishProgress();
+    for (const JobStage& stage : runner.Plan()) {
+      PrintStage(stage, stage.cached ? "kept" : "to do", run);
+    }
+    return;
+  }
+  std::vector<JobStage> stages;
+  runner.Run([&](const JobStage& stage) { stages.push_back(stage); }, run.monitor());
+  runner.WriteOutputs(run.monitor());
+  cache.Trim(arguments.keep_mb << 20);
+  run.FinishProgress();
+  for (const JobStage& stage : stages) PrintStage(stage, stage.cached ? "kept" : "done", run);
+  PrintOutputs(job.outputs, run);
+}
+
+}  // namespace
+
+void AddRun(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "run",
+                           "Run a job file: many regions and edits of one scene, going on where "
+                           "an earlier run ended");
+  verb->add_option("JOB", arguments->job, "The job file (.json); see docs/pipelines.md")
+      ->type_name("FILE");
+  verb->add_flag("--dry-run", arguments->dry_run,
+                 "Check the job and print what would be done, without doing it");
+  AddPath(verb, "--cache", arguments->cache,
+          "Folder of the stages' results. Default: beside the job file, its name with .cache",
+          "FOLDER");
+  verb->add_flag("--no-cache", arguments->no_cache, "Compute everything and keep nothing");
+  verb->add_option("--keep-mb", arguments->keep_mb,
+                   "Of results that this run did not need, those used last stay, up to so many MiB "
+                   "in all")
+      ->check(CLI::Range(uint64_t{0}, uint64_t{1} << 40));
+  verb->add_flag("--schema", arguments->schema, "Print the JSON Schema of job files");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { RunJob(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

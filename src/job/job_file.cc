@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "job/job_file.h"
+
+#include <set>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "recolor/edit_text.h"
+#include "session/option_json.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+using session_json::Json;
+using session_json::Node;
+
+constexpr int kJobVersion = 1;
+
+class JobReader {
+ public:
+  explicit JobReader(const fs::path& path)
+      : path_(path),
+        folder_(fs::absolute(path).parent_path()),
+        json_(session_json::ParseWithLines(ReadFile(path), path, &lines_)) {}
+
+  Job Read();
+
+ private:
+  fs::path Path(const Node& node) const;
+  fs::path OptionalPath(const Node& parent, const char* key) const;
+  // `options` with what `parent` holds under "options".
+  EditOptions Options(const Node& parent, EditOptions options, bool with_refit) const;
+  void Scene(const Node& node, Job* job) const;
+  JobRegion Region(const Node& node, const Job& job) const;
+  void Selection(const Node& node, JobRegion* region) const;
+  ColorEdit Edit(const Node& node) const;
+  JobOutputs Outputs(const Node& node) const;
+
+  const fs::path path_;
+  const fs::path folder_;
+  session_json::LineIndex lines_;
+  const Json json_;
+};
+
+fs::path JobReader::Path(const Node& node) const {
+  const std::string text = node.Text();
+  if (text.empty()) node.Fail("is empty");
+  if (text.find('\0') != std::string::npos) node.Fail("holds a zero byte");
+  return (folder_ / text).lexically_normal();
+}
+
+fs::path JobReader::OptionalPath(const Node& parent, const char* key) const {
+  return parent.Has(key) ? Path(parent.At(key)) : fs::path();
+}
+
+EditOptions JobReader::Options(const Node& parent, EditOptions options, bool with_refit) const {
+  if (!parent.Has("options")) return options;
+  const Node node = parent.At("options");
+  OptionList list;
+  if (with_refit) {
+    options.Describe(list);
+  } else {
+    options.select.Describe(list);
+    options.projector.Describe(list);
+  }
+  session_json::AllowOnlyOptions(node, list);
+  session_json::ReadOptions(node, list);
+  try {
+    options.Check();
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  }
+  return options;
+}
+
+void JobReader::Scene(const Node& node, Job* job) const {
+  node.AllowOnly({"workspace", "splat", "images", "holdout"});
+  job->workspace = Path(node.At("workspace"));
+  job->splat = Path(node.At("splat"));
+  job->images = OptionalPath(node, "images");
+  if (node.Has("holdout")) job->holdout = node.At("holdout").Int(0, 1000000);
+}
+
+void JobReader::Selection(const Node& node, JobRegion* region) const {
+  if (node.Has("paint") == node.Has("masks")) {
+    node.Fail("a region has either \"paint\" or \"masks\"");
+  }
+  if (node.Has("paint")) {
+    std::set<std::string> views;
+    for (const Node& paint : node.At("paint").List()) {
+      paint.AllowOnly({"view", "mask"});
+      region->paint.push_back({paint.At("view").Bytes(), Path(paint.At("mask"))});
+      if (!views.insert(region->paint.back().view).second) {
+        paint.At("view").Fail("the view is painted twice");
+      }
+    }
+    if (region->paint.empty()) node.At("paint").Fail("names no painted view");
+    return;
+  }
+  const Node masks = node.At("masks");
+  if (masks.json().is_string()) {
+    region->mask_folder = Path(masks);
+    return;
+  }
+  if (!masks.json().is_object()) {
+    masks.Fail("is neither a folder nor an object of files by image name");
+  }
+  for (const auto& [name, unused] : masks.json().items()) {
+    region->masks.emplace(session_json::UnescapeBytes(name), Path(masks.At(name.c_str())));
+  }
+  if (region->masks.empty()) masks.Fail("names no mask");
+}
+
+ColorEdit JobReader::Edit(const Node& node) const {
+  try {
+    if (node.json().is_string()) return ReadEdit(Path(node));
+    return EditFromJson(node.json().dump(), folder_);
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  } catch (const InputError& error) {
+    node.Fail(error.what());
+  }
+}
+
+JobRegion JobReader::Region(const Node& node, const Job& job) const {
+  node.AllowOnly({"name", "paint", "masks", "edit", "strength", "options"});
+  JobRegion region;
+  region.name = node.At("name").Text();
+  // It names a folder of masks.
+  const bool plain = !region.name.empty() && region.name != "." && region.name != ".." &&
+                     region.name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos;
+  if (!plain) node.At("name").Fail("is empty or holds a slash");
+  Selection(node, &region);
+  region.edit = Edit(node.At("edit"));
+  if (node.Has("strength")) {
+    region.strength = node.At("strength").Float();
+    if (region.strength < 0 || region.strength > 1) node.At("strength").Fail("is not in [0, 1]");
+  }
+  region.options = Options(node, job.options, /*with_refit=*/false);
+  return region;
+}
+
+JobOutputs JobReader::Outputs(const Node& node) const {
+  node.AllowOnly({"splats", "report", "masks", "views", "session"});
+  JobOutputs outputs;
+  std::set<fs::path> seen;
+  if (node.Has("splats")) {
+    for (const Node& splat : node.At("splats").List()) {
+      outputs.splats.push_back(Path(splat));
+      if (!seen.insert(outputs.splats.back()).second) splat.Fail("comes twice");
+    }
+  }
+  outputs.report = OptionalPath(node, "report");
+  outputs.masks = OptionalPath(node, "masks");
+  outputs.views = OptionalPath(node, "views");
+  outputs.session = OptionalPath(node, "session");
+  if (node.json().empty()) node.Fail("names nothing to write");
+  return outputs;
+}
+
+Job JobReader::Read() {
+  const Node root(json_, path_, "", &lines_);
+  root.AllowOnly(
+      {"$schema", "retint_job", "scene", "preset", "seed", "options", "regions", "outputs"});
+  const uint64_t version = root.At("retint_job").Unsigned();
+  if (version != kJobVersion) {
+    root.At("retint_job").Fail("this program reads version " + std::to_string(kJobVersion));
+  }
+  Job job;
+  job.file = fs::absolute(path_).lexically_normal();
+  Scene(root.At("scene"), &job);
+  if (root.Has("preset")) {
+    try {
+      job.options = PresetOptions(root.At("preset").Text());
+    } catch (const OptionError& error) {
+      root.At("preset").Fail(error.what());
+    }
+  }
+  if (root.Has("seed")) job.seed = root.At("seed").Unsigned();
+  job.options.SetSeed(job.seed);
+  job.options = Options(root, job.options, /*with_refit=*/true);
+  job.options.EndByThemselves();
+  std::set<std::string> names;
+  for (const Node& node : root.At("regions").List()) {
+    job.regions.push_back(Region(node, job));
+    if (!names.insert(job.regions.back().name).second) node.At("name").Fail("comes twice");
+  }
+  if (job.regions.empty()) root.At("regions").Fail("there is no region");
+  job.outputs = Outputs(root.At("outputs"));
+  return job;
+}
+
+}  // namespace
+
+Job ReadJob(const fs::path& path) { return JobReader(path).Read(); }
+
+}  // namespace retint

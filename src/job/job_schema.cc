@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "job/job_file.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json Text(const char* description) { return {{"type", "string"}, {"description", description}}; }
+
+// An object that has these keys and no others.
+Json Object(Json properties, std::vector<std::string> required = {}) {
+  Json object = {{"type", "object"}, {"properties", std::move(properties)}};
+  if (!required.empty()) object["required"] = std::move(required);
+  object["additionalProperties"] = false;
+  return object;
+}
+
+void AddRange(const OptionRange& range, Json* json) {
+  if (std::isfinite(range.min)) {
+    (*json)[range.min_open ? "exclusiveMinimum" : "minimum"] = range.min;
+  }
+  if (std::isfinite(range.max)) {
+    (*json)[range.max_open ? "exclusiveMaximum" : "maximum"] = range.max;
+  }
+  if (range.multiple_of > 1) (*json)["multipleOf"] = range.multiple_of;
+}
+
+Json OptionSchema(const Option& option) {
+  Json json;
+  if (std::holds_alternative<bool*>(option.member)) {
+    json["type"] = "boolean";
+  } else if (std::holds_alternative<double*>(option.member)) {
+    json["type"] = "number";
+    AddRange(option.range, &json);
+  } else if (const auto* choice = std::get_if<OptionChoice>(&option.member)) {
+    json["enum"] = choice->names;
+  } else {
+    json["type"] = "integer";
+    if (std::holds_alternative<uint64_t*>(option.member)) json["minimum"] = 0;
+    AddRange(option.range, &json);
+  }
+  json["description"] = option.help + (option.unit.empty() ? "" : ", " + option.unit);
+  std::visit([&](const auto& value) { json["default"] = value; }, option.Get());
+  return json;
+}
+
+Json OptionsSchema(const OptionList& list) {
+  Json properties = Json::object();
+  for (const Option& option : list) {
+    if (option.applies.empty()) {
+      properties[option.name] = OptionSchema(option);
+      continue;
+    }
+    Json& group = properties[option.applies];
+    if (group.is_null()) group = Object(Json::object());
+    group["properties"][option.name] = OptionSchema(option);
+  }
+  return Object(std::move(properties));
+}
+
+Json EditSchema() {
+  Json names = Json::array();
+  for (const ColorOperationType& type : ColorOperationTypes()) names.push_back(type.name);
+  const Json operation = {{"type", "object"},
+                          {"properties", {{"op", {{"enum", names}}}}},
+                          {"required", {"op"}},
+                          {"description", "its parameters are in docs/edits.md"}};
+  Json edit = Object({{"operations", {{"type", "array"}, {"items", operation}}},
+                      {"strength", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}}},
+                     {"operations"});
+  return {{"description", "what is done to the colors: an edit, or the file of one"},
+          {"oneOf", {edit, Text("a file that --edit reads")}}};
+}
+
+Json RegionSchema() {
+  EditOptions options;
+  OptionList selection;
+  options.select.Describe(selection);
+  options.projector.Describe(selection);
+  const Json paint = Object({{"view", Text("name of the painted image")},
+                             {"mask", Text("a picture of its size, black outside")}},
+                            {"view", "mask"});
+  const Json masks = {
+      {"description", "a folder of <image name>.png, or files by image name"},
+      {"oneOf",
+       {Text("the folder"), {{"type", "object"}, {"additionalProperties", {{"type", "string"}}}}}}};
+  Json region = Object({{"name", Text("unique; its folder of masks")},
+                        {"paint", {{"type", "array"}, {"minItems", 1}, {"items", paint}}},
+                        {"masks", masks},
+                        {"edit", EditSchema()},
+                        {"strength", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
+                        {"options", OptionsSchema(selection)}},
+                       {"name", "edit"});
+  region["oneOf"] = {{{"required", {"paint"}}}, {{"required", {"masks"}}}};
+  return region;
+}
+
+}  // namespace
+
+std::string JobSchema() {
+  EditOptions options;
+  const Json scene = Object(
+      {{"workspace", Text("the COLMAP workspace")},
+       {"splat", Text("the splat, in the workspace's frame")},
+       {"images", Text("folder of the photos, where not WORKSPACE/images")},
+       {"holdout", {{"type", "integer"}, {"minimum", 0}, {"maximum", 1000000}, {"default", 0}}}},
+      {"workspace", "splat"});
+  const Json outputs =
+      Object({{"splats", {{"type", "array"}, {"items", Text("in the format of its extension")}}},
+              {"report", Text("a .json file")},
+              {"masks", Text("a folder: <region>/<image name>.png")},
+              {"views", Text("a folder: <image name>.png of the recolored scene")},
+              {"session", Text("a folder NAME.retint, to go on in the editor")}});
+  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                 {"title", "A job of retint run; relative paths start in its folder"}};
+  schema.update(
+      Object({{"$schema", Json::object()},
+              {"retint_job", {{"const", 1}}},
+              {"scene", scene},
+              {"preset", {{"enum", Presets()}}},
+              {"seed", {{"type", "integer"}, {"minimum", 0}, {"default", 0}}},
+              {"options", OptionsSchema(Described(options))},
+              {"regions", {{"type", "array"}, {"minItems", 1}, {"items", RegionSchema()}}},
+              {"outputs", outputs}},
+             {"retint_job", "scene", "regions", "outputs"}));
+  return schema.dump(2) + "\n";
+}
+
+}  // namespace retint

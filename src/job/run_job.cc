@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "job/run_job.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "job/stage_files.h"
+#include "recolor/edit_text.h"
+#include "scene/image_checks.h"
+#include "session/export.h"
+#include "session/session_file.h"
+#include "splat_io/splat_io.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks) {
+  for (const auto& [name, mask] : masks) {
+    key.Add(name);
+    key.AddValue(mask.width);
+    key.Add({reinterpret_cast<const char*>(mask.data.data()), mask.data.size()});
+  }
+}
+
+// The splat's bytes, cameras, poses and points, and what computes with them.
+std::string SceneKey(EditSession& session) {
+  StageKey key("scene");
+  key.Add(Version());
+  key.Add(session.renderer().backend().Name());
+  const FileChecksum splat = session.scene().splat_checksum().get();
+  key.AddValue(splat.bytes);
+  key.AddValue(splat.xxh64);
+  const Reconstruction& model = session.reconstruction();
+  for (const View* view : model.ViewsByName()) {
+    const Camera& camera = model.cameras.at(view->camera_id);
+    key.Add(view->name);
+    key.AddValue(camera.model);
+    key.AddValue(camera.width);
+    key.AddValue(camera.height);
+    for (const double value : camera.params) key.AddValue(value);
+    for (const double value : view->cam_from_world.rotation.coeffs()) key.AddValue(value);
+    for (const double value : view->cam_from_world.translation) key.AddValue(value);
+    for (const Observation& observation : view->observations) {
+      if (observation.point_id == kInvalidPointId) continue;
+      key.AddValue(observation.point_id);
+      for (const double value : observation.xy) key.AddValue(value);
+    }
+  }
+  for (const auto& [id, point] : model.points) {
+    key.AddValue(id);
+    for (const double value : point.xyz) key.AddValue(value);
+  }
+  return key.Hex();
+}
+
+// Of what the photos hold, where they are the target.
+void AddPhotos(StageKey& key, const EditSession& session) {
+  for (const View* view : session.train_views()) {
+    const FileChecksum photo = ChecksumFile(session.workspace().PhotoPath(*view));
+    key.AddValue(photo.bytes);
+    key.AddValue(photo.xxh64);
+  }
+}
+
+}  // namespace
+
+JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
+    : job_(job), session_(session), cache_(cache) {
+  for (const fs::path& splat : job.outputs.splats) {
+    CodecForWriting(splat);
+    CheckOutput(splat);
+  }
+  if (!job.outputs.report.empty()) CheckOutput(job.outputs.report);
+  for (const fs::path& folder : {job.outputs.masks, job.outputs.views, job.outputs.session}) {
+    if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
+  }
+  if (job.options.refit.target == TargetKind::kPhoto) {
+    for (const View* view : session.train_views()) {
+      if (session.workspace().HasPhoto(*view)) continue;
+      throw InputError(session.workspace().PhotoPath(*view), "the target \"photo\" needs it");
+    }
+  }
+  for (const JobRegion& region : job.regions) plans_.push_back(ReadRegion(region));
+  AddKeys();
+}
+
+JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) const {
+  RegionPlan plan;
+  plan.region = &region;
+  const Reconstruction& model = session_.reconstruction();
+  for (const JobPaint& paint : region.paint) {
+    const View& view = session_.workspace().RequireView(paint.view);
+    const Camera& camera = model.Posed(view).camera;
+    plan.painted.push_back(session_.selection().Paint(
+        view.name, ReadBrushMask(paint.mask, camera.width, camera.height)));
+  }
+  if (!region.mask_folder.empty()) {
+    for (auto& [id, mask] : ReadMasks(region.mask_folder, model)) {
+      plan.masks.emplace(model.views.at(id).name, std::move(mask));
+    }
+  }
+  for (const auto& [name, path] : region.masks) {
+    const View& view = session_.workspace().RequireView(name);
+    const Camera& camera = model.Posed(view).camera;
+    plan.masks.emplace(view.name, ReadMask(path, camera.width, camera.height));
+  }
+  const bool any = std::any_of(plan.masks.begin(), plan.masks.end(),
+                               [](const auto& entry) { return AnySet(entry.second); });
+  if (plan.painted.empty() && !any) {
+    throw InputError("region " + region.name + ": no mask has a selected pixel");
+  }
+  // The others read depth maps or run a program.
+  const std::string& method = region.options.select.method;
+  plan.keeps_cloud = method == "stereo-hv" || method == "gaussian";
+  return plan;
+}
+
+void JobRunner::AddKeys() {
+  const std::string scene = SceneKey(session_);
+  StageKey before("refit");
+  before.Add(scene);
+  before.Add(OptionKey(Described(job_.options.refit)));
+  before.AddValue(job_.holdout);
+  if (job_.options.refit.target == TargetKind::kPhoto) AddPhotos(before, session_);
+  for (RegionPlan& plan : plans_) {
+    StageKey select("select"), project("project");
+    select.Add(scene);
+    select.Add(OptionKey(Described(plan.region->options.select)));
+    for (const PaintedView& view : plan.painted) AddMasks(select, {{view.name, view.mask}});
+    plan.select_key = select.Hex();
+    project.Add(plan.select_key);
+    project.Add(OptionKey(Described(plan.region->options.projector)));
+    AddMasks(project, plan.masks);
+    plan.project_key = project.Hex();
+    // A region starts from the colors that the ones before it left.
+    before.Add(plan.project_key);
+    before.Add(EditToJson(plan.region->edit, /*with_tables=*/true));
+    before.AddValue(plan.region->strength);
+    plan.refit_key = before.Hex();
+  }
+}
+
+std::vector<JobStage> JobRunner::StagesOf(const RegionPlan& plan) const {
+  std::vector<JobStage> stages;
+  const bool projected = plan.keeps_cloud && cache_.Has("project", plan.project_key);
+  const auto add = [&](const char* name, const std::string& key, bool cached) {
+    stages.push_back({plan.region->name, name, key, cached});
+  };
+  if (!plan.painted.empty()) {
+    add("select", plan.select_key,
+        projected || (plan.keeps_cloud && cache_.Has("select", plan.select_key)));
+    add("project", plan.project_key, projected);
+  }
+  add("refit", plan.refit_key, plan.keeps_cloud && cache_.Has("refit", plan.refit_key));
+  return stages;
+}
+
+std::vector<JobStage> JobRunner::Plan() const {
+  std::vector<JobStage> stages;
+  for (const RegionPlan& plan : plans_) {
+    for (JobStage& stage : StagesOf(plan)) stages.push_back(std::move(stage));
+  }
+  return stages;
+}
+
+RegionSelection JobRunner::Select(const RegionPlan& plan, Monitor& monitor) {
+  RegionSelection selection;
+  if (plan.painted.empty()) {
+    selection.masks = plan.masks;
+    return selection;
+  }
+  const bool kept =
+      plan.keeps_cloud && cache_.Read("project", plan.project_key, [&](const fs::path& folder) {
+        ReadProjected(folder, session_, &selection);
+      });
+  selection.source.painted = plan.painted;
+  if (kept) return selection;
+  SelectionSource& source = selection.source;
+  const EditOptions& options = plan.region->options;
+  if (!plan.keeps_cloud || !cache_.Read("select", plan.select_key, [&](const fs::path& folder) {
+        ReadSelected(folder, &source.cloud, &source.reports);
+      })) {
+    SelectionResult result = session_.selection().Select(plan.painted, options.select, monitor);
+    source.cloud = std::move(result.cloud);
+    source.reports = std::move(result.painted);
+    if (plan.keeps_cloud) {
+      cache_.Write("select", plan.select_key, [&](const fs::path& folder) {
+        WriteSelected(folder, source.cloud, source.reports);
+      });
+    }
+  }
+  ProjectedMasks masks =
+      session_.selection().Project(source.cloud, plan.painted, options.projector, monitor);
+  selection.masks = std::move(masks.masks);
+  selection.shares = std::move(masks.shares);
+  return selection;
+}
+
+// A fit that is there already becomes the newest region's. Its key is made of the session's own
+// numbers, which differ from run to run.
+bool JobRunner::UseFit(const RegionPlan& plan, RegionId id) {
+  RegionFit fit;
+  if (!plan.keeps_cloud || !cache_.Read("refit", plan.refit_key, [&](const fs::path& folder) {
+        fit = ReadFit(folder, session_.original());
+      })) {
+    return false;
+  }
+  const RefitJob& job = job_.options.refit;
+  RegionSet regions = session_.regions();
+  Region* region = regions.Find(id);
+  fit.key = regions.FitKey(static_cast<size_t>(region - regions.regions.data()), job);
+  region->fit = std::make_shared<const RegionFit>(std::move(fit));
+  session_.RestoreRegions(std::move(regions), job);
+  return true;
+}
+
+void JobRunner::KeepFit(const RegionPlan& plan, RegionId id) {
+  const auto fit = session_.regions().Find(id)->fit;
+  if (!fit || !plan.keeps_cloud) return;
+  cache_.Write("refit", plan.refit_key, [&](const fs::path& folder) { WriteFit(folder, *fit); });
+}
+
+void JobRunner::RunRegion(const RegionPlan& plan,
+                          const std::function<void(const JobStage&)>& on_stage, Monitor& monitor) {
+  const std::vector<JobStage> stages = StagesOf(plan);
+  for (const JobStage& stage : stages) {
+    if (stage.name != "refit") on_stage(stage);
+  }
+  const bool new_masks = !plan.painted.empty() && !stages[1].cached;
+  RegionSelection selection = Select(plan, monitor);
+  const RegionId id =
+      session_.AddRegion(plan.region->name, std::move(selection.masks), std::move(selection.shares),
+                         plan.region->edit, monitor, std::move(selection.source));
+  if (new_masks && plan.keeps_cloud) {
+    cache_.Write("project", plan.project_key, [&](const fs::path& folder) {
+      WriteProjected(folder, *session_.regions().Find(id)->selection, monitor);
+    });
+  }
+  session_.SetEdit(id, session_.regions().Find(id)->edit, plan.region->strength);
+  on_stage(stages.back());
+  if (UseFit(plan, id)) return;
+  session_.Refit(job_.options.refit, monitor);
+  KeepFit(plan, id);
+}
+
+void JobRunner::Run(const std::function<void(const JobStage&)>& on_stage, Monitor& monitor) {
+  for (const RegionPlan& plan : plans_) RunRegion(plan, on_stage, monitor);
+}
+
+RunReport JobRunner::Report(Monitor& monitor) {
+  RunReport report = FullReport(session_, job_.options.refit.target, monitor);
+  report.options = SettingsThatApply(Described(job_.options));
+  return report;
+}
+
+void JobRunner::WriteOutputs(Monitor& monitor) {
+  const JobOutputs& outputs = job_.outputs;
+  StagedOutput staged;
+  if (!outputs.report.empty()) {
+    const RunReport report = Report(monitor);
+    staged.Add(outputs.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+  }
+  for (const fs::path& splat : outputs.splats) {
+    staged.Add(splat, [&](const auto& path) { session_.WriteSplat(path, monitor); });
+  }
+  if (!outputs.masks.empty()) {
+    staged.AddFolder(outputs.masks, [&](const fs::path& folder) {
+      for (const Region& region : session_.regions().regions) {
+        session_.WriteMasks(folder / region.name, region.id, monitor);
+      }
+    });
+  }
+  if (!outputs.views.empty()) {
+    staged.AddFolder(outputs.views, [&](const fs::path& folder) {
+      ExportViews(session_, session_.reconstruction().ViewsByName(), session_.CurrentSh(), folder,
+                  monitor);
+    });
+  }
+  staged.Commit();
+  if (outputs.session.empty()) return;
+  SessionWriter(outputs.session).Write(TakeSnapshot(session_), monitor);
+}
+
+}  // namespace retint

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs a job: selects, projects and refits its regions in order, then writes its files. Each
+// stage's result is kept by what it was computed from, so that a job that was cut off, or whose
+// file or pictures were changed, goes on from the first stage that is new.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "job/job_file.h"
+#include "job/stage_cache.h"
+#include "session/edit_session.h"
+
+namespace retint {
+
+struct JobStage {
+  std::string region, name;  // "select" (to a cloud), "project" (to masks) or "refit"
+  std::string key;           // of everything that it depends on
+  bool cached = false;       // its result is there already
+};
+
+class JobRunner {
+ public:
+  // Reads the job's masks and checks what it names: InputError for masks that are no pictures of
+  // their views or select nothing, views that do not exist, missing photos where they are the
+  // target; RunError for outputs that could not be written; OptionError for formats that cannot.
+  JobRunner(const Job& job, EditSession& session, StageCache& cache);
+
+  // What Run() would do, without doing it.
+  std::vector<JobStage> Plan() const;
+  // `on_stage` is called as each stage of the plan begins. The session holds the regions
+  // afterwards.
+  void Run(const std::function<void(const JobStage&)>& on_stage, Monitor& monitor);
+  // All files or none, and after them the session for the editor. After Run().
+  void WriteOutputs(Monitor& monitor);
+
+ private:
+  // What a region's job says, read and checked, and the keys of its stages.
+  struct RegionPlan {
+    const JobRegion* region = nullptr;
+    std::vector<PaintedView> painted;
+    std::map<std::string, Mask> masks;  // where they come from files
+    std::string select_key, project_key, refit_key;
+    bool keeps_cloud = true;  // the depth method reads nothing that the keys do not name
+  };
+  RegionPlan ReadRegion(const JobRegion& region) const;
+  void AddKeys();
+  std::vector<JobStage> StagesOf(const RegionPlan& plan) const;
+  void RunRegion(const RegionPlan& plan, const std::function<void(const JobStage&)>& on_stage,
+                 Monitor& monitor);
+  RegionSelection Select(const RegionPlan& plan, Monitor& monitor);
+  bool UseFit(const RegionPlan& plan, RegionId id);
+  void KeepFit(const RegionPlan& plan, RegionId id);
+  RunReport Report(Monitor& monitor);
+
+  const Job& job_;
+  EditSession& session_;
+  StageCache& cache_;
+  std::vector<RegionPlan> plans_;
+};
+
+}  // namespace retint

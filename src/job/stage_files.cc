@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "job/stage_files.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "session/checksum.h"
+#include "session/selection_files.h"
+#include "session/session_json.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+using session_json::Json;
+using session_json::Node;
+
+Json ReadJson(const fs::path& path, session_json::LineIndex* lines) {
+  return session_json::ParseWithLines(ReadFile(path), path, lines);
+}
+
+uint64_t SumOf(const RegionFit& fit) {
+  Xxh64Stream sum;
+  sum.Add(
+      {reinterpret_cast<const char*>(fit.indices.data()), fit.indices.size() * sizeof(int32_t)});
+  sum.Add({reinterpret_cast<const char*>(fit.sh.data()), fit.sh.size() * sizeof(float)});
+  return sum.Get();
+}
+
+template <typename T>
+std::vector<T> ReadValues(ByteReader& reader, size_t count, const char* what) {
+  reader.Require(count, sizeof(T), what);
+  std::vector<T> values(count);
+  const std::string_view bytes = reader.ReadBytes(count * sizeof(T), what);
+  if (count > 0) std::memcpy(values.data(), bytes.data(), bytes.size());
+  return values;
+}
+
+}  // namespace
+
+void WriteSelected(const fs::path& folder, const SelectionCloud& cloud,
+                   const std::vector<PaintedReport>& reports) {
+  WriteCloud(folder / "cloud.ply", cloud);
+  Json json = Json::array();
+  for (const PaintedReport& report : reports) json.push_back(session_json::ReportJson(report));
+  WriteFile(folder / "reports.json", json.dump());
+}
+
+void ReadSelected(const fs::path& folder, SelectionCloud* cloud,
+                  std::vector<PaintedReport>* reports) {
+  SelectionCloud points = ReadCloud(folder / "cloud.ply");
+  for (const SelectionPoint& point : points.points) {
+    if (!point.position.allFinite()) {
+      throw InputError(folder / "cloud.ply", "holds a point that is not finite");
+    }
+  }
+  session_json::LineIndex lines;
+  const fs::path path = folder / "reports.json";
+  const Json json = ReadJson(path, &lines);
+  std::vector<PaintedReport> read;
+  for (const Node& node : Node(json, path, "", &lines).List()) {
+    read.push_back(session_json::ReadReport(node));
+  }
+  *cloud = std::move(points);
+  *reports = std::move(read);
+}
+
+void WriteProjected(const fs::path& folder, const RegionSelection& selection, Monitor& monitor) {
+  WriteMasks(folder / "masks", selection.masks, monitor);
+  WriteShares(folder / "masks", selection.masks, selection.shares);
+  WriteSelected(folder, selection.source.cloud, selection.source.reports);
+}
+
+void ReadProjected(const fs::path& folder, const EditSession& session, RegionSelection* selection) {
+  RegionSelection read;
+  for (auto& [id, mask] : ReadMasks(folder / "masks", session.reconstruction())) {
+    read.masks.emplace(session.reconstruction().views.at(id).name, std::move(mask));
+  }
+  SharesOfMasks shares =
+      ReadShares(folder / "masks", read.masks, session.original().NumGaussians());
+  if (shares.shares.empty()) throw InputError(folder, "its shares are missing or of other masks");
+  read.shares = std::move(shares.shares);
+  ReadSelected(folder, &read.source.cloud, &read.source.reports);
+  *selection = std::move(read);
+}
+
+void WriteFit(const fs::path& folder, const RegionFit& fit) {
+  Json json = {{"count", fit.indices.size()},
+               {"xxh64", HexText(SumOf(fit))},
+               {"summary", session_json::SummaryJson(fit.summary)}};
+  WriteFile(folder / "fit.json", json.dump());
+  AtomicFile file(folder / "fit.bin");
+  file.Write(fit.indices.data(), fit.indices.size() * sizeof(int32_t));
+  file.Write(fit.sh.data(), fit.sh.size() * sizeof(float));
+  file.Commit();
+}
+
+RegionFit ReadFit(const fs::path& folder, const GaussianModel& model) {
+  const fs::path path = folder / "fit.json";
+  session_json::LineIndex lines;
+  const Json json = ReadJson(path, &lines);
+  const Node root(json, path, "", &lines);
+  const size_t count = root.At("count").Unsigned(model.NumGaussians());
+  const std::string bytes = ReadFile(folder / "fit.bin");
+  ByteReader reader(bytes, folder / "fit.bin");
+  RegionFit fit;
+  fit.indices = ReadValues<int32_t>(reader, count, "indices");
+  fit.sh = ReadValues<float>(reader, count * static_cast<size_t>(model.NumShCoeffs()) * 3,
+                             "coefficients");
+  if (reader.Remaining() > 0 || SumOf(fit) != root.At("xxh64").Hex()) {
+    throw InputError(folder / "fit.bin", "is damaged");
+  }
+  fit.summary = session_json::ReadSummary(root.At("summary"));
+  return fit;
+}
+
+}  // namespace retint

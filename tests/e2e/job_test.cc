@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `retint run`: the same files as the verbs make, and nothing done twice.
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+#include "tests/e2e/command.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+class JobRun : public testing::Test {
+ protected:
+  JobRun() {
+    job_ = {{"retint_job", 1},
+            {"scene",
+             {{"workspace", TinyWorkspace().string()},
+              {"splat", (TinyWorkspace() / "splat.ply").string()}}},
+            {"regions",
+             {{{"name", "object"},
+               {"paint", {{{"view", TinyView()}, {"mask", TinyMask().string()}}}},
+               {"edit", {{"operations", {{{"op", "tint"}, {"color", {0.2, 0.4, 1.0}}}}}}}}}},
+            {"outputs", {{"splats", {"out.ply"}}}}};
+  }
+  CommandResult Run(const std::vector<std::string>& more = {}, const CommandOptions& how = {}) {
+    WriteFile(temp_ / "job.json", job_.dump(2));
+    std::vector<std::string> arguments = {"run", (temp_ / "job.json").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunRetint(arguments, how);
+  }
+  // The state of each stage that was printed: "select kept, project kept, refit done".
+  static std::string States(const std::string& out) {
+    std::string states;
+    std::istringstream lines(out);
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      std::string stage, state;
+      words >> stage >> state;
+      if (stage == "to" || state.empty() || stage == "wrote") continue;
+      states += (states.empty() ? "" : ", ") + stage + " " + state;
+    }
+    return states;
+  }
+
+  TempFolder temp_;
+  json job_;
+};
+
+TEST_F(JobRun, MakesTheBytesThatRecolorMakesAndGoesOnFromWhatChanged) {
+  const CommandResult recolor = RunRetint(
+      {"recolor", "--workspace", TinyWorkspace().string(), "--splat",
+       (TinyWorkspace() / "splat.ply").string(), "--view", TinyView(), "--mask",
+       TinyMask().string(), "--tint", "0.2,0.4,1", "--output", (temp_ / "recolor.ply").string()});
+  ASSERT_EQ(recolor.code, 0) << recolor.err;
+  const std::string expected = ReadFile(temp_ / "recolor.ply");
+
+  const CommandResult first = Run();
+  ASSERT_EQ(first.code, 0) << first.err;
+  EXPECT_EQ(States(first.out), "select done, project done, refit done");
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+
+  fs::remove(temp_ / "out.ply");
+  const CommandResult again = Run();
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(States(again.out), "select kept, project kept, refit kept");
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+
+  job_["regions"][0]["strength"] = 0.5;
+  const CommandResult weaker = Run();
+  ASSERT_EQ(weaker.code, 0) << weaker.err;
+  EXPECT_EQ(States(weaker.out), "select kept, project kept, refit done");
+  EXPECT_FALSE(ReadFile(temp_ / "out.ply") == expected);
+
+  job_["regions"][0]["strength"] = 1;
+  job_["regions"][0]["options"]["complete"] = "off";
+  EXPECT_EQ(States(Run().out), "select kept, project done, refit done");
+}
+
+TEST_F(JobRun, ADamagedResultIsMadeAnew) {
+  ASSERT_EQ(Run().code, 0);
+  const std::string expected = ReadFile(temp_ / "out.ply");
+  for (const auto& entry : fs::recursive_directory_iterator(temp_ / "job.cache")) {
+    if (!entry.is_regular_file()) continue;
+    std::string bytes = ReadFile(entry.path());
+    bytes.resize(bytes.size() / 2);
+    WriteFile(entry.path(), bytes);
+  }
+  const CommandResult again = Run();
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+}
+
+TEST_F(JobRun, LaterRegionsStartFromEarlierOnes) {
+  json second = job_["regions"][0];
+  second["name"] = "again";
+  second["edit"] = {{"operations", {{{"op", "gray"}}}}};
+  job_["regions"].push_back(second);
+  job_["outputs"]["masks"] = "masks";
+  job_["outputs"]["report"] = "report.json";
+  job_["outputs"]["session"] = "edit.retint";
+  ASSERT_EQ(Run({"--no-cache"}).code, 0);
+  EXPECT_FALSE(fs::exists(temp_ / "job.cache"));
+  const std::string expected = ReadFile(temp_ / "out.ply");
+  EXPECT_EQ(json::parse(ReadFile(temp_ / "report.json"))["regions"].size(), 2u);
+  EXPECT_TRUE(IsFolder(temp_ / "masks" / "again"));
+  EXPECT_TRUE(IsFile(temp_ / "edit.retint" / "session.json"));
+
+  // With results of one region kept, the other's are the same bytes.
+  ASSERT_EQ(Run().code, 0);
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+  job_["regions"][1]["edit"] = {{"operations", {{{"op", "invert"}}}}};
+  EXPECT_EQ(States(Run().out),
+            "select kept, project kept, refit kept, select kept, project kept, refit done");
+}
+
+TEST_F(JobRun, ADryRunWritesNothing) {
+  const CommandResult result = Run({"--dry-run"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(States(result.out), "select to, project to, refit to");  // "to do"
+  EXPECT_EQ(FilesBelow(temp_.path()), std::vector<std::string>{"job.json"});
+}
+
+TEST_F(JobRun, WhatWasFinishedBeforeAnInterruptionStays) {
+  CommandOptions interrupt;
+  interrupt.interrupt_when = [](const std::string& err) {
+    return err.find("refit") != std::string::npos;
+  };
+  const CommandResult cut = Run({"--progress", "json"}, interrupt);
+  ASSERT_EQ(cut.code, 130) << cut.err;
+  EXPECT_FALSE(fs::exists(temp_ / "out.ply"));
+  EXPECT_EQ(States(Run().out), "select kept, project kept, refit done");
+}
+
+TEST_F(JobRun, BadInputIsOneLine) {
+  job_["regions"][0]["paint"][0]["view"] = "nowhere.jpg";
+  CommandResult result = Run();
+  EXPECT_EQ(result.code, 3);
+  EXPECT_EQ(CountLines(result.err), 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("nowhere.jpg"));
+  job_["regions"][0]["paint"][0]["view"] = TinyView();
+  job_["outputs"]["splats"][0] = "out.what";
+  result = Run();
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(CountLines(result.err), 1) << result.err;
+  job_["outputs"]["splats"][0] = "out.ply";
+  job_["scene"]["holdout"] = -1;
+  result = Run();
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.err, HasSubstr("scene.holdout"));
+  EXPECT_EQ(RunRetint({"run"}).code, 2);
+  EXPECT_THAT(FilesBelow(temp_.path()), Not(testing::Contains(HasSubstr("out."))));
+}
+
+}  // namespace
+}  // namespace retint
