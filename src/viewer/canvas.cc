@@ -76,7 +76,7 @@ void Canvas::OnScene() {
   frame_.reset();
   cloud_.reset();
   flying_.clear();
-  photo_ = original_ = false;
+  photo_ = original_ = picking_ = false;
   frame_seconds_ = 0;
   const auto facts = controller_->facts();
   photos_->SetScene(facts);
@@ -415,13 +415,47 @@ bool Canvas::OnSplitHandle(const QPointF& at) const {
          std::abs(at.x() - (rect.left() + split_at_ * rect.width())) <= kSplitGrab;
 }
 
+void Canvas::SetPicking(bool picking) {
+  if (picking == picking_ || (picking && !controller_->IsOpen())) return;
+  picking_ = picking;
+  if (picking) {
+    setFocus();
+    Q_EMIT hint(tr("Click the color to take; hold %1 for the photo, Esc to leave it")
+                    .arg(keys_.KeyText("show.photo")));
+  }
+  UpdateCursor();
+  update();
+  Q_EMIT stateChanged();
+}
+
+QColor Canvas::ColorAt(const QPointF& at) const {
+  if (!frame_) return {};
+  const QImage photo = showing_photo() ? photos_->Photo(navigation_.view()->name) : QImage();
+  const bool before = photo.isNull() && ShowsSplit() && !frame_->before.isNull();
+  QRectF rect = ImageRect(photo.isNull() ? frame_->camera : navigation_.Rendered());
+  if (!rect.contains(at)) return {};
+  const QPointF share((at.x() - rect.left()) / rect.width(), (at.y() - rect.top()) / rect.height());
+  const QImage& image = !photo.isNull()                   ? photo
+                        : before && share.x() < split_at_ ? frame_->before
+                                                          : frame_->image;
+  return QColor(image.pixel(std::min(int(share.x() * image.width()), image.width() - 1),
+                            std::min(int(share.y() * image.height()), image.height() - 1)));
+}
+
 void Canvas::UpdateCursor() {
+  if (picking_) return setCursor(Qt::CrossCursor);
   setCursor(split_drag_ || OnSplitHandle(mouse_) ? Qt::SplitHCursor : Qt::ArrowCursor);
 }
 
 void Canvas::mousePressEvent(QMouseEvent* event) {
   mouse_ = event->position();
   if (!controller_->IsOpen()) return;
+  if (picking_ && event->button() == Qt::LeftButton) {
+    const QColor color = ColorAt(mouse_);
+    SetPicking(false);
+    if (color.isValid()) Q_EMIT picked(color);
+    return;
+  }
   if (event->button() == Qt::LeftButton && OnSplitHandle(mouse_)) {
     split_drag_ = true;
     return;
@@ -440,6 +474,7 @@ void Canvas::mouseMoveEvent(QMouseEvent* event) {
     return;
   }
   UpdateCursor();
+  if (picking_) update();
   if (!gesture_ || moved.isNull()) return;
   switch (*gesture_) {
     case MouseGesture::kOrbit:

@@ -46,6 +46,9 @@ class Canvas : public QWidget {
   void SetCloud(std::shared_ptr<const OverlayCloud> cloud);  // null: none
   void SetCloudShown(bool shown);
   void SetHeld(const Command& command, bool down);  // photo, original, flying
+  // The next click takes a color of what shows there: picked().
+  void SetPicking(bool picking);
+  bool picking() const { return picking_; }
   bool depth() const { return what_ == RenderWhat::kDepth; }
   bool frusta() const { return frusta_; }
   bool split() const { return split_; }
@@ -76,6 +79,7 @@ class Canvas : public QWidget {
   void frameShown();
   void stateChanged();  // depth, frusta, split, fly mode, cloud
   void hint(const QString& text);
+  void picked(const QColor& color);
 
  protected:
   bool event(QEvent* event) override;
@@ -114,6 +118,8 @@ class Canvas : public QWidget {
   void PaintFrusta(QPainter& painter) const;
   void PaintSplit(QPainter& painter, const QRectF& rect) const;
   void PaintLabels(QPainter& painter, const QRectF& rect) const;
+  void PaintPicked(QPainter& painter) const;
+  QColor ColorAt(const QPointF& at) const;  // of the picture or the photo; invalid beside them
   bool OnSplitHandle(const QPointF& at) const;
   void UpdateCursor();
 
@@ -137,7 +143,7 @@ class Canvas : public QWidget {
   QElapsedTimer since_frame_;  // valid: since a frame of the movement that goes on
 
   std::optional<MouseGesture> gesture_;
-  bool split_drag_ = false;
+  bool split_drag_ = false, picking_ = false;
   QPointF mouse_;
   std::set<std::string> flying_;  // held commands
   QTimer rest_, fly_, news_;

@@ -147,7 +147,9 @@ void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   DrawLabel(painter, {std::max(0.0, rect.left()) + 10, top},
             view ? QString::fromStdString(view->name) : tr("free camera"), Qt::AlignLeft);
   QString mode;
-  if (showing_photo()) {
+  if (picking_) {
+    mode = tr("pick a color");
+  } else if (showing_photo()) {
     mode = tr("photo");
   } else if (lacks_photo()) {
     mode = tr("no photo");
@@ -160,6 +162,21 @@ void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   }
   if (mode.isEmpty()) return;
   DrawLabel(painter, {std::min<double>(width(), rect.right()) - 10, top}, mode, Qt::AlignRight);
+}
+
+// The color that a click would take, beside the cursor.
+void Canvas::PaintPicked(QPainter& painter) const {
+  const QColor color = ColorAt(mouse_);
+  if (!color.isValid()) return;
+  constexpr int kSide = 34;
+  const double x = mouse_.x() + 16 + kSide > width() ? mouse_.x() - 16 - kSide : mouse_.x() + 16;
+  const double y = mouse_.y() + 16 + kSide > height() ? mouse_.y() - 16 - kSide : mouse_.y() + 16;
+  painter.setPen(QPen(Qt::white, 3));
+  painter.setBrush(color);
+  painter.drawRoundedRect(QRectF(x, y, kSide, kSide), 4, 4);
+  painter.setPen(QPen(Qt::black, 1));
+  painter.setBrush(Qt::NoBrush);
+  painter.drawRoundedRect(QRectF(x, y, kSide, kSide), 4, 4);
 }
 
 void Canvas::paintEvent(QPaintEvent*) {
@@ -178,6 +195,7 @@ void Canvas::paintEvent(QPaintEvent*) {
     if (frusta_) PaintFrusta(painter);
   }
   PaintLabels(painter, ImageRect(navigation_.Rendered()));
+  if (picking_) PaintPicked(painter);
 }
 
 }  // namespace retint

@@ -179,7 +179,9 @@ void MainWindow::UpdateActions() {
 
 // Esc: out of the innermost thing, never out of the program.
 void MainWindow::BackOut() {
-  if (controller_->IsBusy()) {
+  if (canvas_->picking()) {
+    canvas_->SetPicking(false);
+  } else if (controller_->IsBusy()) {
     controller_->Cancel();
   } else if (isFullScreen()) {
     setWindowState(windowState() & ~Qt::WindowFullScreen);

@@ -54,7 +54,7 @@ struct SceneController::Outcome {
 SceneController::SceneController(QObject* parent) : QObject(parent) {
   composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
     Post(this, [this, result] {
-      if (IsOpen() && !result.sh) Q_EMIT failed(tr("Recoloring"), tr("out of memory"));
+      if (IsOpen() && !result.sh) Q_EMIT failed(tr("Recoloring"), Text(result.failure));
       if (!result.sh) return;
       // An older one still is nearer to what is wanted than what shows, unless the optimizer
       // has been faster.
@@ -427,7 +427,12 @@ void SceneController::Refresh() {
 void SceneController::Compose() {
   if (!facts_) return;
   if (shown_key_.empty()) return SetSh(original_sh());
-  composer_->Compose({facts_->original, Shown(), started_job_, generation_});
+  const RegionSet shown = Shown();
+  for (const Region& region : shown.regions) {
+    // The worker measures it; what shows stays until then.
+    if (region.visible && region.edit.NeedsMainColor()) return;
+  }
+  composer_->Compose({facts_->original, shown, started_job_, generation_});
 }
 
 void SceneController::SetSh(ShPointer sh, ActivePointer active) {

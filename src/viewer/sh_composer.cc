@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "session/refit_chain.h"
+#include "viewer/failure_text.h"
 
 namespace retint {
 namespace {
@@ -216,7 +217,7 @@ ShComposer::Result ShComposer::Work(const Request& request) {
   }
   const auto buffer =
       buffers_->Fill(touched_->indices(), touched_->Compose(request), touched_->Block());
-  return {{buffer, &buffer->sh}, {buffer, &buffer->active}, request.generation};
+  return {{buffer, &buffer->sh}, {buffer, &buffer->active}, request.generation, {}};
 }
 
 void ShComposer::Loop() {
@@ -242,7 +243,8 @@ void ShComposer::Loop() {
     Result result;
     try {
       result = Work(request);
-    } catch (const std::bad_alloc&) {
+    } catch (const std::exception& failure) {
+      result.failure = FailureText(failure).toStdString();
       touched_.reset();
       buffers_.reset();
     }

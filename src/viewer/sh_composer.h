@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -27,9 +28,10 @@ class ShComposer {
     uint64_t generation = 0;
   };
   struct Result {
-    std::shared_ptr<const std::vector<float>> sh;        // [N, K, 3]; null: out of memory
+    std::shared_ptr<const std::vector<float>> sh;        // [N, K, 3]; null: it failed
     std::shared_ptr<const std::vector<int32_t>> active;  // where it may differ from the original
     uint64_t generation = 0;
+    std::string failure = {};  // why there is no `sh`, for people
   };
   // Called on the composer's thread.
   using OnComposed = std::function<void(const Result& result)>;

@@ -4,20 +4,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include <QButtonGroup>
 #include <QGridLayout>
 #include <QKeyEvent>
-#include <QLabel>
 #include <QLineEdit>
 #include <QMouseEvent>
 #include <QPainter>
+#include <QSettings>
 #include <QSignalBlocker>
 #include <QSpinBox>
+#include <QToolButton>
+
+#include "viewer/panels/swatch_row.h"
 
 namespace retint {
 namespace {
 
 constexpr double kStep = 0.01, kFarStep = 0.1;  // of the keyboard
 constexpr double kLastHue = 0.9999;             // 1 would be the first one again
+constexpr int kRestMs = 1500;
+constexpr int kColumns = 4;
 
 double Clamped(double value) { return std::clamp(value, 0.0, 1.0); }
 
@@ -52,42 +58,49 @@ ColorSquare::ColorSquare(QWidget* parent) : QWidget(parent) {
   setFocusPolicy(Qt::StrongFocus);
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   setCursor(Qt::CrossCursor);
-  setAccessibleName(tr("Saturation and value"));
-  setToolTip(tr("Saturation to the right, value upwards (arrows; Shift: further)"));
+  SetModel(ColorModels()[0]);
 }
 
-void ColorSquare::SetHue(double hue) {
-  hue_ = std::clamp(hue, 0.0, kLastHue);
+void ColorSquare::SetModel(const ColorModel& model) {
+  model_ = &model;
+  picture_hue_ = -1;
+  setAccessibleName(tr("%1 and %2").arg(tr(model.across), tr(model.up)));
+  setToolTip(tr("%1 to the right, %2 upwards (arrows; Shift: further)")
+                 .arg(tr(model.across), tr(model.up)));
   update();
 }
 
-void ColorSquare::SetValues(double saturation, double value) {
-  saturation_ = Clamped(saturation);
-  value_ = Clamped(value);
+void ColorSquare::SetPlace(const ColorPlace& place) {
+  place_ = {std::clamp(place.hue, 0.0, kLastHue), Clamped(place.across), Clamped(place.up)};
   update();
+}
+
+void ColorSquare::Draw() {
+  constexpr int kCells = 96;  // a side; the painter interpolates
+  constexpr int kHatch = 6;   // cells from line to line
+  const QColor none = palette().color(QPalette::Window), line = palette().color(QPalette::Mid);
+  picture_ = QImage(kCells, kCells, QImage::Format_RGB32);
+  for (int y = 0; y < kCells; ++y) {
+    for (int x = 0; x < kCells; ++x) {
+      const QColor color = model_->color({place_.hue, x / (kCells - 1.0), 1 - y / (kCells - 1.0)});
+      const QColor& shown = color.isValid() ? color : (x + y) % kHatch == 0 ? line : none;
+      picture_.setPixel(x, y, shown.rgb());
+    }
+  }
+  picture_hue_ = place_.hue;
 }
 
 void ColorSquare::paintEvent(QPaintEvent*) {
-  constexpr int kCells = 64;  // enough: the painter interpolates
-  if (picture_hue_ != hue_) {
-    picture_ = QImage(kCells, kCells, QImage::Format_RGB32);
-    for (int y = 0; y < kCells; ++y) {
-      for (int x = 0; x < kCells; ++x) {
-        const double s = x / (kCells - 1.0), v = 1 - y / (kCells - 1.0);
-        picture_.setPixel(x, y, QColor::fromHsvF(float(hue_), float(s), float(v)).rgb());
-      }
-    }
-    picture_hue_ = hue_;
-  }
+  if (picture_hue_ != place_.hue) Draw();
   QPainter painter(this);
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
   painter.drawImage(rect(), picture_);
   PaintFocus(*this, painter);
-  PaintMark(painter, *this, {saturation_ * (width() - 1), (1 - value_) * (height() - 1)}, 5);
+  PaintMark(painter, *this, {place_.across * (width() - 1), (1 - place_.up) * (height() - 1)}, 5);
 }
 
 void ColorSquare::TakeMouse(const QPointF& at) {
-  SetValues(at.x() / std::max(1, width() - 1), 1 - at.y() / std::max(1, height() - 1));
+  SetPlace({place_.hue, at.x() / std::max(1, width() - 1), 1 - at.y() / std::max(1, height() - 1)});
   Q_EMIT dragged();
 }
 
@@ -105,34 +118,39 @@ void ColorSquare::mouseReleaseEvent(QMouseEvent* event) {
 
 void ColorSquare::keyPressEvent(QKeyEvent* event) {
   const double step = event->modifiers() & Qt::ShiftModifier ? kFarStep : kStep;
-  double s = saturation_, v = value_;
+  ColorPlace place = place_;
   switch (event->key()) {
     case Qt::Key_Left:
-      s -= step;
+      place.across -= step;
       break;
     case Qt::Key_Right:
-      s += step;
+      place.across += step;
       break;
     case Qt::Key_Up:
-      v += step;
+      place.up += step;
       break;
     case Qt::Key_Down:
-      v -= step;
+      place.up -= step;
       break;
     default:
       return QWidget::keyPressEvent(event);
   }
-  SetValues(s, v);
+  SetPlace(place);
   Q_EMIT released();
 }
 
 // --- HueStrip ------------------------------------------------------------------------------------
 
-HueStrip::HueStrip(QWidget* parent) : QWidget(parent) {
+HueStrip::HueStrip(QWidget* parent) : QWidget(parent), model_(&ColorModels()[0]) {
   setFocusPolicy(Qt::StrongFocus);
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   setAccessibleName(tr("Hue"));
   setToolTip(tr("Hue (left, right; Shift: further)"));
+}
+
+void HueStrip::SetModel(const ColorModel& model) {
+  model_ = &model;
+  update();
 }
 
 void HueStrip::SetHue(double hue) {
@@ -141,12 +159,13 @@ void HueStrip::SetHue(double hue) {
 }
 
 void HueStrip::paintEvent(QPaintEvent*) {
+  constexpr double kUp = 0.75;  // so light that every hue looks like itself
   QPainter painter(this);
   QLinearGradient hues(0, 0, width(), 0);
-  constexpr int kStops = 12;
+  constexpr int kStops = 24;
   for (int i = 0; i <= kStops; ++i) {
     const double at = double(i) / kStops;
-    hues.setColorAt(at, QColor::fromHsvF(float(std::min(at, kLastHue)), 1, 1));
+    hues.setColorAt(at, NearestColor(*model_, {at, 1, model_ == &ColorModels()[0] ? 1 : kUp}));
   }
   painter.fillRect(rect(), hues);
   PaintFocus(*this, painter);
@@ -188,8 +207,9 @@ ColorPicker::ColorPicker(QWidget* parent) : QWidget(parent), color_(Qt::white) {
   hues_->setObjectName("hue_strip");
   auto* layout = new QGridLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
-  layout->addWidget(square_, 0, 0, 1, 4);
-  layout->addWidget(hues_, 1, 0, 1, 4);
+  BuildTop(layout);
+  layout->addWidget(square_, 1, 0, 1, kColumns);
+  layout->addWidget(hues_, 2, 0, 1, kColumns);
   const QString names[3] = {tr("Red"), tr("Green"), tr("Blue")};
   for (int c = 0; c < 3; ++c) {
     channels_[c] = new QSpinBox;
@@ -199,7 +219,7 @@ ColorPicker::ColorPicker(QWidget* parent) : QWidget(parent), color_(Qt::white) {
     channels_[c]->setAccessibleName(names[c]);
     channels_[c]->setToolTip(tr("%1, 0 to 255").arg(names[c]));
     channels_[c]->setKeyboardTracking(false);
-    layout->addWidget(channels_[c], 2, c);
+    layout->addWidget(channels_[c], 3, c);
     connect(channels_[c], &QSpinBox::valueChanged, this, &ColorPicker::FromNumbers);
   }
   text_ = new QLineEdit;
@@ -207,26 +227,99 @@ ColorPicker::ColorPicker(QWidget* parent) : QWidget(parent), color_(Qt::white) {
   text_->setAccessibleName(tr("Color as #rrggbb or by name"));
   text_->setToolTip(tr("The color as #rrggbb, or by its name: white, tomato, steelblue"));
   text_->setMinimumWidth(text_->fontMetrics().horizontalAdvance("#dddddd") + 16);
-  layout->addWidget(text_, 2, 3);
+  layout->addWidget(text_, 3, 3);
+  recent_ = new SwatchRow(tr("Recent"), "recent_colors", SwatchRow::Form::kRecent);
+  recent_->setObjectName("recent_colors");
+  swatches_ = new SwatchRow(tr("Swatches"), "swatches", SwatchRow::Form::kKept);
+  swatches_->setObjectName("swatches");
+  layout->addWidget(recent_, 4, 0, 1, kColumns);
+  layout->addWidget(swatches_, 5, 0, 1, kColumns);
+  rest_.setSingleShot(true);
+  rest_.setInterval(kRestMs);
+  connect(&rest_, &QTimer::timeout, this, [this] { recent_->Add(color_); });
+  for (SwatchRow* row : {recent_, swatches_}) {
+    connect(row, &SwatchRow::chosen, this, &ColorPicker::Choose);
+  }
+  connect(swatches_, &SwatchRow::addWanted, this, [this] { swatches_->Add(color_); });
   connect(text_, &QLineEdit::editingFinished, this, &ColorPicker::FromText);
   connect(square_, &ColorSquare::dragged, this, [this] { FromSquare(true); });
   connect(square_, &ColorSquare::released, this, [this] { FromSquare(false); });
   connect(hues_, &HueStrip::dragged, this, [this] { FromSquare(true); });
   connect(hues_, &HueStrip::released, this, [this] { FromSquare(false); });
-  SetColor(color_);
+  SetModel(std::clamp(QSettings().value("color_model").toInt(), 0, int(ColorModels().size()) - 1));
+  Place(color_);
+  ShowNumbers();
+}
+
+// The models and the pipette.
+void ColorPicker::BuildTop(QGridLayout* layout) {
+  auto* row = new QHBoxLayout;
+  row->setSpacing(3);
+  models_ = new QButtonGroup(this);
+  const std::span<const ColorModel> models = ColorModels();
+  for (int i = 0; i < int(models.size()); ++i) {
+    auto* button = new QToolButton;
+    button->setText(models[size_t(i)].name);
+    button->setObjectName(QStringLiteral("color_model%1").arg(i));
+    button->setCheckable(true);
+    button->setFocusPolicy(Qt::StrongFocus);
+    button->setToolTip(tr("Choose by hue, %1 and %2")
+                           .arg(tr(models[size_t(i)].across).toLower(), tr(models[size_t(i)].up)));
+    models_->addButton(button, i);
+    row->addWidget(button);
+  }
+  row->addStretch();
+  pipette_ = new QToolButton;
+  pipette_->setObjectName("color_pipette");
+  pipette_->setText(tr("Pi&ck"));
+  pipette_->setFocusPolicy(Qt::StrongFocus);
+  pipette_->setToolTip(
+      tr("Take a color from the picture, with a click (Alt+C). Hold P there to take it from the "
+         "photo"));
+  pipette_->setShortcut(QKeySequence(tr("Alt+C")));
+  row->addWidget(pipette_);
+  layout->addLayout(row, 0, 0, 1, kColumns);
+  connect(models_, &QButtonGroup::idClicked, this, [this](int index) {
+    SetModel(index);
+    QSettings().setValue("color_model", index);
+  });
+  connect(pipette_, &QToolButton::clicked, this, &ColorPicker::pickWanted);
+}
+
+void ColorPicker::SetModel(int index) {
+  model_ = index;
+  const ColorModel& model = ColorModels()[size_t(index)];
+  models_->button(index)->setChecked(true);
+  square_->SetModel(model);
+  hues_->SetModel(model);
+  Place(color_);
+}
+
+void ColorPicker::Place(const QColor& color) {
+  ColorPlace before = square_->place();
+  before.hue = hues_->hue();
+  const ColorPlace place = ColorModels()[size_t(model_)].place(color, before);
+  hues_->SetHue(place.hue);
+  square_->SetPlace(place);
 }
 
 void ColorPicker::SetColor(const QColor& color) {
   if (dragging_) return;  // the mouse knows better
   if (color.rgb() != color_.rgb() || !color_.isValid()) {
     color_ = QColor(color.rgb());
-    const double hue = color.hsvHueF();
-    if (hue >= 0) hues_->SetHue(hue);
-    square_->SetHue(hues_->hue());
-    const double saturation = color.value() == 0 ? square_->saturation() : color.hsvSaturationF();
-    square_->SetValues(saturation, color.valueF());
+    Place(color_);
   }
   ShowNumbers();
+}
+
+void ColorPicker::Choose(const QColor& color) {
+  SetColor(color);
+  Changed(false);
+}
+
+void ColorPicker::Changed(bool dragging) {
+  if (!dragging) rest_.start();
+  Q_EMIT changed(color_, dragging);
 }
 
 void ColorPicker::ShowNumbers() {
@@ -240,17 +333,18 @@ void ColorPicker::ShowNumbers() {
 
 void ColorPicker::FromSquare(bool dragging) {
   dragging_ = dragging;
-  square_->SetHue(hues_->hue());
-  color_ =
-      QColor::fromHsvF(float(hues_->hue()), float(square_->saturation()), float(square_->value()))
-          .toRgb();
+  ColorPlace place = square_->place();
+  place.hue = hues_->hue();
+  square_->SetPlace(place);
+  color_ = QColor(NearestColor(ColorModels()[size_t(model_)], place).rgb());
   ShowNumbers();
-  Q_EMIT changed(color_, dragging);
+  Changed(dragging);
+  // Where there is no color the mark lies at the one that was taken.
+  if (!dragging && !ColorModels()[size_t(model_)].color(place).isValid()) Place(color_);
 }
 
 void ColorPicker::FromNumbers() {
-  SetColor(QColor(channels_[0]->value(), channels_[1]->value(), channels_[2]->value()));
-  Q_EMIT changed(color_, false);
+  Choose(QColor(channels_[0]->value(), channels_[1]->value(), channels_[2]->value()));
 }
 
 void ColorPicker::FromText() {
@@ -261,8 +355,7 @@ void ColorPicker::FromText() {
   const QColor color =
       named.isValid() && named.alpha() == 255 ? named : QColor::fromString("#" + text);
   if (!color.isValid() || color.rgb() == color_.rgb()) return ShowNumbers();
-  SetColor(color);
-  Q_EMIT changed(color_, false);
+  Choose(color);
 }
 
 }  // namespace retint

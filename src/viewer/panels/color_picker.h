@@ -1,27 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A color chosen live: a square of saturation and value, a strip of hues, and the numbers. Every
-// part can be worked with the keyboard: arrows move, Shift moves further.
+// A color chosen live: an area at one hue, a strip of hues, the numbers, colors that were chosen
+// before, and a pipette. Every part can be worked with the keyboard: arrows move, Shift moves
+// further.
 #pragma once
 
 #include <QColor>
 #include <QImage>
+#include <QTimer>
 #include <QWidget>
 
+#include "viewer/panels/color_models.h"
+
+class QButtonGroup;
+class QGridLayout;
 class QLineEdit;
 class QSpinBox;
+class QToolButton;
 
 namespace retint {
 
-// Saturation to the right, value upwards, of one hue.
+class SwatchRow;
+
+// The colors of one hue: see ColorModel for what lies to the right and upwards. Where there is no
+// color the area is hatched.
 class ColorSquare : public QWidget {
   Q_OBJECT
 
  public:
   explicit ColorSquare(QWidget* parent = nullptr);
-  void SetHue(double hue);                          // [0, 1)
-  void SetValues(double saturation, double value);  // [0, 1]
-  double saturation() const { return saturation_; }
-  double value() const { return value_; }
+  void SetModel(const ColorModel& model);
+  void SetPlace(const ColorPlace& place);
+  const ColorPlace& place() const { return place_; }
   QSize sizeHint() const override { return {180, 120}; }
   QSize minimumSizeHint() const override { return {100, 80}; }
 
@@ -38,9 +47,11 @@ class ColorSquare : public QWidget {
 
  private:
   void TakeMouse(const QPointF& at);
+  void Draw();
+  const ColorModel* model_;
   QImage picture_;  // of the hue, made when it is painted
   double picture_hue_ = -1;
-  double hue_ = 0, saturation_ = 0, value_ = 1;
+  ColorPlace place_;
 };
 
 // Hues from left to right.
@@ -49,7 +60,8 @@ class HueStrip : public QWidget {
 
  public:
   explicit HueStrip(QWidget* parent = nullptr);
-  void SetHue(double hue);
+  void SetModel(const ColorModel& model);
+  void SetHue(double hue);  // [0, 1)
   double hue() const { return hue_; }
   QSize sizeHint() const override { return {180, 20}; }
   QSize minimumSizeHint() const override { return {100, 18}; }
@@ -67,6 +79,7 @@ class HueStrip : public QWidget {
 
  private:
   void TakeMouse(const QPointF& at);
+  const ColorModel* model_;
   double hue_ = 0;
 };
 
@@ -79,7 +92,8 @@ class ColorPicker : public QWidget {
   QColor color() const { return color_; }
   // Shows a color; says nothing. Hue and saturation stay where the color has none.
   void SetColor(const QColor& color);
-  bool IsDragging() const { return dragging_; }
+  // As if the user had chosen it.
+  void Choose(const QColor& color);
 
   ColorSquare& square() { return *square_; }
   HueStrip& hues() { return *hues_; }
@@ -87,19 +101,29 @@ class ColorPicker : public QWidget {
  Q_SIGNALS:
   // By the user; `dragging` while the mouse is down: more is to come.
   void changed(const QColor& color, bool dragging);
+  void pickWanted();  // a color of the picture
 
  private:
+  void BuildTop(QGridLayout* layout);
+  void SetModel(int index);
+  void Place(const QColor& color);
   void FromSquare(bool dragging);
   void FromNumbers();
   void FromText();
   void ShowNumbers();
+  void Changed(bool dragging);
 
   QColor color_;
   bool dragging_ = false;
+  int model_ = 0;  // of ColorModels()
+  QButtonGroup* models_;
+  QToolButton* pipette_;
   ColorSquare* square_;
   HueStrip* hues_;
   QSpinBox* channels_[3];
   QLineEdit* text_;
+  SwatchRow *recent_, *swatches_;
+  QTimer rest_;  // before a color that was chosen is one of the recent ones
 };
 
 }  // namespace retint

@@ -2,13 +2,11 @@
 #include "viewer/panels/regions_panel.h"
 
 #include <algorithm>
+#include <utility>
 
-#include <QApplication>
 #include <QGridLayout>
 #include <QHeaderView>
-#include <QKeyEvent>
 #include <QLabel>
-#include <QMouseEvent>
 #include <QPainter>
 #include <QSignalBlocker>
 #include <QSlider>
@@ -16,8 +14,11 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "viewer/contrast.h"
 #include "viewer/main_window.h"
-#include "viewer/panels/color_picker.h"
+#include "viewer/panels/edit_panel.h"
+#include "viewer/panels/operation_views.h"
+#include "viewer/panels/row_tree.h"
 
 namespace retint {
 namespace {
@@ -36,131 +37,19 @@ QIcon Swatch(const QColor& color, const QPalette& palette) {
   return icon;
 }
 
-bool IsListKey(const QKeyEvent& event) {
-  const bool plain = event.modifiers() == Qt::NoModifier;
-  switch (event.key()) {
-    case Qt::Key_Delete:
-    case Qt::Key_F2:
-    case Qt::Key_Space:
-    case Qt::Key_Up:
-    case Qt::Key_Down:
-      return plain || event.modifiers() == Qt::AltModifier;
-    case Qt::Key_D:
-      return event.modifiers() == Qt::ControlModifier;
-    default:
-      return false;
-  }
-}
-
 }  // namespace
-
-QColor TintColor(const ColorEdit& edit) {
-  // What "make it this color" was told, else what white becomes.
-  Eigen::Vector3f shown = CompiledEdit(edit).Apply(Eigen::Vector3f::Ones());
-  for (const ColorOperation& op : edit.operations) {
-    if (op.kind == ColorOperationKind::kRecolor) {
-      shown = Eigen::Map<const Eigen::Vector3f>(op.Get("to").data());
-    }
-  }
-  const auto part = [&](int c) { return std::clamp(shown[c], 0.0F, 1.0F); };
-  return QColor::fromRgbF(part(0), part(1), part(2));
-}
-
-// --- RegionTree ----------------------------------------------------------------------------------
-
-RegionTree::RegionTree(QWidget* parent) : QTreeWidget(parent) {
-  setRootIsDecorated(false);
-  setUniformRowHeights(true);
-  setAllColumnsShowFocus(true);
-  setSelectionMode(SingleSelection);
-  setEditTriggers(DoubleClicked);
-  setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-}
-
-bool RegionTree::event(QEvent* event) {
-  // Keys that mean something else to the window are the list's while it has the focus.
-  if (event->type() == QEvent::ShortcutOverride && IsListKey(*static_cast<QKeyEvent*>(event))) {
-    event->accept();
-    return true;
-  }
-  return QTreeWidget::event(event);
-}
-
-void RegionTree::keyPressEvent(QKeyEvent* event) {
-  if (state() == EditingState) return QTreeWidget::keyPressEvent(event);
-  const bool alt = event->modifiers() == Qt::AltModifier;
-  if (event->key() == Qt::Key_Delete) return Q_EMIT deletePressed();
-  if (event->key() == Qt::Key_F2) return Q_EMIT renamePressed();
-  if (event->key() == Qt::Key_D && event->modifiers() == Qt::ControlModifier) {
-    return Q_EMIT duplicatePressed();
-  }
-  if (alt && event->key() == Qt::Key_Up) return Q_EMIT stepPressed(-1);
-  if (alt && event->key() == Qt::Key_Down) return Q_EMIT stepPressed(1);
-  if (event->key() == Qt::Key_Space && currentItem()) {
-    QTreeWidgetItem* item = currentItem();
-    item->setCheckState(0, item->checkState(0) == Qt::Checked ? Qt::Unchecked : Qt::Checked);
-    return;
-  }
-  QTreeWidget::keyPressEvent(event);
-}
-
-void RegionTree::mousePressEvent(QMouseEvent* event) {
-  QTreeWidget::mousePressEvent(event);
-  QTreeWidgetItem* item = itemAt(event->pos());
-  drag_from_ = event->button() == Qt::LeftButton && item ? indexOfTopLevelItem(item) : -1;
-  pressed_ = event->pos();
-}
-
-void RegionTree::mouseMoveEvent(QMouseEvent* event) {
-  if (drag_from_ < 0 || !(event->buttons() & Qt::LeftButton)) return;
-  const bool far = (event->pos() - pressed_).manhattanLength() >= QApplication::startDragDistance();
-  if (gap_ < 0 && !far) return;
-  gap_ = GapAt(event->pos().y());
-  setCursor(Qt::ClosedHandCursor);
-  viewport()->update();
-}
-
-void RegionTree::mouseReleaseEvent(QMouseEvent* event) {
-  const int from = drag_from_, gap = gap_;
-  drag_from_ = gap_ = -1;
-  if (gap < 0) return QTreeWidget::mouseReleaseEvent(event);
-  unsetCursor();
-  viewport()->update();
-  const int to = gap > from ? gap - 1 : gap;
-  if (to != from) Q_EMIT rowMoved(from, to);
-}
-
-int RegionTree::GapAt(int y) const {
-  for (int row = 0; row < topLevelItemCount(); ++row) {
-    if (y < visualItemRect(topLevelItem(row)).center().y()) return row;
-  }
-  return topLevelItemCount();
-}
-
-void RegionTree::paintEvent(QPaintEvent* event) {
-  QTreeWidget::paintEvent(event);
-  if (gap_ < 0 || topLevelItemCount() == 0) return;
-  const bool end = gap_ == topLevelItemCount();
-  const QRect row = visualItemRect(topLevelItem(end ? gap_ - 1 : gap_));
-  const int y = end ? row.bottom() : row.top();
-  QPainter painter(viewport());
-  painter.setPen(QPen(palette().color(QPalette::Highlight), 3));
-  painter.drawLine(0, y, viewport()->width(), y);
-}
-
-// --- RegionsPanel --------------------------------------------------------------------------------
 
 RegionsPanel::RegionsPanel(MainWindow* window)
     : window_(window), controller_(&window->controller()) {
   setObjectName("regions_panel");
-  list_ = new RegionTree;
+  list_ = new RowTree;
   list_->setObjectName("region_list");
   list_->setAccessibleName(tr("Regions"));
   list_->setColumnCount(kColumns);
   list_->setHeaderLabels({tr("Shown, name"), tr("Solo"), tr("Color"), tr("Strength")});
   list_->setToolTip(
-      tr("The first is applied first; drag to reorder. Tints multiply where regions overlap, so "
-         "their order shows little.\nSolo shows one region alone; it is not an edit.\n"
+      tr("The first is applied first; drag to reorder.\nSolo shows one region alone; it is not an "
+         "edit.\n"
          "Show or hide: Space · "
          "rename: F2 · duplicate: Ctrl+D · delete: Del · move: Alt+Up, Alt+Down"));
   list_->header()->setStretchLastSection(false);
@@ -187,18 +76,23 @@ RegionsPanel::RegionsPanel(MainWindow* window)
   connect(list_, &QTreeWidget::currentItemChanged, this, [this](QTreeWidgetItem* item) {
     if (!filling_) window_->SetCurrentRegion(IdOf(item));
   });
-  connect(list_, &RegionTree::rowMoved, this, [this](int from, int to) {
+  connect(list_, &RowTree::rowMoved, this, [this](int from, int to) {
     controller_->Move(IdOf(list_->topLevelItem(from)), size_t(to));
   });
-  connect(list_, &RegionTree::deletePressed, remove_, &QToolButton::click);
-  connect(list_, &RegionTree::duplicatePressed, duplicate_, &QToolButton::click);
-  connect(list_, &RegionTree::stepPressed, this, &RegionsPanel::Step);
-  connect(list_, &RegionTree::renamePressed, this, [this] {
+  connect(list_, &RowTree::deletePressed, remove_, &QToolButton::click);
+  connect(list_, &RowTree::duplicatePressed, duplicate_, &QToolButton::click);
+  connect(list_, &RowTree::stepPressed, this, &RegionsPanel::Step);
+  connect(list_, &RowTree::renamePressed, this, [this] {
     if (list_->currentItem()) list_->editItem(list_->currentItem(), kName);
   });
   connect(controller_, &SceneController::regionsChanged, this, &RegionsPanel::Refresh);
-  connect(controller_, &SceneController::opened, this, &RegionsPanel::Refresh);
-  connect(controller_, &SceneController::closed, this, &RegionsPanel::Refresh);
+  const auto fresh = [this] {
+    bases_.clear();
+    waiting_.reset();
+    Refresh();
+  };
+  connect(controller_, &SceneController::opened, this, fresh);
+  connect(controller_, &SceneController::closed, this, fresh);
   connect(window_, &MainWindow::currentRegionChanged, this, &RegionsPanel::Refresh);
   Refresh();
 }
@@ -242,15 +136,14 @@ void RegionsPanel::BuildEditors() {
   title_->setTextFormat(Qt::PlainText);
   title_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   layout->addWidget(title_, 0, 0, 1, 3);
-  picker_ = new ColorPicker;
-  picker_->setObjectName("color_picker");
-  layout->addWidget(picker_, 1, 0, 1, 3);
+  edit_ = new EditPanel;
+  layout->addWidget(edit_, 1, 0, 1, 3);
   auto* label = new QLabel(tr("S&trength"));
   strength_ = new QSlider(Qt::Horizontal);
   strength_->setObjectName("strength");
   strength_->setRange(0, 100);
   strength_->setAccessibleName(tr("Strength"));
-  strength_->setToolTip(tr("How much of the edit is done, in percent (Alt+T, arrows)"));
+  strength_->setToolTip(tr("How much of the whole edit is done, in percent (Alt+T, arrows)"));
   percent_ = new QSpinBox;
   percent_->setRange(0, 100);
   percent_->setSuffix(tr(" %"));
@@ -259,7 +152,9 @@ void RegionsPanel::BuildEditors() {
   layout->addWidget(label, 2, 0);
   layout->addWidget(strength_, 2, 1);
   layout->addWidget(percent_, 2, 2);
-  connect(picker_, &ColorPicker::changed, this, &RegionsPanel::OnColor);
+  connect(edit_, &EditPanel::edited, this, &RegionsPanel::OnEdit);
+  connect(edit_, &EditPanel::pickWanted, this, &RegionsPanel::Pick);
+  connect(&window_->canvas(), &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
   connect(strength_, &QSlider::valueChanged, this, &RegionsPanel::OnStrength);
   connect(percent_, &QSpinBox::valueChanged, this, &RegionsPanel::OnStrength);
@@ -275,15 +170,24 @@ const Region* RegionsPanel::Current() const {
 
 void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool solo) {
   const QString name = QString::fromStdString(region.name);
-  const QColor color = TintColor(region.edit);
   item->setData(kName, Qt::UserRole, region.id);
   item->setText(kName, name);
   item->setToolTip(kName, name);
   item->setCheckState(kName, region.visible ? Qt::Checked : Qt::Unchecked);
   item->setCheckState(kSolo, solo ? Qt::Checked : Qt::Unchecked);
-  const QString text = ChangesNothing(region.edit) ? tr("none yet") : color.name();
-  if (item->text(kColor) != text) {
-    item->setIcon(kColor, ChangesNothing(region.edit) ? QIcon() : Swatch(color, palette()));
+  const bool untouched = ChangesNothing(region.edit);
+  const QColor named = NamedColor(region.edit);
+  const QColor color = untouched         ? QColor()
+                       : named.isValid() ? named
+                                         : Edited(region.edit, BaseOf(region));
+  const auto& operations = region.edit.operations;
+  const QString text = untouched                ? tr("none yet")
+                       : named.isValid()        ? named.name()
+                       : operations.size() == 1 ? OperationTitle(operations.front().kind)
+                                                : tr("%1 steps").arg(operations.size());
+  if (item->data(kColor, Qt::UserRole).value<QColor>() != color) {
+    item->setData(kColor, Qt::UserRole, color);
+    item->setIcon(kColor, color.isValid() ? Swatch(color, palette()) : QIcon());
   }
   item->setText(kColor, text);
   item->setText(kStrength, tr("%1 %").arg(qRound(region.strength * 100)));
@@ -294,7 +198,20 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   if (item->flags() != flags) item->setFlags(flags);
 }
 
+// Computed once for a selection: it asks every Gaussian.
+QColor RegionsPanel::BaseOf(const Region& region) {
+  const auto facts = controller_->facts();
+  const auto [found, fresh] = bases_.try_emplace(region.selection->id);
+  if (fresh && facts) {
+    Region plain = region;
+    plain.edit = {};
+    found->second = MeanColor(plain, *facts->original);
+  }
+  return found->second.isValid() ? found->second : QColor(Qt::gray);
+}
+
 void RegionsPanel::Refresh() {
+  SendWaiting();
   filling_ = true;
   const auto& regions = controller_->regions().regions;
   while (list_->topLevelItemCount() > int(regions.size())) {
@@ -327,14 +244,15 @@ void RegionsPanel::ShowCurrent() {
   down_->setEnabled(region && row >= 0 && row + 1 < list_->topLevelItemCount());
   const bool untouched = region && ChangesNothing(region->edit);
   const QString name = region ? QString::fromStdString(region->name) : QString();
-  title_->setText(!region     ? tr("Tint: choose a region")
+  title_->setText(!region     ? tr("Edit: choose a region")
                   : untouched ? tr("Now choose a color for %1").arg(name)
-                              : tr("Tint of %1").arg(name));
+                              : tr("Edit of %1").arg(name));
   QFont font = this->font();
   font.setBold(untouched);
   title_->setFont(font);
-  if (!region) return;
-  picker_->SetColor(TintColor(region->edit));
+  if (!region) return edit_->Show(0, {}, Qt::gray);
+  const bool waits = waiting_ && waiting_->region == region->id;
+  edit_->Show(region->id, waits ? waiting_->edit : region->edit, BaseOf(*region));
   const QSignalBlocker quiet(strength_), quiet_too(percent_);
   if (!strength_->isSliderDown()) strength_->setValue(qRound(region->strength * 100));
   percent_->setValue(qRound(region->strength * 100));
@@ -356,16 +274,48 @@ void RegionsPanel::OnItemChanged(QTreeWidgetItem* item, int column) {
   if (name.toStdString() != region->name) controller_->Rename(id, name);
 }
 
-void RegionsPanel::OnColor(const QColor& color, bool dragging) {
+void RegionsPanel::OnEdit(const ColorEdit& edit, bool dragging) {
   const Region* region = Current();
   if (!region) return;
-  const auto edit = ColorEdit::Tint({color.redF(), color.greenF(), color.blueF()});
-  window_->canvas().SetCloudShown(false);  // it would hide the color that is chosen
-  if (edit != region->edit) {
-    controller_->SetEdit(region->id, edit, region->strength,
-                         "tint " + std::to_string(region->id) + " " + std::to_string(drags_));
-  }
+  const std::string key = "edit " + std::to_string(region->id) + " " + std::to_string(drags_);
   if (!dragging) ++drags_;
+  window_->canvas().SetCloudShown(false);  // it would hide the color that is chosen
+  if (region->edit.NeedsMainColor()) {
+    waiting_ = Waiting{region->id, edit, key};
+  } else if (edit != region->edit) {
+    controller_->SetEdit(region->id, edit, region->strength, key);
+  }
+}
+
+// A color may be dragged faster than the main color that it replaces is measured.
+void RegionsPanel::SendWaiting() {
+  if (!waiting_) return;
+  const Region* region = controller_->regions().Find(waiting_->region);
+  if (region && region->edit.NeedsMainColor()) return;
+  Waiting next = *std::exchange(waiting_, std::nullopt);
+  if (!region) return;  // deleted meanwhile
+  const auto& measured = region->edit.operations;
+  auto& operations = next.edit.operations;
+  bool any = !next.edit.NeedsMainColor();
+  for (size_t i = 0; i < std::min(measured.size(), operations.size()); ++i) {
+    ColorOperation& operation = operations[i];
+    if (operation.kind != ColorOperationKind::kRecolor || operation.IsSet("from") ||
+        measured[i].kind != operation.kind) {
+      continue;
+    }
+    any = true;
+    std::ranges::copy(measured[i].Get("from"), operation.Get("from").begin());
+    operation.Get("brightest")[0] = measured[i].Get("brightest")[0];
+  }
+  // Without any it could not be measured, which has been said.
+  if (any && next.edit != region->edit) {
+    controller_->SetEdit(next.region, next.edit, region->strength, next.key);
+  }
+}
+
+void RegionsPanel::Pick() {
+  window_->canvas().SetCloudShown(false);  // its points are no colors of the scene
+  window_->canvas().SetPicking(true);
 }
 
 void RegionsPanel::OnStrength(int percent) {

@@ -2,9 +2,11 @@
 // The list of regions and what is done to them. The first of the list is applied first.
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 
-#include <QTreeWidget>
+#include <QColor>
 #include <QWidget>
 
 #include "session/region.h"
@@ -13,40 +15,14 @@ class QLabel;
 class QSlider;
 class QSpinBox;
 class QToolButton;
+class QTreeWidgetItem;
 
 namespace retint {
 
-class ColorPicker;
+class EditPanel;
 class MainWindow;
+class RowTree;
 class SceneController;
-
-// Rows that are dragged to another place; the keys of a list of things.
-class RegionTree : public QTreeWidget {
-  Q_OBJECT
-
- public:
-  explicit RegionTree(QWidget* parent = nullptr);
-
- Q_SIGNALS:
-  void rowMoved(int from, int to);  // to its place in the list without it
-  void deletePressed();
-  void duplicatePressed();
-  void renamePressed();
-  void stepPressed(int by);  // -1 up, 1 down
-
- protected:
-  bool event(QEvent* event) override;
-  void keyPressEvent(QKeyEvent* event) override;
-  void mousePressEvent(QMouseEvent* event) override;
-  void mouseMoveEvent(QMouseEvent* event) override;
-  void mouseReleaseEvent(QMouseEvent* event) override;
-  void paintEvent(QPaintEvent* event) override;
-
- private:
-  int GapAt(int y) const;  // 0: before the first row
-  int drag_from_ = -1, gap_ = -1;
-  QPoint pressed_;
-};
 
 class RegionsPanel : public QWidget {
   Q_OBJECT
@@ -56,8 +32,8 @@ class RegionsPanel : public QWidget {
 
   explicit RegionsPanel(MainWindow* window);
 
-  RegionTree& list() { return *list_; }
-  ColorPicker& picker() { return *picker_; }
+  RowTree& list() { return *list_; }
+  EditPanel& edit() { return *edit_; }
   QSlider& strength() { return *strength_; }
 
  private:
@@ -67,7 +43,10 @@ class RegionsPanel : public QWidget {
   void ShowCurrent();
   void FillRow(QTreeWidgetItem* item, const Region& region, bool solo);
   void OnItemChanged(QTreeWidgetItem* item, int column);
-  void OnColor(const QColor& color, bool dragging);
+  void OnEdit(const ColorEdit& edit, bool dragging);
+  void SendWaiting();
+  void Pick();
+  QColor BaseOf(const Region& region);
   void OnStrength(int percent);
   void Step(int by);
   const Region* Current() const;
@@ -75,19 +54,24 @@ class RegionsPanel : public QWidget {
 
   MainWindow* window_;
   SceneController* controller_;
-  RegionTree* list_;
+  RowTree* list_;
   QLabel* empty_;
   QWidget *buttons_, *editors_;
   QToolButton *paint_, *extend_, *duplicate_, *remove_, *up_, *down_;
-  ColorPicker* picker_;
+  EditPanel* edit_;
   QSlider* strength_;
   QSpinBox* percent_;
-  QLabel* title_;  // what the picker is for
+  QLabel* title_;  // whose edit shows
   int drags_ = 0;  // names a drag for the history
   bool filling_ = false;
+  // The newest edit, while the main color of the one before it is being measured.
+  struct Waiting {
+    RegionId region;
+    ColorEdit edit;
+    std::string key;
+  };
+  std::optional<Waiting> waiting_;
+  std::map<uint64_t, QColor> bases_;  // of the regions without their edits, by selection
 };
-
-// What a region's edit multiplies white by, as a color of the screen.
-QColor TintColor(const ColorEdit& edit);
 
 }  // namespace retint

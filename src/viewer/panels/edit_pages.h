@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The modes in which an edit is made: a page each, which shows and changes the operations of its
+// kinds and knows nothing of the rest of the list.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <QColor>
+#include <QThreadPool>
+#include <QWidget>
+
+#include "recolor/color_operation.h"
+#include "viewer/panels/operation_views.h"
+
+class QCheckBox;
+class QDoubleSpinBox;
+class QLabel;
+class QPushButton;
+class QToolButton;
+class QVBoxLayout;
+
+namespace retint {
+
+class GradientBar;
+class ParameterRow;
+
+class EditPage : public QWidget {
+  Q_OBJECT
+
+ public:
+  using Kinds = std::vector<ColorOperationKind>;
+  // The operation of a kind that the page is about; null: the edit has none.
+  using Find = std::function<const ColorOperation*(ColorOperationKind kind)>;
+
+  explicit EditPage(Kinds kinds);
+  const Kinds& kinds() const { return kinds_; }
+  void Show(const Find& find);
+  // Of a mode in which one color is chosen. Invalid: there is none to be chosen.
+  virtual QColor color() const { return {}; }
+  virtual void ChooseColor(const QColor& /*color*/, bool /*dragging*/) {}
+  // A color of the picture that the page itself has asked for.
+  virtual void TakePicked(const QColor& /*color*/) {}
+  // Whose edit shows, and the color that it has without one.
+  void SetSubject(uint64_t subject, const QColor& base) { subject_ = subject, base_ = base; }
+
+ Q_SIGNALS:
+  // By the user. The operation takes the place of the one that was shown, or is added. `dragging`:
+  // more is to come.
+  void changed(const retint::ColorOperation& operation, bool dragging);
+  void removed(retint::ColorOperationKind kind);
+  void colorChanged();  // color(), but nothing of the edit
+  void pickWanted();    // TakePicked() is to follow
+
+ protected:
+  // The page's own parts besides rows and boxes.
+  virtual void ShowMore() {}
+  // Rows for the parameters of a kind, or a box for one that has none.
+  void AddRows(ColorOperationKind kind);
+  void AddBox(ColorOperationKind kind, const QString& tip);
+  const ColorOperation* shown(ColorOperationKind kind) const {
+    return find_ ? find_(kind) : nullptr;
+  }
+  // The operation that shows, else a new one.
+  virtual ColorOperation Operation(ColorOperationKind kind) const;
+  QVBoxLayout* rows() const { return layout_; }
+
+  struct Row {
+    const ParameterView* view;
+    ParameterRow* row;
+  };
+  std::vector<Row> parameters_;
+  uint64_t subject_ = 0;
+  QColor base_ = Qt::gray;
+
+ private:
+  Kinds kinds_;
+  Find find_;
+  QVBoxLayout* layout_;
+  std::vector<std::pair<ColorOperationKind, QCheckBox*>> boxes_;
+};
+
+// "Make it this color."
+class RecolorPage : public EditPage {
+  Q_OBJECT
+
+ public:
+  RecolorPage();
+  QColor color() const override;
+  void ChooseColor(const QColor& color, bool dragging) override;
+  void TakePicked(const QColor& color) override;
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  QLabel* from_;
+  QToolButton *pick_, *measure_;
+};
+
+class TintPage : public EditPage {
+  Q_OBJECT
+
+ public:
+  TintPage();
+  QColor color() const override;
+  void ChooseColor(const QColor& color, bool dragging) override;
+};
+
+class AdjustPage : public EditPage {
+  Q_OBJECT
+
+ public:
+  AdjustPage();
+  void TakePicked(const QColor& color) override;
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  void ShowRange();
+  QCheckBox* ranged_;
+  QToolButton* pick_;
+};
+
+class GradePage : public EditPage {
+  Q_OBJECT
+
+ public:
+  GradePage();
+};
+
+class LutPage : public EditPage {
+  Q_OBJECT
+
+ public:
+  LutPage();
+  ~LutPage() override;
+  void Choose();                   // asks which file
+  void Read(const QString& path);  // in the background; changed(), or what is wrong with it
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  QLabel *name_, *problem_;
+  QPushButton* open_;
+  QThreadPool pool_;
+};
+
+class GradientPage : public EditPage {
+  Q_OBJECT
+
+ public:
+  GradientPage();
+  QColor color() const override;
+  void ChooseColor(const QColor& color, bool dragging) override;
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  void Send(bool dragging);
+  GradientBar* bar_;
+  QToolButton *add_, *remove_, *reverse_;
+};
+
+// Of an operation that no mode is for.
+class MatrixPage : public EditPage {
+  Q_OBJECT
+
+ public:
+  MatrixPage();
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  std::vector<QDoubleSpinBox*> cells_;
+};
+
+}  // namespace retint

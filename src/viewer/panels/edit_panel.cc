@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/edit_panel.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <QApplication>
+#include <QButtonGroup>
+#include <QClipboard>
+#include <QHeaderView>
+#include <QLabel>
+#include <QMenu>
+#include <QSignalBlocker>
+#include <QStackedWidget>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "base/error.h"
+#include "recolor/edit_text.h"
+#include "viewer/panels/color_picker.h"
+#include "viewer/panels/edit_pages.h"
+#include "viewer/panels/operation_views.h"
+#include "viewer/panels/parameter_row.h"
+#include "viewer/panels/row_tree.h"
+#include "viewer/wrap_layout.h"
+
+namespace retint {
+namespace {
+
+using Kind = ColorOperationKind;
+
+enum Column { kName, kStrength, kColumns };
+constexpr int kMostRows = 6;  // that show without scrolling
+
+// What was measured holds for the region and the operations before it alone.
+void ForgetMeasured(ColorEdit& edit, size_t from) {
+  for (size_t i = from; i < edit.operations.size(); ++i) {
+    ColorOperation& operation = edit.operations[i];
+    if (operation.kind != Kind::kRecolor || !operation.IsSet("brightest")) continue;
+    std::ranges::fill(operation.Get("from"), kUnset);
+    operation.Get("brightest")[0] = kUnset;
+  }
+}
+
+}  // namespace
+
+EditPanel::EditPanel(QWidget* parent) : QWidget(parent) {
+  setObjectName("edit_panel");
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(4);
+  BuildList();
+  BuildModes();
+  picker_ = new ColorPicker;
+  picker_->setObjectName("color_picker");
+  problem_ = new QLabel;
+  problem_->setObjectName("edit_problem");
+  problem_->setWordWrap(true);
+  problem_->hide();
+  strength_ = new ParameterRow("operation_strength", tr("This step"), {0, 1, 0, 1, 0.05, 1}, {},
+                               tr("How much of this operation is done, 0 to 1"));
+  layout->addWidget(mode_row_);
+  layout->addWidget(picker_);
+  layout->addWidget(pages_);
+  layout->addWidget(problem_);
+  layout->addWidget(list_box_);
+  layout->addWidget(strength_);
+  connect(picker_, &ColorPicker::changed, this,
+          [this](const QColor& color, bool dragging) { page()->ChooseColor(color, dragging); });
+  connect(picker_, &ColorPicker::pickWanted, this, [this] {
+    pick_for_page_ = false;
+    Q_EMIT pickWanted();
+  });
+  const auto set_strength = [this](double value, bool dragging) {
+    if (row_ < 0) return;
+    ColorEdit edit = edit_;
+    edit.operations[size_t(row_)].strength = float(value);
+    Send(std::move(edit), dragging);
+  };
+  connect(strength_, &ParameterRow::changed, this, set_strength);
+  connect(strength_, &ParameterRow::reset, this, [=] { set_strength(1, false); });
+  ShowAll();
+}
+
+void EditPanel::BuildList() {
+  list_box_ = new QWidget;
+  auto* layout = new QVBoxLayout(list_box_);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(3);
+  auto* buttons = new QHBoxLayout;
+  buttons->setSpacing(3);
+  const auto add = [&](const char* name, const QString& text, const QString& tip) {
+    auto* button = new QToolButton;
+    button->setObjectName(name);
+    button->setText(text);
+    button->setToolTip(tip);
+    button->setAccessibleName(tip);
+    button->setFocusPolicy(Qt::StrongFocus);
+    buttons->addWidget(button);
+    return button;
+  };
+  add_ = add("operation_add", tr("Add"), tr("Add an operation at the end of the list"));
+  add_->setPopupMode(QToolButton::InstantPopup);
+  auto* menu = new QMenu(add_);
+  add_->setMenu(menu);
+  FillAddMenu(menu);
+  remove_ = add("operation_remove", tr("Remove"), tr("Remove this operation (Del in the list)"));
+  up_ = add("operation_up", QStringLiteral("▲"), tr("Apply it earlier (Alt+Up in the list)"));
+  down_ = add("operation_down", QStringLiteral("▼"), tr("Apply it later (Alt+Down in the list)"));
+  buttons->addStretch();
+  copy_ = add("edit_copy", tr("Copy"), tr("Copy the whole edit, as the text of an edit.json"));
+  paste_ = add("edit_paste", tr("Paste"), tr("Replace the edit by the one that was copied"));
+  layout->addLayout(buttons);
+  list_ = new RowTree;
+  list_->setObjectName("operation_list");
+  list_->setAccessibleName(tr("Operations of the edit"));
+  list_->setColumnCount(kColumns);
+  list_->setHeaderHidden(true);
+  list_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  list_->setToolTip(
+      tr("What is done to the colors, the first at first. A box switches an operation off and on; "
+         "drag to reorder.\nOff and on: Space · remove: Del · move: Alt+Up, Alt+Down"));
+  list_->header()->setStretchLastSection(false);
+  list_->header()->setSectionResizeMode(kName, QHeaderView::Stretch);
+  list_->header()->setSectionResizeMode(kStrength, QHeaderView::ResizeToContents);
+  layout->addWidget(list_);
+  connect(remove_, &QToolButton::clicked, this, [this] { RemoveRow(row_); });
+  connect(up_, &QToolButton::clicked, this, [this] { MoveRow(row_, row_ - 1); });
+  connect(down_, &QToolButton::clicked, this, [this] { MoveRow(row_, row_ + 1); });
+  connect(copy_, &QToolButton::clicked, this, &EditPanel::Copy);
+  connect(paste_, &QToolButton::clicked, this, &EditPanel::Paste);
+  connect(list_, &RowTree::deletePressed, remove_, &QToolButton::click);
+  connect(list_, &RowTree::stepPressed, this, [this](int by) { MoveRow(row_, row_ + by); });
+  connect(list_, &RowTree::rowMoved, this, &EditPanel::MoveRow);
+  connect(list_, &QTreeWidget::itemChanged, this, &EditPanel::OnItemChanged);
+  connect(list_, &QTreeWidget::currentItemChanged, this, [this](QTreeWidgetItem* item) {
+    if (!filling_ && item) SetRow(list_->indexOfTopLevelItem(item));
+  });
+}
+
+void EditPanel::BuildModes() {
+  mode_row_ = new QWidget;
+  auto* layout = new WrapLayout(mode_row_);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(2);
+  QSizePolicy policy(QSizePolicy::Preferred, QSizePolicy::Minimum);
+  policy.setHeightForWidth(true);
+  mode_row_->setSizePolicy(policy);
+  modes_ = new QButtonGroup(this);
+  pages_ = new QStackedWidget;
+  AddMode("recolor", tr("Recolor"), tr("Make it this color: shading and highlights stay"),
+          new RecolorPage);
+  AddMode("tint", tr("Tint"), tr("Multiply the colors, as the ReCoGS paper does"), new TintPage);
+  AddMode("adjust", tr("Adjust"), tr("Turn hues, change chroma and lightness, in OKLCh"),
+          new AdjustPage);
+  AddMode("grade", tr("Grade"), tr("Exposure, contrast, gamma, white balance, saturation"),
+          new GradePage);
+  lut_ = new LutPage;
+  AddMode("lut", tr("LUT"), tr("Look colors up in a table from a file"), lut_);
+  AddMode("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
+  // For lists from elsewhere: no button leads there.
+  AddMode("matrix", tr("Matrix"), {}, new MatrixPage);
+  connect(modes_, &QButtonGroup::idClicked, this, [this](int mode) {
+    const auto& kinds = static_cast<EditPage*>(pages_->widget(mode))->kinds();
+    int row = -1;
+    for (const Kind kind : kinds) {
+      if (row < 0) row = IndexOf(kind);
+    }
+    row_ = row;
+    SetMode(mode);
+    ShowAll();
+  });
+}
+
+void EditPanel::AddMode(const char* name, const QString& text, const QString& tip, EditPage* page) {
+  auto* button = new QToolButton;
+  button->setObjectName(QStringLiteral("mode_%1").arg(name));
+  button->setText(text);
+  button->setToolTip(tip);
+  button->setCheckable(true);
+  button->setFocusPolicy(Qt::StrongFocus);
+  modes_->addButton(button, pages_->count());
+  mode_row_->layout()->addWidget(button);
+  button->setVisible(!tip.isEmpty());
+  pages_->addWidget(page);
+  connect(page, &EditPage::changed, this, &EditPanel::Take);
+  connect(page, &EditPage::removed, this, [this](Kind kind) { RemoveRow(IndexOf(kind)); });
+  connect(page, &EditPage::colorChanged, this, [this, page] { picker_->SetColor(page->color()); });
+  connect(page, &EditPage::pickWanted, this, [this] {
+    pick_for_page_ = true;
+    Q_EMIT pickWanted();
+  });
+}
+
+void EditPanel::FillAddMenu(QMenu* menu) {
+  for (const ColorOperationType& type : ColorOperationTypes()) {
+    QAction* action =
+        menu->addAction(OperationTitle(type.kind), this, [this, kind = type.kind] { Add(kind); });
+    action->setObjectName(type.name);
+  }
+}
+
+// --- What shows ----------------------------------------------------------------------------------
+
+EditPage* EditPanel::page() const { return static_cast<EditPage*>(pages_->currentWidget()); }
+
+int EditPanel::ModeOf(Kind kind) const {
+  for (int mode = 0; mode < pages_->count(); ++mode) {
+    const auto& kinds = static_cast<EditPage*>(pages_->widget(mode))->kinds();
+    if (std::ranges::find(kinds, kind) != kinds.end()) return mode;
+  }
+  return 0;
+}
+
+int EditPanel::IndexOf(Kind kind) const {
+  const auto& operations = edit_.operations;
+  if (row_ >= 0 && operations[size_t(row_)].kind == kind) return row_;
+  const auto found = std::ranges::find(operations, kind, &ColorOperation::kind);
+  return found == operations.end() ? -1 : int(found - operations.begin());
+}
+
+void EditPanel::Show(uint64_t subject, const ColorEdit& edit, const QColor& base) {
+  const bool another = subject != subject_;
+  subject_ = subject;
+  base_ = base;
+  edit_ = edit;
+  const int count = int(edit_.operations.size());
+  if (another) {
+    strengths_.clear();
+    insert_next_ = false;
+    Complain({});
+    row_ = count - 1;
+    SetMode(count > 0 ? ModeOf(edit_.operations.back().kind) : 0);
+  } else {
+    row_ = std::min(row_, count - 1);
+  }
+  for (int i = 0; i < pages_->count(); ++i) {
+    static_cast<EditPage*>(pages_->widget(i))->SetSubject(subject, base);
+  }
+  ShowAll();
+}
+
+void EditPanel::ShowAll() {
+  ShowList();
+  ShowPage();
+}
+
+void EditPanel::ShowList() {
+  filling_ = true;
+  const auto& operations = edit_.operations;
+  while (list_->topLevelItemCount() > int(operations.size())) {
+    delete list_->takeTopLevelItem(list_->topLevelItemCount() - 1);
+  }
+  while (list_->topLevelItemCount() < int(operations.size())) new QTreeWidgetItem(list_);
+  for (size_t i = 0; i < operations.size(); ++i) {
+    QTreeWidgetItem* item = list_->topLevelItem(int(i));
+    const QString text = OperationSummary(operations[i]);
+    item->setText(kName, text);
+    item->setToolTip(kName, text);
+    item->setCheckState(kName, operations[i].strength > 0 ? Qt::Checked : Qt::Unchecked);
+    item->setText(kStrength, tr("%1 %").arg(qRound(operations[i].strength * 100)));
+    item->setTextAlignment(kStrength, Qt::AlignRight | Qt::AlignVCenter);
+    item->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsUserCheckable |
+                   Qt::ItemNeverHasChildren);
+  }
+  list_->setCurrentItem(row_ >= 0 ? list_->topLevelItem(row_) : nullptr);
+  filling_ = false;
+  const int rows = std::clamp(int(operations.size()), 1, kMostRows);
+  const int row = operations.empty() ? fontMetrics().height() + 6
+                                     : list_->visualItemRect(list_->topLevelItem(0)).height();
+  list_->setFixedHeight(rows * std::max(row, fontMetrics().height()) + 2 * list_->frameWidth() + 2);
+  const int count = int(operations.size());
+  list_->setVisible(count > 0);
+  remove_->setEnabled(row_ >= 0);
+  up_->setEnabled(row_ > 0);
+  down_->setEnabled(row_ >= 0 && row_ + 1 < count);
+  add_->setEnabled(count < kMaxColorOps);
+  copy_->setEnabled(count > 0);
+}
+
+void EditPanel::ShowPage() {
+  modes_->button(mode_)->setChecked(true);
+  page()->Show([this](Kind kind) -> const ColorOperation* {
+    const int index = IndexOf(kind);
+    return index < 0 ? nullptr : &edit_.operations[size_t(index)];
+  });
+  const QColor color = page()->color();
+  picker_->setVisible(color.isValid());
+  if (color.isValid()) picker_->SetColor(color);
+  strength_->setVisible(row_ >= 0);
+  if (row_ >= 0) strength_->SetValue(double(edit_.operations[size_t(row_)].strength));
+}
+
+// A page takes the room that it needs, not that of the largest.
+void EditPanel::SetMode(int mode) {
+  mode_ = mode;
+  for (int i = 0; i < pages_->count(); ++i) {
+    const auto vertical = i == mode ? QSizePolicy::Preferred : QSizePolicy::Ignored;
+    pages_->widget(i)->setSizePolicy(QSizePolicy::Preferred, vertical);
+  }
+  pages_->setCurrentIndex(mode);
+  pages_->updateGeometry();
+}
+
+void EditPanel::SetRow(int row) {
+  row_ = row;
+  SetMode(ModeOf(edit_.operations[size_t(row)].kind));
+  ShowAll();
+}
+
+// --- What the user does --------------------------------------------------------------------------
+
+bool EditPanel::Send(ColorEdit edit, bool dragging) {
+  try {
+    edit.Check();
+  } catch (const OptionError& error) {
+    Complain(QString::fromUtf8(error.what()));
+    return false;
+  }
+  Complain({});
+  edit_ = std::move(edit);
+  row_ = std::min(row_, int(edit_.operations.size()) - 1);
+  ShowAll();
+  Q_EMIT edited(edit_, dragging);
+  return true;
+}
+
+void EditPanel::Complain(const QString& problem) {
+  problem_->setText(problem);
+  problem_->setVisible(!problem.isEmpty());
+}
+
+void EditPanel::Add(Kind kind) {
+  if (kind == Kind::kLut) {  // needs a file first
+    insert_next_ = true;
+    SetMode(ModeOf(kind));
+    ShowAll();
+    return lut_->Choose();
+  }
+  Insert(NewOperation(kind, picker_->color()), false);
+}
+
+void EditPanel::Insert(const ColorOperation& operation, bool dragging) {
+  ColorEdit edit = edit_;
+  auto at = edit.operations.end();
+  // Colors are drawn into the range at last.
+  if (operation.kind != Kind::kSoftClip) {
+    while (at != edit.operations.begin() && std::prev(at)->kind == Kind::kSoftClip) --at;
+  }
+  const int before = std::exchange(row_, int(at - edit.operations.begin()));
+  const int mode = mode_;
+  edit.operations.insert(at, operation);
+  strengths_.clear();
+  SetMode(ModeOf(operation.kind));
+  if (Send(std::move(edit), dragging)) return;
+  row_ = before;
+  SetMode(mode);
+  ShowAll();
+}
+
+// A page's operation: in the place of the one that it showed, else new.
+void EditPanel::Take(const ColorOperation& operation, bool dragging) {
+  const int index = std::exchange(insert_next_, false) ? -1 : IndexOf(operation.kind);
+  if (index < 0) return Insert(operation, dragging);
+  ColorEdit edit = edit_;
+  edit.operations[size_t(index)] = operation;
+  // While it is dragged, what follows keeps what was measured: measuring takes its time.
+  if (!dragging) ForgetMeasured(edit, size_t(index) + 1);
+  row_ = index;
+  Send(std::move(edit), dragging);
+}
+
+void EditPanel::RemoveRow(int row) {
+  if (row < 0 || row >= int(edit_.operations.size())) return;
+  ColorEdit edit = edit_;
+  edit.operations.erase(edit.operations.begin() + row);
+  ForgetMeasured(edit, size_t(row));
+  strengths_.clear();
+  Send(std::move(edit), false);
+}
+
+void EditPanel::MoveRow(int from, int to) {
+  const int count = int(edit_.operations.size());
+  if (from < 0 || to < 0 || from >= count || to >= count || from == to) return;
+  ColorEdit edit = edit_;
+  const ColorOperation moved = edit.operations[size_t(from)];
+  edit.operations.erase(edit.operations.begin() + from);
+  edit.operations.insert(edit.operations.begin() + to, moved);
+  ForgetMeasured(edit, size_t(std::min(from, to)));
+  strengths_.clear();
+  row_ = to;
+  Send(std::move(edit), false);
+}
+
+// Off is a strength of 0; on again, the operation has the strength that it had.
+void EditPanel::OnItemChanged(QTreeWidgetItem* item) {
+  if (filling_) return;
+  const int row = list_->indexOfTopLevelItem(item);
+  const bool on = item->checkState(kName) == Qt::Checked;
+  ColorEdit edit = edit_;
+  float& strength = edit.operations[size_t(row)].strength;
+  if (on == (strength > 0)) return;
+  if (on) {
+    const auto old = strengths_.find(row);
+    strength = old == strengths_.end() ? 1 : old->second;
+  } else {
+    strengths_[row] = std::exchange(strength, 0.0F);
+  }
+  ForgetMeasured(edit, size_t(row) + 1);
+  Send(std::move(edit), false);
+}
+
+void EditPanel::Copy() {
+  QApplication::clipboard()->setText(
+      QString::fromStdString(EditToJson(edit_, /*with_tables=*/true)));
+}
+
+void EditPanel::Paste() {
+  const QString text = QApplication::clipboard()->text();
+  ColorEdit edit;
+  try {
+    edit = EditFromJson(text.toStdString(), {});
+  } catch (const Error& error) {
+    return Complain(tr("What was copied is no edit: %1").arg(QString::fromUtf8(error.what())));
+  }
+  // Another region has another main color.
+  ForgetMeasured(edit, 0);
+  strengths_.clear();
+  const int last = int(edit.operations.size()) - 1;
+  if (Send(std::move(edit), false) && last >= 0) SetRow(last);
+}
+
+void EditPanel::TakePicked(const QColor& color) {
+  if (pick_for_page_) return page()->TakePicked(color);
+  picker_->Choose(color);
+}
+
+}  // namespace retint

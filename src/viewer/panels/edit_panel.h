@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The editor of one edit: the list of its operations, and the modes in which they are made. It
+// knows nothing of regions: an edit comes in, and what the user makes of it goes out.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include <QColor>
+#include <QWidget>
+
+#include "recolor/color_edit.h"
+
+class QButtonGroup;
+class QLabel;
+class QMenu;
+class QStackedWidget;
+class QToolButton;
+class QTreeWidgetItem;
+
+namespace retint {
+
+class ColorPicker;
+class EditPage;
+class LutPage;
+class ParameterRow;
+class RowTree;
+
+class EditPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit EditPanel(QWidget* parent = nullptr);
+
+  // Shows the edit of `subject` (a region; another one begins in the mode of its last operation).
+  // `base` is its color without an edit.
+  void Show(uint64_t subject, const ColorEdit& edit, const QColor& base);
+  const ColorEdit& edit() const { return edit_; }
+  ColorPicker& picker() { return *picker_; }
+  RowTree& list() { return *list_; }
+  LutPage& lut() { return *lut_; }
+  // The color of the picture that pickWanted() asked for.
+  void TakePicked(const QColor& color);
+
+ Q_SIGNALS:
+  // By the user; it is valid. `dragging`: more is to come.
+  void edited(const retint::ColorEdit& edit, bool dragging);
+  void pickWanted();
+
+ private:
+  void BuildList();
+  void BuildModes();
+  void AddMode(const char* name, const QString& text, const QString& tip, EditPage* page);
+  void FillAddMenu(QMenu* menu);
+  void ShowAll();
+  void ShowList();
+  void ShowPage();
+  void SetMode(int mode);
+  void SetRow(int row);
+  int ModeOf(ColorOperationKind kind) const;
+  int IndexOf(ColorOperationKind kind) const;  // in the list, -1: none
+  EditPage* page() const;
+  void Add(ColorOperationKind kind);
+  void Insert(const ColorOperation& operation, bool dragging);
+  void Take(const ColorOperation& operation, bool dragging);
+  void RemoveRow(int row);
+  void MoveRow(int from, int to);
+  void OnItemChanged(QTreeWidgetItem* item);
+  void Copy();
+  void Paste();
+  bool Send(ColorEdit edit, bool dragging);
+  void Complain(const QString& problem);
+
+  uint64_t subject_ = 0;
+  QColor base_;
+  ColorEdit edit_;
+  int row_ = -1;  // of the list; -1: none
+  int mode_ = 0;
+  bool filling_ = false, insert_next_ = false, pick_for_page_ = false;
+  std::map<int, float> strengths_;  // of operations that are off, by row
+  RowTree* list_;
+  QWidget* list_box_;
+  QToolButton *add_, *remove_, *up_, *down_, *copy_, *paste_;
+  QButtonGroup* modes_;
+  QWidget* mode_row_;
+  ColorPicker* picker_;
+  QStackedWidget* pages_;
+  LutPage* lut_;
+  ParameterRow* strength_;  // of the operation at hand
+  QLabel* problem_;
+};
+
+}  // namespace retint

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page of lookup tables.
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QLabel>
+#include <QPushButton>
+#include <QSettings>
+#include <QVBoxLayout>
+
+#include "base/error.h"
+#include "recolor/lut.h"
+#include "viewer/failure_text.h"
+#include "viewer/panels/edit_pages.h"
+#include "viewer/post.h"
+
+namespace retint {
+
+LutPage::LutPage() : EditPage({ColorOperationKind::kLut}) {
+  name_ = new QLabel;
+  name_->setObjectName("lut_name");
+  name_->setWordWrap(true);
+  problem_ = new QLabel;
+  problem_->setObjectName("lut_problem");
+  problem_->setWordWrap(true);
+  problem_->hide();
+  open_ = new QPushButton(tr("Open a table…"));
+  open_->setObjectName("lut_open");
+  open_->setToolTip(tr("A .cube, .3dl, .clf, .cdl, .cc or .ccc for colors as a screen shows them"));
+  rows()->addWidget(name_);
+  rows()->addWidget(problem_);
+  rows()->addWidget(open_, 0, Qt::AlignLeft);
+  pool_.setMaxThreadCount(1);
+  connect(open_, &QPushButton::clicked, this, &LutPage::Choose);
+}
+
+LutPage::~LutPage() {
+  pool_.clear();
+  pool_.waitForDone();
+  PoolIsDone();
+}
+
+void LutPage::Choose() {
+  QSettings settings;
+  const QString path = QFileDialog::getOpenFileName(
+      this, tr("Open a lookup table"), settings.value("lut_folder").toString(),
+      tr("Lookup tables (*.cube *.3dl *.clf *.cdl *.cc *.ccc);;All files (*)"));
+  if (path.isEmpty()) return;
+  settings.setValue("lut_folder", QFileInfo(path).absolutePath());
+  Read(path);
+}
+
+void LutPage::Read(const QString& path) {
+  open_->setEnabled(false);
+  problem_->hide();
+  PostToPool(pool_, [this, path, subject = subject_] {
+    std::shared_ptr<const ColorTable> table;
+    QString problem;
+    try {
+      table = ReadLut(path.toStdString());
+    } catch (const std::exception& error) {
+      problem = FailureText(error);
+    }
+    Post(this, [this, table, problem, subject] {
+      open_->setEnabled(true);
+      if (subject != subject_) return;  // another region was chosen meanwhile
+      problem_->setText(problem);
+      problem_->setVisible(!problem.isEmpty());
+      if (!table) return;
+      ColorOperation operation = ColorOperation::Lut(table);
+      if (const ColorOperation* old = shown(ColorOperationKind::kLut)) {
+        operation.strength = old->strength;
+      }
+      Q_EMIT changed(operation, false);
+    });
+  });
+}
+
+void LutPage::ShowMore() {
+  const ColorOperation* operation = shown(ColorOperationKind::kLut);
+  if (!operation || !operation->table) {
+    name_->setText(tr("No table yet. Open one that was made for colors as a screen shows them."));
+    return;
+  }
+  const QString name = QString::fromStdString(operation->table->name);
+  name_->setText(tr("%1, %2 nodes a side").arg(name).arg(operation->table->size));
+}
+
+}  // namespace retint

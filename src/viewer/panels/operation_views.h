@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How the editor speaks of the operations of an edit: their names, what one does in a few words,
+// and the controls of their parameters.
+#pragma once
+
+#include <span>
+
+#include <QColor>
+#include <QString>
+
+#include "recolor/color_edit.h"
+
+namespace retint {
+
+// A number of an operation as it is set by a slider and a box.
+struct ParameterView {
+  ColorOperationKind kind;
+  const char* parameter;  // ColorParameter::name
+  size_t index;           // of its values
+  const char* label;
+  double low, high;  // of the slider; the box goes as far as the operation allows
+  double step;       // of the box and of the slider's keys
+  bool logarithmic;  // the slider
+  const char* suffix;
+  const char* tip;
+
+  const ColorParameter& type() const;
+  float Get(const ColorOperation& operation) const;
+  void Set(ColorOperation& operation, double value) const;
+  double Default() const;
+};
+// In the order in which they are shown.
+std::span<const ParameterView> ParameterViews();
+
+QString OperationTitle(ColorOperationKind kind);
+// "Recolor to #3060ff", "Exposure +0.5".
+QString OperationSummary(const ColorOperation& operation);
+// One that can be added to a list as it is; `color` is what it makes of the region, where it makes
+// one color. Not for kLut, which needs a file.
+ColorOperation NewOperation(ColorOperationKind kind, const QColor& color);
+
+// `values` [3], 0 to 1, as a color of the screen.
+QColor ToColor(std::span<const float> values);
+// The gray of an OKLab lightness, 0 to 1.
+QColor GrayOf(double lightness);
+// What the edit makes of a color; `base` itself while the edit waits for its region's main color.
+QColor Edited(const ColorEdit& edit, const QColor& base);
+// The one color that the edit asks for: that of the last recolor or tint of a list that ends in
+// it. Invalid where there is none.
+QColor NamedColor(const ColorEdit& edit);
+
+}  // namespace retint

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/parameter_row.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QDoubleSpinBox>
+#include <QEvent>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QSignalBlocker>
+#include <QSlider>
+#include <QToolButton>
+
+namespace retint {
+namespace {
+
+constexpr int kSteps = 400;  // of a slider
+
+int DecimalsOf(double step) { return std::clamp(int(std::ceil(-std::log10(step) - 1e-9)), 0, 3); }
+
+}  // namespace
+
+ParameterRow::ParameterRow(const QString& name, const QString& label, const Range& range,
+                           const QString& suffix, const QString& tip, QWidget* parent)
+    : QWidget(parent), range_(range) {
+  label_ = new QLabel(label);
+  slider_ = new QSlider(Qt::Horizontal);
+  slider_->setObjectName(name + "_slider");
+  slider_->setRange(0, kSteps);
+  slider_->setPageStep(kSteps / 10);
+  slider_->setMinimumWidth(60);
+  const double share = range.logarithmic ? 0.01 : range.step / (range.high - range.low);
+  slider_->setSingleStep(std::max(1, int(std::lround(share * kSteps))));
+  box_ = new QDoubleSpinBox;
+  box_->setObjectName(name);
+  // A digit more than a step: the slider stops between them.
+  box_->setDecimals(range.step >= 1 ? 0 : DecimalsOf(range.step));
+  box_->setRange(range.min, range.max);
+  box_->setSingleStep(range.step);
+  box_->setSuffix(suffix);
+  box_->setKeyboardTracking(false);
+  box_->setButtonSymbols(QAbstractSpinBox::NoButtons);
+  box_->setAlignment(Qt::AlignRight);
+  box_->setFixedWidth(box_->fontMetrics().horizontalAdvance("-00.00 EV") + 14);
+  reset_ = new QToolButton;
+  reset_->setObjectName(name + "_reset");
+  reset_->setText(QStringLiteral("↺"));
+  reset_->setAutoRaise(true);
+  reset_->setFocusPolicy(Qt::StrongFocus);
+  reset_->setAccessibleName(tr("Reset %1").arg(label));
+  reset_->setToolTip(tr("Back to %1").arg(box_->textFromValue(range.initial) + suffix));
+  label_->setBuddy(box_);
+  for (QWidget* part : std::initializer_list<QWidget*>{slider_, box_}) {
+    part->setAccessibleName(label);
+    part->setFocusPolicy(Qt::StrongFocus);
+    part->installEventFilter(this);
+  }
+  setToolTip(tip);
+  auto* layout = new QHBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(4);
+  layout->addWidget(label_);
+  layout->addWidget(slider_, 1);
+  layout->addWidget(box_);
+  layout->addWidget(reset_);
+  connect(slider_, &QSlider::valueChanged, this, [this](int position) {
+    {
+      const QSignalBlocker quiet(box_);
+      box_->setValue(FromSlider(position));
+    }
+    ShowReset();
+    Q_EMIT changed(box_->value(), slider_->isSliderDown());
+  });
+  connect(slider_, &QSlider::sliderReleased, this,
+          [this] { Q_EMIT changed(box_->value(), false); });
+  connect(box_, &QDoubleSpinBox::valueChanged, this, [this](double value) {
+    SetValue(value);
+    Q_EMIT changed(value, false);
+  });
+  connect(reset_, &QToolButton::clicked, this, &ParameterRow::reset);
+  SetValue(range.initial);
+}
+
+double ParameterRow::value() const { return box_->value(); }
+
+void ParameterRow::SetValue(double value) {
+  const QSignalBlocker quiet_slider(slider_), quiet_box(box_);
+  box_->setValue(value);
+  if (!slider_->isSliderDown()) slider_->setValue(ToSlider(value));
+  ShowReset();
+}
+
+void ParameterRow::ShowReset() {
+  reset_->setEnabled(std::abs(box_->value() - range_.initial) > 1e-9);
+}
+
+void ParameterRow::SetLabelWidth(int width) { label_->setMinimumWidth(width); }
+
+int ParameterRow::LabelWidth() const { return label_->sizeHint().width(); }
+
+int ParameterRow::ToSlider(double value) const {
+  value = std::clamp(value, range_.low, range_.high);
+  const double share = range_.logarithmic
+                           ? std::log(value / range_.low) / std::log(range_.high / range_.low)
+                           : (value - range_.low) / (range_.high - range_.low);
+  return int(std::lround(share * kSteps));
+}
+
+double ParameterRow::FromSlider(int position) const {
+  const double share = double(position) / kSteps;
+  return range_.logarithmic ? range_.low * std::pow(range_.high / range_.low, share)
+                            : range_.low + share * (range_.high - range_.low);
+}
+
+// The wheel scrolls the panel, unless one works with this very number.
+bool ParameterRow::eventFilter(QObject* object, QEvent* event) {
+  if (event->type() != QEvent::Wheel || static_cast<QWidget*>(object)->hasFocus()) return false;
+  event->ignore();
+  return true;
+}
+
+}  // namespace retint

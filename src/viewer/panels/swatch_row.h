@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A row of colors that are kept in the settings: those chosen last, or those the user keeps.
+#pragma once
+
+#include <vector>
+
+#include <QColor>
+#include <QWidget>
+
+class QLabel;
+
+namespace retint {
+
+class SwatchRow : public QWidget {
+  Q_OBJECT
+
+ public:
+  // Recent colors come and go by themselves, the newest first. Kept ones are added at the end and
+  // taken away by the user.
+  enum class Form { kRecent, kKept };
+
+  // `key`: where the settings hold them.
+  SwatchRow(const QString& title, const QString& key, Form form, QWidget* parent = nullptr);
+  void Add(const QColor& color);
+  const std::vector<QColor>& colors() const { return colors_; }
+
+  static constexpr size_t kMostRecent = 8, kMostKept = 24;
+
+ Q_SIGNALS:
+  void chosen(const QColor& color);
+  void addWanted();  // the button with a plus
+
+ protected:
+  bool eventFilter(QObject* object, QEvent* event) override;
+
+ private:
+  void Build();
+  void Remove(size_t index);
+  void Save() const;
+
+  const QString key_;
+  const Form form_;
+  QLabel* title_;
+  std::vector<QColor> colors_;
+  std::vector<QWidget*> cells_;
+};
+
+}  // namespace retint
