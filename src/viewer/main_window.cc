@@ -107,9 +107,7 @@ void MainWindow::BuildCenter() {
          "<li>Choose a color in the Regions panel. Every view follows.</li>"
          "<li>Look at it from elsewhere. Paint again where the selection misses something.</li>"
          "<li>Save the session, or export the splat.</li></ol>"));
-  guide->setObjectName("welcome_guide");
-  guide->setWordWrap(true);
-  guide->setMaximumWidth(640);
+  guide->setObjectName("welcome_guide");  // not wrapped: its height would be that of fewer lines
   auto* inner = new QWidget;
   auto* layout = new QVBoxLayout(inner);
   layout->addStretch();

@@ -16,6 +16,7 @@
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/panels/color_picker.h"
 #include "viewer/panels/regions_panel.h"
+#include "viewer/panels/row_tree.h"
 
 namespace retint {
 
@@ -34,7 +35,7 @@ class PanelsFixture : public QObject {
     if (!found) qFatal("there is no %s", name);
     return found;
   }
-  RegionTree* List() { return Find<RegionTree>("region_list"); }
+  RowTree* List() { return Find<RowTree>("region_list"); }
 
   // The session's own state, not what the window shows.
   RegionSet SessionRegions() {

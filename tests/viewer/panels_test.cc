@@ -328,7 +328,7 @@ class PanelsTest : public PanelsFixture {
     other.OpenSession(*folder_ / "edit.retint");
     QTRY_COMPARE_WITH_TIMEOUT(restored.count(), 1, kWaitMs);
     QTRY_VERIFY(SameBits(*other.controller().sh(), before));
-    QCOMPARE(other.findChild<RegionTree*>("region_list")->topLevelItemCount(), 2);
+    QCOMPARE(other.findChild<RowTree*>("region_list")->topLevelItemCount(), 2);
     QVERIFY(other.canvas().navigation().view());
     QCOMPARE(other.canvas().navigation().view()->name, std::string("view4"));
     QVERIFY(!other.IsModified());

@@ -73,7 +73,7 @@ class RegionsPanelTest : public PanelsFixture {
     QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // the button is still down
     QTest::mouseRelease(square, Qt::LeftButton, {}, {120, 80});
     const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
-    QVERIFY(std::abs(square->saturation() - s) < 0.02 && std::abs(square->value() - v) < 0.02);
+    QVERIFY(std::abs(square->place().across - s) < 0.02 && std::abs(square->place().up - v) < 0.02);
     const QColor color = Find<ColorPicker>("color_picker")->color();
     QVERIFY(SessionRegions().regions[0].edit.Affine().gain(2, 2) == color.blueF());
     window_->action("edit.undo")->trigger();
@@ -95,9 +95,9 @@ class RegionsPanelTest : public PanelsFixture {
     Select(0);
     auto* square = Find<ColorSquare>("color_square");
     square->setFocus();
-    const double value = square->value();
+    const double value = square->place().up;
     QTest::keyClick(square, Qt::Key_Down, Qt::ShiftModifier);
-    QVERIFY(std::abs(square->value() - (value - 0.1)) < 0.01);
+    QVERIFY(std::abs(square->place().up - (value - 0.1)) < 0.01);
     QVERIFY(window_->canvas().navigation().view());  // arrows did not step through the views
     auto* text = Find<QLineEdit>("color_text");
     text->setFocus();
@@ -153,7 +153,7 @@ class RegionsPanelTest : public PanelsFixture {
     };
     QVERIFY(says("Now choose a color for new"));
     DragAlong(Find<ColorSquare>("color_square"), {{30, 30}, {60, 40}});
-    QVERIFY(says("Tint of new") && !says("Now choose"));
+    QVERIFY(says("Edit of new") && !says("Now choose"));
     QVERIFY(!List()->topLevelItem(0)->icon(RegionsPanel::kColor).isNull());
     QTRY_VERIFY_WITH_TIMEOUT(optimizer.count() > 0, kWaitMs);
     Controller().CancelRefit();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The method in the real window, by mouse and keys alone: paint on a view, accept, look at it from
-// another view, paint on, tint, take everything back.
+// another view, paint on, make it blue, take everything back.
 #include <QComboBox>
 #include <QLabel>
 #include <QProgressBar>
@@ -8,7 +8,7 @@
 #include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/panels/color_picker.h"
+#include "viewer/panels/operation_views.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
@@ -96,7 +96,7 @@ class WorkflowTest : public ViewerTest {
   }
   void cleanup() { window_.reset(); }
 
-  void PaintAcceptTintAndTakeBack() {
+  void PaintAcceptRecolorAndTakeBack() {
     const QImage before = canvas().frame()->image;
     PressKey(*window_, Qt::Key_Return);
     QVERIFY(window_->IsSelecting());
@@ -115,7 +115,7 @@ class WorkflowTest : public ViewerTest {
     QVERIFY2(points.first > 0.05 && points.second < 0.01,
              qPrintable(QString("%1 %2").arg(points.first).arg(points.second)));
 
-    // Tinted by the keyboard: Tab order and all lead to the field of the color.
+    // Made blue by the keyboard.
     QTest::keyClick(window_.get(), Qt::Key_1, Qt::AltModifier);
     auto* text = window_->findChild<QLineEdit*>("color_text");
     text->setFocus();
@@ -123,9 +123,9 @@ class WorkflowTest : public ViewerTest {
     QTest::keyClicks(text, "#2040ff");
     QTest::keyClick(text, Qt::Key_Return);
     QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && canvas().frame()->image != plain, kWaitMs);
-    const auto tint = Changed(canvas().frame()->image, plain, Truth(subject_.first));
-    QVERIFY2(tint.first > 0.7 && tint.second < 0.2,
-             qPrintable(QString("%1 %2").arg(tint.first).arg(tint.second)));
+    const auto blue = Changed(canvas().frame()->image, plain, Truth(subject_.first));
+    QVERIFY2(blue.first > 0.7 && blue.second < 0.2,
+             qPrintable(QString("%1 %2").arg(blue.first).arg(blue.second)));
 
     // All of it undone by keys, to the bit; and redone.
     canvas().setFocus();
@@ -141,7 +141,11 @@ class WorkflowTest : public ViewerTest {
     PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
     QVERIFY(Settle(controller()));
     QCOMPARE(controller().regions().regions.size(), size_t{1});
-    QVERIFY(controller().regions().regions.front().edit.Affine().gain(2, 2) > 0.99F);
+    const ColorEdit redone = controller().regions().regions.front().edit;
+    QCOMPARE(redone.operations.size(), size_t{1});
+    QVERIFY(redone.operations[0].kind == ColorOperationKind::kRecolor);
+    QCOMPARE(NamedColor(redone).name(), QString("#2040ff"));
+    QVERIFY(!redone.NeedsMainColor());  // what was measured is part of the edit
   }
 
   void ASecondRoundFromAnotherViewExtendsAndItsUndoShows() {

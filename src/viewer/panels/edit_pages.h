@@ -18,6 +18,7 @@ class QCheckBox;
 class QDoubleSpinBox;
 class QLabel;
 class QPushButton;
+class QSpinBox;
 class QToolButton;
 class QVBoxLayout;
 
@@ -164,6 +165,28 @@ class GradientPage : public EditPage {
   void Send(bool dragging);
   GradientBar* bar_;
   QToolButton *add_, *remove_, *reverse_;
+};
+
+// The region's main colors, and what each becomes.
+class PalettePage : public EditPage {
+  Q_OBJECT
+
+ public:
+  PalettePage();
+  QColor color() const override;
+  void ChooseColor(const QColor& color, bool dragging) override;
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  void SetCurrent(size_t pair);
+  QSpinBox* count_;
+  QToolButton *stay_, *measure_;
+  QWidget* pairs_;
+  QLabel* note_;
+  std::vector<QToolButton*> buttons_;  // one a pair
+  size_t current_ = 0;
 };
 
 // Of an operation that no mode is for.

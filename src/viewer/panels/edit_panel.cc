@@ -32,14 +32,8 @@ using Kind = ColorOperationKind;
 enum Column { kName, kStrength, kColumns };
 constexpr int kMostRows = 6;  // that show without scrolling
 
-// What was measured holds for the region and the operations before it alone.
 void ForgetMeasured(ColorEdit& edit, size_t from) {
-  for (size_t i = from; i < edit.operations.size(); ++i) {
-    ColorOperation& operation = edit.operations[i];
-    if (operation.kind != Kind::kRecolor || !operation.IsSet("brightest")) continue;
-    std::ranges::fill(operation.Get("from"), kUnset);
-    operation.Get("brightest")[0] = kUnset;
-  }
+  for (size_t i = from; i < edit.operations.size(); ++i) ForgetMeasured(edit.operations[i]);
 }
 
 }  // namespace
@@ -158,6 +152,8 @@ void EditPanel::BuildModes() {
   lut_ = new LutPage;
   AddMode("lut", tr("LUT"), tr("Look colors up in a table from a file"), lut_);
   AddMode("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
+  AddMode("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
+          new PalettePage);
   // For lists from elsewhere: no button leads there.
   AddMode("matrix", tr("Matrix"), {}, new MatrixPage);
   connect(modes_, &QButtonGroup::idClicked, this, [this](int mode) {

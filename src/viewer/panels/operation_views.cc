@@ -14,6 +14,8 @@ using Kind = ColorOperationKind;
 
 QString Tr(const char* text) { return QCoreApplication::translate("EditPanel", text); }
 
+constexpr int kFirstPalette = 5;  // colors
+
 constexpr ParameterView kViews[] = {
     {Kind::kRecolor, "keep_lightness", 0, "Keep lightness", 0, 1, 0.05, false, "",
      "How much of its lightness every pixel keeps: at 0 a dark color makes the object dark, at 1 "
@@ -99,6 +101,8 @@ QString Detail(const ColorOperation& op) {
       return AdjustSummary(op);
     case Kind::kGradient:
       return Tr("of %1 colors").arg(op.values.size() / 4);
+    case Kind::kPalette:
+      return Tr("of %1 colors").arg(op.values.size() / kPairValues);
     case Kind::kLut:
       return op.table ? QString::fromStdString(op.table->name) : QString();
     default:
@@ -128,11 +132,10 @@ double ParameterView::Default() const { return double(Get(ColorOperation::Make(k
 std::span<const ParameterView> ParameterViews() { return kViews; }
 
 QString OperationTitle(Kind kind) {
-  // In the order of ColorOperationKind.
-  static constexpr const char* kTitles[] = {
-      "Tint",   "Matrix", "Exposure", "Contrast", "Gamma",    "White balance", "Saturation",
-      "Invert", "Gray",   "Adjust",   "Recolor",  "Gradient", "LUT",           "Soft clip"};
-  return Tr(kTitles[size_t(kind)]);
+  if (kind == Kind::kLut) return Tr("LUT");
+  QString name = QString(TypeOf(kind).name).replace('_', ' ');
+  name[0] = name[0].toUpper();
+  return Tr(qPrintable(name));
 }
 
 QString OperationSummary(const ColorOperation& operation) {
@@ -150,9 +153,39 @@ ColorOperation NewOperation(Kind kind, const QColor& color) {
       return ColorOperation::Make(kind, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
     case Kind::kGradient:
       return ColorOperation::Make(kind, {0, 0, 0, 0, 0.5F, rgb[0], rgb[1], rgb[2], 1, 1, 1, 1});
+    case Kind::kPalette:
+      return ColorOperation::Palette(kFirstPalette);
     default:
       return ColorOperation::Make(kind);
   }
+}
+
+void ForgetMeasured(ColorOperation& op) {
+  if (op.kind == Kind::kRecolor && op.IsSet("brightest")) {  // else it was named
+    std::ranges::fill(op.Get("from"), kUnset);
+    op.Get("brightest")[0] = kUnset;
+  }
+  if (op.kind != Kind::kPalette) return;
+  for (size_t i = 0; i + kPairValues <= op.values.size(); i += kPairValues) {
+    std::fill_n(op.values.begin() + std::ptrdiff_t(i), 3, kUnset);
+  }
+}
+
+bool TakeMeasured(ColorOperation& op, const ColorOperation& measured) {
+  if (!op.NeedsMeasuring() || measured.kind != op.kind || measured.NeedsMeasuring()) return false;
+  if (op.kind == Kind::kRecolor) {
+    std::ranges::copy(measured.Get("from"), op.Get("from").begin());
+    op.Get("brightest")[0] = measured.Get("brightest")[0];
+    return true;
+  }
+  // Another number of colors is another palette.
+  if (op.values.size() < measured.values.size()) return false;
+  op.values.resize(measured.values.size());
+  for (size_t i = 0; i < op.values.size(); i += kPairValues) {
+    std::copy_n(measured.values.begin() + std::ptrdiff_t(i), 3,
+                op.values.begin() + std::ptrdiff_t(i));
+  }
+  return true;
 }
 
 QColor ToColor(std::span<const float> values) {

@@ -39,6 +39,13 @@ QString OperationSummary(const ColorOperation& operation);
 // one color. Not for kLut, which needs a file.
 ColorOperation NewOperation(ColorOperationKind kind, const QColor& color);
 
+// What was measured holds for one region, and for the operations before. Forgets it; a color that
+// was named instead stays.
+void ForgetMeasured(ColorOperation& operation);
+// Gives an operation that waits for it what was measured for another; false where that does not
+// fit.
+bool TakeMeasured(ColorOperation& operation, const ColorOperation& measured);
+
 // `values` [3], 0 to 1, as a color of the screen.
 QColor ToColor(std::span<const float> values);
 // The gray of an OKLab lightness, 0 to 1.

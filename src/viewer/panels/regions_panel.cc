@@ -298,14 +298,7 @@ void RegionsPanel::SendWaiting() {
   auto& operations = next.edit.operations;
   bool any = !next.edit.NeedsMainColor();
   for (size_t i = 0; i < std::min(measured.size(), operations.size()); ++i) {
-    ColorOperation& operation = operations[i];
-    if (operation.kind != ColorOperationKind::kRecolor || operation.IsSet("from") ||
-        measured[i].kind != operation.kind) {
-      continue;
-    }
-    any = true;
-    std::ranges::copy(measured[i].Get("from"), operation.Get("from").begin());
-    operation.Get("brightest")[0] = measured[i].Get("brightest")[0];
+    any |= TakeMeasured(operations[i], measured[i]);
   }
   // Without any it could not be measured, which has been said.
   if (any && next.edit != region->edit) {

@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The modes in which a region's edit is made, in the real window, with mouse and keys, checked by
+// the session's state.
+#include <array>
+#include <cmath>
+
+#include <QAction>
+#include <QCheckBox>
+#include <QClipboard>
+#include <QDoubleSpinBox>
+#include <QMenu>
+#include <QSet>
+#include <QSlider>
+#include <QToolButton>
+
+#include "base/files.h"
+#include "kernels/common/color_spaces.h"
+#include "tests/viewer/panels_fixture.h"
+#include "viewer/panels/edit_panel.h"
+#include "viewer/panels/gradient_bar.h"
+#include "viewer/panels/operation_views.h"
+#include "viewer/panels/swatch_row.h"
+
+namespace retint {
+
+class EditPanelTest : public PanelsFixture {
+  Q_OBJECT
+
+ private:
+  using Kind = ColorOperationKind;
+
+  // A region whose color was not chosen yet.
+  bool AddPlain(const char* name = "new") {
+    QSignalSpy added(&Controller(), &SceneController::regionAdded);
+    Controller().AddRegionFromMasks(name, MasksOf(scene_), ColorEdit());
+    return QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs);
+  }
+  ColorEdit Edit(size_t region = 0) { return SessionRegions().regions[region].edit; }
+  std::vector<Kind> Kinds() {
+    std::vector<Kind> kinds;
+    for (const ColorOperation& operation : Edit().operations) kinds.push_back(operation.kind);
+    return kinds;
+  }
+  void Click(const char* button) {
+    QTest::mouseClick(Find<QAbstractButton>(button), Qt::LeftButton);
+  }
+  void Type(const char* box, const char* text) {
+    auto* field = Find<QDoubleSpinBox>(box);
+    field->setFocus();
+    field->selectAll();
+    QTest::keyClicks(field, text);
+    QTest::keyClick(field, Qt::Key_Return);
+  }
+  void TypeColor(const char* color) {
+    auto* text = Find<QLineEdit>("color_text");
+    text->setFocus();
+    text->selectAll();
+    QTest::keyClicks(text, color);
+    QTest::keyClick(text, Qt::Key_Return);
+  }
+  RowTree* Steps() { return Find<RowTree>("operation_list"); }
+  QString Problem() {
+    auto* label = Find<QLabel>("edit_problem");
+    return label->isVisibleTo(window_.get()) ? label->text() : QString();
+  }
+  // As the worker, who measures, has it.
+  bool Measured() {
+    return QTest::qWaitFor([&] { return !Regions()[0].edit.NeedsMainColor(); }, kWaitMs) &&
+           !Edit().operations.empty();
+  }
+
+ private Q_SLOTS:
+  void initTestCase() { MakeTheme(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { Close(); }
+
+  void AColorThatIsPickedBecomesTheRegions() {
+    QVERIFY(AddPlain());
+    QVERIFY(Find<QToolButton>("mode_recolor")->isChecked());
+    auto* square = Find<ColorSquare>("color_square");
+    QSignalSpy shown(&Controller(), &SceneController::shChanged);
+    // Faster than the main color is measured, and on after it was.
+    DragHeld(square, {{10, 10}, {40, 30}, {80, 60}});
+    QVERIFY(Measured());
+    QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);
+    DragHeld(square, {{90, 60}, {120, 40}});
+    QTest::mouseRelease(square, Qt::LeftButton, {}, {120, 40});
+    QVERIFY(Measured());
+    const ColorEdit edit = Edit();
+    QCOMPARE(edit.operations.size(), size_t{1});
+    QVERIFY(edit.operations[0].kind == Kind::kRecolor);
+    QVERIFY(edit.operations[0].IsSet("from") && edit.operations[0].IsSet("brightest"));
+    QCOMPARE(NamedColor(edit).name(), Find<ColorPicker>("color_picker")->color().name());
+    QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kColor), NamedColor(edit).name());
+    // A second color replaces the first, whatever was measured stays.
+    TypeColor("#2040ff");
+    const ColorEdit blue = Edit();
+    QCOMPARE(blue.operations.size(), size_t{1});
+    QCOMPARE(NamedColor(blue).name(), QString("#2040ff"));
+    QVERIFY(std::ranges::equal(blue.operations[0].Get("from"), edit.operations[0].Get("from")));
+    // The color that is replaced can be named, and measured again.
+    Type("recolor.keep_lightness", "0.5");
+    QCOMPARE(Edit().operations[0].Get("keep_lightness")[0], 0.5F);
+    Click("recolor.keep_lightness_reset");
+    QCOMPARE(Edit().operations[0].Get("keep_lightness")[0], 0.0F);
+    Click("recolor_measure");
+    QVERIFY(Measured());
+    QVERIFY(Edit() == blue);
+  }
+
+  void ModesAddStepsToOneList() {
+    QVERIFY(AddPlain());
+    TypeColor("#2040ff");
+    QVERIFY(Measured());
+    Click("mode_tint");
+    Type("tint.color0", "0.5");
+    Click("mode_adjust");
+    Type("adjust.hue", "30");
+    Type("adjust.chroma", "1.5");
+    Click("mode_grade");
+    Type("exposure.stops", "0.5");
+    Type("white_balance.temperature", "20");
+    Click("invert.on");
+    Click("soft_clip.on");
+    Type("gamma.gamma", "1.2");  // before the clip, which stays the last
+    QVERIFY(Kinds() ==
+            (std::vector{Kind::kRecolor, Kind::kTint, Kind::kAdjust, Kind::kExposure,
+                         Kind::kWhiteBalance, Kind::kInvert, Kind::kGamma, Kind::kSoftClip}));
+    const ColorEdit edit = Edit();
+    QCOMPARE(edit.operations[1].values[0], 0.5F);
+    QCOMPARE(edit.operations[2].Get("hue")[0], 30.0F);
+    QCOMPARE(edit.operations[2].Get("chroma")[0], 1.5F);
+    QCOMPARE(edit.operations[3].values[0], 0.5F);
+    QCOMPARE(Steps()->topLevelItemCount(), 8);
+    QCOMPARE(Steps()->topLevelItem(3)->text(0), QString("Exposure +0.5"));
+    // A step whose parameters are all reset leaves the list.
+    Click("exposure.stops_reset");
+    Click("invert.on");
+    QVERIFY(Kinds() == (std::vector{Kind::kRecolor, Kind::kTint, Kind::kAdjust, Kind::kWhiteBalance,
+                                    Kind::kGamma, Kind::kSoftClip}));
+    Click("mode_adjust");
+    Click("adjust.hue_reset");
+    QCOMPARE(Edit().operations[2].Get("chroma")[0], 1.5F);
+    QCOMPARE(Edit().operations[2].Get("hue")[0], 0.0F);
+    // Every one of these was a step of the history.
+    Click("adjust.chroma_reset");
+    QCOMPARE(Kinds().size(), size_t{5});
+    window_->action("edit.undo")->trigger();
+    QCOMPARE(Kinds().size(), size_t{6});
+  }
+
+  void ASliderIsLiveAndOneStep() {
+    QVERIFY(AddRegions());
+    Select(0);
+    QVERIFY(Settle(Controller()));
+    const ColorEdit before = Edit();
+    Click("mode_grade");
+    auto* slider = Find<QSlider>("saturation.factor_slider");
+    QSignalSpy shown(&Controller(), &SceneController::shChanged);
+    slider->setSliderDown(true);
+    for (const int at : {150, 120, 90, 60}) slider->setValue(at);
+    QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // still held
+    slider->setSliderDown(false);
+    QCOMPARE(Edit().operations.size(), size_t{2});
+    // A slider of 400 steps from 0 to 3.
+    QVERIFY(std::abs(Edit().operations[1].values[0] - 60 * 3.0F / 400) < 0.006F);  // two decimals
+    window_->action("edit.undo")->trigger();
+    QVERIFY(Edit() == before);
+  }
+
+  void ARangeOfColors() {
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_adjust");
+    Type("adjust.hue", "40");
+    QVERIFY(!Find<QDoubleSpinBox>("adjust.hues0")->isVisible());
+    Click("adjust_ranged");
+    QVERIFY(Find<QDoubleSpinBox>("adjust.hues0")->isVisibleTo(window_.get()));
+    Type("adjust.hues0", "200");
+    Type("adjust.hues1", "300");
+    QCOMPARE(Edit().operations[1].Get("hues")[0], 200.0F);
+    // An empty range is explained and not taken.
+    Type("adjust.hues1", "200");
+    QVERIFY2(Problem().contains("range of hues is empty"), qPrintable(Problem()));
+    QCOMPARE(Edit().operations[1].Get("hues")[1], 300.0F);
+    Type("adjust.hues1", "250");
+    QCOMPARE(Problem(), QString());
+    Click("adjust_ranged");
+    QCOMPARE(Edit().operations[1].Get("hues")[0], 0.0F);
+    QCOMPARE(Edit().operations[1].Get("hues")[1], 360.0F);
+    QCOMPARE(Edit().operations[1].Get("hue")[0], 40.0F);
+  }
+
+  void TablesComeFromFiles() {
+    QVERIFY(AddRegions());
+    Select(0);
+    std::string cube = "LUT_3D_SIZE 2\n";
+    for (int i = 0; i < 8; ++i) {  // the complement, red fastest
+      for (int c = 0; c < 3; ++c) cube += (i >> c & 1) ? "0.0 " : "1.0 ";
+      cube += "\n";
+    }
+    WriteFile(*folder_ / "negative.cube", cube);
+    WriteFile(*folder_ / "broken.cube", cube.substr(0, 60));
+    Click("mode_lut");
+    AnswerFileDialog(*folder_ / "negative.cube");
+    Click("lut_open");
+    QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), size_t{2}, kWaitMs);
+    const ColorEdit edit = Edit();
+    QVERIFY(edit.operations[1].kind == Kind::kLut);
+    QCOMPARE(edit.operations[1].table->size, 2);
+    QVERIFY(Find<QLabel>("lut_name")->text().contains("negative"));
+    AnswerFileDialog(*folder_ / "broken.cube");
+    Click("lut_open");
+    auto* problem = Find<QLabel>("lut_problem");
+    QTRY_VERIFY_WITH_TIMEOUT(problem->text().contains("broken.cube"), kWaitMs);
+    QVERIFY(Edit() == edit);
+  }
+
+  void AGradientHasStops() {
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_gradient");
+    auto* bar = Find<GradientBar>("gradient_bar");
+    QCOMPARE(bar->stops().size(), size_t{12});
+    // The last of the three.
+    const int right = bar->width() - 8, low = bar->height() - 5;
+    QTest::mouseClick(bar, Qt::LeftButton, {}, {right, low});
+    QCOMPARE(bar->current(), size_t{2});
+    TypeColor("#ffe080");
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kGradient}));
+    QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#ffe080"));
+    // Dragged to the left it stops before its neighbor.
+    DragAlong(bar, {{right, low}, {right - 20, low}, {5, low}});
+    QVERIFY(Edit().operations[1].values[8] > 0.5F && Edit().operations[1].values[8] < 0.52F);
+    QTest::mouseDClick(bar, Qt::LeftButton, {}, {bar->width() / 4, 8});
+    QCOMPARE(Edit().operations[1].values.size(), size_t{16});
+    QVERIFY(std::abs(Edit().operations[1].values[4] - 0.25F) < 0.03F);  // margins of 7 pixels
+    bar->setFocus();
+    QTest::keyClick(bar, Qt::Key_Delete);
+    QCOMPARE(Edit().operations[1].values.size(), size_t{12});
+    Click("gradient_reverse");
+    QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#000000"));
+  }
+
+  void APaletteIsMeasuredAndChanged() {
+    QVERIFY(AddPlain());
+    Click("mode_palette");
+    auto* count = Find<QSpinBox>("palette_count");
+    count->setFocus();
+    count->selectAll();
+    QTest::keyClicks(count, "2");
+    QTest::keyClick(count, Qt::Key_Return);
+    QVERIFY(Measured());
+    const ColorOperation measured = Edit().operations[0];
+    QVERIFY(measured.kind == Kind::kPalette && measured.values.size() <= 2 * kPairValues);
+    Click("palette0");
+    TypeColor("#2040ff");
+    const ColorOperation changed = Edit().operations[0];
+    QCOMPARE(ToColor({&changed.values[3], 3}).name(), QString("#2040ff"));
+    QVERIFY(
+        std::equal(changed.values.begin(), changed.values.begin() + 3, measured.values.begin()));
+    Click("palette_stay");
+    QVERIFY(Edit().operations[0] == measured);
+  }
+
+  void StepsAreOrderedSwitchedAndRemoved() {
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_grade");
+    Type("exposure.stops", "1");
+    Type("contrast.factor", "1.5");
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kExposure, Kind::kContrast}));
+    // The step at hand is the one that was made last.
+    QCOMPARE(Steps()->indexOfTopLevelItem(Steps()->currentItem()), 2);
+    Steps()->setFocus();
+    QTest::keyClick(Steps(), Qt::Key_Up, Qt::AltModifier);
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kContrast, Kind::kExposure}));
+    QVERIFY(window_->canvas().navigation().view());  // the arrow did not go to another view
+    Type("operation_strength", "0.4");
+    QCOMPARE(Edit().operations[1].strength, 0.4F);
+    // Off and on again, it has the strength that it had.
+    Steps()->setFocus();
+    QTest::keyClick(Steps(), Qt::Key_Space);
+    QCOMPARE(Edit().operations[1].strength, 0.0F);
+    QTest::keyClick(Steps(), Qt::Key_Space);
+    QCOMPARE(Edit().operations[1].strength, 0.4F);
+    QTest::keyClick(Steps(), Qt::Key_Delete);
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kExposure}));
+    // A second one of a kind, from the menu; the page is about the row that is current.
+    for (QAction* action : Find<QToolButton>("operation_add")->menu()->actions()) {
+      if (action->objectName() == "exposure") action->trigger();
+    }
+    Type("exposure.stops", "-2");
+    QCOMPARE(Edit().operations[1].values[0], 1.0F);
+    QCOMPARE(Edit().operations[2].values[0], -2.0F);
+    const QRect row = Steps()->visualItemRect(Steps()->topLevelItem(1));
+    QTest::mouseClick(Steps()->viewport(), Qt::LeftButton, {}, row.center());
+    QCOMPARE(Find<QDoubleSpinBox>("exposure.stops")->value(), 1.0);
+    // No list is longer than the program's.
+    auto* add = Find<QToolButton>("operation_add");
+    for (int guard = 0; add->isEnabled() && guard < 40; ++guard) {
+      for (QAction* action : add->menu()->actions()) {
+        if (action->objectName() == "gray") action->trigger();
+      }
+    }
+    QCOMPARE(Edit().operations.size(), size_t(kMaxColorOps));
+  }
+
+  void AnEditIsCopiedToAnotherRegion() {
+    QVERIFY(AddRegions());
+    Select(0);
+    TypeColor("#ff8000");
+    Click("mode_recolor");
+    TypeColor("#2040ff");
+    QVERIFY(Measured());
+    Click("edit_copy");
+    const QString text = QApplication::clipboard()->text();
+    QVERIFY2(text.contains("\"recolor\""), qPrintable(text));
+    const ColorEdit copied = Edit(0);
+    Select(1);
+    Click("edit_paste");
+    QTRY_VERIFY_WITH_TIMEOUT(
+        Regions()[1].edit.operations.size() == 2 && !Regions()[1].edit.NeedsMainColor(), kWaitMs);
+    const ColorEdit pasted = Edit(1);
+    QVERIFY(pasted.operations[0] == copied.operations[0]);
+    QCOMPARE(NamedColor(pasted).name(), QString("#2040ff"));
+    // The other region's main color, not the first one's.
+    QVERIFY(
+        !std::ranges::equal(pasted.operations[1].Get("from"), copied.operations[1].Get("from")));
+    QApplication::clipboard()->setText("no edit");
+    Click("edit_paste");
+    QVERIFY2(Problem().contains("is no edit"), qPrintable(Problem()));
+    QVERIFY(Edit(1) == pasted);
+  }
+
+  void AColorIsTakenFromThePicture() {
+    QVERIFY(AddPlain());
+    QVERIFY(WaitSharp(*window_));
+    Canvas& canvas = window_->canvas();
+    Click("color_pipette");
+    QVERIFY(canvas.picking());
+    // Esc gives it up and nothing else.
+    QTest::keyClick(&canvas, Qt::Key_Escape);
+    QVERIFY(!canvas.picking());
+    QVERIFY(Edit().operations.empty());
+    Click("color_pipette");
+    QVERIFY(WaitSharp(*window_));  // without the points of the selection
+    const QImage image = canvas.frame()->image;
+    const QRectF rect = canvas.ImageRect(canvas.frame()->camera);
+    const QPoint at = rect.center().toPoint();
+    const QPointF share((at.x() - rect.left()) / rect.width(),
+                        (at.y() - rect.top()) / rect.height());
+    const QRgb under = image.pixel(int(share.x() * image.width()), int(share.y() * image.height()));
+    QTest::mouseClick(&canvas, Qt::LeftButton, {}, at);
+    QVERIFY(!canvas.picking());
+    QCOMPARE(Find<ColorPicker>("color_picker")->color().rgb(), under);
+    QVERIFY(Measured());
+    QCOMPARE(NamedColor(Edit()).rgb(), under);
+    // The photo of the view, while its key is held.
+    const QImage photo =
+        ReadPicture(*folder_ / "ws" / "images" / canvas.navigation().view()->name, 0);
+    QVERIFY(!photo.isNull());
+    Click("color_pipette");
+    QTest::keyPress(&canvas, Qt::Key_P);
+    QTRY_VERIFY_WITH_TIMEOUT(canvas.showing_photo(), kWaitMs);
+    const QPoint other = rect.center().toPoint() + QPoint(int(rect.width() / 8), 0);
+    const QPointF there((other.x() - rect.left()) / rect.width(),
+                        (other.y() - rect.top()) / rect.height());
+    QTest::mouseClick(&canvas, Qt::LeftButton, {}, other);
+    QTest::keyRelease(&canvas, Qt::Key_P);
+    QCOMPARE(Find<ColorPicker>("color_picker")->color().rgb(),
+             photo.pixel(int(there.x() * photo.width()), int(there.y() * photo.height())));
+  }
+
+  void ColorsAreKept() {
+    QVERIFY(AddPlain());
+    TypeColor("#2040ff");
+    Click("swatch_add");
+    TypeColor("#ff8000");
+    auto* swatches = Find<SwatchRow>("swatches");
+    QCOMPARE(swatches->colors().size(), size_t{1});
+    auto* recent = Find<SwatchRow>("recent_colors");
+    QTRY_VERIFY_WITH_TIMEOUT(!recent->colors().empty(), kWaitMs);
+    QCOMPARE(recent->colors().front().name(), QString("#ff8000"));
+    QToolButton* blue = nullptr;
+    for (auto* cell : swatches->findChildren<QToolButton*>()) {
+      if (cell->accessibleName() == "#2040ff" && cell->isVisibleTo(swatches)) blue = cell;
+    }
+    QVERIFY(blue);
+    QTest::mouseClick(blue, Qt::LeftButton);
+    QVERIFY(Measured());
+    QCOMPARE(NamedColor(Edit()).name(), QString("#2040ff"));
+    // The next window has them too.
+    const SwatchRow later("", "swatches", SwatchRow::Form::kKept);
+    QCOMPARE(later.colors().front().name(), QString("#2040ff"));
+    QTest::mouseClick(blue, Qt::RightButton);
+    QVERIFY(swatches->colors().empty());
+  }
+
+  void OkLchKeepsHueAndLightness() {
+    QVERIFY(AddPlain());
+    Click("color_model1");
+    TypeColor("#4080c0");
+    auto* square = Find<ColorSquare>("color_square");
+    const auto lch = [&] {
+      const QColor color = Find<ColorPicker>("color_picker")->color();
+      const float rgb[3] = {color.redF(), color.greenF(), color.blueF()};
+      const OkLab lab = OkLabFromSrgb(rgb);
+      return std::array{double(lab.lightness), std::hypot(double(lab.a), double(lab.b)),
+                        std::atan2(double(lab.b), double(lab.a))};
+    };
+    const auto before = lch();
+    // Far to the right no screen shows a color of this lightness: the nearest one is taken.
+    QTest::mouseClick(square, Qt::LeftButton, {},
+                      {square->width() - 2, int((1 - before[0]) * (square->height() - 1))});
+    const auto after = lch();
+    QVERIFY(after[1] > before[1] + 0.01 && after[1] < kMostChroma);
+    // A pixel of the area is 1 % of lightness, a step of 1 / 255 less than 0.02 of an angle.
+    QVERIFY2(std::abs(after[0] - before[0]) < 0.015, qPrintable(QString::number(after[0])));
+    QVERIFY2(std::abs(after[2] - before[2]) < 0.03, qPrintable(QString::number(after[2])));
+    QVERIFY(std::abs(square->place().across * kMostChroma - after[1]) < 0.01);
+    // Hatched there: not of one color.
+    const QImage area = square->grab().toImage();
+    QSet<QRgb> colors;
+    for (int x = area.width() - 40; x < area.width() - 12; ++x) colors << area.pixel(x, 12);
+    QVERIFY(colors.size() > 2);
+    Click("color_model0");
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::EditPanelTest)
+#include "edit_panel_test.moc"
