@@ -57,7 +57,7 @@ class OperationText {
     float value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || end != word.data() + word.size() || word.empty()) {
-      Fail("'" + std::string(word) + "' is not a number");
+      Fail(std::string("'").append(word).append("' is not a number"));
     }
     if (!std::isfinite(value)) Fail("holds a value that is not finite");
     return value + 0.0f;  // -0 becomes 0

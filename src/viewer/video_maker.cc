@@ -41,7 +41,7 @@ void VideoMaker::Stop() {
 void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video) {
   Stop();
   video_ = video;
-  part_ = video.parent_path() / ("." + video.stem().string() + ".part.mp4");
+  part_ = video.parent_path() / std::string(".").append(video.stem().string()).append(".part.mp4");
   process_ = new QProcess(this);
   process_->setProcessChannelMode(QProcess::MergedChannels);
   connect(process_, &QProcess::finished, this, &VideoMaker::Ended);
