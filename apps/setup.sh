@@ -12,6 +12,7 @@ packages=(
   libopencolorio-dev
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14
   colmap
+  python3-dev python3-numpy python3-pybind11 pybind11-dev python3-pytest
   qt6-base-dev qt6-qpa-plugins libgl1-mesa-dri fonts-dejavu-core xvfb xauth
 )
 

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Workspace, View, Camera, Splat and pictures.
+#include <algorithm>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "colmap_io/image_io.h"
+#include "splat_io/splat_io.h"
+#include "types.h"
+
+namespace retint::python {
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// ---- Camera ----
+
+// [3, 4] or [4, 4]: x_in_cam = R x_in_world + t.
+Rigid3d ToPose(const Doubles& matrix) {
+  const bool fits =
+      matrix.ndim() == 2 && matrix.shape(1) == 4 && (matrix.shape(0) == 3 || matrix.shape(0) == 4);
+  CheckOption(fits, "cam_from_world is a matrix [3, 4] or [4, 4]");
+  const auto m = matrix.unchecked<2>();
+  Eigen::Matrix3d rotation;
+  Rigid3d pose;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) rotation(i, j) = m(i, j);
+    pose.translation(i) = m(i, 3);
+  }
+  // A rotation within what single precision leaves of it.
+  const bool is_rotation =
+      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-4 &&
+      rotation.determinant() > 0 && pose.translation.allFinite();
+  CheckOption(is_rotation, "cam_from_world is not a rotation and a translation");
+  pose.rotation = Eigen::Quaterniond(rotation).normalized();
+  return pose;
+}
+
+py::array_t<double> FromPose(const Rigid3d& pose) {
+  py::array_t<double> matrix({4, 4});
+  auto m = matrix.mutable_unchecked<2>();
+  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      m(i, j) = i == 3 ? double(j == 3) : j == 3 ? pose.translation(i) : rotation(i, j);
+    }
+  }
+  return matrix;
+}
+
+py::array_t<double> FromVector(const Eigen::Vector3d& vector) {
+  py::array_t<double> array(3);
+  std::copy_n(vector.data(), 3, array.mutable_data());
+  return array;
+}
+
+PosedCamera MakeCamera(int width, int height, double fx, double fy, double cx, double cy,
+                       const py::object& cam_from_world) {
+  CheckOption(width > 0 && height > 0, "a camera's width and height are positive");
+  CheckOption(fx > 0 && fy > 0, "a camera's focal lengths are positive");
+  PosedCamera camera;
+  camera.camera = Camera::Pinhole(1, width, height, fx, fy, cx, cy);
+  if (!cam_from_world.is_none()) camera.cam_from_world = ToPose(Doubles(cam_from_world));
+  return camera;
+}
+
+void BindCamera(py::module_& module) {
+  py::class_<PosedCamera>(module, "Camera",
+                          "A pinhole camera and where it stands. x right, y down, z forward; pixel "
+                          "(x, y) covers [x, x+1) x [y, y+1).")
+      .def(py::init(&MakeCamera), py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"),
+           py::arg("cx"), py::arg("cy"), py::arg("cam_from_world") = py::none(),
+           "Size, focal lengths and principal point in pixels; cam_from_world [3, 4] or [4, 4], "
+           "x_in_cam = R x_in_world + t.")
+      .def_property_readonly("width", [](const PosedCamera& c) { return c.camera.width; })
+      .def_property_readonly("height", [](const PosedCamera& c) { return c.camera.height; })
+      .def_property_readonly(
+          "model",
+          [](const PosedCamera& c) {
+            const CameraModelInfo* info = FindCameraModel(static_cast<int>(c.camera.model));
+            return std::string(info ? info->name : "unknown");
+          },
+          "COLMAP's name of the camera model.")
+      .def_property_readonly(
+          "params", [](const PosedCamera& c) { return c.camera.params; },
+          "COLMAP's parameters in its order, pixels.")
+      .def_property_readonly(
+          "K",
+          [](const PosedCamera& c) {
+            if (!c.camera.IsPinhole()) throw InputError("the camera is not a pinhole camera");
+            py::array_t<double> matrix({3, 3});
+            auto m = matrix.mutable_unchecked<2>();
+            const Eigen::Matrix3d k = c.camera.K();
+            for (int i = 0; i < 3; ++i) {
+              for (int j = 0; j < 3; ++j) m(i, j) = k(i, j);
+            }
+            return matrix;
+          },
+          "[3, 3] float64, pixels.")
+      .def_property_readonly(
+          "cam_from_world", [](const PosedCamera& c) { return FromPose(c.cam_from_world); },
+          "[4, 4] float64.")
+      .def_property_readonly(
+          "center", [](const PosedCamera& c) { return FromVector(c.Center()); },
+          "[3] float64: where the camera stands, in the world.")
+      .def("__repr__", [](const PosedCamera& c) {
+        return "<retint.Camera " + std::to_string(c.camera.width) + "x" +
+               std::to_string(c.camera.height) + ">";
+      });
+}
+
+// ---- Workspace ----
+
+std::vector<PyView> ViewsOf(const PyWorkspace& self) {
+  std::vector<PyView> views;
+  for (const View* view : self.data->reconstruction.ViewsByName()) {
+    views.push_back({self.data, view});
+  }
+  return views;
+}
+
+py::tuple SparsePoints(const PyWorkspace& self) {
+  const auto& points = self.data->reconstruction.points;
+  const auto count = static_cast<py::ssize_t>(points.size());
+  py::array_t<double> xyz({count, py::ssize_t{3}});
+  py::array_t<uint8_t> rgb({count, py::ssize_t{3}});
+  double* position = xyz.mutable_data();
+  uint8_t* color = rgb.mutable_data();
+  for (const auto& [id, point] : points) {
+    position = std::copy_n(point.xyz.data(), 3, position);
+    color = std::copy_n(point.color.data(), 3, color);
+  }
+  return py::make_tuple(xyz, rgb);
+}
+
+void BindWorkspace(py::module_& module) {
+  py::class_<PyView>(module, "View", "A posed image of a workspace.")
+      .def_property_readonly(
+          "name", [](const PyView& v) { return v.view->name; },
+          "Relative to the image folder, '/' separated.")
+      .def_property_readonly(
+          "id", [](const PyView& v) { return v.view->id; }, "COLMAP's image id.")
+      .def_property_readonly(
+          "camera", [](const PyView& v) { return v.workspace->reconstruction.Posed(*v.view); },
+          "Camera")
+      .def_property_readonly(
+          "photo_path", [](const PyView& v) { return FromPath(v.workspace->PhotoPath(*v.view)); },
+          "pathlib.Path; the file need not exist.")
+      .def(
+          "photo", [](const PyView& v) { return FromPixels(v.workspace->ReadPhoto(*v.view)); },
+          "Reads the photo: [H, W, 3] float32, RGB in [0, 1] as stored.")
+      .def("__repr__", [](const PyView& v) { return "<retint.View " + v.view->name + ">"; });
+  py::class_<PyWorkspace>(module, "Workspace",
+                          "A COLMAP workspace: cameras, posed images (views) and sparse points.")
+      .def(
+          py::init([](const py::object& path, const py::object& images) {
+            const auto root = ToPath(path), folder = ToPath(images);
+            const py::gil_scoped_release unlocked;
+            return PyWorkspace{std::make_shared<Workspace>(Workspace::Open(root, folder))};
+          }),
+          py::arg("path"), py::arg("images") = py::none(),
+          "Opens the folder: sparse/0, sparse or the model itself, text or binary. `images` is the "
+          "folder of the photos, where it is not PATH/images. InputError for damaged files.")
+      .def_property_readonly(
+          "root", [](const PyWorkspace& w) { return FromPath(w.data->root); }, "pathlib.Path")
+      .def_property_readonly("views", &ViewsOf, "list of View, by name")
+      .def_property_readonly("points", &SparsePoints,
+                             "The sparse points, by id: ([P, 3] float64 in the world, [P, 3] uint8 "
+                             "RGB).")
+      .def_property_readonly(
+          "warnings", [](const PyWorkspace& w) { return w.data->warnings; },
+          "list of str: what is odd about the files.")
+      .def("__len__", [](const PyWorkspace& w) { return w.data->reconstruction.views.size(); })
+      .def(
+          "__getitem__",
+          [](const PyWorkspace& w, const std::string& name) {
+            return PyView{w.data, &w.data->RequireView(name)};
+          },
+          py::arg("name"), "The view of that name; InputError when there is none.")
+      .def(
+          "__iter__", [](const PyWorkspace& w) { return py::iter(py::cast(ViewsOf(w))); },
+          "Over the views.")
+      .def("__repr__", [](const PyWorkspace& w) {
+        return "<retint.Workspace " + std::to_string(w.data->reconstruction.views.size()) +
+               " views, " + std::to_string(w.data->reconstruction.points.size()) + " points>";
+      });
+}
+
+// ---- Splat ----
+
+struct SplatArray {
+  const char* name;
+  std::vector<float> GaussianModel::*member;
+  std::vector<py::ssize_t> (*shape)(const GaussianModel& model);
+  const char* doc;
+};
+
+py::ssize_t Count(const GaussianModel& model) {
+  return static_cast<py::ssize_t>(model.NumGaussians());
+}
+
+using Shape = std::vector<py::ssize_t>;
+const SplatArray kArrays[] = {
+    {"means", &GaussianModel::means,
+     [](const GaussianModel& m) {
+       return Shape{Count(m), 3};
+     },
+     "[N, 3] float32: positions in the world."},
+    {"quats_wxyz", &GaussianModel::quats_wxyz,
+     [](const GaussianModel& m) {
+       return Shape{Count(m), 4};
+     },
+     "[N, 4] float32: rotations w, x, y, z, not normalized."},
+    {"log_scales", &GaussianModel::log_scales,
+     [](const GaussianModel& m) {
+       return Shape{Count(m), 3};
+     },
+     "[N, 3] float32: the standard deviation along each own axis is exp(.), world units."},
+    {"opacity_logits", &GaussianModel::opacity_logits,
+     [](const GaussianModel& m) { return Shape{Count(m)}; },
+     "[N] float32: the opacity is 1 / (1 + exp(-.))."},
+    {"sh", &GaussianModel::sh,
+     [](const GaussianModel& m) {
+       return Shape{Count(m), m.NumShCoeffs(), 3};
+     },
+     "[N, K, 3] float32: spherical harmonics, K = (degree + 1)^2."},
+};
+
+const SplatArray& FindArray(const std::string& name) {
+  for (const SplatArray& array : kArrays) {
+    if (name == array.name) return array;
+  }
+  throw py::key_error(name);
+}
+
+py::array ArrayOf(const PySplat& splat, const SplatArray& array) {
+  return ViewOf(((*splat.data).*array.member).data(), array.shape(*splat.data), {},
+                Keeper(splat.data), splat.writeable);
+}
+
+void SetArray(PySplat& splat, const std::string& name, const Floats& values) {
+  const SplatArray& array = FindArray(name);
+  CheckOption(splat.writeable, "this splat is a session's own; copy() can be written to");
+  const Shape shape = array.shape(*splat.data);
+  const bool fits = values.ndim() == static_cast<py::ssize_t>(shape.size()) &&
+                    std::equal(shape.begin(), shape.end(), values.shape());
+  CheckOption(fits, name + " has another shape");
+  std::copy_n(values.data(), values.size(), ((*splat.data).*array.member).begin());
+}
+
+PySplat FromArrays(const Floats& means, const Floats& quats, const Floats& scales,
+                   const Floats& opacities, const Floats& sh) {
+  CheckOption(sh.ndim() == 3 && means.ndim() == 2, "means is [N, 3] and sh is [N, K, 3]");
+  int degree = 0;
+  while (degree < 3 && (degree + 1) * (degree + 1) < sh.shape(1)) ++degree;
+  const py::ssize_t count = means.shape(0);
+  RequireShape(means, {count, 3}, "means");
+  RequireShape(quats, {count, 4}, "quats_wxyz");
+  RequireShape(scales, {count, 3}, "log_scales");
+  RequireShape(opacities, {count}, "opacity_logits");
+  RequireShape(sh, {count, (degree + 1) * (degree + 1), 3}, "sh");
+  auto model = std::make_shared<GaussianModel>();
+  const auto copy = [](const Floats& values) {
+    return std::vector<float>(values.data(), values.data() + values.size());
+  };
+  model->sh_degree = degree;
+  model->means = copy(means);
+  model->quats_wxyz = copy(quats);
+  model->log_scales = copy(scales);
+  model->opacity_logits = copy(opacities);
+  model->sh = copy(sh);
+  model->Validate();
+  return {std::move(model)};
+}
+
+PySplat ReadFrom(const py::object& path, py::object progress) {
+  const auto file = ToPath(path);
+  Call call(std::move(progress));
+  return {call.Run(
+      [&](Monitor& monitor) { return std::make_shared<GaussianModel>(ReadSplat(file, monitor)); })};
+}
+
+void WriteTo(const PySplat& splat, const py::object& path, py::object progress) {
+  const auto file = ToPath(path);
+  Call call(std::move(progress));
+  call.Run([&](Monitor& monitor) { WriteSplat(file, *splat.data, monitor); });
+}
+
+void BindSplat(py::module_& module) {
+  py::class_<PySplat> type(
+      module, "Splat",
+      "A 3D Gaussian Splatting scene: raw values as the training code stores them, in arrays that "
+      "show its memory. What is written into an array is in the splat; an array keeps its splat "
+      "alive. The arrays of a session's own splat cannot be written to.");
+  type.def(py::init(&FromArrays), py::arg("means"), py::arg("quats_wxyz"), py::arg("log_scales"),
+           py::arg("opacity_logits"), py::arg("sh"),
+           "From arrays, which are copied; OptionError when their shapes do not fit.")
+      .def_static("read", &ReadFrom, py::arg("path"), py::arg("progress") = py::none(),
+                  "Reads a file of any supported format. InputError when it is missing, damaged or "
+                  "of no known format.")
+      .def("write", &WriteTo, py::arg("path"), py::arg("progress") = py::none(),
+           "Writes the format of the extension, whole or not at all. What was read and not changed "
+           "keeps its bytes. OptionError for an unknown extension, RunError when it cannot be "
+           "written.")
+      .def(
+          "copy",
+          [](const PySplat& s) { return PySplat{std::make_shared<GaussianModel>(*s.data)}; },
+          "A splat of its own, which can be written to.")
+      .def_property_readonly("sh_degree", [](const PySplat& s) { return s.data->sh_degree; })
+      .def_property_readonly(
+          "comments", [](const PySplat& s) { return s.data->source.comments; },
+          "list of str: the comments of the file.")
+      .def("__len__", [](const PySplat& s) { return s.data->NumGaussians(); })
+      .def(
+          "__getitem__",
+          [](const PySplat& s, const std::string& name) { return ArrayOf(s, FindArray(name)); },
+          py::arg("name"), "An array by its name, as the attribute of that name.")
+      .def("__setitem__", &SetArray, py::arg("name"), py::arg("values"),
+           "Copies values of the same shape into an array.")
+      .def("keys",
+           [](const PySplat&) {
+             std::vector<std::string> names;
+             for (const SplatArray& array : kArrays) names.emplace_back(array.name);
+             return names;
+           })
+      .def("__repr__", [](const PySplat& s) {
+        return "<retint.Splat " + std::to_string(s.data->NumGaussians()) +
+               " Gaussians, SH degree " + std::to_string(s.data->sh_degree) + ">";
+      });
+  for (const SplatArray& array : kArrays) {
+    type.def_property(
+        array.name, [&array](const PySplat& s) { return ArrayOf(s, array); },
+        [&array](PySplat& s, const Floats& values) { SetArray(s, array.name, values); }, array.doc);
+  }
+}
+
+void BindPictures(py::module_& module) {
+  module.def(
+      "read_image", [](const py::object& path) { return FromPixels(ReadImage(ToPath(path))); },
+      py::arg("path"), "A picture: [H, W, 3] float32, RGB in [0, 1] as stored.");
+  module.def(
+      "read_mask", [](const py::object& path) { return FromPixels(ReadMask(ToPath(path))); },
+      py::arg("path"),
+      "A mask from a picture: [H, W] uint8, 0 outside and 255 inside. Where the picture is "
+      "transparent somewhere its alpha, else the largest of its color channels.");
+  module.def(
+      "write_png",
+      [](const py::object& path, const py::object& pixels) {
+        const auto array = py::array::ensure(pixels);
+        CheckOption(bool(array), "the pixels are an array [H, W, 3] or [H, W]");
+        if (array.ndim() == 2) {
+          WritePng(ToPath(path), ToMask(array));
+        } else {
+          WritePng(ToPath(path), ToImage(array));
+        }
+      },
+      py::arg("path"), py::arg("pixels"),
+      "Writes an image [H, W, 3] or a mask [H, W] as an 8-bit PNG; floats of an image are clamped "
+      "to "
+      "[0, 1].");
+}
+
+}  // namespace
+
+Viewpoint ToViewpoint(const py::object& view, const Workspace* workspace) {
+  if (py::isinstance<PosedCamera>(view)) return {view.cast<PosedCamera>()};
+  if (py::isinstance<PyView>(view)) {
+    const auto& one = view.cast<const PyView&>();
+    return {one.workspace->reconstruction.Posed(*one.view), one.view};
+  }
+  if (workspace && py::isinstance<py::str>(view)) {
+    const View& one = workspace->RequireView(view.cast<std::string>());
+    return {workspace->reconstruction.Posed(one), &one};
+  }
+  throw OptionError(workspace ? "a view is a View, a Camera or the name of a view"
+                              : "a view is a View or a Camera");
+}
+
+void BindScene(py::module_& module) {
+  BindCamera(module);
+  BindWorkspace(module);
+  BindSplat(module);
+  BindPictures(module);
+}
+
+}  // namespace retint::python

@@ -1,0 +1,481 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Session: paint, select, project, edit, refit, evaluate, undo, save.
+#include <array>
+#include <tuple>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "colmap_io/image_io.h"
+#include "options.h"
+#include "rendering.h"
+#include "results.h"
+#include "session/export.h"
+#include "session/selection_files.h"
+#include "session/session_file.h"
+#include "splat_io/splat_io.h"
+#include "types.h"
+
+namespace retint::python {
+namespace {
+
+using Sessions = py::class_<PySession>;
+
+SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache_mb,
+                           const std::array<float, 3>& background, const py::object& images) {
+  SessionOptions options;
+  options.backend = backend;
+  options.holdout = holdout;
+  options.cache_bytes = cache_mb << 20;
+  options.background = background;
+  options.image_folder = ToPath(images);
+  options.Check();
+  return options;
+}
+
+std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& splat,
+                                const std::string& backend, int holdout, size_t cache_mb,
+                                const std::array<float, 3>& background, const py::object& images,
+                                py::object progress) {
+  const SessionOptions options = MakeOptions(backend, holdout, cache_mb, background, images);
+  const bool read_workspace = !py::isinstance<PyWorkspace>(workspace);
+  const bool read_splat = !py::isinstance<PySplat>(splat);
+  CheckOption(read_workspace || options.image_folder.empty(),
+              "images is of a workspace's folder, not of a Workspace");
+  const auto folder = read_workspace ? ToPath(workspace) : std::filesystem::path();
+  auto file = read_splat ? ToPath(splat) : std::filesystem::path();
+  const auto opened = read_workspace ? nullptr : workspace.cast<const PyWorkspace&>().data;
+  const auto model = read_splat ? nullptr : splat.cast<const PySplat&>().data;
+  Call call(std::move(progress));
+  return std::make_unique<PySession>(call.Run([&](Monitor& monitor) {
+    const auto root = opened ? opened->root : folder;
+    if (read_splat && file.empty()) {
+      const auto found = FindSplat(root);
+      if (!found) throw InputError(root, "holds no splat; name one");
+      file = *found;
+    }
+    if (read_workspace && read_splat) {
+      return std::shared_ptr(EditSession::Open(folder, file, options, monitor));
+    }
+    Workspace own = opened ? *opened : Workspace::Open(folder, options.image_folder);
+    own.RequirePinhole();
+    GaussianModel splat_of = model ? *model : ReadSplat(file, monitor);
+    splat_of.Validate();
+    return std::make_shared<EditSession>(std::move(own), std::move(splat_of), options);
+  }));
+}
+
+std::unique_ptr<PySession> Load(const py::object& folder, const std::string& backend,
+                                size_t cache_mb, py::object progress) {
+  const auto path = ToPath(folder);
+  SessionOptions options;
+  options.backend = backend;
+  options.cache_bytes = cache_mb << 20;
+  Call call(std::move(progress));
+  return std::make_unique<PySession>(call.Run([&](Monitor& monitor) {
+    return std::shared_ptr(OpenSession(path, options, monitor).session);
+  }));
+}
+
+PyRegion FindRegion(const EditSession& session, RegionId id) {
+  const Region* region = session.regions().Find(id);
+  if (!region) throw OptionError("there is no region " + std::to_string(id));
+  return {*region};
+}
+
+// A region, or its id.
+RegionId ToId(const py::object& region) {
+  if (py::isinstance<PyRegion>(region)) return region.cast<const PyRegion&>().data.id;
+  if (PyIndex_Check(region.ptr()) != 0) return region.cast<RegionId>();
+  throw OptionError("a region is a Region or its id");
+}
+
+TargetKind ToTarget(const std::string& name) {
+  CheckOption(name == "render" || name == "photo", "target is 'render' or 'photo'");
+  return name == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
+}
+
+// ---- Selection ----
+
+PaintedView Paint(PySession& self, const std::string& view, const py::object& mask) {
+  const Camera camera = self.Use([&](EditSession& session) {
+    const View& found = session.workspace().RequireView(view);
+    return session.reconstruction().Posed(found).camera;
+  });
+  Mask paint = ToMask(mask, camera.width, camera.height);
+  return self.Use(
+      [&](EditSession& session) { return session.selection().Paint(view, std::move(paint)); });
+}
+
+PySelection Select(PySession& self, const std::vector<PaintedView>& painted, py::object progress,
+                   const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.Describe(list); });
+  for (size_t i = 0; i < painted.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      CheckOption(painted[i].name != painted[k].name, painted[i].name + " is painted twice");
+    }
+  }
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    SelectionResult result = session.selection().Select(painted, options.select, monitor);
+    return PySelection{std::move(result.cloud), painted, std::move(result.painted),
+                       std::move(result.depths)};
+  });
+}
+
+PySelection EraseFrom(PySession& self, const PySelection& selection, const std::string& view,
+                      const py::object& mask, py::object progress, const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.DescribeDepth(list); });
+  const PaintedView erased = Paint(self, view, mask);
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    PySelection left = selection;
+    const DepthEstimate depth =
+        session.selection().EstimateDepth(erased.camera, options.select, monitor);
+    Erase(left.cloud, erased.camera, erased.mask, depth.depth);
+    return left;
+  });
+}
+
+PyMasks Project(PySession& self, const PySelection& selection, py::object progress,
+                const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    ProjectedMasks masks =
+        session.selection().Project(selection.cloud, selection.painted, options.projector, monitor);
+    return PyMasks{std::move(masks.masks),
+                   std::move(masks.shares),
+                   {selection.painted, selection.cloud, selection.reports},
+                   ""};
+  });
+}
+
+PyMasks Complete(PySession& self, const PySelection& selection, const std::string& reach,
+                 py::object progress, const py::kwargs& keywords) {
+  py::kwargs all(keywords.attr("copy")());
+  all["completion"] = reach;
+  return Project(self, selection, std::move(progress), all);
+}
+
+PyMasks ReadMasksFrom(PySession& self, const py::object& folder) {
+  const auto path = ToPath(folder);
+  return self.Use([&](EditSession& session) {
+    PyMasks result;
+    for (auto& [id, mask] : ReadMasks(path, session.reconstruction())) {
+      result.masks.emplace(session.reconstruction().views.at(id).name, std::move(mask));
+    }
+    SharesOfMasks shares = ReadShares(path, result.masks, session.original().NumGaussians());
+    result.shares = std::move(shares.shares);
+    result.warning = std::move(shares.why_not);
+    return result;
+  });
+}
+
+void BindSelecting(Sessions& type) {
+  static const auto lines = [](auto describe) {
+    EditOptions options;
+    OptionList list;
+    describe(options, list);
+    return OptionLines(list);
+  };
+  static const std::string select_doc =
+      "The 3D selection of what was painted: depth, points, registration to the sparse points. "
+      "`painted` is a list of Painted, of one view or several." +
+      lines([](EditOptions& o, OptionList& list) { o.select.Describe(list); });
+  static const std::string project_doc =
+      "The selection as a mask of every view, completed where no painted view looked "
+      "(`completion`)." +
+      lines([](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
+  type.def(
+          "paint", &Paint, py::arg("view"), py::arg("mask"),
+          "Painted: a view's name and its mask, an array [H, W] of bool, uint8 (0 outside, 255 "
+          "inside) or floats in [0, 1], or the path of a picture. InputError when no pixel is set.")
+      .def("select", &Select, py::arg("painted"), py::kw_only(), py::arg("progress") = py::none(),
+           select_doc.c_str())
+      .def("erase", &EraseFrom, py::arg("selection"), py::arg("view"), py::arg("mask"),
+           py::kw_only(), py::arg("progress") = py::none(),
+           "A selection without the points that are seen inside the mask of that view. Options: "
+           "those of depth().")
+      .def("project", &Project, py::arg("selection"), py::kw_only(),
+           py::arg("progress") = py::none(), project_doc.c_str())
+      .def("complete", &Complete, py::arg("selection"), py::arg("reach") = "near", py::kw_only(),
+           py::arg("progress") = py::none(),
+           "project() with completion=REACH: 'near' adds the sides of the object that no painted "
+           "view sees, 'all' also other things that look the same, 'off' neither.")
+      .def("read_masks", &ReadMasksFrom, py::arg("folder"),
+           "Masks from FOLDER/<image name>.png, with the shares beside them where these belong to "
+           "the masks.");
+}
+
+// ---- Regions ----
+
+RegionId AddRegion(PySession& self, const std::string& name, const py::object& masks,
+                   const ColorEdit& edit, float strength, py::object progress) {
+  PyMasks given;
+  if (py::isinstance<py::dict>(masks)) {
+    given = py::type::of<PyMasks>()(masks).cast<PyMasks>();
+  } else if (py::isinstance<PyMasks>(masks)) {
+    given = masks.cast<PyMasks>();
+  } else {
+    throw OptionError("masks are Masks or a dict of image names to masks");
+  }
+  CheckOption(strength >= 0 && strength <= 1, "strength lies in [0, 1]");
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    const RegionId id = session.AddRegion(name, std::move(given.masks), std::move(given.shares),
+                                          edit, monitor, std::move(given.source));
+    if (strength != 1) session.SetEdit(id, session.regions().Find(id)->edit, strength);
+    return id;
+  });
+}
+
+std::vector<PyRegion> Regions(PySession& self) {
+  return self.Use([](EditSession& session) {
+    std::vector<PyRegion> regions;
+    for (const Region& region : session.regions().regions) regions.push_back({region});
+    return regions;
+  });
+}
+
+// A call of the session with a region's id and more.
+template <typename Work>
+auto OfRegion(Work work) {
+  return [work](PySession& self, const py::object& region) {
+    const RegionId id = ToId(region);
+    return self.Use([&](EditSession& session) { return work(session, id); });
+  };
+}
+
+void BindRegions(Sessions& type) {
+  type.def("add_region", &AddRegion, py::arg("name"), py::arg("masks"), py::arg("edit"),
+           py::arg("strength") = 1.0F, py::arg("progress") = py::none(),
+           "Adds a region above the others and returns its id. `masks`: Masks, or a dict of image "
+           "names to masks.")
+      .def_property_readonly("regions", &Regions, "list of Region, in the order of their edits")
+      .def("region", OfRegion([](EditSession& s, RegionId id) { return FindRegion(s, id); }),
+           py::arg("region"), "The region of that id as it is now.")
+      .def(
+          "set_edit",
+          [](PySession& self, const py::object& region, const ColorEdit& edit, float strength) {
+            CheckOption(strength >= 0 && strength <= 1, "strength lies in [0, 1]");
+            const RegionId id = ToId(region);
+            self.Use([&](EditSession& session) { session.SetEdit(id, edit, strength); });
+          },
+          py::arg("region"), py::arg("edit"), py::arg("strength") = 1.0F,
+          "Gives a region another edit.")
+      .def(
+          "set_visible",
+          [](PySession& self, const py::object& region, bool visible) {
+            const RegionId id = ToId(region);
+            self.Use([&](EditSession& session) { session.SetVisible(id, visible); });
+          },
+          py::arg("region"), py::arg("visible"))
+      .def(
+          "rename",
+          [](PySession& self, const py::object& region, const std::string& name) {
+            const RegionId id = ToId(region);
+            self.Use([&](EditSession& session) { session.Rename(id, name); });
+          },
+          py::arg("region"), py::arg("name"))
+      .def(
+          "move_region",
+          [](PySession& self, const py::object& region, size_t position) {
+            const RegionId id = ToId(region);
+            self.Use([&](EditSession& session) { session.MoveRegion(id, position); });
+          },
+          py::arg("region"), py::arg("position"), "0 is applied first.")
+      .def("duplicate", OfRegion([](EditSession& s, RegionId id) { return s.DuplicateRegion(id); }),
+           py::arg("region"), "Returns the id of the copy.")
+      .def("remove", OfRegion([](EditSession& s, RegionId id) { s.RemoveRegion(id); }),
+           py::arg("region"))
+      .def(
+          "undo", [](PySession& self) { return self.Use([](EditSession& s) { return s.Undo(); }); },
+          "Takes back the last edit; False when there is none.")
+      .def(
+          "redo", [](PySession& self) { return self.Use([](EditSession& s) { return s.Redo(); }); },
+          "Repeats what was undone last; False when there is nothing.")
+      .def_property_readonly(
+          "history",
+          [](PySession& self) {
+            return self.Use([](EditSession& s) {
+              auto labels = s.history().Labels();
+              labels.resize(s.history().steps_done());
+              return labels;
+            });
+          },
+          "list of str: the edits that are done, the oldest first.");
+}
+
+// ---- Refit and results ----
+
+py::dict Refit(PySession& self, py::object progress, const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.refit.Describe(list); });
+  return FromRefit(self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    session.Refit(options.refit, monitor);
+    return session.refits().Summary();
+  }));
+}
+
+py::dict Evaluate(PySession& self, const py::object& region, const py::object& sh,
+                  const std::string& target, size_t most_views, py::object progress) {
+  const RegionId id = ToId(region);
+  const TargetKind kind = ToTarget(target);
+  const Floats after = ToSh(self, sh);
+  return FromQuality(self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    if (after.ndim() == 0) return EvaluateRegion(session, id, kind, monitor, most_views);
+    return session.refits().Evaluate(id, session.original().sh, SpanOf(after), kind, monitor,
+                                     most_views);
+  }));
+}
+
+py::array CurrentSh(PySession& self) {
+  const auto [sh, count, coeffs] = self.Use([](EditSession& session) {
+    return std::tuple(session.CurrentSh(), session.original().NumGaussians(),
+                      session.original().NumShCoeffs());
+  });
+  return Owned(sh, {static_cast<py::ssize_t>(count), coeffs, 3});
+}
+
+PySplat CurrentSplat(PySession& self) {
+  return self.Use([](EditSession& session) {
+    auto model = std::make_shared<GaussianModel>(session.original());
+    model->sh = session.CurrentSh();
+    return PySplat{std::move(model)};
+  });
+}
+
+PySplat Original(PySession& self) {
+  const auto shared = self.Use([&](EditSession& session) {
+    return self.Share(const_cast<GaussianModel&>(session.original()));  // shown, not written to
+  });
+  return {shared, /*writeable=*/false};
+}
+
+void BindResults(Sessions& type) {
+  static const std::string refit_doc = [] {
+    RefitJob job;
+    return "Fits the colors of every visible region whose fit is out of date, and returns a dict "
+           "of "
+           "the figures of the fit." +
+           OptionLines(Described(job));
+  }();
+  type.def("refit", &Refit, py::kw_only(), py::arg("progress") = py::none(), refit_doc.c_str())
+      .def("evaluate", &Evaluate, py::arg("region"), py::arg("sh") = py::none(), py::kw_only(),
+           py::arg("target") = "render", py::arg("most_views") = 0,
+           py::arg("progress") = py::none(),
+           "What a region's edit did, as a dict: 'train' and 'heldout' hold 'views', "
+           "'psnr_inside_before', 'psnr_inside_after', 'psnr_outside' (dB), 'bleed' and "
+           "'out_of_gamut' (in [0, 1]), or are None; 'views' lists each view, the worst first. "
+           "With `sh` [N, K, 3], what these coefficients made of the original's. `most_views`: at "
+           "most so many views, 0 all.")
+      .def_property_readonly(
+          "sh", &CurrentSh,
+          "[N, K, 3] float32: the coefficients of the scene as it is now, a copy.")
+      .def("splat", &CurrentSplat, "The scene as it is now: a Splat of its own.")
+      .def_property_readonly("original", &Original,
+                             "The Splat that was opened. Its arrays show the session's memory and "
+                             "cannot be written to.")
+      .def(
+          "write_splat",
+          [](PySession& self, const py::object& path, py::object progress) {
+            const auto file = ToPath(path);
+            self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+              session.WriteSplat(file, monitor);
+            });
+          },
+          py::arg("path"), py::arg("progress") = py::none(),
+          "Writes the scene as it is now, in the format of the extension.")
+      .def(
+          "write_masks",
+          [](PySession& self, const py::object& folder, const py::object& region,
+             py::object progress) {
+            const auto path = ToPath(folder);
+            const RegionId id = ToId(region);
+            self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+              session.WriteMasks(path, id, monitor);
+            });
+          },
+          py::arg("folder"), py::arg("region"), py::arg("progress") = py::none(),
+          "Writes FOLDER/<image name>.png of a region's masks.")
+      .def(
+          "report",
+          [](PySession& self, const std::string& target, py::object progress) {
+            const TargetKind kind = ToTarget(target);
+            return FromJson(
+                self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+                  return ToJson(FullReport(session, kind, monitor));
+                }));
+          },
+          py::arg("target") = "render", py::arg("progress") = py::none(),
+          "Measures every visible region: a dict as in report.json (docs/formats.md).")
+      .def(
+          "save",
+          [](PySession& self, const py::object& folder, py::object progress) {
+            const auto path = ToPath(folder);
+            self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+              SessionWriter(path).Write(TakeSnapshot(session), monitor);
+            });
+          },
+          py::arg("folder"), py::arg("progress") = py::none(),
+          "Saves the session as a folder NAME.retint, which load() and the editor open. InputError "
+          "for a session that was not opened from files.");
+}
+
+}  // namespace
+
+Floats ToSh(PySession& self, const py::object& sh) {
+  if (sh.is_none()) return Floats(std::vector<py::ssize_t>{});  // of no dimension: none given
+  const auto values = Floats::ensure(sh);
+  if (!values) throw py::error_already_set();
+  const auto [count, coeffs] = self.Use([](EditSession& session) {
+    return std::pair(session.original().NumGaussians(), session.original().NumShCoeffs());
+  });
+  RequireShape(values, {static_cast<py::ssize_t>(count), coeffs, 3}, "sh");
+  return values;
+}
+
+void BindSession(py::module_& module) {
+  Sessions type(module, "Session",
+                "A workspace and a splat with regions to recolor. One call at a time works on it; "
+                "calls from other threads wait. Every long call takes `progress`, called with the "
+                "name of the stage and its fraction in [0, 1]; an exception that it raises, and "
+                "Ctrl-C, stops the work and leaves the session as it was.");
+  type.def(py::init(&Open), py::arg("workspace"), py::arg("splat") = py::none(), py::kw_only(),
+           py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
+           py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
+           py::arg("progress") = py::none(),
+           "Opens a workspace (a folder or a Workspace) and a splat (a file, a Splat, or None: the "
+           "one that is found in the workspace). backend: 'auto', 'cpu' or 'cuda'; holdout: keep "
+           "every n-th view by name out of the fit; cache_mb: memory for the views' geometry, MiB; "
+           "background: RGB in [0, 1]; images: the folder of the photos.")
+      .def_static("load", &Load, py::arg("folder"), py::kw_only(), py::arg("backend") = "auto",
+                  py::arg("cache_mb") = 640, py::arg("progress") = py::none(),
+                  "Opens a session that was saved, by save() or by the editor.")
+      .def("close", &PySession::Close,
+           "Gives its memory back, once no array shows it any more. Later calls are RunError.")
+      .def_property_readonly("closed", &PySession::closed)
+      .def("__enter__", [](py::object self) { return self; })
+      .def("__exit__", [](PySession& self, const py::args&) { self.Close(); })
+      .def_property_readonly("workspace",
+                             [](PySession& self) {
+                               return PyWorkspace{self.Use([&](EditSession& session) {
+                                 return self.Share(session.scene().workspace());
+                               })};
+                             })
+      .def_property_readonly(
+          "backend",
+          [](PySession& self) {
+            return self.Use([](EditSession& session) {
+              return std::string(session.renderer().backend().Name());
+            });
+          },
+          "'cpu' or 'cuda'.");
+  BindSelecting(type);
+  BindRegions(type);
+  BindResults(type);
+  BindRendering(type);
+}
+
+}  // namespace retint::python

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the Python classes hold. Each shares the ownership of what it shows, so that a view, an
+// array or a mask outlives the session that it came from.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+#include "calls.h"
+#include "colmap_io/workspace.h"
+#include "recolor/color_edit.h"
+#include "scene/gaussian_model.h"
+#include "session/edit_session.h"
+
+namespace retint::python {
+
+namespace py = pybind11;
+
+struct PyWorkspace {
+  std::shared_ptr<const Workspace> data;
+};
+
+struct PyView {
+  std::shared_ptr<const Workspace> workspace;
+  const View* view = nullptr;
+};
+
+struct PySplat {
+  std::shared_ptr<GaussianModel> data;
+  bool writeable = true;  // false: a session's own
+};
+
+// A selection in 3D and how it came about.
+struct PySelection {
+  SelectionCloud cloud;
+  std::vector<PaintedView> painted;
+  std::vector<PaintedReport> reports;
+  std::vector<DepthEstimate> depths;
+};
+
+// Masks by image name and the Gaussians' shares.
+struct PyMasks {
+  std::map<std::string, Mask> masks;
+  std::vector<float> shares;
+  SelectionSource source;
+  std::string warning;
+};
+
+// A region as it was when it was asked for.
+struct PyRegion {
+  Region data;
+};
+
+class PySession {
+ public:
+  explicit PySession(std::shared_ptr<EditSession> session) : session_(std::move(session)) {}
+
+  // work(session, monitor) without the interpreter's lock, one call at a time. RunError when the
+  // session was closed, or is called from its own progress callback.
+  template <typename Work>
+  auto Use(py::object progress, Work&& work) {
+    if (user_ == std::this_thread::get_id()) {
+      throw RunError("the session is at work: its progress callback cannot call it");
+    }
+    Call call(std::move(progress));
+    return call.Run([&](Monitor& monitor) {
+      const std::lock_guard lock(mutex_);
+      const User user(user_);
+      if (!session_) throw RunError("the session is closed");
+      return work(*session_, monitor);
+    });
+  }
+  template <typename Work>
+  auto Use(Work&& work) {
+    return Use(py::none(), [&](EditSession& session, Monitor&) { return work(session); });
+  }
+  // With a part of the session as another owner of all of it.
+  template <typename Part>
+  std::shared_ptr<Part> Share(Part& part) {
+    return {session_, &part};
+  }
+  void Close() {
+    std::shared_ptr<EditSession> last;
+    const py::gil_scoped_release unlocked;
+    const std::lock_guard lock(mutex_);
+    last = std::move(session_);
+  }
+  bool closed() const { return !session_; }
+
+ private:
+  struct User {
+    explicit User(std::atomic<std::thread::id>& id) : user(id) {
+      user = std::this_thread::get_id();
+    }
+    ~User() { user = std::thread::id(); }
+    std::atomic<std::thread::id>& user;
+  };
+
+  std::shared_ptr<EditSession> session_;
+  std::mutex mutex_;  // held while the session works
+  std::atomic<std::thread::id> user_{};
+};
+
+// A camera of a workspace's view or of its own, and the view where it is one.
+struct Viewpoint {
+  PosedCamera camera;
+  const View* view = nullptr;
+};
+// From a View, a Camera or a view's name. InputError for a name that is none.
+Viewpoint ToViewpoint(const py::object& view, const Workspace* workspace);
+
+// The three kinds of errors as Python exceptions.
+void BindErrors(py::module_& module);
+void BindScene(py::module_& module);      // Workspace, View, Camera, Splat, pictures
+void BindEdit(py::module_& module);       // Edit
+void BindSelection(py::module_& module);  // Depth, Selection, Masks, Region
+void BindSession(py::module_& module);    // Session
+void BindRender(py::module_& module);     // render, depth, orbit, options
+
+}  // namespace retint::python
