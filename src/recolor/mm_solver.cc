@@ -37,11 +37,13 @@ void MmOptions::Describe(OptionList& list) {
   list.push_back({.name = "ridge_dc",
                   .member = &ridge_dc,
                   .range = OptionRange::AtLeast(0),
-                  .help = "pull of the constant term towards the closed form"});
+                  .help = "pull of the constant term towards the closed form",
+                  .flag = "--ridge-dc"});
   list.push_back({.name = "ridge_rest",
                   .member = &ridge_rest,
                   .range = OptionRange::AtLeast(0),
-                  .help = "pull of the higher bands towards the closed form"});
+                  .help = "pull of the higher bands towards the closed form",
+                  .flag = "--ridge-rest"});
   list.push_back({.name = "min_weight",
                   .member = &min_weight,
                   .range = OptionRange::UpTo(0, 0.1),

@@ -27,7 +27,10 @@ def main():
     parser.add_argument("--steps", type=numbers, default="1000,3000", help="of adam")
     parser.add_argument("--weights", type=numbers, default="0.4,0.6,0.8,1,1.25,1.5,2,2.5,3,4",
                         help="of mm outside")
-    parser.add_argument("--mm", default="", help="further options of mm, in one argument")
+    parser.add_argument("--ridges", type=numbers, default="1e-2,3e-2,1e-1",
+                        help="pulls of mm's higher bands, each with --ridge-weights")
+    parser.add_argument("--ridge-weights", type=numbers, default="0.6,0.8,1,1.5,2",
+                        help="of mm outside")
     parser.add_argument("--tint", default="#3060ff", help="the edit")
     parser.add_argument("--holdout", type=int, default=8, help="every n-th view")
     options = parser.parse_args()
@@ -51,10 +54,12 @@ def main():
                        for p in paints if len(p.truth) > 2]
     selections.sort(key=lambda s: (s[0].scene, s[0].label, s[1]))
 
-    solvers = [("mm, defaults", ["--solver", "mm", *options.mm.split()])]
-    solvers += [(f"mm, weight outside {w:g}",
-                 ["--solver", "mm", "--outside-weight", w, *options.mm.split()])
+    solvers = [("mm, defaults", ["--solver", "mm"])]
+    solvers += [(f"mm, weight outside {w:g}", ["--solver", "mm", "--outside-weight", w])
                 for w in options.weights]
+    solvers += [(f"mm, ridge {r:g}, weight outside {w:g}",
+                 ["--solver", "mm", "--ridge-rest", r, "--outside-weight", w])
+                for r in options.ridges for w in options.ridge_weights]
     # Where both begin; a step of this rate changes nothing that is measured.
     solvers += [("closed form", ["--solver", "adam", "--learning-rate", "1e-12",
                                  "--iterations", "1"])]
