@@ -36,8 +36,22 @@ std::shared_ptr<const ViewGeometry> BlendOps::Restrict(const ViewGeometry& view,
   return DoRestrict(view, active, budget_bytes, min_weight);
 }
 
+std::vector<int32_t> BlendOps::TouchedTiles(const ViewGeometry& view, const uint8_t* active) {
+  RequireWholeView(view);
+  return DoTouchedTiles(view, active);
+}
+
 void BlendOps::Blend(const ViewGeometry& view, const BlendParams& params) {
   RequireChannels(params.channels);
+  if (params.tiles.data()) {
+    RequireWholeView(view);
+    int32_t last = -1;
+    for (const int32_t tile : params.tiles) {
+      Require(tile > last, "the tiles that are wanted must ascend");
+      last = tile;
+    }
+    Require(last < view.tiles_x() * view.tiles_y(), "a tile that is wanted lies outside the view");
+  }
   DoBlend(view, params);
 }
 

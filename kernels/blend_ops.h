@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "kernels/common/types.h"
 
@@ -70,6 +71,9 @@ struct BlendParams {
   float* alpha;  // [H, W] = 1 - T_final (a region: W_A 1), or null
   bool keep_outside;
   uint16_t pixel_rows = kAllPixelRows;
+  // Of a whole view: only these tiles are blended, the others are left alone. Host memory,
+  // row-major tile indices, ascending; null: all.
+  std::span<const int32_t> tiles = {};
 };
 
 struct BlendTransposeParams {
@@ -114,6 +118,9 @@ class BlendOps {
   // min_weight.
   std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view, const uint8_t* active,
                                                size_t budget_bytes, float min_weight = 0);
+  // The tiles of a whole view that active Gaussians touch, as Restrict finds them: the others are
+  // rendered alike whatever color these have.
+  std::vector<int32_t> TouchedTiles(const ViewGeometry& view, const uint8_t* active);
   void Blend(const ViewGeometry& view, const BlendParams& params);
   void BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params);
   void Depth(const ViewGeometry& view, const DepthParams& params);
@@ -132,6 +139,7 @@ class BlendOps {
   virtual std::shared_ptr<const ViewGeometry> DoRestrict(const ViewGeometry& view,
                                                          const uint8_t* active, size_t budget_bytes,
                                                          float min_weight) = 0;
+  virtual std::vector<int32_t> DoTouchedTiles(const ViewGeometry& view, const uint8_t* active) = 0;
   virtual void DoBlend(const ViewGeometry& view, const BlendParams& params) = 0;
   virtual void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) = 0;
   virtual void DoDepth(const ViewGeometry& view, const DepthParams& params) = 0;

@@ -63,6 +63,15 @@ class Device {
     CopyToDevice(buffer.data(), host.data(), host.size_bytes());
     return buffer;
   }
+  // The memory of `buffer`: new where it holds fewer than `count`, and then all zero.
+  template <typename T>
+  T* Grow(Buffer<T>& buffer, size_t count) {
+    if (buffer.size() < count) {
+      buffer = {};  // freed before the larger one is taken
+      buffer = Allocate<T>(count);
+    }
+    return buffer.data();
+  }
   template <typename T>
   std::vector<T> Download(const T* device, size_t count) {
     std::vector<T> host(count);

@@ -48,6 +48,10 @@ class CpuBlendOps : public BlendOps {
     return RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes, min_weight);
   }
 
+  std::vector<int32_t> DoTouchedTiles(const ViewGeometry& view, const uint8_t* active) override {
+    return TouchedTilesOnCpu(CpuViewOf(view), active);
+  }
+
   void DoBlend(const ViewGeometry& view, const BlendParams& params) override {
     BlendOnCpu(kernels_, CpuViewOf(view), params);
   }

@@ -304,4 +304,21 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
   return region;
 }
 
+std::vector<int32_t> TouchedTilesOnCpu(const CpuViewGeometry& view, const uint8_t* active) {
+  std::vector<uint8_t> touched(view.tile_ids.size());
+  ParallelRanges(int64_t(touched.size()), 64, [&](int64_t begin, int64_t end) {
+    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+      const auto first = view.entries.begin() + view.tile_begin[i];
+      const auto last = view.entries.begin() + view.tile_begin[i + 1];
+      touched[i] = std::any_of(
+          first, last, [&](int32_t row) { return active[view.row_gaussians[size_t(row)]] != 0; });
+    }
+  });
+  std::vector<int32_t> tiles;
+  for (size_t i = 0; i < touched.size(); ++i) {
+    if (touched[i]) tiles.push_back(view.tile_ids[i]);
+  }
+  return tiles;
+}
+
 }  // namespace retint

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "base/parallel.h"
@@ -59,36 +60,68 @@ void LoadTile(const TileRect& rect, const float* image, int channels, int image_
   }
 }
 
-// Values of the pixels that no tile of the view covers.
-void FillOutside(const ViewGeometry& view, int channels, const float* background, float* image) {
+// Values of the pixels that no tile of the view covers; only in the tiles that are wanted, where
+// `wanted` is not null.
+void FillOutside(const ViewGeometry& view, int channels, const float* background, float* image,
+                 std::span<const int32_t> wanted = {}) {
   const auto tiles = view.tiles();
   const int num_tiles = view.tiles_x() * view.tiles_y();
   if (int(tiles.size()) == num_tiles) return;
-  std::vector<uint8_t> covered(size_t(num_tiles), 0);
-  for (const int32_t tile : tiles) covered[size_t(tile)] = 1;
+  std::vector<uint8_t> is_left(size_t(num_tiles), wanted.data() ? 0 : 1);
+  for (const int32_t tile : wanted) is_left[size_t(tile)] = 1;
+  for (const int32_t tile : tiles) is_left[size_t(tile)] = 0;
   alignas(64) float planes[kMaxChannels * kTilePixels] = {};
   for (int c = 0; background && c < channels; ++c) {
     std::fill_n(planes + c * kTilePixels, kTilePixels, background[c]);
   }
   ParallelRanges(num_tiles, 256, [&](int64_t begin, int64_t end) {
     for (int tile = int(begin); tile < int(end); ++tile) {
-      if (covered[size_t(tile)]) continue;
+      if (!is_left[size_t(tile)]) continue;
       StoreTile(RectOf(view, tile), planes, channels, view.camera().width, image);
     }
   });
 }
 
-// body(i, rect, scratch) for every visited tile, with the transmittance ready.
+// Where the wanted tiles stand among those of the view; both ascend.
+std::vector<size_t> PlacesOf(std::span<const int32_t> wanted, const CpuViewGeometry& view) {
+  std::vector<size_t> places;
+  size_t at = 0;
+  for (const int32_t tile : wanted) {
+    while (at < view.tile_ids.size() && view.tile_ids[at] < tile) ++at;
+    if (at < view.tile_ids.size() && view.tile_ids[at] == tile) places.push_back(at);
+  }
+  return places;
+}
+
+// body(i, rect, scratch) for every visited tile, with the transmittance ready; only for those that
+// are wanted, where `wanted` is not null.
 template <typename Body>
-void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, const Body& body) {
-  ParallelRanges(int64_t(view.tile_ids.size()), 4, [&](int64_t begin, int64_t end) {
+void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, std::span<const int32_t> wanted,
+                 const Body& body) {
+  const bool some = wanted.data() != nullptr;
+  const std::vector<size_t> places = some ? PlacesOf(wanted, view) : std::vector<size_t>();
+  const size_t count = some ? places.size() : view.tile_ids.size();
+  ParallelRanges(int64_t(count), 4, [&](int64_t begin, int64_t end) {
     TileScratch scratch;
-    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+    for (size_t t = size_t(begin); t < size_t(end); ++t) {
+      const size_t i = some ? places[t] : t;
       const TileRect rect = RectOf(view, view.tile_ids[i]);
       InitTransmittance(view.camera(), rect.x0, rect.y0, pixel_rows, scratch.transmittance);
       body(i, rect, scratch);
     }
   });
+}
+
+// Cuts what stands behind the last entry with a feature that is not zero: it adds nothing.
+TileList CutAfterLastFeature(TileList list, const float* features, int channels) {
+  const auto has_feature = [&](int64_t entry) {
+    const int32_t splat = list.entries[entry];
+    const int32_t row = list.splat_rows ? list.splat_rows[splat] : splat;
+    const float* const from = features + int64_t(row) * channels;
+    return row >= 0 && std::any_of(from, from + channels, [](float value) { return value != 0; });
+  };
+  while (list.count > 0 && !has_feature(list.count - 1)) --list.count;
+  return list;
 }
 
 }  // namespace
@@ -142,17 +175,20 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   const int channels = params.channels, width = view.camera().width;
   const float* background = view.is_region() ? nullptr : params.background;
   if (!params.keep_outside) {
-    FillOutside(view, channels, background, params.image);
-    if (params.alpha) FillOutside(view, 1, nullptr, params.alpha);
+    FillOutside(view, channels, background, params.image, params.tiles);
+    if (params.alpha) FillOutside(view, 1, nullptr, params.alpha, params.tiles);
   }
   const bool explicit_weights = !view.weights.empty();
-  ForEachTile(view, params.pixel_rows, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+  const bool needs_transmittance = background || (params.alpha && !view.is_region());
+  const auto blend = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     std::fill_n(scratch.values, channels * kTilePixels, 0.0f);
     if (explicit_weights) {
       kernels.blend_weights(view.weights[i], params.features, channels, scratch.values);
     } else {
-      kernels.blend(TileListOf(view, i), params.features, channels, scratch.values,
-                    scratch.transmittance);
+      const TileList list = TileListOf(view, i);
+      kernels.blend(
+          needs_transmittance ? list : CutAfterLastFeature(list, params.features, channels),
+          params.features, channels, scratch.values, scratch.transmittance);
     }
     for (int c = 0; background && c < channels; ++c) {
       for (int p = 0; p < kTilePixels; ++p) {
@@ -165,7 +201,8 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
       scratch.values[p] = 1 - std::fabs(scratch.transmittance[p]);
     }
     StoreTile(rect, scratch.values, 1, width, params.alpha);
-  });
+  };
+  ForEachTile(view, params.pixel_rows, params.tiles, blend);
   if (!params.alpha || !view.is_region()) return;
   const std::vector<float> ones(size_t(view.num_rows()), 1.0f);
   BlendOnCpu(kernels, view, {ones.data(), 1, nullptr, params.alpha, nullptr, params.keep_outside});
@@ -176,7 +213,7 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   const int channels = params.channels, width = view.camera().width;
   auto partials = pool->Take(size_t(view.num_slots()) * size_t(channels));
   const bool explicit_weights = !view.weights.empty();
-  ForEachTile(view, params.pixel_rows, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+  const auto transpose = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     LoadTile(rect, params.residual, channels, width, scratch.values);
     if (explicit_weights) {
       kernels.transpose_weights(view.weights[i], scratch.values, channels, partials.data());
@@ -184,7 +221,8 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
       kernels.transpose(TileListOf(view, i), scratch.values, channels, partials.data(),
                         scratch.transmittance);
     }
-  });
+  };
+  ForEachTile(view, params.pixel_rows, {}, transpose);
   ParallelRanges(view.num_rows(), 4096, [&](int64_t begin, int64_t end) {
     for (int64_t row = begin; row < end; ++row) {
       float sums[kMaxChannels] = {};
@@ -203,7 +241,7 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   for (float* image : {params.median, params.expected, params.alpha}) {
     if (image) FillOutside(view, 1, nullptr, image);
   }
-  ForEachTile(view, params.pixel_rows, [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+  const auto find = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     std::fill_n(scratch.values, kTilePixels, 0.0f);
     std::fill_n(scratch.median, kTilePixels, 0.0f);
     kernels.depth(TileListOf(view, i), params.threshold, scratch.values, scratch.median,
@@ -216,7 +254,8 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
     }
     if (params.expected) StoreTile(rect, scratch.values, 1, width, params.expected);
     if (params.alpha) StoreTile(rect, scratch.transmittance, 1, width, params.alpha);
-  });
+  };
+  ForEachTile(view, params.pixel_rows, {}, find);
 }
 
 }  // namespace retint

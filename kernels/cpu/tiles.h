@@ -43,6 +43,7 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,
                                                   const uint8_t* active, size_t budget_bytes,
                                                   float min_weight);
+std::vector<int32_t> TouchedTilesOnCpu(const CpuViewGeometry& view, const uint8_t* active);
 
 // The list of the geometry's i-th tile.
 TileList TileListOf(const CpuViewGeometry& view, size_t i);

@@ -207,7 +207,16 @@ void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream
     }
   }
   if (view.has_weights()) return BlendWeights(view, params, stream);
-  const TileLists lists = ListsOf(view);
+  TileLists lists = ListsOf(view);
+  Scratch<int32_t> wanted;
+  if (params.tiles.data()) {
+    wanted = Scratch<int32_t>(stream, params.tiles.size());
+    Check(cudaMemcpyAsync(wanted.data(), params.tiles.data(), wanted.bytes(),
+                          cudaMemcpyHostToDevice, stream),
+          "cudaMemcpyAsync");
+    lists.order = wanted.data();
+    lists.tiles = int(wanted.size());
+  }
   WithChannels(params.channels, [&](auto c) {
     if (lists.tiles == 0) return;
     if (view.is_region()) {

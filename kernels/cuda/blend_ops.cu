@@ -33,6 +33,11 @@ class CudaBlendOps : public BlendOps {
     return RestrictTo(Own(view), active, budget_bytes, min_weight, stream_);
   }
 
+  std::vector<int32_t> DoTouchedTiles(const ViewGeometry& view, const uint8_t* active) override {
+    const auto region = RestrictTo(Own(view), active, 0, 0, stream_);
+    return {region->tiles().begin(), region->tiles().end()};
+  }
+
   void DoBlend(const ViewGeometry& view, const BlendParams& params) override {
     cuda::Blend(Own(view), params, stream_);
   }

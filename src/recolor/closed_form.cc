@@ -112,7 +112,7 @@ std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>
     monitor.Step("shares", double(v), double(targets.size()));
     CheckTarget(targets[v]);
     const auto& pixels = targets[v].mask->data;
-    if (mask.size() < pixels.size()) mask = backend.Allocate<uint8_t>(pixels.size());
+    backend.Grow(mask, pixels.size());
     backend.CopyToDevice(mask.data(), pixels.data(), pixels.size());
     backend.blend().AccumulateShares(*renderer.Geometry(targets[v].camera), mask.data(),
                                      sums.data());

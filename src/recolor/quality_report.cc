@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <ranges>
 
 #include "base/error.h"
@@ -56,16 +57,28 @@ struct ReportedEdit {
   CompiledEdit edit, unclipped;
 };
 
-// As a viewer shows them: values are clamped to [0, 1] before they are compared. `images` [H, W,
-// 6]: before, after.
-ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit,
-                     const std::vector<float>& images, size_t y) {
+// A view before and after. Where a tile was not drawn, both are the same and nothing is masked.
+struct Pair {
+  const std::vector<float>& images;      // [H, W, 6]: before, after
+  const std::vector<uint8_t>& is_drawn;  // [tiles of the view], row-major
+};
+
+size_t TilesOf(int pixels) { return size_t((pixels + kTileSize - 1) / kTileSize); }
+
+// As a viewer shows them: values are clamped to [0, 1] before they are compared.
+ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit, const Pair& pair,
+                     size_t y) {
   ErrorSums sums;
   const size_t width = size_t(target.mask->width);
+  const uint8_t* const is_drawn = &pair.is_drawn[y / kTileSize * TilesOf(target.mask->width)];
   for (size_t p = y * width; p < (y + 1) * width; ++p) {
+    if (!is_drawn[p % width / kTileSize]) {
+      sums.outside_values += 3;
+      continue;
+    }
     const uint8_t value = target.mask->data[p];
     if (value != 0 && value < kInside) continue;
-    const float* before = &images[6 * p];
+    const float* before = &pair.images[6 * p];
     const float* source = target.photo ? &target.photo->data[3 * p] : before;
     const Eigen::Vector3f original(source[0], source[1], source[2]);
     const Eigen::Vector3f wanted = edit.edit.Apply(original, float(value) / 255.0f);
@@ -88,11 +101,10 @@ ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit,
 }
 
 // The sum does not depend on the number of threads.
-ErrorSums Compare(const RefitTarget& target, const ReportedEdit& edit,
-                  const std::vector<float>& images) {
+ErrorSums Compare(const RefitTarget& target, const ReportedEdit& edit, const Pair& pair) {
   std::vector<ErrorSums> rows(size_t(target.mask->height));
   ParallelTasks(int64_t(rows.size()),
-                [&](size_t y) { rows[y] = CompareRow(target, edit, images, y); });
+                [&](size_t y) { rows[y] = CompareRow(target, edit, pair, y); });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums += row;
   return sums;
@@ -123,17 +135,25 @@ class PairRenderer {
   PairRenderer(Renderer& renderer, std::span<const float> before, std::span<const float> after)
       : renderer_(renderer), after_(renderer.backend().Upload(after)) {
     renderer_.SetSh(before);
+    const size_t block = size_t(renderer.model().num_sh_coeffs()) * 3;
+    std::vector<uint8_t> differs(size_t(renderer.model().count()));
+    for (size_t g = 0; g < differs.size(); ++g) {
+      differs[g] = std::memcmp(&before[g * block], &after[g * block], block * sizeof(float)) != 0;
+    }
+    differs_ = renderer.backend().Upload(std::span<const uint8_t>(differs));
   }
 
-  // [H, W, 6]: before, after. Valid until the next call.
-  const std::vector<float>& Render(const PosedCamera& camera) {
+  // Valid until the next call.
+  Pair Render(const RefitTarget& target) {
     Backend& backend = renderer_.backend();
-    const auto geometry = renderer_.Geometry(camera);
+    const auto geometry = renderer_.Geometry(target.camera);
     const CameraParams& params = geometry->camera();
+    const std::vector<int32_t> tiles = TilesToDraw(target, *geometry);
+    if (tiles.empty()) return {host_, is_drawn_};
     const size_t values = size_t(params.width) * size_t(params.height) * 6;
     const size_t colors = size_t(geometry->num_rows()) * 6;
-    if (colors_.size() < colors) colors_ = backend.Allocate<float>(colors);
-    if (images_.size() < values) images_ = backend.Allocate<float>(values);
+    backend.Grow(colors_, colors);
+    backend.Grow(images_, values);
     for (int which = 0; which < 2; ++which) {
       EvalShParams eval{};
       eval.rows = geometry->rows();
@@ -148,15 +168,39 @@ class PairRenderer {
     blend.features = colors_.data();
     blend.channels = 6;
     blend.image = images_.data();
+    if (tiles.size() < is_drawn_.size()) blend.tiles = tiles;
     backend.blend().Blend(*geometry, blend);
     host_.resize(values);
     backend.CopyToHost(host_.data(), images_.data(), values * sizeof(float));
-    return host_;
+    return {host_, is_drawn_};
   }
 
  private:
+  // Those where the two differ or where the mask asks for a change, or all of them where a photo
+  // does; also into is_drawn_.
+  std::vector<int32_t> TilesToDraw(const RefitTarget& target, const ViewGeometry& geometry) {
+    const Mask& mask = *target.mask;
+    const size_t tiles_x = TilesOf(mask.width);
+    is_drawn_.assign(tiles_x * TilesOf(mask.height), target.photo ? 1 : 0);
+    for (const int32_t tile : renderer_.backend().blend().TouchedTiles(geometry, differs_.data())) {
+      is_drawn_[size_t(tile)] = 1;
+    }
+    for (size_t p = 0; p < mask.data.size(); ++p) {
+      if (mask.data[p] == 0) continue;
+      const size_t x = p % size_t(mask.width), y = p / size_t(mask.width);
+      is_drawn_[y / kTileSize * tiles_x + x / kTileSize] = 1;
+    }
+    std::vector<int32_t> tiles;
+    for (size_t t = 0; t < is_drawn_.size(); ++t) {
+      if (is_drawn_[t]) tiles.push_back(int32_t(t));
+    }
+    return tiles;
+  }
+
   Renderer& renderer_;
+  Buffer<uint8_t> differs_;  // [N] whether a Gaussian's coefficients do
   Buffer<float> after_, colors_, images_;
+  std::vector<uint8_t> is_drawn_;
   std::vector<float> host_;
 };
 
@@ -189,7 +233,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
     for (const RefitTarget& target : targets | std::views::reverse) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(target);
-      const ErrorSums sums = Compare(target, reported, pair.Render(target.camera));
+      const ErrorSums sums = Compare(target, reported, pair.Render(target));
       all += sums;
       if (sums.inside_values == 0) continue;
       const QualityNumbers numbers = ToNumbers(sums, 1);

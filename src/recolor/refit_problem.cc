@@ -190,15 +190,7 @@ size_t RefitProblem::NumKeptViews() const {
 
 double RefitProblem::NumTargetValues() const { return target_values_ / kMostRowsPerRow; }
 
-float* RefitProblem::Grow(Buffer<float>& buffer, size_t count) {
-  if (buffer.size() < count) {
-    buffer = {};  // free before taking the larger one
-    buffer = backend().Allocate<float>(count);
-  }
-  return buffer.data();
-}
-
-void RefitProblem::RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_rows) {
+void RefitProblem::RenderOriginal(const ViewGeometry& geometry, const ViewGeometry& region) {
   const CameraParams& camera = geometry.camera();
   const size_t rows = size_t(geometry.num_rows());
   EvalShParams eval{};
@@ -206,13 +198,14 @@ void RefitProblem::RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_r
   eval.count = geometry.num_rows();
   eval.sh = model().sh();
   std::copy_n(camera.center, 3, eval.center);
-  eval.colors = Grow(scratch_.features[0], rows * 3);
+  eval.colors = backend().Grow(scratch_.features[0], rows * 3);
   backend().sh().EvalSh(model(), eval);
   BlendParams blend{};
   blend.features = eval.colors;
   blend.channels = 3;
   blend.image = scratch_.images[0].data();
-  blend.pixel_rows = pixel_rows;
+  blend.pixel_rows = region.pixel_rows();
+  if (form_ == Targets::kRegions) blend.tiles = region.tiles();  // kBoxes' loss reaches beyond
   backend().blend().Blend(geometry, blend);
 }
 
@@ -225,9 +218,9 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   const size_t rows = size_t(view.region->num_rows());
   if (rows == 0) return view;
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
-  for (auto& image : scratch_.images) Grow(image, pixels * 3);
-  RenderOriginal(*geometry, view.region->pixel_rows());
-  for (auto& features : scratch_.features) Grow(features, rows * 3);
+  for (auto& image : scratch_.images) backend().Grow(image, pixels * 3);
+  RenderOriginal(*geometry, *view.region);
+  for (auto& features : scratch_.features) backend().Grow(features, rows * 3);
 
   view.base_colors = backend().Allocate<float>(rows * 3);
   EvalShParams eval{};
@@ -238,10 +231,10 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   eval.colors = view.base_colors.data();
   backend().sh().EvalSh(model(), eval);
 
-  if (mask_.size() < pixels) mask_ = backend().Allocate<uint8_t>(pixels);
+  backend().Grow(mask_, pixels);
   backend().CopyToDevice(mask_.data(), target.mask->data.data(), pixels);
   if (target.photo) {
-    Grow(photo_, pixels * 3);
+    backend().Grow(photo_, pixels * 3);
     backend().CopyToDevice(photo_.data(), target.photo->data.data(), pixels * 3 * sizeof(float));
   }
   if (form_ == Targets::kRegions) {

@@ -106,7 +106,8 @@ class RefitProblem {
   };
 
   RegionView Prepare(const RefitTarget& target, size_t budget);
-  void RenderOriginal(const ViewGeometry& geometry, uint16_t pixel_rows);
+  // The original colors of what the targets are made of, into scratch_.images[0].
+  void RenderOriginal(const ViewGeometry& geometry, const ViewGeometry& region);
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);
   void FillSlots(RegionView& view);
@@ -117,7 +118,6 @@ class RefitProblem {
                      float* gradient);
   void FitStart(const ColorEdit& edit, std::span<const float> shares, Monitor& monitor);
   void FitToViews(Buffer<float>& sh, Monitor& monitor);
-  float* Grow(Buffer<float>& buffer, size_t count);
 
   Renderer& renderer_;
   std::vector<RefitTarget> targets_;

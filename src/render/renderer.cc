@@ -123,14 +123,6 @@ struct Renderer::Cache {
     index.clear();
     bytes = 0;
   }
-
-  static float* Grow(Backend& backend, Buffer<float>& buffer, size_t count) {
-    if (buffer.size() < count) {
-      buffer = {};  // free before taking the larger one
-      buffer = backend.Allocate<float>(count);
-    }
-    return buffer.data();
-  }
 };
 
 Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
@@ -173,7 +165,7 @@ bool Renderer::HasGeometry(const PosedCamera& view) const {
 
 void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) {
   const int64_t rows = geometry.num_rows();
-  float* colors = Cache::Grow(*backend_, cache_->features, size_t(rows) * 3);
+  float* colors = backend_->Grow(cache_->features, size_t(rows) * 3);
   EvalShParams eval{};
   eval.rows = geometry.rows();
   eval.count = rows;
@@ -225,8 +217,8 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
   RenderOutput output;
 
   if (request.rgb) {
-    float* rgb = Cache::Grow(*backend_, cache_->image, pixels * 3);
-    float* alpha = request.alpha ? Cache::Grow(*backend_, cache_->scalar, pixels) : nullptr;
+    float* rgb = backend_->Grow(cache_->image, pixels * 3);
+    float* alpha = request.alpha ? backend_->Grow(cache_->scalar, pixels) : nullptr;
     BlendRgb(*geometry, rgb, alpha);
     output.rgb = Image(width, height);
     backend_->CopyToHost(output.rgb.data.data(), rgb, pixels * 3 * sizeof(float));
@@ -238,7 +230,7 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
 
   const bool alpha_left = request.alpha && !request.rgb;
   if (request.depth_median || request.depth_expected || alpha_left) {
-    float* planes = Cache::Grow(*backend_, cache_->image, pixels * 3);
+    float* planes = backend_->Grow(cache_->image, pixels * 3);
     DepthParams depth{};
     depth.median = request.depth_median ? planes : nullptr;
     depth.expected = request.depth_expected ? planes + pixels : nullptr;

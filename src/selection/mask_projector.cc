@@ -27,15 +27,6 @@ constexpr uint16_t kLiftedRows = 0x5555;
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
 
-template <typename T>
-T* Grow(Backend& backend, size_t count, Buffer<T>* buffer) {
-  if (buffer->size() < count) {
-    *buffer = {};  // free before taking the larger one
-    *buffer = backend.Allocate<T>(count);
-  }
-  return buffer->data();
-}
-
 // What the views share: the cloud and the painted views in backend memory, and images to draw to.
 class Projection {
  public:
@@ -155,11 +146,11 @@ class Projection {
     draw.disc_scale = static_cast<float>(options_.surfel_scale);
     draw.depth = surface.depth.data();
     draw.depth_tolerance = static_cast<float>(options_.depth_tolerance);
-    draw.coverage = Grow(backend_, surface.depth.size(), &coverage_);
+    draw.coverage = backend_.Grow(coverage_, surface.depth.size());
     backend_.mask().DrawCloud(draw);
     backend_.mask().MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
                               quads ? 0 : options_.close_radius,
-                              Grow(backend_, surface.depth.size(), &coverage_mask_)});
+                              backend_.Grow(coverage_mask_, surface.depth.size())});
   }
 
   // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
@@ -178,7 +169,7 @@ class Projection {
   void AddEvidence(const ViewGeometry& view, EvidenceParams evidence) {
     evidence.camera = view.camera();
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
-    evidence.residual = Grow(backend_, Channels() * pixels, &residual_);
+    evidence.residual = backend_.Grow(residual_, Channels() * pixels);
     // Makes up for rows that are left out.
     const float rows = kTileSize / static_cast<float>(std::popcount(evidence.pixel_rows));
     evidence.visible = completes_ ? rows : 0;
@@ -187,7 +178,7 @@ class Projection {
     BlendTransposeParams lift{};
     lift.residual = evidence.residual;
     lift.channels = static_cast<int32_t>(Channels());
-    lift.result = Grow(backend_, Channels() * size_t(view.num_rows()), &lifted_);
+    lift.result = backend_.Grow(lifted_, Channels() * size_t(view.num_rows()));
     lift.pixel_rows = evidence.pixel_rows;
     backend_.blend().BlendTranspose(view, lift);
     backend_.blend().AddRows(view, lift.result, lift.channels, sums_.data());
@@ -223,11 +214,11 @@ class ShareRenderer {
     const CameraParams& camera = geometry->camera();
     const size_t pixels = size_t(camera.width) * size_t(camera.height);
     BlendParams blend{};
-    float* const features = Grow(backend_, size_t(geometry->num_rows()), &features_);
+    float* const features = backend_.Grow(features_, size_t(geometry->num_rows()));
     backend_.blend().GatherRows(*geometry, shares_.data(), 1, features);
     blend.features = features;
     blend.channels = 1;
-    blend.image = Grow(backend_, pixels, &image_);
+    blend.image = backend_.Grow(image_, pixels);
     backend_.blend().Blend(*geometry, blend);
     auto mask = backend_.Allocate<uint8_t>(pixels);
     backend_.mask().MakeMask(

@@ -282,6 +282,23 @@ TEST_P(BlendOp, RowsThatDifferInTheLastBitsOfDepthAreSorted) {
   EXPECT_EQ(rows, sorted);
 }
 
+// Lists may be cut where no feature follows, but not where what covers it is asked for as well.
+TEST_P(BlendOp, SkipsWhatHasNoFeature) {
+  const Scene scene = MakeScene({160, 90, 400});
+  auto features = UniformVector(rng_, scene.rows.size(), 0, 1);
+  for (size_t row = 0; row < features.size(); ++row) {
+    if (row % 7 != 0) features[row] = 0;
+  }
+  const Blended with_alpha = RunBlend(*backend_, *scene.view, features, 1);
+  Guarded<float> in(*backend_, features), image(*backend_, scene.pixels);
+  backend_->blend().Blend(*scene.view, {in.data(), 1, nullptr, image.data(), nullptr, false});
+  EXPECT_EQ(image.Read(), with_alpha.image);
+  Guarded<float> none(*backend_, std::vector<float>(features.size(), 0.0f));
+  Guarded<float> black(*backend_, scene.pixels);
+  backend_->blend().Blend(*scene.view, {none.data(), 1, nullptr, black.data(), nullptr, false});
+  EXPECT_EQ(black.Read(), std::vector<float>(scene.pixels, 0.0f));
+}
+
 TEST_P(BlendOp, KeepsPixelsOutsideOnRequest) {
   const TestModel model = RandomModel(rng_, 1);
   const auto uploaded = backend_->blend().UploadModel(model.arrays());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Regions against the whole view that they are part of, with and without explicit weights.
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -144,6 +145,50 @@ TEST_P(RegionOp, VisitsOnlyTilesOfActiveGaussians) {
       }
     }
   }
+}
+
+TEST_P(RegionOp, NamesTheTilesThatActiveGaussiansTouch) {
+  Make(320, 320, 2000, 0.01f);
+  const auto region = Restrict(kNoBudget);
+  const auto touched = backend_->blend().TouchedTiles(*view_, device_active_.data());
+  ASSERT_FALSE(touched.empty());
+  EXPECT_EQ(touched, std::vector<int32_t>(region->tiles().begin(), region->tiles().end()));
+  backend_->Fill(device_active_.data(), 0, active_.size());
+  EXPECT_TRUE(backend_->blend().TouchedTiles(*view_, device_active_.data()).empty());
+}
+
+// Among the wanted tiles are some without a Gaussian, which show the background.
+TEST_P(RegionOp, BlendsWantedTilesOfTheWholeViewAlone) {
+  Make(333, 222, 40, 0.5f);
+  const std::set<int32_t> visited(view_->tiles().begin(), view_->tiles().end());
+  std::vector<int32_t> wanted;
+  for (int32_t tile = 0; tile < view_->tiles_x() * view_->tiles_y(); tile += 3) {
+    wanted.push_back(tile);
+  }
+  const auto is_visited = [&](int32_t tile) { return visited.count(tile) > 0; };
+  ASSERT_TRUE(std::any_of(wanted.begin(), wanted.end(), is_visited));
+  ASSERT_FALSE(std::all_of(wanted.begin(), wanted.end(), is_visited));
+  const auto features = UniformVector(rng_, rows_.size() * 3, 0, 1);
+  const auto background = UniformVector(rng_, 3, 0, 1);
+  const std::vector<float> whole = RunBlend(*backend_, *view_, features, 3, background).image;
+  Guarded<float> in(*backend_, features), back(*backend_, background);
+  Guarded<float> image(*backend_, std::vector<float>(pixels_ * 3, 7.0f));
+  BlendParams params{in.data(), 3, back.data(), image.data(), nullptr, false};
+  params.tiles = wanted;
+  backend_->blend().Blend(*view_, params);
+  const auto some = image.Read();
+  for (size_t p = 0; p < pixels_; ++p) {
+    const size_t x = p % 333 / kTileSize, y = p / 333 / kTileSize;
+    const bool is_wanted = (y * size_t(view_->tiles_x()) + x) % 3 == 0;
+    for (size_t c = 0; c < 3; ++c) {
+      ASSERT_EQ(some[3 * p + c], is_wanted ? whole[3 * p + c] : 7.0f) << p;
+    }
+  }
+  std::swap(wanted[0], wanted[1]);
+  EXPECT_THROW(backend_->blend().Blend(*view_, params), std::invalid_argument);
+  wanted = {view_->tiles_x() * view_->tiles_y()};
+  params.tiles = wanted;
+  EXPECT_THROW(backend_->blend().Blend(*view_, params), std::invalid_argument);
 }
 
 // The alpha of a region is the active Gaussians' share, W_A 1.

@@ -95,6 +95,29 @@ TEST_F(QualityReportTest, NothingChangedIsPerfectOutside) {
   EXPECT_EQ(report.sh_before.max, report.sh_after.max);
 }
 
+// Tiles in which nothing changes and nothing should are not drawn. With the original renders as
+// photos all tiles are, and every figure is the same to the last bit.
+TEST_F(QualityReportTest, TilesThatAreNotDrawnLoseNothing) {
+  after_ = scene_.model.sh;
+  const size_t block = size_t(scene_.model.NumShCoeffs()) * 3;
+  for (size_t i = 0; i < block; ++i) after_[i] += 0.05f;  // of the first Gaussian alone
+  scene_.FillMasks(0);
+  for (Mask& mask : scene_.masks) mask(40, 20) = 255, mask(41, 20) = 100;
+  targets_ = scene_.Targets();
+  const auto drawn_in_part = Evaluate(targets_, {});
+  std::vector<Image> photos;
+  for (const PosedCamera& camera : scene_.cameras) {
+    photos.push_back(RenderWith(scene_.model.sh, camera));
+  }
+  for (size_t v = 0; v < targets_.size(); ++v) targets_[v].photo = &photos[v];
+  const auto drawn_whole = Evaluate(targets_, {});
+  EXPECT_EQ(drawn_in_part.train.psnr_inside_before, drawn_whole.train.psnr_inside_before);
+  EXPECT_EQ(drawn_in_part.train.psnr_inside_after, drawn_whole.train.psnr_inside_after);
+  EXPECT_EQ(drawn_in_part.train.psnr_outside, drawn_whole.train.psnr_outside);
+  EXPECT_EQ(drawn_in_part.train.bleed, drawn_whole.train.bleed);
+  EXPECT_LT(drawn_whole.train.psnr_outside, 99);
+}
+
 TEST_F(QualityReportTest, ListsTheWorstViewsFirst) {
   const auto report = Evaluate(targets_, {targets_[0]});
   ASSERT_EQ(report.worst.size(), 5u);
