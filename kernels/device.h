@@ -52,6 +52,8 @@ class Device {
   virtual void Fill(void* device, int byte, size_t bytes) = 0;
   virtual void Synchronize() = 0;
   virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
+  // Whether its memory is the host's, which may then be read and written in place.
+  virtual bool IsHost() const = 0;
 
   template <typename T>
   Buffer<T> Allocate(size_t count) {

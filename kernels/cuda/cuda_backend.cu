@@ -80,6 +80,7 @@ class CudaBackend : public Backend {
     Check(cudaMemsetAsync(device, byte, bytes, stream_), "cudaMemsetAsync");
   }
   void Synchronize() override { Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize"); }
+  bool IsHost() const override { return false; }
   size_t PeakDeviceBytes() const override {
     uint64_t peak = 0;
     Check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrUsedMemHigh, &peak),

@@ -277,11 +277,11 @@ class RenderThread::Impl {
   ShPointer Original() const { return {scene_->original, &scene_->original->sh}; }
 
   // Uploads coefficients. Where it is known which differ from the original, before and now, only
-  // those: on the CPU, where a copy of a few floats costs nothing.
+  // those: in host memory, where a copy of a few floats costs nothing.
   void Show(const ShPointer& sh, ActivePointer active) {
     if (!sh || sh == shown_ || sh->size() != scene_->original->sh.size()) return;
     if (sh == Original()) active = std::make_shared<const std::vector<int32_t>>();
-    if (active && shown_active_ && scene_->backend->Name() == "cpu") {
+    if (active && shown_active_ && scene_->backend->IsHost()) {
       const size_t block = static_cast<size_t>(scene_->original->NumShCoeffs()) * 3;
       for (const auto* indices : {shown_active_.get(), active.get()}) {
         for (const int32_t index : *indices) {

@@ -68,6 +68,25 @@ TEST_P(Memory, SaysWhatDoesNotFit) {
   EXPECT_EQ(backend_->Download(copy.data(), 100), values);
 }
 
+TEST_P(Memory, SaysWhetherItIsTheHosts) {
+  EXPECT_EQ(backend_->IsHost(), GetParam() != "cuda");
+  if (!backend_->IsHost()) return;
+  const auto buffer = backend_->Allocate<float>(2);
+  buffer.data()[1] = 3;  // in place
+  EXPECT_EQ(backend_->Download(buffer.data(), 2), (std::vector<float>{0, 3}));
+}
+
+TEST_P(Memory, GrowsToTheLargest) {
+  Buffer<float> buffer;
+  const float* const first = backend_->Grow(buffer, 10);
+  EXPECT_EQ(buffer.size(), 10u);
+  EXPECT_EQ(backend_->Grow(buffer, 4), first);
+  EXPECT_EQ(buffer.size(), 10u);
+  backend_->Fill(buffer.data(), 0x7f, 10 * sizeof(float));
+  backend_->Grow(buffer, 1000);
+  EXPECT_EQ(backend_->Download(buffer.data(), 1000), std::vector<float>(1000, 0.0f));
+}
+
 TEST_P(Memory, TakesNothing) {
   const auto buffer = backend_->Allocate<float>(0);
   EXPECT_TRUE(backend_->Download(buffer.data(), 0).empty());
