@@ -194,6 +194,19 @@ std::string EncodePng(const Mask& mask) {
   return {bytes.begin(), bytes.end()};
 }
 
+std::string EncodeJpeg(const Image8& image, int quality) {
+  std::vector<uint8_t> bytes;
+  if (!image.Empty()) {
+    cv::Mat bgr(image.height, image.width, CV_8UC3);
+    for (size_t i = 0; i < image.NumPixels(); ++i) {
+      for (size_t c = 0; c < 3; ++c) bgr.data[3 * i + c] = image.data[3 * i + 2 - c];
+    }
+    cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  }
+  if (bytes.empty()) throw RunError("cannot encode a picture");
+  return {bytes.begin(), bytes.end()};
+}
+
 fs::path ViewFile(const fs::path& folder, std::string_view image_name, std::string_view suffix) {
   const fs::path relative = fs::path(image_name).lexically_normal();
   if (image_name.empty() || relative.is_absolute() || *relative.begin() == ".." ||

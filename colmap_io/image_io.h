@@ -33,6 +33,8 @@ void WritePng(const std::filesystem::path& path, const Image8& image);
 void WritePng(const std::filesystem::path& path, const Mask& mask);
 void WritePng(const std::filesystem::path& path, const ScalarImage& image);
 std::string EncodePng(const Mask& mask);  // the file's bytes
+// The bytes of a JPEG of quality 1 to 100. RunError when it cannot be encoded.
+std::string EncodeJpeg(const Image8& image, int quality);
 
 // <folder>/<image name><suffix>, COLMAP's own naming of masks ("sub/0001.jpg.png"), also for any
 // other output that goes by view. InputError for an image name that would leave the folder.

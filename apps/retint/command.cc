@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <string_view>
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -35,6 +36,25 @@ void SetUpLogging(const Globals& globals) {
   logger->set_level(globals.quiet ? spdlog::level::off
                                   : spdlog::level::from_str(globals.log_level));
   spdlog::set_default_logger(std::move(logger));
+}
+
+// `arguments` as a shell reads them.
+std::string Typed(int argc, char** argv) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=+@%";
+  std::string line = "retint";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    line += ' ';
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += '\'';
+  }
+  return line;
 }
 
 int Execute(const Globals& globals, const Action& action) {
@@ -74,6 +94,7 @@ int RunCommand(int argc, char** argv) {
   // Writing beyond a file size limit is an error like a full disk, not a crash.
   std::signal(SIGXFSZ, SIG_IGN);
   Globals globals;
+  globals.command = Typed(argc, argv);
   Action action;
   CLI::App app("Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces.",
                "retint");

@@ -45,6 +45,7 @@ Run::~Run() { g_monitor.store(nullptr); }
 void Run::Warn(const std::string& message) {
   printer_.Clear();
   spdlog::warn(message);
+  warnings_.push_back(message);
 }
 
 void Run::Info(const std::string& message) {

@@ -30,6 +30,7 @@ struct Globals {
   std::string log_level = "warn";
   std::string progress = "auto";
   bool quiet = false;
+  std::string command;  // what was typed, for a shell
 };
 
 // One run of one verb.
@@ -43,6 +44,7 @@ class Run {
   void FinishProgress() { printer_.Finish(); }
   // A line on stderr that does not garble the bar.
   void Warn(const std::string& message);
+  const std::vector<std::string>& warnings() const { return warnings_; }  // so far
   void Info(const std::string& message);
   // A line of results on stdout, unless --quiet.
   void Print(const std::string& line) const;
@@ -50,6 +52,7 @@ class Run {
  private:
   const Globals& globals_;
   ProgressPrinter printer_;
+  std::vector<std::string> warnings_;
   Monitor monitor_;
 };
 

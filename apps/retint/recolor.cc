@@ -17,13 +17,14 @@ struct Arguments {
   EditArguments edit;
   PaintArguments paint;
   ColorArguments color;
-  std::filesystem::path output, report, stages, comparison;
+  std::filesystem::path output, report, page, stages, comparison;
 };
 
 void CheckOutputs(const Arguments& arguments) {
   CodecForWriting(arguments.output);
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
+  if (!arguments.page.empty()) CheckOutput(arguments.page);
   if (!arguments.comparison.empty()) CheckOutput(arguments.comparison);
   if (!arguments.stages.empty()) CheckOutput(arguments.stages, /*as_folder=*/true);
 }
@@ -44,11 +45,14 @@ void Save(const Arguments& arguments, const Recolored& result, RunReport report,
                        [&](const auto& folder) { WriteStages(folder, result, run); });
     }
   }
+  const RunReport measured = session.MakeReport();
+  report.stages_ms = measured.stages_ms;
+  report.peak_rss_mb = measured.peak_rss_mb;
+  report.peak_device_mb = measured.peak_device_mb;
+  if (!arguments.page.empty()) {
+    staged.Add(arguments.page, [&](const auto& path) { WritePage(path, session, report, run); });
+  }
   if (!arguments.report.empty()) {
-    const RunReport measured = session.MakeReport();
-    report.stages_ms = measured.stages_ms;
-    report.peak_rss_mb = measured.peak_rss_mb;
-    report.peak_device_mb = measured.peak_device_mb;
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
   }
   run.monitor().Step("save", 1, 1);
@@ -69,8 +73,8 @@ void PrintResult(const Arguments& arguments, const RunReport& report, EditSessio
   PrintQuality(report.quality, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
                         session.scene().clock().Total() / 1000, PeakRssMb()));
-  for (const auto& path :
-       {arguments.output, arguments.report, arguments.comparison, arguments.stages}) {
+  for (const auto& path : {arguments.output, arguments.report, arguments.page, arguments.comparison,
+                           arguments.stages}) {
     if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
   }
 }
@@ -124,6 +128,8 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  AddPath(verb, "--report-html", arguments->page,
+          "Page (.html) to write: every view before, after and masked, plots, options");
   AddPath(verb, "--comparison", arguments->comparison,
           "Picture (.png) to write: before, mask and after of up to four views");
   AddPath(verb, "--save-stages", arguments->stages,

@@ -13,6 +13,7 @@
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
 #include "session/contact_sheet.h"
+#include "session/report_html.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -111,6 +112,15 @@ void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& mode
   for (const std::string& loss : CodecForWriting(output).Losses(model)) {
     run.Warn(output.string() + ": " + loss);
   }
+}
+
+void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
+               Run& run) {
+  HtmlReportOptions options;
+  options.title = "Recoloring of " + session.splat_path().filename().string();
+  options.command = run.globals().command;
+  options.warnings = run.warnings();
+  WriteFile(path, HtmlReport(session, report, options, run.monitor()));
 }
 
 void PrintQuality(const QualityReport& quality, const Run& run) {

@@ -35,6 +35,10 @@ void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& p
 // A warning for each thing of `model` that the format of `output` has no place for.
 void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run);
 
+// HtmlReport() of the session, with the command of this run and what it warned of.
+void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
+               Run& run);
+
 // The figures of a quality report in lines for people.
 void PrintQuality(const QualityReport& quality, const Run& run);
 

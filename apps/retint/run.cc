@@ -30,7 +30,8 @@ void PrintStage(const JobStage& stage, const char* state, const Run& run) {
 
 void PrintOutputs(const JobOutputs& outputs, const Run& run) {
   std::vector<std::filesystem::path> paths = outputs.splats;
-  for (const auto& path : {outputs.report, outputs.masks, outputs.views, outputs.session}) {
+  for (const auto& path :
+       {outputs.report, outputs.page, outputs.masks, outputs.views, outputs.session}) {
     if (!path.empty()) paths.push_back(path);
   }
   for (const auto& path : paths) run.Print(fmt::format("wrote        {}", path.string()));

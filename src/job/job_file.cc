@@ -142,7 +142,7 @@ JobRegion JobReader::Region(const Node& node, const Job& job) const {
 }
 
 JobOutputs JobReader::Outputs(const Node& node) const {
-  node.AllowOnly({"splats", "report", "masks", "views", "session"});
+  node.AllowOnly({"splats", "report", "report_html", "masks", "views", "session"});
   JobOutputs outputs;
   std::set<fs::path> seen;
   if (node.Has("splats")) {
@@ -152,6 +152,7 @@ JobOutputs JobReader::Outputs(const Node& node) const {
     }
   }
   outputs.report = OptionalPath(node, "report");
+  outputs.page = OptionalPath(node, "report_html");
   outputs.masks = OptionalPath(node, "masks");
   outputs.views = OptionalPath(node, "views");
   outputs.session = OptionalPath(node, "session");

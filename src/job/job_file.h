@@ -34,6 +34,7 @@ struct JobRegion {
 struct JobOutputs {
   std::vector<std::filesystem::path> splats;  // each in the format of its extension
   std::filesystem::path report;               // .json
+  std::filesystem::path page;                 // .html, to look at
   std::filesystem::path masks;                // folder: <region's name>/<image name>.png
   std::filesystem::path views;                // folder: <image name>.png of the recolored scene
   std::filesystem::path session;              // folder NAME.retint, to go on in the editor

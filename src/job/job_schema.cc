@@ -113,6 +113,7 @@ std::string JobSchema() {
   const Json outputs =
       Object({{"splats", {{"type", "array"}, {"items", Text("in the format of its extension")}}},
               {"report", Text("a .json file")},
+              {"report_html", Text("an .html file, to look at")},
               {"masks", Text("a folder: <region>/<image name>.png")},
               {"views", Text("a folder: <image name>.png of the recolored scene")},
               {"session", Text("a folder NAME.retint, to go on in the editor")}});

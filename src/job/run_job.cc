@@ -11,6 +11,7 @@
 #include "recolor/edit_text.h"
 #include "scene/image_checks.h"
 #include "session/export.h"
+#include "session/report_html.h"
 #include "session/session_file.h"
 #include "splat_io/splat_io.h"
 
@@ -75,7 +76,9 @@ JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
     CodecForWriting(splat);
     CheckOutput(splat);
   }
-  if (!job.outputs.report.empty()) CheckOutput(job.outputs.report);
+  for (const fs::path& file : {job.outputs.report, job.outputs.page}) {
+    if (!file.empty()) CheckOutput(file);
+  }
   for (const fs::path& folder : {job.outputs.masks, job.outputs.views, job.outputs.session}) {
     if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
   }
@@ -261,9 +264,19 @@ RunReport JobRunner::Report(Monitor& monitor) {
 void JobRunner::WriteOutputs(Monitor& monitor) {
   const JobOutputs& outputs = job_.outputs;
   StagedOutput staged;
-  if (!outputs.report.empty()) {
+  if (!outputs.report.empty() || !outputs.page.empty()) {
     const RunReport report = Report(monitor);
-    staged.Add(outputs.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+    if (!outputs.report.empty()) {
+      staged.Add(outputs.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+    }
+    if (!outputs.page.empty()) {
+      HtmlReportOptions options;
+      options.title = job_.file.stem().string();
+      options.command = "retint run " + job_.file.string();
+      staged.Add(outputs.page, [&](const auto& path) {
+        WriteFile(path, HtmlReport(session_, report, options, monitor));
+      });
+    }
   }
   for (const fs::path& splat : outputs.splats) {
     staged.Add(splat, [&](const auto& path) { session_.WriteSplat(path, monitor); });

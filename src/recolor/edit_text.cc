@@ -12,6 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/base64.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "recolor/palette.h"
@@ -24,8 +25,6 @@ using Kind = ColorOperationKind;
 using Form = ColorParameter::Form;
 
 constexpr size_t kMostBytes = size_t{64} << 20;  // of an edit's file
-constexpr std::string_view kBase64 =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 std::string_view Trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
@@ -174,38 +173,16 @@ void Set(ColorOperation& op, const ColorParameter& parameter, const std::vector<
 
 // ---- JSON ----
 
-std::string EncodeBase64(const std::vector<float>& values) {
+std::string EncodeFloats(const std::vector<float>& values) {
   static_assert(std::endian::native == std::endian::little);
-  const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
-  const size_t count = values.size() * sizeof(float);
-  std::string text;
-  for (size_t i = 0; i < count; i += 3) {
-    uint32_t word = 0;
-    for (size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < count ? bytes[i + k] : 0u);
-    for (size_t k = 0; k < 4; ++k) {
-      text += i + k <= count ? kBase64[word >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
+  return EncodeBase64(
+      {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)});
 }
 
 // Empty where it is not base64 of whole floats.
-std::vector<float> DecodeBase64(std::string_view text) {
-  if (text.size() % 4 != 0) return {};
-  while (text.ends_with('=')) text.remove_suffix(1);
+std::vector<float> DecodeFloats(std::string_view text) {
   std::string bytes;
-  uint32_t word = 0;
-  int bits = 0;
-  for (const char c : text) {
-    const auto value = kBase64.find(c);
-    if (value == std::string_view::npos) return {};
-    word = word << 6 | uint32_t(value);
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += char(word >> bits & 255);
-  }
-  if (bytes.size() % sizeof(float) != 0) return {};
+  if (!DecodeBase64(text, bytes) || bytes.size() % sizeof(float) != 0) return {};
   std::vector<float> values(bytes.size() / sizeof(float));
   std::memcpy(values.data(), bytes.data(), bytes.size());
   return values;
@@ -297,7 +274,7 @@ std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::str
     throw OptionError(where + " has a \"table\" without its \"size\", or one that is no text");
   }
   table->size = int(std::clamp<int64_t>(size.get<int64_t>(), -1, kMaxColorTableSize + 1));
-  table->values = DecodeBase64(json["table"].get_ref<const std::string&>());
+  table->values = DecodeFloats(json["table"].get_ref<const std::string&>());
   table->Check();
   return table;
 }
@@ -375,7 +352,7 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
   json["file"] = op.table->name;
   if (with_tables) {
     json["size"] = op.table->size;
-    json["table"] = EncodeBase64(op.table->values);
+    json["table"] = EncodeFloats(op.table->values);
   }
   return json;
 }

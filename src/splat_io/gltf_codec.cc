@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "base/base64.h"
 #include "base/files.h"
 #include "scene/rigid3d.h"
 #include "scene/sh_rotation.h"

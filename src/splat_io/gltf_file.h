@@ -45,16 +45,4 @@ class GltfFile {
   std::vector<std::string> buffers_;
 };
 
-// Base64 (RFC 4648) in pieces.
-class Base64Encoder {
- public:
-  std::string Add(std::string_view bytes);  // what is complete by now
-  std::string Finish();                     // the rest, padded
-
- private:
-  std::string rest_;
-};
-// False where it is not base64.
-bool DecodeBase64(std::string_view text, std::string& bytes);
-
 }  // namespace retint

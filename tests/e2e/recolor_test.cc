@@ -48,13 +48,15 @@ double Iou(const Mask& a, const Mask& b) {
 
 TEST(Recolor, WritesSplatReportStagesAndPictures) {
   TempFolder temp;
-  const CommandResult result = RunRetint(
-      Join(RecolorArguments(temp),
-           {"--report", (temp / "r.json").string(), "--save-stages", (temp / "stages").string(),
-            "--comparison", (temp / "c.png").string(), "--holdout", "4"}));
+  const CommandResult result =
+      RunRetint(Join(RecolorArguments(temp),
+                     {"--report", (temp / "r.json").string(), "--save-stages",
+                      (temp / "stages").string(), "--comparison", (temp / "c.png").string(),
+                      "--report-html", (temp / "r.html").string(), "--holdout", "4"}));
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("out.ply"));
 
+  EXPECT_THAT(ReadFile(temp / "r.html"), testing::HasSubstr("retint recolor --workspace "));
   const json report = json::parse(ReadFile(temp / "r.json"));
   EXPECT_EQ(report["backend"], "cpu");
   EXPECT_EQ(report["views"], 8);

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/report_html.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "session/export.h"
+#include "session/report_plots.h"
+#include "tests/session/saved_scene.h"
+
+namespace retint {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(HtmlText, HidesWhatHtmlReads) {
+  EXPECT_EQ(HtmlText("<a href=\"x\">&'"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(HtmlText("\xC3\xBC\xFF!"), "\xC3\xBC\xEF\xBF\xBD!");
+  EXPECT_EQ(HtmlText("\xE2\x82"), "\xEF\xBF\xBD\xEF\xBF\xBD");  // cut off
+}
+
+TEST(BarPlot, HasABarForEachFiniteValue) {
+  const std::string svg =
+      BarPlot({{"a", 10, false}, {"b", 20, true}, {"c", NAN, false}}, "dB", "PSNR", "held out");
+  EXPECT_EQ(Count(svg, "<rect"), 2);
+  EXPECT_THAT(svg, HasSubstr("b (held out): 20.0 dB"));
+  EXPECT_EQ(BarPlot({}, "dB", "PSNR", ""), "");
+}
+
+TEST(LogLinePlot, NeedsTwoPositiveValues) {
+  EXPECT_EQ(LogLinePlot({1}, "sweeps", "loss"), "");
+  EXPECT_EQ(LogLinePlot({1, 0, -1}, "sweeps", "loss"), "");
+  EXPECT_THAT(LogLinePlot({1, 0.1}, "sweeps", "loss"), HasSubstr("<polyline"));
+}
+
+class Html : public testing::Test {
+ protected:
+  Html() { EditTinyScene(scene_, *session_); }
+  std::string Make(const HtmlReportOptions& options = {}) {
+    const RunReport report = FullReport(*session_, TargetKind::kRender, monitor_);
+    return HtmlReport(*session_, report, options, monitor_);
+  }
+
+  const TinyScene scene_{51};
+  Monitor monitor_;
+  std::unique_ptr<EditSession> session_ = MakeSession(scene_);
+};
+
+TEST_F(Html, IsOnePageWithEveryView) {
+  HtmlReportOptions options;
+  options.title = "A <title>";
+  options.command = "retint recolor --tint '#ff0000'";
+  options.warnings = {"Something is odd & new"};
+  const std::string page = Make(options);
+  for (const View* view : session_->reconstruction().ViewsByName()) {
+    EXPECT_THAT(page, HasSubstr("Before and after of " + view->name));
+  }
+  const auto views = static_cast<int>(session_->reconstruction().views.size());
+  EXPECT_EQ(Count(page, " before\""), views);
+  EXPECT_EQ(Count(page, " after\""), views);
+  EXPECT_GE(Count(page, " mask\""), 6);
+  EXPECT_THAT(page, HasSubstr("<h1>A &lt;title&gt;</h1>"));
+  EXPECT_THAT(page, HasSubstr("Something is odd &amp; new"));
+  EXPECT_THAT(page, HasSubstr("--tint &#39;#ff0000&#39;"));
+  EXPECT_THAT(page, HasSubstr("right"));  // a region's name
+  EXPECT_THAT(page, Not(HasSubstr("http"))) << "it needs no network";
+  EXPECT_THAT(page, Not(HasSubstr("src=\"file")));
+}
+
+TEST_F(Html, TheWorstViewComesFirst) {
+  const RunReport report = FullReport(*session_, TargetKind::kRender, monitor_);
+  std::string worst;
+  double least = 1000;
+  for (const RegionReport& region : report.regions) {
+    for (const ViewQuality& view : region.quality.views) {
+      if (view.psnr_inside < least) worst = view.name;
+      least = std::min(least, view.psnr_inside);
+    }
+  }
+  const std::string page = HtmlReport(*session_, report, {}, monitor_);
+  const auto first = page.find("Before and after of ");
+  EXPECT_EQ(page.substr(first + 20, worst.size()), worst);
+}
+
+TEST_F(Html, StaysWithinItsSize) {
+  const size_t whole = Make().size();
+  HtmlReportOptions options;
+  options.most_bytes = whole * 3 / 4;
+  EXPECT_LE(Make(options).size(), options.most_bytes);
+  options.most_bytes = 1000;
+  EXPECT_THROW(Make(options), RunError);
+}
+
+TEST_F(Html, CanBeCancelled) {
+  const RunReport report = FullReport(*session_, TargetKind::kRender, monitor_);
+  monitor_.Cancel();
+  EXPECT_THROW(HtmlReport(*session_, report, {}, monitor_), Cancelled);
+}
+
+}  // namespace
+}  // namespace retint
