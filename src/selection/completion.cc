@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -13,6 +12,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "selection/gaussian_mixture.h"
+#include "selection/graph_solver.h"
 
 namespace retint {
 namespace {
@@ -36,66 +36,9 @@ constexpr double kConnected = 1e-3;     // weight of an edge that connects
 constexpr double kSurelyOutside = 0.25, kSurelyInside = 0.75;
 constexpr double kUnseenDoubt = 0.25;   // of what is inside without having been seen
 constexpr double kLeastVisible = 1e-6;  // pixels
-constexpr double kTolerance = 1e-3;     // of the residual, relative to the right-hand side
-constexpr int kMaxIterations = 300;
 constexpr int64_t kGrain = 4096;
 
 double Ratio(double part, double whole) { return whole > kLeastVisible ? part / whole : 0; }
-
-// sum_i a_i b_i, the same on any number of threads.
-double Dot(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> parts((a.size() + kGrain - 1) / kGrain, 0.0);
-  ParallelTasks(int64_t(parts.size()), [&](size_t part) {
-    const size_t end = std::min(a.size(), (part + 1) * kGrain);
-    for (size_t i = part * kGrain; i < end; ++i) parts[part] += a[i] * b[i];
-  });
-  return std::accumulate(parts.begin(), parts.end(), 0.0);
-}
-
-// x with (diagonal - kSmoothness edges) x = right by conjugate gradients, preconditioned by the
-// diagonal (Saad 2003, algorithm 9.1), from x as it is.
-void SolveGraph(const EdgeMatrix& edges, const std::vector<float>& weights,
-                const std::vector<double>& diagonal, const std::vector<double>& right,
-                std::vector<double>* x, Monitor& monitor) {
-  const auto count = int64_t(right.size());
-  std::vector<double> residual(right.size()), direction(right.size()), applied(right.size()),
-      scaled(right.size());
-  const auto apply = [&](const std::vector<double>& in, std::vector<double>* out) {
-    ParallelRanges(count, kGrain, [&](int64_t first, int64_t last) {
-      for (auto g = size_t(first); g < size_t(last); ++g) {
-        double sum = 0;
-        for (size_t e = edges.begin[g]; e < edges.begin[g + 1]; ++e) {
-          sum += double(weights[e]) * in[size_t(edges.other[e])];
-        }
-        (*out)[g] = diagonal[g] * in[g] - kSmoothness * sum;
-      }
-    });
-  };
-  const auto each = [&](const auto& body) {
-    ParallelRanges(count, kGrain, [&](int64_t first, int64_t last) {
-      for (auto g = size_t(first); g < size_t(last); ++g) body(g);
-    });
-  };
-  apply(*x, &applied);
-  each([&](size_t g) {
-    residual[g] = right[g] - applied[g];
-    direction[g] = scaled[g] = residual[g] / diagonal[g];
-  });
-  const double limit = kTolerance * kTolerance * Dot(right, right);
-  double product = Dot(residual, scaled);
-  for (int i = 0; i < kMaxIterations && Dot(residual, residual) > limit; ++i) {
-    monitor.ThrowIfCancelled();
-    apply(direction, &applied);
-    const double step = product / Dot(direction, applied);
-    each([&](size_t g) {
-      (*x)[g] += step * direction[g];
-      residual[g] -= step * applied[g];
-      scaled[g] = residual[g] / diagonal[g];
-    });
-    const double before = std::exchange(product, Dot(residual, scaled));
-    each([&](size_t g) { direction[g] = scaled[g] + product / before * direction[g]; });
-  }
-}
 
 // What paint says of one Gaussian.
 struct Proof {
@@ -189,22 +132,21 @@ class Completer {
   void Solve(const std::vector<double>& prior, std::vector<double>* solved,
              Monitor& monitor) const {
     std::vector<float> weights(edges_.weight.size());
-    std::vector<double> diagonal(count_), right(count_);
+    std::vector<NodeTerm> terms(count_);
     ParallelRanges(int64_t(count_), kGrain, [&](int64_t first, int64_t last) {
       for (auto g = size_t(first); g < size_t(last); ++g) {
-        double degree = 0;
         for (size_t e = edges_.begin[g]; e < edges_.begin[g + 1]; ++e) {
           // Neighbors of which one looks inside and the other outside touch, but are two things.
           const double alike = 1 - std::abs(prior[g] - prior[size_t(edges_.other[e])]);
-          weights[e] = float(edges_.weight[e] * alike * alike + kLeastWeight);
-          degree += double(weights[e]);
+          const double weight = edges_.weight[e] * alike * alike + kLeastWeight;
+          weights[e] = float(kSmoothness * weight);
         }
-        diagonal[g] = kSmoothness * degree + trust_[g] + 1;
-        right[g] = trust_[g] * share_[g] + prior[g];
+        terms[g].Add(trust_[g], share_[g]);
+        terms[g].Add(1, prior[g]);
         (*solved)[g] = trust_[g] > 0 ? share_[g] : prior[g];
       }
     });
-    SolveGraph(edges_, weights, diagonal, right, solved, monitor);
+    SolveGraph(edges_, weights, terms, solved, monitor);
   }
 
   // What no chain of selected neighbors leads to from painted ones becomes outside.

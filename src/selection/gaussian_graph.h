@@ -12,6 +12,7 @@
 
 #include "base/monitor.h"
 #include "scene/gaussian_model.h"
+#include "selection/graph_solver.h"
 
 namespace retint {
 
@@ -21,13 +22,6 @@ struct GaussianSurface {
   Eigen::Vector3f normal;  // the shortest axis, world
   float extent = 0;        // mean of the two longer standard deviations, world
   float flatness = 0;      // 0 round, 1 flat
-};
-
-// The edges of a graph as a symmetric matrix without diagonal, row by row.
-struct EdgeMatrix {
-  std::vector<size_t> begin;  // [nodes + 1] into what follows
-  std::vector<int> other;     // ascending within a row
-  std::vector<float> weight;  // in (0, 1]
 };
 
 // Made once for a scene, or once for each part of a large one. Memory: about 450 bytes a node, and
@@ -46,7 +40,7 @@ class GaussianGraph {
   // The Gaussian that node `i` is; ascending.
   size_t GaussianOf(size_t i) const { return members_.empty() ? i : size_t(members_[i]); }
   const std::vector<GaussianSurface>& surfaces() const { return surfaces_; }
-  const EdgeMatrix& edges() const { return edges_; }
+  const EdgeMatrix& edges() const { return edges_; }  // weights in (0, 1]
   // Whether the graph holds all that one within `box` (nullopt: of the whole scene) would.
   bool Covers(const std::optional<Eigen::AlignedBox3f>& box) const;
 

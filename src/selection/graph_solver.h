@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Values over the nodes of a graph that agree with their neighbors and with what is known.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/monitor.h"
+
+namespace retint {
+
+// The edges of a graph as a symmetric matrix without diagonal, row by row.
+struct EdgeMatrix {
+  std::vector<size_t> begin;  // [nodes + 1] into what follows
+  std::vector<int> other;     // ascending within a row
+  std::vector<float> weight;  // above 0
+};
+
+// What is known of one node: sum_i trust (x - value)^2 of its terms. Kept as sums.
+struct NodeTerm {
+  double trust = 0, pull = 0;  // sums of trust and of trust times value
+
+  void Add(double more_trust, double value) {
+    trust += more_trust;
+    pull += more_trust * value;
+  }
+};
+
+// The x that minimizes  sum_edges w_ij (x_i - x_j)^2 + sum_i terms_i(x_i)  (random walker with
+// priors, Grady 2005), by conjugate gradients preconditioned by the diagonal (Saad 2003, algorithm
+// 9.1), from *x on. Every node has a term of trust above 0. Ends at a residual of 0.001 of the
+// right-hand side, and in any case after 300 iterations: then x is still a valid start, and closer
+// than it was. Returns the iterations taken; the same result on any number of threads. Cancelled
+// between iterations. `weights` stand for those of `edges`; 0 is as
+// no edge.
+int SolveGraph(const EdgeMatrix& edges, std::span<const float> weights,
+               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor);
+
+}  // namespace retint
