@@ -9,6 +9,7 @@
 #include <jerror.h>
 
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 
@@ -36,8 +37,26 @@ void OnMessage(j_common_ptr info, int level) {
 
 void Silence(j_common_ptr) {}
 
-// Into `out`, which the caller owns: nothing here has a destructor that a jump would skip.
-bool Decode(std::string_view bytes, jpeg_decompress_struct& jpeg, Reporter& reporter, Image8& out) {
+bool IsInk(J_COLOR_SPACE space) { return space == JCS_CMYK || space == JCS_YCCK; }
+
+// What four inks leave of white. Adobe's files, which say so, store the light that each ink lets
+// through (255: no ink), others the ink.
+void RgbFromInk(const std::vector<JSAMPLE>& row, bool adobe, JSAMPLE* rgb) {
+  for (size_t x = 0; x < row.size() / 4; ++x) {
+    const auto light = [&](size_t c) {
+      const int value = row[4 * x + c];
+      return adobe ? value : 255 - value;
+    };
+    for (size_t c = 0; c < 3; ++c) {
+      rgb[3 * x + c] = static_cast<JSAMPLE>((light(c) * light(3) + 127) / 255);
+    }
+  }
+}
+
+// Into `out` and `ink`, which the caller owns: nothing here has a destructor that a jump would
+// skip.
+bool Decode(std::string_view bytes, jpeg_decompress_struct& jpeg, Reporter& reporter, Image8& out,
+            std::vector<JSAMPLE>& ink) {
   jpeg.err = jpeg_std_error(&reporter.manager);
   reporter.manager.error_exit = OnError;
   reporter.manager.emit_message = OnMessage;
@@ -46,14 +65,18 @@ bool Decode(std::string_view bytes, jpeg_decompress_struct& jpeg, Reporter& repo
   jpeg_create_decompress(&jpeg);
   jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&jpeg, TRUE);
-  jpeg.out_color_space = JCS_RGB;
+  const bool is_ink = IsInk(jpeg.jpeg_color_space);
+  jpeg.out_color_space = is_ink ? JCS_CMYK : JCS_RGB;
   jpeg_start_decompress(&jpeg);
   out.width = static_cast<int>(jpeg.output_width);
   out.height = static_cast<int>(jpeg.output_height);
   out.data.resize(out.NumPixels() * 3);
+  if (is_ink) ink.resize(size_t{jpeg.output_width} * 4);
   while (jpeg.output_scanline < jpeg.output_height) {
-    JSAMPROW row = out.data.data() + out.Index(0, static_cast<int>(jpeg.output_scanline));
+    JSAMPROW rgb = out.data.data() + out.Index(0, static_cast<int>(jpeg.output_scanline));
+    JSAMPROW row = is_ink ? ink.data() : rgb;
     jpeg_read_scanlines(&jpeg, &row, 1);
+    if (is_ink) RgbFromInk(ink, jpeg.saw_Adobe_marker, rgb);
   }
   jpeg_finish_decompress(&jpeg);
   return true;
@@ -67,7 +90,8 @@ Image8 DecodeJpeg(std::string_view bytes, const std::filesystem::path& path) {
   Image8 out;
   jpeg_decompress_struct jpeg{};
   Reporter reporter{};
-  const bool decoded = Decode(bytes, jpeg, reporter, out);
+  std::vector<JSAMPLE> ink;
+  const bool decoded = Decode(bytes, jpeg, reporter, out, ink);
   jpeg_destroy_decompress(&jpeg);
   if (!decoded) throw InputError(path, std::string("damaged JPEG file: ") + reporter.fault);
   return out;

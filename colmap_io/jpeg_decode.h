@@ -12,7 +12,8 @@ namespace retint {
 
 bool IsJpeg(std::string_view bytes);
 
-// Gray becomes RGB. InputError for a damaged file or an unsupported kind (CMYK, 12 bits).
+// Gray and the four inks (CMYK, YCCK) become RGB, without color management. InputError for a
+// damaged file or an unsupported kind (12 bits).
 Image8 DecodeJpeg(std::string_view bytes, const std::filesystem::path& path);
 
 }  // namespace retint

@@ -157,22 +157,32 @@ Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::strin
   if (!HasReconstruction(folder)) {
     throw InputError(folder, "holds no COLMAP model (cameras, images and points3D, .bin or .txt)");
   }
-  const bool binary = IsFile(folder / "cameras.bin") || IsFile(folder / "images.bin") ||
-                      !(IsFile(folder / "cameras.txt") || IsFile(folder / "images.txt"));
-  const char* extension = binary ? ".bin" : ".txt";
-  const auto part = [&](const char* name) { return folder / (std::string(name) + extension); };
+  // A part that is there as both is read as binary, which has every digit.
+  const bool any_binary = IsFile(folder / "cameras.bin") || IsFile(folder / "images.bin");
+  const auto part = [&](const std::string& name) {
+    const fs::path binary = folder / (name + ".bin"), text = folder / (name + ".txt");
+    return IsFile(binary) || (!IsFile(text) && any_binary) ? binary : text;
+  };
+  const auto is_binary = [](const fs::path& path) { return path.extension() == ".bin"; };
 
   using namespace sparse_codec;
   Reconstruction model;
   std::vector<std::string> told;
   const fs::path cameras = part("cameras"), images = part("images"), points = part("points3D");
   for (const auto& path : {cameras, images}) {
-    if (!IsFile(path)) throw InputError(path, "is missing from the COLMAP model");
+    if (IsFile(path)) continue;
+    const bool frames = IsFile(folder / "frames.bin") || IsFile(folder / "frames.txt");
+    throw InputError(path, std::string("is missing from the COLMAP model") +
+                               (path == images && frames
+                                    ? "; its frames have poses but not the images' names: write "
+                                      "the model again with colmap model_converter"
+                                    : ""));
   }
-  (binary ? ReadCamerasBinary : ReadCamerasText)(ReadFile(cameras), cameras, told, model);
-  (binary ? ReadImagesBinary : ReadImagesText)(ReadFile(images), images, told, model);
+  (is_binary(cameras) ? ReadCamerasBinary : ReadCamerasText)(ReadFile(cameras), cameras, told,
+                                                             model);
+  (is_binary(images) ? ReadImagesBinary : ReadImagesText)(ReadFile(images), images, told, model);
   if (IsFile(points)) {
-    (binary ? ReadPointsBinary : ReadPointsText)(ReadFile(points), points, told, model);
+    (is_binary(points) ? ReadPointsBinary : ReadPointsText)(ReadFile(points), points, told, model);
   } else {
     told.push_back(points.string() + ": is missing; going on without sparse points");
   }

@@ -17,8 +17,8 @@ namespace retint {
 // Whether `folder` holds any of a model's files (cameras, images or points3D; .bin or .txt).
 bool HasReconstruction(const std::filesystem::path& folder);
 
-// Reads the model in `folder`, binary where there is a cameras.bin or images.bin, else text. What
-// comes back is consistent: every view's camera exists, every track element names an existing
+// Reads the model in `folder`, each part from its .bin or, without one, from its .txt. What comes
+// back is consistent: every view's camera exists, every track element names an existing
 // observation, every observation names an existing point or none. What had to be left out for that
 // (views whose camera is missing, dangling references) is told in `warnings`, one line each; a
 // missing points3D is a warning too. Rotations that are not unit quaternions to 1e-9 are

@@ -2,32 +2,31 @@
 #include "colmap_io/workspace.h"
 
 #include "base/files.h"
-#include "colmap_io/image_io.h"
+#include "colmap_io/layout.h"
+#include "colmap_io/nerfstudio.h"
+#include "colmap_io/photo.h"
 #include "colmap_io/sparse.h"
-#include "scene/image_checks.h"
+#include "scene/transform.h"
 
 namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Beside the model or up to two folders above the root: a root may be the sparse folder itself.
-fs::path FindImageFolder(const fs::path& root, bool root_is_sparse) {
-  fs::path folder = fs::absolute(root).lexically_normal();
-  if (!folder.has_filename()) folder = folder.parent_path();
-  std::vector<fs::path> candidates = {root / "images"};
-  if (root_is_sparse) {
-    candidates.push_back(folder.parent_path() / "images");
-    candidates.push_back(folder.parent_path().parent_path() / "images");
+// Of the models in a folder of several, which one was taken.
+std::string SeveralModels(const fs::path& sparse_folder) {
+  const fs::path folder = sparse_folder.parent_path();
+  std::error_code code;
+  int models = 0;
+  for (auto entry = fs::directory_iterator(folder, code);
+       !code && entry != fs::directory_iterator(); entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    const bool number = name.find_first_not_of("0123456789") == std::string::npos;
+    models += number && IsFolder(entry->path()) && HasReconstruction(entry->path());
   }
-  for (const fs::path& candidate : candidates) {
-    if (IsFolder(candidate)) return candidate;
-  }
-  return candidates.front();
-}
-
-bool HoldsSeveralModels(const fs::path& sparse_folder) {
-  return sparse_folder.filename() == "0" && HasReconstruction(sparse_folder.parent_path() / "1");
+  if (models < 2) return "";
+  return folder.string() + ": holds several models; using " + sparse_folder.filename().string() +
+         ", the largest; --model takes another";
 }
 
 // Single quotes for a POSIX shell, where needed.
@@ -40,48 +39,63 @@ std::string Quoted(const std::string& text) {
   return quoted + "'";
 }
 
-}  // namespace
-
-std::optional<fs::path> FindModel(const fs::path& root) {
-  for (const fs::path& folder : {root / "sparse" / "0", root / "sparse", root, root / "0"}) {
-    if (HasReconstruction(folder)) return folder;
+Workspace OpenModel(const fs::path& root, const fs::path& folder, const fs::path& image_folder) {
+  Workspace workspace;
+  workspace.root = root;
+  workspace.sparse_folder = folder;
+  std::vector<std::string>& warnings = workspace.warnings;
+  workspace.reconstruction = HasReconstruction(folder)
+                                 ? ReadReconstruction(folder, &warnings)
+                                 : ReadTransforms(folder / kTransformsName, &warnings);
+  if (workspace.reconstruction.views.empty()) {
+    const std::string why = warnings.empty() ? "" : " (" + warnings.front() + ")";
+    throw InputError(folder, "the model has no usable view" + why);
   }
-  return std::nullopt;
+  workspace.image_folder = image_folder;
+  if (image_folder.empty()) {
+    const auto found = FindImages(root, folder, workspace.reconstruction);
+    workspace.image_folder = found.value_or(root / "images");
+  }
+  workspace.depth_map_folder = FindDepthMaps(root, folder);
+  return workspace;
 }
 
-Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder) {
+}  // namespace
+
+Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder,
+                          const std::string& model) {
   if (!IsFolder(root)) throw InputError(root, IsFile(root) ? "is not a folder" : "no such folder");
   if (!image_folder.empty() && !IsFolder(image_folder)) {
     throw InputError(image_folder, "no such folder of images");
   }
-  Workspace workspace;
-  workspace.root = root;
-  const auto model = FindModel(root);
-  if (!model) {
+  const std::vector<fs::path> models =
+      model.empty() ? FindModels(root) : std::vector<fs::path>{ChooseModel(root, model)};
+  if (models.empty()) {
     throw InputError(root,
                      "holds no COLMAP model: no cameras, images and points3D (.bin or .txt) in "
-                     "sparse/0, sparse or the folder itself");
+                     "sparse/0, sparse, dense/0 or the folder itself, and no transforms.json");
   }
-  workspace.sparse_folder = *model;
-  workspace.image_folder = !image_folder.empty()
-                               ? image_folder
-                               : FindImageFolder(root, workspace.sparse_folder == root ||
-                                                           workspace.sparse_folder == root / "0");
-  if (IsFolder(root / "stereo" / "depth_maps")) {
-    workspace.depth_map_folder = root / "stereo" / "depth_maps";
+  Workspace workspace = OpenModel(root, models.front(), image_folder);
+  // Another model may be the one that the photos belong to: `colmap automatic_reconstructor`
+  // leaves undistorted ones with a model of their own in dense/0.
+  for (size_t i = 1; i < models.size() && !IsFolder(workspace.image_folder); ++i) {
+    try {
+      Workspace other = OpenModel(root, models[i], image_folder);
+      if (IsFolder(other.image_folder)) workspace = std::move(other);
+    } catch (const InputError&) {
+      continue;  // the first one can be used, without photos
+    }
   }
-  if (HoldsSeveralModels(workspace.sparse_folder)) {
-    workspace.warnings.push_back(workspace.sparse_folder.parent_path().string() +
-                                 ": holds several models; using 0, the others are ignored");
+  if (model.empty()) {
+    const std::string several = SeveralModels(workspace.sparse_folder);
+    if (!several.empty()) workspace.warnings.insert(workspace.warnings.begin(), several);
   }
-  std::vector<std::string> warnings;
-  workspace.reconstruction = ReadReconstruction(workspace.sparse_folder, &warnings);
-  if (workspace.reconstruction.views.empty()) {
-    const std::string why = warnings.empty() ? "" : " (" + warnings.front() + ")";
-    throw InputError(workspace.sparse_folder, "the model has no usable view" + why);
-  }
-  workspace.warnings.insert(workspace.warnings.end(), warnings.begin(), warnings.end());
   return workspace;
+}
+
+void Workspace::Transform(const Sim3d& new_from_old) {
+  retint::Transform(new_from_old, reconstruction);
+  depth_scale *= new_from_old.scale;
 }
 
 const View& Workspace::RequireView(std::string_view name) const {
@@ -113,19 +127,17 @@ void Workspace::RequirePinhole() const {
   }
 }
 
-fs::path Workspace::PhotoPath(const View& view) const { return image_folder / view.name; }
+fs::path Workspace::PhotoPath(const View& view) const {
+  return FindPhoto(image_folder, view.name).value_or(image_folder / view.name);
+}
 
-bool Workspace::HasPhoto(const View& view) const { return IsFile(PhotoPath(view)); }
+bool Workspace::HasPhoto(const View& view) const {
+  return !has_virtual_views && FindPhoto(image_folder, view.name).has_value();
+}
 
 Image Workspace::ReadPhoto(const View& view) const {
-  const fs::path path = PhotoPath(view);
-  Image photo = ReadImage(path);
   const Camera& camera = reconstruction.cameras.at(view.camera_id);
-  if (photo.width != camera.width || photo.height != camera.height) {
-    throw InputError(path, "photo is " + SizeText(photo.width, photo.height) +
-                               ", its camera says " + SizeText(camera.width, camera.height));
-  }
-  return photo;
+  return ReadPhotoOfSize(PhotoPath(view), camera.width, camera.height);
 }
 
 std::optional<fs::path> Workspace::FindDepthMap(const View& view) const {

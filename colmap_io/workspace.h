@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A COLMAP workspace as COLMAP and 3DGS lay it out: a sparse model, photos, maybe dense depth maps.
+// Workspaces as COLMAP, 3DGS and nerfstudio lay them out: a sparse model, photos, maybe dense depth
+// maps. Below (or at) the root:
 //
-//   ROOT/sparse/0, ROOT/sparse, ROOT, ROOT/0    cameras, images, points3D (.bin or .txt)
-//   ROOT/images                                 photos, by the image names of the model
-//   ROOT/stereo/depth_maps                      <image name>.geometric.bin, .photometric.bin
+//   sparse/N, sparse, ., N, colmap/sparse/N, colmap/sparse    cameras, images, points3D (.bin,
+//   .txt) dense/N/sparse, dense/sparse, undistorted/sparse          the same, undistorted
+//   transforms.json                                           nerfstudio's cameras
+//   images, images_2, images_4, images_8, input               photos, by the image names of the
+//   model stereo/depth_maps                                         <image name>.geometric.bin,
+//   .photometric.bin
 #pragma once
 
 #include <filesystem>
@@ -17,7 +21,11 @@
 
 namespace retint {
 
-// The folder of the sparse model below (or at) `root`, in the order above; nullopt for none.
+// The folders below (or at) `root` that hold a sparse model: those of the first of the places above
+// that has any, the one with most views first; then those of the places after it. A folder that
+// holds transforms.json and no COLMAP model counts as one, after all others.
+std::vector<std::filesystem::path> FindModels(const std::filesystem::path& root);
+// The first of them; nullopt for none.
 std::optional<std::filesystem::path> FindModel(const std::filesystem::path& root);
 
 struct Workspace {
@@ -26,13 +34,23 @@ struct Workspace {
   std::filesystem::path image_folder;      // may not exist: photos are needed only when read
   std::filesystem::path depth_map_folder;  // empty where there is none
   Reconstruction reconstruction;
+  // Of the numbers in dense depth maps to the reconstruction's unit.
+  double depth_scale = 1;
+  // Its views were placed around a splat (session/virtual_views.h): there never were photos.
+  bool has_virtual_views = false;
   std::vector<std::string> warnings;  // one line each, for the user
 
-  // `image_folder`, when given, must exist; else ROOT/images, or for a root that is itself the
-  // sparse folder the nearest `images` beside or above it. InputError when there is no model or it
-  // has no views; see ReadReconstruction for damaged files.
+  // `image_folder`, when given, must exist; else the nearest folder with a name as above that holds
+  // a photo of the model, of the cameras' own size where there are several. `model` chooses one of
+  // FindModels() by its path below the root or the end of it ("1", "dense/0"); without it the first
+  // is taken, or a later one that has photos where the first has none. InputError when there is no
+  // such model or it has no views; see ReadReconstruction for damaged files.
   static Workspace Open(const std::filesystem::path& root,
-                        const std::filesystem::path& image_folder = {});
+                        const std::filesystem::path& image_folder = {},
+                        const std::string& model = {});
+
+  // Moves poses, points and the unit of the depth maps: x_in_new = new_from_old * x_in_old.
+  void Transform(const Sim3d& new_from_old);
 
   // InputError with the nearest names when there is no such view.
   const View& RequireView(std::string_view name) const;
@@ -41,9 +59,14 @@ struct Workspace {
   // camera is neither PINHOLE nor SIMPLE_PINHOLE. Whatever renders calls this first.
   void RequirePinhole() const;
 
+  // The photo's file: by the view's name or, where that is missing, with another extension or
+  // without the folders in the name.
   std::filesystem::path PhotoPath(const View& view) const;
   bool HasPhoto(const View& view) const;
-  // InputError when it is missing, damaged, or not of its camera's size.
+  // Of its camera's size: a photo of another size but the same shape is scaled. Its pixels are
+  // taken as they are stored, as COLMAP does; only where they do not have the camera's shape and
+  // the photo says (EXIF) that it is to be turned, it is turned. InputError when it is missing,
+  // damaged or of another shape.
   Image ReadPhoto(const View& view) const;
 
   // The view's dense depth map, geometric before photometric; nullopt where there is none.

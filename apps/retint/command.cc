@@ -96,8 +96,7 @@ int RunCommand(int argc, char** argv) {
   Globals globals;
   globals.command = Typed(argc, argv);
   Action action;
-  CLI::App app("Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces.",
-               "retint");
+  CLI::App app("Recolors regions of 3D Gaussian Splatting scenes.", "retint");
   app.get_formatter()->column_width(36);
   app.set_version_flag(
       "--version", [] { return VersionText(); }, "Version, backends and libraries");
@@ -117,6 +116,8 @@ int RunCommand(int argc, char** argv) {
   AddEvaluate(app, globals, action);
   AddScore(app, globals, action);
   AddRun(app, globals, action);
+  AddAlign(app, globals, action);
+  AddCameras(app, globals, action);
   AddConvert(app, globals, action);
   AddSynth(app, globals, action);
   try {

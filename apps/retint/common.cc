@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/nerfstudio.h"
 #include "kernels/cuda/cuda_backend.h"
 #include "retint/version.h"
 
@@ -84,16 +85,27 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
   return verb;
 }
 
-void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required) {
+void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
+              const std::string& splat_flag) {
   verb->add_option("--workspace", scene.workspace,
-                   "COLMAP workspace: folder with sparse/0, sparse or the model itself, and images")
-      ->required()
+                   "COLMAP or nerfstudio workspace (docs/workspaces.md lists the layouts). Without "
+                   "it, views are placed around the splat")
       ->type_name("FOLDER");
-  verb->add_option("--splat", scene.splat, "3D Gaussian Splatting scene in the workspace's frame")
+  verb->add_option(splat_flag, scene.splat, "3D Gaussian Splatting scene")
       ->required(splat_required)
       ->type_name("FILE");
-  verb->add_option("--images", scene.images, "Folder of the photos, where not WORKSPACE/images")
+  verb->add_option("--images", scene.images, "Folder of the photos, where it is not found")
       ->type_name("FOLDER");
+  verb->add_option("--model", scene.model,
+                   "Which sparse model of the workspace, such as 1 or dense/0; else the largest")
+      ->type_name("NAME");
+  verb->add_option("--world-from-splat", scene.world_from_splat,
+                   "Where the splat lies in the workspace's world: a JSON file (nerfstudio's "
+                   "dataparser_transforms.json, or what `retint align` writes) or the 12 or 16 "
+                   "numbers of a matrix, by rows")
+      ->type_name("FILE|NUMBERS");
+  verb->add_option("--views", scene.views, "Without --workspace: how many views are placed")
+      ->check(CLI::Range(2, 400));
 }
 
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run) {
@@ -101,6 +113,12 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   options.backend = run.globals().backend;
   options.cache_bytes = run.globals().cache_mb << 20;
   options.image_folder = scene.images;
+  options.model = scene.model;
+  options.views = scene.views;
+  if (!scene.world_from_splat.empty()) {
+    CheckOption(!scene.workspace.empty(), "--world-from-splat needs --workspace");
+    options.world_from_splat = WorldFromSplatOf(scene.world_from_splat);
+  }
   options.holdout = holdout;
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
   run.Info("backend " + BackendText(session->renderer().backend(), options.backend));
@@ -162,11 +180,14 @@ std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
   return masks;
 }
 
-void RequirePhotos(const EditSession& session) {
-  for (const auto& [id, view] : session.reconstruction().views) {
-    if (!session.workspace().HasPhoto(view)) {
-      throw InputError(session.workspace().PhotoPath(view), "--target photo needs it");
-    }
+void WarnOfMissingPhotos(const EditSession& session, Run& run) {
+  const auto& views = session.reconstruction().views;
+  const auto missing = std::count_if(views.begin(), views.end(), [&](const auto& entry) {
+    return !session.workspace().HasPhoto(entry.second);
+  });
+  if (missing > 0) {
+    run.Warn("--target photo: " + std::to_string(missing) + " of " + std::to_string(views.size()) +
+             " views have no photo; their renders are taken");
   }
 }
 

@@ -69,6 +69,8 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action);
 void AddPalette(CLI::App& app, Globals& globals, Action& action);
 void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
 void AddScore(CLI::App& app, Globals& globals, Action& action);
+void AddAlign(CLI::App& app, Globals& globals, Action& action);
+void AddCameras(CLI::App& app, Globals& globals, Action& action);
 void AddConvert(CLI::App& app, Globals& globals, Action& action);
 void AddRun(CLI::App& app, Globals& globals, Action& action);
 void AddSynth(CLI::App& app, Globals& globals, Action& action);
@@ -77,11 +79,14 @@ void AddSynth(CLI::App& app, Globals& globals, Action& action);
 CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
                   const std::string& description);
 
-// --workspace, --splat, --images.
+// --workspace, --splat, --images and what else says which scene to open.
 struct SceneArguments {
   std::filesystem::path workspace, splat, images;
+  std::string model, world_from_splat;
+  int views = SessionOptions().views;
 };
-void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true);
+void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true,
+              const std::string& splat_flag = "--splat");
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run);
 
 // --view and --mask, repeated in pairs.
@@ -96,9 +101,8 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSessio
 // <folder>/<image name>.png of every view that has one, by image name. Warns of views without.
 std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
                                             const EditSession& session, Run& run);
-// InputError naming the first view whose photo is missing: before long work that ends up needing
-// it.
-void RequirePhotos(const EditSession& session);
+// Warns of views without a photo, whose render is taken for it.
+void WarnOfMissingPhotos(const EditSession& session, Run& run);
 
 // The options of an edit as flags, or those that a verb has of them.
 struct EditArguments {

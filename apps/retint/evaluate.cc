@@ -88,6 +88,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
   const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, arguments.holdout, run);
+  if (target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
       "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
@@ -135,12 +136,8 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb =
       AddVerb(app, globals, "evaluate", "Measure a recolored splat against the edited targets");
-  AddPath(verb, "--workspace", arguments->scene.workspace, "COLMAP workspace", "FOLDER")
-      ->required();
-  AddPath(verb, "--before", arguments->scene.splat, "Splat before the edit")->required();
+  AddScene(verb, arguments->scene, /*splat_required=*/true, "--before");
   AddPath(verb, "--after", arguments->after, "The same splat recolored")->required();
-  AddPath(verb, "--images", arguments->scene.images,
-          "Folder of the photos, where not WORKSPACE/images", "FOLDER");
   AddPath(verb, "--masks", arguments->masks, "Folder of <image name>.png", "FOLDER")->required();
   AddPath(verb, "--true-masks", arguments->true_masks,
           "Folder of the object's true masks, <image name>.png: compares the masks with them, "

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/error.h"
 #include "retint/common.h"
 #include "session/scene_check.h"
 
@@ -39,9 +40,16 @@ void PrintWorkspace(const Workspace& workspace, Run& run) {
     error += point.error > 0 ? point.error : 0;
   }
   const double points = std::max<double>(1, static_cast<double>(model.points.size()));
-  run.Print(fmt::format("workspace    {}", workspace.root.string()));
+  if (workspace.has_virtual_views) {
+    run.Print("workspace    none: views were placed around the splat");
+  } else {
+    run.Print(fmt::format("workspace    {}", workspace.root.string()));
+    run.Print(fmt::format("model        {}", workspace.sparse_folder.string()));
+  }
   run.Print(fmt::format("cameras      {}: {}", model.cameras.size(), cameras));
-  run.Print(fmt::format("views        {}, photos of {}", model.views.size(), photos));
+  run.Print(workspace.has_virtual_views
+                ? fmt::format("views        {}, renders serve as their photos", model.views.size())
+                : fmt::format("views        {}, photos of {}", model.views.size(), photos));
   run.Print(fmt::format("points       {}, mean track {:.1f} views, mean error {:.2f} px",
                         model.points.size(), static_cast<double>(observations) / points,
                         error / points));
@@ -66,15 +74,19 @@ void PrintCheck(const SceneCheck& check, Run& run) {
 }
 
 void Info(const Arguments& arguments, Run& run) {
-  const Workspace workspace = Workspace::Open(arguments.scene.workspace, arguments.scene.images);
-  PrintWorkspace(workspace, run);
-  if (arguments.scene.splat.empty()) {
+  const SceneArguments& scene = arguments.scene;
+  CheckOption(!scene.workspace.empty() || !scene.splat.empty(),
+              "give --workspace, --splat or both");
+  if (scene.splat.empty()) {
+    const Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
+    PrintWorkspace(workspace, run);
     for (const std::string& warning : workspace.warnings) run.Warn(warning);
     return;
   }
-  const auto session = OpenSession(arguments.scene, 0, run);
+  const auto session = OpenSession(scene, 0, run);
   const GaussianModel& model = session->original();
   run.FinishProgress();
+  PrintWorkspace(session->workspace(), run);
   run.Print(fmt::format("splat        {}", arguments.scene.splat.string()));
   run.Print(fmt::format("Gaussians    {}, SH degree {}", model.NumGaussians(), model.sh_degree));
   SceneCheckOptions options;

@@ -91,7 +91,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   result.session = session.get();
   result.target = job.target;
   result.painted = ReadPaint(arguments.paint, *session);
-  if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
+  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   result.selection = session->selection().Select(result.painted, options.select, run.monitor());
   ProjectedMasks masks = session->selection().Project(result.selection.cloud, result.painted,
                                                       options.projector, run.monitor());

@@ -26,7 +26,7 @@ void Refit(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
-  if (job.target == TargetKind::kPhoto) RequirePhotos(*session);
+  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   auto masks = ReadMasksByName(arguments.masks, *session, run);
   SharesOfMasks shares = ReadShares(arguments.masks, masks, session->original().NumGaussians());
   if (!shares.why_not.empty()) run.Warn(shares.why_not);

@@ -82,7 +82,7 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
     if (i == 0) session.ShowSh(session.original().sh);
     if (i == views.size()) session.ShowSh(result.sh_after);
     const bool photo = aim && result.target == TargetKind::kPhoto;
-    Image picture = photo ? session.workspace().ReadPhoto(view)
+    Image picture = photo ? session.scene().Picture(view)
                           : session.renderer().Render(session.reconstruction().Posed(view)).rgb;
     if (aim) picture = session.refits().Edited(view, std::move(picture));
     return [path = ViewFile(folder / (aim ? "targets" : "result"), view.name),

@@ -12,6 +12,8 @@
 #include <QSettings>
 #include <QTimer>
 
+#include "base/error.h"
+#include "colmap_io/nerfstudio.h"
 #include "session/report.h"
 #include "viewer/main_window.h"
 #include "viewer/open_dialog.h"
@@ -42,9 +44,13 @@ void Describe(QCommandLineParser& parser) {
   parser.addOptions({
       {{"h", "help"}, "Show this help."},
       {"version", "Show the version."},
-      {"workspace", "COLMAP workspace to open.", "WS"},
+      {"workspace", "COLMAP workspace to open; left out: views are placed around the splat.", "WS"},
       {"splat", "Gaussians of that scene; left out: looked for in the workspace.", "S.ply"},
       {"images", "Folder of the photos; left out: found in the workspace.", "DIR"},
+      {"model", "Which sparse model of the workspace; left out: the largest.", "NAME"},
+      {"world-from-splat",
+       "Where the splat lies in the workspace's world: a JSON file or 12 or 16 numbers.", "T.json"},
+      {"views", "Without a workspace: how many views are placed.", "N", "40"},
       {"session", "Saved session to go on with.", "S.retint"},
       {"backend", "auto, cpu or cuda.", "NAME", "auto"},
       {"holdout", "Keep every n-th view by name out of the fit; 0 keeps none.", "N", "0"},
@@ -72,6 +78,17 @@ QString Fault(const QCommandLineParser& parser) {
   if (!ok || holdout < 0 || holdout == 1) {
     return "--holdout: '" + parser.value("holdout") + "' is not 0 or at least 2";
   }
+  const int views = parser.value("views").toInt(&ok);
+  if (!ok || views < 2 || views > 400) {
+    return "--views: '" + parser.value("views") + "' is not in 2 to 400";
+  }
+  if (parser.isSet("world-from-splat")) {
+    try {
+      WorldFromSplatOf(parser.value("world-from-splat").toStdString());
+    } catch (const Error& error) {
+      return QString::fromStdString(error.what());
+    }
+  }
   const QStringList paths = parser.positionalArguments();
   const auto twice = [&](const char* option, const char* shown) {
     return !paths.isEmpty() && parser.isSet(option)
@@ -85,7 +102,8 @@ QString Fault(const QCommandLineParser& parser) {
     if (!conflict.isEmpty()) return conflict;
   }
   const bool session = parser.isSet(kSession) || !SortPaths(paths).session.isEmpty();
-  for (const char* option : {"workspace", "splat", "images", "holdout"}) {
+  for (const char* option :
+       {"workspace", "splat", "images", "holdout", "model", "world-from-splat", "views"}) {
     if (session && parser.isSet(option)) {
       return QString("a session has its own --%1").arg(option);
     }
@@ -100,6 +118,12 @@ StartOptions Resolve(const QCommandLineParser& parser) {
   start.scene.options.image_folder = parser.value("images").toStdString();
   start.scene.options.backend = parser.value("backend").toStdString();
   start.scene.options.holdout = parser.value("holdout").toInt();
+  start.scene.options.model = parser.value("model").toStdString();
+  start.scene.options.views = parser.value("views").toInt();
+  if (parser.isSet("world-from-splat")) {
+    start.scene.options.world_from_splat =
+        WorldFromSplatOf(parser.value("world-from-splat").toStdString());
+  }
   start.session = parser.value(kSession).toStdString();
   if (const QStringList paths = parser.positionalArguments(); !paths.isEmpty()) {
     const DroppedPaths given = SortPaths(paths);

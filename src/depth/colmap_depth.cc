@@ -70,6 +70,7 @@ ColmapDepthEstimator::ColmapDepthEstimator(const Workspace& workspace,
                                            const ColmapDepthOptions& options, Renderer* fallback)
     : folder_(workspace.depth_map_folder.empty() ? workspace.root / "stereo" / "depth_maps"
                                                  : workspace.depth_map_folder),
+      scale_(workspace.depth_scale),
       options_(options),
       fallback_(fallback) {
   options_.Check();
@@ -133,7 +134,10 @@ DepthEstimate ColmapDepthEstimator::Estimate(const PosedCamera& view, Monitor& m
   estimate.depth = DepthMap(view.camera.width, view.camera.height, 0.0f);
   std::vector<DepthMap> warped;
   for (size_t k = 0; k < sources.size(); ++k) {
-    const DepthMap map = ReadDepthMap(sources[k]->path);
+    DepthMap map = ReadDepthMap(sources[k]->path);
+    if (scale_ != 1) {
+      for (float& z : map.data) z = static_cast<float>(z * scale_);
+    }
     if (own && k == 0) {
       estimate.depth =
           ResampleDepth(map, sources[k]->camera.camera, view.camera, options_.edge_tolerance);

@@ -46,6 +46,7 @@ class ColmapDepthEstimator : public DepthEstimator {
   std::vector<Source> sources_;
   std::vector<Eigen::Vector3d> points_;  // world, to scale distances with
   std::filesystem::path folder_;
+  double scale_;  // of the maps to the reconstruction's unit
   ColmapDepthOptions options_;
   Renderer* fallback_;
 };

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "session/virtual_views.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {
@@ -89,12 +90,29 @@ std::optional<fs::path> NewestIteration(const fs::path& folder) {
   return newest;
 }
 
+Workspace OpenWorkspace(const fs::path& folder, const SessionOptions& options) {
+  Workspace workspace = Workspace::Open(folder, options.image_folder, options.model);
+  workspace.RequirePinhole();
+  workspace.Transform(options.world_from_splat.Inverse());
+  return workspace;
+}
+
+Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options, Monitor& monitor) {
+  if (!options.view_folder.empty()) return ReadPlacedViews(options.view_folder);
+  VirtualViewOptions views;
+  views.views = options.views;
+  return PlaceViews(OpenBackend(options.backend), model, views, monitor);
+}
+
 }  // namespace
 
 void SessionOptions::Check() const {
   CheckOption(holdout == 0 || holdout >= 2, "--holdout must be 0 (none) or at least 2");
   CheckOption(backend == "auto" || backend == "cpu" || backend == "cuda",
               "--backend: '" + backend + "' is not auto, cpu or cuda");
+  VirtualViewOptions placed;
+  placed.views = views;
+  placed.Check();
 }
 
 std::optional<fs::path> FindSplat(const fs::path& workspace) {
@@ -115,14 +133,16 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
   {
     const StageClock::Lap lap(clock, "load");
     monitor.Step("load", 0, 1);
-    Workspace opened = Workspace::Open(workspace, options.image_folder);
-    opened.RequirePinhole();
+    Workspace opened;
+    if (!workspace.empty()) opened = OpenWorkspace(workspace, options);
     GaussianModel model = ReadSplat(splat, monitor);
     monitor.ThrowIfCancelled();
+    if (workspace.empty()) opened = PlacedViews(model, options, monitor);
     scene = std::make_unique<OpenScene>(std::move(opened), std::move(model), options);
     monitor.Step("load", 1, 1);
   }
   scene->clock_ = clock;
+  scene->options_.view_folder.clear();  // the views are kept, not where they came from
   scene->splat_path_ = fs::absolute(splat).lexically_normal();
   scene->splat_checksum_ = std::move(checksum);
   return scene;
@@ -136,6 +156,9 @@ OpenScene::OpenScene(Workspace workspace, GaussianModel model, const SessionOpti
   options_.Check();
   renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions());
   SplitViews();
+  if (workspace_.has_virtual_views) {
+    placed_views_ = std::make_shared<const Reconstruction>(reconstruction());
+  }
 }
 
 RendererOptions OpenScene::RenderOptions() const {
@@ -166,6 +189,11 @@ void OpenScene::SplitViews() {
 Image OpenScene::Render(const View& view, std::span<const float> sh) {
   renderer_->SetSh(sh);
   return std::move(renderer_->Render(reconstruction().Posed(view)).rgb);
+}
+
+Image OpenScene::Picture(const View& view) {
+  if (workspace_.HasPhoto(view)) return workspace_.ReadPhoto(view);
+  return Render(view, model_.sh);
 }
 
 void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor& monitor) const {

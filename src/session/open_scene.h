@@ -27,6 +27,14 @@ struct SessionOptions {
   size_t history_bytes = size_t{512} << 20;            // of the undo history
   std::array<float, 3> background = {0, 0, 0};         // behind the Gaussians, RGB
   std::filesystem::path image_folder;                  // photos; empty: found in the workspace
+  std::string model;  // folder of the sparse model, below the workspace; empty: the largest
+  // Where the splat lies in the workspace's world. Cameras, points and depth maps are moved into
+  // the splat's frame, so that the splat itself keeps every bit.
+  Sim3d world_from_splat;
+  // Of a splat without a workspace: how many views are placed around it, or the COLMAP model that
+  // has them already.
+  int views = 40;
+  std::filesystem::path view_folder;
   int holdout = 0;  // every n-th view by name is kept out of the fit; 0: none
   void Check() const;
 };
@@ -39,8 +47,9 @@ std::optional<std::filesystem::path> FindSplat(const std::filesystem::path& work
 // One thread owns it. `renderer` shows whatever coefficients were set last.
 class OpenScene {
  public:
+  // An empty `workspace` is a splat alone: views are placed around it (session/virtual_views.h).
   // InputError for anything wrong with the files, among them cameras that are not pinhole;
-  // OptionError for a backend that is not there. Stage: "load".
+  // OptionError for a backend that is not there. Stages: "load", "views".
   static std::unique_ptr<OpenScene> Open(const std::filesystem::path& workspace,
                                          const std::filesystem::path& splat,
                                          const SessionOptions& options, Monitor& monitor);
@@ -57,12 +66,16 @@ class OpenScene {
   // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own).
   // Any thread may call this.
   std::unique_ptr<Renderer> MakeRenderer() const;
+  // Of a splat alone: the views that were placed around it; else null.
+  const std::shared_ptr<const Reconstruction>& placed_views() const { return placed_views_; }
   StageClock& clock() { return clock_; }
   const std::vector<const View*>& train_views() const { return train_; }  // by name
   const std::vector<const View*>& heldout_views() const { return heldout_; }
 
   // One view with the coefficients `sh`, [N, K, 3]. Not clamped.
   Image Render(const View& view, std::span<const float> sh);
+  // The view's photo or, where there is none, the original as it renders.
+  Image Picture(const View& view);
   // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged.
   void WriteSplat(const std::filesystem::path& path, std::vector<float> sh, Monitor& monitor) const;
   // Backend, counts, times and peaks; the stages' own parts are the caller's.
@@ -77,6 +90,7 @@ class OpenScene {
   SessionOptions options_;
   std::filesystem::path splat_path_;
   std::shared_future<FileChecksum> splat_checksum_;
+  std::shared_ptr<const Reconstruction> placed_views_;
   StageClock clock_;
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Renderer> renderer_;

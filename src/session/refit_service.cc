@@ -13,7 +13,7 @@ void RefitService::LoadPhotos(Monitor& monitor) {
   const auto views = scene_.reconstruction().ViewsByName();
   for (size_t i = 0; i < views.size(); ++i) {
     monitor.Step("load", static_cast<double>(i), static_cast<double>(views.size()));
-    photos.emplace(views[i]->name, scene_.workspace().ReadPhoto(*views[i]));
+    photos.emplace(views[i]->name, scene_.Picture(*views[i]));
   }
   photos_ = std::move(photos);
 }
@@ -133,7 +133,7 @@ QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_befo
 }
 
 Image RefitService::EditedTarget(const View& view, TargetKind target) {
-  return Edited(view, target == TargetKind::kPhoto ? scene_.workspace().ReadPhoto(view)
+  return Edited(view, target == TargetKind::kPhoto ? scene_.Picture(view)
                                                    : scene_.Render(view, scene_.original().sh));
 }
 

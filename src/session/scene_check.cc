@@ -85,11 +85,14 @@ std::string MissingPhotos(const SceneCheck& check) {
 std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) {
   if (check.median_coverage < options.min_coverage) {
     return "the splat covers only " + Fixed(100 * check.median_coverage, 0) +
-           " % of the views: it seems to be in another frame than the workspace";
+           " % of the views: it seems to be in another frame than the workspace; retint align "
+           "finds it";
   }
   if (check.median_psnr < options.min_psnr) {
     return "renders and photos disagree (" + Fixed(check.median_psnr, 1) +
-           " dB): the splat seems to be in another frame than the workspace, or of another scene";
+           " dB): the splat seems to be in another frame than the workspace, which retint align "
+           "finds, "
+           "or of another scene";
   }
   return "";
 }
@@ -100,8 +103,10 @@ SceneCheck CheckScene(EditSession& session, Monitor& monitor, const SceneCheckOp
   SceneCheck check;
   const std::vector<const View*> views = session.reconstruction().ViewsByName();
   check.views = static_cast<int>(views.size());
+  const Workspace& workspace = session.workspace();
   for (const View* view : views) {
-    if (!session.workspace().HasPhoto(*view)) check.missing_photos.push_back(view->name);
+    if (!workspace.has_virtual_views && !workspace.HasPhoto(*view))
+      check.missing_photos.push_back(view->name);
   }
   session.ShowSh(session.original().sh);
   std::vector<double> psnr, coverage;
@@ -117,7 +122,7 @@ SceneCheck CheckScene(EditSession& session, Monitor& monitor, const SceneCheckOp
   monitor.Step("check", count, count);
   check.median_psnr = Median(psnr, std::numeric_limits<double>::quiet_NaN());
   check.median_coverage = Median(coverage, std::numeric_limits<double>::quiet_NaN());
-  check.mismatch = Mismatch(check, options);
+  if (!workspace.has_virtual_views) check.mismatch = Mismatch(check, options);
   if (!check.missing_photos.empty()) check.warnings.push_back(MissingPhotos(check));
   if (!check.mismatch.empty()) check.warnings.push_back(check.mismatch);
   return check;

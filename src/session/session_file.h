@@ -26,7 +26,10 @@ inline constexpr int kSessionVersion = 2;
 // immutable. So another thread can write it.
 struct SessionSnapshot {
   std::filesystem::path workspace, image_folder, splat;  // absolute
-  std::shared_future<FileChecksum> checksum;             // of the splat
+  std::shared_ptr<const Reconstruction> views;           // of a splat without a workspace
+  std::string model;                                     // see SessionOptions
+  Sim3d world_from_splat;
+  std::shared_future<FileChecksum> checksum;  // of the splat
   size_t gaussians = 0;
   int sh_degree = 0;
   int holdout = 0;
@@ -67,7 +70,11 @@ class SessionWriter {
 
 // What a session says about itself, without its heavy parts.
 struct SessionInfo {
-  std::filesystem::path workspace, image_folder, splat;  // where they are now
+  // Where they are now. Of a splat without a workspace, `workspace` is empty and `view_folder` a
+  // part of the session.
+  std::filesystem::path workspace, image_folder, splat, view_folder;
+  std::string model;
+  Sim3d world_from_splat;
   FileChecksum checksum;
   int holdout = 0;
   std::array<float, 3> background = {0, 0, 0};

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/files.h"
+#include "colmap_io/nerfstudio.h"
 #include "recolor/edit_text.h"
 #include "session/option_json.h"
 
@@ -111,6 +112,27 @@ void ReadEdit(const Node& node, Region* region) {
   } catch (const OptionError& error) {
     edit.Fail(error.what());
   }
+}
+
+Json SimilarityJson(const Sim3d& similarity) {
+  const Eigen::Quaterniond& q = similarity.rotation;
+  const Eigen::Vector3d& t = similarity.translation;
+  if (IsIdentity(similarity)) return nullptr;
+  return {similarity.scale, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+}
+
+Sim3d ReadSimilarity(const Node& node) {
+  Sim3d similarity;
+  if (node.IsNull()) return similarity;
+  std::vector<double> values;
+  for (const Node& value : node.List(8)) values.push_back(value.Number());
+  similarity.scale = values[0];
+  similarity.rotation = Eigen::Quaterniond(values[1], values[2], values[3], values[4]);
+  similarity.translation = {values[5], values[6], values[7]};
+  const double norm = similarity.rotation.norm();
+  if (!(similarity.scale > 0) || !(norm > 1e-6)) node.Fail("is not a similarity");
+  similarity.rotation.normalize();
+  return similarity;
 }
 
 Json CameraJson(const PosedCamera& view) {

@@ -25,6 +25,11 @@ Json JobJson(const RefitJob& job);
 RefitJob ReadJob(const Node& node);
 Json EditJson(const Region& region);  // id, name, visible, strength, edit
 void ReadEdit(const Node& node, Region* region);
+// Of placed views, the files of the COLMAP model that they are stored as.
+inline constexpr const char* kViewFiles[] = {"cameras.bin", "images.bin", "points3D.bin"};
+// [scale, qw, qx, qy, qz, tx, ty, tz], null for the identity.
+Json SimilarityJson(const Sim3d& similarity);
+Sim3d ReadSimilarity(const Node& node);
 Json CameraJson(const PosedCamera& view);
 PosedCamera ReadCamera(const Node& node);  // a pinhole of 1 to 65535 pixels a side
 Json ReportJson(const PaintedReport& report);

@@ -227,7 +227,20 @@ SessionInfo InfoFrom(const Json& json, const fs::path& folder) {
   const Node root(json, path, "");
   SessionInfo info;
   info.written_by = root.At("written_by").Text();
-  info.workspace = FirstOf(root.At("workspace"), folder, IsFolder);
+  if (!root.At("workspace").IsNull()) {
+    info.workspace = FirstOf(root.At("workspace"), folder, IsFolder);
+  } else {
+    const Node views = root.At("views");
+    info.view_folder = folder / PartName(views.At("folder"), "views-");
+    for (const char* file : session_json::kViewFiles) {
+      CheckSum(views.At(file), info.view_folder / file);
+    }
+  }
+  // Sessions of earlier programs have neither.
+  if (root.Has("model")) info.model = root.At("model").Text();
+  if (root.Has("world_from_splat")) {
+    info.world_from_splat = session_json::ReadSimilarity(root.At("world_from_splat"));
+  }
   if (!root.At("images").IsNull()) {
     info.image_folder = FirstOf(root.At("images"), folder, IsFolder);
   }
@@ -251,7 +264,7 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
   const Json json = session_json::ReadManifest(folder);
   const fs::path path = folder / session_json::kManifest;
   const SessionInfo info = InfoFrom(json, folder);
-  if (!IsFolder(info.workspace)) {
+  if (info.view_folder.empty() && !IsFolder(info.workspace)) {
     throw InputError(path, "its workspace is not there: " + info.workspace.string());
   }
   if (!IsFile(info.splat)) {
@@ -266,6 +279,9 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
                                      ", " + HexText(info.checksum.xxh64));
   }
   options.image_folder = info.image_folder;
+  options.view_folder = info.view_folder;
+  options.model = info.model;
+  options.world_from_splat = info.world_from_splat;
   options.holdout = info.holdout;
   options.background = info.background;
   OpenedSession opened;

@@ -16,6 +16,7 @@
 
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/sparse.h"
 #include "session/session_file.h"
 #include "session/session_json.h"
 
@@ -300,14 +301,27 @@ Json SessionWriter::Impl::Manifest(Run& run, const SessionSnapshot& snapshot,
               return entry;
             }).entry;
   }
+  Json views;
+  if (snapshot.views) {
+    views = Require(run, snapshot.views, "views-", "", [&](const fs::path& path) {
+              WriteReconstructionBinary(path, *snapshot.views);
+              Json entry = {{"folder", path.filename().string()}};
+              for (const char* file : session_json::kViewFiles) entry[file] = FileJson(path / file);
+              return entry;
+            }).entry;
+  }
+  const auto path_or_null = [&](const fs::path& path) {
+    return path.empty() ? Json(nullptr) : PathJson(path, folder);
+  };
   return {{"format", session_json::kFormat},
           {"version", kSessionVersion},
           {"written_by", Version()},
-          {"saved",
-           snapshot.saved.empty() ? Json(nullptr) : session_json::PathJson(snapshot.saved, folder)},
-          {"workspace", PathJson(snapshot.workspace, folder)},
-          {"images",
-           snapshot.image_folder.empty() ? Json(nullptr) : PathJson(snapshot.image_folder, folder)},
+          {"saved", path_or_null(snapshot.saved)},
+          {"workspace", path_or_null(snapshot.workspace)},
+          {"images", path_or_null(snapshot.image_folder)},
+          {"model", snapshot.model},
+          {"world_from_splat", session_json::SimilarityJson(snapshot.world_from_splat)},
+          {"views", views},
           {"splat", splat},
           {"holdout", snapshot.holdout},
           {"background", snapshot.background},
@@ -323,7 +337,12 @@ SessionSnapshot TakeSnapshot(const EditSession& session) {
     throw InputError("a scene that was not read from files cannot be saved as a session");
   }
   SessionSnapshot snapshot;
-  snapshot.workspace = fs::absolute(session.workspace().root).lexically_normal();
+  snapshot.views = session.scene().placed_views();
+  if (!snapshot.views) {
+    snapshot.workspace = fs::absolute(session.workspace().root).lexically_normal();
+  }
+  snapshot.model = session.options().model;
+  snapshot.world_from_splat = session.options().world_from_splat;
   if (!session.options().image_folder.empty()) {
     snapshot.image_folder = fs::absolute(session.options().image_folder).lexically_normal();
   }

@@ -356,7 +356,9 @@ void Canvas::SayMissingPhoto() {
 
 void Canvas::SetHeld(const Command& command, bool down) {
   const std::string_view id = command.id;
-  if (id == "show.photo") {
+  const bool no_photos =
+      controller_->IsOpen() && controller_->facts()->workspace->has_virtual_views;
+  if (id == "show.photo" && !no_photos) {
     photo_ = down;
     if (down && controller_->IsOpen() && !navigation_.view()) {
       Q_EMIT hint(tr("Photos are shown from training views: %1 goes to the nearest")
@@ -364,7 +366,7 @@ void Canvas::SetHeld(const Command& command, bool down) {
     }
     SayMissingPhoto();
     update();
-  } else if (id == "show.original") {
+  } else if (id == "show.original" || id == "show.photo") {
     original_ = down;
     Request(false);
   } else {

@@ -387,7 +387,7 @@ void MainWindow::UpdateTitle() {
   const auto facts = controller_->facts();
   QString name;
   if (facts) {
-    auto path = sessions_->folder().empty() ? facts->request.workspace : sessions_->folder();
+    auto path = sessions_->folder().empty() ? facts->request.place() : sessions_->folder();
     if (path.filename().empty()) path = path.parent_path();
     name = QString::fromStdString(path.filename().string()) + "[*] — ";
   }

@@ -65,7 +65,7 @@ bool IsWithin(const fs::path& path, const fs::path& folder) {
 }  // namespace
 
 fs::path MainWindow::ProposedOutput(const QString& ending) const {
-  const fs::path workspace = WithoutSlash(controller_->facts()->request.workspace);
+  const fs::path workspace = WithoutSlash(controller_->facts()->request.place());
   const fs::path& session = sessions_->folder();
   const fs::path of = session.empty() ? workspace : session;
   const QString last = QSettings().value(kPlace).toString();
@@ -92,7 +92,7 @@ void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::
       there.size() == 1 ? tr("Replace a file?") : tr("Replace %1 files?").arg(there.size());
   QString reason = tr("%1 already holds %2.").arg(Text(folder), names);
   const auto facts = controller_->facts();
-  if (facts && IsWithin(folder, facts->request.workspace)) {
+  if (facts && !facts->request.workspace.empty() && IsWithin(folder, facts->request.workspace)) {
     reason += tr("\nThis is in the workspace itself: they may be its own photos or masks.");
   }
   auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);

@@ -20,6 +20,8 @@
 #include <QUrl>
 #include <QVBoxLayout>
 
+#include "base/error.h"
+#include "colmap_io/nerfstudio.h"
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "viewer/main_window.h"
@@ -43,13 +45,20 @@ QString Absolute(const std::filesystem::path& path) {
   return path.empty() ? QString() : QFileInfo(Text(path)).absoluteFilePath();
 }
 
-// A scene as an entry of the recent files: workspace, splat, photos, held-out views, backend. The
-// last three may be missing: older entries have two parts.
+// A scene as an entry of the recent files: workspace, splat, photos, held-out views, backend,
+// model, frame, placed views. All but the first two may be missing: older entries have fewer parts.
 QString RecentEntry(const OpenRequest& request) {
   const SessionOptions& options = request.options;
-  return QStringList{Absolute(request.workspace), Absolute(request.splat),
-                     Absolute(options.image_folder), QString::number(options.holdout),
-                     QString::fromStdString(options.backend)}
+  return QStringList{Absolute(request.workspace),
+                     Absolute(request.splat),
+                     Absolute(options.image_folder),
+                     QString::number(options.holdout),
+                     QString::fromStdString(options.backend),
+                     QString::fromStdString(options.model),
+                     QString::fromStdString(IsIdentity(options.world_from_splat)
+                                                ? ""
+                                                : WorldFromSplatToText(options.world_from_splat)),
+                     QString::number(options.views)}
       .join(kBetween);
 }
 
@@ -61,12 +70,22 @@ OpenRequest RecentRequest(const QString& entry) {
   request.options.image_folder = Path(parts.value(2));
   request.options.holdout = parts.value(3).toInt();
   if (!parts.value(4).isEmpty()) request.options.backend = parts.value(4).toStdString();
+  request.options.model = parts.value(5).toStdString();
+  try {
+    const std::string frame = parts.value(6).toStdString();
+    if (!frame.empty()) request.options.world_from_splat = ParseWorldFromSplat(frame);
+  } catch (const OptionError&) {
+    request.options.world_from_splat = {};  // settings that someone wrote by hand
+  }
+  if (const int views = parts.value(7).toInt(); views >= 2) request.options.views = views;
   return request;
 }
 
 // What a recent file is called in a menu or on a button.
 QString RecentTitle(const QString& entry) {
-  return QString(entry.split(kBetween).mid(0, 2).join(QObject::tr(" with "))).replace("&", "&&");
+  QStringList files = entry.split(kBetween).mid(0, 2);
+  files.removeAll(QString());  // a splat alone has no workspace
+  return files.join(QObject::tr(" with ")).replace("&", "&&");
 }
 
 // Entries of the same files, whatever their options, are one.
@@ -92,7 +111,7 @@ void MainWindow::OpenStart(const StartOptions& options) {
   if (!scene.workspace.empty() || !scene.splat.empty()) {
     OpenRequest request = scene;
     if (request.splat.empty()) request.splat = Path(GuessSplat(Text(request.workspace)));
-    if (request.workspace.empty() || request.splat.empty()) return AskAndOpen(request);
+    if (request.splat.empty()) return AskAndOpen(request);
     return OpenScene(request);
   }
 }
@@ -173,7 +192,7 @@ void MainWindow::OpenPaths(const QStringList& paths) {
     request.workspace = controller_->facts()->request.workspace;
     request.options = controller_->facts()->request.options;
   }
-  if (request.workspace.empty() || request.splat.empty()) return AskAndOpen(request);
+  if (request.splat.empty()) return AskAndOpen(request);
   OpenScene(request);
 }
 
@@ -294,7 +313,9 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
   });
   if (found == left.end()) return otherwise();
   const Recovery newest = *found;
-  const QString of = newest.session.empty() ? Text(newest.info.workspace) : Text(newest.session);
+  const QString of = !newest.session.empty()         ? Text(newest.session)
+                     : newest.info.workspace.empty() ? Text(newest.info.splat)
+                                                     : Text(newest.info.workspace);
   auto* box =
       new QMessageBox(QMessageBox::Question, tr("Recover unsaved work?"),
                       tr("Retint ended without saving %1 of %2.")

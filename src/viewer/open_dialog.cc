@@ -14,6 +14,8 @@
 #include <QSpinBox>
 #include <QVBoxLayout>
 
+#include "base/error.h"
+#include "colmap_io/nerfstudio.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {
@@ -30,6 +32,11 @@ QStringList SplatExtensions(bool writable) {
     }
   }
   return extensions;
+}
+
+// The numbers of a similarity, empty for the identity.
+std::string FrameText(const Sim3d& world_from_splat) {
+  return IsIdentity(world_from_splat) ? "" : WorldFromSplatToText(world_from_splat);
 }
 
 QString PathText(const std::filesystem::path& path) {
@@ -86,7 +93,7 @@ DroppedPaths SortPaths(const QStringList& paths) {
   return sorted;
 }
 
-OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(parent) {
+OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(parent), start_(start) {
   setWindowTitle(tr("Open a scene"));
   auto* form = new QFormLayout;
   const auto row = [&](const QString& title, const std::filesystem::path& path, const QString& hint,
@@ -110,9 +117,14 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
     });
     return edit;
   };
-  workspace_ = row(tr("&Workspace"), start.workspace, tr("folder of a COLMAP model"), true);
+  workspace_ =
+      row(tr("&Workspace"), start.workspace,
+          tr("folder of a COLMAP model; without one, views are placed around the splat"), true);
   splat_ = row(tr("&Splat"), start.splat, tr("file of this scene's Gaussians"), false);
   photos_ = row(tr("&Photos"), start.options.image_folder, tr("found in the workspace"), true);
+  frame_ = row(tr("&Frame"), FrameText(start.options.world_from_splat),
+               tr("where the splat lies: a JSON file or a matrix; left out: as it is"), false);
+  frame_->setObjectName("frame");
   workspace_->setObjectName("workspace");
   splat_->setObjectName("splat");
   splat_of_ = workspace_->text().trimmed();
@@ -149,9 +161,12 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
 
 OpenRequest OpenDialog::request() const {
   OpenRequest request;
+  request.options = start_.options;
   request.workspace = workspace_->text().trimmed().toStdString();
+  if (request.workspace != start_.workspace) request.options.model.clear();
   request.splat = Splat().toStdString();
   request.options.image_folder = photos_->text().trimmed().toStdString();
+  request.options.world_from_splat = Frame().value_or(Sim3d{});
   request.options.backend = backend_->currentData().toString().toStdString();
   request.options.holdout = holdout_->value() == 1 ? 2 : holdout_->value();
   return request;
@@ -182,6 +197,16 @@ QString OpenDialog::Splat() const {
   return given.isEmpty() && !workspace.isEmpty() ? GuessSplat(workspace) : given;
 }
 
+std::optional<Sim3d> OpenDialog::Frame() const {
+  const std::string text = frame_->text().trimmed().toStdString();
+  if (text.empty() || workspace_->text().trimmed().isEmpty()) return Sim3d{};
+  try {
+    return WorldFromSplatOf(text);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
 void OpenDialog::ShowFailure(const QString& message) {
   problem_->setText(QStringLiteral("⚠ ") + message);
 }
@@ -190,14 +215,17 @@ void OpenDialog::Check() {
   const QString workspace = workspace_->text().trimmed(), splat = Splat();
   splat_->setPlaceholderText(splat.isEmpty() ? tr("file of this scene's Gaussians") : splat);
   QString problem;
-  if (workspace.isEmpty() || splat.isEmpty()) {
-    problem = tr("A workspace and a splat are needed.");
-  } else if (!QFileInfo(workspace).isDir()) {
+  if (splat.isEmpty()) {
+    problem = workspace.isEmpty() ? tr("A splat is needed, with or without a workspace.")
+                                  : tr("A splat is needed.");
+  } else if (!workspace.isEmpty() && !QFileInfo(workspace).isDir()) {
     problem = tr("The workspace is not a folder.");
-  } else if (!HoldsModel(workspace)) {
+  } else if (!workspace.isEmpty() && !HoldsModel(workspace)) {
     problem = tr("The workspace holds no COLMAP model (cameras, images, points3D).");
   } else if (!QFileInfo(splat).isFile()) {
     problem = tr("The splat is not a file.");
+  } else if (!Frame()) {
+    problem = tr("The frame is neither a file with a similarity nor the 12 or 16 numbers of one.");
   }
   problem_->setText(problem);
   buttons_->button(QDialogButtonBox::Open)->setEnabled(problem.isEmpty());

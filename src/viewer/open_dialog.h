@@ -2,6 +2,8 @@
 // What to open: workspace, splat, photos, backend. Nothing is read here but folder listings.
 #pragma once
 
+#include <optional>
+
 #include <QDialog>
 #include <QString>
 #include <QStringList>
@@ -28,11 +30,13 @@ class OpenDialog : public QDialog {
  private:
   void Browse(QLineEdit* edit, bool folder, const QString& title);
   void FollowWorkspace();
-  QString Splat() const;  // as given; an empty field: the one that is found
+  std::optional<Sim3d> Frame() const;  // nullopt where the text is no similarity
+  QString Splat() const;               // as given; an empty field: the one that is found
   void Check();
 
-  QLineEdit *workspace_, *splat_, *photos_;
-  QString splat_of_;  // the workspace that the splat was chosen for; empty: none yet
+  QLineEdit *workspace_, *splat_, *photos_, *frame_;
+  OpenRequest start_;  // of which stays what the form does not show
+  QString splat_of_;   // the workspace that the splat was chosen for; empty: none yet
   QComboBox* backend_;
   QSpinBox* holdout_;
   QLabel* problem_;

@@ -69,6 +69,11 @@ QImage PhotoLoader::Photo(const std::string& view) {
   return {};
 }
 
+bool PhotoLoader::IsMissing(const std::string& view) const {
+  const auto found = thumbnails_.find(view);
+  return found != thumbnails_.end() && found->second.isNull();
+}
+
 bool PhotoLoader::IsUnreadable(const std::string& view) const {
   const auto found = photos_.find(view);
   return found != photos_.end() && found->second.isNull();
@@ -78,8 +83,9 @@ void PhotoLoader::Read(const std::string& view, bool small) {
   const View* found = facts_->workspace->reconstruction.FindView(view);
   if (!found) return;
   const auto path = facts_->workspace->PhotoPath(*found);
-  const auto job = [this, facts = facts_, path, view, small] {
-    QImage image = ReadPicture(path, small ? kThumbnailSide : 0);
+  const bool none = facts_->workspace->has_virtual_views;
+  const auto job = [this, facts = facts_, path, view, small, none] {
+    QImage image = none ? QImage() : ReadPicture(path, small ? kThumbnailSide : 0);
     Post(this, [this, facts, view, small, image] {
       if (facts != facts_) return;  // of a scene that was closed
       if (small) {

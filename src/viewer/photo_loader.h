@@ -30,6 +30,8 @@ class PhotoLoader : public QObject {
   // cannot be read stays null).
   QImage Thumbnail(const std::string& view);  // at most kThumbnailSide wide and high
   QImage Photo(const std::string& view);      // the few newest are kept
+  // Whether reading the small one was tried, in vain.
+  bool IsMissing(const std::string& view) const;
   // Whether reading the whole photo was tried, in vain.
   bool IsUnreadable(const std::string& view) const;
 

@@ -93,7 +93,7 @@ SceneController::~SceneController() {
 // ----------------------------------------------------------------------------------------
 
 void SceneController::Open(const OpenRequest& request) {
-  auto folder = request.workspace;
+  auto folder = request.place();
   if (folder.filename().empty()) folder = folder.parent_path();
   OpenWith(Text(folder.filename().string()), [request](Monitor& monitor) {
     return EditSession::Open(request.workspace, request.splat, request.options, monitor);

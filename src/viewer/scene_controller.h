@@ -35,6 +35,9 @@ using ShPointer = std::shared_ptr<const std::vector<float>>;
 using ActivePointer = std::shared_ptr<const std::vector<int32_t>>;
 
 struct OpenRequest {
+  // What the scene goes by: the workspace or, of a splat alone, the splat.
+  const std::filesystem::path& place() const { return workspace.empty() ? splat : workspace; }
+
   std::filesystem::path workspace, splat;
   SessionOptions options;
 };

@@ -158,10 +158,27 @@ const Row kRows[] = {
      [](Place& p) {
        return With(p, "project", {"--cloud", p.In("gone.ply"), "--output", p.Out("masks")});
      }},
-    {"NoPhotoForPhotoTargets", 3, "003.png",
+    {"UnknownModel", 3, "no sparse model \"7\"; there is sparse/0",
      [](Place& p) {
-       fs::remove(p.in / "images/003.png");
-       return Recolor(p, {"--target", "photo"});
+       return Recolor(p, {"--model", "7"});
+     }},
+    {"WorldFromSplatOfNoSimilarity", 2, "--world-from-splat",
+     [](Place& p) {
+       return Recolor(p, {"--world-from-splat", "1 2 3"});
+     }},
+    {"WorldFromSplatOfAnotherFile", 3, "splat.ply",
+     [](Place& p) {
+       return Recolor(p, {"--world-from-splat", p.In("splat.ply")});
+     }},
+    {"CamerasOfNoSplat", 3, "gone.ply",
+     [](Place& p) {
+       return Arguments{"cameras", "--splat", p.In("gone.ply"), "--output", p.Out("ws")};
+     }},
+    {"AlignToNothing", 3, "neither photos nor sparse points",
+     [](Place& p) {
+       fs::remove_all(p.in / "images");
+       fs::remove(p.in / "sparse/0/points3D.bin");
+       return With(p, "align", {"--transform", p.Out("t.json")});
      }},
     {"NoDenseMaps", 3, "depth",
      [](Place& p) {
@@ -431,7 +448,7 @@ const Row kRows[] = {
      }},
     {"UnknownVerb", 2, "", [](Place&) { return Arguments{"frobnicate"}; }},
     {"NoVerb", 2, "", [](Place&) { return Arguments{}; }},
-    {"RequiredOptionMissing", 2, "--workspace", [](Place&) { return Arguments{"recolor"}; }},
+    {"RequiredOptionMissing", 2, "--splat", [](Place&) { return Arguments{"recolor"}; }},
     {"NotANumber", 2, "--threads",
      [](Place& p) {
        return Recolor(p, {"--threads", "many"});

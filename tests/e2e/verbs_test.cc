@@ -136,6 +136,12 @@ TEST(Verbs, InfoDoesWithoutPhotosAndWithoutASplat) {
   EXPECT_THAT(result.out, Not(HasSubstr("Gaussians")));
 }
 
+TEST(Verbs, InfoNeedsSomethingToDescribe) {
+  const CommandResult result = RunRetint({"info"});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--workspace, --splat or both"));
+}
+
 TEST(Verbs, RenderWritesWhatIsAskedFor) {
   TempFolder temp;
   CommandResult result =

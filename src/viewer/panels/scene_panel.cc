@@ -103,9 +103,14 @@ void ScenePanel::Show() {
   };
   const QLocale locale;
   const Reconstruction& model = facts->workspace->reconstruction;
-  add(tr("Workspace"), Text(facts->request.workspace));
-  add(tr("Sparse model"), Text(facts->workspace->sparse_folder));
-  add(tr("Photos"), Text(facts->workspace->image_folder));
+  if (facts->workspace->has_virtual_views) {
+    add(tr("Workspace"), tr("none: views were placed around the splat"));
+    add(tr("Photos"), tr("none: renders serve"));
+  } else {
+    add(tr("Workspace"), Text(facts->request.workspace));
+    add(tr("Sparse model"), Text(facts->workspace->sparse_folder));
+    add(tr("Photos"), Text(facts->workspace->image_folder));
+  }
   add(tr("Splat"), Text(facts->request.splat));
   std::map<std::pair<QString, QString>, int> cameras;  // texts, number of views
   for (const auto& [id, view] : model.views) {

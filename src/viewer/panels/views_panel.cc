@@ -216,8 +216,10 @@ void ViewsPanel::AskThumbnails() {
 
 void ViewsPanel::ShowThumbnail(const QString& view) {
   QListWidgetItem* item = ItemOf(view.toStdString());
-  if (item && !rendered_.contains(view.toStdString()))
-    item->setData(kPicture, window_->photos().Thumbnail(view.toStdString()));
+  if (!item || rendered_.contains(view.toStdString())) return;
+  const QImage picture = window_->photos().Thumbnail(view.toStdString());
+  if (picture.isNull()) return rest_.start();  // a render serves
+  item->setData(kPicture, picture);
 }
 
 void ViewsPanel::RenderNext() {
@@ -228,7 +230,7 @@ void ViewsPanel::RenderNext() {
   const QRect shown = list_->viewport()->rect();
   for (const auto& [name, item] : items_) {
     const auto found = rendered_.find(name);
-    if (controller_->ShowsOriginal()) {
+    if (controller_->ShowsOriginal() && !window_->photos().IsMissing(name)) {
       if (found == rendered_.end()) continue;
       rendered_.erase(found);
       item->setData(kPicture, window_->photos().Thumbnail(name));

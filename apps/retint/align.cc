@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint align: how a splat lies in a workspace's world.
+#include "session/align.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/nerfstudio.h"
+#include "retint/common.h"
+#include "scene/transform.h"
+#include "splat_io/splat_io.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  AlignOptions options;
+  std::filesystem::path output, transform;
+};
+
+void AlignSplat(const Arguments& arguments, Run& run) {
+  const SceneArguments& scene = arguments.scene;
+  if (!arguments.output.empty()) {
+    CodecForWriting(arguments.output);
+    CheckOutput(arguments.output);
+  }
+  if (!arguments.transform.empty()) CheckOutput(arguments.transform);
+  const Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
+  workspace.RequirePinhole();
+  for (const std::string& warning : workspace.warnings) run.Warn(warning);
+  GaussianModel model = ReadSplat(scene.splat, run.monitor());
+  const AlignResult result =
+      Align(CreateBackend(run.globals().backend), workspace, model,
+            FindTransformFiles(scene.workspace, scene.splat), arguments.options, run.monitor());
+  const Sim3d& found = result.world_from_splat;
+  StagedOutput staged;
+  if (!arguments.output.empty()) {
+    Transform(found, model);
+    staged.Add(arguments.output, [&](const auto& path) { WriteSplat(path, model, run.monitor()); });
+  }
+  if (!arguments.transform.empty()) {
+    staged.Add(arguments.transform,
+               [&](const auto& path) { WriteFile(path, WorldFromSplatToJson(found)); });
+  }
+  run.monitor().ThrowIfCancelled();
+  staged.Commit();
+  run.FinishProgress();
+  const Eigen::AngleAxisd turn(found.rotation);
+  run.Print(fmt::format("found from   {}", result.source));
+  run.Print(fmt::format(
+      "similarity   scale {:.6g}, turned by {:.3f} degrees, moved by ({:.6g}, {:.6g}, {:.6g})",
+      found.scale, turn.angle() * 180 / 3.14159265358979, found.translation.x(),
+      found.translation.y(), found.translation.z()));
+  if (std::isfinite(result.psnr_after)) {
+    run.Print(fmt::format("PSNR         {:.2f} dB before, {:.2f} dB after, against the photos",
+                          result.psnr_before, result.psnr_after));
+  } else {
+    run.Print("PSNR         no photos to compare with: the sparse points alone decided");
+  }
+  for (const auto& path : {arguments.output, arguments.transform}) {
+    if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
+  }
+}
+
+}  // namespace
+
+void AddAlign(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "align",
+                           "Find how a splat from another frame lies in a workspace's world");
+  AddPath(verb, "--workspace", arguments->scene.workspace, "COLMAP or nerfstudio workspace",
+          "FOLDER")
+      ->required();
+  AddPath(verb, "--splat", arguments->scene.splat, "3D Gaussian Splatting scene")->required();
+  AddPath(verb, "--images", arguments->scene.images, "Folder of the photos, where it is not found",
+          "FOLDER");
+  verb->add_option("--model", arguments->scene.model,
+                   "Which sparse model of the workspace, such as 1 or dense/0; else the largest")
+      ->type_name("NAME");
+  verb->add_option("--views", arguments->options.views, "Photos that renders are compared with")
+      ->check(CLI::Range(1, 1000));
+  AddPath(verb, "--output", arguments->output,
+          "Splat to write, moved into the workspace's world, in the format of its extension");
+  AddPath(verb, "--transform", arguments->transform,
+          "Where to write the similarity (.json), for --world-from-splat");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { AlignSplat(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint cameras: the views of a splat alone as a COLMAP workspace.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "colmap_io/sparse.h"
+#include "retint/common.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::filesystem::path output;
+  bool images = true;
+};
+
+void Cameras(const Arguments& arguments, Run& run) {
+  CheckOutput(arguments.output, /*as_folder=*/true);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const Reconstruction& model = session->reconstruction();
+  const std::vector<const View*> views = model.ViewsByName();
+  StagedOutput staged;
+  staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
+    WriteReconstructionBinary(folder / "sparse" / "0", model);
+    for (size_t i = 0; arguments.images && i < views.size(); ++i) {
+      run.monitor().Step("render", static_cast<double>(i), static_cast<double>(views.size()));
+      WritePng(ViewFile(folder / "images", views[i]->name, ""),
+               session->scene().Render(*views[i], session->original().sh));
+    }
+  });
+  run.monitor().Step("render", 1, 1);
+  staged.Commit();
+  run.FinishProgress();
+  run.Print(fmt::format("wrote {} views and {} points to {}", views.size(), model.points.size(),
+                        arguments.output.string()));
+}
+
+}  // namespace
+
+void AddCameras(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "cameras",
+                           "Place views around a splat and write them as a COLMAP workspace");
+  AddPath(verb, "--splat", arguments->scene.splat, "3D Gaussian Splatting scene")->required();
+  verb->add_option("--views", arguments->scene.views, "How many views are placed")
+      ->check(CLI::Range(2, 400));
+  AddPath(verb, "--output", arguments->output,
+          "Workspace to write: sparse/0 (cameras, images, points3D) and images, rendered", "FOLDER")
+      ->required();
+  verb->add_flag("!--no-images", arguments->images, "Write the model only, without pictures");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Cameras(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

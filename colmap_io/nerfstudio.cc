@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "colmap_io/nerfstudio.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <set>
+
+#include <Eigen/Dense>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::json;
+using Path = std::filesystem::path;
+
+constexpr double kMostSkew = 1e-3;  // of a rotation's columns, from unit and orthogonal
+
+Json ReadJson(const Path& path) {
+  const std::string text = ReadFile(path);
+  constexpr size_t kMostBytes = size_t{256} << 20;
+  if (text.size() > kMostBytes) throw InputError(path, "is too large for a file of cameras");
+  int deepest = 0;
+  const auto watch = [&](int depth, Json::parse_event_t, Json&) {
+    deepest = std::max(deepest, depth);
+    if (deepest > 32) throw InputError(path, "is nested too deeply");
+    return true;
+  };
+  Json json = Json::parse(text, watch, /*allow_exceptions=*/false);
+  if (!json.is_object()) throw InputError(path, "is not a JSON object, or truncated");
+  return json;
+}
+
+std::optional<double> NumberIn(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_number()) return std::nullopt;
+  const double value = found->get<double>();
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+void Flatten(const Json& json, std::vector<double>& values) {
+  if (json.is_number()) {
+    values.push_back(json.get<double>());
+  } else if (json.is_array() && values.size() <= 16) {
+    for (const Json& one : json) Flatten(one, values);
+  }
+}
+
+// A 3x4 or 4x4 matrix by rows; nullopt for anything else.
+std::optional<Eigen::Matrix4d> MatrixFrom(const std::vector<double>& values) {
+  if (values.size() != 12 && values.size() != 16) return std::nullopt;
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) return std::nullopt;
+    matrix(Eigen::Index(i / 4), Eigen::Index(i % 4)) = values[i];
+  }
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) return std::nullopt;
+  return matrix;
+}
+
+std::optional<Eigen::Matrix4d> MatrixIn(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end()) return std::nullopt;
+  std::vector<double> values;
+  Flatten(*found, values);
+  return MatrixFrom(values);
+}
+
+std::optional<Sim3d> SimilarityFrom(const Eigen::Matrix4d& matrix) {
+  const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
+  const double determinant = linear.determinant();
+  if (!(determinant > 0)) return std::nullopt;
+  Sim3d similarity;
+  similarity.scale = std::cbrt(determinant);
+  const Eigen::Matrix3d rotation = linear / similarity.scale;
+  if (!((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < kMostSkew)) {
+    return std::nullopt;
+  }
+  similarity.rotation = Eigen::Quaterniond(rotation).normalized();
+  similarity.translation = matrix.topRightCorner<3, 1>();
+  return similarity;
+}
+
+Camera CameraFrom(const Json& frame, const Json& all, const Path& path) {
+  const auto number = [&](const char* key) {
+    const auto own = NumberIn(frame, key);
+    return own ? own : NumberIn(all, key);
+  };
+  const auto width = number("w"), height = number("h");
+  auto fx = number("fl_x"), fy = number("fl_y");
+  if (width && !fx) {
+    if (const auto angle = number("camera_angle_x")) fx = *width / 2 / std::tan(*angle / 2);
+  }
+  if (!fy) fy = fx;
+  if (!width || !height || !fx || !(*fx > 0) || !(*fy > 0) || !(*width >= 1) || !(*height >= 1) ||
+      *width > 1e6 || *height > 1e6) {
+    throw InputError(path, "has no usable w, h and fl_x (or camera_angle_x) for each frame");
+  }
+  const double cx = number("cx").value_or(*width / 2), cy = number("cy").value_or(*height / 2);
+  Camera camera = Camera::Pinhole(0, int(*width), int(*height), *fx, *fy, cx, cy);
+  std::string model;
+  for (const Json* json : {&frame, &all}) {
+    const auto found = json->find("camera_model");
+    if (model.empty() && found != json->end() && found->is_string()) {
+      model = found->get<std::string>();
+    }
+  }
+  const auto value = [&](const char* key) { return number(key).value_or(0); };
+  const double k1 = value("k1"), k2 = value("k2"), k3 = value("k3"), k4 = value("k4");
+  const double p1 = value("p1"), p2 = value("p2");
+  if (model == "OPENCV_FISHEYE") {
+    camera.model = CameraModelId::kOpenCVFisheye;
+    camera.params = {*fx, *fy, cx, cy, k1, k2, k3, k4};
+  } else if (k3 != 0 || k4 != 0) {
+    camera.model = CameraModelId::kFullOpenCV;
+    camera.params = {*fx, *fy, cx, cy, k1, k2, p1, p2, k3, k4, 0, 0};
+  } else if (k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0) {
+    camera.model = CameraModelId::kOpenCV;
+    camera.params = {*fx, *fy, cx, cy, k1, k2, p1, p2};
+  }
+  return camera;
+}
+
+std::string NameOf(const Json& frame, const Path& path) {
+  const auto found = frame.find("file_path");
+  if (found == frame.end() || !found->is_string()) {
+    throw InputError(path, "has a frame without file_path");
+  }
+  std::string name = Path(found->get<std::string>()).lexically_normal().generic_string();
+  if (name.empty() || name == ".") throw InputError(path, "has a frame without file_path");
+  return name;
+}
+
+}  // namespace
+
+Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnings) {
+  const Json json = ReadJson(path);
+  const auto frames = json.find("frames");
+  if (frames == json.end() || !frames->is_array() || frames->empty()) {
+    throw InputError(path, "has no frames: it is not nerfstudio's file of cameras");
+  }
+  Sim3d data_from_world;
+  if (json.contains("applied_transform")) {
+    const auto applied = MatrixIn(json, "applied_transform");
+    const auto similarity = applied ? SimilarityFrom(*applied) : std::nullopt;
+    if (!similarity) throw InputError(path, "applied_transform is not a similarity");
+    data_from_world = *similarity;
+    data_from_world.scale *= NumberIn(json, "applied_scale").value_or(1);
+  }
+  const Sim3d world_from_data = data_from_world.Inverse();
+  // x right, y up, z backward to x right, y down, z forward.
+  const Eigen::Quaterniond turn(0, 1, 0, 0);
+  Reconstruction model;
+  std::set<std::string> names;
+  for (const Json& frame : *frames) {
+    if (!frame.is_object()) throw InputError(path, "has a frame that is not an object");
+    const auto matrix = MatrixIn(frame, "transform_matrix");
+    const auto pose = matrix ? SimilarityFrom(*matrix) : std::nullopt;
+    View view;
+    view.name = NameOf(frame, path);
+    if (!pose) throw InputError(path, view.name + ": transform_matrix is not a pose");
+    Camera camera = CameraFrom(frame, json, path);
+    const auto same = std::find_if(model.cameras.begin(), model.cameras.end(), [&](const auto& c) {
+      camera.id = c.first;
+      return c.second == camera;
+    });
+    if (same == model.cameras.end()) {
+      camera.id = static_cast<CameraId>(model.cameras.size() + 1);
+      model.cameras.emplace(camera.id, camera);
+    }
+    view.camera_id = camera.id;
+    Rigid3d world_from_cam;
+    world_from_cam.rotation = (world_from_data.rotation * pose->rotation * turn).normalized();
+    world_from_cam.translation = world_from_data * pose->translation;
+    view.cam_from_world = world_from_cam.Inverse();
+    view.id = static_cast<ViewId>(model.views.size() + 1);
+    if (!names.insert(view.name).second)
+      throw InputError(path, "two frames are named " + view.name);
+    model.views.emplace(view.id, std::move(view));
+  }
+  if (warnings) warnings->push_back(path.string() + ": has no sparse points");
+  return model;
+}
+
+Sim3d ReadWorldFromSplat(const Path& path) {
+  const Json json = ReadJson(path);
+  if (const auto matrix = MatrixIn(json, "world_from_splat")) {
+    if (const auto similarity = SimilarityFrom(*matrix)) return *similarity;
+    throw InputError(path, "world_from_splat is not a similarity (rotation, scale, translation)");
+  }
+  const auto matrix = MatrixIn(json, "transform");
+  const auto scale = NumberIn(json, "scale");
+  if (!matrix || !scale || !(*scale > 0)) {
+    throw InputError(path,
+                     "holds neither world_from_splat, a 3x4 or 4x4 matrix, nor transform and scale "
+                     "as nerfstudio's dataparser_transforms.json does");
+  }
+  auto splat_from_world = SimilarityFrom(*matrix);
+  if (!splat_from_world) throw InputError(path, "transform is not a similarity");
+  splat_from_world->scale *= *scale;
+  splat_from_world->translation *= *scale;
+  return splat_from_world->Inverse();
+}
+
+Sim3d ParseWorldFromSplat(const std::string& text) {
+  std::vector<double> values;
+  const char* at = text.c_str();
+  while (*at != '\0') {
+    if (*at == ' ' || *at == ',' || *at == ';' || *at == '\n' || *at == '\t') {
+      ++at;
+      continue;
+    }
+    char* end = nullptr;
+    const double value = std::strtod(at, &end);
+    if (end == at) break;
+    values.push_back(value);
+    at = end;
+  }
+  const auto matrix = *at == '\0' ? MatrixFrom(values) : std::nullopt;
+  const auto similarity = matrix ? SimilarityFrom(*matrix) : std::nullopt;
+  CheckOption(
+      similarity.has_value(),
+      "--world-from-splat: '" + text +
+          "' is neither a file nor the 12 or 16 numbers, by rows, of a matrix that rotates, "
+          "scales and moves");
+  return *similarity;
+}
+
+Sim3d WorldFromSplatOf(const std::string& text) {
+  return IsFile(text) ? ReadWorldFromSplat(text) : ParseWorldFromSplat(text);
+}
+
+bool IsIdentity(const Sim3d& similarity) {
+  return similarity.scale == 1 && similarity.rotation.w() == 1 && similarity.translation.isZero(0);
+}
+
+std::string WorldFromSplatToText(const Sim3d& world_from_splat) {
+  const Eigen::Matrix3d linear =
+      world_from_splat.scale * world_from_splat.rotation.toRotationMatrix();
+  std::string text;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 4; ++c) {
+      char number[32];
+      std::snprintf(number, sizeof number, "%.17g",
+                    c < 3 ? linear(r, c) : world_from_splat.translation[r]);
+      text += (text.empty() ? "" : " ") + std::string(number);
+    }
+  }
+  return text;
+}
+
+std::string WorldFromSplatToJson(const Sim3d& world_from_splat) {
+  const Eigen::Matrix3d linear =
+      world_from_splat.scale * world_from_splat.rotation.toRotationMatrix();
+  Json rows = Json::array();
+  for (int r = 0; r < 3; ++r) {
+    rows.push_back({linear(r, 0), linear(r, 1), linear(r, 2), world_from_splat.translation[r]});
+  }
+  rows.push_back({0, 0, 0, 1});
+  return Json{{"world_from_splat", rows}}.dump(1) + "\n";
+}
+
+}  // namespace retint

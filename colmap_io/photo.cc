@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "colmap_io/photo.h"
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "scene/image_checks.h"
+
+namespace retint {
+namespace {
+
+// Cursor over bytes of either order; 0 beyond the end.
+struct Bytes {
+  std::string_view data;
+  bool big = true;
+  uint32_t At(size_t offset, size_t count) const {
+    if (offset > data.size() || count > data.size() - offset) return 0;
+    uint32_t value = 0;
+    for (size_t i = 0; i < count; ++i) {
+      value = value << 8 | static_cast<uint8_t>(data[offset + (big ? i : count - 1 - i)]);
+    }
+    return value;
+  }
+};
+
+// Calls visit(marker, segment) for the segments before the first scan of a JPEG file (ITU T.81,
+// annex B), until it returns true.
+template <typename Visit>
+void VisitSegments(std::string_view bytes, const Visit& visit) {
+  const Bytes file{bytes};
+  size_t at = 2;
+  while (at + 4 <= bytes.size() && file.At(at, 1) == 0xFF) {
+    const uint32_t marker = file.At(at + 1, 1);
+    if (marker == 0xFF) {  // fill byte
+      ++at;
+      continue;
+    }
+    const size_t length = file.At(at + 2, 2);
+    if (marker == 0xDA || length < 2 || length > bytes.size() - at - 2) return;
+    if (visit(marker, bytes.substr(at + 4, length - 2))) return;
+    at += 2 + length;
+  }
+}
+
+bool IsJpeg(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
+
+// EXIF's tag 0x0112 of a JPEG file, 1 to 8; 1 where there is none (Exif 2.32, 4.6.4).
+int Orientation(std::string_view bytes) {
+  int orientation = 1;
+  if (!IsJpeg(bytes)) return orientation;
+  VisitSegments(bytes, [&](uint32_t marker, std::string_view segment) {
+    constexpr std::string_view kExif("Exif\0\0", 6);
+    if (marker != 0xE1 || !segment.starts_with(kExif)) return false;
+    const std::string_view tiff = segment.substr(kExif.size());
+    const Bytes data{tiff, tiff.starts_with("MM")};
+    const size_t folder = data.At(4, 4);
+    const size_t entries = data.At(folder, 2);
+    for (size_t k = 0; k < entries; ++k) {
+      const size_t entry = folder + 2 + 12 * k;
+      if (data.At(entry, 2) != 0x0112) continue;
+      const uint32_t value = data.At(entry + 8, 2);
+      if (value >= 1 && value <= 8) orientation = static_cast<int>(value);
+    }
+    return true;
+  });
+  return orientation;
+}
+
+// As EXIF says that the stored rows and columns are to be shown.
+Image Turned(const Image& stored, int orientation) {
+  const bool swapped = orientation >= 5;
+  Image shown(swapped ? stored.height : stored.width, swapped ? stored.width : stored.height);
+  for (int y = 0; y < shown.height; ++y) {
+    for (int x = 0; x < shown.width; ++x) {
+      int u = swapped ? y : x, v = swapped ? x : y;
+      if (orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8) {
+        u = stored.width - 1 - u;
+      }
+      if (orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7) {
+        v = stored.height - 1 - v;
+      }
+      for (int c = 0; c < 3; ++c) shown(x, y, c) = stored(u, v, c);
+    }
+  }
+  return shown;
+}
+
+// Up to what rounding both sides to whole pixels may change.
+bool SameShape(int width, int height, int other_width, int other_height) {
+  const int64_t cross = int64_t{width} * other_height - int64_t{other_width} * height;
+  return std::abs(cross) <= int64_t{other_width} + other_height;
+}
+
+Image Resized(const Image& image, int width, int height) {
+  Image out(width, height);
+  const cv::Mat from(image.height, image.width, CV_32FC3, const_cast<float*>(image.data.data()));
+  cv::Mat to(height, width, CV_32FC3, out.data.data());
+  cv::resize(from, to, to.size(), 0, 0, image.width > width ? cv::INTER_AREA : cv::INTER_LINEAR);
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& path) {
+  std::string bytes;
+  try {
+    bytes = ReadFile(path);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+  std::optional<std::pair<int, int>> size;
+  const Bytes file{bytes};
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) {
+    size.emplace(int(file.At(16, 4)), int(file.At(20, 4)));
+  } else if (IsJpeg(bytes)) {
+    VisitSegments(bytes, [&](uint32_t marker, std::string_view segment) {
+      const bool frame =
+          marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+      const Bytes header{segment};
+      if (frame) size.emplace(int(header.At(3, 2)), int(header.At(1, 2)));
+      return frame;
+    });
+  }
+  return size;
+}
+
+Image ReadPhotoOfSize(const std::filesystem::path& path, int width, int height) {
+  Image photo = ReadImage(path);
+  if (photo.width == width && photo.height == height) return photo;
+  if (!SameShape(photo.width, photo.height, width, height)) {
+    const int orientation = Orientation(ReadFile(path));
+    if (orientation >= 5 && SameShape(photo.height, photo.width, width, height)) {
+      photo = Turned(photo, orientation);
+    } else {
+      throw InputError(path, "photo is " + SizeText(photo.width, photo.height) +
+                                 ", its camera says " + SizeText(width, height) +
+                                 ": it is another picture, or was cropped");
+    }
+  }
+  if (photo.width == width && photo.height == height) return photo;
+  return Resized(photo, width, height);
+}
+
+}  // namespace retint

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Workspaces as other tools leave them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "colmap_io/nerfstudio.h"
+#include "colmap_io/sparse.h"
+#include "colmap_io/workspace.h"
+#include "tests/colmap_io/tiny_model.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::ThrowsMessage;
+
+Reconstruction WithViews(int count) {
+  Reconstruction model = TinyModel();
+  model.points.clear();
+  View view = model.views.begin()->second;
+  view.observations.clear();
+  model.views.clear();
+  for (int i = 0; i < count; ++i) {
+    view.id = ViewId(i + 1);
+    view.name = std::to_string(i) + ".png";
+    model.views.emplace(view.id, view);
+  }
+  return model;
+}
+
+TEST(Layout, TheLargestOfSeveralModelsIsTakenUnlessOneIsNamed) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "sparse/0", WithViews(2));
+  WriteReconstructionText(folder / "sparse/1", WithViews(5));
+  WriteReconstructionBinary(folder / "sparse/10", WithViews(3));
+  const Workspace largest = Workspace::Open(folder.path());
+  EXPECT_EQ(largest.reconstruction.views.size(), 5u);
+  EXPECT_THAT(largest.warnings.at(0), HasSubstr("several models; using 1"));
+  for (const char* name : {"10", "sparse/10", "sparse/10/"}) {
+    EXPECT_EQ(Workspace::Open(folder.path(), {}, name).reconstruction.views.size(), 3u) << name;
+  }
+  EXPECT_THAT([&] { Workspace::Open(folder.path(), {}, "2"); },
+              ThrowsMessage<InputError>(AllOf(HasSubstr("no sparse model \"2\""),
+                                              HasSubstr("sparse/1, sparse/10, sparse/0"))));
+}
+
+// `colmap automatic_reconstructor`: distorted models in sparse/N, their photos elsewhere, and
+// undistorted ones with photos in dense/N.
+TEST(Layout, TheDenseModelIsTakenWhereOnlyItHasPhotos) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "sparse/0", WithViews(2));
+  WriteReconstructionBinary(folder / "dense/0/sparse", WithViews(2));
+  WritePng(folder / "dense/0/images/0.png", Image8(64, 48));
+  fs::create_directories(folder / "dense/0/stereo/depth_maps");
+  const Workspace workspace = Workspace::Open(folder.path());
+  EXPECT_EQ(workspace.sparse_folder, folder / "dense/0/sparse");
+  EXPECT_EQ(workspace.image_folder, folder / "dense/0/images");
+  EXPECT_TRUE(fs::equivalent(workspace.depth_map_folder, folder / "dense/0/stereo/depth_maps"));
+  EXPECT_EQ(Workspace::Open(folder.path(), {}, "sparse/0").sparse_folder, folder / "sparse/0");
+  EXPECT_EQ(Workspace::Open(folder.path(), {}, "dense/0").sparse_folder, folder / "dense/0/sparse");
+}
+
+TEST(Layout, NerfstudiosColmapFolderIsFound) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "colmap/sparse/0", WithViews(2));
+  WriteFile(folder / "transforms.json", "{}");
+  WritePng(folder / "images/1.png", Image8(64, 48));
+  const Workspace workspace = Workspace::Open(folder.path());
+  EXPECT_EQ(workspace.sparse_folder, folder / "colmap/sparse/0");
+  EXPECT_EQ(workspace.image_folder, folder / "images");
+  EXPECT_TRUE(workspace.HasPhoto(workspace.RequireView("1.png")));
+}
+
+// 3DGS: cameras of one size, photos of several.
+TEST(Layout, ThePhotosOfTheCamerasSizeAreTaken) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "sparse/0", WithViews(2));
+  WritePng(folder / "images/0.png", Image8(128, 96));
+  WritePng(folder / "images_2/0.png", Image8(64, 48, 51));
+  WritePng(folder / "images_4/0.png", Image8(32, 24));
+  const Workspace workspace = Workspace::Open(folder.path());
+  EXPECT_EQ(workspace.image_folder, folder / "images_2");
+  // None of that size: the first, scaled.
+  fs::remove_all(folder / "images_2");
+  EXPECT_EQ(Workspace::Open(folder.path()).image_folder, folder / "images");
+  fs::remove_all(folder / "images");
+  const Workspace small = Workspace::Open(folder.path());
+  EXPECT_EQ(small.image_folder, folder / "images_4");
+  const Image photo = small.ReadPhoto(small.RequireView("0.png"));
+  EXPECT_EQ(photo.width, 64);
+  EXPECT_EQ(photo.height, 48);
+}
+
+TEST(Layout, PhotosWithAnotherExtensionOrWithoutTheirFolderAreFound) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "sparse/0", TinyModel());
+  WritePng(folder / "images/a.jpg.png", Image8(1, 1));  // a mask's name: not the photo
+  WritePng(folder / "images/b c.png", Image8(30, 20));
+  WritePng(folder / "images/\xC3\xA9t\xC3\xA9.png", Image8(64, 48));
+  const Workspace workspace = Workspace::Open(folder.path());
+  EXPECT_FALSE(workspace.HasPhoto(workspace.RequireView("a.jpg")));
+  EXPECT_EQ(workspace.PhotoPath(workspace.RequireView("sub/b c.png")), folder / "images/b c.png");
+  EXPECT_FALSE(workspace.ReadPhoto(workspace.RequireView("\xC3\xA9t\xC3\xA9.jpg")).Empty());
+}
+
+TEST(Layout, PartsMayBeTextAndBinaryMixed) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "b", TinyModel());
+  WriteReconstructionText(folder / "t", TinyModel());
+  fs::create_directories(folder / "sparse");
+  fs::copy(folder / "t/cameras.txt", folder / "sparse/cameras.txt");
+  fs::copy(folder / "b/images.bin", folder / "sparse/images.bin");
+  fs::copy(folder / "t/points3D.txt", folder / "sparse/points3D.txt");
+  WriteFile(folder / "sparse/database.db", "not of interest");
+  std::vector<std::string> warnings;
+  // Text has 17 digits, which are all; its rotations may lose one.
+  ExpectSame(ReadReconstruction(folder / "sparse", &warnings), TinyModel(), 1e-15);
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
+TEST(Layout, FramesWithoutImagesAreAnsweredWithTheCommandThatHelps) {
+  RETINT_REQUIRE_DATA("colmap/unicode_names/1");
+  EXPECT_THAT(
+      [&] { Workspace::Open(DataPath("colmap/unicode_names/1")); },
+      ThrowsMessage<InputError>(AllOf(HasSubstr("images.bin"), HasSubstr("model_converter"))));
+  // One more level is looked at; the model that is whole is taken.
+  EXPECT_EQ(Workspace::Open(DataPath("colmap/unicode_names")).sparse_folder,
+            DataPath("colmap/unicode_names") / "0");
+}
+
+TEST(Layout, MovingTheWorldKeepsEveryPixel) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "sparse/0", TinyModel());
+  Workspace workspace = Workspace::Open(folder.path());
+  const Reconstruction before = workspace.reconstruction;
+  const Sim3d move{2.5, Eigen::Quaterniond(0.5, -0.5, 0.1, 0.7).normalized(), {3, -1, 4}};
+  workspace.Transform(move);
+  EXPECT_EQ(workspace.depth_scale, 2.5);
+  for (const auto& [id, view] : before.views) {
+    const Eigen::Vector3d point(0.3, 0.2, -2);
+    const Eigen::Vector3d old = view.cam_from_world * point;
+    const Eigen::Vector3d moved =
+        workspace.reconstruction.views.at(id).cam_from_world * (move * point);
+    // The same ray, 2.5 times as far.
+    EXPECT_LT((moved - 2.5 * old).norm(), 1e-12);
+  }
+  EXPECT_LT((workspace.reconstruction.points.at(9).xyz - move * before.points.at(9).xyz).norm(),
+            1e-12);
+}
+
+// --- nerfstudio --------------------------------------------------------------------------------
+
+constexpr const char* kTransforms = R"({
+ "w": 64, "h": 48, "fl_x": 50, "fl_y": 51, "cx": 31, "cy": 25, "camera_model": "OPENCV",
+ "applied_transform": [[1,0,0,0],[0,0,1,0],[0,-1,0,0]],
+ "frames": [
+  {"file_path": "./images/a.png",
+   "transform_matrix": [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]},
+  {"file_path": "images/b.png", "k1": 0.1, "fl_x": 60,
+   "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]})";
+
+TEST(Nerfstudio, CamerasComeWithColmapsAxesInColmapsWorld) {
+  const TempFolder folder;
+  WriteFile(folder / "transforms.json", kTransforms);
+  WritePng(folder / "images/a.png", Image8(64, 48));
+  const Workspace workspace = Workspace::Open(folder.path());
+  const View& view = workspace.RequireView("images/a.png");
+  EXPECT_TRUE(workspace.HasPhoto(view));
+  const PosedCamera posed = workspace.reconstruction.Posed(view);
+  EXPECT_EQ(posed.camera.params, (std::vector<double>{50, 51, 31, 25}));
+  // The file's world is (x, z, -y) of COLMAP's: its (1, 2, 3) is ours (1, -3, 2).
+  EXPECT_LT((posed.Center() - Eigen::Vector3d(1, -3, 2)).norm(), 1e-12);
+  // It looks along the file's -z, which is our +y; its up, the file's +y, is our +z.
+  const Eigen::Vector3d ahead = posed.cam_from_world * Eigen::Vector3d(1, -3 + 5, 2);
+  EXPECT_LT((ahead - Eigen::Vector3d(0, 0, 5)).norm(), 1e-12);
+  const Eigen::Vector3d above = posed.cam_from_world * Eigen::Vector3d(1, -3, 2 + 1);
+  EXPECT_LT((above - Eigen::Vector3d(0, -1, 0)).norm(), 1e-12);
+  const View& distorted = workspace.RequireView("images/b.png");
+  const Camera& camera = workspace.reconstruction.cameras.at(distorted.camera_id);
+  EXPECT_EQ(camera.model, CameraModelId::kOpenCV);
+  EXPECT_EQ(camera.params, (std::vector<double>{60, 51, 31, 25, 0.1, 0, 0, 0}));
+}
+
+TEST(Nerfstudio, FilesOfOtherThingsAreRefused) {
+  const TempFolder folder;
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"[1", "not a JSON object"},
+      {"{}", "has no frames"},
+      {R"({"frames": [{"file_path": "a"}]})", "transform_matrix is not a pose"},
+      {R"({"frames": [{"file_path": "a", "transform_matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0]}]})",
+       "has no usable w, h and fl_x"},
+      {R"({"w": 9, "h": 9, "fl_x": 9, "frames":
+          [{"file_path": "a", "transform_matrix": [1,0,0,0, 0,1,0,0, 0,0,-1,0]}]})",
+       "transform_matrix is not a pose"}};
+  for (const auto& [text, fault] : cases) {
+    WriteFile(folder / "transforms.json", text);
+    EXPECT_THAT([&] { Workspace::Open(folder.path()); },
+                ThrowsMessage<InputError>(AllOf(HasSubstr("transforms.json"), HasSubstr(fault))));
+  }
+}
+
+TEST(Nerfstudio, SimilaritiesComeFromFilesAndNumbers) {
+  const TempFolder folder;
+  // x_splat = 0.5 (R x + t), R a quarter turn about z.
+  WriteFile(folder / "d.json", R"({"transform": [[0,-1,0,1],[1,0,0,2],[0,0,1,3]], "scale": 0.5})");
+  const Sim3d from_parser = ReadWorldFromSplat(folder / "d.json");
+  EXPECT_NEAR(from_parser.scale, 2, 1e-12);
+  EXPECT_LT((from_parser * Eigen::Vector3d(0.5, 1, 1.5)).norm(), 1e-12);
+  EXPECT_LT((from_parser * Eigen::Vector3d(0, 1.5, 1.5) - Eigen::Vector3d(1, 1, 0)).norm(), 1e-12);
+  WriteFile(folder / "ours.json", WorldFromSplatToJson(from_parser));
+  const Sim3d read = ReadWorldFromSplat(folder / "ours.json");
+  const Eigen::Vector3d any(0.3, -7, 2);
+  EXPECT_LT((read * any - from_parser * any).norm(), 1e-12);
+  const Sim3d parsed = ParseWorldFromSplat("0 2 0 -4, -2 0 0 2, 0 0 2 -6");
+  EXPECT_LT(
+      (parsed * any - Eigen::Vector3d(2 * any.y() - 4, 2 - 2 * any.x(), 2 * any.z() - 6)).norm(),
+      1e-12);
+  for (const char* bad : {"1 2 3", "1 0 0 0 0 1 0 0 0 0 -1 0", "1 0 0 0 0 2 0 0 0 0 1 0", "file"}) {
+    EXPECT_THROW(ParseWorldFromSplat(bad), OptionError) << bad;
+  }
+  WriteFile(folder / "bad.json", R"({"transform": [1, 2], "scale": 1})");
+  EXPECT_THROW(ReadWorldFromSplat(folder / "bad.json"), InputError);
+}
+
+}  // namespace
+}  // namespace retint

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Photos as cameras and other tools store them.
+#include "colmap_io/photo.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+// After <cstdio>, whose FILE it uses without including it.
+#include <jpeglib.h>
+#include <cstdio>
+
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+// Left third red, the rest black; top row white.
+Image8 Picture(int width, int height) {
+  Image8 image(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        image(x, y, c) = uint8_t(y < height / 4 ? 255 : (x < width / 3 && c == 0 ? 255 : 0));
+      }
+    }
+  }
+  return image;
+}
+
+std::string JpegBytes(const Image8& image) {
+  cv::Mat bgr(image.height, image.width, CV_8UC3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c) bgr.at<cv::Vec3b>(y, x)[2 - c] = image(x, y, c);
+    }
+  }
+  std::vector<uint8_t> bytes;
+  cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 100});
+  return {bytes.begin(), bytes.end()};
+}
+
+// The bytes with an EXIF segment that gives the orientation.
+std::string WithOrientation(const std::string& jpeg, int orientation, bool big) {
+  std::string tiff =
+      big ? std::string("MM\0\x2A\0\0\0\x08", 8) : std::string("II\x2A\0\x08\0\0\0", 8);
+  const auto number = [&](uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) {
+      tiff += char(value >> (8 * (big ? bytes - 1 - i : i)) & 255);
+    }
+  };
+  number(1, 2);       // one entry
+  number(0x0112, 2);  // orientation
+  number(3, 2);       // of 16 bits
+  number(1, 4);
+  number(uint32_t(orientation), 2);
+  number(0, 2);
+  number(0, 4);
+  const std::string segment = std::string("Exif\0\0", 6) + tiff;
+  const size_t length = segment.size() + 2;
+  return jpeg.substr(0, 2) + "\xFF\xE1" + char(length >> 8) + char(length & 255) + segment +
+         jpeg.substr(2);
+}
+
+TEST(Photo, SizesAreReadFromTheHeader) {
+  const TempFolder folder;
+  WritePng(folder / "a.png", Image8(31, 17));
+  WriteFile(folder / "a.jpg", WithOrientation(JpegBytes(Image8(40, 24)), 6, true));
+  WriteFile(folder / "text", "not a picture");
+  EXPECT_EQ(ReadImageSize(folder / "a.png"), std::pair(31, 17));
+  EXPECT_EQ(ReadImageSize(folder / "a.jpg"), std::pair(40, 24));
+  EXPECT_EQ(ReadImageSize(folder / "text"), std::nullopt);
+  EXPECT_EQ(ReadImageSize(folder / "missing"), std::nullopt);
+}
+
+TEST(Photo, StoredPixelsCountAndExifOnlyWhereTheyDoNotFit) {
+  const TempFolder folder;
+  const Image8 stored = Picture(48, 32);
+  for (const bool big : {true, false}) {
+    WriteFile(folder / "p.jpg", WithOrientation(JpegBytes(stored), 6, big));
+    // COLMAP ignores the tag: a camera of the stored size sees the stored pixels.
+    const Image same = ReadPhotoOfSize(folder / "p.jpg", 48, 32);
+    EXPECT_GT(same(40, 2, 2), 0.9F);  // the white top
+    EXPECT_GT(same(4, 20, 0), 0.9F);  // the red left
+    EXPECT_LT(same(4, 20, 2), 0.1F);
+    // A camera that stands upright sees it turned clockwise: the top is on the right, the left
+    // at the top.
+    const Image turned = ReadPhotoOfSize(folder / "p.jpg", 32, 48);
+    EXPECT_GT(turned(30, 40, 2), 0.9F);
+    EXPECT_GT(turned(10, 4, 0), 0.9F);
+    EXPECT_LT(turned(10, 4, 2), 0.1F);
+    EXPECT_LT(turned(10, 40, 0), 0.1F);
+  }
+  // Counterclockwise: the top is on the left, the left at the bottom.
+  WriteFile(folder / "p.jpg", WithOrientation(JpegBytes(stored), 8, true));
+  const Image left = ReadPhotoOfSize(folder / "p.jpg", 32, 48);
+  EXPECT_GT(left(2, 10, 2), 0.9F);
+  EXPECT_GT(left(20, 44, 0), 0.9F);
+  // Without the tag it is another picture.
+  WriteFile(folder / "p.jpg", JpegBytes(stored));
+  EXPECT_THAT([&] { ReadPhotoOfSize(folder / "p.jpg", 32, 48); },
+              ThrowsMessage<InputError>(HasSubstr("photo is 48x32, its camera says 32x48")));
+}
+
+TEST(Photo, OtherSizesOfTheSameShapeAreScaled) {
+  const TempFolder folder;
+  WritePng(folder / "p.png", Picture(96, 64));
+  const Image half = ReadPhotoOfSize(folder / "p.png", 48, 32);
+  EXPECT_EQ(half.width, 48);
+  // Areas are averaged: the edges lie on whole pixels of the small picture.
+  EXPECT_EQ(half(15, 20, 0), 1.0F);
+  EXPECT_EQ(half(16, 20, 0), 0.0F);
+  EXPECT_EQ(half(40, 7, 1), 1.0F);
+  EXPECT_EQ(half(40, 8, 1), 0.0F);
+  const Image twice = ReadPhotoOfSize(folder / "p.png", 192, 128);
+  EXPECT_EQ(twice(20, 100, 0), 1.0F);
+  // A third, rounded to whole pixels.
+  EXPECT_EQ(ReadPhotoOfSize(folder / "p.png", 32, 21).height, 21);
+  EXPECT_THROW(ReadPhotoOfSize(folder / "p.png", 32, 18), InputError);
+}
+
+// Bytes of a JPEG of four inks, one value each.
+std::string InkJpeg(const uint8_t (&ink)[4], bool adobe) {
+  constexpr int kSide = 16;
+  jpeg_compress_struct jpeg{};
+  jpeg_error_mgr errors{};
+  jpeg.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&jpeg);
+  unsigned char* memory = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&jpeg, &memory, &size);
+  jpeg.image_width = jpeg.image_height = kSide;
+  jpeg.input_components = 4;
+  jpeg.in_color_space = JCS_CMYK;
+  jpeg_set_defaults(&jpeg);
+  jpeg.write_Adobe_marker = adobe;
+  jpeg_start_compress(&jpeg, TRUE);
+  std::vector<JSAMPLE> row;
+  for (int x = 0; x < kSide; ++x) row.insert(row.end(), ink, ink + 4);
+  JSAMPROW rows = row.data();
+  for (int y = 0; y < kSide; ++y) jpeg_write_scanlines(&jpeg, &rows, 1);
+  jpeg_finish_compress(&jpeg);
+  std::string bytes(reinterpret_cast<char*>(memory), size);
+  jpeg_destroy_compress(&jpeg);
+  std::free(memory);
+  return bytes;
+}
+
+TEST(Photo, FourInksBecomeRgb) {
+  const TempFolder folder;
+  // Half cyan, no magenta, all yellow, a fifth black: light 0.5 x 0.8, 0.8, 0.
+  WriteFile(folder / "plain.jpg", InkJpeg({128, 0, 255, 51}, false));
+  WriteFile(folder / "adobe.jpg", InkJpeg({127, 255, 0, 204}, true));
+  for (const char* name : {"plain.jpg", "adobe.jpg"}) {
+    const Image image = ReadImage(folder / name);
+    // A few steps of 8 bits for JPEG's rounding.
+    EXPECT_NEAR(image(8, 8, 0), 0.4, 0.02) << name;
+    EXPECT_NEAR(image(8, 8, 1), 0.8, 0.02) << name;
+    EXPECT_NEAR(image(8, 8, 2), 0.0, 0.02) << name;
+  }
+}
+
+TEST(Photo, SixteenBitsArePhotosToo) {
+  const TempFolder folder;
+  const cv::Mat deep(10, 12, CV_16UC3, cv::Scalar(0, 32768, 65535));  // BGR
+  for (const char* name : {"p.png", "p.tiff"}) {
+    cv::imwrite((folder / name).string(), deep);
+    const Image image = ReadPhotoOfSize(folder / name, 12, 10);
+    EXPECT_EQ(image(3, 3, 0), 1.0F) << name;
+    EXPECT_NEAR(image(3, 3, 1), 32768.0 / 65535, 1e-6) << name;
+    EXPECT_EQ(image(3, 3, 2), 0.0F) << name;
+  }
+}
+
+}  // namespace
+}  // namespace retint

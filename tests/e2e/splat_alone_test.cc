@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A splat without a workspace, and one in another frame than its workspace.
+#include <regex>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "colmap_io/nerfstudio.h"
+#include "colmap_io/workspace.h"
+#include "scene/transform.h"
+#include "splat_io/splat_io.h"
+#include "tests/e2e/command.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using testing::HasSubstr;
+
+std::string Splat() { return (TinyWorkspace() / "splat.ply").string(); }
+
+double MeanRedness(const Image& image, const Mask& mask, bool inside) {
+  double sum = 0, count = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if ((mask(x, y) > 0) != inside) continue;
+      sum += image(x, y, 0) - 0.5 * (image(x, y, 1) + image(x, y, 2));
+      count += 1;
+    }
+  }
+  return sum / count;
+}
+
+TEST(SplatAlone, APaintedViewIsRecolored) {
+  TempFolder temp;
+  CommandResult result = RunRetint({"cameras", "--splat", Splat(), "--views", "8", "--output",
+                                    (temp / "ws").string(), "--quiet"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Workspace workspace = Workspace::Open(temp / "ws");
+  EXPECT_EQ(workspace.reconstruction.views.size(), 8u);
+  EXPECT_GT(workspace.reconstruction.points.size(), 50u);
+  const View& view = *workspace.reconstruction.ViewsByName().front();
+  const Image before = workspace.ReadPhoto(view);
+  // The middle of the first view is painted red, without naming the workspace: the same views are
+  // placed again.
+  Mask mask(before.width, before.height, 0);
+  for (int y = before.height * 2 / 5; y < before.height * 3 / 5; ++y) {
+    for (int x = before.width * 2 / 5; x < before.width * 3 / 5; ++x) mask(x, y) = 255;
+  }
+  WritePng(temp / "mask.png", mask);
+  result = RunRetint({"recolor", "--splat", Splat(), "--views", "8", "--view", view.name, "--mask",
+                      (temp / "mask.png").string(), "--to", "#ff0000", "--target", "photo",
+                      "--output", (temp / "red.ply").string(), "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("8 of 8 views have no photo; their renders are taken"));
+  result = RunRetint({"render", "--workspace", (temp / "ws").string(), "--splat",
+                      (temp / "red.ply").string(), "--view", view.name, "--output",
+                      (temp / "after").string(), "--quiet"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Image after = ReadImage(temp / "after" / (view.name + ".png"));
+  EXPECT_GT(MeanRedness(after, mask, true), MeanRedness(before, mask, true) + 0.2);
+  // What belongs to the object beyond the paint may change too; most of the picture does not.
+  EXPECT_LT(MeanRedness(after, mask, false), MeanRedness(before, mask, false) + 0.1);
+  result = RunRetint({"info", "--splat", Splat(), "--views", "4"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, HasSubstr("4, renders serve as their photos"));
+}
+
+double Psnr(const std::string& info) {
+  std::smatch found;
+  EXPECT_TRUE(std::regex_search(info, found, std::regex("PSNR +([0-9.]+) dB"))) << info;
+  return found.empty() ? 0 : std::stod(found[1]);
+}
+
+TEST(SplatElsewhere, AlignFindsTheFrame) {
+  TempFolder temp;
+  GaussianModel model = ReadSplat(Splat());
+  const Sim3d splat_from_world{
+      0.3, Eigen::Quaterniond(0.2, -0.5, 0.6, 0.4).normalized(), {4, -1, 2}};
+  Transform(splat_from_world, model);
+  WriteSplat(temp / "moved.ply", model);
+  const std::string workspace = TinyWorkspace().string(), moved = (temp / "moved.ply").string();
+  CommandResult result = RunRetint({"info", "--workspace", workspace, "--splat", Splat()});
+  const double original = Psnr(result.out);
+  result = RunRetint({"info", "--workspace", workspace, "--splat", moved, "--progress", "none"});
+  EXPECT_THAT(result.err, HasSubstr("retint align"));
+
+  result = RunRetint({"align", "--workspace", workspace, "--splat", moved, "--output",
+                      (temp / "back.ply").string(), "--transform", (temp / "t.json").string(),
+                      "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("found from   points"));
+  const Sim3d found = ReadWorldFromSplat(temp / "t.json");
+  EXPECT_NEAR(found.scale, 1 / 0.3, 0.02 / 0.3);
+  EXPECT_LT(found.rotation.angularDistance(splat_from_world.rotation.conjugate()), 0.02);
+  // The issue's own bound.
+  result = RunRetint({"info", "--workspace", workspace, "--splat", (temp / "back.ply").string()});
+  EXPECT_NEAR(Psnr(result.out), original, 0.1) << result.err;
+  for (const std::string& given : {(temp / "t.json").string(), std::string()}) {
+    std::vector<std::string> info = {"info", "--workspace", workspace, "--splat", moved};
+    if (!given.empty()) info.insert(info.end(), {"--world-from-splat", given});
+    result = RunRetint(info);
+    ASSERT_EQ(result.code, 0) << result.err;
+    if (given.empty()) {
+      EXPECT_LT(Psnr(result.out), original - 3);
+    } else {
+      EXPECT_NEAR(Psnr(result.out), original, 0.1);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace retint
