@@ -124,6 +124,7 @@ const std::vector<Command>& Commands() {
       {"panel.quality", "Window", "Go to the Quality panel", kAlways, false},
       {"panel.views", "Window", "Go to the Views panel", kAlways, false},
       {"panel.scene", "Window", "Go to the Scene panel", kAlways, false},
+      {"panel.selection", "Window", "Go to the Selection panel", kAlways, false},
       {"window.panels", "Window", "Hide or show the panels", kAlways, false},
       {"window.screenshot", "Window", "Save a screenshot", kAlways, false},
       {"window.copy_picture", "Window", "Copy the picture", kExplore, false},

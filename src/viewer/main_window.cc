@@ -51,6 +51,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
   resize(FirstSize(screen()->availableSize()));
   controller_ = new SceneController(this);
+  current_ = new CurrentRegion(controller_, this);
   renderer_ = new RenderThread(this);
   photos_ = new PhotoLoader(this);
   sessions_ = new SessionStore(controller_, this);
@@ -351,16 +352,12 @@ void MainWindow::EnterSelection(RegionId region) {
 }
 
 void MainWindow::SetCurrentRegion(RegionId id) {
-  if (id != 0 && !controller_->regions().Find(id)) id = 0;
-  if (id != current_region_) {
-    current_region_ = id;
-    Q_EMIT currentRegionChanged(id);
-  }
+  current_->Set(id);
   ShowCloudOfCurrent();
 }
 
 void MainWindow::ShowCloudOfCurrent() {
-  const Region* region = controller_->regions().Find(current_region_);
+  const Region* region = current_->region();
   const auto selection = region ? region->selection : nullptr;
   const auto facts = controller_->facts();
   // In a color that stands out from what the edit makes of the region.
@@ -378,7 +375,7 @@ void MainWindow::ShowCloudOfCurrent() {
 
 void MainWindow::OnRegions() {
   setWindowModified(sessions_->IsModified());
-  if (current_region_ != 0 && !controller_->regions().Find(current_region_)) SetCurrentRegion(0);
+  if (!current_->region()) SetCurrentRegion(0);
   ShowCloudOfCurrent();  // undo may have given it another selection
   UpdateActions();
 }

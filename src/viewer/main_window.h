@@ -17,6 +17,7 @@
 #include <QTimer>
 
 #include "viewer/canvas.h"
+#include "viewer/current_region.h"
 #include "viewer/key_map.h"
 #include "viewer/keys_dialog.h"
 #include "viewer/open_dialog.h"
@@ -74,7 +75,7 @@ class MainWindow : public QMainWindow {
   void SetKeyMap(const KeyMap& keys);
 
   // The region that tools and shortcuts mean; 0: none.
-  RegionId current_region() const { return current_region_; }
+  RegionId current_region() const { return current_->id(); }
   void SetCurrentRegion(RegionId id);
   // Paints on the view that shows, for a new region (0) or another round of one.
   void EnterSelection(RegionId region = 0);
@@ -95,9 +96,6 @@ class MainWindow : public QMainWindow {
   bool IsModified() const { return isWindowModified(); }
   // The size of a first window on a screen with so much room.
   static QSize FirstSize(const QSize& room);
-
- Q_SIGNALS:
-  void currentRegionChanged(retint::RegionId id);
 
  protected:
   void closeEvent(QCloseEvent* event) override;
@@ -170,6 +168,7 @@ class MainWindow : public QMainWindow {
 
   Theme* theme_;
   SceneController* controller_;
+  CurrentRegion* current_;
   RenderThread* renderer_;
   PhotoLoader* photos_;
   SessionStore* sessions_;
@@ -196,7 +195,6 @@ class MainWindow : public QMainWindow {
   std::deque<std::pair<QString, QString>> errors_;
   QString opening_;                  // entry of the recent files, once it has opened
   std::optional<OpenRequest> form_;  // of the dialog, until it has opened
-  RegionId current_region_ = 0;
   std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
   QColor cloud_color_;
   bool closing_ = false;

@@ -14,6 +14,7 @@
 #include "viewer/panels/quality_panel.h"
 #include "viewer/panels/regions_panel.h"
 #include "viewer/panels/scene_panel.h"
+#include "viewer/panels/selection_panel.h"
 #include "viewer/panels/views_panel.h"
 
 namespace retint {
@@ -88,15 +89,29 @@ QWidget* FirstControl(QWidget* panel) {
 }  // namespace
 
 void MainWindow::AddPanels() {
-  QDockWidget* regions = AddPanel("regions", tr("Regions"), Scrolling(new RegionsPanel(this)),
+  connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
+  auto* regions_panel = new RegionsPanel(controller_, canvas_, current_);
+  connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
+  auto* optimizer_panel = new OptimizerPanel(controller_, current_);
+  connect(optimizer_panel, &OptimizerPanel::refused, this, &MainWindow::ShowError);
+  auto* selection_panel = new SelectionPanel(controller_, selection_, canvas_, current_);
+  connect(selection_panel, &SelectionPanel::refused, this, &MainWindow::ShowError);
+  QDockWidget* regions =
+      AddPanel("regions", tr("Regions"), Scrolling(regions_panel), Qt::RightDockWidgetArea);
+  QDockWidget* optimizer =
+      AddPanel("optimizer", tr("Optimizer"), Scrolling(optimizer_panel), Qt::RightDockWidgetArea);
+  QDockWidget* quality = AddPanel("quality", tr("Quality"),
+                                  Scrolling(new QualityPanel(controller_, canvas_, current_)),
                                   Qt::RightDockWidgetArea);
-  QDockWidget* optimizer = AddPanel("optimizer", tr("Optimizer"),
-                                    Scrolling(new OptimizerPanel(this)), Qt::RightDockWidgetArea);
-  QDockWidget* quality = AddPanel("quality", tr("Quality"), Scrolling(new QualityPanel(this)),
-                                  Qt::RightDockWidgetArea);
-  QDockWidget* views = AddPanel("views", tr("Views"), new ViewsPanel(this), Qt::LeftDockWidgetArea);
-  QDockWidget* scene = AddPanel("scene", tr("Scene"), new ScenePanel(this), Qt::LeftDockWidgetArea);
+  QDockWidget* selection =
+      AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
+  QDockWidget* views =
+      AddPanel("views", tr("Views"), new ViewsPanel(controller_, canvas_, photos_, current_),
+               Qt::LeftDockWidgetArea);
+  QDockWidget* scene =
+      AddPanel("scene", tr("Scene"), new ScenePanel(controller_), Qt::LeftDockWidgetArea);
   tabifyDockWidget(optimizer, quality);
+  tabifyDockWidget(quality, selection);
   tabifyDockWidget(views, scene);
   optimizer->raise();
   views->raise();
@@ -106,17 +121,14 @@ void MainWindow::AddPanels() {
   resizeDocks({regions, optimizer}, {600, 260}, Qt::Vertical);
   constexpr int kLow = 800;  // pixels; there is no room for one above the other
   if (height() < kLow) {
-    tabifyDockWidget(regions, optimizer);
-    tabifyDockWidget(optimizer, quality);
+    for (QDockWidget* dock : {optimizer, quality, selection}) tabifyDockWidget(regions, dock);
     regions->raise();
   }
 
   panels_menu_->addSeparator();
-  const std::pair<const char*, QDockWidget*> commands[] = {{"panel.regions", regions},
-                                                           {"panel.optimizer", optimizer},
-                                                           {"panel.quality", quality},
-                                                           {"panel.views", views},
-                                                           {"panel.scene", scene}};
+  const std::pair<const char*, QDockWidget*> commands[] = {
+      {"panel.regions", regions}, {"panel.optimizer", optimizer}, {"panel.quality", quality},
+      {"panel.views", views},     {"panel.scene", scene},         {"panel.selection", selection}};
   for (const auto& [command, dock] : commands) {
     QAction* go = MakeAction(command, tr("Go to %1").arg(dock->windowTitle()), [this, dock = dock] {
       SetPanelsShown(true);

@@ -277,6 +277,31 @@ void SceneController::SelectRound(Round round, std::function<void(RegionId)> don
       });
 }
 
+void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
+                                  const ProjectorOptions& project) {
+  const QString label = tr("Selecting again");
+  if (task_ == label) Cancel();
+  Run(
+      label,
+      [=](EditSession& session, Monitor& monitor) {
+        const Region* region = session.regions().Find(id);
+        if (!region) throw Cancelled();  // deleted meanwhile
+        SelectionSource source = region->selection->source;
+        if (source.painted.empty()) {
+          throw InputError("the masks of this region were not painted here");
+        }
+        SelectionResult selected = session.selection().Select(source.painted, select, monitor);
+        ProjectedMasks projected =
+            session.selection().Project(selected.cloud, source.painted, project, monitor);
+        monitor.ThrowIfCancelled();  // the last point at which that changes nothing
+        source.cloud = std::move(selected.cloud);
+        source.reports = std::move(selected.painted);
+        session.SetSelection(id, std::move(projected.masks), std::move(projected.shares), monitor,
+                             std::move(source));
+      },
+      [=, this] { Q_EMIT selectedAgain(id); });
+}
+
 void SceneController::SeeSelection(RegionId id, const PosedCamera& camera) {
   const auto mask = std::make_shared<Mask>();
   Run(

@@ -127,6 +127,9 @@ class SceneController : public QObject {
     ProjectorOptions project;
   };
   void SelectRound(Round round, std::function<void(RegionId id)> done = {});
+  // The selection of a region anew from its paint, with other options: selectedAgain(). Of several
+  // requests only the newest is finished. InputError for a region that was not painted.
+  void SelectAgain(RegionId id, const SelectOptions& select, const ProjectorOptions& project);
   // The selection of a region as a soft mask of any camera: selectionSeen().
   void SeeSelection(RegionId id, const PosedCamera& camera);
   // From masks alone, by image name.
@@ -203,8 +206,10 @@ class SceneController : public QObject {
   void regionsChanged();                  // regions(), history(), solo()
   void regionAdded(retint::RegionId id);  // or its selection replaced
   void shChanged();                       // sh()
+  void selectedAgain(retint::RegionId id);
   void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
   void optimizerChanged();  // optimizer()
+  void refitJobChanged();   // refit_job()
   void sceneChecked(const std::vector<std::string>& warnings);
   void qualityReady(retint::RegionId id, const retint::QualityReport& report);
   void qualityGlanced(retint::RegionId id, const retint::QualityReport& report);

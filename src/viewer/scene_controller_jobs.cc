@@ -25,6 +25,7 @@ constexpr int kBetween = 8;  // white pixels between the sides of a comparison
 void SceneController::SetRefitJob(const RefitJob& job) {
   job.options.Check();
   job_ = job;
+  Q_EMIT refitJobChanged();
 }
 
 void SceneController::SetAutomaticRefit(bool automatic) {

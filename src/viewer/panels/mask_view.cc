@@ -4,8 +4,10 @@
 #include <QEvent>
 #include <QPainter>
 
+#include "viewer/canvas.h"
 #include "viewer/contrast.h"
-#include "viewer/main_window.h"
+#include "viewer/current_region.h"
+#include "viewer/scene_controller.h"
 
 namespace retint {
 namespace {
@@ -49,16 +51,17 @@ bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
 
 }  // namespace
 
-MaskView::MaskView(MainWindow* window) : QWidget(&window->canvas()), window_(window) {
+MaskView::MaskView(SceneController* controller, Canvas* canvas, CurrentRegion* current)
+    : QWidget(canvas), controller_(controller), canvas_(canvas), current_(current) {
   setObjectName("mask_view");
   setAttribute(Qt::WA_TransparentForMouseEvents);
   setAttribute(Qt::WA_NoSystemBackground);
   setFocusPolicy(Qt::NoFocus);
-  window_->canvas().installEventFilter(this);
+  canvas_->installEventFilter(this);
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
   connect(&rest_, &QTimer::timeout, this, &MaskView::Ask);
-  SceneController& controller = window_->controller();
+  SceneController& controller = *controller_;
   connect(&controller, &SceneController::selectionSeen, this, &MaskView::Take);
   // An answer that will not come any more must not keep the next question from being asked.
   const auto unanswered = [this] {
@@ -74,12 +77,12 @@ MaskView::MaskView(MainWindow* window) : QWidget(&window->canvas()), window_(win
     if (asked_ != 0) unanswered();
   });
   connect(&controller, &SceneController::regionsChanged, this, [this] {
-    const Region* region = window_->controller().regions().Find(window_->current_region());
+    const Region* region = controller_->regions().Find(current_->id());
     if (region && region->selection != of_) Forget();  // undone, or painted again
   });
-  connect(window_, &MainWindow::currentRegionChanged, this, &MaskView::Forget);
-  connect(&window_->canvas(), &Canvas::cameraChanged, this, [this] {
-    if (!SameCamera(camera_, window_->canvas().navigation().Rendered())) Forget();
+  connect(current_, &CurrentRegion::changed, this, &MaskView::Forget);
+  connect(canvas_, &Canvas::cameraChanged, this, [this] {
+    if (!SameCamera(camera_, canvas_->navigation().Rendered())) Forget();
   });
   hide();
 }
@@ -87,7 +90,7 @@ MaskView::MaskView(MainWindow* window) : QWidget(&window->canvas()), window_(win
 void MaskView::SetShown(bool shown) {
   shown_ = shown;
   setVisible(shown);
-  setGeometry(window_->canvas().rect());
+  setGeometry(canvas_->rect());
   Forget();
 }
 
@@ -98,15 +101,15 @@ void MaskView::Forget() {
 }
 
 void MaskView::Ask() {
-  const RegionId id = window_->current_region();
-  if (!shown_ || id == 0 || !window_->controller().IsOpen()) return;
+  const RegionId id = current_->id();
+  if (!shown_ || id == 0 || !controller_->IsOpen()) return;
   if (asked_ != 0) return rest_.start();  // one at a time
-  const Region* region = window_->controller().regions().Find(id);
+  const Region* region = controller_->regions().Find(id);
   if (!region) return;
   asked_ = id;
   of_ = region->selection;
-  camera_ = window_->canvas().navigation().Rendered();
-  window_->controller().SeeSelection(id, camera_);
+  camera_ = canvas_->navigation().Rendered();
+  controller_->SeeSelection(id, camera_);
 }
 
 void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
@@ -115,10 +118,10 @@ void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
     return;  // somebody else asked
   }
   asked_ = 0;
-  const bool wanted = shown_ && id == window_->current_region() &&
-                      SameCamera(camera_, window_->canvas().navigation().Rendered());
+  const bool wanted =
+      shown_ && id == current_->id() && SameCamera(camera_, canvas_->navigation().Rendered());
   if (!wanted) return rest_.start();
-  const auto frame = window_->canvas().frame();
+  const auto frame = canvas_->frame();
   picture_ = Overlay(*mask, frame ? frame->image : QImage());
   update();
   Q_EMIT ready();
@@ -126,7 +129,7 @@ void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
 
 bool MaskView::eventFilter(QObject* object, QEvent* event) {
   if (event->type() == QEvent::Resize) {
-    setGeometry(window_->canvas().rect());
+    setGeometry(canvas_->rect());
     Forget();
   }
   return QWidget::eventFilter(object, event);
@@ -136,7 +139,7 @@ void MaskView::paintEvent(QPaintEvent*) {
   if (picture_.isNull()) return;
   QPainter painter(this);
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
-  painter.drawImage(window_->canvas().ImageRect(camera_), picture_);
+  painter.drawImage(canvas_->ImageRect(camera_), picture_);
 }
 
 }  // namespace retint

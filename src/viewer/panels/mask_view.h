@@ -13,14 +13,16 @@
 
 namespace retint {
 
-class MainWindow;
+class Canvas;
+class CurrentRegion;
+class SceneController;
 
 class MaskView : public QWidget {
   Q_OBJECT
 
  public:
   // A child of the window's canvas that lets the mouse through.
-  explicit MaskView(MainWindow* window);
+  MaskView(SceneController* controller, Canvas* canvas, CurrentRegion* current);
 
   void SetShown(bool shown);
   bool shown() const { return shown_; }
@@ -39,7 +41,9 @@ class MaskView : public QWidget {
   void Forget();
   void Take(RegionId id, std::shared_ptr<const Mask> mask);
 
-  MainWindow* window_;
+  SceneController* controller_;
+  Canvas* canvas_;
+  CurrentRegion* current_;
   bool shown_ = false;
   RegionId asked_ = 0;                         // 0: nothing is under way
   std::shared_ptr<const RegionSelection> of_;  // of what was asked for last

@@ -11,9 +11,10 @@
 #include <QVBoxLayout>
 
 #include "base/error.h"
-#include "viewer/main_window.h"
+#include "viewer/current_region.h"
 #include "viewer/panels/loss_plot.h"
 #include "viewer/panels/option_form.h"
+#include "viewer/scene_controller.h"
 
 namespace retint {
 namespace {
@@ -44,8 +45,8 @@ QString Decibels(double value) { return OptimizerPanel::tr("%1 dB").arg(value, 0
 
 }  // namespace
 
-OptimizerPanel::OptimizerPanel(MainWindow* window)
-    : window_(window), controller_(&window->controller()) {
+OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* current)
+    : controller_(controller), current_(current) {
   setObjectName("optimizer_panel");
   state_ = new QLabel;
   state_->setObjectName("optimizer_state");
@@ -68,8 +69,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
                        "(Alt+M)"));
   connect(toggle_, &QPushButton::clicked, this, &OptimizerPanel::Toggle);
   connect(reset_, &QPushButton::clicked, this, &OptimizerPanel::Reset);
-  connect(measure_, &QPushButton::clicked, this,
-          [this] { controller_->Evaluate(window_->current_region()); });
+  connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
   inside_ = new QLabel;
   inside_->setObjectName("psnr_inside");
   outside_ = new QLabel;
@@ -99,6 +99,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
 
   connect(controller_, &SceneController::optimizerChanged, this, &OptimizerPanel::ShowStatus);
   connect(controller_, &SceneController::regionsChanged, this, &OptimizerPanel::ShowStatus);
+  connect(controller_, &SceneController::refitJobChanged, this, &OptimizerPanel::ShowJob);
   connect(controller_, &SceneController::qualityReady, this,
           [this](RegionId id, const QualityReport& report) {
             ShowQuality(id, report, tr("measured over %1 views, for %2"));
@@ -112,7 +113,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
     const State state = controller_->optimizer().state;
     const bool active = controller_->optimizer().Active();
     const bool ended = std::exchange(was_active_, active) && state == State::kFinished;
-    if (ended && window_->current_region() != 0) controller_->Glance(window_->current_region());
+    if (ended && current_->id() != 0) controller_->Glance(current_->id());
   });
   connect(controller_, &SceneController::regionsChanged, this, [this] {
     if (measured_id_ != 0 && !controller_->regions().Find(measured_id_)) ForgetQuality();
@@ -124,7 +125,7 @@ OptimizerPanel::OptimizerPanel(MainWindow* window)
   };
   connect(controller_, &SceneController::opened, this, fresh);
   connect(controller_, &SceneController::closed, this, fresh);
-  connect(window_, &MainWindow::currentRegionChanged, this, &OptimizerPanel::ShowStatus);
+  connect(current_, &CurrentRegion::changed, this, &OptimizerPanel::ShowStatus);
   fresh();
 }
 
@@ -153,8 +154,7 @@ void OptimizerPanel::TakeOption(size_t index, const OptionValue& value) {
     list[index].Set(value);
     controller_->SetRefitJob(job);
   } catch (const Error& error) {
-    window_->ShowError(tr("These optimizer settings are not valid"),
-                       QString::fromUtf8(error.what()));
+    Q_EMIT refused(tr("These optimizer settings are not valid"), QString::fromUtf8(error.what()));
     return ShowJob();
   }
   ShowJob();
@@ -179,7 +179,7 @@ void OptimizerPanel::ShowStatus() {
   speed_->setText(speed);
   const bool adam = controller_->refit_job().options.solver == Solver::kAdam;
   // At rest, those of the fit that the current region shows.
-  const Region* current = controller_->regions().Find(window_->current_region());
+  const Region* current = controller_->regions().Find(current_->id());
   const bool fitted = !status.Active() && current && current->fit;
   const std::vector<double>& losses = fitted ? current->fit->summary.losses : status.losses;
   const bool in_steps = fitted ? current->fit->summary.solver == "adam" : adam;
@@ -194,7 +194,7 @@ void OptimizerPanel::ShowStatus() {
   }
   toggle_->setEnabled(any);
   reset_->setEnabled(any);
-  measure_->setEnabled(controller_->regions().Find(window_->current_region()) != nullptr);
+  measure_->setEnabled(controller_->regions().Find(current_->id()) != nullptr);
 }
 
 void OptimizerPanel::Toggle() {

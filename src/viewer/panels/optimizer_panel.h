@@ -16,15 +16,18 @@ class QPushButton;
 namespace retint {
 
 class LossPlot;
-class MainWindow;
-class OptionForm;
+class CurrentRegion;
 class SceneController;
+class OptionForm;
 
 class OptimizerPanel : public QWidget {
   Q_OBJECT
 
  public:
-  explicit OptimizerPanel(MainWindow* window);
+  OptimizerPanel(SceneController* controller, CurrentRegion* current);
+
+ Q_SIGNALS:
+  void refused(const QString& title, const QString& message);
 
  private:
   void BuildOptions();
@@ -36,8 +39,8 @@ class OptimizerPanel : public QWidget {
   void ForgetQuality();
   void ShowQuality(RegionId id, const QualityReport& report, const QString& over);
 
-  MainWindow* window_;
   SceneController* controller_;
+  CurrentRegion* current_;
   QLabel *state_, *speed_, *inside_, *outside_, *measured_;
   LossPlot* plot_;
   QPushButton *toggle_, *reset_, *measure_;

@@ -13,8 +13,10 @@
 #include <QTableWidget>
 #include <QVBoxLayout>
 
-#include "viewer/main_window.h"
+#include "viewer/canvas.h"
+#include "viewer/current_region.h"
 #include "viewer/panels/mask_view.h"
+#include "viewer/scene_controller.h"
 
 namespace retint {
 namespace {
@@ -65,17 +67,17 @@ void SetRow(QTableWidget* table, int row, const QString& head, const QStringList
 
 }  // namespace
 
-QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
+QualityPanel::QualityPanel(SceneController* controller, Canvas* canvas, CurrentRegion* current)
+    : controller_(controller), canvas_(canvas), current_(current) {
   setObjectName("quality_panel");
-  mask_view_ = new MaskView(window);
+  mask_view_ = new MaskView(controller, canvas, current);
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   BuildSwitches(layout);
   measure_ = new QPushButton(tr("Measure this re&gion"));
   measure_->setObjectName("quality_measure");
   measure_->setToolTip(tr("Renders every view before and after the edit (Alt+G)"));
-  connect(measure_, &QPushButton::clicked, this,
-          [this] { window_->controller().Evaluate(window_->current_region()); });
+  connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
   layout->addWidget(measure_);
   of_ = new QLabel;
   of_->setWordWrap(true);
@@ -87,11 +89,10 @@ QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
       tr("The worst views first: PSNR inside and outside the mask, and the share of the picture "
          "that it covers. Double-click or Return goes there"));
   connect(worst_, &QTableWidget::cellActivated, this, [this](int row, int) {
-    window_->canvas().GoTo(
-        worst_->verticalHeaderItem(row)->data(Qt::UserRole).toString().toStdString());
+    canvas_->GoTo(worst_->verticalHeaderItem(row)->data(Qt::UserRole).toString().toStdString());
   });
   connect(worst_, &QTableWidget::cellDoubleClicked, this,
-          [this] { window_->canvas().setFocus(Qt::MouseFocusReason); });
+          [this] { canvas_->setFocus(Qt::MouseFocusReason); });
   layout->addWidget(worst_);
   registration_of_ = new QLabel;
   registration_of_->setWordWrap(true);
@@ -104,13 +105,12 @@ QualityPanel::QualityPanel(MainWindow* window) : window_(window) {
   layout->addWidget(registration_);
   layout->addStretch();
 
-  SceneController& controller = window->controller();
-  connect(&window->canvas(), &Canvas::stateChanged, this, &QualityPanel::ShowCanvas);
-  connect(&controller, &SceneController::qualityReady, this, &QualityPanel::ShowReport);
-  connect(&controller, &SceneController::regionsChanged, this, &QualityPanel::ShowRegion);
-  connect(&controller, &SceneController::opened, this, &QualityPanel::Clear);
-  connect(&controller, &SceneController::closed, this, &QualityPanel::Clear);
-  connect(window, &MainWindow::currentRegionChanged, this, &QualityPanel::ShowRegion);
+  connect(canvas_, &Canvas::stateChanged, this, &QualityPanel::ShowCanvas);
+  connect(controller, &SceneController::qualityReady, this, &QualityPanel::ShowReport);
+  connect(controller, &SceneController::regionsChanged, this, &QualityPanel::ShowRegion);
+  connect(controller, &SceneController::opened, this, &QualityPanel::Clear);
+  connect(controller, &SceneController::closed, this, &QualityPanel::Clear);
+  connect(current_, &CurrentRegion::changed, this, &QualityPanel::ShowRegion);
   Clear();
 }
 
@@ -124,14 +124,9 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
     line->addWidget(box);
     return box;
   };
-  const auto with_key = [this](const QString& tip, const char* command) {
-    const QString keys = window_->keys().KeyText(command);
-    return keys.isEmpty() ? tip : tr("%1 (%2)").arg(tip, keys);
-  };
   split_ = add("split_switch", tr("&Before | after"),
-               with_key(tr("The scene before the edits to the left of a line"), "show.split"));
-  depth_ = add("depth_switch", tr("&Depth"),
-               with_key(tr("Depth instead of color: near warm, far cold"), "show.depth"));
+               tr("The scene before the edits to the left of a line"));
+  depth_ = add("depth_switch", tr("&Depth"), tr("Depth instead of color: near warm, far cold"));
   mask_ = add("mask_switch", tr("Mas&k"),
               tr("The current region's selection over the picture, hatched and outlined, once the "
                  "camera rests (Alt+K)"));
@@ -141,15 +136,15 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
   at_->setAccessibleName(tr("Where before ends and after begins"));
   at_->setToolTip(tr("Where before ends and after begins (arrows, Page Up, Page Down)"));
   layout->addWidget(at_);
-  connect(split_, &QCheckBox::toggled, &window_->canvas(), &Canvas::SetSplit);
-  connect(depth_, &QCheckBox::toggled, &window_->canvas(), &Canvas::SetDepth);
+  connect(split_, &QCheckBox::toggled, canvas_, &Canvas::SetSplit);
+  connect(depth_, &QCheckBox::toggled, canvas_, &Canvas::SetDepth);
   connect(mask_, &QCheckBox::toggled, mask_view_, &MaskView::SetShown);
   connect(at_, &QSlider::valueChanged, this,
-          [this](int value) { window_->canvas().SetSplitAt(double(value) / kSplitSteps); });
+          [this](int value) { canvas_->SetSplitAt(double(value) / kSplitSteps); });
 }
 
 void QualityPanel::ShowCanvas() {
-  const Canvas& canvas = window_->canvas();
+  const Canvas& canvas = *canvas_;
   const QSignalBlocker quiet(split_), quiet_too(depth_), quiet_at(at_);
   split_->setChecked(canvas.split());
   depth_->setChecked(canvas.depth());
@@ -173,9 +168,9 @@ void QualityPanel::Clear() {
 }
 
 void QualityPanel::ShowRegion() {
-  SceneController& controller = window_->controller();
+  SceneController& controller = *controller_;
   if (measured_ != 0 && !controller.regions().Find(measured_)) ClearReport();
-  const Region* region = controller.regions().Find(window_->current_region());
+  const Region* region = controller.regions().Find(current_->id());
   measure_->setEnabled(region != nullptr);
   for (QWidget* widget : std::initializer_list<QWidget*>{split_, depth_, mask_}) {
     widget->setEnabled(controller.IsOpen());
@@ -206,7 +201,7 @@ void QualityPanel::ShowRegion() {
 }
 
 void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {
-  const Region* region = window_->controller().regions().Find(id);
+  const Region* region = controller_->regions().Find(id);
   if (!region) return;  // deleted meanwhile
   measured_ = id;
   of_->setText(tr("%1, against its edited targets:").arg(QString::fromStdString(region->name)));

@@ -17,14 +17,16 @@ class QVBoxLayout;
 
 namespace retint {
 
-class MainWindow;
+class Canvas;
+class CurrentRegion;
+class SceneController;
 class MaskView;
 
 class QualityPanel : public QWidget {
   Q_OBJECT
 
  public:
-  explicit QualityPanel(MainWindow* window);
+  QualityPanel(SceneController* controller, Canvas* canvas, CurrentRegion* current);
   MaskView& mask_view() { return *mask_view_; }
 
  private:
@@ -35,7 +37,9 @@ class QualityPanel : public QWidget {
   void ClearReport();
   void Clear();
 
-  MainWindow* window_;
+  SceneController* controller_;
+  Canvas* canvas_;
+  CurrentRegion* current_;
   MaskView* mask_view_;
   QCheckBox *split_, *depth_, *mask_;
   QSlider* at_;

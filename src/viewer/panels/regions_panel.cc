@@ -14,11 +14,13 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "viewer/canvas.h"
 #include "viewer/contrast.h"
-#include "viewer/main_window.h"
+#include "viewer/current_region.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/row_tree.h"
+#include "viewer/scene_controller.h"
 
 namespace retint {
 namespace {
@@ -39,8 +41,8 @@ QIcon Swatch(const QColor& color, const QPalette& palette) {
 
 }  // namespace
 
-RegionsPanel::RegionsPanel(MainWindow* window)
-    : window_(window), controller_(&window->controller()) {
+RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentRegion* current)
+    : controller_(controller), canvas_(canvas), current_(current) {
   setObjectName("regions_panel");
   list_ = new RowTree;
   list_->setObjectName("region_list");
@@ -74,7 +76,7 @@ RegionsPanel::RegionsPanel(MainWindow* window)
 
   connect(list_, &QTreeWidget::itemChanged, this, &RegionsPanel::OnItemChanged);
   connect(list_, &QTreeWidget::currentItemChanged, this, [this](QTreeWidgetItem* item) {
-    if (!filling_) window_->SetCurrentRegion(IdOf(item));
+    if (!filling_) current_->Set(IdOf(item));
   });
   connect(list_, &RowTree::rowMoved, this, [this](int from, int to) {
     controller_->Move(IdOf(list_->topLevelItem(from)), size_t(to));
@@ -93,7 +95,7 @@ RegionsPanel::RegionsPanel(MainWindow* window)
   };
   connect(controller_, &SceneController::opened, this, fresh);
   connect(controller_, &SceneController::closed, this, fresh);
-  connect(window_, &MainWindow::currentRegionChanged, this, &RegionsPanel::Refresh);
+  connect(current_, &CurrentRegion::changed, this, &RegionsPanel::Refresh);
   Refresh();
 }
 
@@ -114,13 +116,13 @@ void RegionsPanel::BuildButtons() {
     return button;
   };
   paint_ = add("region_new", tr("New"), tr("Paint a new region on this view (Enter, B)"),
-               [this] { window_->EnterSelection(0); });
+               [this] { Q_EMIT paintWanted(0); });
   extend_ = add("region_extend", tr("Paint"), tr("Extend or erase this region from this view"),
-                [this] { window_->EnterSelection(window_->current_region()); });
+                [this] { Q_EMIT paintWanted(current_->id()); });
   duplicate_ = add("region_duplicate", tr("Copy"), tr("Duplicate this region (Ctrl+D in the list)"),
-                   [this] { controller_->Duplicate(window_->current_region()); });
+                   [this] { controller_->Duplicate(current_->id()); });
   remove_ = add("region_delete", tr("Delete"), tr("Delete this region (Del in the list)"),
-                [this] { controller_->Remove(window_->current_region()); });
+                [this] { controller_->Remove(current_->id()); });
   layout->addStretch();
   up_ = add("region_up", QStringLiteral("▲"), tr("Apply it earlier (Alt+Up in the list)"),
             [this] { Step(-1); });
@@ -154,7 +156,7 @@ void RegionsPanel::BuildEditors() {
   layout->addWidget(percent_, 2, 2);
   connect(edit_, &EditPanel::edited, this, &RegionsPanel::OnEdit);
   connect(edit_, &EditPanel::pickWanted, this, &RegionsPanel::Pick);
-  connect(&window_->canvas(), &Canvas::picked, edit_, &EditPanel::TakePicked);
+  connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
   connect(strength_, &QSlider::valueChanged, this, &RegionsPanel::OnStrength);
   connect(percent_, &QSpinBox::valueChanged, this, &RegionsPanel::OnStrength);
@@ -164,9 +166,7 @@ RegionId RegionsPanel::IdOf(const QTreeWidgetItem* item) const {
   return item ? item->data(kName, Qt::UserRole).toUInt() : 0;
 }
 
-const Region* RegionsPanel::Current() const {
-  return controller_->regions().Find(window_->current_region());
-}
+const Region* RegionsPanel::Current() const { return controller_->regions().Find(current_->id()); }
 
 void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool solo) {
   const QString name = QString::fromStdString(region.name);
@@ -222,7 +222,7 @@ void RegionsPanel::Refresh() {
   for (size_t i = 0; i < regions.size(); ++i) {
     QTreeWidgetItem* item = list_->topLevelItem(int(i));
     FillRow(item, regions[i], controller_->solo() == regions[i].id);
-    if (regions[i].id == window_->current_region()) current = item;
+    if (regions[i].id == current_->id()) current = item;
   }
   list_->setCurrentItem(current);
   filling_ = false;
@@ -279,7 +279,7 @@ void RegionsPanel::OnEdit(const ColorEdit& edit, bool dragging) {
   if (!region) return;
   const std::string key = "edit " + std::to_string(region->id) + " " + std::to_string(drags_);
   if (!dragging) ++drags_;
-  window_->canvas().SetCloudShown(false);  // it would hide the color that is chosen
+  canvas_->SetCloudShown(false);  // it would hide the color that is chosen
   if (region->edit.NeedsMainColor()) {
     waiting_ = Waiting{region->id, edit, key};
   } else if (edit != region->edit) {
@@ -307,8 +307,8 @@ void RegionsPanel::SendWaiting() {
 }
 
 void RegionsPanel::Pick() {
-  window_->canvas().SetCloudShown(false);  // its points are no colors of the scene
-  window_->canvas().SetPicking(true);
+  canvas_->SetCloudShown(false);  // its points are no colors of the scene
+  canvas_->SetPicking(true);
 }
 
 void RegionsPanel::OnStrength(int percent) {
@@ -322,7 +322,7 @@ void RegionsPanel::Step(int by) {
   const int row = list_->currentItem() ? list_->indexOfTopLevelItem(list_->currentItem()) : -1;
   const int to = row + by;
   if (row < 0 || to < 0 || to >= list_->topLevelItemCount()) return;
-  controller_->Move(window_->current_region(), size_t(to));
+  controller_->Move(current_->id(), size_t(to));
 }
 
 }  // namespace retint

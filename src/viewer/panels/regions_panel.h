@@ -20,9 +20,10 @@ class QTreeWidgetItem;
 namespace retint {
 
 class EditPanel;
-class MainWindow;
-class RowTree;
+class Canvas;
+class CurrentRegion;
 class SceneController;
+class RowTree;
 
 class RegionsPanel : public QWidget {
   Q_OBJECT
@@ -30,11 +31,14 @@ class RegionsPanel : public QWidget {
  public:
   enum Column { kName, kSolo, kColor, kStrength, kColumns };
 
-  explicit RegionsPanel(MainWindow* window);
+  RegionsPanel(SceneController* controller, Canvas* canvas, CurrentRegion* current);
 
   RowTree& list() { return *list_; }
   EditPanel& edit() { return *edit_; }
   QSlider& strength() { return *strength_; }
+
+ Q_SIGNALS:
+  void paintWanted(retint::RegionId id);  // 0: a new region
 
  private:
   void BuildButtons();
@@ -52,8 +56,9 @@ class RegionsPanel : public QWidget {
   const Region* Current() const;
   RegionId IdOf(const QTreeWidgetItem* item) const;
 
-  MainWindow* window_;
   SceneController* controller_;
+  Canvas* canvas_;
+  CurrentRegion* current_;
   RowTree* list_;
   QLabel* empty_;
   QWidget *buttons_, *editors_;

@@ -15,7 +15,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
-#include "viewer/main_window.h"
+#include "viewer/scene_controller.h"
 
 namespace retint {
 namespace {
@@ -47,7 +47,7 @@ double MeanError(const Reconstruction& reconstruction) {
 
 }  // namespace
 
-ScenePanel::ScenePanel(MainWindow* window) : window_(window) {
+ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
   setObjectName("scene_panel");
   none_ =
       new QLabel(tr("No scene is open. Open one with Ctrl+O, or drop a COLMAP workspace and "
@@ -81,15 +81,14 @@ ScenePanel::ScenePanel(MainWindow* window) : window_(window) {
   layout->addWidget(facts_, 3);
   layout->addWidget(warnings_title_);
   layout->addWidget(warnings_, 1);
-  SceneController& controller = window->controller();
-  connect(&controller, &SceneController::opened, this, &ScenePanel::Show);
-  connect(&controller, &SceneController::closed, this, &ScenePanel::Show);
-  connect(&controller, &SceneController::sceneChecked, this, &ScenePanel::AddWarnings);
+  connect(controller, &SceneController::opened, this, &ScenePanel::Show);
+  connect(controller, &SceneController::closed, this, &ScenePanel::Show);
+  connect(controller, &SceneController::sceneChecked, this, &ScenePanel::AddWarnings);
   Show();
 }
 
 void ScenePanel::Show() {
-  const auto facts = window_->controller().facts();
+  const auto facts = controller_->facts();
   none_->setVisible(!facts);
   for (QWidget* widget : std::initializer_list<QWidget*>{facts_, warnings_title_, warnings_}) {
     widget->setVisible(facts != nullptr);

@@ -13,19 +13,19 @@ class QTreeWidget;
 
 namespace retint {
 
-class MainWindow;
+class SceneController;
 
 class ScenePanel : public QWidget {
   Q_OBJECT
 
  public:
-  explicit ScenePanel(MainWindow* window);
+  explicit ScenePanel(SceneController* controller);
 
  private:
   void Show();
   void AddWarnings(const std::vector<std::string>& warnings);
 
-  MainWindow* window_;
+  SceneController* controller_;
   QLabel* none_;
   QTreeWidget* facts_;
   QLabel* warnings_title_;

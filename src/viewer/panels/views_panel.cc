@@ -12,8 +12,11 @@
 #include <QStyledItemDelegate>
 #include <QVBoxLayout>
 
-#include "viewer/main_window.h"
+#include "viewer/canvas.h"
+#include "viewer/current_region.h"
+#include "viewer/photo_loader.h"
 #include "viewer/post.h"
+#include "viewer/scene_controller.h"
 
 namespace retint {
 namespace {
@@ -109,7 +112,9 @@ class ViewDelegate : public QStyledItemDelegate {
 
 }  // namespace
 
-ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&window->controller()) {
+ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader* photos,
+                       CurrentRegion* current)
+    : controller_(controller), canvas_(canvas), photos_(photos), current_(current) {
   setObjectName("views_panel");
   pool_.setMaxThreadCount(1);
   order_ = new QComboBox;
@@ -153,20 +158,20 @@ ViewsPanel::ViewsPanel(MainWindow* window) : window_(window), controller_(&windo
   connect(list_, &QListWidget::itemActivated, this, &ViewsPanel::Jump);
   // The mouse has chosen the view; what comes next is done on it. Return goes on in the list.
   connect(list_, &QListWidget::itemDoubleClicked, this,
-          [this] { window_->canvas().setFocus(Qt::MouseFocusReason); });
+          [this] { canvas_->setFocus(Qt::MouseFocusReason); });
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, &rest_, [this] { rest_.start(); });
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
   connect(&rest_, &QTimer::timeout, this, &ViewsPanel::RenderNext);
   connect(controller_, &SceneController::shChanged, &rest_, [this] { rest_.start(); });
-  connect(&window_->photos(), &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
+  connect(photos_, &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
   connect(controller_, &SceneController::opened, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::closed, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::CountCoverage);
   connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
-  connect(window_, &MainWindow::currentRegionChanged, this, &ViewsPanel::CountCoverage);
-  connect(&window_->canvas(), &Canvas::cameraChanged, this, &ViewsPanel::Follow);
+  connect(current_, &CurrentRegion::changed, this, &ViewsPanel::CountCoverage);
+  connect(canvas_, &Canvas::cameraChanged, this, &ViewsPanel::Follow);
   Fill();
 }
 
@@ -208,7 +213,7 @@ void ViewsPanel::AskThumbnails() {
     for (const auto& [name, item] : items_) {
       if (list_->visualItemRect(item).intersects(shown) != visible) continue;
       if (!item->data(kPicture).value<QImage>().isNull()) continue;
-      const QImage picture = window_->photos().Thumbnail(name);
+      const QImage picture = photos_->Thumbnail(name);
       if (!picture.isNull()) item->setData(kPicture, picture);
     }
   }
@@ -217,7 +222,7 @@ void ViewsPanel::AskThumbnails() {
 void ViewsPanel::ShowThumbnail(const QString& view) {
   QListWidgetItem* item = ItemOf(view.toStdString());
   if (!item || rendered_.contains(view.toStdString())) return;
-  const QImage picture = window_->photos().Thumbnail(view.toStdString());
+  const QImage picture = photos_->Thumbnail(view.toStdString());
   if (picture.isNull()) return rest_.start();  // a render serves
   item->setData(kPicture, picture);
 }
@@ -230,10 +235,10 @@ void ViewsPanel::RenderNext() {
   const QRect shown = list_->viewport()->rect();
   for (const auto& [name, item] : items_) {
     const auto found = rendered_.find(name);
-    if (controller_->ShowsOriginal() && !window_->photos().IsMissing(name)) {
+    if (controller_->ShowsOriginal() && !photos_->IsMissing(name)) {
       if (found == rendered_.end()) continue;
       rendered_.erase(found);
-      item->setData(kPicture, window_->photos().Thumbnail(name));
+      item->setData(kPicture, photos_->Thumbnail(name));
       continue;
     }
     if (!list_->isVisible() || !list_->visualItemRect(item).intersects(shown)) continue;
@@ -269,7 +274,7 @@ QListWidgetItem* ViewsPanel::ItemOf(const std::string& view) const {
 }
 
 void ViewsPanel::CountCoverage() {
-  const Region* region = controller_->regions().Find(window_->current_region());
+  const Region* region = controller_->regions().Find(current_->id());
   const auto selection = region ? region->selection : nullptr;
   const uint64_t id = selection ? selection->id : 0;
   if (id == counted_) return;
@@ -293,14 +298,14 @@ void ViewsPanel::TakeCoverage(uint64_t selection, std::map<std::string, double> 
 }
 
 void ViewsPanel::TakeQuality(RegionId id, const QualityReport& report) {
-  if (id != window_->current_region()) return;
+  if (id != current_->id()) return;
   quality_.clear();
   for (const ViewQuality& view : report.views) quality_[view.name] = view;
   Sort();
 }
 
 void ViewsPanel::ChooseOrder(int order) {
-  const RegionId id = window_->current_region();
+  const RegionId id = current_->id();
   if (order == kWorstFirst && quality_.empty()) {
     if (id == 0) {
       order_->setCurrentIndex(kByName);
@@ -369,7 +374,7 @@ void ViewsPanel::Label(QListWidgetItem* item) {
 }
 
 void ViewsPanel::Follow() {
-  const View* shown = controller_->IsOpen() ? window_->canvas().navigation().view() : nullptr;
+  const View* shown = controller_->IsOpen() ? canvas_->navigation().view() : nullptr;
   for (const auto& [name, item] : items_) {
     const bool is = shown && name == shown->name;
     if (item->data(kShown).toBool() != is) item->setData(kShown, is);
@@ -378,7 +383,7 @@ void ViewsPanel::Follow() {
 }
 
 void ViewsPanel::Jump(QListWidgetItem* item) {
-  window_->canvas().GoTo(item->data(kName).toString().toStdString());
+  canvas_->GoTo(item->data(kName).toString().toStdString());
 }
 
 }  // namespace retint

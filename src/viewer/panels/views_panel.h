@@ -22,13 +22,17 @@ class QPushButton;
 
 namespace retint {
 
-class MainWindow;
+class Canvas;
+class CurrentRegion;
+class PhotoLoader;
+class SceneController;
 
 class ViewsPanel : public QWidget {
   Q_OBJECT
 
  public:
-  explicit ViewsPanel(MainWindow* window);
+  ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader* photos,
+             CurrentRegion* current);
   ~ViewsPanel() override;
   QListWidget& list() { return *list_; }
 
@@ -49,8 +53,10 @@ class ViewsPanel : public QWidget {
   void Jump(QListWidgetItem* item);
   QListWidgetItem* ItemOf(const std::string& view) const;
 
-  MainWindow* window_;
   SceneController* controller_;
+  Canvas* canvas_;
+  PhotoLoader* photos_;
+  CurrentRegion* current_;
   QComboBox* order_;
   QListWidget* list_;
   QLabel* note_;

@@ -58,6 +58,8 @@ class SelectionMode : public QWidget {
   SelectionCanvas& canvas() { return *canvas_; }
   QString message() const;
   // Of the next Accept().
+  const SelectOptions& select_options() const { return select_; }
+  const ProjectorOptions& projector_options() const { return project_; }
   void SetSelectOptions(const SelectOptions& options) { select_ = options; }
   void SetProjectorOptions(const ProjectorOptions& options) { project_ = options; }
   // What a new region does until its color is chosen.

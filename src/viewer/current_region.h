@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The region that panels, tools and shortcuts mean.
+#pragma once
+
+#include <QObject>
+
+#include "viewer/scene_controller.h"
+
+namespace retint {
+
+class CurrentRegion : public QObject {
+  Q_OBJECT
+
+ public:
+  explicit CurrentRegion(SceneController* controller, QObject* parent = nullptr)
+      : QObject(parent), controller_(controller) {}
+
+  RegionId id() const { return id_; }  // 0: none
+  const Region* region() const { return controller_->regions().Find(id_); }
+  // One that there is not counts as none.
+  void Set(RegionId id) {
+    if (id != 0 && !controller_->regions().Find(id)) id = 0;
+    if (id == id_) return;
+    id_ = id;
+    Q_EMIT changed(id);
+  }
+
+ Q_SIGNALS:
+  void changed(retint::RegionId id);
+
+ private:
+  SceneController* controller_;
+  RegionId id_ = 0;
+};
+
+}  // namespace retint

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/panels/selection_panel.h"
+
+#include <algorithm>
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QFormLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QSettings>
+#include <QVBoxLayout>
+
+#include "base/error.h"
+#include "session/edit_options.h"
+#include "viewer/canvas.h"
+#include "viewer/current_region.h"
+#include "viewer/panels/option_form.h"
+#include "viewer/scene_controller.h"
+#include "viewer/selection/selection_mode.h"
+
+namespace retint {
+namespace {
+
+constexpr int kRestMs = 400;
+constexpr uint8_t kInside = 128;
+
+struct Settings {
+  SelectOptions select;
+  ProjectorOptions project;
+  void Describe(OptionList& list) {
+    select.Describe(list);
+    project.Describe(list);
+  }
+};
+
+Settings Of(const SelectionMode& mode) { return {mode.select_options(), mode.projector_options()}; }
+
+Settings OfPreset(const std::string& name) {
+  const EditOptions preset = PresetOptions(name);
+  return {preset.select, preset.projector};
+}
+
+// What the newest computation found in a painted view.
+QString ReportText(const PaintedReport& report) {
+  QString text = SelectionPanel::tr("%1: depth of %2 % of the pixels, %3 points")
+                     .arg(QString::fromStdString(report.view))
+                     .arg(100 * report.valid_fraction, 0, 'f', 0)
+                     .arg(report.cloud.points);
+  const RegistrationSummary& registration = report.registration;
+  if (registration.accepted) {
+    text += SelectionPanel::tr("; moved onto %1 sparse points").arg(registration.points_used);
+  } else if (!registration.reason.empty()) {
+    text +=
+        "; " + SelectionPanel::tr("not moved: %1").arg(QString::fromStdString(registration.reason));
+  }
+  return text;
+}
+
+double CoveragePercent(const RegionSelection& selection) {
+  double inside = 0, all = 0;
+  for (const auto& [name, mask] : selection.masks) {
+    inside += double(std::count_if(mask.data.begin(), mask.data.end(),
+                                   [](uint8_t value) { return value >= kInside; }));
+    all += double(mask.data.size());
+  }
+  return all > 0 ? 100 * inside / all : 0;
+}
+
+}  // namespace
+
+SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode, Canvas* canvas,
+                               CurrentRegion* current)
+    : controller_(controller), mode_(mode), canvas_(canvas), current_(current) {
+  setObjectName("selection_panel");
+  preset_ = new QComboBox;
+  preset_->setObjectName("selection_preset");
+  for (const std::string& name : Presets()) {
+    QString title = QString::fromStdString(name);
+    title[0] = title[0].toUpper();
+    preset_->addItem(title, QString::fromStdString(name));
+  }
+  preset_->addItem(tr("Own settings"));
+  preset_->setToolTip(
+      tr("Retint: the defaults. Paper: as ReCoGS was published, with its solver and its targets in "
+         "the Optimizer panel"));
+  live_ = new QCheckBox(tr("Select &live"));
+  live_->setObjectName("selection_live");
+  live_->setToolTip(tr("A change selects the current region again, and shows its points"));
+  live_->setChecked(QSettings().value("selection_live", true).toBool());
+  again_ = new QPushButton(tr("Select &again"));
+  again_->setObjectName("selection_again");
+  again_->setToolTip(
+      tr("Compute the current region's selection from its paint with these options"));
+  result_ = new QLabel;
+  result_->setObjectName("selection_result");
+  result_->setWordWrap(true);
+  form_ = new OptionForm;
+  form_->setObjectName("selection_options");
+  auto* top = new QFormLayout;
+  auto* label = new QLabel(tr("Pre&set"));
+  label->setBuddy(preset_);
+  top->addRow(label, preset_);
+  auto* line = new QHBoxLayout;
+  line->addWidget(live_, 1);
+  line->addWidget(again_);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(6, 6, 6, 6);
+  layout->addLayout(top);
+  layout->addLayout(line);
+  layout->addWidget(result_);
+  layout->addWidget(form_);
+  layout->addStretch();
+  rest_.setSingleShot(true);
+  rest_.setInterval(kRestMs);
+  connect(&rest_, &QTimer::timeout, this, &SelectionPanel::SelectAgain);
+  connect(form_, &OptionForm::edited, this, &SelectionPanel::TakeOption);
+  connect(preset_, &QComboBox::activated, this, &SelectionPanel::TakePreset);
+  connect(again_, &QPushButton::clicked, this, &SelectionPanel::SelectAgain);
+  connect(live_, &QCheckBox::toggled, this,
+          [](bool on) { QSettings().setValue("selection_live", on); });
+  connect(controller_, &SceneController::regionsChanged, this, &SelectionPanel::ShowRegion);
+  connect(controller_, &SceneController::closed, this, &SelectionPanel::ShowRegion);
+  connect(current_, &CurrentRegion::changed, this, &SelectionPanel::ShowRegion);
+  connect(controller_, &SceneController::selectedAgain, this,
+          [this] { canvas_->SetCloudShown(true); });
+  ShowOptions();
+  ShowRegion();
+}
+
+void SelectionPanel::ShowOptions() {
+  Settings settings = Of(*mode_);
+  form_->Show(Described(settings));
+  const std::string key = OptionKey(Described(settings));
+  int shown = preset_->count() - 1;
+  for (int i = 0; i + 1 < preset_->count(); ++i) {
+    Settings preset = OfPreset(preset_->itemData(i).toString().toStdString());
+    if (OptionKey(Described(preset)) == key) shown = i;
+  }
+  preset_->setCurrentIndex(shown);
+}
+
+void SelectionPanel::ShowRegion() {
+  const Region* region = current_->region();
+  const bool painted = region && !region->selection->source.painted.empty();
+  again_->setEnabled(painted);
+  if (!region)
+    return result_->setText(tr("These options are used when you accept what you paint."));
+  if (!painted) return result_->setText(tr("The masks of this region were not painted here."));
+  QStringList lines;
+  for (const PaintedReport& report : region->selection->source.reports) lines << ReportText(report);
+  lines << tr("%1 % of all pixels are inside").arg(CoveragePercent(*region->selection), 0, 'f', 2);
+  result_->setText(lines.join("\n"));
+}
+
+void SelectionPanel::TakeOption(size_t index, const OptionValue& value) {
+  Settings settings = Of(*mode_);
+  OptionList list;
+  settings.Describe(list);
+  try {
+    list[index].Set(value);
+    settings.select.Check();
+    settings.project.Check();
+  } catch (const Error& error) {
+    Q_EMIT refused(tr("These options are not valid"), QString::fromUtf8(error.what()));
+    return ShowOptions();
+  }
+  mode_->SetSelectOptions(settings.select);
+  mode_->SetProjectorOptions(settings.project);
+  Changed();
+}
+
+// A preset is of the whole method: the optimizer's options are part of it.
+void SelectionPanel::TakePreset(int index) {
+  const std::string name = preset_->itemData(index).toString().toStdString();
+  if (name.empty()) return ShowOptions();
+  const EditOptions preset = PresetOptions(name);
+  mode_->SetSelectOptions(preset.select);
+  mode_->SetProjectorOptions(preset.projector);
+  controller_->SetRefitJob(preset.refit);
+  Changed();
+}
+
+void SelectionPanel::Changed() {
+  ShowOptions();
+  if (live_->isChecked()) rest_.start();
+}
+
+void SelectionPanel::SelectAgain() {
+  rest_.stop();
+  const Region* region = current_->region();
+  if (!region || region->selection->source.painted.empty()) return;
+  controller_->SelectAgain(region->id, mode_->select_options(), mode_->projector_options());
+}
+
+}  // namespace retint

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How paint becomes a selection: the depth method, the cloud, registration and masks, and presets
+// of them. While "live" is on, a change selects the current region again, and its points show.
+#pragma once
+
+#include <QTimer>
+#include <QWidget>
+
+#include "base/option.h"
+#include "session/region.h"
+
+class QCheckBox;
+class QComboBox;
+class QLabel;
+class QPushButton;
+
+namespace retint {
+
+class Canvas;
+class CurrentRegion;
+class OptionForm;
+class SceneController;
+class SelectionMode;
+
+class SelectionPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  SelectionPanel(SceneController* controller, SelectionMode* mode, Canvas* canvas,
+                 CurrentRegion* current);
+
+ Q_SIGNALS:
+  void refused(const QString& title, const QString& message);
+
+ private:
+  void ShowOptions();
+  void ShowRegion();
+  void TakeOption(size_t index, const OptionValue& value);
+  void TakePreset(int index);
+  void Changed();
+  void SelectAgain();
+
+  SceneController* controller_;
+  SelectionMode* mode_;  // holds the options, for its next Accept()
+  Canvas* canvas_;
+  CurrentRegion* current_;
+  QComboBox* preset_;
+  QCheckBox* live_;
+  QPushButton* again_;
+  QLabel* result_;
+  OptionForm* form_;
+  QTimer rest_;  // of the options, before the region is selected again
+};
+
+}  // namespace retint
