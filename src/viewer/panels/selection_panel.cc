@@ -23,7 +23,6 @@ namespace retint {
 namespace {
 
 constexpr int kRestMs = 400;
-constexpr uint8_t kInside = 128;
 
 struct Settings {
   SelectOptions select;
@@ -46,7 +45,7 @@ QString ReportText(const PaintedReport& report) {
   QString text = SelectionPanel::tr("%1: depth of %2 % of the pixels, %3 points")
                      .arg(QString::fromStdString(report.view))
                      .arg(100 * report.valid_fraction, 0, 'f', 0)
-                     .arg(report.cloud.points);
+                     .arg(report.cloud.kept);
   const RegistrationSummary& registration = report.registration;
   if (registration.accepted) {
     text += SelectionPanel::tr("; moved onto %1 sparse points").arg(registration.points_used);
@@ -57,14 +56,9 @@ QString ReportText(const PaintedReport& report) {
   return text;
 }
 
-double CoveragePercent(const RegionSelection& selection) {
-  double inside = 0, all = 0;
-  for (const auto& [name, mask] : selection.masks) {
-    inside += double(std::count_if(mask.data.begin(), mask.data.end(),
-                                   [](uint8_t value) { return value >= kInside; }));
-    all += double(mask.data.size());
-  }
-  return all > 0 ? 100 * inside / all : 0;
+qsizetype GaussiansInside(const RegionSelection& selection) {
+  constexpr float kInside = 0.5F;
+  return std::ranges::count_if(selection.shares, [](float share) { return share >= kInside; });
 }
 
 }  // namespace
@@ -142,6 +136,9 @@ void SelectionPanel::ShowOptions() {
 
 void SelectionPanel::ShowRegion() {
   const Region* region = current_->region();
+  const auto selection = region ? region->selection : nullptr;
+  if (selection == shown_ && selection) return;
+  shown_ = selection;
   const bool painted = region && !region->selection->source.painted.empty();
   again_->setEnabled(painted);
   if (!region)
@@ -149,7 +146,7 @@ void SelectionPanel::ShowRegion() {
   if (!painted) return result_->setText(tr("The masks of this region were not painted here."));
   QStringList lines;
   for (const PaintedReport& report : region->selection->source.reports) lines << ReportText(report);
-  lines << tr("%1 % of all pixels are inside").arg(CoveragePercent(*region->selection), 0, 'f', 2);
+  lines << tr("%L1 Gaussians are inside").arg(GaussiansInside(*region->selection));
   result_->setText(lines.join("\n"));
 }
 

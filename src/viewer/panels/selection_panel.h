@@ -3,6 +3,8 @@
 // of them. While "live" is on, a change selects the current region again, and its points show.
 #pragma once
 
+#include <memory>
+
 #include <QTimer>
 #include <QWidget>
 
@@ -49,6 +51,7 @@ class SelectionPanel : public QWidget {
   QPushButton* again_;
   QLabel* result_;
   OptionForm* form_;
+  std::shared_ptr<const RegionSelection> shown_;  // what result_ is about
   QTimer rest_;  // of the options, before the region is selected again
 };
 

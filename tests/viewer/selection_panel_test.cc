@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The Selection panel in the real window: a region that was painted is selected again when an
+// option changes.
+#include <cmath>
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QDoubleSpinBox>
+#include <QLabel>
+#include <QPushButton>
+
+#include "session/edit_options.h"
+#include "tests/viewer/viewer_scene.h"
+
+namespace retint {
+
+class SelectionPanelTest : public ViewerTest {
+  Q_OBJECT
+
+ private:
+  ViewerScene::Subject subject_;
+
+  template <typename T>
+  T* Find(const char* name) {
+    T* found = window_->findChild<T*>(name);
+    if (!found) qFatal("there is no %s", name);
+    return found;
+  }
+  const Region& Current() { return *controller().regions().Find(window_->current_region()); }
+  void Choose(const char* box, const char* text) {
+    auto* combo = Find<QComboBox>(box);
+    combo->setFocus();
+    const int from = combo->currentIndex(), to = combo->findText(text);
+    QVERIFY2(to >= 0, text);
+    for (int i = from; i < to; ++i) QTest::keyClick(combo, Qt::Key_Down);
+    for (int i = to; i < from; ++i) QTest::keyClick(combo, Qt::Key_Up);
+    QCOMPARE(combo->currentText(), QString(text));
+  }
+  // A region that was painted on one view, with the splat's own depth, which is quick.
+  bool Paint() {
+    SelectOptions select;
+    select.method = "gaussian";
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    SceneController::Round round;
+    const View* view = controller().facts()->workspace->reconstruction.FindView(subject_.first);
+    round.paint.view = {subject_.first, controller().facts()->Posed(*view),
+                        scene_->Masks(subject_.object).at(subject_.first)};
+    round.name = "jug";
+    round.select = select;
+    window_->selection().SetSelectOptions(select);
+    controller().SelectRound(round);
+    return QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs);
+  }
+  bool Again(QSignalSpy& again) {
+    return QTest::qWaitFor([&] { return again.count() > 0; }, kWaitMs);
+  }
+
+ private Q_SLOTS:
+  void initTestCase() {
+    MakeScene();
+    subject_ = scene_->MostVisible();
+    QVERIFY(subject_.object != 0);
+  }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { window_.reset(); }
+
+  void AnOptionSelectsTheRegionAgain() {
+    QVERIFY(Paint());
+    QTest::keyClick(window_.get(), Qt::Key_6, Qt::AltModifier);
+    QVERIFY(!Find<QDockWidget>("selection")->visibleRegion().isEmpty());
+    const auto before = Current().selection;
+    const size_t points = before->source.cloud.points.size();
+    QVERIFY(Find<QLabel>("selection_result")->text().contains(QString::number(points)));
+    canvas().SetCloudShown(false);
+    QSignalSpy again(&controller(), &SceneController::selectedAgain);
+    auto* share = Find<QDoubleSpinBox>("sample_fraction");
+    share->setFocus();
+    share->selectAll();
+    QTest::keyClicks(share, "0.3");
+    QTest::keyClick(share, Qt::Key_Return);
+    QVERIFY(Again(again));
+    const auto fewer = Current().selection;
+    QVERIFY(fewer != before);
+    QVERIFY(fewer->source.painted.size() == 1 && fewer->masks.size() == before->masks.size());
+    // About 0.3 of the pixels instead of the default share; outliers are removed from both.
+    const double share_before = CloudOptions().sample_fraction;
+    QVERIFY2(std::abs(double(fewer->source.cloud.points.size()) / double(points) -
+                      0.3 / share_before) < 0.1,
+             qPrintable(QString::number(fewer->source.cloud.points.size())));
+    QVERIFY(canvas().cloud_shown());
+    QCOMPARE(window_->selection().select_options().cloud.sample_fraction, 0.3);
+    QCOMPARE(Find<QComboBox>("selection_preset")->currentText(), QString("Own settings"));
+    // A step of the history like any other.
+    PressKey(*window_, Qt::Key_Z, Qt::ControlModifier);
+    QTRY_VERIFY_WITH_TIMEOUT(Current().selection == before, kWaitMs);
+  }
+
+  void OffItWaitsForTheButton() {
+    QVERIFY(Paint());
+    Find<QDockWidget>("selection")->raise();
+    auto* live = Find<QCheckBox>("selection_live");
+    if (live->isChecked()) live->click();
+    const auto before = Current().selection;
+    QSignalSpy again(&controller(), &SceneController::selectedAgain);
+    Choose("projector", "quads");
+    QTest::qWait(1000);  // longer than the rest after which a live change is computed
+    QVERIFY(Settle(controller()));
+    QCOMPARE(again.count(), 0);
+    QVERIFY(Current().selection == before);
+    QTest::mouseClick(Find<QPushButton>("selection_again"), Qt::LeftButton);
+    QVERIFY(Again(again));
+    QVERIFY(Current().selection->masks.at(subject_.first).data !=
+            before->masks.at(subject_.first).data);
+    live->click();
+  }
+
+  void PresetsAreOfTheWholeMethod() {
+    Find<QDockWidget>("selection")->raise();
+    Choose("selection_preset", "Paper");
+    const EditOptions paper = PresetOptions("paper");
+    QVERIFY(OptionKey(Described(window_->selection().select_options())) ==
+            OptionKey(Described(paper.select)));
+    QVERIFY(window_->selection().projector_options().kind == ProjectorKind::kQuads);
+    QVERIFY(OptionKey(Described(controller().refit_job())) == OptionKey(Described(paper.refit)));
+    QCOMPARE(Find<QComboBox>("solver")->currentText(), QString("adam"));
+    QVERIFY(!Find<QCheckBox>("stereo-hv.arbitrate")->isChecked());
+    Choose("selection_preset", "Retint");
+    QVERIFY(OptionKey(Described(window_->selection().select_options())) ==
+            OptionKey(Described(SelectOptions())));
+    QVERIFY(Find<QCheckBox>("stereo-hv.arbitrate")->isChecked());
+  }
+
+  void MasksFromElsewhereHaveNoPaint() {
+    QVERIFY(AddTintedRegion() != 0);
+    Find<QDockWidget>("selection")->raise();
+    QVERIFY(!Find<QPushButton>("selection_again")->isEnabled());
+    QVERIFY(Find<QLabel>("selection_result")->text().contains("not painted here"));
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::SelectionPanelTest)
+#include "selection_panel_test.moc"
