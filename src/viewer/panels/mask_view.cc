@@ -61,22 +61,21 @@ MaskView::MaskView(SceneController* controller, Canvas* canvas, CurrentRegion* c
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
   connect(&rest_, &QTimer::timeout, this, &MaskView::Ask);
-  SceneController& controller = *controller_;
-  connect(&controller, &SceneController::selectionSeen, this, &MaskView::Take);
+  connect(controller, &SceneController::selectionSeen, this, &MaskView::Take);
   // An answer that will not come any more must not keep the next question from being asked.
   const auto unanswered = [this] {
     asked_ = 0;
     Forget();
   };
-  connect(&controller, &SceneController::closed, this, unanswered);
-  connect(&controller, &SceneController::opened, this, unanswered);
-  connect(&controller, &SceneController::cancelled, this, [=, this] {
+  connect(controller, &SceneController::closed, this, unanswered);
+  connect(controller, &SceneController::opened, this, unanswered);
+  connect(controller, &SceneController::cancelled, this, [=, this] {
     if (asked_ != 0) unanswered();
   });
-  connect(&controller, &SceneController::failed, this, [=, this] {
+  connect(controller, &SceneController::failed, this, [=, this] {
     if (asked_ != 0) unanswered();
   });
-  connect(&controller, &SceneController::regionsChanged, this, [this] {
+  connect(controller, &SceneController::regionsChanged, this, [this] {
     const Region* region = controller_->regions().Find(current_->id());
     if (region && region->selection != of_) Forget();  // undone, or painted again
   });
