@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Everything that the Export menu writes, and what happens when it cannot be written.
+#include <cstring>
+
+#include <QCheckBox>
+#include <QLabel>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QStandardPaths>
+#include <QToolButton>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "splat_io/splat_io.h"
+#include "tests/support/file_size_limit.h"
+#include "tests/viewer/files_fixture.h"
+
+namespace retint {
+
+class ExportsTest : public FilesFixture {
+  Q_OBJECT
+
+ private Q_SLOTS:
+  void initTestCase() { MakeScene(); }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { EndCase(); }
+
+  void NothingIsReplacedWithoutAsking() {
+    QSettings().remove("output_folder");
+    QVERIFY(AddRegion("pot"));
+    // Proposed beside the workspace, not in it; later where one wrote last.
+    const auto proposed = [&](int entry) {
+      QDialog* dialog = ExportDialogOf(entry);
+      const QString path = dialog->findChild<QLineEdit*>("export_folder")->text();
+      dialog->reject();
+      return fs::path(path.toStdString());
+    };
+    for (const int entry : {1, 2, 4}) {
+      QCOMPARE(proposed(entry).parent_path(), scene_->workspace().parent_path());
+      QVERIFY(!fs::exists(proposed(entry)));
+    }
+    const fs::path folder = Fresh();
+    QSignalSpy written(&controller(), &SceneController::written);
+    const std::string name = scene_->scene().views.front().name + ".png";
+    const std::pair<int, fs::path> cases[] = {{1, folder / "masks" / name},
+                                              {2, folder / "views" / name}};
+    for (const auto& [entry, file] : cases) {
+      written.clear();
+      ExportTo(entry, file.parent_path());
+      QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);  // a new folder: nothing to ask
+      WriteFile(file, "precious");
+      ExportTo(entry, file.parent_path());
+      const QMessageBox* box = WaitDialog(*window_);
+      QVERIFY(box && box->informativeText().contains(QString::fromStdString(name)));
+      QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
+      QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+      QTRY_VERIFY(!window_->dialog());
+      QVERIFY(Settle(controller()));
+      QCOMPARE(ReadFile(file), std::string("precious"));
+      ExportTo(entry, file.parent_path());
+      QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+      QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
+      QVERIFY(ReadFile(file) != "precious");
+      QTRY_VERIFY(!window_->dialog());
+    }
+    QCOMPARE(proposed(1).parent_path(), folder);
+    // Frames of a longer turn before would be in the film.
+    fs::create_directories(folder / "turn");
+    WriteFile(folder / "turn" / "0777.png", "old");
+    ExportTo(4, folder / "turn");
+    QVERIFY(WaitDialog(*window_));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QVERIFY(Settle(controller()));
+    QVERIFY(!fs::exists(folder / "turn" / "0000.png"));
+  }
+
+  void BeforeAndAfterAreOnePicture() {
+    QVERIFY(AddRegion("pot"));
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
+    QVERIFY(canvas().GoTo(scene_->MostVisible().first));
+    const PosedCamera camera = canvas().navigation().Rendered();
+    QSignalSpy written(&controller(), &SceneController::written);
+    const fs::path path = Fresh() / "both.png";
+    AnswerFileDialog(path);
+    Export(5);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+    const QImage both = ToQImage(ReadImage8(path));
+    const int width = camera.camera.width, height = camera.camera.height;
+    QCOMPARE(both.height(), height);
+    QVERIFY(both.width() >= 2 * width);
+    const auto facts = controller().facts();
+    Renderer renderer(facts->backend, *facts->original);
+    const QImage before = ToQImage(renderer.Render(camera).rgb);
+    renderer.SetSh(*controller().sh());
+    const QImage after = ToQImage(renderer.Render(camera).rgb);
+    QVERIFY(ChangedPixels(before, after) > 100);
+    QCOMPARE(ChangedPixels(both.copy(0, 0, width, height), before), int64_t{0});
+    QCOMPARE(ChangedPixels(both.copy(both.width() - width, 0, width, height), after), int64_t{0});
+  }
+
+  // By a program of the name ffmpeg, which here writes down what it was asked for.
+  void ATurntableBecomesAVideoWhereFfmpegIs() {
+    const fs::path folder = Fresh(), programs = Fresh();
+    const auto install = [&](const char* script) {
+      WriteFile(programs / "ffmpeg", std::string("#!/bin/sh\n") + script);
+      fs::permissions(programs / "ffmpeg", fs::perms::owner_all);
+    };
+    const QByteArray path = qgetenv("PATH");
+    qputenv("PATH", QByteArray::fromStdString(programs.string()) + ":/usr/bin:/bin");
+    install("for last; do :; done; echo \"$@\" > \"$last\"; exit 0\n");
+    const auto turn = [&](const fs::path& to) {
+      QDialog* dialog = ExportDialogOf(4);
+      auto* video = dialog->findChild<QCheckBox*>("export_video");
+      QVERIFY(video->isEnabled() && !video->isChecked());
+      video->click();
+      dialog->findChild<QSpinBox*>("export_frames")->setValue(3);
+      dialog->findChild<QLineEdit*>("export_folder")->setText(QString::fromStdString(to.string()));
+      QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
+    };
+    const fs::path first = folder / "50 % turn";
+    turn(first);
+    QTRY_VERIFY_WITH_TIMEOUT(fs::exists(first / "turntable.mp4"), kWaitMs);
+    const std::string asked = ReadFile(first / "turntable.mp4");
+    QVERIFY2(asked.find("50 %% turn/%04d.png") != std::string::npos, asked.c_str());
+    QVERIFY2(asked.find("-pix_fmt yuv420p") != std::string::npos, asked.c_str());
+    QVERIFY(fs::exists(first / "0002.png"));
+    // What it complains of is shown, and nothing half-made stays.
+    install("for last; do :; done; echo half > \"$last\"; echo no such encoder; exit 1\n");
+    turn(folder / "second");
+    const QString error = ReadError(*window_);
+    QVERIFY2(error.contains("no such encoder"), qPrintable(error));
+    QVERIFY(fs::exists(folder / "second" / "0002.png"));
+    for (const auto& entry : fs::directory_iterator(folder / "second")) {
+      QVERIFY2(entry.path().extension() == ".png", entry.path().c_str());
+    }
+    fs::remove(programs / "ffmpeg");
+    if (QStandardPaths::findExecutable("ffmpeg").isEmpty()) {
+      QDialog* dialog = ExportDialogOf(4);
+      QVERIFY(!dialog->findChild<QCheckBox*>("export_video")->isEnabled());
+      dialog->reject();
+    }
+    qputenv("PATH", path);
+  }
+
+  void ExportDialogsHaveKeysAndADefault() {
+    QVERIFY(AddRegion("pot"));
+    for (const int entry : {1, 2, 4}) {
+      QDialog* dialog = ExportDialogOf(entry);
+      QVERIFY(dialog && dialog->isVisible());
+      QVERIFY(dialog->findChild<QPushButton*>("export_write")->isDefault());
+      Keep(*dialog, qPrintable(QString("export%1").arg(entry)));
+      // A label shows its key as a line below the letter where it knows the control.
+      for (auto* label : dialog->findChildren<QLabel*>()) {
+        QVERIFY2(!label->text().contains('&') || label->buddy(), qPrintable(label->text()));
+      }
+      dialog->reject();
+    }
+  }
+
+  void TheSplatIsExportedByKey() {
+    QVERIFY(AddRegion("pot"));
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
+    QSignalSpy written(&controller(), &SceneController::written);
+    const fs::path out = Fresh() / "edited";
+    AnswerFileDialog(out);
+    PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+    const GaussianModel edited = ReadSplat(out.string() + ".ply");
+    QVERIFY(edited.means == controller().facts()->original->means);
+    QVERIFY(edited.sh == *controller().sh());
+  }
+
+  void AnExportCanBeCancelled() {
+    const fs::path folder = Fresh();
+    QSignalSpy progress(&controller(), &SceneController::progress);
+    QSignalSpy cancelled(&controller(), &SceneController::cancelled);
+    Export(4);
+    auto* dialog = window_->findChild<QDialog*>("export_dialog");
+    QVERIFY(dialog && dialog->isVisible());
+    dialog->findChild<QSpinBox*>("export_frames")->setValue(100000);  // more than anyone waits for
+    dialog->findChild<QLineEdit*>("export_folder")
+        ->setText(QString::fromStdString((folder / "turn").string()));
+    QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(progress.count() > 3, kWaitMs);
+    QVERIFY(window_->findChild<QProgressBar*>("progress")->isVisible());
+    QVERIFY(window_->findChild<QLabel*>("message")->text().contains("Saving frames"));
+    QTest::mouseClick(window_->findChild<QToolButton*>("cancel"), Qt::LeftButton);
+    QTRY_COMPARE_WITH_TIMEOUT(cancelled.count(), 1, kWaitMs);
+    QVERIFY(fs::is_empty(folder));
+    QVERIFY(!controller().IsBusy());
+  }
+
+  // What is there already stays, nothing half-written does, and the work goes on.
+  void AFullDiskIsExplainedAndLosesNothing() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh(), session = folder / "kept.retint", splat = folder / "kept.ply";
+    QVERIFY(Save(session));
+    WriteFile(splat, "precious");
+    const auto listing = [&] {
+      std::vector<std::pair<std::string, std::string>> files;
+      for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        files.emplace_back(entry.path().string(),
+                           entry.is_regular_file() ? ReadFile(entry.path()) : "");
+      }
+      std::sort(files.begin(), files.end());
+      return files;
+    };
+    controller().SetEdit(Regions().front().id, ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
+    // Its autosave is written while there is room: a complaint of another kind.
+    QTRY_VERIFY_WITH_TIMEOUT(fs::exists(folder / "kept.autosave.retint" / "session.json"), kWaitMs);
+    const auto before = listing();
+    {
+      const FileSizeLimit full(200);
+      PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+      QVERIFY(ReadError(*window_).contains("kept.retint"));
+      QVERIFY(window_->isWindowModified());
+      AnswerFileDialog(splat);
+      PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
+      QVERIFY(ReadError(*window_).contains("kept.ply"));
+      const auto names = [&](const fs::path& path) {
+        const QString error = ReadError(*window_);
+        return error.contains(QString::fromStdString(path.string()));
+      };
+      ExportTo(1, folder);
+      QVERIFY(names(folder));
+      AnswerFileDialog(folder / "report.json");
+      Export(3);
+      QVERIFY(names(folder / "report.json"));
+    }
+    QVERIFY(listing() == before);
+    QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
+    QVERIFY(!window_->isWindowModified());
+  }
+
+  void MasksAndReportAreExportedFromTheMenu() {
+    const fs::path folder = Fresh();
+    Export(1);  // no region yet
+    QVERIFY(ReadError(*window_).contains("Choose a region"));
+    QVERIFY(AddRegion("pot"));
+    QSignalSpy written(&controller(), &SceneController::written);
+    ExportTo(1, folder / "masks");
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+    for (const auto& [name, mask] : scene_->Masks(scene_->MostVisible().object)) {
+      QVERIFY(ReadMask(folder / "masks" / (name + ".png"), mask.width, mask.height).data ==
+              mask.data);
+    }
+    AnswerFileDialog(folder / "report.json");
+    Export(3);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
+    const auto report = nlohmann::json::parse(ReadFile(folder / "report.json"));
+    QCOMPARE(report["views"].get<size_t>(), scene_->scene().views.size());
+    QVERIFY(report.contains("quality") && report["regions"].size() == 1);
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::ExportsTest)
+#include "exports_test.moc"
