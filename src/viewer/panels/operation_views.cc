@@ -178,6 +178,7 @@ bool TakeMeasured(ColorOperation& op, const ColorOperation& measured) {
     op.Get("brightest")[0] = measured.Get("brightest")[0];
     return true;
   }
+  if (op.kind != Kind::kPalette) return false;
   // Another number of colors is another palette.
   if (op.values.size() < measured.values.size()) return false;
   op.values.resize(measured.values.size());
