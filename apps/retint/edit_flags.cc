@@ -1,10 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "retint/edit_flags.h"
 
+#include <utility>
+
 #include "base/error.h"
 #include "recolor/edit_text.h"
 
 namespace retint::cli {
+
+namespace {
+
+// Pictures of several views are one operation, at the place of the first. Whether there is one.
+bool AddPicture(ColorEdit& edit, const ColorOperation& op) {
+  for (ColorOperation& other : edit.operations) {
+    if (other.kind != ColorOperationKind::kPicture) continue;
+    std::vector<EditedPicture> pictures = other.picture->pictures;
+    pictures.push_back(op.picture->pictures.front());
+    other = ColorOperation::Picture(std::move(pictures));
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 void EditFlags::Add(CLI::App* verb, const std::string& group) {
   verb_ = verb;
@@ -52,7 +70,9 @@ ColorEdit EditFlags::Resolve() const {
       continue;
     }
     const ColorOperationType& type = *found->second;
-    edit.operations.push_back(ParseOperation(type, *type.syntax == 0 ? "" : text));
+    ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text);
+    if (type.kind == ColorOperationKind::kPicture && AddPicture(edit, op)) continue;
+    edit.operations.push_back(std::move(op));
     if (type.kind != ColorOperationKind::kRecolor) continue;
     any_to = true;
     if (!keep_lightness_.empty()) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint recolor: the whole pipeline, painted views to a recolored splat.
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "base/error.h"
@@ -7,6 +9,7 @@
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "session/compare_pictures.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -69,6 +72,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report, EditSessio
   }
   run.Print(fmt::format("masks        {} of {} views, {:.2f} % covered on average",
                         report.mask_views, report.views, 100 * report.mean_coverage));
+  PrintPictures(session.regions().regions.front().edit, run);
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
@@ -79,18 +83,39 @@ void PrintResult(const Arguments& arguments, const RunReport& report, EditSessio
   }
 }
 
+// What was painted: the masks that were given, else what the edit's pictures changed.
+std::vector<PaintedView> PaintOf(const Arguments& arguments, ColorEdit& edit,
+                                 EditSession& session) {
+  std::vector<PaintedView> painted = ReadPaint(arguments.paint, session);
+  const bool none = painted.empty();
+  for (ColorOperation& op : edit.operations) {
+    if (!op.picture) continue;
+    ReadPictures(op, session.workspace());
+    for (const EditedPicture& picture : op.picture->pictures) {
+      if (!none) break;
+      painted.push_back(session.selection().Paint(
+          picture.view, ChangedMask(picture, session.scene(), session.original().sh)));
+    }
+  }
+  return painted;
+}
+
 void Recolor(const Arguments& arguments, Run& run) {
   EditOptions options = Resolve(arguments.edit, run.globals());
   options.select.keep_raw = !arguments.stages.empty();
   const RefitJob& job = options.refit;
-  const ColorEdit edit = arguments.color.flags.Resolve();
+  ColorEdit edit = arguments.color.flags.Resolve();
+  CheckOption(!arguments.paint.views.empty() || !arguments.paint.masks.empty() ||
+                  std::any_of(edit.operations.begin(), edit.operations.end(),
+                              [](const auto& op) { return op.picture != nullptr; }),
+              "--view and --mask are required, or --edited, whose pictures show what is meant");
   CheckOutputs(arguments);
 
   const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
   Recolored result;
   result.session = session.get();
   result.target = job.target;
-  result.painted = ReadPaint(arguments.paint, *session);
+  result.painted = PaintOf(arguments, edit, *session);
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   result.selection = session->selection().Select(result.painted, options.select, run.monitor());
   ProjectedMasks masks = session->selection().Project(result.selection.cloud, result.painted,
@@ -124,7 +149,7 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb =
       AddVerb(app, globals, "recolor", "The whole pipeline: painted views to a recolored splat");
   AddScene(verb, arguments->scene);
-  AddPaint(verb, arguments->paint, /*required=*/true);
+  AddPaint(verb, arguments->paint, /*required=*/false);
   AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");

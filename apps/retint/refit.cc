@@ -56,6 +56,7 @@ void Refit(const Arguments& arguments, Run& run) {
   staged.Commit();
   WarnOfLosses(arguments.output, session->original(), run);
   run.FinishProgress();
+  PrintPictures(session->regions().Find(region)->edit, run);
   run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
   PrintQuality(quality, run);
   run.Print(fmt::format("wrote        {}", arguments.output.string()));

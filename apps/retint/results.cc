@@ -123,6 +123,17 @@ void WritePage(const std::filesystem::path& path, EditSession& session, const Ru
   WriteFile(path, HtmlReport(session, report, options, run.monitor()));
 }
 
+void PrintPictures(const ColorEdit& edit, const Run& run) {
+  for (const ColorOperation& op : edit.operations) {
+    if (!op.picture) continue;
+    run.Print(fmt::format(
+        "picture      {} {:.1f} % of the selected pixels (median DeltaE00 {:.2f}){}",
+        op.table ? "one color map explains" : "unchanged are", 100 * op.Get("explained")[0],
+        op.Get("residual")[0],
+        op.picture->layers.empty() ? "" : "; the rest is carried to the other views as paint"));
+  }
+}
+
 void PrintQuality(const QualityReport& quality, const Run& run) {
   const auto line = [&](const char* name, const QualityNumbers& numbers) {
     if (numbers.views == 0) return;

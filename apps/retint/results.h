@@ -39,6 +39,9 @@ void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& mode
 void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
                Run& run);
 
+// What became of the pictures of an edit that was compared with the scene, if it has any.
+void PrintPictures(const ColorEdit& edit, const Run& run);
+
 // The figures of a quality report in lines for people.
 void PrintQuality(const QualityReport& quality, const Run& run);
 

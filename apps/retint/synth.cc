@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "colmap_io/image_io.h"
 #include "recolor/color_edit.h"
 #include "retint/common.h"
 #include "synthetic/synthetic_workspace.h"
@@ -17,14 +18,17 @@ struct Arguments {
   std::vector<std::string> albedo;
 };
 
-// OBJECT=#rrggbb
+// OBJECT=#rrggbb or OBJECT=FILE
 PaintedObject ParseAlbedo(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos) {
-    throw OptionError("--albedo '" + text + "': expected OBJECT=#rrggbb");
+    throw OptionError("--albedo '" + text + "': expected OBJECT=#rrggbb or OBJECT=FILE");
+  }
+  if (equals + 1 < text.size() && text[equals + 1] != '#') {
+    return {text.substr(0, equals), {}, ReadImage8(text.substr(equals + 1))};
   }
   const auto color = ParseTint(text.substr(equals + 1)).operations.front().Get("color");
-  return {text.substr(0, equals), {color[0], color[1], color[2]}};
+  return {text.substr(0, equals), {color[0], color[1], color[2]}, {}};
 }
 
 void Synth(const Arguments& arguments, Run& run) {
@@ -60,9 +64,11 @@ void AddSynth(CLI::App& app, Globals& globals, Action& action) {
   OptionList list;
   arguments->options.Describe(list);
   arguments->flags.Add(verb, "Scene", list);
-  AddRepeated(verb, "--albedo", arguments->albedo,
-              "Give an object's surface this color (a pattern stays as shades of it); repeatable")
-      ->type_name("OBJECT=#rrggbb");
+  AddRepeated(
+      verb, "--albedo", arguments->albedo,
+      "Give an object's surface this color (a pattern stays as shades of it), or paste a picture "
+      "on every side of its body; repeatable")
+      ->type_name("OBJECT=#rrggbb|FILE");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Synth(*arguments, run); }; });
 }

@@ -95,7 +95,8 @@ RETINT_HD void AdjustColor(const float* values, float* color) {
 // counts as gloss.
 // values: A; B; r's factors B / A, bounded; n / (|n|^2 + ridge), n = 1 - A (A.1) / |A|^2, for s >=
 // 0; the same for s < 0 over that for s >= 0; 1 / |A|^2; k above which the excess is gloss; share
-// of the lightness that is kept; factor of s < 0.
+// of the lightness that is kept; factor of s < 0; share of the largest chroma above which chroma is
+// compressed, so that what no screen shows keeps its shading.
 RETINT_HD void RecolorColor(const float* values, float* color) {
   const float* from = values;
   const float* to = values + 3;
@@ -123,12 +124,12 @@ RETINT_HD void RecolorColor(const float* values, float* color) {
   for (int c = 0; c < 3; ++c) {
     out[c] = SrgbFromLinear(shade * to[c] + added + rest[c] * ratio[c]);
   }
+  OkLab lab = OkLabFromSrgb(out);
   if (values[15] > 0) {
-    OkLab lab = OkLabFromSrgb(out);
     lab.lightness += values[15] * (OkLabFromSrgb(color).lightness - lab.lightness);
-    SrgbFromOkLab(lab, out);
   }
-  for (int c = 0; c < 3; ++c) color[c] = out[c];
+  CompressChroma(values[17], &lab);
+  SrgbFromOkLab(lab, color);
 }
 
 // Colors by lightness, `size` of them from black to white, linearly between.
@@ -173,12 +174,12 @@ RETINT_HD void TableColor(const float* table, int size, float* color) {
 // Moves `size` main colors, and every other color by a mean of their moves: each counts by the
 // inverse fourth power of its distance in OKLab, where lightness counts `lightness_weight` times
 // (Shepard 1968). One move takes lightness L to L' = s L + o and a, b to s (a, b) + L' (u, v): in
-// more or less light a color then keeps hue and saturation.
+// more or less light a color then keeps hue and saturation. What leaves the gamut loses chroma.
 // table: [size, 7] of L, a, b, s, o, u, v.
 RETINT_HD void MovePalette(const float* table, int size, float lightness_weight, float* color) {
   constexpr float kNear = 1e-6f;  // squared distance, so that a main color itself has a weight
   const OkLab lab = OkLabFromSrgb(color);
-  float total = 0, lightness = 0, chroma = 0, turned[2] = {0, 0};
+  float total = 0, changed = 0, lightness = 0, chroma = 0, turned[2] = {0, 0};
   for (int i = 0; i < size; ++i) {
     const float* row = table + kPaletteRow * i;
     const float dl = lightness_weight * (lab.lightness - row[0]);
@@ -187,15 +188,20 @@ RETINT_HD void MovePalette(const float* table, int size, float lightness_weight,
     const float weight = near * near;
     const float moved = row[3] * lab.lightness + row[4];
     total += weight;
+    if (row[3] != 1 || row[4] != 0 || row[5] != 0 || row[6] != 0) changed += weight;
     lightness += weight * moved;
     chroma += weight * row[3];
     turned[0] += weight * moved * row[5];
     turned[1] += weight * moved * row[6];
   }
   const float scale = 1 / total;
-  SrgbFromOkLab({scale * lightness, scale * (chroma * lab.a + turned[0]),
-                 scale * (chroma * lab.b + turned[1])},
-                color);
+  OkLab mean = {scale * lightness, scale * (chroma * lab.a + turned[0]),
+                scale * (chroma * lab.b + turned[1])};
+  OkLab fitted = mean;
+  CompressChroma(1, &fitted);
+  mean.a += scale * changed * (fitted.a - mean.a);
+  mean.b += scale * changed * (fitted.b - mean.b);
+  SrgbFromOkLab(mean, color);
 }
 
 // Draws colors outside [0, 1] towards the gray of their luma until they fit. Smooth: colors whose

@@ -55,4 +55,41 @@ RETINT_HD void SrgbFromOkLab(const OkLab& lab, float* rgb) {
   for (int c = 0; c < 3; ++c) rgb[c] = SrgbFromLinear(rgb[c]);
 }
 
+// Whether a screen shows it, with some room for rounding.
+RETINT_HD bool IsInGamut(const OkLab& lab) {
+  float rgb[3];
+  LinearFromOkLab(lab, rgb);
+  constexpr float kRounding = 1e-4f;
+  for (int c = 0; c < 3; ++c) {
+    if (!(rgb[c] >= -kRounding && rgb[c] <= 1 + kRounding)) return false;
+  }
+  return true;
+}
+
+// How far along the way from its gray to the color the gamut reaches, at most `most`: at 1 the
+// color lies on its border.
+RETINT_HD float GamutReach(const OkLab& lab, float most) {
+  if (IsInGamut({lab.lightness, most * lab.a, most * lab.b})) return most;
+  float low = 0, high = most;
+  for (int i = 0; i < 12; ++i) {
+    const float middle = 0.5f * (low + high);
+    const bool inside = IsInGamut({lab.lightness, middle * lab.a, middle * lab.b});
+    (inside ? low : high) = middle;
+  }
+  return low;
+}
+
+// Less chroma at the same hue and lightness, until a screen shows the color. Chroma below `knee` of
+// the largest that there is stays; above, it is compressed into the rest. `knee` in (0, 1].
+RETINT_HD void CompressChroma(float knee, OkLab* lab) {
+  const float reach = GamutReach(*lab, 1 / knee);
+  const float used = reach > 0 ? 1 / reach : 1e6f;  // of the largest chroma
+  if (used <= knee * 1.0001f) return;
+  const float room = 1 - knee, beyond = used - knee;
+  const float fitted = room > 1e-4f ? knee + room * beyond / (room + beyond) : 1.0f;
+  const float scale = fitted / used;
+  lab->a *= scale;
+  lab->b *= scale;
+}
+
 }  // namespace retint

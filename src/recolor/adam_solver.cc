@@ -86,7 +86,7 @@ void AdamSolver::Evaluate(size_t index) {
   EditImageParams edit{};
   edit.image = target;
   edit.mask = view->mask.data();
-  edit.map = problem_.map();
+  edit.map = view->map;
   edit.width = camera.width;
   edit.height = camera.height;
   std::copy_n(view->box.begin(), 4, edit.box);

@@ -48,6 +48,9 @@ std::optional<AffineColor> FullAffine(const ColorOperation& op) {
     case Kind::kSaturation:
       map.gain = op.values[0] * kIdentity + (1 - op.values[0]) * (Eigen::Vector3f::Ones() * kLuma);
       return map;
+    case Kind::kPicture:  // without a table, the colors that were not painted stay
+      if (op.table) return std::nullopt;
+      return map;
     case Kind::kInvert:
       map.gain = -kIdentity;
       map.offset.setOnes();
@@ -161,6 +164,10 @@ void CompileRecolor(const ColorOperation& op, ColorOp& out) {
   out.values[14] = kMostLight * brightest;
   out.values[15] = op.Get("keep_lightness")[0];
   out.values[16] = std::min(to.minCoeff() / from.minCoeff(), 1.0f);
+  // The target itself is never compressed.
+  constexpr float kKnee = 0.8f;
+  const float reach = GamutReach(OkLabFromSrgb(op.Get("to").data()), 1 / kKnee);
+  out.values[17] = std::min(1 / reach, 1.0f);
 }
 
 // Between the stops straight in OKLab.
@@ -256,6 +263,7 @@ ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
       out.values[0] = kPaletteLightnessWeight;
       break;
     case Kind::kLut:
+    case Kind::kPicture:
       add_table(ColorOpCode::kTable, op.table->size, op.table->values);
       break;
     default:
@@ -314,16 +322,28 @@ bool ColorEdit::NeedsMainColor() const {
                      [](const auto& op) { return op.NeedsMeasuring(); });
 }
 
+bool ColorEdit::HasPaint() const {
+  return std::any_of(operations.begin(), operations.end(),
+                     [](const auto& op) { return op.picture && !op.picture->layers.empty(); });
+}
+
 void ColorEdit::Check() const {
   CheckOption(operations.size() <= size_t(kMaxColorOps),
               "edit: " + std::to_string(operations.size()) + " operations are more than " +
                   std::to_string(kMaxColorOps));
   CheckOption(strength >= 0 && strength <= 1, "edit: strength must be from 0 to 1");
   for (const ColorOperation& op : operations) op.Check();
+  CheckOption(std::count_if(operations.begin(), operations.end(),
+                            [](const auto& op) { return op.kind == Kind::kPicture; }) <= 1,
+              "edit: pictures belong into one operation");
 }
 
 CompiledEdit::CompiledEdit(const ColorEdit& edit) : affine_(edit.IsAffine()) {
   edit.Check();
+  CheckOption(
+      std::none_of(edit.operations.begin(), edit.operations.end(),
+                   [](const auto& op) { return op.kind == Kind::kPicture && op.NeedsMeasuring(); }),
+      "picture: it was not compared with the scene");
   if (affine_) {
     map_ = edit.Affine();
     return;

@@ -40,6 +40,9 @@ constexpr ColorParameter kRecolor[] = {{"to", 3, 0, 0, 1, true, Form::kColor},
 constexpr ColorParameter kGradient[] = {{"stops", 64, 0, 0, 1, true, Form::kStops}};
 constexpr ColorParameter kPalette[] = {
     {"colors", kMostPairValues, kUnset, 0, 1, true, Form::kPairs}};
+// What a color map leaves unexplained: the median DeltaE00 of what it explains, and how much.
+constexpr ColorParameter kPicture[] = {{"residual", 1, kUnset, 0, 1000},
+                                       {"explained", 1, kUnset, 0, 1}};
 constexpr ColorParameter kSoftClip[] = {{"knee", 1, 0.8f, 0, 0.99f}};
 
 constexpr ColorOperationType kTypes[] = {
@@ -88,6 +91,10 @@ constexpr ColorOperationType kTypes[] = {
      "FILE",
      "Look colors up in a .cube, .3dl, .clf, .cdl, .cc or .ccc",
      {}},
+    {Kind::kPicture, "picture", "edited", "NAME=FILE",
+     "Take over what a paint program changed in the picture of view NAME (of its render or photo); "
+     "repeatable for several views",
+     kPicture},
     {Kind::kSoftClip, "soft_clip", "soft-clip", "",
      "Draw colors that no screen shows softly back into the range, keeping "
      "their luma",
@@ -183,9 +190,16 @@ ColorOperation ColorOperation::Palette(int count) {
   return op;
 }
 
+ColorOperation ColorOperation::Picture(std::vector<EditedPicture> pictures) {
+  ColorOperation op = Make(Kind::kPicture);
+  op.picture = std::make_shared<PictureEdit>(PictureEdit{std::move(pictures), {}});
+  return op;
+}
+
 bool ColorOperation::NeedsMeasuring() const {
   return (kind == Kind::kRecolor && !IsSet("from")) ||
-         (kind == Kind::kPalette && !values.empty() && values[0] == kUnset);
+         (kind == Kind::kPalette && !values.empty() && values[0] == kUnset) ||
+         (kind == Kind::kPicture && !IsSet("explained"));
 }
 
 std::span<const float> ColorOperation::Get(std::string_view name) const {
@@ -208,7 +222,10 @@ std::span<float> ColorOperation::Get(std::string_view name) {
 void ColorOperation::Check() const {
   const ColorOperationType& type = TypeOf(kind);
   if (!(strength >= 0 && strength <= 1)) Bad(type, "strength must be from 0 to 1");
-  if ((kind == Kind::kLut) != (table != nullptr)) Bad(type, "has no table, or one too many");
+  if (kind != Kind::kPicture && (kind == Kind::kLut) != (table != nullptr)) {
+    Bad(type, "has no table, or one too many");
+  }
+  if ((kind == Kind::kPicture) != (picture != nullptr)) Bad(type, "has no picture");
   if (table) table->Check();
   size_t expected = 0;
   for (const ColorParameter& parameter : type.parameters) expected += size_t(parameter.count);
@@ -236,7 +253,10 @@ void ColorOperation::Check() const {
 
 bool ColorOperation::operator==(const ColorOperation& other) const {
   const bool same_table = table == other.table || (table && other.table && *table == *other.table);
-  return kind == other.kind && strength == other.strength && values == other.values && same_table;
+  const bool same_picture =
+      picture == other.picture || (picture && other.picture && *picture == *other.picture);
+  return kind == other.kind && strength == other.strength && values == other.values && same_table &&
+         same_picture;
 }
 
 }  // namespace retint

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "recolor/lut.h"
+#include "recolor/picture_edit.h"
 
 namespace retint {
 
@@ -29,6 +30,7 @@ enum class ColorOperationKind {
   kGradient,
   kPalette,
   kLut,
+  kPicture,
   kSoftClip,
 };
 
@@ -70,9 +72,10 @@ const ColorOperationType* FindOperationType(std::string_view name);  // null: th
 // One operation on colors. Colors are display-referred sRGB, 0 to 1.
 struct ColorOperation {
   ColorOperationKind kind = ColorOperationKind::kMatrix;
-  float strength = 1;                       // 0 to 1: color + strength (op(color) - color)
-  std::vector<float> values;                // of the type's parameters, one after the other
-  std::shared_ptr<const ColorTable> table;  // kLut's
+  float strength = 1;                          // 0 to 1: color + strength (op(color) - color)
+  std::vector<float> values;                   // of the type's parameters, one after the other
+  std::shared_ptr<const ColorTable> table;     // kLut's; kPicture's color map, where it has one
+  std::shared_ptr<const PictureEdit> picture;  // kPicture's
 
   // With the type's defaults, of which `first` replaces the first values.
   static ColorOperation Make(ColorOperationKind kind, std::initializer_list<float> first = {});
@@ -84,7 +87,9 @@ struct ColorOperation {
   std::span<const float> Get(std::string_view parameter) const;
   std::span<float> Get(std::string_view parameter);
   bool IsSet(std::string_view parameter) const { return Get(parameter)[0] != kUnset; }
-  // Whether it waits for a color of the region that it will be applied to.
+  // kPicture's, whose pictures are yet to be compared with the scene.
+  static ColorOperation Picture(std::vector<EditedPicture> pictures);
+  // Whether it waits for colors of the region that it will be applied to.
   bool NeedsMeasuring() const;
 
   // OptionError naming operation and parameter: out of range, not finite, an

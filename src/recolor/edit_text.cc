@@ -279,6 +279,94 @@ std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::str
   return table;
 }
 
+std::string JsonText(const Json& json, const char* key, const std::string& where) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_string()) {
+    throw OptionError(where + " has no " + Quoted(key));
+  }
+  return found->get<std::string>();
+}
+
+int JsonSize(const Json& json, const char* key, const std::string& where) {
+  constexpr int64_t kMost = 1 << 15;  // pixels
+  const auto found = json.find(key);
+  const int64_t value =
+      found != json.end() && found->is_number_integer() ? found->get<int64_t>() : int64_t{-1};
+  if (value < 0 || value > kMost) {
+    throw OptionError(where + "." + key + " is not a number of pixels");
+  }
+  return int(value);
+}
+
+PaintLayer LayerFromJson(const Json& json, const std::string& where) {
+  if (!json.is_object()) throw OptionError(where + " is not an object");
+  PaintLayer layer;
+  layer.view = JsonText(json, "view", where);
+  layer.x = JsonSize(json, "x", where);
+  layer.y = JsonSize(json, "y", where);
+  const int width = JsonSize(json, "width", where), height = JsonSize(json, "height", where);
+  std::string bytes;
+  if (!DecodeBase64(JsonText(json, "rgba", where), bytes) || bytes.empty() ||
+      bytes.size() != size_t(width) * size_t(height) * 4) {
+    throw OptionError(where + ".rgba does not hold its pixels");
+  }
+  layer.color = Image8(width, height);
+  layer.alpha = Mask(width, height);
+  for (size_t p = 0; p < layer.alpha.data.size(); ++p) {
+    for (size_t c = 0; c < 3; ++c) layer.color.data[3 * p + c] = uint8_t(bytes[4 * p + c]);
+    layer.alpha.data[p] = uint8_t(bytes[4 * p + 3]);
+  }
+  return layer;
+}
+
+Json LayerToJson(const PaintLayer& layer) {
+  std::string bytes;
+  for (size_t p = 0; p < layer.alpha.data.size(); ++p) {
+    for (size_t c = 0; c < 3; ++c) bytes += char(layer.color.data[3 * p + c]);
+    bytes += char(layer.alpha.data[p]);
+  }
+  return {{"view", layer.view},
+          {"x", layer.x},
+          {"y", layer.y},
+          {"width", layer.color.width},
+          {"height", layer.color.height},
+          {"rgba", EncodeBase64(bytes)}};
+}
+
+// The pictures of an operation, to be compared with a scene, or what was found then.
+void PictureFromJson(const Json& json, const std::string& where,
+                     const std::filesystem::path& folder, ColorOperation& op) {
+  auto picture = std::make_shared<PictureEdit>();
+  const auto list = [&](const char* key) {
+    const Json entries = json.contains(key) ? json[key] : Json::array();
+    if (!entries.is_array()) throw OptionError(where + "." + key + " is not a list");
+    return entries;
+  };
+  for (const Json& entry : list("pictures")) {
+    const std::string place = where + ".pictures";
+    if (!entry.is_object()) throw OptionError(place + ": an entry is not an object");
+    const std::filesystem::path file = JsonText(entry, "file", place);
+    picture->pictures.push_back(
+        {JsonText(entry, "view", place), op.IsSet("explained") ? file : folder / file, {}});
+  }
+  for (const Json& entry : list("layers")) {
+    picture->layers.push_back(LayerFromJson(entry, where + ".layers"));
+  }
+  if (!op.IsSet("explained") && picture->pictures.empty()) {
+    throw OptionError(where + " has no \"pictures\"");
+  }
+  op.picture = std::move(picture);
+  if (json.contains("table")) op.table = TableFromJson(json, where, folder);
+}
+
+void PictureToJson(const ColorOperation& op, bool with_tables, Json& json) {
+  for (const EditedPicture& picture : op.picture->pictures) {
+    json["pictures"].push_back({{"view", picture.view}, {"file", picture.file}});
+  }
+  if (!with_tables) return;
+  for (const PaintLayer& layer : op.picture->layers) json["layers"].push_back(LayerToJson(layer));
+}
+
 ColorOperation OperationFromJson(const Json& json, const std::string& where,
                                  const std::filesystem::path& folder) {
   if (!json.is_object()) throw OptionError(where + " is not an object");
@@ -287,9 +375,11 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
   const ColorOperationType* type = FindOperationType(name->get<std::string>());
   if (!type) throw OptionError(where + ": there is no operation " + Quoted(*name));
   ColorOperation op = ColorOperation::Make(type->kind);
-  const bool lut = type->kind == Kind::kLut;
+  const bool lut = type->kind == Kind::kLut, picture = type->kind == Kind::kPicture;
   for (const auto& [key, value] : json.items()) {
-    if (key == "op" || (lut && (key == "file" || key == "size" || key == "table"))) continue;
+    const bool of_table = key == "file" || key == "size" || key == "table";
+    if (key == "op" || ((lut || picture) && of_table)) continue;
+    if (picture && (key == "pictures" || key == "layers")) continue;
     const std::string place = where + "." + key;
     if (key == "strength") {
       op.strength = JsonNumber(value, place);
@@ -305,6 +395,7 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
     }
   }
   if (lut) op.table = TableFromJson(json, where, folder);
+  if (picture) PictureFromJson(json, where, folder, op);
   try {
     op.Check();
   } catch (const OptionError& error) {
@@ -348,7 +439,8 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
       for (const float value : values) to.push_back(value);
     }
   }
-  if (!op.table) return json;
+  if (op.picture) PictureToJson(op, with_tables, json);
+  if (!op.table || (op.picture && !with_tables)) return json;
   json["file"] = op.table->name;
   if (with_tables) {
     json["size"] = op.table->size;
@@ -365,6 +457,14 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
   }
   ColorOperation op = ColorOperation::Make(type.kind);
   const OperationText reader(type, text);
+  if (type.kind == Kind::kPicture) {
+    const auto equals = text.find('=');
+    if (equals == std::string_view::npos || equals == 0 || equals + 1 == text.size()) {
+      reader.Fail("names no view and picture");
+    }
+    return ColorOperation::Picture(
+        {{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1)), {}}});
+  }
   std::vector<std::string_view> plain;  // without a key
   std::vector<std::string_view> keys;
   for (const std::string_view word : Split(text, ',')) {

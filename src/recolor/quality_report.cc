@@ -65,9 +65,10 @@ struct Pair {
 
 size_t TilesOf(int pixels) { return size_t((pixels + kTileSize - 1) / kTileSize); }
 
-// As a viewer shows them: values are clamped to [0, 1] before they are compared.
-ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit, const Pair& pair,
-                     size_t y) {
+// As a viewer shows them: values are clamped to [0, 1] before they are compared. `made` is what
+// target.edited made, or empty.
+ErrorSums CompareRow(const RefitTarget& target, const Image& made, const ReportedEdit& edit,
+                     const Pair& pair, size_t y) {
   ErrorSums sums;
   const size_t width = size_t(target.mask->width);
   const uint8_t* const is_drawn = &pair.is_drawn[y / kTileSize * TilesOf(target.mask->width)];
@@ -81,7 +82,8 @@ ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit, const 
     const float* before = &pair.images[6 * p];
     const float* source = target.photo ? &target.photo->data[3 * p] : before;
     const Eigen::Vector3f original(source[0], source[1], source[2]);
-    const Eigen::Vector3f wanted = edit.edit.Apply(original, float(value) / 255.0f);
+    const Eigen::Vector3f wanted = made.Empty() ? edit.edit.Apply(original, float(value) / 255.0f)
+                                                : Eigen::Vector3f(&made.data[3 * p]);
     if (value != 0) sums.out_of_gamut += edit.LeavesGamut(original);
     for (size_t c = 0; c < 3; ++c) {
       const float goal = Shown(wanted[Eigen::Index(c)]);
@@ -101,10 +103,11 @@ ErrorSums CompareRow(const RefitTarget& target, const ReportedEdit& edit, const 
 }
 
 // The sum does not depend on the number of threads.
-ErrorSums Compare(const RefitTarget& target, const ReportedEdit& edit, const Pair& pair) {
+ErrorSums Compare(const RefitTarget& target, const Image& made, const ReportedEdit& edit,
+                  const Pair& pair) {
   std::vector<ErrorSums> rows(size_t(target.mask->height));
   ParallelTasks(int64_t(rows.size()),
-                [&](size_t y) { rows[y] = CompareRow(target, edit, pair, y); });
+                [&](size_t y) { rows[y] = CompareRow(target, made, edit, pair, y); });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums += row;
   return sums;
@@ -233,7 +236,8 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
     for (const RefitTarget& target : targets | std::views::reverse) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(target);
-      const ErrorSums sums = Compare(target, reported, pair.Render(target));
+      const Image made = target.edited ? target.edited(renderer) : Image();
+      const ErrorSums sums = Compare(target, made, reported, pair.Render(target));
       all += sums;
       if (sums.inside_values == 0) continue;
       const QualityNumbers numbers = ToNumbers(sums, 1);

@@ -134,7 +134,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   const size_t count = model.NumGaussians();
   const size_t per_gaussian = size_t(num_coeffs_) * 3;
   bool photos = false;
-  for (const auto& target : targets_) photos = photos || target.photo;
+  for (const auto& target : targets_) photos = photos || target.photo || target.edited;
   target_unit_ = LargestChange(CompiledEdit(edit), photos) / 32767;
 
   std::vector<uint8_t> flags(count);
@@ -233,10 +233,13 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
 
   backend().Grow(mask_, pixels);
   backend().CopyToDevice(mask_.data(), target.mask->data.data(), pixels);
-  if (target.photo) {
+  if (target.edited || target.photo) {
+    const Image made = target.edited ? target.edited(renderer_) : Image();
+    const Image& source = target.edited ? made : *target.photo;
     backend().Grow(photo_, pixels * 3);
-    backend().CopyToDevice(photo_.data(), target.photo->data.data(), pixels * 3 * sizeof(float));
+    backend().CopyToDevice(photo_.data(), source.data.data(), pixels * 3 * sizeof(float));
   }
+  if (!target.edited) view.map = map();
   if (form_ == Targets::kRegions) {
     PrepareRegionTarget(target, view);
   } else {
@@ -251,9 +254,9 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   view.weights = backend().Allocate<uint8_t>(pixels);
   RegionTargetParams params{};
   params.render = scratch_.images[0].data();
-  params.source = target.photo ? photo_.data() : nullptr;
+  params.source = target.photo || target.edited ? photo_.data() : nullptr;
   params.mask = mask_.data();
-  params.map = map();
+  params.map = view.map;
   params.unit = target_unit_;
   params.target = view.target.data();
   params.weights = view.weights.data();
@@ -289,7 +292,7 @@ void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {
     backend().refit().PackBox(params);
   };
   pack(scratch_.images[0].data(), view.render);
-  if (target.photo) pack(photo_.data(), view.photo);
+  if (target.photo || target.edited) pack(photo_.data(), view.photo);
   const size_t pixels = target.mask->NumPixels();
   view.mask = backend().Allocate<uint8_t>(pixels);
   backend().CopyToDevice(view.mask.data(), target.mask->data.data(), pixels);

@@ -40,6 +40,7 @@ struct RegionView {
   std::array<int32_t, 4> roi{}, box{};  // x0, y0, x1, y1: the region's bounds; the loss's support
   Buffer<uint16_t> render, photo;
   Buffer<uint8_t> mask;  // [H, W]
+  ColorMap map{};        // of `render` or `photo`; the identity where the target was made
 
   size_t Bytes() const;
 };
@@ -77,7 +78,7 @@ class RefitProblem {
   double NumTargetValues() const;
   double RegionFraction() const { return image_values_ > 0 ? target_values_ / image_values_ : 0; }
   float target_unit() const { return target_unit_; }
-  const ColorMap& map() const { return edit_.map; }
+  const ColorMap& map() const { return edit_.map; }  // of a Gaussian's own colors
   // Coefficients of the active Gaussians, [active, K, 3], host.
   const std::vector<float>& original() const { return original_; }
   const std::vector<float>& start() const { return start_; }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -22,6 +23,9 @@ struct RefitTarget {
   PosedCamera camera;
   const Mask* mask = nullptr;    // soft, the view's size
   const Image* photo = nullptr;  // target photo; null: the render of the original scene
+  // Makes the target itself, where that is more than a map of the colors of render or photo
+  // (PaintCarrier): of the view's size, given a renderer that shows the original scene.
+  std::function<Image(Renderer&)> edited = nullptr;
 };
 
 struct RefitSummary {

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "recolor/main_color.h"
 #include "recolor/palette.h"
+#include "session/compare_pictures.h"
 
 namespace retint {
 namespace {
@@ -103,15 +104,20 @@ std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Rec
   return PixelsOf(ViewsOf(selection, model), renderer);
 }
 
-ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection,
-                         const Reconstruction& model, Renderer& renderer,
+ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenScene& scene,
                          std::span<const float> sh) {
-  if (!edit.NeedsMainColor()) return edit;
-  const std::vector<float> pixels = PixelsOfSelection(selection, model, renderer, sh);
+  std::vector<float> pixels;
   for (size_t i = 0; i < edit.operations.size(); ++i) {
     ColorOperation& op = edit.operations[i];
     if (!op.NeedsMeasuring()) continue;
     const ColorEdit before{{edit.operations.begin(), edit.operations.begin() + ptrdiff_t(i)}, 1};
+    if (op.kind == ColorOperationKind::kPicture) {
+      ComparePictures(op, before, selection, scene, sh);
+      continue;
+    }
+    if (pixels.empty()) {
+      pixels = PixelsOfSelection(selection, scene.reconstruction(), scene.renderer(), sh);
+    }
     const std::vector<float> edited = Edited(pixels, before);
     op.kind == ColorOperationKind::kPalette ? SetPalette(op, edited) : SetMainColor(op, edited);
   }

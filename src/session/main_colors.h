@@ -8,6 +8,7 @@
 #include "recolor/color_edit.h"
 #include "render/renderer.h"
 #include "scene/reconstruction.h"
+#include "session/open_scene.h"
 #include "session/region.h"
 
 namespace retint {
@@ -18,11 +19,11 @@ namespace retint {
 std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Reconstruction& model,
                                      Renderer& renderer, std::span<const float> sh);
 
-// `edit` with the main colors that it waits for, measured on those pixels after the operations
-// before it in the list. A palette keeps as many colors as there are. InputError when the selection
-// has no pixel, or not the color that is to be changed.
-ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection,
-                         const Reconstruction& model, Renderer& renderer,
+// `edit` with what its operations wait for (ColorEdit::NeedsMainColor), measured on those pixels
+// after the operations before it in the list: main colors, palettes, which keep as many colors as
+// there are, and the comparison of pictures with their views. InputError when the selection has no
+// pixel, or not the color that is to be changed; of pictures as ComparePictures.
+ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenScene& scene,
                          std::span<const float> sh);
 
 }  // namespace retint

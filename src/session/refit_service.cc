@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "recolor/paint_carrier.h"
+#include "session/compare_pictures.h"
 
 namespace retint {
 
@@ -18,14 +20,24 @@ void RefitService::LoadPhotos(Monitor& monitor) {
   photos_ = std::move(photos);
 }
 
-std::vector<RefitTarget> RefitService::Targets(const std::map<std::string, Mask>& masks,
+std::vector<RefitTarget> RefitService::Targets(const Region& region,
                                                const std::vector<const View*>& views,
                                                TargetKind target) const {
-  std::vector<RefitTarget> targets = RenderTargets(scene_.reconstruction(), masks, views);
-  if (target == TargetKind::kRender) return targets;
+  std::vector<RefitTarget> targets =
+      RenderTargets(scene_.reconstruction(), region.selection->masks, views);
   for (RefitTarget& one : targets) {
     const auto photo = photos_.find(one.name);
-    if (photo != photos_.end()) one.photo = &photo->second;
+    if (target == TargetKind::kPhoto && photo != photos_.end()) one.photo = &photo->second;
+  }
+  const ColorEdit edit = region.EffectiveEdit();
+  if (!edit.HasPaint()) return targets;
+  // One for all targets, which are made one after the other.
+  const auto carrier = std::make_shared<PaintCarrier>(edit, LayerCameras(edit, scene_.workspace()));
+  for (RefitTarget& one : targets) {
+    one.edited = [carrier, camera = one.camera, mask = one.mask,
+                  photo = one.photo](Renderer& renderer) {
+      return carrier->Target(renderer, camera, *mask, photo);
+    };
   }
   return targets;
 }
@@ -38,7 +50,7 @@ RefitChainInput RefitService::ChainInput(const RefitJob& job, Monitor& monitor) 
   input.state = store_.regions();
   input.job = job;
   for (const Region& region : input.state.regions) {
-    input.targets.push_back(Targets(region.selection->masks, scene_.train_views(), job.target));
+    input.targets.push_back(Targets(region, scene_.train_views(), job.target));
   }
   return input;
 }
@@ -122,7 +134,7 @@ QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_befo
   const Region& region = store_.Require(id);
   if (target == TargetKind::kPhoto) LoadPhotos(monitor);
   const auto targets = [&](const std::vector<const View*>& views) {
-    std::vector<RefitTarget> all = Targets(region.selection->masks, views, target);
+    std::vector<RefitTarget> all = Targets(region, views, target);
     if (most_views == 0 || all.size() <= most_views) return all;
     std::vector<RefitTarget> some;
     for (size_t i = 0; i < most_views; ++i) some.push_back(all[i * all.size() / most_views]);
@@ -141,7 +153,14 @@ Image RefitService::Edited(const View& view, Image image) const {
   for (const Region& region : store_.regions().regions) {
     const auto found = region.selection->masks.find(view.name);
     if (!region.visible || found == region.selection->masks.end()) continue;
-    const CompiledEdit edit(region.EffectiveEdit());
+    const ColorEdit effective = region.EffectiveEdit();
+    if (effective.HasPaint()) {
+      PaintCarrier carrier(effective, LayerCameras(effective, scene_.workspace()));
+      image = carrier.Target(scene_.renderer(), scene_.reconstruction().Posed(view), found->second,
+                             &image);
+      continue;
+    }
+    const CompiledEdit edit(effective);
     for (size_t i = 0; i < image.NumPixels(); ++i) {
       if (found->second.data[i] == 0) continue;
       const Eigen::Map<Eigen::Vector3f> pixel(image.data.data() + 3 * i);

@@ -57,8 +57,8 @@ class RefitService {
 
  private:
   void LoadPhotos(Monitor& monitor);
-  std::vector<RefitTarget> Targets(const std::map<std::string, Mask>& masks,
-                                   const std::vector<const View*>& views, TargetKind target) const;
+  std::vector<RefitTarget> Targets(const Region& region, const std::vector<const View*>& views,
+                                   TargetKind target) const;
   RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor);
 
   OpenScene& scene_;

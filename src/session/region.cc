@@ -25,6 +25,19 @@ uint64_t TableHash(const ColorTable& table) {
       {reinterpret_cast<const char*>(table.values.data()), table.values.size() * sizeof(float)});
 }
 
+void AppendLayers(std::string& key, const PictureEdit& picture) {
+  const auto append = [&](const std::vector<uint8_t>& bytes) {
+    AppendBits(key, Xxh64({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+  };
+  for (const PaintLayer& layer : picture.layers) {
+    key += layer.view;
+    AppendBits(key, layer.x);
+    AppendBits(key, layer.y);
+    append(layer.color.data);
+    append(layer.alpha.data);
+  }
+}
+
 }  // namespace
 
 size_t SelectionSource::Bytes() const {
@@ -75,6 +88,7 @@ std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
     key += EditToJson(region.edit, /*with_tables=*/false);
     for (const ColorOperation& op : region.edit.operations) {
       if (op.table) AppendBits(key, TableHash(*op.table));
+      if (op.picture) AppendLayers(key, *op.picture);
     }
     AppendBits(key, region.strength);
   }

@@ -200,8 +200,7 @@ std::vector<float> RegionStore::ShAfter(const RegionSet& state, size_t count) co
 ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, size_t index,
                                  const RegionSelection& selection) {
   if (!edit.NeedsMainColor()) return edit;
-  return WithMainColors(edit, selection, scene_.reconstruction(), scene_.renderer(),
-                        ShAfter(state, index));
+  return WithMainColors(edit, selection, scene_, ShAfter(state, index));
 }
 
 std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {

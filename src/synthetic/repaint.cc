@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "kernels/common/color_spaces.h"
 #include "synthetic/views.h"
 
 namespace retint::synthetic {
@@ -33,7 +34,34 @@ double MeanLuminance(const World& world, int object, const std::vector<PosedCame
   return count > 0 ? sum / double(count) : 1;
 }
 
+// Bilinear, in linear light.
+Vec3 Sample(const Image8& picture, const Vec2& uv) {
+  const double x = std::clamp(uv[0] * picture.width - 0.5, 0.0, picture.width - 1.0);
+  const double y = std::clamp(uv[1] * picture.height - 0.5, 0.0, picture.height - 1.0);
+  Vec3 color = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const int px = std::min(int(x) + i % 2, picture.width - 1);
+    const int py = std::min(int(y) + i / 2, picture.height - 1);
+    const double u = x - int(x), v = y - int(y);
+    const double weight = (i % 2 ? u : 1 - u) * (i / 2 ? v : 1 - v);
+    for (int c = 0; c < 3; ++c) {
+      color[c] += weight * double(LinearFromSrgb(float(picture(px, py, c)) / 255));
+    }
+  }
+  return color.cwiseMin(kMostAlbedo);
+}
+
 }  // namespace
+
+void Paste(World& world, int object, const Image8& picture) {
+  for (const Part& part : world.parts) {
+    if (part.object != object) continue;
+    world.materials[size_t(part.material)].albedo = [picture](const TexturePoint& at) {
+      return Sample(picture, at.uv);
+    };
+    return;
+  }
+}
 
 void Repaint(World& world, int object, const Vec3& albedo,
              const std::vector<PosedCamera>& cameras) {

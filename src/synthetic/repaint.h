@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene/camera.h"
+#include "scene/image.h"
 #include "synthetic/world.h"
 
 namespace retint::synthetic {
@@ -14,5 +15,9 @@ namespace retint::synthetic {
 // it, it gets `albedo` (linear RGB); a pattern stays, as lighter and darker shades. Light that was
 // baked before, gloss and shape stay as they are, so nothing else in a picture changes.
 void Repaint(World& world, int object, const Vec3& albedo, const std::vector<PosedCamera>& cameras);
+
+// Pastes a picture (display-encoded) on every chart of the object's first part, its body: u runs to
+// the right, v down.
+void Paste(World& world, int object, const Image8& picture);
 
 }  // namespace retint::synthetic

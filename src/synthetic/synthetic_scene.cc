@@ -35,6 +35,10 @@ int FindObject(const World& world, const std::string& name) {
 void RepaintObjects(World& world, const SyntheticOptions& options,
                     const std::vector<PosedCamera>& cameras) {
   for (const PaintedObject& painted : options.albedo) {
+    if (!painted.picture.Empty()) {
+      Paste(world, FindObject(world, painted.object), painted.picture);
+      continue;
+    }
     const auto& color = painted.color;
     const Vec3 albedo(LinearFromSrgb(color[0]), LinearFromSrgb(color[1]), LinearFromSrgb(color[2]));
     Repaint(world, FindObject(world, painted.object), albedo, cameras);

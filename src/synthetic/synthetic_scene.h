@@ -17,10 +17,12 @@
 
 namespace retint {
 
-// An object and the display-encoded color, 0 to 1, of its surface.
+// An object and the display-encoded color, 0 to 1, of its surface; or a picture on every side of
+// its body.
 struct PaintedObject {
   std::string object;
-  std::array<float, 3> color;
+  std::array<float, 3> color = {};
+  Image8 picture = {};  // where not empty, instead of the color
 };
 
 struct SyntheticOptions {

@@ -430,6 +430,55 @@ const Row kRows[] = {
      [](Place& p) {
        return Recolor(p, {"--lut", p.In("gone.cube")});
      }},
+    {"PaletteOfTooManyColors", 2, "the number of colors must be from 1 to 16, not 99",
+     [](Place& p) {
+       return Recolor(p, {"--palette", "99,1=#ff0000"});
+     }},
+    {"PaletteWithNan", 2, "palette 'nan,1=#ff0000': holds a value that is not finite",
+     [](Place& p) {
+       return Recolor(p, {"--palette", "nan,1=#ff0000"});
+     }},
+    {"PaletteOfNothing", 2, "give either --view and --mask, or --masks",
+     [](Place& p) {
+       return With(p, "palette", {"--picture", p.Out("swatches.png")});
+     }},
+    {"PaletteOfZeroColors", 2, "--colors",
+     [](Place& p) {
+       return With(p, "palette", {"--colors", "0", "--masks", p.In("masks")});
+     }},
+    {"UnknownOperation", 3, "edit.json: operations[0]: there is no operation \"paint\"",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "paint"}]})");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
+    {"PictureOfAnotherSize", 3, "painted.png is 7x5, the view is 160x120",
+     [](Place& p) {
+       WritePng(p.in / "painted.png", Image(7, 5));
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("painted.png")});
+     }},
+    {"PictureThatIsNone", 3, "painted.png",
+     [](Place& p) {
+       WriteFile(p.in / "painted.png", "no picture");
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("painted.png")});
+     }},
+    {"PictureOfNoView", 3, "nowhere.png",
+     [](Place& p) {
+       return Recolor(p, {"--edited", "nowhere.png=" + MaskOf(p).string()});
+     }},
+    {"PictureWithoutView", 2, "names no view and picture",
+     [](Place& p) {
+       return Recolor(p, {"--edited", "painted.png"});
+     }},
+    {"NeitherMaskNorPicture", 2, "--view and --mask are required",
+     [](Place& p) {
+       return With(p, "recolor", {"--tint", "1,0,0", "--output", p.Out("o.ply")});
+     }},
+    {"PictureWithoutAChange", 3, "nothing was changed",
+     [](Place& p) {
+       return With(p, "recolor",
+                   {"--edited", TinyView() + "=" + p.In("images/" + TinyView()), "--output",
+                    p.Out("o.ply")});
+     }},
     {"MaskWithoutView", 2, "--view",
      [](Place& p) {
        Arguments arguments = Recolor(p);

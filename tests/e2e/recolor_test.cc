@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The main job, whole: painted view to recolored splat, and the same in steps through files.
 #include <cstring>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,6 +45,29 @@ double Iou(const Mask& a, const Mask& b) {
     either += in_a || in_b;
   }
   return either == 0 ? 1 : static_cast<double>(both) / either;
+}
+
+// A picture of a view in which what the mask selects has other colors.
+TEST(Recolor, TakesOverAPictureWithoutAMask) {
+  TempFolder temp;
+  Image picture = ReadImage(TinyWorkspace() / "images" / TinyView());
+  const Mask mask = ReadMask(TinyMask());
+  for (size_t p = 0; p < mask.NumPixels(); ++p) {
+    if (mask.data[p] >= 128) std::swap(picture.data[3 * p], picture.data[3 * p + 2]);
+  }
+  WritePng(temp / "painted.png", picture);
+  const CommandResult result =
+      RunRetint(Join(Join({"recolor"}, Scene()),
+                     {"--edited", TinyView() + "=" + (temp / "painted.png").string(), "--output",
+                      (temp / "out.ply").string(), "--report", (temp / "r.json").string()}));
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("one color map explains"));
+  const json operation = json::parse(ReadFile(temp / "r.json"))["edit"]["operations"][0];
+  EXPECT_EQ(operation["op"], "picture");
+  EXPECT_EQ(operation["pictures"][0]["view"], TinyView());
+  // The object has one surface; its outline and gray pixels, which a swap leaves, are the rest.
+  EXPECT_GT(operation["explained"].get<double>(), 0.8);
+  EXPECT_LT(operation["residual"].get<double>(), 2);
 }
 
 TEST(Recolor, WritesSplatReportStagesAndPictures) {

@@ -177,16 +177,33 @@ TEST(ColorEditTest, RecolorTakesTheMainColorToTheTarget) {
 TEST(ColorEditTest, RecolorKeepsShadingAndHighlights) {
   const Vector3f yellow(0.85f, 0.7f, 0.15f), blue(0.19f, 0.38f, 0.9f);
   const CompiledEdit edit(Edit({Recolor(yellow, blue)}));
-  for (const float light : {0.2f, 0.5f, 1.0f, 1.4f}) {
+  for (const float light : {0.2f, 0.5f, 1.0f, 1.15f}) {
     ExpectColor(edit.Apply(Lit(yellow, light)), Lit(blue, light), 0.02f);
   }
-  // Gloss adds the same white to either; the last lies beyond the brightest body color.
+  // Gloss adds the same white to either; the last lies beyond the brightest body color, and its
+  // chroma is drawn into the gamut.
   for (const float gloss : {0.1f, 0.4f}) {
-    ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.03f);
+    ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.05f);
   }
   const Vector3f highlight = edit.Apply({1, 1, 1});
   EXPECT_GT(highlight.minCoeff(), 0.9f);
   EXPECT_LT(Chroma(highlight), 0.05f);
+}
+
+// Where the new color leaves the gamut, shading still shows, in the same hue.
+TEST(ColorEditTest, RecolorStaysInTheGamutAndKeepsVariation) {
+  const Vector3f red(0.7f, 0.1f, 0.08f), blue(0.19f, 0.38f, 1.0f);
+  const CompiledEdit edit(Edit({Recolor(red, blue)}));
+  float last = 0;
+  for (const float light : {0.8f, 1.0f, 1.2f, 1.4f, 1.6f}) {
+    const Vector3f color = edit.Apply(Lit(red, light));
+    EXPECT_GT(color.minCoeff(), -2e-3f) << light;  // the room for rounding, encoded
+    EXPECT_LT(color.maxCoeff(), 1 + 2e-3f) << light;
+    EXPECT_NEAR(Hue(color), Hue(blue), 1) << light;
+    // The cube root of a step of light by at least an eighth, gloss included.
+    EXPECT_GT(Lab(color).lightness, 1.02f * last) << light;
+    last = Lab(color).lightness;
+  }
 }
 
 TEST(ColorEditTest, RecolorKeepsLightnessOnRequest) {

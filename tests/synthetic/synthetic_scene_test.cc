@@ -466,27 +466,34 @@ TEST(SyntheticTest, SeedChangesTheScene) {
             b.reconstruction.views.at(1).cam_from_world.translation);
 }
 
-TEST(SyntheticTest, RepaintsOneObjectAndNothingElse) {
+TEST(SyntheticTest, RepaintsObjectsAndNothingElse) {
   SyntheticOptions options = TinyOptions();
   const SyntheticScene before = Make(options);
-  options.albedo = {{"ball", {0.1f, 0.2f, 0.9f}}};
+  Image8 green(3, 2);  // pasted on the box
+  for (size_t p = 0; p < green.NumPixels(); ++p) green.data[3 * p + 1] = 255;
+  options.albedo = {{"ball", {0.1f, 0.2f, 0.9f}}, {"box", {}, green}};
   const SyntheticScene after = Make(options);
-  const int ball = IdOf(before, "ball");
+  const int ball = IdOf(before, "ball"), box = IdOf(before, "box");
   double red = 0, blue = 0;
+  int green_pixels = 0;
   for (size_t v = 0; v < before.views.size(); ++v) {
     const SyntheticView &x = before.views[v], &y = after.views[v];
     EXPECT_EQ(x.object_ids.data, y.object_ids.data);
     EXPECT_EQ(x.depth.data, y.depth.data);
     for (int row = 1; row + 1 < x.photo.height; ++row) {
       for (int column = 1; column + 1 < x.photo.width; ++column) {
-        int of_ball = 0;
+        int of_ball = 0, of_box = 0;
         for (int k = 0; k < 9; ++k) {
-          of_ball += x.object_ids(column + k % 3 - 1, row + k / 3 - 1) == ball;
+          const int id = x.object_ids(column + k % 3 - 1, row + k / 3 - 1);
+          of_ball += id == ball;
+          of_box += id == box;
         }
+        green_pixels += of_box == 9 && y.photo(column, row, 1) > 2 * y.photo(column, row, 0) &&
+                        y.photo(column, row, 1) > 2 * y.photo(column, row, 2);
         for (int c = 0; c < 3; ++c) {
           const float old = x.photo(column, row, c), now = y.photo(column, row, c);
-          // A pixel's rays stay inside it, so only those at the ball can meet it.
-          if (of_ball == 0) {
+          // A pixel's rays stay inside it, so only those at an object can meet it.
+          if (of_ball == 0 && of_box == 0) {
             EXPECT_EQ(old, now);
           }
           if (of_ball == 9 && c == 0) red += double(now) - double(old);
@@ -497,6 +504,7 @@ TEST(SyntheticTest, RepaintsOneObjectAndNothingElse) {
   }
   EXPECT_LT(red, 0);
   EXPECT_GT(blue, 0);
+  EXPECT_GT(green_pixels, 20);
 
   options.albedo = {{"elephant", {0, 0, 1}}};
   EXPECT_THROW(options.Check(), OptionError);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One color map from pairs of colors: what a picture's change says of all colors.
+#pragma once
+
+#include <span>
+
+#include "recolor/lut.h"
+
+namespace retint {
+
+inline constexpr int kFittedTableSize = 17;  // nodes a side
+
+// The map f that takes `before` to `after`, both [N, 3], display-encoded: a 3D table whose change
+// f(c) - c minimizes
+//     sum_i w_i |f(before_i) - after_i|^2 + smoothness * sum of squared second differences
+//     + steadiness * sum of squared first differences,
+// over its nodes, so that it is what the pairs say where there are any, goes on smoothly beside
+// them and stays put far away. The weights w fall with the residual (Geman and McClure 1987, by
+// iterated least squares from a smooth start), so that pairs that contradict most others, such as
+// lettering on a graded picture, do not count. Values are in [0, 1]. Needs at least one pair.
+ColorTable FitColorTable(std::span<const float> before, std::span<const float> after);
+
+}  // namespace retint

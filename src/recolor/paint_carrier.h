@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Paint on pictures of some views, carried to all views.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "recolor/color_edit.h"
+#include "recolor/picture_edit.h"
+#include "render/renderer.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// A view's target under an edit with paint (ColorEdit::HasPaint()). What a pixel shows is looked up
+// in the painted views by its depth. Where one of them sees the same surface, within 2 % of the
+// depth and not at a grazing angle, the pixel takes what was painted there:
+// - averaged over the pixel's footprint in the painted picture,
+// - times the ratio of the luminance that the surface has in this view to that in the painted one
+//   (linear light, mean of some pixels), so that highlights move with the viewer,
+// - merged by the squared cosine of the angle at which the painted views see the surface.
+// Everything else gets the rest of the edit, whose picture operation is then its color map.
+//
+// Uses one renderer from one thread. The first call for a renderer fixes what the painted views
+// look like: later ones must find the same coefficients in it.
+class PaintCarrier {
+ public:
+  // `cameras`: of the views of the edit's layers, in their order.
+  PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras);
+  ~PaintCarrier();
+
+  // The target of a view: y + M (edited(y) - y) of `photo`, or where null of the render. `mask` and
+  // `photo` have the view's size.
+  Image Target(Renderer& renderer, const PosedCamera& view, const Mask& mask, const Image* photo);
+
+ private:
+  struct Source;
+  struct Carried;
+  void RenderSources(Renderer& renderer);
+  void Carry(size_t k, const PosedCamera& view, const RenderOutput& own, const Mask& mask,
+             Carried& carried) const;
+
+  std::vector<PaintLayer> layers_;
+  CompiledEdit before_, after_;  // up to and with the picture operation's color map; what follows
+  float paint_strength_ = 1, strength_;
+  std::vector<Source> sources_;
+};
+
+}  // namespace retint

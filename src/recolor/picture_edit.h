@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Views that were edited as pictures, in a paint program, and what became of them.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "scene/image.h"
+
+namespace retint {
+
+// A picture of a view, to be compared with that view's render or photo.
+struct EditedPicture {
+  std::string view;  // its name
+  std::string file;  // where the picture is; for messages too
+  Image8 image;      // empty: it is still to be read from `file`
+  bool operator==(const EditedPicture& other) const;
+};
+
+// What was painted on a part of a view: the surfaces seen there take it, in all views.
+struct PaintLayer {
+  std::string view;
+  int x = 0, y = 0;  // of its top-left pixel in the view
+  Image8 color;
+  Mask alpha;  // the same size; 0 where nothing was painted
+  bool operator==(const PaintLayer& other) const;
+};
+
+// First the pictures; once they are compared with the scene, what one color map does not explain
+// of their change, as layers.
+struct PictureEdit {
+  std::vector<EditedPicture> pictures;
+  std::vector<PaintLayer> layers;
+  bool operator==(const PictureEdit&) const = default;
+  size_t Bytes() const;
+};
+
+}  // namespace retint

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What was changed in the pictures of views that a paint program edited.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "recolor/color_edit.h"
+#include "session/open_scene.h"
+#include "session/region.h"
+
+namespace retint {
+
+// Reads the pictures of `op` (kPicture) that were not read yet. InputError naming the file when it
+// is no picture or not of the view's size, or when there is no such view.
+void ReadPictures(ColorOperation& op, const Workspace& workspace);
+
+// Where a picture that was read differs from its view, by more than can hardly be seen: the
+// selection that was painted with it. The view is rendered with the coefficients `sh` [N, K, 3], or
+// its photo is taken, whichever the picture resembles more. InputError where nothing was changed.
+Mask ChangedMask(const EditedPicture& picture, OpenScene& scene, std::span<const float> sh);
+
+// Compares the pictures of `op` with their views inside `selection`, after the operations `before`
+// it: fits the color map that explains most of the pixels, keeps it as op.table where it says more
+// than that nothing changed, and keeps what it does not explain as layers. InputError as
+// ReadPictures, and when the selection shows in none of the views.
+void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSelection& selection,
+                     OpenScene& scene, std::span<const float> sh);
+
+// The cameras of an edit's layers (PaintCarrier). InputError for a view that there is not.
+std::vector<PosedCamera> LayerCameras(const ColorEdit& edit, const Workspace& workspace);
+
+}  // namespace retint

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Paint on one view of a plane, against what the other views must then show, which is known.
+#include "recolor/paint_carrier.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "kernels/common/color_spaces.h"
+#include "tests/recolor/tiny_scene.h"
+
+namespace retint {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kWidth = 160, kHeight = 120;
+constexpr double kHalf = 0.9;  // of the plane that tests look at, which is a little larger
+constexpr double kSpacing = 0.04;
+
+PosedCamera CameraAt(double azimuth) {
+  PosedCamera view = LookAtOrigin(azimuth, 4.0, kWidth, kHeight);
+  view.camera = Camera::Pinhole(1, kWidth, kHeight, 170, 170, kWidth / 2.0, kHeight / 2.0);
+  return view;
+}
+
+struct Patch {
+  double half, z;
+  Vector3f color;
+};
+
+// Squares of flat Gaussians across the z axis.
+GaussianModel Squares(const std::vector<Patch>& patches) {
+  std::vector<std::pair<Vector3d, Vector3f>> discs;
+  for (const Patch& patch : patches) {
+    const int count = int(std::lround(2 * patch.half / kSpacing)) + 1;
+    for (int i = 0; i < count * count; ++i) {
+      discs.push_back(
+          {{i % count * kSpacing - patch.half, i / count * kSpacing - patch.half, patch.z},
+           patch.color});
+    }
+  }
+  GaussianModel model;
+  model.Resize(discs.size(), 1);
+  std::fill(model.sh.begin(), model.sh.end(), 0.0f);
+  for (size_t g = 0; g < discs.size(); ++g) {
+    SetGaussian(model, g, discs[g].first, 0.7 * kSpacing, 5);
+    model.log_scales[3 * g + 2] = float(std::log(1e-3));
+    for (int c = 0; c < 3; ++c) {
+      model.sh[g * 12 + size_t(c)] = (discs[g].second[c] - 0.5f) / 0.28209479f;
+    }
+  }
+  return model;
+}
+
+// Where the ray through a position of a view meets the plane z = 0.
+Vector3d OnPlane(const PosedCamera& view, double x, double y) {
+  const Vector3d center = view.Center(), ray = view.Unproject({x, y}, 1) - center;
+  return center - ray * (center.z() / ray.z());
+}
+
+const Vector3f kDark(0.2f, 0.25f, 0.6f), kLight(0.8f, 0.75f, 0.3f);
+
+// Stripes, a pixel's mean.
+Vector3f Stripes(const PosedCamera& view, int x, int y) {
+  Vector3f sum = Vector3f::Zero();
+  for (int i = 0; i < 64; ++i) {
+    const Vector3d at = OnPlane(view, x + (i % 8 + 0.5) / 8, y + (i / 8 + 0.5) / 8);
+    sum += int(std::floor(at.x() / 0.45)) % 2 == 0 ? kDark : kLight;
+  }
+  return sum / 64;
+}
+
+bool IsInside(const PosedCamera& view, int x, int y) {
+  const Vector3d at = OnPlane(view, x + 0.5, y + 0.5);
+  return std::max(std::abs(at.x()), std::abs(at.y())) < kHalf;
+}
+
+Mask InsideMask(const PosedCamera& view) {
+  Mask mask(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) mask(x, y) = IsInside(view, x, y) ? 255 : 0;
+  }
+  return mask;
+}
+
+template <typename Color>
+PaintLayer PaintOf(const PosedCamera& view, const Color& color) {
+  PaintLayer layer{"painted", 0, 0, Image8(kWidth, kHeight), InsideMask(view)};
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const Vector3f value = color(x, y);
+      for (int c = 0; c < 3; ++c) layer.color(x, y, c) = uint8_t(std::lround(255 * value[c]));
+    }
+  }
+  return layer;
+}
+
+ColorEdit EditOf(std::vector<PaintLayer> layers) {
+  ColorOperation op = ColorOperation::Picture({});
+  op.picture = std::make_shared<PictureEdit>(PictureEdit{{}, std::move(layers)});
+  op.Get("explained")[0] = 0;
+  op.Get("residual")[0] = 0;
+  return {{op}, 1};
+}
+
+struct Scene {
+  explicit Scene(const std::vector<Patch>& patches)
+      : model(Squares(patches)), renderer(CreateBackend("cpu"), model) {}
+  GaussianModel model;
+  Renderer renderer;
+};
+
+// Position along a row at which the red channel falls or rises through the middle of the stripes,
+// from pixel `x` on; -1 where it does not.
+double NextEdge(const Image& image, int y, int x) {
+  const float middle = (kDark[0] + kLight[0]) / 2;
+  for (; x + 1 < kWidth; ++x) {
+    const float a = image(x, y) - middle, b = image(x + 1, y) - middle;
+    if (a * b <= 0 && a != b) return x + 0.5 + double(a / (a - b));
+  }
+  return -1;
+}
+
+TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  const PosedCamera painted = CameraAt(0.1), other = CameraAt(-0.4);
+  const ColorEdit edit =
+      EditOf({PaintOf(painted, [&](int x, int y) { return Stripes(painted, x, y); })});
+  ASSERT_TRUE(edit.HasPaint());
+  PaintCarrier carrier(edit, {painted});
+  const Mask mask = InsideMask(other);
+  const Image target = carrier.Target(scene.renderer, other, mask, nullptr);
+  Image truth = target;
+  double squares = 0;
+  int count = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (mask(x, y) == 0) continue;
+      const Vector3f expected = Stripes(other, x, y);
+      // A pixel at the border is covered by the square only in part.
+      const bool whole = IsInside(other, x - 2, y) && IsInside(other, x + 2, y) &&
+                         IsInside(other, x, y - 2) && IsInside(other, x, y + 2);
+      for (int c = 0; c < 3; ++c) {
+        truth(x, y, c) = expected[c];
+        const double error = double(target(x, y, c)) - double(expected[c]);
+        if (whole) squares += error * error, ++count;
+      }
+    }
+  }
+  ASSERT_GT(count, 1000);
+  EXPECT_GT(-10 * std::log10(squares / count), 30);
+  int edges = 0;
+  for (int y = kHeight / 2 - 20; y <= kHeight / 2 + 20; y += 10) {
+    for (double at = NextEdge(truth, y, 55); at > 0 && at < 105;
+         at = NextEdge(truth, y, int(at) + 3), ++edges) {
+      EXPECT_NEAR(NextEdge(target, y, int(at) - 4), at, 1.0) << y;
+    }
+  }
+  EXPECT_GE(edges, 10);
+}
+
+TEST(PaintCarrierTest, WhatThePaintedViewDoesNotSeeStays) {
+  // A small square in front of the large one hides some of it.
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}, {0.2, -1.5, {0.3f, 0.3f, 0.3f}}});
+  const PosedCamera painted = CameraAt(0.0), other = CameraAt(0.5);
+  const Vector3f red(0.9f, 0.1f, 0.1f);
+  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return red; })}), {painted});
+  const Mask whole(kWidth, kHeight, 255);
+  const Image target = carrier.Target(scene.renderer, other, whole, nullptr);
+  const Image before = scene.renderer.Render(other).rgb;
+  const auto at = [&](const Vector3d& point) {
+    const Vector3d pixel = other.Project(point).value();
+    return other.camera.width > 0 ? std::pair{int(pixel.x()), int(pixel.y())} : std::pair{0, 0};
+  };
+  // The middle of the large square, behind the small one in the painted view, and free here.
+  const auto [hidden_x, hidden_y] = at({0, 0, 0});
+  EXPECT_EQ(target(hidden_x, hidden_y), before(hidden_x, hidden_y));
+  // A part that both see, and the small square itself.
+  for (const Vector3d& point : {Vector3d(0.7, 0.6, 0), Vector3d(0, 0, -1.5)}) {
+    const auto [x, y] = at(point);
+    // The light is compared over some pixels, and the render is as even as its Gaussians.
+    EXPECT_NEAR(target(x, y, 0), red[0], 0.05f);
+    EXPECT_NEAR(target(x, y, 1), red[1], 0.05f);
+  }
+}
+
+TEST(PaintCarrierTest, LightMovesWithTheViewer) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  // Brighter from one side: the coefficients of x.
+  for (size_t g = 0; g < scene.model.NumGaussians(); ++g) {
+    for (size_t c = 0; c < 3; ++c) scene.model.sh[g * 12 + 9 + c] = 0.3f;
+  }
+  scene.renderer.SetSh(scene.model.sh);
+  const PosedCamera painted = CameraAt(0.0), other = CameraAt(-0.5);
+  const Vector3f blue(0.1f, 0.2f, 0.5f);
+  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return blue; })}), {painted});
+  const Image target = carrier.Target(scene.renderer, other, InsideMask(other), nullptr);
+  const Image here = scene.renderer.Render(other).rgb, there = scene.renderer.Render(painted).rgb;
+  const int x = kWidth / 2, y = kHeight / 2;
+  const float ratio = LinearFromSrgb(here(x, y)) / LinearFromSrgb(there(x, y));
+  ASSERT_GT(std::abs(ratio - 1), 0.1f);
+  for (int c = 0; c < 3; ++c) {
+    // Colors are even here; eight bits of the paint, and the mean over some pixels.
+    EXPECT_NEAR(LinearFromSrgb(target(x, y, c)), ratio * LinearFromSrgb(blue[c]), 0.01f);
+  }
+}
+
+// A layer's own view shows the paint itself.
+TEST(PaintCarrierTest, ThePaintedViewShowsItsPicture) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  const PosedCamera painted = CameraAt(0.2);
+  const PaintLayer layer = PaintOf(painted, [&](int x, int y) { return Stripes(painted, x, y); });
+  PaintCarrier carrier(EditOf({layer}), {painted});
+  const Mask mask = InsideMask(painted);
+  const Image target = carrier.Target(scene.renderer, painted, mask, nullptr);
+  for (size_t i = 0; i < target.data.size(); ++i) {
+    if (mask.data[i / 3] == 0) continue;
+    EXPECT_NEAR(target.data[i], float(layer.color.data[i]) / 255, 1e-3f);  // rounding of positions
+  }
+}
+
+TEST(PaintCarrierTest, TheFitShowsThePaint) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  const PosedCamera painted = CameraAt(0.0);
+  const Vector3f red(0.8f, 0.2f, 0.2f);
+  const ColorEdit edit = EditOf({PaintOf(
+      painted, [&](int x, int) { return x < kWidth / 2 ? red : Vector3f(0.5f, 0.5f, 0.5f); })});
+  auto carrier = std::make_shared<PaintCarrier>(edit, std::vector<PosedCamera>{painted});
+  std::vector<Mask> masks;
+  std::vector<RefitTarget> targets;
+  for (const double azimuth : {-0.4, 0.0, 0.4}) masks.push_back(InsideMask(CameraAt(azimuth)));
+  for (size_t v = 0; v < masks.size(); ++v) {
+    RefitTarget target{"view", CameraAt(0.4 * (double(v) - 1)), &masks[v]};
+    target.edited = [carrier, camera = target.camera, mask = target.mask](Renderer& renderer) {
+      return carrier->Target(renderer, camera, *mask, nullptr);
+    };
+    targets.push_back(target);
+  }
+  Monitor monitor;
+  ShRefitter refitter(scene.renderer, scene.model, targets, edit, {}, RefitOptions(), monitor);
+  refitter.Run(monitor);
+  scene.renderer.SetSh(refitter.Sh());
+  const Image after = scene.renderer.Render(CameraAt(0.3)).rgb;
+  // Well inside each half; what is left is the sweeps' rest.
+  EXPECT_NEAR(after(55, 60, 0), red[0], 0.03f);
+  EXPECT_NEAR(after(55, 60, 1), red[1], 0.03f);
+  EXPECT_NEAR(after(105, 60, 0), 0.5f, 0.03f);
+}
+
+}  // namespace
+}  // namespace retint
