@@ -108,7 +108,9 @@ int RunCommand(int argc, char** argv) {
   AddInfo(app, globals, action);
   AddRender(app, globals, action);
   AddDepth(app, globals, action);
+  AddMask(app, globals, action);
   AddSelect(app, globals, action);
+  AddSuggest(app, globals, action);
   AddProject(app, globals, action);
   AddRefit(app, globals, action);
   AddRecolor(app, globals, action);

@@ -31,7 +31,9 @@ void Project(const Arguments& arguments, Run& run) {
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
     WriteMasks(folder, masks.masks, run.monitor());
-    if (!masks.shares.empty()) WriteShares(folder, masks.masks, masks.shares);
+    if (!masks.shares.empty()) {
+      WriteShares(folder, masks.masks, masks.shares, masks.confidence);
+    }
   });
   staged.Commit();
   run.FinishProgress();
@@ -52,7 +54,8 @@ void AddProject(CLI::App& app, Globals& globals, Action& action) {
           "Point cloud (.ply) of `retint select`, or any with x y z in the workspace's frame")
       ->required();
   AddPath(verb, "--output", arguments->output,
-          "Folder for <image name>.png, soft masks, and shares.bin, the Gaussians' shares",
+          "Folder for <image name>.png, soft masks, shares.bin, the Gaussians' shares, and "
+          "confidence.bin, how sure they are",
           "FOLDER")
       ->required();
   AddPaint(verb, arguments->paint, /*required=*/false);

@@ -43,6 +43,23 @@ TEST_F(SelectionFilesTest, SharesComeBackToTheBit) {
   EXPECT_THAT(read.why_not, IsEmpty());
 }
 
+TEST_F(SelectionFilesTest, ConfidenceComesBackWithItsShares) {
+  EXPECT_THAT(ReadShares(folder_.path(), masks_, 4).confidence, IsEmpty());
+  const std::vector<float> confidence = {1, 0.75F, 0, 0.5F};
+  WriteShares(folder_.path(), masks_, shares_, confidence);
+  EXPECT_EQ(ReadShares(folder_.path(), masks_, 4).confidence, confidence);
+  // Shares of other masks, written without: what lies there from before is not theirs.
+  auto others = masks_;
+  others["a.png"](0, 0) = 1;
+  WriteShares(folder_.path(), others, shares_);
+  const SharesOfMasks read = ReadShares(folder_.path(), others, 4);
+  EXPECT_EQ(read.shares, shares_);
+  EXPECT_THAT(read.confidence, IsEmpty());
+  WriteFile(folder_ / "confidence.bin", "RTCONFID");
+  EXPECT_THAT([&] { ReadShares(folder_.path(), others, 4); },
+              ThrowsMessage<InputError>(HasSubstr("confidence.bin")));
+}
+
 TEST_F(SelectionFilesTest, AFolderWithoutSharesIsNoFault) {
   TempFolder empty;
   const SharesOfMasks read = ReadShares(empty.path(), masks_, 4);

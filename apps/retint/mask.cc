@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint mask: the mask of one view from strokes, a wand, scissors, a solid or a color.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "retint/common.h"
+#include "selection/mask_tools/pixel_tools.h"
+#include "selection/mask_tools/scissors.h"
+#include "selection/mask_tools/scribbles.h"
+#include "selection/view_depth.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::string view, image = "render";
+  std::filesystem::path mask, output;
+  std::vector<std::string> inside, outside;
+  std::string wand, scissors, sphere, box, like;
+  double brush = 6;
+  int refine = 0;
+};
+
+// "1,2.5,3": as many numbers as the caller then asks for.
+std::optional<std::vector<double>> ParseNumbers(std::string_view text) {
+  std::vector<double> numbers;
+  while (true) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+    numbers.push_back(value);
+    text.remove_prefix(size_t(end - text.data()));
+    if (text.empty()) return numbers;
+    if (text[0] != ',') return std::nullopt;
+    text.remove_prefix(1);
+  }
+}
+
+std::vector<double> Numbers(const std::string& flag, const std::string& text, size_t least,
+                            size_t most, const char* form) {
+  const auto numbers = ParseNumbers(text);
+  if (!numbers || numbers->size() < least || numbers->size() > most) {
+    throw OptionError(flag + " " + text + ": is not " + form);
+  }
+  return *numbers;
+}
+
+int Pixel(const std::string& flag, double value) {
+  CheckOption(value >= 0 && value < 1e6, flag + ": a pixel's position must not be below 0");
+  return static_cast<int>(value);
+}
+
+// Pictures, and polylines X,Y,X,Y... where a value is one, on one mask.
+Mask Strokes(const std::string& flag, const std::vector<std::string>& values, double brush,
+             const Camera& camera) {
+  Mask all(camera.width, camera.height);
+  for (const std::string& value : values) {
+    const auto numbers = ParseNumbers(value);
+    if (!numbers) {
+      const Mask drawn = ReadBrushMask(value, camera.width, camera.height);
+      for (size_t p = 0; p < all.data.size(); ++p) {
+        all.data[p] = std::max<uint8_t>(all.data[p], drawn.data[p] > 0 ? 255 : 0);
+      }
+      continue;
+    }
+    CheckOption(numbers->size() % 2 == 0, flag + " " + value + ": is not X,Y,X,Y...");
+    std::vector<Eigen::Vector2d> points;
+    for (size_t i = 0; i < numbers->size(); i += 2) {
+      points.emplace_back((*numbers)[i], (*numbers)[i + 1]);
+    }
+    DrawStroke(points, brush, &all);
+  }
+  return all;
+}
+
+ViewLayers LayersOf(const Arguments& arguments, const View& view, EditSession& session) {
+  const PosedCamera posed = session.reconstruction().Posed(view);
+  ViewLayers layers;
+  layers.camera = posed;
+  layers.color = arguments.image == "photo" ? session.workspace().ReadPhoto(view)
+                                            : session.renderer().Render(posed).rgb;
+  layers.depth = SurfaceDepth(session.renderer(), posed, &view, session.reconstruction());
+  return layers;
+}
+
+// What is selected before it is limited: by the one tool that is given, else everything.
+Mask Source(const Arguments& arguments, const ViewLayers& layers, Run& run) {
+  const Camera& camera = layers.camera.camera;
+  if (!arguments.mask.empty()) return ReadBrushMask(arguments.mask, camera.width, camera.height);
+  if (!arguments.inside.empty()) {
+    const Mask inside = Strokes("--scribble", arguments.inside, arguments.brush, camera);
+    Mask outside;
+    if (!arguments.outside.empty()) {
+      outside = Strokes("--scribble-outside", arguments.outside, arguments.brush, camera);
+    }
+    return MaskFromScribbles(layers, inside, outside, run.monitor());
+  }
+  if (!arguments.wand.empty()) {
+    const auto at = Numbers("--wand", arguments.wand, 2, 5, "X,Y[,COLOR[,DEPTH[,NORMAL]]]");
+    WandOptions wand;
+    wand.x = Pixel("--wand", at[0]);
+    wand.y = Pixel("--wand", at[1]);
+    if (at.size() > 2) wand.color = at[2];
+    if (at.size() > 3) wand.depth = at[3];
+    if (at.size() > 4) wand.normal = at[4];
+    return MagicWand(layers, wand);
+  }
+  if (!arguments.scissors.empty()) {
+    const auto at = Numbers("--scissors", arguments.scissors, 6, 100'000, "X,Y,X,Y,X,Y...");
+    CheckOption(at.size() % 2 == 0, "--scissors " + arguments.scissors + ": is not X,Y,X,Y,X,Y...");
+    std::vector<Eigen::Vector2i> anchors;
+    for (size_t i = 0; i < at.size(); i += 2) {
+      anchors.emplace_back(Pixel("--scissors", at[i]), Pixel("--scissors", at[i + 1]));
+    }
+    return CutOut(layers.color, anchors);
+  }
+  return {camera.width, camera.height, 255};
+}
+
+Mask LimitTo(const Arguments& arguments, const ViewLayers& layers, Mask mask) {
+  if (!arguments.sphere.empty()) {
+    const auto at = Numbers("--sphere", arguments.sphere, 4, 4, "X,Y,Z,RADIUS");
+    mask = Intersection(mask, InSphere(layers, {at[0], at[1], at[2]}, at[3]));
+  }
+  if (!arguments.box.empty()) {
+    const auto at = Numbers("--box", arguments.box, 6, 6, "X,Y,Z,X,Y,Z");
+    mask = Intersection(mask, InBox(layers, {at[0], at[1], at[2]}, {at[3], at[4], at[5]}));
+  }
+  if (!arguments.like.empty()) {
+    const auto at = Numbers("--like", arguments.like, 2, 3, "X,Y[,TOLERANCE]");
+    const auto rgb = ColorAt(layers, Pixel("--like", at[0]), Pixel("--like", at[1]));
+    mask = Intersection(mask, LikeColor(layers, rgb, at.size() > 2 ? at[2] : WandOptions().color));
+  }
+  return mask;
+}
+
+void CheckArguments(const Arguments& arguments) {
+  const int sources = !arguments.mask.empty() + !arguments.inside.empty() +
+                      !arguments.wand.empty() + !arguments.scissors.empty();
+  const bool limited =
+      !arguments.sphere.empty() || !arguments.box.empty() || !arguments.like.empty();
+  CheckOption(sources <= 1, "give one of --mask, --scribble, --wand and --scissors");
+  CheckOption(sources == 1 || limited,
+              "there is nothing to select by: give --mask, --scribble, --wand, --scissors, "
+              "--sphere, --box or --like");
+  CheckOption(arguments.outside.empty() || !arguments.inside.empty(),
+              "--scribble-outside needs --scribble");
+  CheckOutput(arguments.output);
+}
+
+void MakeMask(const Arguments& arguments, Run& run) {
+  CheckArguments(arguments);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const View& view = session->workspace().RequireView(arguments.view);
+  const ViewLayers layers = LayersOf(arguments, view, *session);
+  Mask mask = LimitTo(arguments, layers, Source(arguments, layers, run));
+  if (arguments.refine > 0) mask = RefineEdge(layers, mask, arguments.refine, run.monitor());
+  const auto inside =
+      std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; });
+  if (inside == 0) throw InputError("no pixel of view " + view.name + " is selected");
+  StagedOutput staged;
+  staged.Add(arguments.output, [&](const auto& path) { WritePng(path, mask); });
+  run.monitor().ThrowIfCancelled();
+  staged.Commit();
+  run.FinishProgress();
+  run.Print(fmt::format("wrote a mask of {:.2f} % of view {} to {}",
+                        100.0 * double(inside) / double(mask.NumPixels()), view.name,
+                        arguments.output.string()));
+}
+
+}  // namespace
+
+void AddMask(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "mask",
+                           "Make the mask of a view from strokes, a wand, scissors, a solid or a "
+                           "color");
+  AddScene(verb, arguments->scene);
+  verb->add_option("--view", arguments->view, "Name of the view")->required()->type_name("NAME");
+  AddPath(verb, "--output", arguments->output,
+          "Mask to write (.png), for --mask of `retint recolor` and others")
+      ->required();
+  verb->add_option("--image", arguments->image, "Where edges and colors are read: render or photo")
+      ->check(CLI::IsMember({"render", "photo"}));
+  constexpr const char* kOne = "Select by one of";
+  AddPath(verb, "--mask", arguments->mask, "A mask that is there already")->group(kOne);
+  AddRepeated(verb, "--scribble", arguments->inside,
+              "Strokes on the object, whose outline is found: a picture of the view's size that "
+              "is black elsewhere, or X,Y,X,Y... in pixels; repeatable")
+      ->type_name("FILE|POINTS")
+      ->group(kOne);
+  AddRepeated(verb, "--scribble-outside", arguments->outside,
+              "Strokes on what is not the object; without any, the view's edge is outside")
+      ->type_name("FILE|POINTS")
+      ->group(kOne);
+  verb->add_option("--brush", arguments->brush, "Width of strokes that are points, pixels")
+      ->check(CLI::Range(0.1, 10000.0))
+      ->group(kOne);
+  verb->add_option("--wand", arguments->wand,
+                   "What is connected and alike around a pixel: tolerances of the color (OKLab, "
+                   "0.08), of steps in depth (relative, 0.02) and of where it faces (degrees, 90)")
+      ->type_name("X,Y[,COLOR[,DEPTH[,NORMAL]]]")
+      ->group(kOne);
+  verb->add_option("--scissors", arguments->scissors,
+                   "What an outline encloses that runs along edges from point to point")
+      ->type_name("X,Y,X,Y,X,Y...")
+      ->group(kOne);
+  constexpr const char* kLimits = "Keep of it (or, without it, of the whole view)";
+  verb->add_option("--sphere", arguments->sphere, "Surfaces in a sphere, in the world's unit")
+      ->type_name("X,Y,Z,RADIUS")
+      ->group(kLimits);
+  verb->add_option("--box", arguments->box, "Surfaces between two corners, in the world's unit")
+      ->type_name("X,Y,Z,X,Y,Z")
+      ->group(kLimits);
+  verb->add_option("--like", arguments->like,
+                   "Pixels of the color of a pixel, within a tolerance (OKLab, 0.08)")
+      ->type_name("X,Y[,TOLERANCE]")
+      ->group(kLimits);
+  verb->add_option("--refine-edge", arguments->refine,
+                   "Then move the border to the edges of color and depth at most so many pixels "
+                   "away, and make it as soft as they are; 0 leaves it")
+      ->check(CLI::Range(0, 200))
+      ->group("Border");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { MakeMask(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

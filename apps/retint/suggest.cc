@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint suggest: which view to paint next.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "retint/common.h"
+#include "selection/suggestion.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  EditArguments edit;
+  PaintArguments paint;
+  std::filesystem::path report;
+  int count = 5;
+};
+
+std::string ToJson(const std::vector<ViewSuggestion>& suggestions) {
+  nlohmann::ordered_json views = nlohmann::ordered_json::array();
+  for (const ViewSuggestion& one : suggestions) {
+    views.push_back({{"view", one.view}, {"settles", one.settles}, {"fraction", one.fraction}});
+  }
+  return nlohmann::ordered_json({{"views", views}})
+             .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+         "\n";
+}
+
+void Suggest(const Arguments& arguments, Run& run) {
+  const EditOptions options = Resolve(arguments.edit, run.globals());
+  CheckOption(options.projector.Completes(),
+              "a suggestion follows from the completion: it needs --projector gaussians and "
+              "--complete near or all");
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const auto painted = ReadPaint(arguments.paint, *session);
+  const SelectionResult selected =
+      session->selection().Select(painted, options.select, run.monitor());
+  const ProjectedMasks masks =
+      session->selection().Project(selected.cloud, painted, options.projector, run.monitor());
+  std::vector<std::string> names;
+  for (const PaintedView& view : painted) names.push_back(view.name);
+  const auto suggestions = SuggestViews(
+      session->renderer(), session->reconstruction(), session->reconstruction().ViewsByName(),
+      names, masks.confidence, masks.visible, arguments.count, run.monitor());
+  StagedOutput staged;
+  if (!arguments.report.empty()) {
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(suggestions)); });
+  }
+  staged.Commit();
+  run.FinishProgress();
+  const size_t shown = std::min(suggestions.size(), static_cast<size_t>(arguments.count));
+  for (size_t i = 0; i < shown; ++i) {
+    run.Print(fmt::format("{:<3} {:<32} settles {:5.1f} % of what is uncertain", i + 1,
+                          suggestions[i].view, 100 * suggestions[i].fraction));
+  }
+}
+
+}  // namespace
+
+void AddSuggest(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "suggest",
+                           "Name the views whose paint would decide most of what is uncertain");
+  AddScene(verb, arguments->scene);
+  AddPaint(verb, arguments->paint, /*required=*/true);
+  verb->add_option("--count", arguments->count,
+                   "How many views to name, each after those before it were painted")
+      ->check(CLI::Range(1, 1000));
+  AddPath(verb, "--report", arguments->report, "All views in their order to write (.json)");
+  AddPreset(verb, arguments->edit);
+  AddDepthOptions(verb, arguments->edit, "--method");
+  AddCloudOptions(verb, arguments->edit);
+  AddProjectorOptions(verb, arguments->edit);
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Suggest(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Intelligent scissors: an outline that follows edges from point to point.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "scene/image.h"
+
+namespace retint {
+
+// What lies within the closed outline that runs through `anchors` (pixels, three at least) in
+// their order, along the edges of `color` (Mortensen and Barrett 1995, by OpenCV). OptionError for
+// fewer anchors, or one outside the picture.
+Mask CutOut(const Image& color, const std::vector<Eigen::Vector2i>& anchors);
+
+}  // namespace retint

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/mask_tools/scribbles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <string_view>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "base/error.h"
+#include "base/median.h"
+#include "base/parallel.h"
+#include "selection/gaussian_mixture.h"
+#include "selection/graph_solver.h"
+#include "selection/mask_tools/guided_matte.h"
+
+namespace retint {
+namespace {
+
+using Features4 = PixelArray<float, 4>;
+using Vector4 = GaussianMixture<4>::Vector;
+
+constexpr std::string_view kStage = "outline";
+constexpr uint8_t kInside = 128;
+constexpr double kMaxPixels = 100'000;
+constexpr double kDepthScale = 0.5;  // OKLab units for a depth e times as large
+constexpr double kSpread = 0.02;     // least standard deviation of a component
+constexpr int kInsideParts = 5, kOutsideParts = 8;
+constexpr int kRounds = 3;
+constexpr double kSure = 0.8;        // values that the mixtures are learned again from
+constexpr double kLogLimit = 4;      // of the log odds by color and depth
+constexpr double kReach = 3;         // log odds of a pixel far nearer to one side's strokes
+constexpr double kDepthRange = 1.5;  // of the logarithm of the depth, about its median
+constexpr double kSmoothness = 40;   // of neighbors alike, against one unit of evidence
+constexpr double kLeastWeight = 1e-4;
+constexpr double kStepCost = 0.01;  // of a pixel's width, in the distance along surfaces
+constexpr int kMatteRadius = 2;     // of the small picture
+
+enum Seed : uint8_t { kNone, kIn, kOut };
+
+Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
+  return Eigen::Map<const Eigen::Vector4f>(&features.data[4 * pixel]);
+}
+
+// The pixels of a picture as a graph: each with its four neighbors and the four across.
+class PixelGraph {
+ public:
+  explicit PixelGraph(const Features4& features) : width_(features.width) {
+    const int width = features.width, height = features.height;
+    const size_t count = features.NumPixels();
+    edges_.begin.reserve(count + 1);
+    edges_.begin.push_back(0);
+    double sum = 0;
+    std::vector<float> squared;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int k = 0; k < 9; ++k) {  // ascending
+          const int i = x + k % 3 - 1, j = y + k / 3 - 1;
+          if (k == 4 || !features.Contains(i, j)) continue;
+          edges_.other.push_back(j * width + i);
+          squared.push_back((At(features, size_t(y) * size_t(width) + size_t(x)) -
+                             At(features, size_t(j) * size_t(width) + size_t(i)))
+                                .squaredNorm());
+          sum += double(squared.back());
+        }
+        edges_.begin.push_back(edges_.other.size());
+      }
+    }
+    // The picture's own contrast says what an edge is (Boykov and Jolly 2001).
+    const double beta = squared.empty() ? 0 : double(squared.size()) / (2 * std::max(1e-9, sum));
+    steps_.resize(squared.size());
+    edges_.weight.resize(squared.size());
+    for (size_t p = 0; p < count; ++p) {
+      for (size_t e = edges_.begin[p]; e < edges_.begin[p + 1]; ++e) {
+        const int apart = std::abs(edges_.other[e] - int(p));
+        const double length = apart == 1 || apart == width ? 1 : std::sqrt(2.0);
+        const double alike = std::exp(-beta * double(squared[e])) / length;
+        edges_.weight[e] = float(kSmoothness * std::max(kLeastWeight, alike));
+        steps_[e] = float(std::sqrt(double(squared[e])) + kStepCost * length);
+      }
+    }
+  }
+
+  const EdgeMatrix& edges() const { return edges_; }
+
+  // Least sum of changes of the features, and of steps, on a way from any seed of that kind.
+  std::vector<float> DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const {
+    std::vector<float> distances(seeds.size(), std::numeric_limits<float>::infinity());
+    using Entry = std::pair<float, int>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    for (size_t p = 0; p < seeds.size(); ++p) {
+      if (seeds[p] != kind) continue;
+      distances[p] = 0;
+      open.emplace(0.0f, int(p));
+    }
+    while (!open.empty()) {
+      const auto [distance, p] = open.top();
+      open.pop();
+      if (distance > distances[size_t(p)]) continue;
+      for (size_t e = edges_.begin[size_t(p)]; e < edges_.begin[size_t(p) + 1]; ++e) {
+        const float longer = distance + steps_[e];
+        float& other = distances[size_t(edges_.other[e])];
+        if (longer < other) {
+          other = longer;
+          open.emplace(longer, edges_.other[e]);
+        }
+      }
+    }
+    return distances;
+  }
+
+ private:
+  int width_;
+  EdgeMatrix edges_;
+  std::vector<float> steps_;  // of each edge
+};
+
+// Log odds of "inside" by where a pixel lies: kReach times the difference of its distances from the
+// strokes over their sum.
+std::vector<float> ReachOdds(const PixelGraph& graph, const std::vector<Seed>& seeds) {
+  const std::vector<float> in = graph.DistancesFrom(seeds, kIn);
+  const std::vector<float> out = graph.DistancesFrom(seeds, kOut);
+  std::vector<float> odds(seeds.size(), 0);
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    const float sum = in[p] + out[p];
+    if (sum > 0 && std::isfinite(sum)) odds[p] = float(kReach) * (out[p] - in[p]) / sum;
+  }
+  return odds;
+}
+
+std::vector<Vector4> Samples(const Features4& features, const std::function<bool(size_t)>& take) {
+  std::vector<Vector4> samples;
+  for (size_t p = 0; p < features.NumPixels(); ++p) {
+    if (take(p)) samples.push_back(At(features, p).cast<double>());
+  }
+  return samples;
+}
+
+// Values in [0, 1] of every pixel.
+std::vector<double> SolveSeeds(const Features4& features, const std::vector<Seed>& seeds,
+                               Monitor& monitor) {
+  const size_t count = seeds.size();
+  const PixelGraph graph(features);
+  const std::vector<float> reach = ReachOdds(graph, seeds);
+  std::vector<double> x(count);
+  for (size_t p = 0; p < count; ++p) x[p] = seeds[p] == kIn ? 1 : seeds[p] == kOut ? 0 : 0.5;
+  for (int round = 0; round < kRounds; ++round) {
+    monitor.Step(kStage, round, kRounds);
+    const auto take = [&](Seed kind, bool sure) {
+      return [&, kind, sure](size_t p) {
+        return seeds[p] == kind ||
+               (seeds[p] == kNone && (kind == kIn ? x[p] > kSure : x[p] < 1 - kSure) && sure);
+      };
+    };
+    const GaussianMixture<4> in(Samples(features, take(kIn, round > 0)), kInsideParts, kSpread);
+    const GaussianMixture<4> out(Samples(features, take(kOut, round > 0)), kOutsideParts, kSpread);
+    std::vector<NodeTerm> terms(count);
+    std::vector<float> weights = graph.edges().weight;
+    ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
+      for (auto p = size_t(begin); p < size_t(end); ++p) {
+        if (seeds[p] == kNone) {
+          const Vector4 at = At(features, p).cast<double>();
+          const double looks =
+              std::clamp(in.LogLikelihood(at) - out.LogLikelihood(at), -kLogLimit, kLogLimit);
+          terms[p].Add(1, 1 / (1 + std::exp(-(looks + double(reach[p])))));
+        } else {
+          terms[p].Add(1, seeds[p] == kIn ? 1 : 0);
+        }
+        // A seed's value is given: it pulls its neighbors, which do not move it.
+        for (size_t e = graph.edges().begin[p]; e < graph.edges().begin[p + 1]; ++e) {
+          const Seed other = seeds[size_t(graph.edges().other[e])];
+          if (seeds[p] == kNone && other == kNone) continue;
+          if (seeds[p] == kNone) terms[p].Add(double(weights[e]), other == kIn ? 1 : 0);
+          weights[e] = 0;
+        }
+      }
+    });
+    SolveGraph(graph.edges(), weights, terms, &x, monitor);
+  }
+  monitor.Step(kStage, kRounds, kRounds);
+  return x;
+}
+
+// Parts of 0.5 and more that hold no seed inside become outside.
+void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
+  std::vector<uint8_t> reached(seeds.size(), 0);
+  std::vector<int> open;
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    if (seeds[p] == kIn) reached[p] = 1, open.push_back(int(p));
+  }
+  while (!open.empty()) {
+    const int p = open.back(), x = p % values->width, y = p / values->width;
+    open.pop_back();
+    for (int k = 1; k < 9; k += 2) {
+      const int i = x + k % 3 - 1, j = y + k / 3 - 1;
+      if (!values->Contains(i, j)) continue;
+      const size_t q = values->Index(i, j);
+      if (reached[q] || values->data[q] < 0.5f) continue;
+      reached[q] = 1;
+      open.push_back(int(q));
+    }
+  }
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    if (!reached[p] && values->data[p] >= 0.5f) values->data[p] = 0;
+  }
+}
+
+Mask ToMask(const ScalarImage& values) {
+  Mask mask(values.width, values.height);
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    // Sharper than the solution, whose values creep toward the middle far from strokes.
+    const float sharp = std::clamp(2 * values.data[p] - 0.5f, 0.0f, 1.0f);
+    mask.data[p] = uint8_t(std::lround(255 * sharp));
+  }
+  return mask;
+}
+
+// A seed of the small picture where any pixel of the large one has one.
+std::vector<Seed> SmallSeeds(const std::vector<Seed>& seeds, int width, int height, int to_width,
+                             int to_height) {
+  std::vector<Seed> small(size_t(to_width) * size_t(to_height), kNone);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Seed seed = seeds[size_t(y) * size_t(width) + size_t(x)];
+      if (seed == kNone) continue;
+      const int i = int(int64_t(x) * to_width / width), j = int(int64_t(y) * to_height / height);
+      small[size_t(j) * size_t(to_width) + size_t(i)] = seed;
+    }
+  }
+  return small;
+}
+
+// Of color and depth in comparable units. Where there is no depth the surface is far.
+Features4 ScaledFeatures(const ViewLayers& layers) {
+  Features4 features = Features(layers);
+  std::vector<double> depths;
+  const auto has_depth = [&](size_t p) {
+    const float z = layers.depth.Empty() ? 0 : layers.depth.data[p];
+    return z > 0 && std::isfinite(z);
+  };
+  for (size_t p = 0; p < features.NumPixels(); ++p) {
+    if (has_depth(p)) depths.push_back(double(features.data[4 * p + 3]));
+  }
+  const double middle = Median(std::move(depths));
+  for (size_t p = 0; p < features.NumPixels(); ++p) {
+    const double away = has_depth(p) ? double(features.data[4 * p + 3]) - middle : kDepthRange;
+    features.data[4 * p + 3] = float(kDepthScale * std::clamp(away, -kDepthRange, kDepthRange));
+  }
+  return features;
+}
+
+Mask Solve(const Features4& features, const std::vector<Seed>& seeds, Monitor& monitor) {
+  const int width = features.width, height = features.height;
+  const double shrink = std::min(1.0, std::sqrt(kMaxPixels / (double(width) * height)));
+  const int small_width = std::max(1, int(width * shrink));
+  const int small_height = std::max(1, int(height * shrink));
+  const std::vector<Seed> small = SmallSeeds(seeds, width, height, small_width, small_height);
+  const std::vector<double> x =
+      SolveSeeds(Resized(features, small_width, small_height), small, monitor);
+  ScalarImage values(small_width, small_height);
+  for (size_t p = 0; p < x.size(); ++p) values.data[p] = float(std::clamp(x[p], 0.0, 1.0));
+  DropUnconnected(small, &values);
+  // Decided before its edges are found, so that a picture without edges gives no half a mask.
+  for (float& value : values.data) value = std::clamp(0.5f + 4 * (value - 0.5f), 0.0f, 1.0f);
+  ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    if (seeds[p] != kNone) matte.data[p] = seeds[p] == kIn ? 1 : 0;
+  }
+  return ToMask(matte);
+}
+
+void RequireSize(const ViewLayers& layers, const Mask& mask) {
+  CheckOption(mask.width == layers.color.width && mask.height == layers.color.height,
+              "strokes and their view need one size");
+}
+
+}  // namespace
+
+void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* mask) {
+  const double radius = std::max(0.5, brush / 2);
+  for (size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector2d from = points[k], to = points[std::min(k + 1, points.size() - 1)];
+    const Eigen::Vector2d along = to - from;
+    const Eigen::Array2d low = (from.cwiseMin(to).array() - radius - 1).floor();
+    const Eigen::Array2d high = (from.cwiseMax(to).array() + radius + 1).ceil();
+    const int x0 = int(std::clamp(low[0], 0.0, double(mask->width)));
+    const int y0 = int(std::clamp(low[1], 0.0, double(mask->height)));
+    const int x1 = int(std::clamp(high[0], 0.0, double(mask->width)));
+    const int y1 = int(std::clamp(high[1], 0.0, double(mask->height)));
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) {
+        const Eigen::Vector2d at = Eigen::Vector2d(x + 0.5, y + 0.5) - from;
+        const double squared = along.squaredNorm();
+        const double t = squared > 0 ? std::clamp(at.dot(along) / squared, 0.0, 1.0) : 0;
+        if ((at - t * along).norm() <= radius) (*mask)(x, y) = 255;
+      }
+    }
+  }
+}
+
+Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask& outside,
+                       Monitor& monitor) {
+  CheckLayers(layers);
+  RequireSize(layers, inside);
+  if (!outside.Empty()) RequireSize(layers, outside);
+  std::vector<Seed> seeds(inside.data.size(), kNone);
+  bool any_in = false, any_out = false;
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    const bool in = inside.data[p] >= kInside;
+    const bool out = !outside.Empty() && outside.data[p] >= kInside;
+    CheckOption(!in || !out, "a pixel has a stroke inside and one outside");
+    seeds[p] = in ? kIn : out ? kOut : kNone;
+    any_in |= in;
+    any_out |= out;
+  }
+  CheckOption(any_in, "there is no stroke inside");
+  for (int y = 0; !any_out && y < inside.height; ++y) {
+    for (int x = 0; x < inside.width; ++x) {
+      const bool edge = x == 0 || y == 0 || x == inside.width - 1 || y == inside.height - 1;
+      Seed& seed = seeds[inside.Index(x, y)];
+      if (edge && seed == kNone) seed = kOut;
+    }
+  }
+  return Solve(ScaledFeatures(layers), seeds, monitor);
+}
+
+Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor) {
+  CheckLayers(layers);
+  RequireSize(layers, mask);
+  CheckOption(radius >= 1, "the radius of an edge must be at least 1 pixel");
+  // Distances to the border from both sides.
+  cv::Mat in(mask.height, mask.width, CV_8U), out, depth_in, depth_out;
+  for (size_t p = 0; p < mask.data.size(); ++p) in.data[p] = mask.data[p] >= kInside ? 255 : 0;
+  if (cv::countNonZero(in) == 0 || cv::countNonZero(in) == int(mask.NumPixels())) return mask;
+  out = 255 - in;
+  cv::distanceTransform(in, depth_in, cv::DIST_L2, cv::DIST_MASK_5);
+  cv::distanceTransform(out, depth_out, cv::DIST_L2, cv::DIST_MASK_5);
+  // What is thinner than the band keeps its middle.
+  double deepest = 0;
+  cv::minMaxLoc(depth_in, nullptr, &deepest);
+  const double band_in = std::min(double(radius), 0.5 * deepest);
+  // The band and as much about it as tells inside from outside.
+  const cv::Rect box = cv::boundingRect(in);
+  const int margin = 3 * radius + 2;
+  const cv::Rect part =
+      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+      cv::Rect(0, 0, mask.width, mask.height);
+  const Features4 all = ScaledFeatures(layers);
+  Features4 features(part.width, part.height);
+  std::vector<Seed> seeds(features.NumPixels(), kNone);
+  for (int y = 0; y < part.height; ++y) {
+    for (int x = 0; x < part.width; ++x) {
+      std::copy_n(&all(part.x + x, part.y + y), 4, &features(x, y));
+      const cv::Point at(part.x + x, part.y + y);
+      if (depth_in.at<float>(at) > band_in) seeds[size_t(y) * size_t(part.width) + size_t(x)] = kIn;
+      if (depth_out.at<float>(at) > float(radius)) {
+        seeds[size_t(y) * size_t(part.width) + size_t(x)] = kOut;
+      }
+    }
+  }
+  const Mask found = Solve(features, seeds, monitor);
+  Mask refined = mask;
+  for (int y = 0; y < part.height; ++y) {
+    for (int x = 0; x < part.width; ++x) {
+      if (seeds[size_t(y) * size_t(part.width) + size_t(x)] != kNone) continue;
+      refined(part.x + x, part.y + y) = found(x, y);
+    }
+  }
+  return refined;
+}
+
+}  // namespace retint

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From strokes to a mask: a few strokes inside the object and outside of it, or a rough mask, to
+// the outline that color and depth show.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "base/monitor.h"
+#include "selection/mask_tools/view_layers.h"
+
+namespace retint {
+
+// A line through `points` (pixels), `brush` pixels wide with round ends, drawn with 255.
+void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* mask);
+
+// A soft mask of what the strokes `inside` mean (pixels of 128 and more; as `outside`, which may be
+// empty: then the picture's edge is outside). As GrabCut does (Rother et al. 2004), mixtures of
+// Gaussians are learned of inside and outside and learned again from the result; here of color and
+// depth together, with the distance along the surfaces from the strokes (Price et al. 2010), and
+// every pixel then agrees with those neighbors that look alike (graph_solver.h). What is not
+// connected to a stroke inside is outside. Large views are solved at 100,000 pixels, and their
+// edges found at the full size. OptionError where no pixel is inside, or one is inside and outside.
+Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask& outside,
+                       Monitor& monitor);
+
+// Moves the border of `mask` to the edges of color and depth that lie within `radius` pixels of it,
+// and makes it as soft as they are. Further away it stays as it was.
+Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor);
+
+}  // namespace retint

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "selection/mask_score.h"
+#include "selection/mask_tools/guided_matte.h"
+#include "selection/mask_tools/pixel_tools.h"
+#include "selection/mask_tools/scissors.h"
+#include "selection/mask_tools/scribbles.h"
+
+namespace retint {
+namespace {
+
+constexpr int kWidth = 120, kHeight = 90;
+constexpr double kCenterX = 60, kCenterY = 45, kRadius = 25;
+
+double FromCenter(double x, double y) { return std::hypot(x + 0.5 - kCenterX, y + 0.5 - kCenterY); }
+
+// A disc before a wall; `rgb` of both, a little noise, and the disc's depth (the wall's is 4).
+ViewLayers Disc(const std::array<float, 3>& disc, const std::array<float, 3>& wall, float depth) {
+  ViewLayers layers;
+  layers.camera.camera = Camera::Pinhole(1, kWidth, kHeight, 100, 100, kWidth / 2.0, kHeight / 2.0);
+  layers.color = Image(kWidth, kHeight);
+  layers.depth = DepthMap(kWidth, kHeight, 4);
+  std::mt19937 random(7);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool in = FromCenter(x, y) < kRadius;
+      const float noise = 0.02f * (float(random() >> 8) * 0x1p-24f - 0.5f);
+      for (int c = 0; c < 3; ++c) {
+        layers.color(x, y, c) = (in ? disc : wall)[size_t(c)] + noise;
+      }
+      if (in) layers.depth(x, y) = depth;
+    }
+  }
+  return layers;
+}
+
+Mask DiscMask(double radius) {
+  Mask mask(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) mask(x, y) = FromCenter(x, y) < radius ? 255 : 0;
+  }
+  return mask;
+}
+
+Mask Stroke(const std::vector<Eigen::Vector2d>& points, double brush = 4) {
+  Mask mask(kWidth, kHeight);
+  DrawStroke(points, brush, &mask);
+  return mask;
+}
+
+const std::array<float, 3> kRed = {0.7f, 0.2f, 0.2f}, kGray = {0.5f, 0.5f, 0.5f};
+
+TEST(Scribbles, AStrokeIsAsWideAsItsBrush) {
+  const Mask line = Stroke({{20, 45}, {80, 45}}, 6);
+  EXPECT_EQ(line(50, 42), 255);  // centers at 42.5 and 47.5 lie within 3 of 45
+  EXPECT_EQ(line(50, 47), 255);
+  EXPECT_EQ(line(50, 41), 0);
+  EXPECT_EQ(line(50, 48), 0);
+  EXPECT_EQ(line(17, 45), 255);  // the round end
+  EXPECT_EQ(line(16, 45), 0);
+  EXPECT_EQ(Stroke({{5, 5}}, 0.5)(5, 5), 0);  // its center is 0.7 away
+  EXPECT_EQ(Stroke({{5.5, 5.5}}, 0.5)(5, 5), 255);
+  EXPECT_EQ(Stroke({{-500, -500}, {500, 500}}, 2)(40, 40), 255);
+}
+
+TEST(Scribbles, FindTheOutlineByColorAlone) {
+  Monitor monitor;
+  ViewLayers layers = Disc(kRed, kGray, 4);
+  layers.depth = {};
+  const Mask mask = MaskFromScribbles(layers, Stroke({{50, 45}, {70, 45}}),
+                                      Stroke({{10, 10}, {110, 10}, {110, 80}}), monitor);
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.97);  // its edge is one pixel wide
+}
+
+TEST(Scribbles, FindTheOutlineByDepthAlone) {
+  Monitor monitor;
+  const Mask mask = MaskFromScribbles(Disc(kGray, kGray, 3), Stroke({{50, 45}, {70, 45}}),
+                                      Stroke({{10, 10}, {110, 10}, {110, 80}}), monitor);
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.95);
+}
+
+TEST(Scribbles, WithoutStrokesOutsideThePicturesEdgeIs) {
+  Monitor monitor;
+  const Mask mask =
+      MaskFromScribbles(Disc(kRed, kGray, 3), Stroke({{50, 45}, {70, 45}}), {}, monitor);
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.97);
+}
+
+TEST(Scribbles, KeepsWhatTheStrokesSay) {
+  Monitor monitor;
+  // A stroke outside on the disc itself: what it covers is outside.
+  const Mask inside = Stroke({{50, 40}, {70, 40}}), outside = Stroke({{50, 60}, {70, 60}});
+  const Mask mask = MaskFromScribbles(Disc(kRed, kGray, 3), inside, outside, monitor);
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    if (inside.data[p]) {
+      EXPECT_EQ(mask.data[p], 255);
+    }
+    if (outside.data[p]) {
+      EXPECT_EQ(mask.data[p], 0);
+    }
+  }
+}
+
+TEST(Scribbles, LeavesASecondDiscAlone) {
+  Monitor monitor;
+  ViewLayers layers = Disc(kRed, kGray, 3);
+  for (int y = 5; y < 20; ++y) {
+    for (int x = 100; x < 115; ++x) {
+      for (int c = 0; c < 3; ++c) layers.color(x, y, c) = kRed[size_t(c)];
+      layers.depth(x, y) = 3;
+    }
+  }
+  const Mask mask = MaskFromScribbles(layers, Stroke({{50, 45}, {70, 45}}),
+                                      Stroke({{10, 10}, {10, 80}, {110, 80}}), monitor);
+  EXPECT_LT(mask(107, 12), 128);
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.95);
+}
+
+TEST(Scribbles, RefusesStrokesThatContradict) {
+  Monitor monitor;
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  const Mask stroke = Stroke({{50, 45}, {70, 45}});
+  EXPECT_THROW(MaskFromScribbles(layers, stroke, stroke, monitor), OptionError);
+  EXPECT_THROW(MaskFromScribbles(layers, Mask(kWidth, kHeight), stroke, monitor), OptionError);
+  EXPECT_THROW(MaskFromScribbles(layers, Mask(3, 3), {}, monitor), OptionError);
+  EXPECT_THROW(MaskFromScribbles({}, {}, {}, monitor), OptionError);
+  monitor.Cancel();
+  EXPECT_THROW(MaskFromScribbles(layers, stroke, {}, monitor), Cancelled);
+}
+
+TEST(RefineEdge, MovesARoughBorderToTheEdge) {
+  Monitor monitor;
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  const Mask truth = DiscMask(kRadius);
+  for (const double radius : {kRadius - 4, kRadius + 4}) {
+    const Mask rough = DiscMask(radius), refined = RefineEdge(layers, rough, 7, monitor);
+    EXPECT_LT(*Iou(rough, truth), 0.8);
+    EXPECT_GT(*Iou(refined, truth), 0.96);
+    // Beyond the band nothing changes.
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (std::abs(FromCenter(x, y) - radius) < 9) continue;
+        EXPECT_EQ(refined(x, y), rough(x, y)) << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(RefineEdge, LeavesWhatHasNoBorder) {
+  Monitor monitor;
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  const Mask none(kWidth, kHeight), all(kWidth, kHeight, 255);
+  EXPECT_EQ(RefineEdge(layers, none, 5, monitor).data, none.data);
+  EXPECT_EQ(RefineEdge(layers, all, 5, monitor).data, all.data);
+  EXPECT_THROW(RefineEdge(layers, all, 0, monitor), OptionError);
+}
+
+TEST(GuidedMatte, IsSoftWhereTheGuideIs) {
+  // A ramp from column 20 to 40 in the guide; the values jump at its middle.
+  PixelArray<float, 4> guide(60, 30);
+  ScalarImage values(60, 30);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 60; ++x) {
+      guide(x, y) = std::clamp((float(x) - 20) / 20, 0.0f, 1.0f);
+      values(x, y) = x >= 30 ? 1 : 0;
+    }
+  }
+  const ScalarImage matte = GuidedMatte(values, guide, 12);
+  for (int x = 25; x < 35; ++x) {
+    // A line fitted to a step over a whole ramp is half again as steep as the ramp: at its quarter
+    // that is 0.125 off.
+    EXPECT_NEAR(matte(x, 15), guide(x, 15), 0.2) << x;
+    EXPECT_GT(matte(x, 15), matte(x - 1, 15)) << x;
+  }
+  EXPECT_LT(matte(5, 15), 0.05);
+  EXPECT_GT(matte(55, 15), 0.95);
+}
+
+TEST(GuidedMatte, FindsEdgesOfALargerGuide) {
+  PixelArray<float, 4> guide(80, 80);
+  for (int y = 0; y < 80; ++y) {
+    for (int x = 0; x < 80; ++x) guide(x, y) = x >= 43 ? 1 : 0;
+  }
+  ScalarImage values(20, 20);  // at a quarter of the size the edge is at 43 / 4 = 10.75
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 20; ++x) values(x, y) = x >= 11 ? 1 : 0;
+  }
+  const ScalarImage matte = GuidedMatte(values, guide, 2);
+  ASSERT_EQ(matte.width, 80);
+  EXPECT_LT(matte(42, 40), 0.5);
+  EXPECT_GT(matte(43, 40), 0.5);
+}
+
+TEST(MagicWand, StopsAtColorsStepsAndBends) {
+  const Mask disc = DiscMask(kRadius);
+  WandOptions wand;
+  wand.x = 60, wand.y = 45;
+  EXPECT_GT(*Iou(MagicWand(Disc(kRed, kGray, 4), wand), disc), 0.97);   // by color
+  EXPECT_GT(*Iou(MagicWand(Disc(kGray, kGray, 3), wand), disc), 0.97);  // by depth
+  const Mask all = MagicWand(Disc(kGray, kGray, 4), wand);
+  EXPECT_EQ(std::count(all.data.begin(), all.data.end(), 255), kWidth * kHeight);
+  // A roof with its ridge at column 60: the two sides meet without a step.
+  ViewLayers roof = Disc(kGray, kGray, 4);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      // z = 3 + |X| with X = z u: both sides are planes at 90 degrees to each other.
+      const double u = std::abs((x + 0.5 - 60) / 100);
+      roof.depth(x, y) = float(3 / (1 - u));
+    }
+  }
+  wand.x = 20, wand.normal = 40;
+  const Mask side = MagicWand(roof, wand);
+  EXPECT_EQ(side(30, 45), 255);
+  EXPECT_EQ(side(90, 45), 0);
+  wand.normal = 180;
+  EXPECT_EQ(MagicWand(roof, wand)(90, 45), 255);
+}
+
+TEST(MagicWand, RefusesPlacesOutside) {
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  EXPECT_THROW(MagicWand(layers, {.x = kWidth, .y = 0}), OptionError);
+  EXPECT_THROW(MagicWand(layers, {.x = -1, .y = 0}), OptionError);
+  EXPECT_THROW(MagicWand(layers, {.x = 1, .y = 1, .color = -1}), OptionError);
+}
+
+TEST(PixelTools, LikeAColorIsNotConnected) {
+  ViewLayers layers = Disc(kRed, kGray, 3);
+  for (int c = 0; c < 3; ++c) layers.color(2, 2, c) = kRed[size_t(c)];
+  const Mask mask = LikeColor(layers, ColorAt(layers, 60, 45), 0.05);
+  EXPECT_EQ(mask(2, 2), 255);
+  EXPECT_EQ(mask(4, 4), 0);
+  EXPECT_EQ(mask(60, 45), 255);
+}
+
+TEST(PixelTools, SolidsCutTheSurface) {
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  // The disc's surface is at z = 3, where a pixel is 0.03 wide: a sphere of 0.5 about its middle
+  // covers a circle of 16.7 pixels there and nothing of the wall.
+  const Mask sphere = InSphere(layers, {0, 0, 3}, 0.5);
+  EXPECT_GT(*Iou(sphere, DiscMask(0.5 / 0.03)), 0.999);
+  // To the right of the middle, wall and disc.
+  const Mask box = InBox(layers, {0, -10, 0}, {10, 10, 10});
+  EXPECT_EQ(box(59, 45), 0);
+  EXPECT_EQ(box(60, 45), 255);
+  EXPECT_EQ(box(119, 0), 255);
+  const Mask both = Intersection(sphere, box);
+  EXPECT_EQ(both(50, 45), 0);
+  EXPECT_EQ(both(70, 45), 255);
+  EXPECT_EQ(both(100, 45), 0);
+  EXPECT_THROW(InSphere(layers, {0, 0, 3}, 0), OptionError);
+  EXPECT_THROW(InBox(layers, {0, 0, 0}, {1, 0, 1}), OptionError);
+  ViewLayers flat = layers;
+  flat.depth = {};
+  EXPECT_THROW(InSphere(flat, {0, 0, 3}, 1), OptionError);
+}
+
+TEST(Scissors, CutAlongEdges) {
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  // Four points near the circle; straight lines between them would enclose two thirds of it.
+  const Mask mask = CutOut(layers.color, {{60, 20}, {85, 45}, {60, 70}, {35, 45}});
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.9);  // a pixel all around is 0.08
+  EXPECT_THROW(CutOut(layers.color, {{60, 20}, {85, 45}}), OptionError);
+  EXPECT_THROW(CutOut(layers.color, {{60, 20}, {85, 45}, {500, 5}}), OptionError);
+}
+
+}  // namespace
+}  // namespace retint
