@@ -70,7 +70,10 @@ class Runner:
 
     def __call__(self, verb, *arguments):
         command = self.command + [verb] + [str(a) for a in arguments] + self.everywhere
-        done = subprocess.run(command, capture_output=True, text=True)
+        try:
+            done = subprocess.run(command, capture_output=True, text=True)
+        except OSError as error:
+            raise Failed(f"{command[0]}: {error.strerror}") from error
         with self.lock:
             self.count += 1
             if self.count % 50 == 0:
