@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "colmap_io/workspace.h"
 
+#include <algorithm>
+
 #include "base/files.h"
 #include "colmap_io/layout.h"
 #include "colmap_io/nerfstudio.h"
@@ -27,16 +29,6 @@ std::string SeveralModels(const fs::path& sparse_folder) {
   if (models < 2) return "";
   return folder.string() + ": holds several models; using " + sparse_folder.filename().string() +
          ", the largest; --model takes another";
-}
-
-// Single quotes for a POSIX shell, where needed.
-std::string Quoted(const std::string& text) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+:@%,=";
-  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
 }
 
 Workspace OpenModel(const fs::path& root, const fs::path& folder, const fs::path& image_folder) {
@@ -109,39 +101,52 @@ const View& Workspace::RequireView(std::string_view name) const {
   throw InputError(sparse_folder, fault);
 }
 
-void Workspace::RequirePinhole() const {
-  for (const auto& [id, view] : reconstruction.views) {
-    const Camera& camera = reconstruction.cameras.at(view.camera_id);
-    if (camera.IsPinhole()) continue;
-    fs::path output = fs::absolute(root).lexically_normal();
-    if (!output.has_filename()) output = output.parent_path();
-    output += "_undistorted";
-    throw InputError(
-        sparse_folder,
-        "camera " + std::to_string(camera.id) + " is " +
-            std::string(FindCameraModel(static_cast<int>(camera.model))->name) +
-            ", only PINHOLE and SIMPLE_PINHOLE can be rendered; undistort it and use the result: " +
-            "colmap image_undistorter --image_path " + Quoted(image_folder.string()) +
-            " --input_path " + Quoted(sparse_folder.string()) + " --output_path " +
-            Quoted(output.string()));
+void Workspace::UndistortViews() {
+  const auto is_pinhole = [&](const auto& entry) {
+    return reconstruction.cameras.at(entry.second.camera_id).IsPinhole();
+  };
+  const auto& views = reconstruction.views;
+  if (std::all_of(views.begin(), views.end(), is_pinhole)) return;
+  try {
+    photo_pixels = std::make_shared<const PhotoPixels>(&reconstruction);
+  } catch (const InputError& error) {
+    throw InputError(sparse_folder, error.what());
   }
 }
 
+const DistortedPhoto* Workspace::PhotoOf(const View& view) const {
+  return photo_pixels ? photo_pixels->PhotoOf(view.id) : nullptr;
+}
+
+const std::string& Workspace::PhotoName(const View& view) const {
+  const DistortedPhoto* photo = PhotoOf(view);
+  return photo ? photo->name : view.name;
+}
+
+const Camera& Workspace::PhotoCamera(const View& view) const {
+  const DistortedPhoto* photo = PhotoOf(view);
+  return photo ? photo->lens->photo : reconstruction.cameras.at(view.camera_id);
+}
+
 fs::path Workspace::PhotoPath(const View& view) const {
-  return FindPhoto(image_folder, view.name).value_or(image_folder / view.name);
+  const std::string& name = PhotoName(view);
+  return FindPhoto(image_folder, name).value_or(image_folder / name);
 }
 
 bool Workspace::HasPhoto(const View& view) const {
-  return !has_virtual_views && FindPhoto(image_folder, view.name).has_value();
+  return !has_virtual_views && FindPhoto(image_folder, PhotoName(view)).has_value();
 }
 
 Image Workspace::ReadPhoto(const View& view) const {
-  const Camera& camera = reconstruction.cameras.at(view.camera_id);
-  return ReadPhotoOfSize(PhotoPath(view), camera.width, camera.height);
+  const Camera& camera = PhotoCamera(view);
+  Image photo = ReadPhotoOfSize(PhotoPath(view), camera.width, camera.height);
+  if (PhotoOf(view)) return photo_pixels->ToView(view.id, photo);
+  return photo;
 }
 
 std::optional<fs::path> Workspace::FindDepthMap(const View& view) const {
-  if (depth_map_folder.empty()) return std::nullopt;
+  // COLMAP's dense maps are of undistorted photos.
+  if (depth_map_folder.empty() || PhotoOf(view)) return std::nullopt;
   for (const char* kind : {".geometric.bin", ".photometric.bin"}) {
     const fs::path path = depth_map_folder / (view.name + kind);
     if (IsFile(path)) return path;

@@ -11,11 +11,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "colmap_io/photo_pixels.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
 
@@ -38,7 +40,8 @@ struct Workspace {
   double depth_scale = 1;
   // Its views were placed around a splat (session/virtual_views.h): there never were photos.
   bool has_virtual_views = false;
-  std::vector<std::string> warnings;  // one line each, for the user
+  std::shared_ptr<const PhotoPixels> photo_pixels;  // null where every view shows its own photo's
+  std::vector<std::string> warnings;                // one line each, for the user
 
   // `image_folder`, when given, must exist; else the nearest folder with a name as above that holds
   // a photo of the model, of the cameras' own size where there are several. `model` chooses one of
@@ -55,18 +58,25 @@ struct Workspace {
   // InputError with the nearest names when there is no such view.
   const View& RequireView(std::string_view name) const;
 
-  // InputError, one line with the `colmap image_undistorter` command that helps, when a view's
-  // camera is neither PINHOLE nor SIMPLE_PINHOLE. Whatever renders calls this first.
-  void RequirePinhole() const;
+  // Replaces the views of distorted cameras by pinhole ones, whose photos are undistorted as they
+  // are read (colmap_io/photo_pixels.h). Whatever renders calls this first; pinhole views stay as
+  // they are. InputError, one line that names the camera, for one that cannot be undistorted.
+  void UndistortViews();
+  // The photo that a view shows a part of, or all; null for a view that shows its photo's own
+  // pixels.
+  const DistortedPhoto* PhotoOf(const View& view) const;
+  // The photo's image name, and the camera of its own pixels.
+  const std::string& PhotoName(const View& view) const;
+  const Camera& PhotoCamera(const View& view) const;
 
   // The photo's file: by the view's name or, where that is missing, with another extension or
   // without the folders in the name.
   std::filesystem::path PhotoPath(const View& view) const;
   bool HasPhoto(const View& view) const;
-  // Of its camera's size: a photo of another size but the same shape is scaled. Its pixels are
-  // taken as they are stored, as COLMAP does; only where they do not have the camera's shape and
-  // the photo says (EXIF) that it is to be turned, it is turned. InputError when it is missing,
-  // damaged or of another shape.
+  // In the view's pixels. It is read at its camera's size: a photo of another size but the same
+  // shape is scaled. Its pixels are taken as they are stored, as COLMAP does; only where they do
+  // not have the camera's shape and the photo says (EXIF) that it is to be turned, it is turned.
+  // InputError when it is missing, damaged or of another shape.
   Image ReadPhoto(const View& view) const;
 
   // The view's dense depth map, geometric before photometric; nullopt where there is none.

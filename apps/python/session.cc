@@ -25,6 +25,7 @@ using Sessions = py::class_<PySession>;
 SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache_mb,
                            const std::array<float, 3>& background, const py::object& images) {
   SessionOptions options;
+  options.pixels = Pixels::kPinhole;  // arrays are the views', whose cameras Python sees
   options.backend = backend;
   options.holdout = holdout;
   options.cache_bytes = cache_mb << 20;
@@ -59,7 +60,7 @@ std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& s
       return std::shared_ptr(EditSession::Open(folder, file, options, monitor));
     }
     Workspace own = opened ? *opened : Workspace::Open(folder, options.image_folder);
-    own.RequirePinhole();
+    own.UndistortViews();
     GaussianModel splat_of = model ? *model : ReadSplat(file, monitor);
     splat_of.Validate();
     return std::make_shared<EditSession>(std::move(own), std::move(splat_of), options);
@@ -70,6 +71,7 @@ std::unique_ptr<PySession> Load(const py::object& folder, const std::string& bac
                                 size_t cache_mb, py::object progress) {
   const auto path = ToPath(folder);
   SessionOptions options;
+  options.pixels = Pixels::kPinhole;  // arrays are the views', whose cameras Python sees
   options.backend = backend;
   options.cache_bytes = cache_mb << 20;
   Call call(std::move(progress));

@@ -29,8 +29,8 @@ void AlignSplat(const Arguments& arguments, Run& run) {
     CheckOutput(arguments.output);
   }
   if (!arguments.transform.empty()) CheckOutput(arguments.transform);
-  const Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
-  workspace.RequirePinhole();
+  Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
+  workspace.UndistortViews();
   for (const std::string& warning : workspace.warnings) run.Warn(warning);
   GaussianModel model = ReadSplat(scene.splat, run.monitor());
   const AlignResult result =

@@ -106,6 +106,12 @@ void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
       ->type_name("FILE|NUMBERS");
   verb->add_option("--views", scene.views, "Without --workspace: how many views are placed")
       ->check(CLI::Range(2, 400));
+  verb->add_option(
+          "--pixels", scene.pixels,
+          "Where a camera is distorted, masks are read, and masks, renders, depth maps and "
+          "targets written, in the pixels of the photo as it is, or of the undistorted "
+          "views (pinhole)")
+      ->check(CLI::IsMember({"photo", "pinhole"}));
 }
 
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run) {
@@ -119,6 +125,7 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
     CheckOption(!scene.workspace.empty(), "--world-from-splat needs --workspace");
     options.world_from_splat = WorldFromSplatOf(scene.world_from_splat);
   }
+  options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
   run.Info("backend " + BackendText(session->renderer().backend(), options.backend));
@@ -150,27 +157,24 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSessio
   }
   std::vector<PaintedView> painted;
   for (size_t i = 0; i < paint.views.size(); ++i) {
-    const View& view = session.workspace().RequireView(paint.views[i]);
-    for (const PaintedView& other : painted) {
-      CheckOption(other.name != view.name, "--view " + view.name + " is given twice");
+    for (PaintedView& view : session.ReadBrush(paint.views[i], paint.masks[i])) {
+      for (const PaintedView& other : painted) {
+        CheckOption(other.name != view.name, "--view " + paint.views[i] + " is given twice");
+      }
+      painted.push_back(std::move(view));
     }
-    const Camera& camera = session.reconstruction().Posed(view).camera;
-    painted.push_back(session.selection().Paint(
-        view.name, ReadBrushMask(paint.masks[i], camera.width, camera.height)));
   }
   return painted;
 }
 
 std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
                                             const EditSession& session, Run& run) {
-  std::map<std::string, Mask> masks;
-  const Reconstruction& model = session.reconstruction();
-  for (auto& [id, mask] : ReadMasks(folder, model)) {
-    masks.emplace(model.views.at(id).name, std::move(mask));
-  }
-  if (masks.size() < model.views.size()) {
-    run.Warn(folder.string() + ": " + std::to_string(model.views.size() - masks.size()) + " of " +
-             std::to_string(model.views.size()) + " views have no mask and take no part");
+  const Pictures pictures = session.pictures();
+  std::map<std::string, Mask> masks = pictures.ReadMasks(folder);
+  const size_t count = pictures.all().size();
+  if (masks.size() < count) {
+    run.Warn(folder.string() + ": " + std::to_string(count - masks.size()) + " of " +
+             std::to_string(count) + " views have no mask and take no part");
   }
   const bool any = std::any_of(masks.begin(), masks.end(), [](const auto& entry) {
     return std::any_of(entry.second.data.begin(), entry.second.data.end(),

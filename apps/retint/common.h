@@ -84,7 +84,7 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
 // --workspace, --splat, --images and what else says which scene to open.
 struct SceneArguments {
   std::filesystem::path workspace, splat, images;
-  std::string model, world_from_splat;
+  std::string model, world_from_splat, pixels = "photo";
   int views = SessionOptions().views;
 };
 void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true,
@@ -97,10 +97,12 @@ struct PaintArguments {
   std::vector<std::filesystem::path> masks;
 };
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required);
-// Reads the masks and checks them against the views. OptionError when the pairs do not match up.
+// Reads the masks and checks them against the pictures that --view names; a picture of several
+// views becomes those that it paints. OptionError when the pairs do not match up.
 std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSession& session);
 
-// <folder>/<image name>.png of every view that has one, by image name. Warns of views without.
+// <folder>/<picture name>.png of every picture that has one, by its name; Pictures::ToViews() makes
+// them masks of views. Warns of pictures without.
 std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
                                             const EditSession& session, Run& run);
 // Warns of views without a photo, whose render is taken for it.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint depth: the depth map of one view.
+#include <map>
+
 #include <fmt/format.h>
 
 #include "base/error.h"
@@ -36,9 +38,19 @@ void Depth(const Arguments& arguments, Run& run) {
   if (!arguments.output.empty()) CheckOutput(arguments.output);
   if (!arguments.png.empty()) CheckOutput(arguments.png);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const View& view = session->workspace().RequireView(arguments.view);
-  const DepthEstimate depth = session->selection().EstimateDepth(
-      session->reconstruction().Posed(view), options, run.monitor());
+  const Pictures pictures = session->pictures();
+  const auto found = pictures.Require(arguments.view);
+  if (found.size() > 1) {
+    throw OptionError(arguments.view + " is shown by " + std::to_string(found.size()) +
+                      " views: name one of them, such as " + found.front()->name);
+  }
+  const UserPicture& picture = *found.front();
+  std::map<const View*, DepthEstimate> depths;
+  for (const View* view : picture.faces) {
+    depths[view] = session->selection().EstimateDepth(session->reconstruction().Posed(*view),
+                                                      options, run.monitor());
+  }
+  const DepthEstimate depth = ComposeDepths(pictures, picture, depths);
   StagedOutput staged;
   if (!arguments.output.empty()) {
     staged.Add(arguments.output, [&](const auto& path) { WriteDepth(path, {}, depth); });
@@ -49,11 +61,15 @@ void Depth(const Arguments& arguments, Run& run) {
   run.monitor().ThrowIfCancelled();
   staged.Commit();
   run.FinishProgress();
-  if (!depth.warning.empty()) run.Warn(depth.warning);
-  run.Print(fmt::format("{}: {:.1f} % of the pixels measured ({})", depth.method,
-                        100 * depth.valid_fraction, depth.reason));
-  if (arguments.against == "sparse") {
-    PrintErrors(CompareWithSparse(depth.depth, session->reconstruction(), view), run);
+  for (const View* view : picture.faces) {
+    const DepthEstimate& one = depths[view];
+    if (picture.faces.size() > 1) run.Print(view->name);
+    if (!one.warning.empty()) run.Warn(one.warning);
+    run.Print(fmt::format("{}: {:.1f} % of the pixels measured ({})", one.method,
+                          100 * one.valid_fraction, one.reason));
+    if (arguments.against == "sparse") {
+      PrintErrors(CompareWithSparse(one.depth, session->reconstruction(), *view), run);
+    }
   }
 }
 

@@ -65,6 +65,13 @@ double MeanIou(const std::map<std::string, Mask>& masks, const std::map<std::str
   return views > 0 ? sum / views : 0;
 }
 
+std::map<std::string, Mask> ReadViewMasks(const std::filesystem::path& folder,
+                                          const EditSession& session, Run& run) {
+  std::map<std::string, Mask> masks = ReadMasksByName(folder, session, run);
+  const Pictures pictures = session.pictures();
+  return pictures.AreViews() ? masks : pictures.ToViews(masks);
+}
+
 // The true masks as another region of the session, with the same edit.
 TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& region,
                                  TargetKind target, const GaussianModel& after,
@@ -73,7 +80,7 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
   const ColorEdit edit = region.edit;
   const float strength = region.strength;
   const RegionId id =
-      session.AddRegion("truth", ReadMasksByName(arguments.true_masks, session, run),
+      session.AddRegion("truth", ReadViewMasks(arguments.true_masks, session, run),
                         std::vector<float>(after.NumGaussians(), 0.0F), edit, run.monitor());
   session.SetEdit(id, edit, strength);
   TrueMaskReport report;
@@ -91,7 +98,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
   if (target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
-      "selection", ReadMasksByName(arguments.masks, *session, run), {}, edit, run.monitor());
+      "selection", ReadViewMasks(arguments.masks, *session, run), {}, edit, run.monitor());
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.edit.strength());
   RunReport report = session->MakeReport();
   report.quality =

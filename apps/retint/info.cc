@@ -22,14 +22,19 @@ struct Arguments {
 
 void PrintWorkspace(const Workspace& workspace, Run& run) {
   const Reconstruction& model = workspace.reconstruction;
-  std::map<std::string, int> kinds;
+  std::map<CameraId, const Camera*> photo_cameras;
   for (const auto& [id, camera] : model.cameras) {
-    const CameraModelInfo* info = FindCameraModel(static_cast<int>(camera.model));
-    ++kinds[fmt::format("{} {}x{}", info ? info->name : "unknown", camera.width, camera.height)];
+    if (!workspace.photo_pixels) photo_cameras[id] = &camera;
   }
+  for (const auto& [id, view] : model.views) {
+    const Camera& camera = workspace.PhotoCamera(view);
+    photo_cameras[camera.id] = &camera;
+  }
+  std::map<std::string, int> kinds;
+  for (const auto& [id, camera] : photo_cameras) ++kinds[DescribeCamera(*camera)];
   std::string cameras;
   for (const auto& [kind, count] : kinds) {
-    cameras += fmt::format("{}{}{}", cameras.empty() ? "" : ", ", kind,
+    cameras += fmt::format("{}{}{}", cameras.empty() ? "" : "; ", kind,
                            count > 1 ? fmt::format(" (x{})", count) : "");
   }
   size_t photos = 0, observations = 0;
@@ -46,7 +51,7 @@ void PrintWorkspace(const Workspace& workspace, Run& run) {
     run.Print(fmt::format("workspace    {}", workspace.root.string()));
     run.Print(fmt::format("model        {}", workspace.sparse_folder.string()));
   }
-  run.Print(fmt::format("cameras      {}: {}", model.cameras.size(), cameras));
+  run.Print(fmt::format("cameras      {}: {}", photo_cameras.size(), cameras));
   run.Print(workspace.has_virtual_views
                 ? fmt::format("views        {}, renders serve as their photos", model.views.size())
                 : fmt::format("views        {}, photos of {}", model.views.size(), photos));

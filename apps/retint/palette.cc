@@ -64,7 +64,7 @@ RegionSelection ReadSelection(const Arguments& arguments, const EditSession& ses
   if (arguments.masks.empty()) {
     selection.source.painted = ReadPaint(arguments.paint, session);
   } else {
-    selection.masks = ReadMasksByName(arguments.masks, session, run);
+    selection.masks = session.pictures().ToViews(ReadMasksByName(arguments.masks, session, run));
   }
   return selection;
 }

@@ -27,7 +27,10 @@ void Project(const Arguments& arguments, Run& run) {
   if (painted.empty() && !cloud.sources.empty() && options.kind == ProjectorKind::kGaussians) {
     run.Warn("without --view and --mask nothing is known of what was painted: masks are rougher");
   }
-  const ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
+  ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
+  if (const Pictures pictures = session->pictures(); !pictures.AreViews()) {
+    masks.masks = pictures.FromViews(masks.masks);
+  }
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
     WriteMasks(folder, masks.masks, run.monitor());

@@ -30,6 +30,9 @@ void Refit(const Arguments& arguments, Run& run) {
   auto masks = ReadMasksByName(arguments.masks, *session, run);
   SharesOfMasks shares = ReadShares(arguments.masks, masks, session->original().NumGaussians());
   if (!shares.why_not.empty()) run.Warn(shares.why_not);
+  if (const Pictures pictures = session->pictures(); !pictures.AreViews()) {
+    masks = pictures.ToViews(masks);
+  }
   const RegionId region = session->AddRegion("selection", std::move(masks),
                                              std::move(shares.shares), edit, run.monitor());
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint render: views of a splat as pictures.
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -25,34 +26,54 @@ bool Wants(const Arguments& arguments, const char* what) {
   return std::find(arguments.what.begin(), arguments.what.end(), what) != arguments.what.end();
 }
 
-void Render(const Arguments& arguments, Run& run) {
-  CheckOption(arguments.all != !arguments.views.empty(),
-              "give either --view NAME or --all, and not both");
-  CheckOutput(arguments.output, /*as_folder=*/true);
-  const auto session = OpenSession(arguments.scene, 0, run);
-  std::vector<const View*> views;
-  if (arguments.all) views = session->reconstruction().ViewsByName();
-  for (const std::string& name : arguments.views) {
-    views.push_back(&session->workspace().RequireView(name));
-  }
+void WriteRenders(const Arguments& arguments, const std::filesystem::path& folder,
+                  const Pictures& pictures, const UserPicture& picture, EditSession& session) {
   RenderRequest request;
   request.rgb = Wants(arguments, "rgb");
   request.depth_median = Wants(arguments, "depth");
   request.alpha = Wants(arguments, "alpha");
   request.cache = false;
+  std::map<const View*, RenderOutput> outputs;
+  for (const View* face : picture.faces) {
+    outputs[face] = session.renderer().Render(session.reconstruction().Posed(*face), request);
+  }
+  const std::string& name = picture.name;
+  if (request.rgb) {
+    WritePng(ViewFile(folder, name), pictures.Compose(picture, [&](const View& face) {
+      return std::move(outputs[&face].rgb);
+    }));
+  }
+  if (request.depth_median) {
+    const DepthMap depth = pictures.ComposeDepth(
+        picture, [&](const View& face) { return std::move(outputs[&face].depth_median); });
+    WriteDepthMap(ViewFile(folder, name, ".depth.bin"), depth);
+    WritePng(ViewFile(folder, name, ".depth.png"), DepthPicture(depth));
+  }
+  if (request.alpha) {
+    const ScalarImage alpha = pictures.ComposeScalar(
+        picture, [&](const View& face) { return std::move(outputs[&face].alpha); });
+    WritePng(ViewFile(folder, name, ".alpha.png"), alpha);
+  }
+}
+
+void Render(const Arguments& arguments, Run& run) {
+  CheckOption(arguments.all != !arguments.views.empty(),
+              "give either --view NAME or --all, and not both");
+  CheckOutput(arguments.output, /*as_folder=*/true);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const Pictures pictures = session->pictures();
+  std::vector<const UserPicture*> views;
+  if (arguments.all) {
+    for (const UserPicture& picture : pictures.all()) views.push_back(&picture);
+  }
+  for (const std::string& name : arguments.views) {
+    for (const UserPicture* picture : pictures.Require(name)) views.push_back(picture);
+  }
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
     for (size_t i = 0; i < views.size(); ++i) {
       run.monitor().Step("render", static_cast<double>(i), static_cast<double>(views.size()));
-      const View& view = *views[i];
-      const RenderOutput output =
-          session->renderer().Render(session->reconstruction().Posed(view), request);
-      if (request.rgb) WritePng(ViewFile(folder, view.name), output.rgb);
-      if (request.depth_median) {
-        WriteDepthMap(ViewFile(folder, view.name, ".depth.bin"), output.depth_median);
-        WritePng(ViewFile(folder, view.name, ".depth.png"), DepthPicture(output.depth_median));
-      }
-      if (request.alpha) WritePng(ViewFile(folder, view.name, ".alpha.png"), output.alpha);
+      WriteRenders(arguments, folder, pictures, *views[i], *session);
     }
   });
   run.monitor().Step("render", 1, 1);

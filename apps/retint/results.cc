@@ -62,47 +62,97 @@ void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& p
   if (!picture.empty()) WritePng(picture, DepthPicture(depth.depth, depth.valid));
 }
 
+DepthEstimate ComposeDepths(const Pictures& pictures, const UserPicture& picture,
+                            const std::map<const View*, DepthEstimate>& depths) {
+  if (!picture.photo) return depths.at(picture.faces.front());
+  DepthEstimate result;
+  std::map<const View*, DepthEstimate> all = depths;
+  for (size_t i = 0; i < picture.faces.size(); ++i) {
+    const auto found = depths.find(picture.faces[i]);
+    if (found != depths.end()) continue;
+    const Camera& camera = picture.photo->lens->faces[i].camera;
+    DepthEstimate& none = all[picture.faces[i]];
+    none.depth = DepthMap(camera.width, camera.height);
+    none.valid = Mask(camera.width, camera.height);
+  }
+  result.depth =
+      pictures.ComposeDepth(picture, [&](const View& face) { return all.at(&face).depth; });
+  result.valid =
+      pictures.ComposeMask(picture, [&](const View& face) { return all.at(&face).valid; });
+  for (uint8_t& value : result.valid.data) value = value >= 128 ? 255 : 0;
+  return result;
+}
+
+namespace {
+
+// The first painted picture's depth has the fixed name; others go by theirs.
+void WriteDepths(const std::filesystem::path& folder, const Recolored& result) {
+  const Pictures pictures = result.session->pictures();
+  std::map<const View*, DepthEstimate> depths;
+  std::vector<const UserPicture*> painted;
+  for (size_t i = 0; i < result.selection.depths.size(); ++i) {
+    const View* view = result.session->reconstruction().FindView(result.selection.painted[i].view);
+    depths[view] = result.selection.depths[i];
+    const UserPicture* picture = pictures.Showing({view}).front();
+    if (std::find(painted.begin(), painted.end(), picture) == painted.end()) {
+      painted.push_back(picture);
+    }
+  }
+  for (const UserPicture* picture : painted) {
+    const auto base = picture == painted.front() ? folder / "depth"
+                                                 : ViewFile(folder / "depth", picture->name, "");
+    WriteDepth(base.string() + ".bin", base.string() + ".png",
+               ComposeDepths(pictures, *picture, depths));
+  }
+}
+
+}  // namespace
+
 void WriteStages(const std::filesystem::path& folder, const Recolored& result, Run& run) {
   EditSession& session = *result.session;
-  for (size_t i = 0; i < result.selection.depths.size(); ++i) {
-    // The first painted view's has the fixed name; others go by theirs.
-    const std::string& name = result.selection.painted[i].view;
-    const auto base = i == 0 ? folder / "depth" : ViewFile(folder / "depth", name, "");
-    WriteDepth(base.string() + ".bin", base.string() + ".png", result.selection.depths[i]);
-  }
+  WriteDepths(folder, result);
   WriteCloud(folder / "cloud_raw.ply", result.selection.cloud_raw);
   WriteCloud(folder / "cloud.ply", result.selection.cloud);
   WriteFile(folder / "registration.json", RegistrationsToJson(result.selection.painted));
   session.WriteMasks(folder / "masks", result.region, run.monitor());
-  const auto views = session.reconstruction().ViewsByName();
+  const Pictures pictures = session.pictures();
+  const auto& all = pictures.all();
   // What the refit aimed at in every view, then what it reached.
   const auto make = [&](size_t i) -> std::function<void()> {
-    const bool aim = i < views.size();
-    const View& view = *views[i % views.size()];
+    const bool aim = i < all.size();
+    const UserPicture& shown = all[i % all.size()];
     if (i == 0) session.ShowSh(session.original().sh);
-    if (i == views.size()) session.ShowSh(result.sh_after);
+    if (i == all.size()) session.ShowSh(result.sh_after);
     const bool photo = aim && result.target == TargetKind::kPhoto;
-    Image picture = photo ? session.scene().Picture(view)
+    Image picture = pictures.Compose(shown, [&](const View& view) {
+      Image drawn = photo ? session.scene().Picture(view)
                           : session.renderer().Render(session.reconstruction().Posed(view)).rgb;
-    if (aim) picture = session.refits().Edited(view, std::move(picture));
-    return [path = ViewFile(folder / (aim ? "targets" : "result"), view.name),
+      return aim ? session.refits().Edited(view, std::move(drawn)) : drawn;
+    });
+    return [path = ViewFile(folder / (aim ? "targets" : "result"), shown.name),
             image = std::move(picture)] { WritePng(path, image); };
   };
-  WriteOnAllCores(2 * views.size(), make, run.monitor());
+  WriteOnAllCores(2 * all.size(), make, run.monitor());
 }
 
 Image8 ComparisonPicture(const Recolored& result, Run& run) {
   EditSession& session = *result.session;
+  const Pictures pictures = session.pictures();
+  const std::map<std::string, Mask>& masks = MasksOf(result);
   std::vector<std::vector<Image8>> rows;
-  for (const View* view : ComparisonViews(result)) {
+  for (const UserPicture* picture : pictures.Showing(ComparisonViews(result))) {
     run.monitor().ThrowIfCancelled();
-    const Image before = session.scene().Render(*view, session.original().sh);
-    const Image after = session.scene().Render(*view, result.sh_after);
-    const auto mask = MasksOf(result).find(view->name);
-    const Mask none(before.width, before.height);
-    rows.push_back({ToImage8(before),
-                    MaskOverlay(before, mask == MasksOf(result).end() ? none : mask->second),
-                    ToImage8(after)});
+    const auto draw = [&](std::span<const float> sh) {
+      return pictures.Compose(*picture,
+                              [&](const View& view) { return session.scene().Render(view, sh); });
+    };
+    const Image before = draw(session.original().sh), after = draw(result.sh_after);
+    const Mask mask = pictures.ComposeMask(*picture, [&](const View& view) {
+      const auto found = masks.find(view.name);
+      const Camera& camera = session.reconstruction().Posed(view).camera;
+      return found == masks.end() ? Mask(camera.width, camera.height) : found->second;
+    });
+    rows.push_back({ToImage8(before), MaskOverlay(before, mask), ToImage8(after)});
   }
   const double shape = static_cast<double>(rows[0][0].width) / rows[0][0].height;
   return ContactSheet(rows, std::max(32, static_cast<int>(std::sqrt(kComparisonArea * shape))));

@@ -28,6 +28,10 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
 // reaches, a row each.
 Image8 ComparisonPicture(const Recolored& result, Run& run);
 
+// A picture's depth of its views'. A view that has none counts as unknown.
+DepthEstimate ComposeDepths(const Pictures& pictures, const UserPicture& picture,
+                            const std::map<const View*, DepthEstimate>& depths);
+
 // The depth map as COLMAP writes it, and its picture beside it.
 void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& picture,
                 const DepthEstimate& depth);

@@ -24,11 +24,11 @@ int64_t EraseAll(const Arguments& arguments, const SelectOptions& options, EditS
                  SelectionCloud& cloud, Run& run) {
   int64_t erased = 0;
   for (size_t i = 0; i < arguments.erase.size(); ++i) {
-    const View& view = session.workspace().RequireView(arguments.paint.views[i]);
-    const PosedCamera camera = session.reconstruction().Posed(view);
-    const Mask mask = ReadBrushMask(arguments.erase[i], camera.camera.width, camera.camera.height);
-    const DepthEstimate depth = session.selection().EstimateDepth(camera, options, run.monitor());
-    erased += Erase(cloud, camera, mask, depth.depth);
+    for (const auto& view : session.ReadBrush(arguments.paint.views[i], arguments.erase[i])) {
+      const DepthEstimate depth =
+          session.selection().EstimateDepth(view.camera, options, run.monitor());
+      erased += Erase(cloud, view.camera, view.mask, depth.depth);
+    }
   }
   return erased;
 }

@@ -95,22 +95,19 @@ JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
 JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) const {
   RegionPlan plan;
   plan.region = &region;
-  const Reconstruction& model = session_.reconstruction();
   for (const JobPaint& paint : region.paint) {
-    const View& view = session_.workspace().RequireView(paint.view);
-    const Camera& camera = model.Posed(view).camera;
-    plan.painted.push_back(session_.selection().Paint(
-        view.name, ReadBrushMask(paint.mask, camera.width, camera.height)));
-  }
-  if (!region.mask_folder.empty()) {
-    for (auto& [id, mask] : ReadMasks(region.mask_folder, model)) {
-      plan.masks.emplace(model.views.at(id).name, std::move(mask));
+    for (PaintedView& view : session_.ReadBrush(paint.view, paint.mask)) {
+      plan.painted.push_back(std::move(view));
     }
   }
+  const Pictures pictures = session_.pictures();
+  if (!region.mask_folder.empty()) {
+    plan.masks = pictures.ToViews(pictures.ReadMasks(region.mask_folder));
+  }
   for (const auto& [name, path] : region.masks) {
-    const View& view = session_.workspace().RequireView(name);
-    const Camera& camera = model.Posed(view).camera;
-    plan.masks.emplace(view.name, ReadMask(path, camera.width, camera.height));
+    for (const UserPicture* one : pictures.Require(name)) {
+      plan.masks.merge(pictures.ToViews({{one->name, ReadMask(path, one->width, one->height)}}));
+    }
   }
   const bool any = std::any_of(plan.masks.begin(), plan.masks.end(),
                                [](const auto& entry) { return AnySet(entry.second); });

@@ -43,6 +43,7 @@ class Projection {
     for (const auto& view : painted) {
       painted_.push_back(
           {view.name, view.camera, backend_.Upload(std::span<const uint8_t>(view.mask.data)), {}});
+      seen_.push_back(&view.seen);
       requests.push_back({view.camera, reconstruction.FindView(view.name)});
     }
     SurfaceRenderer surfaces(renderer, reconstruction, std::move(requests));
@@ -51,6 +52,7 @@ class Projection {
         const CameraParams& camera = surface.geometry->camera();
         backend_.mask().MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
                                         kSilhouetteJump, surface.depth.data()});
+        HideUnseen(*seen_[i], &surface.depth);
         LiftPaint(surface, painted_[i].mask.data());
         painted_[i++].depth = std::move(surface.depth);
       }
@@ -153,6 +155,16 @@ class Projection {
                               backend_.Grow(coverage_mask_, surface.depth.size())});
   }
 
+  // No evidence where the painter saw nothing.
+  void HideUnseen(const Mask& seen, Buffer<float>* depth) {
+    if (seen.Empty()) return;
+    std::vector<float> on_host = backend_.Download(depth->data(), depth->size());
+    for (size_t i = 0; i < on_host.size(); ++i) {
+      if (seen.data[i] == 0) on_host[i] = kNoEvidence;
+    }
+    *depth = backend_.Upload(std::span<const float>(on_host));
+  }
+
   // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
   void LiftPaint(const ViewSurface& surface, const uint8_t* mask) {
     EvidenceParams evidence{};
@@ -189,6 +201,7 @@ class Projection {
   bool completes_;
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
+  std::vector<const Mask*> seen_;  // of the painted views
   Buffer<float> sums_;  // [N, 2] W^T (K M), W^T K; [N, 3] with W^T 1 where shares are completed
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
@@ -268,6 +281,8 @@ void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& pai
   if (views.empty()) throw InputError("there is no view to project the selection to");
   for (const auto& view : painted) {
     RequireSize("the mask of view " + view.name, view.mask, view.camera.camera);
+    if (view.seen.Empty()) continue;
+    RequireSize("what is seen in view " + view.name, view.seen, view.camera.camera);
   }
 }
 

@@ -60,6 +60,8 @@ struct PaintedView {
   std::string name;
   PosedCamera camera;
   Mask mask;
+  Mask seen =
+      {};  // 0 where the painter saw nothing, so that no paint says nothing; empty: all seen
 };
 
 struct ProjectedMasks {

@@ -2,6 +2,8 @@
 #include "session/edit_session.h"
 
 #include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "scene/image_checks.h"
 #include "session/selection_files.h"
 
 namespace retint {
@@ -27,6 +29,27 @@ void EditSession::RestoreRegions(RegionSet regions, const RefitJob& job) {
   store_.Restore(std::move(regions), job);
 }
 
+std::vector<PaintedView> EditSession::ReadBrush(std::string_view picture,
+                                                const std::filesystem::path& mask) const {
+  const Pictures shown = pictures();
+  const auto found = shown.Require(picture);
+  if (found.size() > 1) {
+    throw OptionError(std::string(picture) + " is shown by " + std::to_string(found.size()) +
+                      " views: a mask belongs to one of them, such as " + found.front()->name);
+  }
+  const UserPicture& one = *found.front();
+  const Mask brush = ReadBrushMask(mask, one.width, one.height);
+  std::vector<PaintedView> painted;
+  for (const View* face : one.faces) {
+    Mask on_face = shown.ToView(one, *face, brush);
+    if (!AnySet(on_face)) continue;
+    painted.push_back(selection_.Paint(face->name, std::move(on_face)));
+    painted.back().seen = shown.Reach(one, *face);
+  }
+  if (painted.empty()) throw InputError(mask, "only pixels are painted that no ray leads to");
+  return painted;
+}
+
 RunReport EditSession::MakeReport() const {
   RunReport report = scene_->MakeReport();
   report.refit = refits_.Summary();
@@ -40,7 +63,10 @@ void EditSession::WriteSplat(const std::filesystem::path& path, Monitor& monitor
 
 void EditSession::WriteMasks(const std::filesystem::path& folder, RegionId id,
                              Monitor& monitor) const {
-  retint::WriteMasks(folder, store_.Require(id).selection->masks, monitor);
+  const auto& masks = store_.Require(id).selection->masks;
+  const Pictures shown = pictures();
+  if (shown.AreViews()) return retint::WriteMasks(folder, masks, monitor);
+  retint::WriteMasks(folder, shown.FromViews(masks), monitor);
 }
 
 }  // namespace retint

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "session/open_scene.h"
+#include "session/pictures.h"
 #include "session/refit_service.h"
 #include "session/region_store.h"
 #include "session/selection_pipeline.h"
@@ -46,7 +47,14 @@ class EditSession {
   void RestoreRegions(RegionSet regions, const RefitJob& job);
   // OpenScene::MakeReport() with the last refit's summary and, of a single region, its edit.
   RunReport MakeReport() const;
-  // The scene as it is now, and <folder>/<image name>.png of a region's masks.
+  // What the user sees and names, in the pixels of options().pixels.
+  Pictures pictures() const { return Pictures(workspace(), options().pixels); }
+  // The brush mask at `mask`, painted on the picture of that name, as the views of it that it
+  // paints. InputError for a mask of another size or with nothing selected, OptionError where the
+  // name stands for several pictures.
+  std::vector<PaintedView> ReadBrush(std::string_view picture,
+                                     const std::filesystem::path& mask) const;
+  // The scene as it is now, and <folder>/<picture name>.png of a region's masks.
   void WriteSplat(const std::filesystem::path& path, Monitor& monitor) const;
   void WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor) const;
 

@@ -57,12 +57,15 @@ void ExportViews(EditSession& session, const std::vector<const View*>& views,
                  std::span<const float> sh, const fs::path& folder, Monitor& monitor) {
   CheckOption(!views.empty(), "no view to export");
   session.ShowSh(sh);
+  const Pictures pictures = session.pictures();
+  const auto shown = pictures.Showing(views);
   ExportPictures(
-      views.size(), folder,
-      [&](const fs::path& staged, size_t i) { return ViewFile(staged, views[i]->name); },
+      shown.size(), folder,
+      [&](const fs::path& staged, size_t i) { return ViewFile(staged, shown[i]->name); },
       [&](size_t i) {
-        const PosedCamera posed = session.reconstruction().Posed(*views[i]);
-        return std::move(session.renderer().Render(posed).rgb);
+        return pictures.Compose(*shown[i], [&](const View& view) {
+          return std::move(session.renderer().Render(session.reconstruction().Posed(view)).rgb);
+        });
       },
       monitor);
 }

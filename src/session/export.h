@@ -13,7 +13,8 @@
 
 namespace retint {
 
-// <folder>/<image name>.png of each view with the coefficients `sh`, [N, K, 3], at the view's size.
+// <folder>/<picture name>.png of each picture that shows one of the views, with the coefficients
+// `sh`, [N, K, 3].
 void ExportViews(EditSession& session, const std::vector<const View*>& views,
                  std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <map>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -92,7 +93,7 @@ std::optional<fs::path> NewestIteration(const fs::path& folder) {
 
 Workspace OpenWorkspace(const fs::path& folder, const SessionOptions& options) {
   Workspace workspace = Workspace::Open(folder, options.image_folder, options.model);
-  workspace.RequirePinhole();
+  workspace.UndistortViews();
   workspace.Transform(options.world_from_splat.Inverse());
   return workspace;
 }
@@ -175,9 +176,14 @@ std::unique_ptr<Renderer> OpenScene::MakeRenderer() const {
 
 void OpenScene::SplitViews() {
   const std::vector<const View*> views = reconstruction().ViewsByName();
-  for (size_t i = 0; i < views.size(); ++i) {
-    const bool out = options_.holdout > 0 && i % static_cast<size_t>(options_.holdout) == 0;
-    (out ? heldout_ : train_).push_back(views[i]);
+  std::map<std::string, bool> out;  // by photo: its faces stay together
+  for (const View* view : views) out.emplace(workspace_.PhotoName(*view), false);
+  size_t i = 0;
+  for (auto& [name, is_out] : out) {
+    is_out = options_.holdout > 0 && i++ % static_cast<size_t>(options_.holdout) == 0;
+  }
+  for (const View* view : views) {
+    (out.at(workspace_.PhotoName(*view)) ? heldout_ : train_).push_back(view);
   }
   if (train_.empty()) {
     throw InputError(workspace_.sparse_folder, "--holdout " + std::to_string(options_.holdout) +
@@ -192,8 +198,15 @@ Image OpenScene::Render(const View& view, std::span<const float> sh) {
 }
 
 Image OpenScene::Picture(const View& view) {
-  if (workspace_.HasPhoto(view)) return workspace_.ReadPhoto(view);
-  return Render(view, model_.sh);
+  if (!workspace_.HasPhoto(view)) return Render(view, model_.sh);
+  Image photo = workspace_.ReadPhoto(view);
+  if (!workspace_.PhotoOf(view)) return photo;
+  const Mask reach = workspace_.photo_pixels->Reach(view.id);
+  const Image render = Render(view, model_.sh);
+  for (size_t i = 0; i < reach.data.size(); ++i) {
+    if (reach.data[i] == 0) std::copy_n(&render.data[3 * i], 3, &photo.data[3 * i]);
+  }
+  return photo;
 }
 
 void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor& monitor) const {

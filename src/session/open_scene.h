@@ -21,6 +21,10 @@
 
 namespace retint {
 
+// The pixels in which masks are read, and masks, renders, depth maps and targets written, where a
+// camera is distorted: those of its photo, or of the pinhole views that show it.
+enum class Pixels { kPhoto, kPinhole };
+
 struct SessionOptions {
   std::string backend = "auto";                        // "auto", "cpu" or "cuda"
   size_t cache_bytes = RendererOptions().cache_bytes;  // of the per-view geometry cache
@@ -35,7 +39,8 @@ struct SessionOptions {
   // has them already.
   int views = 40;
   std::filesystem::path view_folder;
-  int holdout = 0;  // every n-th view by name is kept out of the fit; 0: none
+  Pixels pixels = Pixels::kPhoto;
+  int holdout = 0;  // every n-th photo by name is kept out of the fit; 0: none
   void Check() const;
 };
 
@@ -48,7 +53,8 @@ std::optional<std::filesystem::path> FindSplat(const std::filesystem::path& work
 class OpenScene {
  public:
   // An empty `workspace` is a splat alone: views are placed around it (session/virtual_views.h).
-  // InputError for anything wrong with the files, among them cameras that are not pinhole;
+  // InputError for anything wrong with the files, among them cameras that cannot be
+  // undistorted;
   // OptionError for a backend that is not there. Stages: "load", "views".
   static std::unique_ptr<OpenScene> Open(const std::filesystem::path& workspace,
                                          const std::filesystem::path& splat,
@@ -74,7 +80,8 @@ class OpenScene {
 
   // One view with the coefficients `sh`, [N, K, 3]. Not clamped.
   Image Render(const View& view, std::span<const float> sh);
-  // The view's photo or, where there is none, the original as it renders.
+  // The view's photo or, where there is none and where an undistorted photo does not reach, the
+  // original as it renders, so that nothing is asked for there.
   Image Picture(const View& view);
   // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged.
   void WriteSplat(const std::filesystem::path& path, std::vector<float> sh, Monitor& monitor) const;

@@ -42,7 +42,9 @@ void AppendLayers(std::string& key, const PictureEdit& picture) {
 
 size_t SelectionSource::Bytes() const {
   size_t bytes = cloud.points.size() * sizeof(SelectionPoint);
-  for (const PaintedView& view : painted) bytes += view.mask.data.size();
+  for (const PaintedView& view : painted) {
+    bytes += view.mask.data.size() + view.seen.data.size();
+  }
   return bytes;
 }
 

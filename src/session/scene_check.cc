@@ -42,13 +42,28 @@ Image Reduced(const Image& image, int step) {
   return small;
 }
 
-double Psnr(const Image& render, const Image& photo) {
-  double sum = 0;
+// 255 where all of step x step pixels are.
+Mask Reduced(const Mask& mask, int step) {
+  Mask small(mask.width / step, mask.height / step, 255);
+  for (int y = 0; y < small.height * step; ++y) {
+    for (int x = 0; x < small.width * step; ++x) {
+      uint8_t& value = small(x / step, y / step);
+      value = std::min(value, mask(x, y));
+    }
+  }
+  return small;
+}
+
+// Over the pixels inside `reach`; empty: all.
+double Psnr(const Image& render, const Image& photo, const Mask& reach) {
+  double sum = 0, count = 0;
   for (size_t i = 0; i < render.data.size(); ++i) {
+    if (!reach.Empty() && reach.data[i / 3] == 0) continue;
     const double difference = std::clamp(render.data[i], 0.0F, 1.0F) - photo.data[i];
     sum += difference * difference;
+    count += 1;
   }
-  return -10 * std::log10(std::max(sum / static_cast<double>(render.data.size()), 1e-10));
+  return -10 * std::log10(std::max(sum / std::max(count, 1.0), 1e-10));
 }
 
 ViewComparison Compare(EditSession& session, const View& view, const SceneCheckOptions& options) {
@@ -66,7 +81,11 @@ ViewComparison Compare(EditSession& session, const View& view, const SceneCheckO
   comparison.coverage /= static_cast<double>(std::max<size_t>(1, output.alpha.data.size()));
   if (!session.workspace().HasPhoto(view)) return comparison;
   try {
-    comparison.psnr = Psnr(output.rgb, Reduced(session.workspace().ReadPhoto(view), step));
+    const Workspace& workspace = session.workspace();
+    const Image photo = Reduced(workspace.ReadPhoto(view), step);
+    const Mask reach =
+        workspace.PhotoOf(view) ? Reduced(workspace.photo_pixels->Reach(view.id), step) : Mask();
+    comparison.psnr = Psnr(output.rgb, photo, reach);
   } catch (const InputError&) {
     if (options.strict) throw;  // else its fault is named where the photo is wanted
   }

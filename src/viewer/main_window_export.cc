@@ -55,6 +55,15 @@ std::vector<fs::path> ViewFiles(const fs::path& folder, const std::vector<std::s
   return files;
 }
 
+// What the pictures that show `views` are called.
+std::vector<std::string> PictureNames(const SceneFacts& facts,
+                                      const std::vector<const View*>& views) {
+  const Pictures pictures(*facts.workspace, facts.request.options.pixels);
+  std::vector<std::string> names;
+  for (const UserPicture* picture : pictures.Showing(views)) names.push_back(picture->name);
+  return names;
+}
+
 bool IsWithin(const fs::path& path, const fs::path& folder) {
   std::error_code ignored;
   const fs::path relative =
@@ -139,9 +148,11 @@ void MainWindow::ExportMasks() {
     const Region* one = controller_->regions().Find(id);
     if (!one) return;
     const fs::path folder = dialog->folder();
-    std::vector<std::string> views;
-    for (const auto& [view, mask] : one->selection->masks) views.push_back(view);
-    ConfirmReplacing(folder, ViewFiles(folder, views),
+    std::vector<const View*> views;
+    for (const auto& [name, mask] : one->selection->masks) {
+      views.push_back(controller_->facts()->workspace->reconstruction.FindView(name));
+    }
+    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*controller_->facts(), views)),
                      [this, folder, id] { controller_->WriteMasks(folder, id); });
   });
   dialog->open();
@@ -157,10 +168,13 @@ void MainWindow::ExportViews() {
     const auto facts = controller_->facts();
     if (!facts) return;
     const fs::path folder = dialog->folder();
+    std::vector<const View*> views = facts->views;
+    if (dialog->choice() == ExportDialog::kShownView) {
+      views = {facts->workspace->reconstruction.FindView(shown)};
+    }
     std::vector<std::string> names;
-    for (const View* one : facts->views) names.push_back(one->name);
-    if (dialog->choice() == ExportDialog::kShownView) names = {shown};
-    ConfirmReplacing(folder, ViewFiles(folder, names),
+    for (const View* one : views) names.push_back(one->name);
+    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*facts, views)),
                      [this, folder, names] { controller_->WriteViews(folder, names); });
   });
   dialog->open();

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/photo_loader.h"
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 
 #include <QImageReader>
 
 #include "colmap_io/image_io.h"
+#include "session/contact_sheet.h"
 #include "viewer/post.h"
 #include "viewer/render_thread.h"
 
@@ -13,6 +16,39 @@ namespace retint {
 namespace {
 
 constexpr size_t kPhotosKept = 4;
+
+// The photo as the view shows it: small ones from a small reading of the file, pixel by pixel.
+QImage ReadUndistorted(const Workspace& workspace, const View& view, int side) {
+  if (side == 0) {
+    try {
+      return ToQImage(ToImage8(workspace.ReadPhoto(view))).convertToFormat(QImage::Format_RGB32);
+    } catch (const std::exception&) {
+      return {};
+    }
+  }
+  const QImage photo = ReadPicture(workspace.PhotoPath(view), 4 * side);
+  if (photo.isNull()) return {};
+  const DistortedPhoto& of = *workspace.PhotoOf(view);
+  const auto face = size_t(std::find(of.faces.begin(), of.faces.end(), view.id) - of.faces.begin());
+  const Camera& camera = of.lens->faces[face].camera;
+  const QSize size =
+      QSize(camera.width, camera.height).scaled(side, side, Qt::KeepAspectRatio).expandedTo({1, 1});
+  const PixelMap map = PhotoFromFace(*of.lens, face, size.width(), size.height());
+  QImage image(size, QImage::Format_RGB32);
+  image.fill(Qt::black);
+  const double sx = double(photo.width()) / of.lens->photo.width;
+  const double sy = double(photo.height()) / of.lens->photo.height;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const float* at = &map.xy[2 * (size_t(y) * size_t(map.width) + size_t(x))];
+      if (std::isnan(at[0])) continue;
+      image.setPixel(x, y,
+                     photo.pixel(std::min(int(double(at[0]) * sx), photo.width() - 1),
+                                 std::min(int(double(at[1]) * sy), photo.height() - 1)));
+    }
+  }
+  return image;
+}
 
 }  // namespace
 
@@ -82,10 +118,15 @@ bool PhotoLoader::IsUnreadable(const std::string& view) const {
 void PhotoLoader::Read(const std::string& view, bool small) {
   const View* found = facts_->workspace->reconstruction.FindView(view);
   if (!found) return;
-  const auto path = facts_->workspace->PhotoPath(*found);
-  const bool none = facts_->workspace->has_virtual_views;
-  const auto job = [this, facts = facts_, path, view, small, none] {
-    QImage image = none ? QImage() : ReadPicture(path, small ? kThumbnailSide : 0);
+  const auto job = [this, facts = facts_, found, view, small] {
+    const Workspace& workspace = *facts->workspace;
+    const int side = small ? kThumbnailSide : 0;
+    QImage image;
+    if (workspace.PhotoOf(*found)) {
+      image = ReadUndistorted(workspace, *found, side);
+    } else if (!workspace.has_virtual_views) {
+      image = ReadPicture(workspace.PhotoPath(*found), side);
+    }
     Post(this, [this, facts, view, small, image] {
       if (facts != facts_) return;  // of a scene that was closed
       if (small) {

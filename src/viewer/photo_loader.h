@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Photos of the views, read in the background: small ones for lists and frusta, whole ones to
-// compare with. What is missing or damaged is a null picture.
+// compare with, undistorted where the view is. What is missing or damaged is a null picture.
 #pragma once
 
 #include <map>

@@ -103,24 +103,39 @@ TEST(WorkspaceTest, UnknownViewsAreAnsweredWithTheNearest) {
       ThrowsMessage<InputError>(HasSubstr("no view is named \"a.jpeg\"; nearest: a.jpg, ")));
 }
 
-TEST(WorkspaceTest, DistortedModelsAreAnsweredWithTheCommandThatHelps) {
+TEST(WorkspaceTest, DistortedViewsBecomePinholeOnes) {
   const TempFolder folder;
   Reconstruction model = TinyModel();
-  // A distorted camera that no view uses is in nobody's way.
-  model.cameras[9] = {9, CameraModelId::kOpenCV, 10, 10, {1, 1, 5, 5, 0, 0, 0, 0}};
-  WriteReconstructionBinary(folder / "it's here/sparse/0", model);
-  EXPECT_NO_THROW(Workspace::Open(folder / "it's here").RequirePinhole());
+  // A camera that no view uses is in nobody's way, whatever its distortion.
+  model.cameras[9] = {9, CameraModelId::kOpenCV, 10, 10, {1, 1, 5, 5, -99, 0, 0, 0}};
+  WriteReconstructionBinary(folder / "sparse/0", model);
+  Workspace pinhole = Workspace::Open(folder.path());
+  EXPECT_NO_THROW(pinhole.UndistortViews());
+  EXPECT_EQ(pinhole.photo_pixels, nullptr);
 
   model.cameras[4] = {4, CameraModelId::kSimpleRadial, 30, 20, {25, 15, 10, 0.1}};
-  WriteReconstructionBinary(folder / "it's here/sparse/0", model);
-  const std::string base = folder.path().string() + "/it'\\''s here";
-  EXPECT_THAT(
-      [&] { Workspace::Open(folder / "it's here").RequirePinhole(); },
-      ThrowsMessage<InputError>(AllOf(
-          HasSubstr("camera 4 is SIMPLE_RADIAL"),
-          EndsWith("colmap image_undistorter --image_path '" + base + "/images' --input_path '" +
-                   base + "/sparse/0' --output_path '" + base + "_undistorted'"),
-          Not(HasSubstr("\n")))));
+  WriteReconstructionBinary(folder / "sparse/0", model);
+  Workspace workspace = Workspace::Open(folder.path());
+  workspace.UndistortViews();
+  size_t distorted = 0;
+  for (const auto& [id, view] : workspace.reconstruction.views) {
+    EXPECT_TRUE(workspace.reconstruction.cameras.at(view.camera_id).IsPinhole());
+    EXPECT_EQ(workspace.PhotoCamera(view), model.cameras.at(model.views.at(id).camera_id));
+    EXPECT_EQ(view.name, model.views.at(id).name);
+    distorted += workspace.PhotoOf(view) != nullptr;
+  }
+  EXPECT_GT(distorted, 0u);
+}
+
+TEST(WorkspaceTest, LensesThatFoldAreRefusedByName) {
+  const TempFolder folder;
+  Reconstruction model = TinyModel();
+  model.cameras[4] = {4, CameraModelId::kSimpleRadial, 30, 20, {25, 15, 10, -9}};
+  WriteReconstructionBinary(folder / "sparse/0", model);
+  EXPECT_THAT([&] { Workspace::Open(folder.path()).UndistortViews(); },
+              ThrowsMessage<InputError>(
+                  AllOf(HasSubstr("sparse/0: camera 4 (SIMPLE_RADIAL): its distortion folds"),
+                        Not(HasSubstr("\n")))));
 }
 
 TEST(WorkspaceTest, DepthMapsGeometricBeforePhotometric) {
@@ -159,8 +174,9 @@ TEST(WorkspaceTest, BadRootsAreRefused) {
 
 TEST(WorkspaceTest, RealDenseWorkspace) {
   RETINT_REQUIRE_DATA("colmap/two_views_dense");
-  const Workspace workspace = Workspace::Open(DataPath("colmap/two_views_dense"));
-  EXPECT_NO_THROW(workspace.RequirePinhole());
+  Workspace workspace = Workspace::Open(DataPath("colmap/two_views_dense"));
+  workspace.UndistortViews();
+  EXPECT_EQ(workspace.photo_pixels, nullptr);
   const View& view = workspace.RequireView("frame_0213.png");
   const Image photo = workspace.ReadPhoto(view);
   EXPECT_EQ(photo.width, 727);
@@ -174,9 +190,10 @@ TEST(WorkspaceTest, RealDenseWorkspace) {
 TEST(WorkspaceTest, RealCapturesAreComplete) {
   for (const char* name : {"fox", "flower"}) {
     RETINT_REQUIRE_DATA(name);
-    const Workspace workspace = Workspace::Open(DataPath(name));
+    Workspace workspace = Workspace::Open(DataPath(name));
     EXPECT_THAT(workspace.warnings, IsEmpty());
-    EXPECT_NO_THROW(workspace.RequirePinhole());
+    workspace.UndistortViews();
+    EXPECT_EQ(workspace.photo_pixels, nullptr);
     for (const auto& [id, view] : workspace.reconstruction.views) {
       EXPECT_TRUE(workspace.HasPhoto(view)) << view.name;
     }

@@ -279,11 +279,12 @@ const Row kRows[] = {
        Overwrite<int32_t>(p.in / "sparse/0/cameras.bin", 8 + 4, 77);
        return Recolor(p);
      }},
-    // A model whose pixels follow no straight rays.
-    {"DistortedCamera", 3, "image_undistorter",
+    // A lens that folds its picture over itself.
+    {"FoldingCamera", 3, "camera 1 (SIMPLE_RADIAL): its distortion folds the picture",
      [](Place& p) {
        // SIMPLE_RADIAL has four parameters, as PINHOLE.
        Overwrite<int32_t>(p.in / "sparse/0/cameras.bin", 8 + 4, 2);
+       Overwrite<double>(p.in / "sparse/0/cameras.bin", 8 + 4 + 4 + 8 + 8 + 3 * 8, -60);
        return Recolor(p);
      }},
     // Masks.

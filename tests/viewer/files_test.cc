@@ -277,7 +277,7 @@ class FilesTest : public FilesFixture {
          {std::pair("cut cameras", "cameras.bin"), std::pair("cut images", "images.bin"),
           std::pair("cut points", "points3D.bin"), std::pair("cut splat", "splat.ply"),
           std::pair("NaN in the splat", "splat.ply"), std::pair("text as a splat", "splat.ply"),
-          std::pair("distorted camera", "image_undistorter"),
+          std::pair("folding camera", "camera 1 (SIMPLE_RADIAL)"),
           std::pair("unknown camera model", "cameras.bin")}) {
       QTest::newRow(fault) << fault << named;
     }
@@ -306,8 +306,11 @@ class FilesTest : public FilesFixture {
       overwrite(splat, data, std::numeric_limits<float>::quiet_NaN());
     }
     if (fault == "text as a splat") WriteFile(splat, "not a splat at all\n");
-    // SIMPLE_RADIAL has four parameters, as PINHOLE.
-    if (fault == "distorted camera") overwrite(model / "cameras.bin", kCameraModel, int32_t{2});
+    // SIMPLE_RADIAL has four parameters, as PINHOLE; this one folds its picture over itself.
+    if (fault == "folding camera") {
+      overwrite(model / "cameras.bin", kCameraModel, int32_t{2});
+      overwrite(model / "cameras.bin", kCameraModel + 4 + 8 + 8 + 3 * 8, -60.0);
+    }
     if (fault == "unknown camera model") {
       overwrite(model / "cameras.bin", kCameraModel, int32_t{77});
     }

@@ -11,6 +11,7 @@
 #include <QLabel>
 #include <QListWidget>
 #include <QLocale>
+#include <QRegularExpression>
 #include <QShortcut>
 #include <QTreeWidget>
 #include <QVBoxLayout>
@@ -23,10 +24,8 @@ namespace {
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
 
 QString CameraText(const Camera& camera) {
-  const CameraModelInfo* info = FindCameraModel(static_cast<int>(camera.model));
-  const QString model =
-      info ? QString::fromUtf8(info->name.data(), qsizetype(info->name.size())) : QString();
-  return QStringLiteral("%1 %2×%3").arg(model).arg(camera.width).arg(camera.height);
+  static const QRegularExpression kSize("(\\d)x(\\d)");
+  return QString::fromStdString(DescribeCamera(camera)).replace(kSize, "\\1×\\2");
 }
 
 QString FocalText(const Camera& camera) {
@@ -111,10 +110,11 @@ void ScenePanel::Show() {
     add(tr("Photos"), Text(facts->workspace->image_folder));
   }
   add(tr("Splat"), Text(facts->request.splat));
+  std::map<const Camera*, int> of_camera;
+  for (const auto& [id, view] : model.views) ++of_camera[&facts->workspace->PhotoCamera(view)];
   std::map<std::pair<QString, QString>, int> cameras;  // texts, number of views
-  for (const auto& [id, view] : model.views) {
-    const Camera& camera = model.cameras.at(view.camera_id);
-    ++cameras[{CameraText(camera), FocalText(camera)}];
+  for (const auto& [camera, count] : of_camera) {
+    cameras[{CameraText(*camera), FocalText(*camera)}] += count;
   }
   constexpr int kMostCameras = 6;
   int shown = 0;

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/pictures.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+
+namespace retint {
+namespace {
+
+template <typename Array, typename Draw>
+std::vector<Array> DrawFaces(const UserPicture& picture, const Draw& draw) {
+  std::vector<Array> faces;
+  for (const View* face : picture.faces) faces.push_back(draw(*face));
+  return faces;
+}
+
+}  // namespace
+
+Pictures::Pictures(const Workspace& workspace, Pixels pixels) : workspace_(workspace) {
+  const Reconstruction& model = workspace.reconstruction;
+  std::set<const DistortedPhoto*> taken;
+  for (const View* view : model.ViewsByName()) {
+    const DistortedPhoto* photo = pixels == Pixels::kPhoto ? workspace.PhotoOf(*view) : nullptr;
+    if (!photo) {
+      const Camera& camera = model.cameras.at(view->camera_id);
+      all_.push_back({view->name, camera.width, camera.height, {view}, nullptr});
+    } else if (taken.insert(photo).second) {
+      UserPicture picture{
+          photo->name, photo->lens->photo.width, photo->lens->photo.height, {}, photo};
+      for (const ViewId face : photo->faces) picture.faces.push_back(&model.views.at(face));
+      all_.push_back(std::move(picture));
+    }
+  }
+  std::sort(all_.begin(), all_.end(),
+            [](const UserPicture& a, const UserPicture& b) { return a.name < b.name; });
+  for (size_t i = 0; i < all_.size(); ++i) {
+    for (const View* face : all_[i].faces) picture_of_[face] = i;
+  }
+}
+
+bool Pictures::AreViews() const {
+  return std::all_of(all_.begin(), all_.end(),
+                     [](const UserPicture& picture) { return picture.photo == nullptr; });
+}
+
+std::vector<const UserPicture*> Pictures::Require(std::string_view name) const {
+  std::vector<const UserPicture*> found;
+  for (const UserPicture& picture : all_) {
+    const DistortedPhoto* photo = workspace_.PhotoOf(*picture.faces.front());
+    if (picture.name == name || (photo && photo->name == name)) found.push_back(&picture);
+  }
+  if (found.empty()) {
+    // A view of a photo that is wanted whole has no picture of its own.
+    const DistortedPhoto* photo = workspace_.PhotoOf(workspace_.RequireView(name));
+    throw InputError(workspace_.sparse_folder, "\"" + std::string(name) + "\" is a part of " +
+                                                   photo->name +
+                                                   "; name that, or give --pixels pinhole");
+  }
+  return found;
+}
+
+std::vector<const UserPicture*> Pictures::Showing(const std::vector<const View*>& views) const {
+  std::vector<const UserPicture*> found;
+  for (const View* view : views) {
+    const UserPicture* picture = &all_[picture_of_.at(view)];
+    if (std::find(found.begin(), found.end(), picture) == found.end()) found.push_back(picture);
+  }
+  return found;
+}
+
+Image Pictures::Compose(const UserPicture& picture,
+                        const std::function<Image(const View&)>& draw) const {
+  if (!picture.photo) return draw(*picture.faces.front());
+  return workspace_.photo_pixels->ToPhoto(*picture.photo, DrawFaces<Image>(picture, draw));
+}
+
+ScalarImage Pictures::ComposeScalar(const UserPicture& picture,
+                                    const std::function<ScalarImage(const View&)>& draw) const {
+  if (!picture.photo) return draw(*picture.faces.front());
+  return workspace_.photo_pixels->ToPhoto(*picture.photo, DrawFaces<ScalarImage>(picture, draw));
+}
+
+Mask Pictures::ComposeMask(const UserPicture& picture,
+                           const std::function<Mask(const View&)>& draw) const {
+  if (!picture.photo) return draw(*picture.faces.front());
+  return workspace_.photo_pixels->ToPhoto(*picture.photo, DrawFaces<Mask>(picture, draw));
+}
+
+DepthMap Pictures::ComposeDepth(const UserPicture& picture,
+                                const std::function<DepthMap(const View&)>& draw) const {
+  if (!picture.photo) return draw(*picture.faces.front());
+  return workspace_.photo_pixels->DepthToPhoto(*picture.photo, DrawFaces<DepthMap>(picture, draw));
+}
+
+Pictures::MasksByName Pictures::FromViews(const MasksByName& masks) const {
+  MasksByName result;
+  for (const UserPicture& picture : all_) {
+    const bool any = std::any_of(picture.faces.begin(), picture.faces.end(),
+                                 [&](const View* face) { return masks.count(face->name) > 0; });
+    if (!any) continue;
+    if (!picture.photo) {
+      result.emplace(picture.name, masks.at(picture.name));
+      continue;
+    }
+    result.emplace(picture.name, ComposeMask(picture, [&](const View& face) {
+                     const auto found = masks.find(face.name);
+                     if (found != masks.end()) return found->second;
+                     const Camera& camera = workspace_.reconstruction.cameras.at(face.camera_id);
+                     return Mask(camera.width, camera.height);
+                   }));
+  }
+  return result;
+}
+
+Pictures::MasksByName Pictures::ToViews(const MasksByName& masks) const {
+  MasksByName result;
+  for (const UserPicture& picture : all_) {
+    const auto found = masks.find(picture.name);
+    if (found == masks.end()) continue;
+    for (const View* face : picture.faces) {
+      result.emplace(face->name, ToView(picture, *face, found->second));
+    }
+  }
+  return result;
+}
+
+Mask Pictures::ToView(const UserPicture& picture, const View& face, const Mask& mask) const {
+  return picture.photo ? workspace_.photo_pixels->ToView(face.id, mask) : mask;
+}
+
+Mask Pictures::Reach(const UserPicture& picture, const View& face) const {
+  return picture.photo ? workspace_.photo_pixels->Reach(face.id) : Mask();
+}
+
+Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder) const {
+  if (!IsFolder(folder)) throw InputError(folder, "is not a folder");
+  MasksByName masks;
+  for (const UserPicture& picture : all_) {
+    const std::filesystem::path path = ViewFile(folder, picture.name);
+    if (!IsFile(path)) continue;
+    masks.emplace(picture.name, ReadMask(path, picture.width, picture.height));
+  }
+  if (masks.empty()) {
+    throw InputError(folder, "holds no mask of any view; expected e.g. " +
+                                 ViewFile("", all_.front().name).string());
+  }
+  return masks;
+}
+
+}  // namespace retint
