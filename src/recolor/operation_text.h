@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the readers of operations, from the command line and from JSON, share. Internal to recolor.
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/error.h"
+#include "recolor/color_operation.h"
+
+namespace retint {
+
+inline std::string_view Trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+inline std::vector<std::string_view> Split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const auto at = text.find(separator);
+    parts.push_back(Trimmed(text.substr(0, at)));
+    if (at == std::string_view::npos) return parts;
+    text.remove_prefix(at + 1);
+  }
+}
+
+// What was asked for, for messages, and the reading of its values.
+class OperationText {
+ public:
+  OperationText(const ColorOperationType& type, std::string_view text) : type_(type), text_(text) {}
+
+  [[noreturn]] void Fail(const std::string& why) const {
+    throw OptionError(std::string(type_.name) + " '" + std::string(text_) + "': " + why +
+                      (*type_.syntax != 0 ? std::string(" (expected ") + type_.syntax + ")" : ""));
+  }
+
+  float Number(std::string_view word) const {
+    float value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || word.empty()) {
+      Fail(std::string("'").append(word).append("' is not a number"));
+    }
+    if (!std::isfinite(value)) Fail("holds a value that is not finite");
+    return value + 0.0f;  // -0 becomes 0
+  }
+
+  // The three values of #rrggbb.
+  void AddColor(std::string_view word, std::vector<float>& values) const {
+    if (word.size() != 7) Fail("a color needs six hexadecimal digits after its #");
+    for (size_t i = 1; i < 7; i += 2) {
+      unsigned value = 0;
+      const char* last = word.data() + i + 2;
+      if (std::from_chars(word.data() + i, last, value, 16).ptr != last) {
+        Fail("holds a character that is not a hexadecimal digit");
+      }
+      values.push_back(float(value) / 255.0f);
+    }
+  }
+
+  std::vector<float> Values(std::string_view words, const ColorParameter& parameter) const {
+    std::vector<float> values;
+    for (const std::string_view word : Split(words, ':')) {
+      if (parameter.form == ColorParameter::Form::kColor && word.starts_with('#')) {
+        AddColor(word, values);
+      } else {
+        values.push_back(Number(word));
+      }
+    }
+    if (values.size() != size_t(parameter.count)) {
+      Fail(std::string(parameter.name) + " needs " + std::to_string(parameter.count) + " value" +
+           (parameter.count == 1 ? "" : "s"));
+    }
+    return values;
+  }
+
+ private:
+  const ColorOperationType& type_;
+  std::string_view text_;
+};
+
+inline const ColorParameter* FindParameter(const ColorOperationType& type, std::string_view name) {
+  for (const ColorParameter& parameter : type.parameters) {
+    if (name == parameter.name) return &parameter;
+  }
+  return nullptr;
+}
+
+inline void Set(ColorOperation& op, const ColorParameter& parameter,
+                const std::vector<float>& values) {
+  if (parameter.IsList()) {
+    op.values = values;
+  } else {
+    std::copy(values.begin(), values.end(), op.Get(parameter.name).begin());
+  }
+}
+
+}  // namespace retint
