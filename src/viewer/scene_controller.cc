@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "viewer/failure_text.h"
 #include "viewer/post.h"
 #include "viewer/scene_worker.h"
@@ -16,8 +17,9 @@ namespace {
 
 using OptimizerState = BackgroundOptimizer::State;
 
-constexpr int kPollMs = 40;      // of the optimizer's snapshots
-constexpr int kRestartMs = 300;  // of quiet after an edit before the optimizer starts
+constexpr int kPollMs = 40;       // of the optimizer's snapshots
+constexpr int kRestartMs = 300;   // of quiet after an edit before the optimizer starts
+constexpr int kReleaseMs = 1000;  // after a scene closes, when nobody reads it any more
 
 QString Text(const std::string& text) { return QString::fromStdString(text); }
 
@@ -176,6 +178,9 @@ void SceneController::Retire() {
   snapshot_.reset();
   optimizer_ = {};
   ++generation_;
+  QTimer::singleShot(kReleaseMs, this, [this] {
+    worker_->Post({{}, [](Monitor&) { ReleaseFreedMemory(); }, {}});
+  });
 }
 
 void SceneController::Close() {
