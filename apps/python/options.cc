@@ -93,9 +93,7 @@ EditOptions StartOptions(py::kwargs& keywords) {
 }
 
 void FinishOptions(EditOptions& options) {
-  // Steps without end are for those who watch; a call that returns takes the default.
-  AdamOptions& adam = options.refit.options.adam;
-  if (adam.iterations == 0) adam.iterations = AdamOptions().iterations;
+  options.EndByThemselves();
   options.Check();
 }
 

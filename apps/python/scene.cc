@@ -155,14 +155,15 @@ void BindWorkspace(py::module_& module) {
   py::class_<PyWorkspace>(module, "Workspace",
                           "A COLMAP workspace: cameras, posed images (views) and sparse points.")
       .def(
-          py::init([](const py::object& path, const py::object& images) {
+          py::init([](const py::object& path, const py::object& images, const std::string& model) {
             const auto root = ToPath(path), folder = ToPath(images);
             const py::gil_scoped_release unlocked;
-            return PyWorkspace{std::make_shared<Workspace>(Workspace::Open(root, folder))};
+            return PyWorkspace{std::make_shared<Workspace>(Workspace::Open(root, folder, model))};
           }),
-          py::arg("path"), py::arg("images") = py::none(),
+          py::arg("path"), py::arg("images") = py::none(), py::arg("model") = "",
           "Opens the folder: sparse/0, sparse or the model itself, text or binary. `images` is the "
-          "folder of the photos, where it is not PATH/images. InputError for damaged files.")
+          "folder of the photos, where it is not PATH/images. `model` names the sparse model where "
+          "there are several. InputError for damaged files.")
       .def_property_readonly(
           "root", [](const PyWorkspace& w) { return FromPath(w.data->root); }, "pathlib.Path")
       .def_property_readonly("views", &ViewsOf, "list of View, by name")

@@ -23,7 +23,8 @@ namespace {
 using Sessions = py::class_<PySession>;
 
 SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache_mb,
-                           const std::array<float, 3>& background, const py::object& images) {
+                           const std::array<float, 3>& background, const py::object& images,
+                           const std::string& model, int views) {
   SessionOptions options;
   options.pixels = Pixels::kPinhole;  // arrays are the views', whose cameras Python sees
   options.backend = backend;
@@ -31,6 +32,8 @@ SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache
   options.cache_bytes = cache_mb << 20;
   options.background = background;
   options.image_folder = ToPath(images);
+  options.model = model;
+  options.views = views;
   options.Check();
   return options;
 }
@@ -38,16 +41,19 @@ SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache
 std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& splat,
                                 const std::string& backend, int holdout, size_t cache_mb,
                                 const std::array<float, 3>& background, const py::object& images,
-                                py::object progress) {
-  const SessionOptions options = MakeOptions(backend, holdout, cache_mb, background, images);
+                                const std::string& model, int views, py::object progress) {
+  const SessionOptions options =
+      MakeOptions(backend, holdout, cache_mb, background, images, model, views);
   const bool read_workspace = !py::isinstance<PyWorkspace>(workspace);
   const bool read_splat = !py::isinstance<PySplat>(splat);
-  CheckOption(read_workspace || options.image_folder.empty(),
-              "images is of a workspace's folder, not of a Workspace");
+  CheckOption(read_workspace || (options.image_folder.empty() && model.empty()),
+              "images and model are of a workspace's folder, not of a Workspace");
+  CheckOption(!workspace.is_none() || (read_splat && !splat.is_none()),
+              "without a workspace, name the file of the splat");
   const auto folder = read_workspace ? ToPath(workspace) : std::filesystem::path();
   auto file = read_splat ? ToPath(splat) : std::filesystem::path();
   const auto opened = read_workspace ? nullptr : workspace.cast<const PyWorkspace&>().data;
-  const auto model = read_splat ? nullptr : splat.cast<const PySplat&>().data;
+  const auto given = read_splat ? nullptr : splat.cast<const PySplat&>().data;
   Call call(std::move(progress));
   return std::make_unique<PySession>(call.Run([&](Monitor& monitor) {
     const auto root = opened ? opened->root : folder;
@@ -59,11 +65,11 @@ std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& s
     if (read_workspace && read_splat) {
       return std::shared_ptr(EditSession::Open(folder, file, options, monitor));
     }
-    Workspace own = opened ? *opened : Workspace::Open(folder, options.image_folder);
+    Workspace own = opened ? *opened : Workspace::Open(folder, options.image_folder, options.model);
     own.UndistortViews();
-    GaussianModel splat_of = model ? *model : ReadSplat(file, monitor);
-    splat_of.Validate();
-    return std::make_shared<EditSession>(std::move(own), std::move(splat_of), options);
+    GaussianModel own_splat = given ? *given : ReadSplat(file, monitor);
+    own_splat.Validate();
+    return std::make_shared<EditSession>(std::move(own), std::move(own_splat), options);
   }));
 }
 
@@ -447,11 +453,13 @@ void BindSession(py::module_& module) {
   type.def(py::init(&Open), py::arg("workspace"), py::arg("splat") = py::none(), py::kw_only(),
            py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
            py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
-           py::arg("progress") = py::none(),
-           "Opens a workspace (a folder or a Workspace) and a splat (a file, a Splat, or None: the "
+           py::arg("model") = "", py::arg("views") = 40, py::arg("progress") = py::none(),
+           "Opens a workspace (a folder or a Workspace; None for a splat alone) and a splat (a "
+           "file, a Splat, or None: the "
            "one that is found in the workspace). backend: 'auto', 'cpu' or 'cuda'; holdout: keep "
            "every n-th view by name out of the fit; cache_mb: memory for the views' geometry, MiB; "
-           "background: RGB in [0, 1]; images: the folder of the photos.")
+           "background: RGB in [0, 1]; images: the folder of the photos; model: the folder of the "
+           "sparse model below the workspace; views: how many are placed around a splat alone.")
       .def_static("load", &Load, py::arg("folder"), py::kw_only(), py::arg("backend") = "auto",
                   py::arg("cache_mb") = 640, py::arg("progress") = py::none(),
                   "Opens a session that was saved, by save() or by the editor.")

@@ -16,6 +16,7 @@
 
 #include "base/error.h"
 #include "retint/common.h"
+#include "retint/manual.h"
 #include "retint/version.h"
 
 namespace retint::cli {
@@ -122,6 +123,7 @@ int RunCommand(int argc, char** argv) {
   AddCameras(app, globals, action);
   AddConvert(app, globals, action);
   AddSynth(app, globals, action);
+  AddManual(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

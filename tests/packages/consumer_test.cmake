@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Installs the libraries into WORK and builds and runs a program against what was installed.
+# -DBUILD=... -DWORK=... -DSOURCE=... -DCOMPILER=... -DVERSION=...
+file(REMOVE_RECURSE ${WORK})
+function(run)
+  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE code)
+  set(output "${output}" PARENT_SCOPE)
+  set(code ${code} PARENT_SCOPE)
+  if(NOT code EQUAL 0 AND NOT code EQUAL 3)
+    message(FATAL_ERROR "${ARGN}:\n${output}")
+  endif()
+endfunction()
+
+run(${CMAKE_COMMAND} --install ${BUILD} --component dev --prefix ${WORK}/first)
+# Moved, so that nothing may hold on to where it was.
+file(RENAME ${WORK}/first ${WORK}/moved)
+foreach(header base/error.h session/edit_session.h kernels/backend.h colmap_io/workspace.h)
+  if(NOT EXISTS ${WORK}/moved/include/retint/${header})
+    message(FATAL_ERROR "${header} is not installed")
+  endif()
+endforeach()
+run(${CMAKE_COMMAND} -S ${SOURCE}/consumer -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/moved
+  -DCMAKE_CXX_COMPILER=${COMPILER})
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+run(${WORK}/build/consumer)
+if(NOT output STREQUAL "Retint ${VERSION}\n")
+  message(FATAL_ERROR "the consumer said: ${output}")
+endif()
+run(${WORK}/build/consumer ${WORK}/none.ply)
+if(NOT code EQUAL 3 OR NOT output MATCHES "none.ply")
+  message(FATAL_ERROR "the consumer did not name the file that is missing: ${output}")
+endif()
+file(REMOVE_RECURSE ${WORK})
