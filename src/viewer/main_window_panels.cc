@@ -16,6 +16,7 @@
 #include "viewer/panels/scene_panel.h"
 #include "viewer/panels/selection_panel.h"
 #include "viewer/panels/views_panel.h"
+#include "viewer/view_editor.h"
 
 namespace retint {
 namespace {
@@ -92,6 +93,23 @@ void MainWindow::AddPanels() {
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
   auto* regions_panel = new RegionsPanel(controller_, canvas_, current_);
   connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
+  auto* elsewhere = new ViewEditor(controller_, this);
+  connect(regions_panel, &RegionsPanel::elsewhereWanted, this, [this, elsewhere](bool photo) {
+    const View* view = canvas_->navigation().view();
+    if (!view) {
+      return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
+                     .arg(keys_.KeyText("view.next")));
+    }
+    elsewhere->Start(current_->id(), view->name, photo ? TargetKind::kPhoto : TargetKind::kRender);
+  });
+  connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
+    Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
+  });
+  connect(elsewhere, &ViewEditor::taken, this,
+          [this](const QString& path) { Say(tr("Took over %1").arg(path)); });
+  connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
+    ShowError(tr("The view cannot be edited elsewhere"), message);
+  });
   auto* optimizer_panel = new OptimizerPanel(controller_, current_);
   connect(optimizer_panel, &OptimizerPanel::refused, this, &MainWindow::ShowError);
   auto* selection_panel = new SelectionPanel(controller_, selection_, canvas_, current_);

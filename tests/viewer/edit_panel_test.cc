@@ -20,8 +20,11 @@
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/swatch_row.h"
+#include "viewer/view_editor.h"
 
 namespace retint {
+
+namespace fs = std::filesystem;
 
 class EditPanelTest : public PanelsFixture {
   Q_OBJECT
@@ -41,8 +44,12 @@ class EditPanelTest : public PanelsFixture {
     for (const ColorOperation& operation : Edit().operations) kinds.push_back(operation.kind);
     return kinds;
   }
-  void Click(const char* button) {
-    QTest::mouseClick(Find<QAbstractButton>(button), Qt::LeftButton);
+  void Click(const char* name) {
+    auto* button = Find<QAbstractButton>(name);
+    // A box is at the left of its row.
+    const QPoint at = qobject_cast<QCheckBox*>(button) ? QPoint(8, button->height() / 2)
+                                                       : button->rect().center();
+    QTest::mouseClick(button, Qt::LeftButton, {}, at);
   }
   void Type(const char* box, const char* text) {
     auto* field = Find<QDoubleSpinBox>(box);
@@ -372,6 +379,50 @@ class EditPanelTest : public PanelsFixture {
              photo.pixel(int(there.x() * photo.width()), int(there.y() * photo.height())));
   }
 
+  // By a program that here swaps red and blue, and saves by replacing the file.
+  void AViewIsEditedElsewhere() {
+    QVERIFY(AddPlain());
+    QVERIFY(WaitSharp(*window_));
+    auto* editor = window_->findChild<ViewEditor*>();
+    QVERIFY(editor);
+    QString opened;
+    editor->SetOpener([&](const QString& path) {
+      opened = path;
+      return true;
+    });
+    const auto save = [&](const QImage& picture) {
+      QVERIFY(picture.save(opened + ".new", "PNG"));
+      fs::rename((opened + ".new").toStdString(), opened.toStdString());
+    };
+    Click("mode_picture");
+    Click("picture_elsewhere");
+    QTRY_VERIFY_WITH_TIMEOUT(!opened.isEmpty(), kWaitMs);
+    const QImage written(opened);
+    QVERIFY(!written.isNull());
+    QVERIFY(Edit().operations.empty());  // opening it is no edit
+    // Cut off, as while it is being written.
+    WriteFile(opened.toStdString(), "\x89PNG");
+    save(written.rgbSwapped());
+    QTRY_VERIFY_WITH_TIMEOUT(!Regions()[0].edit.operations.empty(), kWaitMs);
+    QVERIFY(Measured());
+    const ColorEdit edit = Edit();
+    QCOMPARE(edit.operations.size(), size_t{1});
+    const ColorOperation& picture = edit.operations[0];
+    QVERIFY(picture.kind == Kind::kPicture && picture.table);
+    QCOMPARE(picture.picture->pictures[0].view, window_->canvas().navigation().view()->name);
+    QVERIFY(Find<QLabel>("picture_found")->text().contains("color map explains"));
+    // Saved again as it was, the same step says that nothing was changed.
+    save(written);
+    QTRY_VERIFY_WITH_TIMEOUT(
+        !Regions()[0].edit.NeedsMainColor() && !Regions()[0].edit.operations[0].table, kWaitMs);
+    QCOMPARE(Edit().operations.size(), size_t{1});
+    // The photo is another file.
+    const QString first = opened;
+    Click("picture_photo_elsewhere");
+    QTRY_VERIFY_WITH_TIMEOUT(opened != first, kWaitMs);
+    QVERIFY(QImage(opened).size() == written.size());
+  }
+
   void ColorsAreKept() {
     QVERIFY(AddPlain());
     TypeColor("#2040ff");
@@ -391,7 +442,7 @@ class EditPanelTest : public PanelsFixture {
     QVERIFY(Measured());
     QCOMPARE(NamedColor(Edit()).name(), QString("#2040ff"));
     // The next window has them too.
-    const SwatchRow later("", "swatches", SwatchRow::Form::kKept);
+    const SwatchRow later("", "swatches", SwatchRow::Form::kKept, window_.get());
     QCOMPARE(later.colors().front().name(), QString("#2040ff"));
     QTest::mouseClick(blue, Qt::RightButton);
     QVERIFY(swatches->colors().empty());

@@ -1,37 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of docs/viewer.md: the window on a synthetic workspace, driven as a user would, at
-// 1600 x 1000, dark and light.   screenshots WORKSPACE FOLDER
-// Run by apps/screenshots.sh.
+// The pictures of docs/viewer.md: the window on a synthetic workspace, driven as a user would, dark
+// and light.   screenshots WORKSPACE FOLDER [WIDTH HEIGHT]
+// Of the window's size, 1600 x 1000 where none is given. Run by apps/screenshots.sh.
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
+#include <map>
 
+#include <QAbstractButton>
 #include <QAction>
 #include <QApplication>
 #include <QBuffer>
+#include <QCheckBox>
 #include <QDir>
 #include <QDockWidget>
 #include <QFile>
+#include <QPainter>
 #include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
 
 #include "colmap_io/image_io.h"
 #include "viewer/main_window.h"
+#include "viewer/panels/edit_panel.h"
+#include "viewer/panels/operation_views.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
 namespace {
 
 constexpr int kWaitMs = 600000;
+constexpr int kGap = 8;                // pixels between the shots of modes
 constexpr qint64 kMostBytes = 195000;  // of a picture: the repository keeps every one of them
 
 class Photographer {
  public:
-  Photographer(const QString& workspace, const QString& folder)
-      : workspace_(workspace), folder_(folder) {}
+  Photographer(const QString& workspace, const QString& folder, const QSize& size)
+      : workspace_(workspace), folder_(folder), size_(size) {}
 
   bool Run() {
-    window_.resize(1600, 1000);
+    window_.resize(size_);
     window_.show();
     OpenRequest request;
     request.workspace = workspace_.toStdString();
@@ -57,7 +66,7 @@ class Photographer {
     selection.Accept();
     if (!Wait([&] { return window_.current_region() != 0 && !controller.IsBusy(); })) return false;
     const RegionId id = window_.current_region();
-    controller.SetEdit(id, ColorEdit::Tint({0.35F, 0.55F, 1.0F}));
+    controller.SetEdit(id, {{NewOperation(ColorOperationKind::kRecolor, QColor("#3060ff"))}, 1});
     controller.Rename(id, "Region 1");
     if (!Wait([&] {
           return controller.optimizer().state == BackgroundOptimizer::State::kFinished;
@@ -87,6 +96,8 @@ class Photographer {
     Raise("quality");
     if (!Wait([&] { return window_.canvas().IsSharp(); })) return false;
     if (!Shoot("quality")) return false;
+    window_.action("show.split")->trigger();
+    if (!ShootModes()) return false;
     controller.CancelRefit();
     return true;
   }
@@ -108,37 +119,77 @@ class Photographer {
     QTest::qWait(200);
   }
 
+  // The modes side by side.
+  bool ShootModes() {
+    auto* panel = window_.findChild<EditPanel*>("edit_panel");
+    const QStringList modes = {"recolor", "adjust", "grade", "gradient", "palette"};
+    for (const QString& mode : modes) {
+      auto* button = window_.findChild<QAbstractButton*>("mode_" + mode);
+      QTest::mouseClick(button, Qt::LeftButton);
+      if (mode == "adjust") window_.findChild<QCheckBox*>("adjust_ranged")->setChecked(true);
+      if (mode == "palette") {
+        QTest::mouseClick(window_.findChild<QAbstractButton*>("palette_measure"), Qt::LeftButton);
+        if (!Wait([&] {
+              return !window_.controller().IsBusy() && !panel->edit().NeedsMainColor();
+            })) {
+          return false;
+        }
+      }
+      QTest::qWait(300);
+      shots_[mode] = panel->grab().toImage();
+    }
+    int width = 0, height = 0;
+    for (const auto& [mode, shot] : shots_)
+      width += shot.width() + kGap, height = std::max(height, shot.height());
+    QImage all(width + kGap, height + 2 * kGap, QImage::Format_RGB32);
+    all.fill(panel->palette().color(QPalette::Window));
+    QPainter painter(&all);
+    int x = kGap;
+    for (const QString& mode : modes) {
+      painter.drawImage(x, kGap, shots_[mode]);
+      x += shots_[mode].width() + kGap;
+    }
+    painter.end();
+    return Keep(all, "modes-dark");
+  }
+
   bool Shoot(const QString& name) {
     for (const auto& [choice, suffix] :
          {std::pair{ThemeChoice::kDark, "dark"}, std::pair{ThemeChoice::kLight, "light"}}) {
       theme_.Choose(choice);
       QTest::qWait(300);
-      const QString path = folder_ + "/viewer-" + name + "-" + suffix + ".jpg";
-      const QImage picture = window_.grab().toImage();
-      QByteArray bytes;
-      for (int quality = 92; bytes.isEmpty() || bytes.size() > kMostBytes; quality -= 2) {
-        bytes.clear();
-        QBuffer buffer(&bytes);
-        buffer.open(QIODevice::WriteOnly);
-        if (quality < 10 || !picture.save(&buffer, "JPG", quality)) return Fail("no JPEG");
-      }
-      QFile file(path);
-      if (!file.open(QIODevice::WriteOnly) || file.write(bytes) != bytes.size()) {
-        return Fail("a picture cannot be written");
-      }
+      if (!Keep(window_.grab().toImage(), name + "-" + suffix)) return false;
     }
     theme_.Choose(ThemeChoice::kDark);
     return true;
   }
 
+  bool Keep(const QImage& picture, const QString& name) {
+    QByteArray bytes;
+    for (int quality = 92; bytes.isEmpty() || bytes.size() > kMostBytes; quality -= 2) {
+      bytes.clear();
+      QBuffer buffer(&bytes);
+      buffer.open(QIODevice::WriteOnly);
+      if (quality < 10 || !picture.save(&buffer, "JPG", quality)) return Fail("no JPEG");
+    }
+    QFile file(folder_ + "/viewer-" + name + ".jpg");
+    if (!file.open(QIODevice::WriteOnly) || file.write(bytes) != bytes.size()) {
+      return Fail("a picture cannot be written");
+    }
+    return true;
+  }
+
   QString workspace_, folder_;
+  QSize size_;
+  std::map<QString, QImage> shots_;  // of the modes
   Theme theme_;
   MainWindow window_{&theme_};
 };
 
 int Main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: screenshots WORKSPACE FOLDER\n");
+  const QSize size = argc == 5 ? QSize(std::atoi(argv[3]), std::atoi(argv[4])) : QSize(1600, 1000);
+  if ((argc != 3 && argc != 5) || size.isEmpty()) {
+    std::fprintf(stderr, "usage: screenshots WORKSPACE FOLDER [WIDTH HEIGHT]\n");
     return 2;
   }
   const QTemporaryDir home;
@@ -147,7 +198,7 @@ int Main(int argc, char** argv) {
   QCoreApplication::setOrganizationName("retint-screenshots");
   QApplication app(argc, argv);
   QDir().mkpath(argv[2]);
-  return Photographer(argv[1], argv[2]).Run() ? 0 : 1;
+  return Photographer(argv[1], argv[2], size).Run() ? 0 : 1;
 }
 
 }  // namespace

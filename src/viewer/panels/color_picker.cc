@@ -228,9 +228,9 @@ ColorPicker::ColorPicker(QWidget* parent) : QWidget(parent), color_(Qt::white) {
   text_->setToolTip(tr("The color as #rrggbb, or by its name: white, tomato, steelblue"));
   text_->setMinimumWidth(text_->fontMetrics().horizontalAdvance("#dddddd") + 16);
   layout->addWidget(text_, 3, 3);
-  recent_ = new SwatchRow(tr("Recent"), "recent_colors", SwatchRow::Form::kRecent);
+  recent_ = new SwatchRow(tr("Recent"), "recent_colors", SwatchRow::Form::kRecent, this);
   recent_->setObjectName("recent_colors");
-  swatches_ = new SwatchRow(tr("Swatches"), "swatches", SwatchRow::Form::kKept);
+  swatches_ = new SwatchRow(tr("Swatches"), "swatches", SwatchRow::Form::kKept, this);
   swatches_->setObjectName("swatches");
   layout->addWidget(recent_, 4, 0, 1, kColumns);
   layout->addWidget(swatches_, 5, 0, 1, kColumns);

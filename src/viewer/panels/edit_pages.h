@@ -189,6 +189,23 @@ class PalettePage : public EditPage {
   size_t current_ = 0;
 };
 
+// What was painted on views in another program.
+class PicturePage : public EditPage {
+  Q_OBJECT
+
+ public:
+  PicturePage();
+
+ Q_SIGNALS:
+  void elsewhereWanted(bool photo);
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  QLabel* found_;
+};
+
 // Of an operation that no mode is for.
 class MatrixPage : public EditPage {
   Q_OBJECT

@@ -154,6 +154,10 @@ void EditPanel::BuildModes() {
   AddMode("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
   AddMode("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
           new PalettePage);
+  auto* picture = new PicturePage;
+  AddMode("picture", tr("Picture"), tr("Take over what was painted on a view in another program"),
+          picture);
+  connect(picture, &PicturePage::elsewhereWanted, this, &EditPanel::elsewhereWanted);
   // For lists from elsewhere: no button leads there.
   AddMode("matrix", tr("Matrix"), {}, new MatrixPage);
   connect(modes_, &QButtonGroup::idClicked, this, [this](int mode) {
@@ -190,6 +194,7 @@ void EditPanel::AddMode(const char* name, const QString& text, const QString& ti
 
 void EditPanel::FillAddMenu(QMenu* menu) {
   for (const ColorOperationType& type : ColorOperationTypes()) {
+    if (type.kind == Kind::kPicture) continue;  // comes from elsewhere
     QAction* action =
         menu->addAction(OperationTitle(type.kind), this, [this, kind = type.kind] { Add(kind); });
     action->setObjectName(type.name);

@@ -47,6 +47,8 @@ class EditPanel : public QWidget {
   // By the user; it is valid. `dragging`: more is to come.
   void edited(const retint::ColorEdit& edit, bool dragging);
   void pickWanted();
+  // The view that shows, or its photo, is to be edited in another program.
+  void elsewhereWanted(bool photo);
 
  private:
   void BuildList();

@@ -103,6 +103,13 @@ QString Detail(const ColorOperation& op) {
       return Tr("of %1 colors").arg(op.values.size() / 4);
     case Kind::kPalette:
       return Tr("of %1 colors").arg(op.values.size() / kPairValues);
+    case Kind::kPicture: {
+      QStringList views;
+      for (const EditedPicture& one : op.picture->pictures) {
+        views << QString::fromStdString(one.view);
+      }
+      return Tr("of %1").arg(views.join(", "));
+    }
     case Kind::kLut:
       return op.table ? QString::fromStdString(op.table->name) : QString();
     default:
@@ -178,7 +185,12 @@ bool TakeMeasured(ColorOperation& op, const ColorOperation& measured) {
     op.Get("brightest")[0] = measured.Get("brightest")[0];
     return true;
   }
-  if (op.kind != Kind::kPalette) return false;
+  if (op.kind == Kind::kPicture) {
+    const float strength = op.strength;
+    op = measured;
+    op.strength = strength;
+    return true;
+  }
   // Another number of colors is another palette.
   if (op.values.size() < measured.values.size()) return false;
   op.values.resize(measured.values.size());

@@ -36,7 +36,7 @@ QString OperationTitle(ColorOperationKind kind);
 // "Recolor to #3060ff", "Exposure +0.5".
 QString OperationSummary(const ColorOperation& operation);
 // One that can be added to a list as it is; `color` is what it makes of the region, where it makes
-// one color. Not for kLut, which needs a file.
+// one color. Not for kLut and kPicture, which need a file.
 ColorOperation NewOperation(ColorOperationKind kind, const QColor& color);
 
 // What was measured holds for one region, and for the operations before. Forgets it; a color that

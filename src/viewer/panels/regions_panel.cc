@@ -156,6 +156,7 @@ void RegionsPanel::BuildEditors() {
   layout->addWidget(percent_, 2, 2);
   connect(edit_, &EditPanel::edited, this, &RegionsPanel::OnEdit);
   connect(edit_, &EditPanel::pickWanted, this, &RegionsPanel::Pick);
+  connect(edit_, &EditPanel::elsewhereWanted, this, &RegionsPanel::elsewhereWanted);
   connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
   connect(strength_, &QSlider::valueChanged, this, &RegionsPanel::OnStrength);
