@@ -40,6 +40,7 @@ void ForgetMeasured(ColorEdit& edit, size_t from) {
 
 EditPanel::EditPanel(QWidget* parent) : QWidget(parent) {
   setObjectName("edit_panel");
+  setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);  // the list of regions may grow
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->setSpacing(4);
@@ -142,6 +143,7 @@ void EditPanel::BuildModes() {
   mode_row_->setSizePolicy(policy);
   modes_ = new QButtonGroup(this);
   pages_ = new QStackedWidget;
+  pages_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
   AddMode("recolor", tr("Recolor"), tr("Make it this color: shading and highlights stay"),
           new RecolorPage);
   AddMode("tint", tr("Tint"), tr("Multiply the colors, as the ReCoGS paper does"), new TintPage);

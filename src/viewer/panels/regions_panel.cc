@@ -132,6 +132,7 @@ void RegionsPanel::BuildButtons() {
 
 void RegionsPanel::BuildEditors() {
   editors_ = new QWidget;
+  editors_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
   auto* layout = new QGridLayout(editors_);
   layout->setContentsMargins(0, 4, 0, 0);
   title_ = new QLabel;
