@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "base/parallel.h"
@@ -27,21 +28,38 @@ TileRect RectOf(const ViewGeometry& view, int tile) {
           std::min(kTileSize, view.camera().height - y0)};
 }
 
+// Calls copy(C) with the usual numbers of channels as compile-time constants: a compiler unrolls
+// the copies of a tile then.
+template <typename Copy>
+void WithChannels(int channels, const Copy& copy) {
+  static_assert(kMaxChannels == 8);
+  switch (channels) {
+    case 1:
+      return copy(std::integral_constant<int, 1>());
+    case 2:
+      return copy(std::integral_constant<int, 2>());
+    case 3:
+      return copy(std::integral_constant<int, 3>());
+    case 6:
+      return copy(std::integral_constant<int, 6>());
+    default:
+      return copy(channels);
+  }
+}
+
 // Planar tile -> interleaved image.
 void StoreTile(const TileRect& rect, const float* planes, int channels, int image_width,
                float* image) {
-  for (int y = 0; y < rect.height; ++y) {
-    float* out =
-        image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(channels);
-    const float* in = planes + y * kTileSize;
-    if (channels == 1) {
-      std::copy_n(in, rect.width, out);
-      continue;
+  WithChannels(channels, [&](auto count) {
+    for (int y = 0; y < rect.height; ++y) {
+      float* const out =
+          image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(count);
+      const float* const in = planes + y * kTileSize;
+      for (int x = 0; x < rect.width; ++x) {
+        for (int c = 0; c < count; ++c) out[x * count + c] = in[c * kTilePixels + x];
+      }
     }
-    for (int x = 0; x < rect.width; ++x) {
-      for (int c = 0; c < channels; ++c) *out++ = in[c * kTilePixels + x];
-    }
-  }
+  });
 }
 
 // Interleaved image -> planar tile, zero beyond the image.
@@ -50,14 +68,16 @@ void LoadTile(const TileRect& rect, const float* image, int channels, int image_
   if (rect.width < kTileSize || rect.height < kTileSize) {
     std::fill_n(planes, channels * kTilePixels, 0.0f);
   }
-  for (int y = 0; y < rect.height; ++y) {
-    const float* in =
-        image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(channels);
-    float* out = planes + y * kTileSize;
-    for (int x = 0; x < rect.width; ++x) {
-      for (int c = 0; c < channels; ++c) out[c * kTilePixels + x] = *in++;
+  WithChannels(channels, [&](auto count) {
+    for (int y = 0; y < rect.height; ++y) {
+      const float* const in =
+          image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(count);
+      float* const out = planes + y * kTileSize;
+      for (int x = 0; x < rect.width; ++x) {
+        for (int c = 0; c < count; ++c) out[c * kTilePixels + x] = in[x * count + c];
+      }
     }
-  }
+  });
 }
 
 // Values of the pixels that no tile of the view covers; only in the tiles that are wanted, where
