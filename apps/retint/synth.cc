@@ -27,7 +27,8 @@ PaintedObject ParseAlbedo(const std::string& text) {
   if (equals + 1 < text.size() && text[equals + 1] != '#') {
     return {text.substr(0, equals), {}, ReadImage8(text.substr(equals + 1))};
   }
-  const auto color = ParseTint(text.substr(equals + 1)).operations.front().Get("color");
+  const ColorEdit tint = ParseTint(text.substr(equals + 1));
+  const auto color = tint.operations.front().Get("color");
   return {text.substr(0, equals), {color[0], color[1], color[2]}, {}};
 }
 
