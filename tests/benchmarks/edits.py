@@ -1,0 +1,228 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""How exact edits are, in CIEDE2000 differences (needs numpy and Pillow).
+
+  python3 tests/benchmarks/edits.py --retint build/release/apps/retint --data DATA --work /tmp/e
+
+Prints Markdown, any of three tables (--tables):
+  operations  every operation on every scene: held-out views of the result against the operation
+              applied to the original render, inside and outside the mask
+  recolor     `--to` of the synthetic objects, and a tint, against renders of the same scene whose
+              object has that color: each object with several colors
+  picture     stripes and letters on the box, taken over from the picture of one view, against the
+              photos of the scene whose box has them"""
+import json
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+import workbench as wb
+
+OPERATIONS = {
+    "tint": ["--tint", "#3060ff"],
+    "matrix": ["--matrix", "0,1,0,0,0,0,1,0,1,0,0,0"],
+    "exposure": ["--exposure", "0.7"],
+    "contrast": ["--contrast", "1.3"],
+    "gamma": ["--gamma", "1.4"],
+    "white-balance": ["--white-balance", "50,10"],
+    "saturation": ["--saturation", "1.5"],
+    "invert": ["--invert"],
+    "gray": ["--gray"],
+    "adjust": ["--adjust", "hue=90,chroma=0.9"],
+    "to": ["--to", "#3060ff"],
+    "gradient": ["--gradient", "#101030,#a04020,#fff0d0"],
+    "palette": ["--palette", "4,1=#3060ff"],
+    "to, soft-clip": ["--to", "#3060ff", "--soft-clip"],
+}
+COLORS = ["#3060ff", "#20a040", "#d02020", "#e0e0e0", "#303030"]
+
+
+def cie_lab(rgb):
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    to_xyz = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750],
+                       [0.0193339, 0.1191920, 0.9503041]])
+    xyz = linear @ to_xyz.T / np.array([0.95047, 1, 1.08883])
+    f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
+    return np.stack([116 * f[..., 1] - 16, 500 * (f[..., 0] - f[..., 1]),
+                     200 * (f[..., 1] - f[..., 2])], -1)
+
+
+def differences(x, y):
+    """CIEDE2000 (Sharma, Wu and Dalal 2005) of two arrays of display-encoded colors, [N, 3]."""
+    l1, a1, b1 = cie_lab(x).T
+    l2, a2, b2 = cie_lab(y).T
+    mean = (np.hypot(a1, b1) + np.hypot(a2, b2)) / 2
+    stretch = 1.5 - 0.5 * np.sqrt(mean ** 7 / (mean ** 7 + 25.0 ** 7))
+    a1, a2 = a1 * stretch, a2 * stretch
+    c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
+    h1, h2 = np.degrees(np.arctan2(b1, a1)) % 360, np.degrees(np.arctan2(b2, a2)) % 360
+    turn = (h2 - h1 + 180) % 360 - 180
+    turn = np.where(c1 * c2 == 0, 0, turn)
+    dl, dc, dh = l2 - l1, c2 - c1, 2 * np.sqrt(c1 * c2) * np.sin(np.radians(turn / 2))
+    lm, cm = (l1 + l2) / 2, (c1 + c2) / 2
+    hm = np.where(c1 * c2 == 0, h1 + h2, (h1 + turn / 2) % 360)
+    t = (1 - 0.17 * np.cos(np.radians(hm - 30)) + 0.24 * np.cos(np.radians(2 * hm))
+         + 0.32 * np.cos(np.radians(3 * hm + 6)) - 0.2 * np.cos(np.radians(4 * hm - 63)))
+    sl = 1 + 0.015 * (lm - 50) ** 2 / np.sqrt(20 + (lm - 50) ** 2)
+    sc, sh = 1 + 0.045 * cm, 1 + 0.015 * cm * t
+    twist = (-2 * np.sqrt(cm ** 7 / (cm ** 7 + 25.0 ** 7))
+             * np.sin(np.radians(60 * np.exp(-((hm - 275) / 25) ** 2))))
+    return np.sqrt((dl / sl) ** 2 + (dc / sc) ** 2 + (dh / sh) ** 2 + twist * dc / sc * dh / sh)
+
+
+def read(path):
+    return np.asarray(Image.open(path).convert("RGB")) / 255.0
+
+
+def read_mask(path):
+    return np.asarray(Image.open(path).convert("L"))
+
+
+def recolor(run, paint, folder, edit, *more):
+    """Runs `retint recolor` of one painted view and keeps its stages."""
+    folder.mkdir(parents=True, exist_ok=True)
+    run("recolor", *paint.scene_flags(), *paint.paint_flags(), *edit, "--output",
+        folder / "out.ply", "--report", folder / "report.json", "--save-stages", folder / "stages",
+        *more)
+    return folder / "stages"
+
+
+def held_out(stages, every):
+    return sorted(f.name for f in (stages / "result").glob("**/*.png"))[::every]
+
+
+def operations(options, run, paints):
+    rows = []
+    for paint in paints:
+        if paint.scene in wb.SYNTHETIC and paint.label not in options.objects.split(",")[:1]:
+            continue
+
+        def measure(name, paint=paint):
+            stages = recolor(run, paint, paint.folder(options.work) / name.replace(", ", "-"),
+                             OPERATIONS[name], "--holdout", options.holdout)
+            inside, outside = [], []
+            for view in held_out(stages, options.holdout):
+                mask = read_mask(stages / "masks" / view)
+                found, wanted = read(stages / "result" / view), read(stages / "targets" / view)
+                inside.append(differences(found[mask >= 128], wanted[mask >= 128]))
+                outside.append(differences(found[mask == 0], wanted[mask == 0]))
+            return np.concatenate(inside), np.concatenate(outside)
+
+        for name, found in zip(OPERATIONS, run.each(measure, list(OPERATIONS))):
+            if found:
+                inside, outside = found
+                rows.append([paint.scene, name, f"{np.median(inside):.2f}",
+                             f"{np.quantile(inside, 0.95):.2f}", f"{np.median(outside):.2f}",
+                             f"{outside.mean():.3f}"])
+    wb.print_table("**Operations: held-out views, CIEDE2000**",
+                   ["scene", "operation", "inside: median", "95 %", "outside: median", "mean"], rows)
+    return rows
+
+
+def true_scene(options, run, name, albedo):
+    width, height, views = options.size.split("x")
+    folder = options.work / "truth" / name
+    if not (folder / "splat.ply").exists():
+        run("synth", "--output", folder, "--width", width, "--height", height, "--views", views,
+            *[flag for entry in albedo for flag in ("--albedo", entry)])
+    return folder
+
+
+def main_color(folder, label):
+    """The color that the object has: the median of its pixels' most frequent third of hues."""
+    pixels = np.concatenate([read(folder / "images" / n)[read_mask(m) >= 250]
+                             for n, m in wb.masks_in(folder / "truth" / "masks" / label).items()])
+    lab = cie_lab(pixels)
+    direction = lab[:, 1:] / np.maximum(lab[:, :1], 5)
+    near = np.argsort(np.hypot(*(direction - np.median(direction, axis=0)).T))[:len(pixels) // 3]
+    return "#" + "".join(f"{round(255 * v):02x}" for v in np.median(pixels[near], axis=0))
+
+
+def recolored(options, run, paints):
+    paints = [p for p in paints if p.scene == "sample"]
+    rows = []
+    for color in COLORS:
+        truth = true_scene(options, run, color[1:], [f"{p.label}={color}" for p in paints])
+
+        def measure(paint, color=color, truth=truth):
+            target = main_color(truth, paint.label)
+            row = [paint.label, color, target]
+            for edit in (["--to", target], ["--tint", target]):
+                stages = recolor(run, paint, paint.folder(options.work) / (color[1:] + edit[0]),
+                                 edit)
+                found = []
+                for view, mask in paint.truth.items():
+                    inside = read_mask(mask) >= 250
+                    found.append(differences(read(stages / "result" / (view + ".png"))[inside],
+                                             read(truth / "images" / view)[inside]))
+                row.append(f"{np.concatenate(found).mean():.2f}")
+            return row
+
+        rows += [row for row in run.each(measure, paints) if row]
+    rows.sort()
+    wb.print_table("**Recolored objects against the same scene with that color: mean CIEDE2000**",
+                   ["object", "albedo", "its main color", "`--to`", "`--tint`"], rows)
+    return rows
+
+
+def painted_box(path, what):
+    picture = Image.new("RGB", (256, 256), (200, 180, 120))
+    draw = ImageDraw.Draw(picture)
+    if what == "stripes":
+        for x in range(0, 256, 64):
+            draw.rectangle([x, 0, x + 31, 255], fill=(40, 60, 160))
+    else:
+        for text, y in (("RETINT", 40), ("BOX", 150)):
+            small = Image.new("L", (60, 12), 0)
+            ImageDraw.Draw(small).text((2, 0), text, fill=255)
+            large = small.resize((300, 72), Image.Resampling.BICUBIC)
+            picture.paste((20, 20, 20), (10, y), large)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture.save(path)
+    return path
+
+
+def pictures(options, run, paints):
+    """The plain box is the scene; the picture of one view is the photo of the painted one."""
+    rows = []
+    plain = true_scene(options, run, "plain-box", ["box=#c8b478"])
+    for what in ("stripes", "letters"):
+        paint_file = painted_box(options.work / "truth" / (what + ".png"), what)
+        truth = true_scene(options, run, what + "-box", [f"box={paint_file}"])
+        masks = wb.masks_in(plain / "truth" / "masks" / "box")
+        view = wb.largest_whole(masks)
+        paint = wb.Paint("pictures", what, plain, view, masks[view], masks)
+        stages = recolor(run, paint, options.work / "pictures" / what,
+                         ["--edited", f"{view}={truth / 'images' / view}"], "--target", "photo")
+        report = json.loads((stages.parent / "report.json").read_text())
+        squares, before = [], []
+        for name, mask in masks.items():
+            inside = read_mask(mask) >= 250
+            wanted = read(truth / "images" / name)[inside]
+            squares.append(((read(stages / "result" / (name + ".png"))[inside] - wanted) ** 2))
+            before.append(((read(plain / "images" / name)[inside] - wanted) ** 2))
+        psnr = [-10 * np.log10(np.concatenate(s).mean()) for s in (before, squares)]
+        rows.append([what, view, f"{psnr[0]:.1f}", f"{psnr[1]:.1f}",
+                     f"{report['edit']['operations'][0]['explained']:.3f}"])
+    wb.print_table("**A painted box, from the picture of one view: PSNR of all views, dB**",
+                   ["paint", "view", "before", "after", "explained by a color map"], rows)
+    return rows
+
+
+TABLES = {"operations": operations, "recolor": recolored, "picture": pictures}
+
+
+def main():
+    parser = wb.arguments(__doc__, ["sample", "fox", "flower"])
+    parser.add_argument("--tables", default=",".join(TABLES), help="separated by commas")
+    parser.add_argument("--holdout", type=int, default=4, help="every n-th view is held out")
+    options = parser.parse_args()
+    run = wb.Runner(options)
+    paints = wb.make_scenes(options, run)
+    wb.save(options, {name: TABLES[name](options, run, paints)
+                      for name in options.tables.split(",")})
+    print(f"\n{run.count} runs")
+
+
+if __name__ == "__main__":
+    main()
