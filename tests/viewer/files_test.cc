@@ -247,6 +247,26 @@ class FilesTest : public FilesFixture {
     QCOMPARE(same, 1);
   }
 
+  // Without a workspace views are placed around it, and the original serves as their photos.
+  void ASplatAloneIsOpened() {
+    controller().Close();
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QVERIFY(Drop(*window_, scene_->workspace() / "splat.ply"));
+    QVERIFY(Opened(opened));
+    const auto facts = controller().facts();
+    QVERIFY(facts->workspace->has_virtual_views);
+    QCOMPARE(facts->views.size(), size_t(facts->request.options.views));
+    QVERIFY(facts->request.workspace.empty());
+    QVERIFY(window_->windowTitle().contains("splat.ply"));
+    QVERIFY(!Recent().front()->text().contains(" with "));
+    QVERIFY(Recent().front()->text().endsWith("splat.ply"));
+    opened.clear();
+    Recent().front()->trigger();
+    QVERIFY(Opened(opened));
+    QVERIFY(controller().facts()->workspace->has_virtual_views);
+  }
+
   void SessionsAndSplatsAreDropped() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh() / "dropped.retint";
