@@ -138,7 +138,7 @@ void MainWindow::ExportReport() {
 }
 
 void MainWindow::ExportMasks() {
-  const Region* region = controller_->regions().Find(current_region_);
+  const Region* region = controller_->regions().Find(current_->id());
   if (!region) {
     return ShowError(tr("Export masks"), tr("Choose a region first. Masks belong to a region."));
   }
