@@ -58,12 +58,6 @@ def scene():
     return make_scene("scene", "--width", 160, "--height", 120, "--views", 8)
 
 
-@pytest.fixture(scope="session")
-def tiny():
-    """As small as a scene can be, for what is done a thousand times."""
-    return make_scene("tiny", "--width", 16, "--height", 16, "--views", 3, "--sparse-points", 20)
-
-
 @pytest.fixture
 def folder():
     with tempfile.TemporaryDirectory() as name:

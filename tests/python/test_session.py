@@ -145,7 +145,7 @@ def test_progress_is_told_and_may_stop_the_work(session, scene):
 
     told.clear()
     session.refit(progress=lambda stage, fraction: told.append((stage, fraction)))
-    assert {stage for stage, _ in told} == {"refit"}
+    assert "refit" in {stage for stage, _ in told}
     assert all(0 <= fraction <= 1 for _, fraction in told)
     assert session.region(region).refit["iterations"] > 0
 
@@ -279,18 +279,21 @@ def resident_bytes():
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def test_a_thousand_sessions_leave_nothing_behind(tiny):
-    workspace, splat = retint.Workspace(tiny.folder), retint.Splat.read(tiny.splat)
+def test_a_thousand_sessions_leave_nothing_behind(scene):
+    read = retint.Splat.read(scene.splat)
+    few = {name: read[name][:200] for name in read.keys()}
+    workspace, splat = retint.Workspace(scene.folder), retint.Splat(**few)
+    camera = retint.Camera(16, 16, 16, 16, 8, 8, workspace[scene.view].camera.cam_from_world)
 
     def some(count):
         for _ in range(count):
             with retint.Session(workspace, splat) as opened:
-                opened.render(tiny.view)
+                opened.render(camera)
         gc.collect()
         return resident_bytes()
 
     first, last = some(200), some(800)
-    # A splat alone is about a megabyte here; one kept in a hundred sessions would show. The
+    # Of 800 sessions that stayed, the copies of the splat alone, 47 kB each, would be 38 MB. The
     # allocator's own pools vary by a few.
     assert last - first < 8e6, f"{first} -> {last} bytes"
 
