@@ -4,7 +4,7 @@ set(CPACK_GENERATOR DEB TXZ)
 set(CPACK_PACKAGE_NAME retint)
 set(CPACK_PACKAGE_VENDOR "The Retint authors")
 set(CPACK_PACKAGE_CONTACT "The Retint authors <retint@users.noreply.github.com>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Recolors regions of 3D Gaussian Splatting scenes")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "recolor regions of 3D Gaussian Splatting scenes")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_VERBATIM_VARIABLES ON)
@@ -19,34 +19,32 @@ set(about "Retint recolors a region of a 3D Gaussian Splatting scene: paint a ma
 photo of its COLMAP workspace, and only the colors of the Gaussians that it
 touches are fitted anew.")
 
-# retint_package(COMPONENT PACKAGE SECTION SUMMARY DETAILS [DEPENDS]): in the scope of the caller.
-macro(retint_package component package section summary details)
+# retint_package(COMPONENT PACKAGE SECTION DETAILS [DEPENDS]): in the scope of the caller.
+macro(retint_package component package section details)
   string(TOUPPER ${component} upper)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
   set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
-  # The first line of a description is its summary.
-  set(CPACK_COMPONENT_${upper}_DESCRIPTION "${summary}\n${about}\n\n${details}")
-  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${CPACK_COMPONENT_${upper}_DESCRIPTION}")
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${about}\n\n${details}")
   set(CPACK_DEBIAN_${upper}_PACKAGE_DEPENDS "${ARGN}")
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/${package} RENAME copyright COMPONENT ${component})
   install(FILES ${PROJECT_BINARY_DIR}/changelog.Debian.gz DESTINATION share/doc/${package} COMPONENT ${component})
 endmacro()
 
 set(CPACK_COMPONENTS_ALL)
-retint_package(cli retint graphics "recolor regions of 3D Gaussian Splatting scenes"
+retint_package(cli retint graphics
   "This package has the command line.")
-retint_package(dev libretint-dev libdevel "recolor regions of 3D Gaussian Splatting scenes (C++)"
+retint_package(dev libretint-dev libdevel
   "This package has the static libraries, their headers and find_package(Retint)."
   "libeigen3-dev, libglm-dev, libtbb-dev, libhwy-dev, libopencv-dev, libceres-dev, libpcl-dev, libfmt-dev, nlohmann-json3-dev, libopencolorio-dev, libjpeg62-turbo-dev, zlib1g-dev, libzstd-dev, libwebp-dev, libzip-dev")
 if(RETINT_VIEWER)
-  retint_package(viewer retint-viewer graphics "desktop editor that recolors 3D Gaussian Splatting scenes"
+  retint_package(viewer retint-viewer graphics
     "This package has the editor." "hicolor-icon-theme")
 endif()
 if(RETINT_PYTHON)
   # The module is of one version of Python.
   math(EXPR Python_NEXT_MINOR "${Python_VERSION_MINOR} + 1")
-  retint_package(python python3-retint python "recolor regions of 3D Gaussian Splatting scenes (Python)"
+  retint_package(python python3-retint python
     "This package has the Python module." "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${Python_NEXT_MINOR}), python3-numpy")
 endif()
 
