@@ -48,6 +48,9 @@ def arguments(description, scenes):
     parser.add_argument("--jobs", type=int, default=2, help="runs side by side")
     parser.add_argument("--threads", type=int, default=1, help="of each run")
     parser.add_argument("--backend", default="cpu", help="cpu, cuda or auto")
+    parser.add_argument("--limit", type=float, default=0,
+                        help="seconds after which nothing more is started, and the tables are "
+                        "printed with holes; 0: none")
     parser.add_argument("--output", type=pathlib.Path, help="all figures (.json)")
     return parser
 
@@ -63,7 +66,7 @@ class Runner:
         self.command = shlex.split(options.retint)
         self.everywhere = ["--backend", options.backend, "--threads", str(options.threads),
                            "--progress", "none"]
-        self.jobs = options.jobs
+        self.jobs, self.limit = options.jobs, options.limit
         self.lock = threading.Lock()
         self.count = 0
         self.start = time.time()
@@ -85,8 +88,10 @@ class Runner:
         return done.stdout
 
     def each(self, function, items):
-        """function(item) of all items, `jobs` at a time; a failed one is reported and is None."""
+        """function(item) of all items, `jobs` at a time; None for one that failed or was left out."""
         def attempt(item):
+            if self.limit and time.time() - self.start > self.limit:
+                return None
             try:
                 return function(item)
             except Failed as failure:
