@@ -56,11 +56,13 @@ std::vector<float> ParsePairs(const OperationText& text,
       const float number = text.Number(key);
       const float most = i == 0 ? float(kMaxPaletteColors) : float(pairs.size() / kPairValues);
       if (i == 0 && has_target) text.Fail("the number of colors comes first");
-      if (i > 0 && !has_target) text.Fail("'" + std::string(key) + "' has no color");
+      if (i > 0 && !has_target) text.Fail(std::string("'").append(key).append("' has no color"));
       if (!(number >= 1 && number <= most) || number != std::floor(number)) {
-        text.Fail((i == 0 ? "the number of colors" : "an index") +
-                  std::string(" must be from 1 to ") + std::to_string(int(most)) + ", not " +
-                  std::string(key));
+        text.Fail(std::string(i == 0 ? "the number of colors" : "an index")
+                      .append(" must be from 1 to ")
+                      .append(std::to_string(int(most)))
+                      .append(", not ")
+                      .append(key));
       }
       if (i == 0) pairs = ColorOperation::Palette(int(number)).values;
       at = size_t(number - 1) * kPairValues;
