@@ -326,7 +326,7 @@ void ColorPicker::ShowNumbers() {
   const int values[3] = {color_.red(), color_.green(), color_.blue()};
   for (int c = 0; c < 3; ++c) {
     const QSignalBlocker quiet(channels_[c]);
-    channels_[c]->setValue(values[c]);
+    if (channels_[c]->value() != values[c]) channels_[c]->setValue(values[c]);
   }
   if (!text_->hasFocus() || !text_->isModified()) text_->setText(color_.name());
 }

@@ -86,7 +86,10 @@ double ParameterRow::value() const { return box_->value(); }
 
 void ParameterRow::SetValue(double value) {
   const QSignalBlocker quiet_slider(slider_), quiet_box(box_);
-  box_->setValue(value);
+  // Set anew, even the same number would take away what is being typed.
+  if (std::abs(box_->value() - value) >= 0.5 * std::pow(10, -box_->decimals())) {
+    box_->setValue(value);
+  }
   if (!slider_->isSliderDown()) slider_->setValue(ToSlider(value));
   ShowReset();
 }
