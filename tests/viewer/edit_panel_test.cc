@@ -198,6 +198,26 @@ class EditPanelTest : public PanelsFixture {
     QCOMPARE(Edit().operations[1].Get("hue")[0], 40.0F);
   }
 
+  void WhatShouldBeGrayBecomesGray() {
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_grade");
+    Click("white_balance_pick");
+    QVERIFY(window_->canvas().picking());
+    window_->canvas().SetPicking(false);
+    // A gray in warm light.
+    const QColor warm(200, 180, 150);
+    Find<EditPanel>("edit_panel")->TakePicked(warm);
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kWhiteBalance}));
+    const ColorOperation balance = Edit().operations[1];
+    QVERIFY(balance.Get("temperature")[0] < 0);  // towards cooler light
+    const Eigen::Vector3f gray =
+        CompiledEdit({{balance}, 1}).Apply({warm.redF(), warm.greenF(), warm.blueF()});
+    const OkLab lab = OkLabFromSrgb(gray.data());
+    // The last steps are of half a mired, each about 0.0003 of chroma.
+    QVERIFY2(std::hypot(lab.a, lab.b) < 0.002F, qPrintable(QString::number(double(lab.a))));
+  }
+
   void TablesComeFromFiles() {
     QVERIFY(AddRegions());
     Select(0);

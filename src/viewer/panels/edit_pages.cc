@@ -11,6 +11,7 @@
 #include <QSignalBlocker>
 #include <QToolButton>
 
+#include "kernels/common/color_spaces.h"
 #include "viewer/panels/color_models.h"
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/parameter_row.h"
@@ -256,11 +257,53 @@ GradePage::GradePage()
                 Kind::kSaturation, Kind::kInvert, Kind::kGray, Kind::kSoftClip}) {
   for (const Kind kind : kinds()) {
     if (!TypeOf(kind).parameters.empty() && kind != Kind::kSoftClip) AddRows(kind);
+    if (kind != Kind::kWhiteBalance) continue;
+    QToolButton* gray =
+        MakeButton("white_balance_pick", tr("This should be gray"),
+                   tr("Take a color from the picture, with a click. Temperature and "
+                      "tint are set so that it becomes gray"));
+    rows()->addWidget(gray, 0, Qt::AlignRight);
+    connect(gray, &QToolButton::clicked, this, &EditPage::pickWanted);
   }
   AddBox(Kind::kInvert, tr("Turns every color into its complement"));
   AddBox(Kind::kGray, tr("Replaces colors by the gray of the same luminance"));
   AddBox(Kind::kSoftClip, tr("Draws colors that no screen shows softly back into the range"));
   AddRows(Kind::kSoftClip);
+}
+
+// Steps of half the size wherever no neighbor is nearer to gray.
+void GradePage::TakePicked(const QColor& color) {
+  constexpr double kFirst = 64, kLast = 0.5, kMost = 100;  // of temperature and tint
+  const Eigen::Vector3f rgb(color.redF(), color.greenF(), color.blueF());
+  const auto chroma = [&](const Eigen::Vector2d& at) {
+    const ColorOperation balance =
+        ColorOperation::Make(Kind::kWhiteBalance, {float(at[0]), float(at[1])});
+    const Eigen::Vector3f balanced = CompiledEdit({{balance}, 1}).Apply(rgb);
+    const OkLab lab = OkLabFromSrgb(balanced.data());
+    return std::hypot(lab.a, lab.b);
+  };
+  Eigen::Vector2d best(0, 0);
+  float least = chroma(best);
+  for (double step = kFirst; step >= kLast; step /= 2) {
+    for (bool better = true; better;) {
+      better = false;
+      const Eigen::Vector2d center = best;
+      for (int i = 0; i < 9; ++i) {
+        const Eigen::Vector2d at = (center + step * Eigen::Vector2d(i % 3 - 1, i / 3 - 1))
+                                       .cwiseMax(-kMost)
+                                       .cwiseMin(kMost);
+        const float here = chroma(at);
+        if (here >= least) continue;
+        least = here;
+        best = at;
+        better = true;
+      }
+    }
+  }
+  ColorOperation operation = Operation(Kind::kWhiteBalance);
+  operation.Get("temperature")[0] = float(best[0]);
+  operation.Get("tint")[0] = float(best[1]);
+  Q_EMIT changed(operation, false);
 }
 
 // --- GradientPage --------------------------------------------------------------------------------

@@ -130,6 +130,7 @@ class GradePage : public EditPage {
 
  public:
   GradePage();
+  void TakePicked(const QColor& color) override;  // "this should be gray"
 };
 
 class LutPage : public EditPage {
