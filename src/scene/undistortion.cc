@@ -27,18 +27,44 @@ constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 
 // What a grid over the photo, borders included, sees.
 struct Field {
-  std::vector<Eigen::Vector3d> rays;
-  int sampled = 0;
+  std::vector<Eigen::Vector3d> rays;  // of the grid and of the fold between its nodes
+  int sampled = 0, seen = 0;          // nodes, and those that have a ray
 };
 
+// The last ray on the way from a pixel that has one to one that has none.
+Eigen::Vector3d RayAtFold(const CameraProjection& projection, Eigen::Vector2d with,
+                          Eigen::Vector2d without) {
+  constexpr int kHalvings = 30;
+  Eigen::Vector3d last = projection.CamFromImg(with).value();
+  for (int i = 0; i < kHalvings; ++i) {
+    const Eigen::Vector2d middle = (with + without) / 2;
+    const auto ray = projection.CamFromImg(middle);
+    (ray ? with : without) = middle;
+    if (ray) last = *ray;
+  }
+  return last;
+}
+
 Field SampleField(const CameraProjection& projection, const Camera& photo) {
+  constexpr int kNodes = kSamples + 1;
+  const auto pixel = [&](int i, int j) {
+    return Eigen::Vector2d(double(i) * photo.width / kSamples, double(j) * photo.height / kSamples);
+  };
   Field field;
-  for (int j = 0; j <= kSamples; ++j) {
-    for (int i = 0; i <= kSamples; ++i) {
+  std::vector<bool> has_ray;
+  for (int j = 0; j < kNodes; ++j) {
+    for (int i = 0; i < kNodes; ++i) {
+      const auto ray = projection.CamFromImg(pixel(i, j));
       ++field.sampled;
-      const auto ray = projection.CamFromImg(
-          {double(i) * photo.width / kSamples, double(j) * photo.height / kSamples});
+      field.seen += ray.has_value();
+      has_ray.push_back(ray.has_value());
       if (ray) field.rays.push_back(*ray);
+      // Near a fold rays spread fast: the field ends between two nodes.
+      for (const auto& [x, y] : {std::pair(i - 1, j), std::pair(i, j - 1)}) {
+        if (x < 0 || y < 0 || has_ray[size_t(y * kNodes + x)] == ray.has_value()) continue;
+        field.rays.push_back(ray ? RayAtFold(projection, pixel(i, j), pixel(x, y))
+                                 : RayAtFold(projection, pixel(x, y), pixel(i, j)));
+      }
     }
   }
   return field;
@@ -141,8 +167,8 @@ std::optional<Eigen::Vector2d> SeenInFace(const PinholeFace& face, const Eigen::
 Undistortion Undistort(const Camera& photo) {
   const CameraProjection projection(photo);
   const Field field = SampleField(projection, photo);
-  if (3 * field.rays.size() < size_t(field.sampled)) {
-    const auto share = 100 * field.rays.size() / size_t(field.sampled);
+  if (3 * field.seen < field.sampled) {
+    const int share = 100 * field.seen / field.sampled;
     throw InputError("its distortion folds the picture: only " + std::to_string(share) +
                      " % of the photo's pixels have a ray");
   }
