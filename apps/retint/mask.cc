@@ -161,6 +161,10 @@ void MakeMask(const Arguments& arguments, Run& run) {
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
   const View& view = session->workspace().RequireView(arguments.view);
+  CheckOption(!session->workspace().PhotoOf(view) || session->options().pixels == Pixels::kPinhole,
+              "the camera of view " + view.name +
+                  " is distorted, and tools work on the pinhole "
+                  "view: give --pixels pinhole, here and where the mask is used");
   const ViewLayers layers = LayersOf(arguments, view, *session);
   Mask mask = LimitTo(arguments, layers, Source(arguments, layers, run));
   if (arguments.refine > 0) mask = RefineEdge(layers, mask, arguments.refine, run.monitor());

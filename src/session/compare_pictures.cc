@@ -222,6 +222,13 @@ void ReadPictures(ColorOperation& op, const Workspace& workspace) {
   for (EditedPicture& picture : read->pictures) {
     const View& view = workspace.RequireView(picture.view);
     if (picture.image.Empty()) picture.image = ReadImage8(picture.file);
+    const bool is_view = picture.image.width == workspace.reconstruction.Posed(view).camera.width &&
+                         picture.image.height == workspace.reconstruction.Posed(view).camera.height;
+    if (!is_view && workspace.PhotoOf(view)) {
+      throw InputError("picture of view " + picture.view +
+                       " has not the size of the undistorted view: change the picture that "
+                       "`retint render --pixels pinhole` writes");
+    }
     RequireSize(picture.file.empty() ? "picture of view " + picture.view : picture.file,
                 picture.image, workspace.reconstruction.Posed(view).camera);
   }
