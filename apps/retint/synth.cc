@@ -6,6 +6,7 @@
 #include "colmap_io/image_io.h"
 #include "recolor/color_edit.h"
 #include "retint/common.h"
+#include "synthetic/lens.h"
 #include "synthetic/synthetic_workspace.h"
 
 namespace retint::cli {
@@ -16,6 +17,7 @@ struct Arguments {
   OptionFlags flags;
   std::filesystem::path output;
   std::vector<std::string> albedo;
+  std::string camera_model = "PINHOLE";
 };
 
 // OBJECT=#rrggbb or OBJECT=FILE
@@ -38,7 +40,10 @@ void Synth(const Arguments& arguments, Run& run) {
   for (const std::string& text : arguments.albedo) options.albedo.push_back(ParseAlbedo(text));
   options.Check();
   CheckOutput(arguments.output, /*as_folder=*/true);
-  const SyntheticScene scene = MakeSyntheticScene(options, run.monitor());
+  SyntheticScene scene = MakeSyntheticScene(options, run.monitor());
+  if (arguments.camera_model != "PINHOLE") {
+    TakeThroughLens(arguments.camera_model, options, &scene, run.monitor());
+  }
   SyntheticStart start;
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
@@ -65,6 +70,11 @@ void AddSynth(CLI::App& app, Globals& globals, Action& action) {
   OptionList list;
   arguments->options.Describe(list);
   arguments->flags.Add(verb, "Scene", list);
+  verb->add_option("--camera-model", arguments->camera_model,
+                   "Lens of the photos: PINHOLE, or SIMPLE_RADIAL, OPENCV, OPENCV_FISHEYE or "
+                   "EQUIRECTANGULAR, which distort them")
+      ->check(CLI::IsMember(
+          {"PINHOLE", "SIMPLE_RADIAL", "OPENCV", "OPENCV_FISHEYE", "EQUIRECTANGULAR"}));
   AddRepeated(
       verb, "--albedo", arguments->albedo,
       "Give an object's surface this color (a pattern stays as shades of it), or paste a picture "

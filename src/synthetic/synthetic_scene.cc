@@ -12,6 +12,7 @@
 #include "synthetic/light.h"
 #include "synthetic/points.h"
 #include "synthetic/repaint.h"
+#include "synthetic/tracer.h"
 #include "synthetic/views.h"
 #include "synthetic/world.h"
 
@@ -30,6 +31,11 @@ int FindObject(const World& world, const std::string& name) {
     names += (names.empty() ? "" : ", ") + world.objects[i].name;
   }
   throw OptionError("object '" + name + "' is unknown; there are: " + names);
+}
+
+// Small pictures show less of it.
+double LightCoarseness(const SyntheticOptions& options) {
+  return std::clamp(640.0 / options.width, 1.0, 4.0);
 }
 
 void RepaintObjects(World& world, const SyntheticOptions& options,
@@ -142,10 +148,16 @@ void SyntheticOptions::Check() const {
   }
 }
 
+synthetic::SyntheticTracer::SyntheticTracer(const SyntheticOptions& options, Monitor& monitor)
+    : world_(MakeStillLife(options.seed, options.bare_walls)),
+      lighting_(world_, LightCoarseness(options), monitor) {
+  RepaintObjects(world_, options, MakeArc(options));  // after the light is baked
+}
+
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor) {
   options.Check();
   World world = MakeStillLife(options.seed, options.bare_walls);
-  const Lighting lighting(world, std::clamp(640.0 / options.width, 1.0, 4.0), monitor);
+  const Lighting lighting(world, LightCoarseness(options), monitor);
 
   SyntheticScene scene;
   // The Gaussians reach a little beyond the images: some views are traced wider for them.

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <type_traits>
+#include <utility>
 
 #include "base/parallel.h"
 #include "synthetic/noise.h"
+#include "synthetic/tracer.h"
 
 namespace retint::synthetic {
 namespace {
@@ -21,7 +24,55 @@ constexpr double kOffsets[12][2] = {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0
                                     {0.45, -0.36},    {-0.05, -0.10},  {0.10, 0.08},
                                     {-0.44, 0.42},    {-0.12, 0.46},   {0.44, 0.40}};
 
+// The view of a camera whose rays are ray_of(x, y), an optional Ray.
+template <typename RayOf>
+TracedView TraceRays(const World& world, const Lighting& lighting, int width, int height,
+                     const RayOf& ray_of) {
+  TracedView view;
+  view.truth.photo = Image(width, height);
+  view.truth.depth = DepthMap(width, height);
+  view.truth.object_ids = PixelArray<uint8_t, 1>(width, height);
+  view.truth.normals = PixelArray<float, 3>(width, height);
+  view.parts = PixelArray<int16_t, 1>(width, height, -1);
+  ParallelTasks(int64_t(height), [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      Hit hit;
+      const std::optional<Ray> ray = ray_of(x + 0.5, y + 0.5);
+      if (!ray || !world.Intersect(*ray, 1e-6, 1e3, &hit)) continue;
+      view.parts(x, y) = int16_t(hit.shape);
+      view.truth.depth(x, y) = float(hit.t);
+      view.truth.object_ids(x, y) = uint8_t(world.parts[size_t(hit.shape)].object);
+      for (int c = 0; c < 3; ++c) view.truth.normals(x, y, c) = float(hit.face[c]);
+    }
+  });
+  const auto differs = [&](int x, int y, int nx, int ny) {
+    if (!view.parts.Contains(nx, ny)) return false;
+    if (view.parts(x, y) != view.parts(nx, ny)) return true;
+    const float a = view.truth.depth(x, y), b = view.truth.depth(nx, ny);
+    return std::abs(a - b) > 0.02f * a;
+  };
+  ParallelTasks(int64_t(height), [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      bool edge = false;
+      for (int k = 0; k < 9 && !edge; ++k) edge = differs(x, y, x + k % 3 - 1, y + k / 3 - 1);
+      const int samples = edge ? 12 : 4;
+      Vec3 sum = Vec3::Zero();
+      for (int k = 0; k < samples; ++k) {
+        const std::optional<Ray> ray = ray_of(x + 0.5 + kOffsets[k][0], y + 0.5 + kOffsets[k][1]);
+        // Inside a part nothing else needs a look.
+        if (ray) sum += lighting.Color(*ray, edge ? -1 : view.parts(x, y));
+      }
+      for (int c = 0; c < 3; ++c) view.truth.photo(x, y, c) = float(sum[c] / samples);
+    }
+  });
+  return view;
+}
+
 }  // namespace
+
+SyntheticView SyntheticTracer::Trace(int width, int height, const RayOf& ray_of) const {
+  return std::move(TraceRays(world_, lighting_, width, height, ray_of).truth);
+}
 
 Ray PixelRay(const PosedCamera& camera, double x, double y) {
   const Eigen::Vector2d xy = *camera.camera.CamFromImg({x, y});
@@ -72,45 +123,11 @@ TracedView TraceView(const World& world, const Lighting& lighting, const PosedCa
       Camera::Pinhole(actual.camera.id, actual.camera.width + 2 * padding,
                       actual.camera.height + 2 * padding, actual.camera.fx(), actual.camera.fy(),
                       actual.camera.cx() + padding, actual.camera.cy() + padding);
-  const int width = camera.camera.width, height = camera.camera.height;
-  TracedView view;
+  TracedView view =
+      TraceRays(world, lighting, camera.camera.width, camera.camera.height,
+                [&](double x, double y) { return std::optional(PixelRay(camera, x, y)); });
   view.camera = camera;
   view.padding = padding;
-  view.truth.photo = Image(width, height);
-  view.truth.depth = DepthMap(width, height);
-  view.truth.object_ids = PixelArray<uint8_t, 1>(width, height);
-  view.truth.normals = PixelArray<float, 3>(width, height);
-  view.parts = PixelArray<int16_t, 1>(width, height, -1);
-  ParallelTasks(int64_t(height), [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      Hit hit;
-      if (!world.Intersect(PixelRay(camera, x + 0.5, y + 0.5), 1e-6, 1e3, &hit)) continue;
-      view.parts(x, y) = int16_t(hit.shape);
-      view.truth.depth(x, y) = float(hit.t);
-      view.truth.object_ids(x, y) = uint8_t(world.parts[size_t(hit.shape)].object);
-      for (int c = 0; c < 3; ++c) view.truth.normals(x, y, c) = float(hit.face[c]);
-    }
-  });
-  const auto differs = [&](int x, int y, int nx, int ny) {
-    if (!view.parts.Contains(nx, ny)) return false;
-    if (view.parts(x, y) != view.parts(nx, ny)) return true;
-    const float a = view.truth.depth(x, y), b = view.truth.depth(nx, ny);
-    return std::abs(a - b) > 0.02f * a;
-  };
-  ParallelTasks(int64_t(height), [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      bool edge = false;
-      for (int k = 0; k < 9 && !edge; ++k) edge = differs(x, y, x + k % 3 - 1, y + k / 3 - 1);
-      const int samples = edge ? 12 : 4;
-      Vec3 sum = Vec3::Zero();
-      for (int k = 0; k < samples; ++k) {
-        const Ray ray = PixelRay(camera, x + 0.5 + kOffsets[k][0], y + 0.5 + kOffsets[k][1]);
-        // Inside a part nothing else needs a look.
-        sum += lighting.Color(ray, edge ? -1 : view.parts(x, y));
-      }
-      for (int c = 0; c < 3; ++c) view.truth.photo(x, y, c) = float(sum[c] / samples);
-    }
-  });
   return view;
 }
 
