@@ -19,7 +19,7 @@ struct Arguments {
   std::filesystem::path output, append, report;
 };
 
-// The i-th erase mask belongs to the i-th view.
+// The i-th erase mask belongs to the i-th view; further views erase nothing.
 int64_t EraseAll(const Arguments& arguments, const SelectOptions& options, EditSession& session,
                  SelectionCloud& cloud, Run& run) {
   int64_t erased = 0;
