@@ -134,24 +134,19 @@ Eigen::Vector3d Up(const GaussianModel& model, const std::vector<Sample>& sample
   }
   if (flat.trace() > 0) flat /= flat.trace();
   const Eigen::Vector3d seen_from = SeenFrom(model, samples, shape);
-  struct Axis {
-    Eigen::Vector3d direction;
-    double habit;
+  // Another axis than COLMAP's takes a large surface across it that was seen from its side.
+  constexpr double kSurface = 0.42, kMore = 0.1, kSide = 0.04;
+  const auto is_up = [&](int axis) {
+    return flat(axis, axis) > kSurface && seen_from[axis] > kSide;
   };
-  const std::array<Axis, 6> axes = {
-      Axis{-Eigen::Vector3d::UnitY(), 0.15}, Axis{Eigen::Vector3d::UnitZ(), 0.1},
-      Axis{Eigen::Vector3d::UnitY(), 0.05},  Axis{-Eigen::Vector3d::UnitZ(), 0},
-      Axis{Eigen::Vector3d::UnitX(), 0},     Axis{-Eigen::Vector3d::UnitX(), 0}};
-  const auto score = [&](const Axis& axis) {
-    return axis.direction.dot(flat * axis.direction) + axis.direction.dot(seen_from) + axis.habit;
-  };
-  const Axis* best = &axes[0];
-  for (const Axis& axis : axes) {
-    if (score(axis) > score(*best) + 1e-9) best = &axis;
+  Eigen::Vector3d up = -Eigen::Vector3d::UnitY();
+  if (is_up(2) && flat(2, 2) > flat(1, 1) + kMore) {
+    up = Eigen::Vector3d::UnitZ();
+  } else if (is_up(1)) {
+    up = Eigen::Vector3d::UnitY();
   }
   // Lean to the surface that is nearly level: the mean of the normals within 25 degrees, three
   // times narrowed.
-  Eigen::Vector3d up = best->direction;
   for (const double degrees : {25.0, 18.0, 12.0}) {
     const double cosine = std::cos(degrees * std::numbers::pi / 180);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();

@@ -17,11 +17,10 @@ struct SceneShape {
   Eigen::Vector3d up = -Eigen::Vector3d::UnitY();  // unit
 };
 
-// Medians weighted by opacity, so that floaters and sky do not count. Up is one of the six axes,
-// leaned towards the nearest large surface: the one across which Gaussians are flat (floors, tables
-// and walls), on whose side the scene was seen from (TrainedShare), and that tools use (-y as
-// COLMAP leaves a scene whose first photo was upright, then z and y). InputError when no Gaussian
-// is visible.
+// Medians weighted by opacity, so that floaters and sky do not count. Up is -y, as COLMAP leaves a
+// scene whose first photo was upright; or z or y, as other tools have it, where Gaussians are flat
+// across that axis (floors and tables) and the scene was seen from its side (TrainedShare). It is
+// leaned towards the nearest large surface. InputError when no Gaussian is visible.
 SceneShape MeasureShape(const GaussianModel& model);
 
 // How much of a Gaussian's directional color speaks of direction `d` (unit, from the camera to the

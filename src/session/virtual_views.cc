@@ -77,7 +77,7 @@ void AddOrbits(const SceneShape& shape, const Compass& compass, const VirtualVie
   constexpr double kHeights[] = {-15, 10, 35, 60};
   constexpr int kDistances = 6;
   const int around = std::max(10, (options.views + 2) / 3);
-  const double nearest = 0.9 * shape.inner_radius, farthest = 3.2 * shape.outer_radius;
+  const double nearest = 1.3 * shape.inner_radius, farthest = 3.2 * shape.outer_radius;
   for (int h = 0; h < 4; ++h) {
     for (int a = 0; a < around; ++a) {
       for (int d = 0; d < kDistances; ++d) {
@@ -208,7 +208,7 @@ class Judge {
   // Something stands right before the camera, or there is next to nothing to see.
   bool IsBlocked(const ScalarImage& alpha, const DepthMap& depth) const {
     constexpr double kMostNear = 0.05, kLeastFilled = 0.03;
-    const double near = 0.2 * shape_.inner_radius;
+    const double near = 0.35 * shape_.inner_radius;
     double filled = 0, close = 0;
     for (size_t p = 0; p < alpha.data.size(); ++p) {
       filled += alpha.data[p];
