@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include <pybind11/stl.h>
+
 #include "base/error.h"
 
 namespace retint::python {
