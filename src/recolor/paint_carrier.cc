@@ -71,6 +71,17 @@ float LuminanceAt(const Image& image, double x, double y) {
   return sum;
 }
 
+// The blended mean, which lies closer to a slanted surface than the median, where both agree that
+// there is one; else the median.
+DepthMap SurfaceDepth(const RenderOutput& render) {
+  DepthMap depth = render.depth_median;
+  for (size_t p = 0; p < depth.data.size(); ++p) {
+    const float mean = render.depth_expected.data[p], median = depth.data[p];
+    if (std::abs(mean - median) <= 0.5f * float(kDepthTolerance) * median) depth.data[p] = mean;
+  }
+  return depth;
+}
+
 // A surface point of the view that is to be painted.
 struct Surface {
   Eigen::Vector3d point, normal;  // the normal faces the view; of unit length
@@ -161,7 +172,8 @@ Paint PaintOnPixel(const PaintLayer& layer, const PosedCamera& camera, const Vie
     steps[axis] = there->head<2>() - at.head<2>();
     size = std::max(size, steps[axis].norm());
   }
-  const int samples = std::clamp(int(std::ceil(size)), 1, kMostSamples);
+  // A footprint hardly larger than a pixel needs no more than the layer's own filter.
+  const int samples = std::clamp(int(std::ceil(size - 0.1)), 1, kMostSamples);
   Paint mean;
   for (int i = 0; i < samples * samples; ++i) {
     const double u = (i % samples + 0.5) / samples - 0.5, v = (i / samples + 0.5) / samples - 0.5;
@@ -249,7 +261,8 @@ void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& 
                          const Mask& mask, Carried& carried) const {
   const Source& source = sources_[k];
   const Eigen::Vector3d eye = source.camera.Center();
-  const ViewSurfaces surfaces(view, own.depth_median);
+  const DepthMap depth = SurfaceDepth(own);
+  const ViewSurfaces surfaces(view, depth);
   ParallelTasks(mask.height, [&](int64_t row) {
     const int y = int(row);
     for (int x = 0; x < mask.width; ++x) {
@@ -277,7 +290,7 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
                            const Image* photo) {
   RenderSources(renderer);
   RenderRequest request;
-  request.depth_median = true;
+  request.depth_median = request.depth_expected = true;
   RenderOutput own = renderer.Render(view, request);
   std::vector<Paint> merged(mask.NumPixels());  // color times weight; alpha the largest
   std::vector<float> weights(mask.NumPixels(), 0.0f);

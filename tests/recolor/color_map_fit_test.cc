@@ -79,7 +79,7 @@ TEST(ColorMapFitTest, RecoversAGradeDespitePaintOnIt) {
   EXPECT_LT(differences[475], 1.0);
 }
 
-TEST(ColorMapFitTest, StaysPutFarFromWhatWasSeen) {
+TEST(ColorMapFitTest, GoesOnSteadilyBeyondWhatWasSeen) {
   Pairs pairs;
   const Vector3f seen(0.8f, 0.2f, 0.2f), becomes(0.75f, 0.25f, 0.2f);
   for (int i = 0; i < 100; ++i) pairs.Add(seen, becomes);
