@@ -12,18 +12,12 @@ class CurrentRegion : public QObject {
   Q_OBJECT
 
  public:
-  explicit CurrentRegion(SceneController* controller, QObject* parent = nullptr)
-      : QObject(parent), controller_(controller) {}
+  explicit CurrentRegion(SceneController* controller, QObject* parent = nullptr);
 
   RegionId id() const { return id_; }  // 0: none
-  const Region* region() const { return controller_->regions().Find(id_); }
+  const Region* region() const;        // null: none
   // One that there is not counts as none.
-  void Set(RegionId id) {
-    if (id != 0 && !controller_->regions().Find(id)) id = 0;
-    if (id == id_) return;
-    id_ = id;
-    Q_EMIT changed(id);
-  }
+  void Set(RegionId id);
 
  Q_SIGNALS:
   void changed(retint::RegionId id);
