@@ -16,6 +16,7 @@
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
 #include "selection/view_depth.h"
+#include "session/pictures.h"
 
 namespace retint::cli {
 namespace {
@@ -160,6 +161,9 @@ void CheckArguments(const Arguments& arguments) {
 void MakeMask(const Arguments& arguments, Run& run) {
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
+  CheckOption(session->pictures().AreViews(),
+              "masks are made in the pixels of undistorted views: give --pixels pinhole, here and "
+              "where the mask is read");
   const View& view = session->workspace().RequireView(arguments.view);
   CheckOption(!session->workspace().PhotoOf(view) || session->options().pixels == Pixels::kPinhole,
               "the camera of view " + view.name +
