@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "base/base64.h"
 #include "splat_io/gltf_file.h"
 #include "splat_io/splat_io.h"
 #include "tests/splat_io/ply_text.h"
