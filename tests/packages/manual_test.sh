@@ -30,6 +30,6 @@ done
 [[ $(complete_words retint info --workspace "$(dirname "$0")/consu") == *'/consumer ' ]] || fail "bash does not complete a folder"
 [[ $(complete_words retint recolor --output a) == '  ' ]] || fail "bash offers words for a file"
 if command -v groff >/dev/null; then
-  warnings=$(groff -man -Tutf8 -ww <<<"$page" 2>&1 >/dev/null || true)
+  warnings=$(groff -man -Kutf8 -Tutf8 -ww -Wbreak <<<"$page" 2>&1 >/dev/null || true)
   [[ -z $warnings ]] || fail "groff: $warnings"
 fi
