@@ -156,7 +156,7 @@ TEST(Completion, OverAPartOfTheSceneLeavesTheRestOutside) {
   Monitor monitor;
   const Eigen::AlignedBox3f box(Eigen::Vector3f(-4, -4, -4), Eigen::Vector3f(4, 4, 4));
   const GaussianGraph part(world.model, monitor, box);
-  EXPECT_LT(part.NumNodes(), world.count() - kBallPoints);
+  EXPECT_EQ(part.NumNodes(), world.far_begin);
   EXPECT_EQ(part.NumGaussians(), world.count());
   // Asked for all that looks the same, it finds nothing beyond its box.
   const auto shares = CompleteShares(part, world.evidence(), Completion::kAll, monitor).shares;
