@@ -126,9 +126,8 @@ TEST(Recolor, WritesSplatReportStagesAndPictures) {
   EXPECT_LT(changed, static_cast<int64_t>(before.NumGaussians()) / 2);
 
   const auto files = FilesBelow(temp.path());
-  for (const std::string& name :
-       {"c.png", "stages/depth.bin", "stages/depth.png", "stages/cloud_raw.ply", "stages/cloud.ply",
-        "stages/registration.json"}) {
+  for (const char* name : {"c.png", "stages/depth.bin", "stages/depth.png", "stages/cloud_raw.ply",
+                           "stages/cloud.ply", "stages/registration.json"}) {
     EXPECT_THAT(files, testing::Contains(name));
   }
   for (const char* folder : {"masks", "targets", "result"}) {
