@@ -447,11 +447,6 @@ const Row kRows[] = {
      [](Place& p) {
        return With(p, "palette", {"--colors", "0", "--masks", p.In("masks")});
      }},
-    {"UnknownOperation", 3, "edit.json: operations[0]: there is no operation \"paint\"",
-     [](Place& p) {
-       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "paint"}]})");
-       return Recolor(p, {"--edit", p.In("edit.json")});
-     }},
     {"PictureOfAnotherSize", 3, "painted.png is 7x5, the view is 160x120",
      [](Place& p) {
        WritePng(p.in / "painted.png", Image(7, 5));
