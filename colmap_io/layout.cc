@@ -134,15 +134,17 @@ std::optional<fs::path> FindModel(const fs::path& root) {
 
 fs::path ChooseModel(const fs::path& root, const std::string& name) {
   const std::vector<fs::path> models = FindModels(root);
+  const fs::path plain = fs::path(name).lexically_normal();
+  const fs::path wanted = plain.has_filename() ? plain : plain.parent_path();  // "sparse/1/"
   std::string names;
   for (const fs::path& model : models) {
     fs::path relative = model.lexically_relative(root);
-    if (relative == fs::path(name).lexically_normal()) return model;
+    if (relative == wanted) return model;
     names += (names.empty() ? "" : ", ") + relative.string();
   }
   for (const fs::path& model : models) {
     // "dense/0" is its folder sparse.
-    if (EndsWith(model, name) || EndsWith(model, fs::path(name) / "sparse")) return model;
+    if (EndsWith(model, wanted) || EndsWith(model, wanted / "sparse")) return model;
   }
   throw InputError(
       root, "holds no sparse model \"" + name + "\"; there is " + (names.empty() ? "none" : names));
@@ -180,6 +182,12 @@ std::optional<fs::path> FindImages(const fs::path& root, const fs::path& sparse_
       if (!first) first = folder;
       break;
     }
+  }
+  // Where no photo is there, they belong into `images` of the workspace that the root is a part of.
+  const bool root_is_model = sparse_folder == root || sparse_folder == root / "0";
+  fs::path place = WithoutSlash(root);
+  for (int up = 0; !first && root_is_model && up < 3; ++up, place = place.parent_path()) {
+    if (IsFolder(place / "images")) first = place / "images";
   }
   return first;
 }

@@ -15,7 +15,7 @@ namespace retint {
 std::filesystem::path ChooseModel(const std::filesystem::path& root, const std::string& name);
 
 // The folder of the photos of `model`, which was read from `sparse_folder`: see Workspace::Open().
-// nullopt where no folder holds any.
+// nullopt where no folder holds any, and none of the name `images` is there for them.
 std::optional<std::filesystem::path> FindImages(const std::filesystem::path& root,
                                                 const std::filesystem::path& sparse_folder,
                                                 const Reconstruction& model);
