@@ -161,7 +161,8 @@ void EditPanel::BuildModes() {
           picture);
   connect(picture, &PicturePage::elsewhereWanted, this, &EditPanel::elsewhereWanted);
   // For lists from elsewhere: no button leads there.
-  AddMode("matrix", tr("Matrix"), {}, new MatrixPage);
+  AddMode("matrix", tr("Matrix"), tr("Any affine map of the colors"), new MatrixPage);
+  modes_->buttons().back()->hide();
   connect(modes_, &QButtonGroup::idClicked, this, [this](int mode) {
     const auto& kinds = static_cast<EditPage*>(pages_->widget(mode))->kinds();
     int row = -1;
@@ -183,7 +184,6 @@ void EditPanel::AddMode(const char* name, const QString& text, const QString& ti
   button->setFocusPolicy(Qt::StrongFocus);
   modes_->addButton(button, pages_->count());
   mode_row_->layout()->addWidget(button);
-  button->setVisible(!tip.isEmpty());
   pages_->addWidget(page);
   connect(page, &EditPage::changed, this, &EditPanel::Take);
   connect(page, &EditPage::removed, this, [this](Kind kind) { RemoveRow(IndexOf(kind)); });
