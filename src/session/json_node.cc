@@ -73,7 +73,8 @@ struct CountingIterator {
 // Takes a JSON text's events and keeps the line of every value by its name.
 class LineReader : public nlohmann::json_sax<Json> {
  public:
-  LineReader(const std::filesystem::path& path, LineIndex* lines) : path_(path), lines_(lines) {}
+  LineReader(const std::filesystem::path& path, size_t size, LineIndex* lines)
+      : path_(path), size_(size), lines_(lines) {}
   Place& place() { return place_; }
 
   bool null() override { return Value(false); }
@@ -95,10 +96,14 @@ class LineReader : public nlohmann::json_sax<Json> {
     }
     return true;
   }
-  bool parse_error(size_t, const std::string& token, const nlohmann::json::exception&) override {
+  bool parse_error(size_t position, const std::string& token,
+                   const nlohmann::json::exception& error) override {
+    constexpr int kNumberOutOfRange = 406;  // of nlohmann's exceptions
     throw InputError(path_, place_.line,
-                     token.empty() || token == "<EOF>" ? "is cut off: the JSON text has no end"
-                                                       : "is not JSON at '" + token + "'");
+                     error.id == kNumberOutOfRange ? "holds a number that is out of range"
+                     : position >= size_ || token == "<EOF>"
+                         ? "is cut off: the JSON text has no end"
+                         : "is not JSON at '" + token + "'");
   }
 
  private:
@@ -132,6 +137,7 @@ class LineReader : public nlohmann::json_sax<Json> {
   }
 
   const std::filesystem::path& path_;
+  const size_t size_;
   LineIndex* lines_;
   Place place_;
   std::vector<Frame> frames_;
@@ -172,15 +178,11 @@ std::string UnescapeBytes(std::string_view text) {
 }
 
 Json ParseWithLines(const std::string& text, const std::filesystem::path& path, LineIndex* lines) {
-  LineReader reader(path, lines);
+  LineReader reader(path, text.size(), lines);
   const char* const begin = text.data();
   Json::sax_parse(CountingIterator{begin, &reader.place()},
                   CountingIterator{begin + text.size(), &reader.place()}, &reader);
-  try {
-    return Json::parse(text);
-  } catch (const nlohmann::json::exception&) {
-    throw InputError(path, "holds a number that is out of range");
-  }
+  return Json::parse(text);
 }
 
 void Node::Fail(const std::string& fault) const {

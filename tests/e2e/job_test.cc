@@ -81,7 +81,7 @@ TEST_F(JobRun, MakesTheBytesThatRecolorMakesAndGoesOnFromWhatChanged) {
   EXPECT_FALSE(ReadFile(temp_ / "out.ply") == expected);
 
   job_["regions"][0]["strength"] = 1;
-  job_["regions"][0]["options"]["complete"] = "off";
+  job_["regions"][0]["options"]["completion"] = "off";
   EXPECT_EQ(States(Run().out), "select kept, project done, refit done");
 }
 

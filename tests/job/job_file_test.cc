@@ -117,7 +117,7 @@ TEST_F(JobFile, FaultsAreToldWithLineAndKey) {
 }
 
 TEST_F(JobFile, TextThatIsNotJsonIsToldWithItsLine) {
-  EXPECT_THAT(Fault(With("\"edit\": {", "\"edit\" {")), HasSubstr("job.json:11: is not JSON at"));
+  EXPECT_THAT(Fault(With("\"edit\": {", "\"edit\" {")), HasSubstr("job.json:12: is not JSON at"));
   EXPECT_THAT(Fault(std::string(kJob).substr(0, 300)), HasSubstr("is cut off"));
   EXPECT_THAT(Fault(With("\"strength\": 0.5", "\"name\": \"c\"")),
               HasSubstr("job.json:18: regions[1].name comes twice"));
