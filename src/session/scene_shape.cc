@@ -63,7 +63,7 @@ double Radius(const std::vector<Sample>& samples, const Eigen::Vector3d& center,
 // The median by axis, then again of what is near, so that a one-sided background does not pull it.
 Eigen::Vector3d Center(const std::vector<Sample>& samples) {
   constexpr int kRounds = 4;
-  constexpr double kNear = 0.7;
+  constexpr double kNear = 2;  // times the distance within which half lies
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double near = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kRounds; ++round) {
@@ -75,7 +75,7 @@ Eigen::Vector3d Center(const std::vector<Sample>& samples) {
       }
     }
     for (size_t k = 0; k < 3; ++k) center[Eigen::Index(k)] = Quantile(values[k], 0.5);
-    near = Radius(samples, center, kNear);
+    near = kNear * Radius(samples, center, 0.5);
   }
   return center;
 }

@@ -324,7 +324,7 @@ void AddPoints(const std::vector<const Candidate*>& chosen, const GaussianModel&
   for (size_t i = 0; i < gaussians.NumGaussians(); ++i) {
     const float* scales = gaussians.log_scales.data() + 3 * i;
     const double largest = std::exp(double(*std::max_element(scales, scales + 3)));
-    if (gaussians.opacity_logits[i] > 0 && largest < 0.05 * shape.inner_radius) fit.push_back(i);
+    if (gaussians.opacity_logits[i] > 0 && largest < 0.15 * shape.inner_radius) fit.push_back(i);
   }
   const size_t step = std::max<size_t>(1, fit.size() / kMostPoints);
   for (size_t f = 0; f < fit.size(); f += step) {
