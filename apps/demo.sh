@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up and builds Retint, recolors a scene, and leaves the result in demo/.
 #   bash apps/demo.sh                    a sample scene that it makes itself
-#   bash apps/demo.sh --workspace WS --splat S.ply --view NAME --mask M.png --tint '#3060ff'
+#   bash apps/demo.sh --workspace WS --splat S.ply --view NAME --mask M.png --to '#3060ff'
 # The second form takes every option of `retint recolor` except those that name outputs; --view and
 # --mask may repeat. Both take --no-cuda and --cuda-arch LIST (see apps/build.sh). Safe to run again:
 # what is there is replaced, and only what changed is built.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 demo=$root/demo
-tint='#3060ff'
+color='#3060ff'
 
 fail() {
   echo "demo.sh: $1" >&2
@@ -17,7 +17,7 @@ fail() {
 }
 
 # What can be checked without building is checked first.
-has_tint=false
+has_edit=false
 build_arguments=()
 arguments=()
 while (($# > 0)); do
@@ -29,7 +29,8 @@ while (($# > 0)); do
       continue ;;
     -h | --help) sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     --output | --report | --comparison | --save-stages) fail "$1: the demo's outputs go to $demo" ;;
-    --tint) has_tint=true ;;
+    --to | --tint | --edit | --edited | --adjust | --lut | --gradient | --palette | --matrix | --exposure | --contrast | \
+      --gamma | --white-balance | --saturation | --invert | --gray) has_edit=true ;;
     --workspace) [[ -d ${2:-} ]] || fail "--workspace ${2:-}: no such folder" 3 ;;
     --splat | --mask) [[ -f ${2:-} ]] || fail "$1 ${2:-}: no such file" 3 ;;
   esac
@@ -37,7 +38,7 @@ while (($# > 0)); do
   shift
 done
 if ((${#arguments[@]} > 0)); then
-  for option in --workspace --splat --view --mask; do
+  for option in --splat --view --mask; do
     [[ " ${arguments[*]} " == *" $option "* || " ${arguments[*]} " == *" $option="* ]] ||
       fail "$option is missing (bash apps/demo.sh --help)"
   done
@@ -60,7 +61,7 @@ if ((${#arguments[@]} == 0)); then
   arguments=(--workspace "$workspace" --splat "$workspace/splat.ply" --view "${view%.png}"
     --mask "$mask")
 fi
-$has_tint || arguments+=(--tint "$tint")
+$has_edit || arguments+=(--to "$color")
 
 "$retint" recolor "${arguments[@]}" --output "$demo/recolored.ply" --report "$demo/report.json" \
   --comparison "$demo/comparison.png" --save-stages "$demo/stages"

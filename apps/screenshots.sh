@@ -10,5 +10,6 @@ folder=$(bash apps/build.sh retint screenshots)
 workspace=$(mktemp -d)
 trap 'rm -rf "$workspace"' EXIT
 "$folder/apps/retint" synth --output "$workspace/still-life" --quiet
-QT_QPA_PLATFORM=offscreen "$folder/tests/viewer/screenshots" "$workspace/still-life" "$output"
+# On a screen of usual size: the window's first layout depends on it.
+xvfb-run -a -s "-screen 0 1920x1200x24" "$folder/tests/viewer/screenshots" "$workspace/still-life" "$output"
 ls -l "$output"/viewer-*.jpg
