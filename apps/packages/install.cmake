@@ -32,7 +32,7 @@ set(RETINT_CONFIG_CUDA OFF)
 if(RETINT_HAVE_CUDA)
   set(RETINT_CONFIG_CUDA ON)
 endif()
-configure_package_config_file(cmake/RetintConfig.cmake.in ${PROJECT_BINARY_DIR}/RetintConfig.cmake INSTALL_DESTINATION ${folder})
+configure_package_config_file(apps/packages/RetintConfig.cmake.in ${PROJECT_BINARY_DIR}/RetintConfig.cmake INSTALL_DESTINATION ${folder})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/RetintConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/RetintConfig.cmake ${PROJECT_BINARY_DIR}/RetintConfigVersion.cmake
   DESTINATION ${folder} COMPONENT dev)
