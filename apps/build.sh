@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up the machine, configures and builds. The second time only what changed is built.
 #   apps/build.sh [--sanitize LIST] [--no-cuda] [--cuda-arch LIST] [--jobs N] [TARGET...]
+#   TARGET            what to build: programs (the command line, the editor, the Python module) when none is named;
+#                     all for tests and benchmarks too
 #   --sanitize LIST   address,undefined or thread; each kind has a folder of its own below build/
 #   --no-cuda         leave the CUDA backend out; else it is built where a CUDA compiler is found
 #   --cuda-arch LIST  the GPU generations to build it for, such as 86-real or "80-real;90-real" or all-major;
@@ -55,6 +57,6 @@ fi
     cmake -S . -B "$folder" -G Ninja "${settings[@]}"
     echo "${settings[*]}" >"$folder/settings.txt"
   fi
-  ninja -C "$folder" -j "$jobs" "$@"
+  ninja -C "$folder" -j "$jobs" "${@:-programs}"
 } >&2
 echo "$folder"

@@ -16,7 +16,7 @@ while (($# > 0)); do
     *) break ;;
   esac
 done
-folder=$(bash apps/build.sh "${build_arguments[@]}")
+folder=$(bash apps/build.sh "${build_arguments[@]}" all)
 
 suppressions=$PWD/tests/support
 export ASAN_OPTIONS="strict_string_checks=1:detect_stack_use_after_return=1:${ASAN_OPTIONS:-}"
