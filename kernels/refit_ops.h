@@ -19,7 +19,7 @@ struct RegionTargetParams {
   const uint8_t* mask;  // [H, W]
   ColorMap map;
   float unit;       // above 0
-  int16_t* target;  // [tiles, kTileSize^2, 3]
+  int16_t* target;  // [tiles, kTileSize^2, 3]; of no meaning in rows that the region left out
   // Where not null, also the pixels' weights m inside_weight + (1 - m) outside_weight, m = mask /
   // 255, in steps of 1 / 255: [tiles, kTileSize^2], 0 past the image's edge and in rows that the
   // region left out.

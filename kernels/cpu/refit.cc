@@ -59,11 +59,11 @@ void CpuRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetPar
     if (weights) std::fill_n(weights, kTilePixels, uint8_t(0));
     VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
       for (int y = y0; y < y1; ++y) {
+        if (!(view.pixel_rows() >> (y - y0) & 1)) continue;
         for (int x = x0; x < x1; ++x) {
           const size_t pixel = size_t(y) * width + size_t(x);
           const int within = (y - y0) * kTileSize + (x - x0);
-          if (weights && (view.pixel_rows() >> (y - y0) & 1))
-            weights[within] = weight_of[params.mask[pixel]];
+          if (weights) weights[within] = weight_of[params.mask[pixel]];
           float edited[3];
           ApplyColorMap(params.map, params.mask[pixel], source + 3 * pixel, edited);
           int16_t* out = tile + within * 3;

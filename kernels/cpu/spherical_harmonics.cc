@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cstring>
 
 #include <hwy/cache_control.h>
 
@@ -54,15 +55,18 @@ void ForEachBasis(const CpuModel& model, const Params& params, Float* blocks, in
   });
 }
 
-// sum_k basis[k] * coefficients[k, :].
+// sum_k basis[k] * coefficients[k, :], the channels side by side in a vector: each sum is added in
+// the order in which it would be alone.
 void Dot(const float* basis, const float* coefficients, int k, float* out) {
-  float r = 0, g = 0, b = 0;
-  for (int i = 0; i < k; ++i) {
-    r += basis[i] * coefficients[3 * i];
-    g += basis[i] * coefficients[3 * i + 1];
-    b += basis[i] * coefficients[3 * i + 2];
+  using Vector __attribute__((vector_size(16))) = float;
+  Vector sum = {};
+  for (int i = 0; i + 1 < k; ++i, coefficients += 3) {
+    Vector coefficient;  // and the first value of the next one
+    std::memcpy(&coefficient, coefficients, sizeof(Vector));
+    sum += basis[i] * coefficient;
   }
-  out[0] = r, out[1] = g, out[2] = b;
+  sum += basis[k - 1] * Vector{coefficients[0], coefficients[1], coefficients[2], 0};
+  for (int c = 0; c < 3; ++c) out[c] = sum[c];
 }
 
 class CpuShOps : public ShOps {

@@ -42,19 +42,39 @@ float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
 
 double Square(float value) { return double(value) * double(value); }
 
-// The edit, and what it would be without soft clipping.
-struct ReportedEdit {
-  explicit ReportedEdit(const ColorEdit& value) : edit(value), unclipped(value.WithoutSoftClip()) {}
+// What an edit makes of one color of a view.
+struct EditedColor {
+  Eigen::Vector3f full;  // f(color), not mixed by the mask
+  bool leaves_gamut = false;
+};
 
-  // By more than the rounding of eight bits, where the color itself did not.
-  bool LeavesGamut(const Eigen::Vector3f& color) const {
-    constexpr float kRounding = 0.5f / 255;
+// The edit, and what it would be without soft clipping.
+class ReportedEdit {
+ public:
+  explicit ReportedEdit(const ColorEdit& edit)
+      : edit_(edit), unclipped_(edit.WithoutSoftClip()), clips_(edit != edit.WithoutSoftClip()) {}
+
+  EditedColor Apply(const Eigen::Vector3f& color) const {
+    const Eigen::Vector3f full = edit_.Apply(color);
     const Eigen::Vector3f shown = color.cwiseMax(0.0f).cwiseMin(1.0f);
-    const Eigen::Vector3f edited = unclipped.Apply(shown);
+    // The edit costs more than all else that is done to a pixel: mostly once is enough.
+    const bool known = !clips_ && shown == color;
+    return {full, LeavesGamut(known ? full : unclipped_.Apply(shown))};
+  }
+  // Of a color that a screen shows.
+  bool LeavesGamutFrom(const Eigen::Vector3f& color) const {
+    return LeavesGamut(unclipped_.Apply(color.cwiseMax(0.0f).cwiseMin(1.0f)));
+  }
+
+ private:
+  // By more than the rounding of eight bits.
+  static bool LeavesGamut(const Eigen::Vector3f& edited) {
+    constexpr float kRounding = 0.5f / 255;
     return edited.minCoeff() < -kRounding || edited.maxCoeff() > 1 + kRounding;
   }
 
-  CompiledEdit edit, unclipped;
+  CompiledEdit edit_, unclipped_;
+  bool clips_;
 };
 
 // A view before and after. Where a tile was not drawn, both are the same and nothing is masked.
@@ -82,9 +102,15 @@ ErrorSums CompareRow(const RefitTarget& target, const Image& made, const Reporte
     const float* before = &pair.images[6 * p];
     const float* source = target.photo ? &target.photo->data[3 * p] : before;
     const Eigen::Vector3f original(source[0], source[1], source[2]);
-    const Eigen::Vector3f wanted = made.Empty() ? edit.edit.Apply(original, float(value) / 255.0f)
-                                                : Eigen::Vector3f(&made.data[3 * p]);
-    if (value != 0) sums.out_of_gamut += edit.LeavesGamut(original);
+    Eigen::Vector3f wanted = original;  // outside, unless it was made
+    if (!made.Empty()) {
+      wanted = Eigen::Vector3f(&made.data[3 * p]);
+      if (value != 0) sums.out_of_gamut += edit.LeavesGamutFrom(original);
+    } else if (value != 0) {
+      const EditedColor edited = edit.Apply(original);
+      wanted = original + float(value) / 255.0f * (edited.full - original);
+      sums.out_of_gamut += edited.leaves_gamut;
+    }
     for (size_t c = 0; c < 3; ++c) {
       const float goal = Shown(wanted[Eigen::Index(c)]);
       const float old = Shown(before[c]), now = Shown(before[3 + c]);
