@@ -16,6 +16,7 @@
 
 #include "kernels/blend_ops.h"
 #include "kernels/device.h"
+#include "kernels/graph_ops.h"
 #include "kernels/mask_ops.h"
 #include "kernels/neighbor_ops.h"
 #include "kernels/refit_ops.h"
@@ -39,6 +40,7 @@ class Backend : public Device {
   StereoOps& stereo() { return *stereo_; }
   // Optional: null where the backend has none.
   NeighborOps* neighbors() { return neighbors_.get(); }
+  GraphOps* graph() { return graph_.get(); }
 
  protected:
   // Set by the backend's constructor.
@@ -49,6 +51,7 @@ class Backend : public Device {
   std::unique_ptr<MaskOps> mask_;
   std::unique_ptr<StereoOps> stereo_;
   std::unique_ptr<NeighborOps> neighbors_;
+  std::unique_ptr<GraphOps> graph_;
 };
 
 // "cpu", and "cuda" where built and a device is present.

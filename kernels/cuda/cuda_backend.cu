@@ -45,11 +45,12 @@ class CudaBackend : public Backend {
     mask_ = MakeMaskOps(stream_);
     stereo_ = MakeStereoOps(stream_);
     neighbors_ = MakeNeighborOps(stream_);
+    graph_ = MakeGraphOps(stream_);
   }
   ~CudaBackend() override {
     // Their memory is given back on the stream.
     blend_.reset(), sh_.reset(), solve_.reset(), refit_.reset();
-    mask_.reset(), stereo_.reset(), neighbors_.reset();
+    mask_.reset(), stereo_.reset(), neighbors_.reset(), graph_.reset();
     cudaStreamDestroy(stream_);
   }
   CudaBackend(const CudaBackend&) = delete;

@@ -18,5 +18,6 @@ std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream);
 std::unique_ptr<MaskOps> MakeMaskOps(cudaStream_t stream);
 std::unique_ptr<StereoOps> MakeStereoOps(cudaStream_t stream);
 std::unique_ptr<NeighborOps> MakeNeighborOps(cudaStream_t stream);
+std::unique_ptr<GraphOps> MakeGraphOps(cudaStream_t stream);
 
 }  // namespace retint::cuda

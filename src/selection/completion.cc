@@ -53,6 +53,14 @@ Proof ProofOf(const ShareEvidence& evidence, size_t g) {
           std::min(1.0, Ratio(known, evidence.visible[g]) / kKnownFraction), known};
 }
 
+// body(i) for every i below `count`.
+template <typename Body>
+void Each(size_t count, const Body& body) {
+  ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {
+    for (auto i = size_t(first); i < size_t(last); ++i) body(i);
+  });
+}
+
 // x_g where `solved` is its value and what the value amounts to.
 struct Solved {
   double x = 0, share = 0;
@@ -61,15 +69,18 @@ struct Solved {
 // One completion over the nodes of a graph.
 class Completer {
  public:
-  Completer(const GaussianGraph& graph, const ShareEvidence& evidence)
-      : surfaces_(graph.surfaces()), edges_(graph.edges()), count_(graph.NumNodes()) {
+  Completer(const GaussianGraph& graph, const ShareEvidence& evidence, Backend* backend)
+      : backend_(backend),
+        surfaces_(graph.surfaces()),
+        edges_(graph.edges()),
+        count_(graph.NumNodes()) {
     share_.resize(count_);
     trust_.resize(count_);
-    for (size_t i = 0; i < count_; ++i) {
+    Each(count_, [&](size_t i) {
       const Proof proof = ProofOf(evidence, graph.GaussianOf(i));
       share_[i] = proof.share;
       trust_[i] = kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
-    }
+    });
   }
 
   // Of every node, as if paint said nothing of it.
@@ -82,11 +93,11 @@ class Completer {
     if (learned) {
       std::vector<double> x(count_, 0.0);
       Solve(prior, &x, monitor);
-      for (size_t i = 0; i < count_; ++i) {
+      Each(count_, [&](size_t i) {
         const double t =
             std::clamp((x[i] - kSurelyOutside) / (kSurelyInside - kSurelyOutside), 0.0, 1.0);
         result[i] = {std::clamp(x[i], 0.0, 1.0), t * t * (3 - 2 * t)};
-      }
+      });
       if (completion == Completion::kNear) DropUnconnected(&result);
     }
     monitor.Step(kStage, 2, 2);
@@ -117,8 +128,11 @@ class Completer {
     if (inside.size() < size_t(kLeastSamples) || outside.size() < size_t(kLeastSamples)) {
       return false;
     }
-    const GaussianMixture<3> in(Colors(inside), kInsideColors, kColorSpread);
-    const GaussianMixture<3> out(Colors(outside), kOutsideColors, kColorSpread);
+    GaussianMixture<3> in, out;
+    ParallelTasks(2, [&](size_t which) {
+      if (which == 0) in = {Colors(inside), kInsideColors, kColorSpread};
+      if (which == 1) out = {Colors(outside), kOutsideColors, kColorSpread};
+    });
     ParallelRanges(int64_t(count_), 1024, [&](int64_t begin, int64_t end) {
       for (auto g = size_t(begin); g < size_t(end); ++g) {
         const Eigen::Vector3d lab = surfaces_[g].lab.cast<double>();
@@ -146,7 +160,7 @@ class Completer {
         (*solved)[g] = trust_[g] > 0 ? share_[g] : prior[g];
       }
     });
-    SolveGraph(edges_, weights, terms, solved, monitor);
+    SolveGraph(edges_, weights, terms, solved, monitor, backend_);
   }
 
   // What no chain of selected neighbors leads to from painted ones becomes outside.
@@ -171,6 +185,7 @@ class Completer {
     }
   }
 
+  Backend* backend_;
   const std::vector<GaussianSurface>& surfaces_;
   const EdgeMatrix& edges_;
   size_t count_;
@@ -180,24 +195,24 @@ class Completer {
 }  // namespace
 
 CompletedShares CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
-                               Completion completion, Monitor& monitor) {
+                               Completion completion, Monitor& monitor, Backend* backend) {
   for (const auto& values : {evidence.inside, evidence.known, evidence.visible}) {
     CheckOption(values.size() == graph.NumGaussians(),
                 "a completion needs the evidence of every Gaussian");
   }
-  const std::vector<Solved> solved = Completer(graph, evidence).Run(completion, monitor);
+  const std::vector<Solved> solved = Completer(graph, evidence, backend).Run(completion, monitor);
   std::vector<Solved> of(graph.NumGaussians());
   for (size_t i = 0; i < solved.size(); ++i) of[graph.GaussianOf(i)] = solved[i];
   CompletedShares result;
   result.shares.resize(of.size());
   result.confidence.resize(of.size());
-  for (size_t g = 0; g < of.size(); ++g) {
+  Each(of.size(), [&](size_t g) {
     const Proof proof = ProofOf(evidence, g);
     const double x = of[g].x, unknown = 1 - proof.known;
     const double share = proof.known * proof.share + unknown * of[g].share;
     result.shares[g] = float(std::clamp(share, 0.0, 1.0));
     result.confidence[g] = float(1 - unknown * std::max(4 * x * (1 - x), kUnseenDoubt * x));
-  }
+  });
   return result;
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "kernels/backend.h"
 #include "selection/gaussian_graph.h"
 
 namespace retint {
@@ -39,8 +40,9 @@ struct CompletedShares {
 };
 
 // Where the paint leaves too little inside or outside to learn colors from, what is unknown counts
-// as outside; so does what is no node of `graph`.
+// as outside; so does what is no node of `graph`. Solved on `backend` where it can; null: on the
+// host.
 CompletedShares CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
-                               Completion completion, Monitor& monitor);
+                               Completion completion, Monitor& monitor, Backend* backend = nullptr);
 
 }  // namespace retint

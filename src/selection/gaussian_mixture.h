@@ -7,11 +7,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <random>
 #include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+
+#include "base/parallel.h"
 
 namespace retint {
 
@@ -23,6 +26,7 @@ class GaussianMixture {
  public:
   using Vector = Eigen::Matrix<double, D, 1>;
 
+  GaussianMixture() = default;  // no components
   // `spread`: a standard deviation that is added to every component's own, so that none becomes
   // narrower. Fewer samples than `components` make fewer components; no samples make none.
   GaussianMixture(std::vector<Vector> samples, int components, double spread, uint64_t seed = 0) {
@@ -52,6 +56,7 @@ class GaussianMixture {
  private:
   static constexpr size_t kMaxSamples = 2000;
   static constexpr int kRounds = 20, kClusterRounds = 8;
+  static constexpr int64_t kGrain = 256;  // samples
 
   struct Component {
     Vector mean;
@@ -84,12 +89,13 @@ class GaussianMixture {
   static std::vector<Vector> Cluster(const std::vector<Vector>& samples, int components,
                                      std::mt19937_64& random) {
     std::vector<Vector> means = {samples[size_t(random() % samples.size())]};
+    std::vector<double> least(samples.size(), std::numeric_limits<double>::infinity());
+    std::vector<double> sums(samples.size());
     while (means.size() < size_t(components)) {
-      std::vector<double> sums;
       double sum = 0;
-      for (const Vector& sample : samples) {
-        sum += (means[Nearest(means, sample)] - sample).squaredNorm();
-        sums.push_back(sum);
+      for (size_t i = 0; i < samples.size(); ++i) {
+        least[i] = std::min(least[i], (means.back() - samples[i]).squaredNorm());
+        sums[i] = sum += least[i];
       }
       if (!(sum > 0)) break;  // no more different samples
       const double chosen = double(random() >> 11) * 0x1p-53 * sum;
@@ -113,44 +119,55 @@ class GaussianMixture {
 
   void Maximize(const std::vector<Vector>& samples, const std::vector<std::vector<double>>& belongs,
                 double spread) {
+    std::vector<std::optional<Component>> components(belongs.size());
+    ParallelTasks(int64_t(belongs.size()),
+                  [&](size_t k) { components[k] = ComponentOf(samples, belongs[k], spread); });
     components_.clear();
-    for (const std::vector<double>& part : belongs) {
-      double weight = 0;
-      Vector mean = Vector::Zero();
-      for (size_t i = 0; i < samples.size(); ++i) weight += part[i], mean += part[i] * samples[i];
-      if (!(weight > 1e-6)) continue;  // it holds no sample
-      mean /= weight;
-      Eigen::Matrix<double, D, D> covariance = Eigen::Matrix<double, D, D>::Zero();
-      for (size_t i = 0; i < samples.size(); ++i) {
-        const Vector away = samples[i] - mean;
-        covariance += part[i] * away * away.transpose();
-      }
-      covariance /= weight;
-      covariance.diagonal().array() += spread * spread;
-      const Eigen::LLT<Eigen::Matrix<double, D, D>> factor(covariance);
-      if (factor.info() != Eigen::Success) continue;
-      const Eigen::Matrix<double, D, D> lower = factor.matrixL();
-      Component component;
-      component.mean = mean;
-      component.whiten = lower.inverse();
-      component.log_scale =
-          std::log(weight / double(samples.size())) - lower.diagonal().array().log().sum();
-      components_.push_back(component);
+    for (const auto& component : components) {
+      if (component) components_.push_back(*component);
     }
+  }
+
+  // None where `part` of the samples holds too little of them.
+  static std::optional<Component> ComponentOf(const std::vector<Vector>& samples,
+                                              const std::vector<double>& part, double spread) {
+    double weight = 0;
+    Vector mean = Vector::Zero();
+    for (size_t i = 0; i < samples.size(); ++i) weight += part[i], mean += part[i] * samples[i];
+    if (!(weight > 1e-6)) return std::nullopt;
+    mean /= weight;
+    Eigen::Matrix<double, D, D> covariance = Eigen::Matrix<double, D, D>::Zero();
+    for (size_t i = 0; i < samples.size(); ++i) {
+      const Vector away = samples[i] - mean;
+      covariance += part[i] * away * away.transpose();
+    }
+    covariance /= weight;
+    covariance.diagonal().array() += spread * spread;
+    const Eigen::LLT<Eigen::Matrix<double, D, D>> factor(covariance);
+    if (factor.info() != Eigen::Success) return std::nullopt;
+    const Eigen::Matrix<double, D, D> lower = factor.matrixL();
+    Component component;
+    component.mean = mean;
+    component.whiten = lower.inverse();
+    component.log_scale =
+        std::log(weight / double(samples.size())) - lower.diagonal().array().log().sum();
+    return component;
   }
 
   void Expect(const std::vector<Vector>& samples, std::vector<std::vector<double>>* belongs) const {
     belongs->assign(components_.size(), std::vector<double>(samples.size(), 0));
-    std::vector<double> logs(components_.size());
-    for (size_t i = 0; i < samples.size(); ++i) {
-      double largest = -std::numeric_limits<double>::infinity(), sum = 0;
-      for (size_t k = 0; k < logs.size(); ++k) {
-        logs[k] = components_[k].LogDensity(samples[i]);
-        largest = std::max(largest, logs[k]);
+    ParallelRanges(int64_t(samples.size()), kGrain, [&](int64_t first, int64_t last) {
+      std::vector<double> logs(components_.size());
+      for (auto i = size_t(first); i < size_t(last); ++i) {
+        double largest = -std::numeric_limits<double>::infinity(), sum = 0;
+        for (size_t k = 0; k < logs.size(); ++k) {
+          logs[k] = components_[k].LogDensity(samples[i]);
+          largest = std::max(largest, logs[k]);
+        }
+        for (double& value : logs) sum += value = std::exp(value - largest);
+        for (size_t k = 0; k < logs.size(); ++k) (*belongs)[k][i] = logs[k] / sum;
       }
-      for (double& value : logs) sum += value = std::exp(value - largest);
-      for (size_t k = 0; k < logs.size(); ++k) (*belongs)[k][i] = logs[k] / sum;
-    }
+    });
   }
 
   std::vector<Component> components_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "kernels/backend.h"
 
 namespace retint {
 
@@ -28,13 +29,14 @@ struct NodeTerm {
 };
 
 // The x that minimizes  sum_edges w_ij (x_i - x_j)^2 + sum_i terms_i(x_i)  (random walker with
-// priors, Grady 2005), by conjugate gradients preconditioned by the diagonal (Saad 2003, algorithm
-// 9.1), from *x on. Every node has a term of trust above 0. Ends at a residual of 0.001 of the
-// right-hand side, and in any case after 300 iterations: then x is still a valid start, and closer
-// than it was. Returns the iterations taken; the same result on any number of threads. Cancelled
-// between iterations. `weights` stand for those of `edges`; 0 is as
-// no edge.
+// priors, Grady 2005), by conjugate gradients (Saad 2003, algorithm 9.1) from *x on, preconditioned
+// by a hierarchy of coarser graphs. Every node has a term of trust above 0. Ends at a residual of
+// 0.001 of the right-hand side, and in any case after 300 iterations: then x is still a valid
+// start, and closer than it was. Returns the iterations taken; the same result on any number of
+// threads. Cancelled between iterations. `weights` stand for those of `edges`; 0 is as no edge.
+// Runs on `backend` where that can (kernels/graph_ops.h), to the same residual; null: on the host.
 int SolveGraph(const EdgeMatrix& edges, std::span<const float> weights,
-               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor);
+               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor,
+               Backend* backend = nullptr);
 
 }  // namespace retint

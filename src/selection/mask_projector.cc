@@ -26,6 +26,7 @@ constexpr std::string_view kStage = "projection";
 constexpr uint16_t kLiftedRows = 0x5555;
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
+constexpr int64_t kGrain = 16384;  // Gaussians
 
 // What the views share: the cloud and the painted views in backend memory, and images to draw to.
 class Projection {
@@ -98,16 +99,18 @@ class Projection {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
     const std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
     const size_t channels = Channels(), count = sums.size() / channels;
-    std::vector<float> inside(count), known(count);
-    for (size_t g = 0; g < count; ++g) {
-      inside[g] = sums[channels * g];
-      known[g] = sums[channels * g + 1];
-    }
+    const auto channel = [&](size_t c) {
+      std::vector<float> values(count);
+      ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {
+        for (auto g = size_t(first); g < size_t(last); ++g) values[g] = sums[channels * g + c];
+      });
+      return values;
+    };
+    const std::vector<float> inside = channel(0), known = channel(1);
     if (completes_) {
-      result->visible.resize(count);
-      for (size_t g = 0; g < count; ++g) result->visible[g] = sums[channels * g + 2];
-      CompletedShares completed =
-          CompleteShares(*graph, {inside, known, result->visible}, options_.completion, monitor);
+      result->visible = channel(2);
+      CompletedShares completed = CompleteShares(*graph, {inside, known, result->visible},
+                                                 options_.completion, monitor, &backend_);
       result->shares = std::move(completed.shares);
       result->confidence = std::move(completed.confidence);
       return;

@@ -93,13 +93,11 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   options.Check();
   const StageClock::Lap lap(scene_.clock(), "projection");
   monitor.Step("projection", 0, 1);
-  Renderer& renderer = scene_.renderer();
-  renderer.SetSh(scene_.original().sh);
   const Reconstruction& reconstruction = scene_.reconstruction();
   const bool completes = options.Completes() && !painted.empty();
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
   ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(),
-                                      renderer, options, monitor, graph);
+                                      scene_.renderer(), options, monitor, graph);
   monitor.Step("projection", 1, 1);
   return masks;
 }

@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/graph_solver.h"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <utility>
+
 #include <gtest/gtest.h>
+#include <Eigen/Sparse>
 
 #include "base/error.h"
 
@@ -67,6 +74,75 @@ TEST(GraphSolver, AWeightOfZeroIsNoEdge) {
   SolveGraph(edges, weights, terms, &x, monitor);
   EXPECT_NEAR(x[1], 1, 1e-3);  // the residual's limit
   EXPECT_NEAR(x[2], 0, 1e-3);
+}
+
+// A grid, each node joined with the four beside it by weights from 0.001 to 1000.
+EdgeMatrix Grid(int side, std::mt19937& random) {
+  std::map<std::pair<int, int>, float> weights;
+  const auto weight = [&](int a, int b) {
+    float& found = weights[std::minmax(a, b)];
+    if (found == 0) found = std::pow(10.0f, float(random() % 6001) / 1000 - 3);
+    return found;
+  };
+  EdgeMatrix edges;
+  edges.begin.push_back(0);
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      for (const auto& [i, j] : {std::pair{x, y - 1}, {x - 1, y}, {x + 1, y}, {x, y + 1}}) {
+        if (i < 0 || j < 0 || i >= side || j >= side) continue;
+        edges.other.push_back(j * side + i);
+        edges.weight.push_back(weight(y * side + x, j * side + i));
+      }
+      edges.begin.push_back(edges.other.size());
+    }
+  }
+  return edges;
+}
+
+TEST(GraphSolver, ComesCloseToTheSolutionInFewSteps) {
+  constexpr int kSide = 100, kCount = kSide * kSide;
+  std::mt19937 random(0);
+  const EdgeMatrix edges = Grid(kSide, random);
+  std::vector<NodeTerm> terms(kCount);
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd pull(kCount);
+  for (int i = 0; i < kCount; ++i) {
+    // A tenth of the nodes know something.
+    terms[size_t(i)].Add(0.01, 0.5);
+    if (random() % 10 == 0) terms[size_t(i)].Add(10, double(random() % 2));
+    double diagonal = terms[size_t(i)].trust;
+    pull[i] = terms[size_t(i)].pull;
+    for (size_t e = edges.begin[size_t(i)]; e < edges.begin[size_t(i) + 1]; ++e) {
+      diagonal += double(edges.weight[e]);
+      entries.emplace_back(i, edges.other[e], -double(edges.weight[e]));
+    }
+    entries.emplace_back(i, i, diagonal);
+  }
+  Eigen::SparseMatrix<double> matrix(kCount, kCount);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::VectorXd exact =
+      Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(pull);
+  std::vector<double> x(kCount, 0.5);
+  Monitor monitor;
+  const int iterations = SolveGraph(edges, edges.weight, terms, &x, monitor);
+  EXPECT_GT(iterations, 0);
+  // By the diagonal alone it takes some hundreds.
+  EXPECT_LE(iterations, 60);
+  const Eigen::Map<const Eigen::VectorXd> found(x.data(), kCount);
+  EXPECT_LE((matrix * found - pull).norm(), 1.001e-3 * pull.norm());  // the limit, and rounding
+  EXPECT_LE((found - exact).norm(), 0.02 * exact.norm());  // the residual in smooth parts is larger
+}
+
+TEST(GraphSolver, SolvesNodesWithoutEdges) {
+  constexpr int kCount = 1000;
+  EdgeMatrix edges;
+  edges.begin.assign(kCount + 1, 0);
+  std::vector<NodeTerm> terms(kCount);
+  for (int i = 0; i < kCount; ++i) terms[size_t(i)].Add(1 + i % 3, i % 2);
+  std::vector<double> x(kCount, 0.5);
+  Monitor monitor;
+  SolveGraph(edges, edges.weight, terms, &x, monitor);
+  for (int i = 0; i < kCount; ++i) EXPECT_NEAR(x[size_t(i)], i % 2, 0.03) << i;  // 1e-3 of |pull|
 }
 
 TEST(GraphSolver, StartsFromASolutionWithoutAStep) {

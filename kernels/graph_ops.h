@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Values over the nodes of a graph, for a device. On the host another preconditioner is the faster
+// one (selection/graph_solver.h), and the backend has no such group.
+#pragma once
+
+#include <cstdint>
+
+namespace retint {
+
+// The x that minimizes  sum_edges w_ij (x_i - x_j)^2 + sum_i (trust_i x_i^2 - 2 pull_i x_i), from x
+// on: conjugate gradients preconditioned by the diagonal, in the form with one round of sums an
+// iteration (Chronopoulos and Gear 1989), in double precision. Ends at a residual of `tolerance` of
+// the right-hand side `pull`, or after `max_iterations`.
+struct SolveGraphParams {
+  const int32_t* begin;  // [nodes + 1] where a node's edges begin; begin[0] = 0
+  const int32_t* other;  // [edges] the node at the other end; an edge is there from both its ends
+  const float* weight;   // [edges], 0 or more, the same from both ends
+  const double* trust;   // [nodes], above 0
+  const double* pull;    // [nodes]
+  double* x;             // [nodes]
+  int64_t nodes;
+  double tolerance;
+  int32_t max_iterations;
+};
+
+class GraphOps {
+ public:
+  virtual ~GraphOps() = default;
+  // The iterations taken.
+  int SolveGraph(const SolveGraphParams& params);
+
+ protected:
+  virtual int DoSolveGraph(const SolveGraphParams& params) = 0;
+};
+
+}  // namespace retint

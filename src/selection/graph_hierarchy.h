@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A coarse-to-fine preconditioner of what graph_solver.h solves.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace retint {
+
+// The symmetric matrix A of a graph, row by row: A_ii = trust_i + sum_j w_ij and A_ij = -w_ij.
+struct GraphMatrix {
+  std::span<const size_t> begin;  // [nodes + 1] into what follows
+  std::span<const int> other;     // ascending within a row
+  std::span<const float> weight;  // 0 or more; 0 is as no edge
+  std::vector<double> trust;      // [nodes], above 0
+  std::vector<double> diagonal;   // [nodes]
+
+  GraphMatrix() = default;
+  GraphMatrix(std::span<const size_t> begins, std::span<const int> others,
+              std::span<const float> weights, std::vector<double> trusts);
+  size_t size() const { return diagonal.size(); }
+  // A x of row i.
+  double Row(size_t i, const std::vector<double>& x) const {
+    double sum = 0;
+    for (size_t e = begin[i]; e < begin[i + 1]; ++e) {
+      sum += double(weight[e]) * x[size_t(other[e])];
+    }
+    return diagonal[i] * x[i] - sum;
+  }
+};
+
+// Multigrid by aggregation without smoothing (Vanek, Mandel and Brezina 1996; Notay 2010): nodes
+// that strong edges join become one node of the next coarser graph, whose trusts and weights are
+// sums of theirs, until few are left. One V-cycle, with a step of damped Jacobi before and after
+// each coarser correction, approximates A^-1 r; it is symmetric and positive definite, as conjugate
+// gradients need. The same result on any number of threads.
+class GraphHierarchy {
+ public:
+  // What `finest` views stays alive.
+  explicit GraphHierarchy(GraphMatrix finest);
+  const GraphMatrix& finest() const { return levels_.front().matrix; }
+  size_t NumLevels() const { return levels_.size(); }
+  // *x = about A^-1 r.
+  void Apply(const std::vector<double>& r, std::vector<double>* x) { Cycle(0, r, x); }
+
+ private:
+  struct Level {
+    GraphMatrix matrix;
+    // Of coarser graphs, which `matrix` views.
+    std::vector<size_t> begin;
+    std::vector<int> other;
+    std::vector<float> weight;
+    // To the next coarser graph: the node that each node is part of, -1 where it is none; and the
+    // members of each of those nodes, ascending.
+    std::vector<int> part_of;
+    std::vector<size_t> members_begin;
+    std::vector<int> members;
+    std::vector<double> rest, corrected;  // of a cycle: of this level; of the next coarser
+  };
+  void Cycle(size_t level, const std::vector<double>& r, std::vector<double>* x);
+  static bool Aggregate(Level* level);
+  static Level Coarsen(const Level& fine);
+
+  std::vector<Level> levels_;
+};
+
+}  // namespace retint
