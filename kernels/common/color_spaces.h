@@ -55,28 +55,40 @@ RETINT_HD void SrgbFromOkLab(const OkLab& lab, float* rgb) {
   for (int c = 0; c < 3; ++c) rgb[c] = SrgbFromLinear(rgb[c]);
 }
 
-// Whether a screen shows it, with some room for rounding.
-RETINT_HD bool IsInGamut(const OkLab& lab) {
-  float rgb[3];
+// Room for rounding at the gamut's border, in linear light.
+constexpr float kGamutRounding = 1e-4f;
+
+// Whether a screen shows the color; `rgb` [3] is its linear light.
+RETINT_HD bool IsInGamut(const OkLab& lab, float* rgb) {
   LinearFromOkLab(lab, rgb);
-  constexpr float kRounding = 1e-4f;
   for (int c = 0; c < 3; ++c) {
-    if (!(rgb[c] >= -kRounding && rgb[c] <= 1 + kRounding)) return false;
+    if (!(rgb[c] >= -kGamutRounding && rgb[c] <= 1 + kGamutRounding)) return false;
   }
   return true;
 }
 
 // How far along the way from its gray to the color the gamut reaches, at most `most`: at 1 the
-// color lies on its border.
+// color lies on its border. Bisection, then where a line through the last two points takes the
+// first channel out: the result does not jump where rounding, which differs between devices, turns
+// one of the steps around.
 RETINT_HD float GamutReach(const OkLab& lab, float most) {
-  if (IsInGamut({lab.lightness, most * lab.a, most * lab.b})) return most;
+  float inside[3], outside[3], middle[3];
+  if (IsInGamut({lab.lightness, most * lab.a, most * lab.b}, outside)) return most;
+  if (!IsInGamut({lab.lightness, 0, 0}, inside)) return 0;
   float low = 0, high = most;
-  for (int i = 0; i < 12; ++i) {
-    const float middle = 0.5f * (low + high);
-    const bool inside = IsInGamut({lab.lightness, middle * lab.a, middle * lab.b});
-    (inside ? low : high) = middle;
+  for (int i = 0; i < 9; ++i) {
+    const float at = 0.5f * (low + high);
+    const bool is_inside = IsInGamut({lab.lightness, at * lab.a, at * lab.b}, middle);
+    (is_inside ? low : high) = at;
+    for (int c = 0; c < 3; ++c) (is_inside ? inside : outside)[c] = middle[c];
   }
-  return low;
+  float share = 1;
+  for (int c = 0; c < 3; ++c) {
+    const float border = outside[c] > 1 ? 1 + kGamutRounding : -kGamutRounding;
+    const bool leaves = outside[c] > 1 + kGamutRounding || outside[c] < -kGamutRounding;
+    if (leaves) share = fminf(share, (border - inside[c]) / (outside[c] - inside[c]));
+  }
+  return low + share * (high - low);
 }
 
 // Less chroma at the same hue and lightness, until a screen shows the color. Chroma below `knee` of

@@ -75,6 +75,33 @@ ColorOp Op(ColorOpCode code, std::initializer_list<float> values, float strength
   return op;
 }
 
+TEST(ColorSpacesTest, FindsTheBorderOfTheGamut) {
+  std::mt19937 rng(0);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  constexpr float kMost = 1.25f;
+  const auto beyond = [](const OkLab& lab) {  // by how much a channel leaves the gamut
+    float rgb[3], most = -1;
+    LinearFromOkLab(lab, rgb);
+    for (const float value : rgb) most = std::max({most, value - 1, -value});
+    return most - kGamutRounding;
+  };
+  int crossed = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const OkLab lab = {uniform(rng), 0.6f * uniform(rng) - 0.3f, 0.6f * uniform(rng) - 0.3f};
+    const float reach = GamutReach(lab, kMost);
+    const OkLab there = {lab.lightness, reach * lab.a, reach * lab.b};
+    if (reach == kMost) {
+      EXPECT_LE(beyond(there), 0);
+      continue;
+    }
+    ++crossed;
+    // The square of the last two points' distance, 1.25 / 512, by some curvature.
+    EXPECT_NEAR(beyond(there), 0, 1e-5f);
+  }
+  EXPECT_GT(crossed, 300);
+  EXPECT_EQ(GamutReach({1.1f, 0.1f, 0}, kMost), 0);  // no gray is as bright
+}
+
 TEST(ColorOpsTest, MixesByTheStrengthAndRunsInOrder) {
   ColorProgram program{};
   program.strength = 1;
