@@ -55,6 +55,9 @@ struct ImageLossParams {
   // [1] backend memory: the loss is added here and the returned value is empty, so that nobody
   // waits for it. Null: it is returned.
   double* loss = nullptr;
+  // [1] backend memory, or null: CUDA raises it to the largest |gradient| that it writes, as
+  // RegionResidualParams::largest.
+  float* largest = nullptr;
 };
 
 struct ImageLossValue {

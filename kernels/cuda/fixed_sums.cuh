@@ -2,7 +2,8 @@
 // Sums of terms that arrive in any order and are still the same to the last bit: the terms are
 // rounded to whole steps of a power of two and added as 64-bit integers, whose sum knows no order.
 // The step follows the largest factor of the terms, so that no sum overflows; it lies some 2^-40
-// below that factor, far below what a float sum of the terms would round away.
+// below that factor, far below what a float sum of the terms would round away. A term that is not
+// finite makes its own sum not a number, and no other one.
 #pragma once
 
 #include <bit>
@@ -12,15 +13,20 @@
 
 namespace retint::cuda {
 
-// The larger of |a| and |b|. Bits of floats that are not negative order as integers do, and what is
-// not a number lies above them all, so that it is not lost.
-__device__ inline float LargerMagnitude(float a, float b) {
-  return __int_as_float(max(__float_as_int(fabsf(a)), __float_as_int(fabsf(b))));
+// By the bits, since sources may be compiled with fast maths.
+__device__ inline bool IsFinite(float value) {
+  return (__float_as_uint(value) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Raises *largest to the largest |value| of the warp's lanes, all of which call it.
+// The larger of `largest` and |value|, where that is finite.
+__device__ inline float LargerMagnitude(float largest, float value) {
+  return IsFinite(value) ? fmaxf(largest, fabsf(value)) : largest;
+}
+
+// Raises *largest to the largest `value` of the warp's lanes, all of which call it. Bits of floats
+// that are not negative order as integers do.
 __device__ inline void RaiseLargest(float value, float* largest) {
-  int bits = __float_as_int(fabsf(value));
+  int bits = __float_as_int(value);
   for (int offset = 16; offset > 0; offset /= 2) {
     bits = max(bits, __shfl_xor_sync(kFullWarp, bits, offset));
   }
@@ -30,18 +36,20 @@ __device__ inline void RaiseLargest(float value, float* largest) {
 
 struct FixedSums {
   unsigned long long* sums;  // [rows, C], zero between uses; two's complement
-  const float* largest;      // [1] at least every factor's absolute value
+  const float* largest;      // [1] at least every finite factor's absolute value
   int headroom;              // no sum is more than 2^headroom of the largest factor
+
+  // Sums lie below 2^61. Where a term is not finite its sum starts again from here, so that it ends
+  // within 2^61 of it.
+  static constexpr long long kNoNumber = 1ll << 62;
 
   struct Steps {
     float per_unit, unit;
-    bool is_finite;
   };
   __device__ Steps Load() const {
     const int biased = __float_as_int(*largest) >> 23;  // *largest < 2^(biased - 126)
-    const int exponent = min(62 - headroom - (biased - 126), 120);
-    return {__int_as_float((127 + exponent) << 23), __int_as_float((127 - exponent) << 23),
-            biased < 255};
+    const int exponent = min(61 - headroom - (biased - 126), 120);
+    return {__int_as_float((127 + exponent) << 23), __int_as_float((127 - exponent) << 23)};
   }
 
   // Adds sum_of(c) to the C sums of `row`, which is negative where the lane has none. kHolders
@@ -61,8 +69,13 @@ struct FixedSums {
     for (int piece = 0; piece < kPieces; ++piece) {
       const int c = piece * kHolders + holder;
       if (c >= C || row < 0 || mine[piece] == 0) continue;
-      const long long steps = __float2ll_rn(mine[piece] * per_unit);
-      atomicAdd(sums + row * C + c, static_cast<unsigned long long>(steps));
+      unsigned long long* const sum = sums + row * C + c;
+      if (IsFinite(mine[piece])) {
+        const long long steps = __float2ll_rn(mine[piece] * per_unit);
+        atomicAdd(sum, static_cast<unsigned long long>(steps));
+      } else {
+        atomicExch(sum, static_cast<unsigned long long>(kNoNumber));
+      }
     }
   }
 };
@@ -84,13 +97,13 @@ class FixedSumsMemory {
   Scratch<unsigned long long> sums_;
 };
 
-// result = sums, which are zero again afterwards. Not a number where the largest factor was none.
+// result = sums, which are zero again afterwards.
 inline void MoveSums(const FixedSums& from, int64_t count, float* result, cudaStream_t stream) {
   ForEach(count, stream, "MoveSums", [=] __device__(int64_t i) {
     const FixedSums::Steps steps = from.Load();
     const auto sum = static_cast<long long>(from.sums[i]);
     from.sums[i] = 0;
-    result[i] = steps.is_finite ? __ll2float_rn(sum) * steps.unit : NAN;
+    result[i] = sum < FixedSums::kNoNumber / 2 ? __ll2float_rn(sum) * steps.unit : NAN;
   });
 }
 

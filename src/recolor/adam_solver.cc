@@ -45,6 +45,7 @@ AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
     *buffer = backend.Allocate<float>(problem_.NumValues());
   }
   recent_loss_ = backend.Allocate<double>(1);
+  largest_ = backend.Allocate<float>(1);
 }
 
 // Every view once a round, in a random order, as 3DGS trains.
@@ -105,9 +106,10 @@ void AdamSolver::Evaluate(size_t index) {
   std::copy_n(view->roi.begin(), 4, loss.roi);
   loss.gradient = delta;
   loss.loss = recent_loss_.data();
+  loss.largest = largest_.data();
   backend.refit().ImageLoss(loss);
   backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
-  problem_.AddGradient(*view, delta, colors, change, gradient_.data());
+  problem_.AddGradient(*view, delta, colors, change, gradient_.data(), largest_.data());
 }
 
 double AdamSolver::RecentLoss() { return problem_.backend().Download(recent_loss_.data(), 1)[0]; }

@@ -33,6 +33,7 @@ class AdamSolver : public RefitSolver {
   std::mt19937_64 random_;
   std::vector<size_t> deck_;    // views left in this round
   Buffer<double> recent_loss_;  // [1]
+  Buffer<float> largest_;       // [1] at least every |gradient| of a pixel so far
 };
 
 }  // namespace retint

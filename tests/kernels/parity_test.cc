@@ -161,6 +161,79 @@ TEST_P(Parity, Transposes) {
   }
 }
 
+// A pixel that is no number reaches the Gaussians that show there, in its own channel, and none
+// that ends before its tile. Between the two a backend may multiply it by a weight of zero.
+TEST_P(Parity, KeepsWhatIsNoNumberWhereItIs) {
+  Make();
+  constexpr int kChannels = 3, kBad = 1;
+  const size_t width = size_t(camera_.width), height = size_t(camera_.height);
+  auto residual = ByPixel(kChannels);
+  std::vector<float> pixels(pixels_, 0.0f), without = residual;
+  const std::pair<size_t, float> bad[] = {
+      {height / 2 * width + width / 2, NAN},
+      {height / 4 * width + width / 3, std::numeric_limits<float>::infinity()}};
+  for (const auto& [p, value] : bad) {
+    residual[kChannels * p + kBad] = value;
+    without[kChannels * p + kBad] = 0;
+    pixels[p] = 1;
+  }
+  const auto may_touch_a_bad_tile = [&](size_t g) {
+    float at[3];
+    for (int j = 0; j < 3; ++j) {
+      at[j] = camera_.translation[j];
+      for (int k = 0; k < 3; ++k) {
+        at[j] += camera_.rotation[3 * j + k] * model_.means[3 * g + size_t(k)];
+      }
+    }
+    if (at[2] <= 0.2f) return false;  // not drawn
+    const float x = camera_.fx * at[0] / at[2] + camera_.cx;
+    const float y = camera_.fy * at[1] / at[2] + camera_.cy;
+    const float* const scale = &model_.log_scales[3 * g];
+    // An opaque Gaussian ends after 3.4 standard deviations, which the slant of a ray stretches by
+    // at most 2 here.
+    const float reach =
+        2 * 3.4f * camera_.fx / at[2] * std::exp(*std::max_element(scale, scale + 3)) + 4;
+    for (const auto& [p, value] : bad) {
+      const auto tile_x = float(p % width / kTileSize * kTileSize);
+      const auto tile_y = float(p / width / kTileSize * kTileSize);
+      if (x + reach >= tile_x && x - reach <= tile_x + kTileSize && y + reach >= tile_y &&
+          y - reach <= tile_y + kTileSize) {
+        return true;
+      }
+    }
+    return false;
+  };
+  const std::vector<uint8_t> active(size_t(model_.count()), 1);
+  for (const bool restricted : {false, true}) {
+    std::vector<float> out[2], clean, shown;
+    for (int i = 0; i < 2; ++i) {
+      Side& side = *Sides()[size_t(i)];
+      std::shared_ptr<const ViewGeometry> view = side.view;
+      if (restricted) {
+        Guarded<uint8_t> flags(*side.backend, active);
+        view = side.backend->blend().Restrict(*side.view, flags.data(), size_t{1} << 32, 0);
+      }
+      const auto transposed = [&](const std::vector<float>& of, int channels) {
+        return side.Scatter(RunTranspose(*side.backend, *view, of, channels), channels, *view);
+      };
+      out[i] = transposed(residual, kChannels);
+      if (i == 0) shown = transposed(pixels, 1);
+      if (i == 1) clean = transposed(without, kChannels);
+    }
+    for (size_t g = 0; g < size_t(model_.count()); ++g) {
+      for (size_t c = 0; c < kChannels; ++c) {
+        const size_t at = kChannels * g + c;
+        if (c != kBad || !may_touch_a_bad_tile(g)) {
+          ASSERT_TRUE(std::isfinite(out[0][at]) && std::isfinite(out[1][at])) << g;
+          ASSERT_EQ(out[1][at], clean[at]) << g;
+        } else if (shown[g] > 0.01f) {  // a weight at the limit may be skipped on one side
+          ASSERT_FALSE(std::isfinite(out[0][at]) || std::isfinite(out[1][at])) << g;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(Parity, FindsDepth) {
   Make();
   std::vector<float> median[2], expected[2], alpha[2];

@@ -169,7 +169,9 @@ TEST_P(Repeat, KeepsWhatIsNoNumber) {
   auto residual = UniformVector(rng_, Pixels(), -1, 1);
   residual[Pixels() / 2 + size_t(camera_.width) / 2] = NAN;
   const auto sums = RunTranspose(*backend_, *scene.view, residual, 1);
-  EXPECT_TRUE(std::any_of(sums.begin(), sums.end(), [](float sum) { return std::isnan(sum); }));
+  const auto is_nan = [](float sum) { return std::isnan(sum); };
+  EXPECT_TRUE(std::any_of(sums.begin(), sums.end(), is_nan));
+  EXPECT_FALSE(std::all_of(sums.begin(), sums.end(), is_nan));
 }
 
 // A device that needs the largest residual before it sums finds the same from a bound it is given.
@@ -201,6 +203,26 @@ TEST_P(Repeat, TakesABoundOfTheResidual) {
       EXPECT_EQ(bound, 0) << "the CPU leaves it as it is";
     }
     EXPECT_LE(WorstDifference(given.Read(), found.Read()), 1e-6);  // steps of another power of two
+  }
+}
+
+TEST_P(Repeat, BoundsTheGradientOfTheLoss) {
+  const auto image = UniformVector(rng_, Pixels() * 3, 0, 1);
+  const auto target = UniformVector(rng_, Pixels() * 3, 0, 1);
+  Guarded<float> y(*backend_, image), t(*backend_, target);
+  Guarded<float> gradient(*backend_, std::vector<float>(image.size(), 0.0f));
+  for (const float before : {0.0f, 1.0f}) {
+    Guarded<float> largest(*backend_, std::vector<float>{before});
+    ImageLossParams params{y.data(), t.data(),         camera_.width,  camera_.height,
+                           0.2f,     {40, 30, 90, 80}, gradient.data()};
+    params.largest = largest.data();
+    backend_->refit().ImageLoss(params);
+    float expected = before;
+    if (GetParam() == "cuda") {  // the CPU leaves it as it is
+      for (const float value : gradient.Read()) expected = std::max(expected, std::abs(value));
+      EXPECT_GT(expected, 0);
+    }
+    EXPECT_EQ(largest.Read()[0], expected);
   }
 }
 
