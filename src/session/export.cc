@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "session/report_html.h"
 
 namespace retint {
 namespace {
@@ -182,9 +183,16 @@ RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) 
   return report;
 }
 
-void ExportReport(EditSession& session, TargetKind target, const fs::path& path, Monitor& monitor) {
+void ExportReport(EditSession& session, RefitJob job, const fs::path& path, Monitor& monitor) {
   CheckOutput(path);
-  WriteFile(path, ToJson(FullReport(session, target, monitor)));
+  RunReport report = FullReport(session, job.target, monitor);
+  report.options = SettingsThatApply(Described(job));
+  if (path.extension() != ".html" && path.extension() != ".htm") {
+    return WriteFile(path, ToJson(report));
+  }
+  HtmlReportOptions options;
+  options.title = "Recoloring of " + session.splat_path().filename().string();
+  WriteFile(path, HtmlReport(session, report, options, monitor));
 }
 
 }  // namespace retint

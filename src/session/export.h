@@ -42,7 +42,9 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
 // MakeReport() with what a session knows of its regions: `painted` of all, masks and, measured
 // here, EvaluateRegion() of each visible one. `quality` is the one region's, where only one shows.
 RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor);
-void ExportReport(EditSession& session, TargetKind target, const std::filesystem::path& path,
+// FullReport() with the options of the fits, as a file: HtmlReport() where it ends in .html or
+// .htm, else ToJson().
+void ExportReport(EditSession& session, RefitJob job, const std::filesystem::path& path,
                   Monitor& monitor);
 
 }  // namespace retint

@@ -130,10 +130,15 @@ void MainWindow::ExportSplat() {
 
 void MainWindow::ExportReport() {
   if (!controller_->IsOpen()) return;
-  QString path = QFileDialog::getSaveFileName(
-      this, tr("Export the report"), Text(ProposedOutput("-report.json")), tr("Reports (*.json)"));
+  const QString page = tr("Page to look at (*.html)"),
+                figures = tr("Figures for programs (*.json)");
+  QString kind = page;
+  QString path = QFileDialog::getSaveFileName(this, tr("Export the report"),
+                                              Text(ProposedOutput("-report.html")),
+                                              page + ";;" + figures, &kind);
   if (path.isEmpty()) return;
-  if (!path.endsWith(".json")) path += ".json";
+  const QString ending = kind == figures ? ".json" : ".html";
+  if (!path.endsWith(".json") && !path.endsWith(".html")) path += ending;
   controller_->WriteReport(Path(path));
 }
 

@@ -174,11 +174,10 @@ void SceneController::WriteMasks(const std::filesystem::path& folder, RegionId i
 }
 
 void SceneController::WriteReport(const std::filesystem::path& path) {
-  RunWrite(tr("Saving the report"), path,
-           [=, target = job_.target](EditSession& session, Monitor& monitor) {
-             session.CollectFits();
-             ExportReport(session, target, path, monitor);
-           });
+  RunWrite(tr("Saving the report"), path, [=, job = job_](EditSession& session, Monitor& monitor) {
+    session.CollectFits();
+    ExportReport(session, job, path, monitor);
+  });
 }
 
 void SceneController::WriteViews(const std::filesystem::path& folder,

@@ -14,6 +14,7 @@ namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::HasSubstr;
 
 class Export : public ::testing::Test {
  protected:
@@ -100,7 +101,7 @@ TEST_F(Export, FramesAreNumbered) {
 }
 
 TEST_F(Export, TheReportHasEveryRegion) {
-  ExportReport(*session_, TargetKind::kRender, folder_ / "report.json", monitor_);
+  ExportReport(*session_, RefitJob(), folder_ / "report.json", monitor_);
   const auto json = nlohmann::json::parse(ReadFile(folder_ / "report.json"));
   ASSERT_EQ(json["regions"].size(), 2u);
   EXPECT_EQ(json["regions"][1]["name"], "right");
@@ -113,9 +114,22 @@ TEST_F(Export, TheReportHasEveryRegion) {
   EXPECT_EQ(json["painted"][0]["view"], "view0");
   EXPECT_EQ(json["masks"]["views"], 6);
   EXPECT_TRUE(json["quality"]["train"]["psnr_outside"].is_null()) << "of one region only";
+  EXPECT_EQ(json["options"]["solver"], "mm");
   session_->SetVisible(2, false);
   const RunReport one = FullReport(*session_, TargetKind::kRender, monitor_);
   EXPECT_EQ(one.quality.train.views, 6);
+}
+
+TEST_F(Export, AReportThatEndsInHtmlIsAPage) {
+  RefitJob job;
+  job.options.mm.iterations = 7;
+  ExportReport(*session_, job, folder_ / "report.html", monitor_);
+  const std::string page = ReadFile(folder_ / "report.html");
+  EXPECT_THAT(page, HasSubstr("<title>Recoloring of "));
+  EXPECT_THAT(page, HasSubstr("<td>iterations</td><td>mm</td><td>7</td>"));
+  for (const View* view : session_->reconstruction().ViewsByName()) {
+    EXPECT_THAT(page, HasSubstr("Before and after of " + view->name));
+  }
 }
 
 }  // namespace

@@ -256,6 +256,12 @@ class ExportsTest : public FilesFixture {
     const auto report = nlohmann::json::parse(ReadFile(folder / "report.json"));
     QCOMPARE(report["views"].get<size_t>(), scene_->scene().views.size());
     QVERIFY(report.contains("quality") && report["regions"].size() == 1);
+    // A name without an ending means what the dialog offers first, the page.
+    AnswerFileDialog(folder / "page");
+    Export(3);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 3, kWaitMs);
+    const std::string page = ReadFile(folder / "page.html");
+    QVERIFY(page.find("<html") != std::string::npos && page.find("pot") != std::string::npos);
   }
 };
 
