@@ -14,6 +14,7 @@ packages=(
   colmap
   python3-dev python3-numpy python3-pybind11 pybind11-dev python3-pytest
   qt6-base-dev qt6-qpa-plugins libgl1-mesa-dri fonts-dejavu-core xvfb xauth
+  mkdocs doxygen
 )
 
 if [[ ${RETINT_SKIP_SETUP:-} == 1 ]]; then exit 0; fi
