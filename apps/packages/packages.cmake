@@ -1,7 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # What `cpack` makes in the build folder, docs/packages.md: Debian packages, one a component, and a relocatable archive of all.
 set(CPACK_GENERATOR DEB TXZ)
-set(CPACK_PACKAGE_NAME retint)
+# A build with CUDA makes packages of other names, which take the place of those without: NVIDIA's license is not one
+# that everybody may hand on (docs/licenses.md), and most machines have no use for its size.
+set(with_cuda "")
+set(about_cuda "")
+if(RETINT_HAVE_CUDA)
+  set(with_cuda -cuda)
+  set(about_cuda " It also runs on GPUs of NVIDIA.")
+endif()
+set(CPACK_PACKAGE_NAME retint${with_cuda})
 set(CPACK_PACKAGE_VENDOR "The Retint authors")
 set(CPACK_PACKAGE_CONTACT "The Retint authors <retint@users.noreply.github.com>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "recolor regions of 3D Gaussian Splatting scenes")
@@ -20,12 +28,21 @@ photo of its COLMAP workspace, and only the colors of the Gaussians that it
 touches are fitted anew.")
 
 # retint_package(COMPONENT PACKAGE SECTION DETAILS [DEPENDS]): in the scope of the caller.
-macro(retint_package component package section details)
+macro(retint_package component plain section details)
   string(TOUPPER ${component} upper)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
+  set(package ${plain}${with_cuda})
+  if(RETINT_HAVE_CUDA AND "${plain}" STREQUAL "libretint-dev")
+    set(package libretint-cuda-dev)  # Debian's order of words
+  endif()
+  if(RETINT_HAVE_CUDA)
+    foreach(relation PROVIDES CONFLICTS REPLACES)
+      set(CPACK_DEBIAN_${upper}_PACKAGE_${relation} ${plain})
+    endforeach()
+  endif()
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
   set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
-  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${about}\n\n${details}")
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${about}\n\n${details}${about_cuda}")
   set(CPACK_DEBIAN_${upper}_PACKAGE_DEPENDS "${ARGN}")
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/${package} RENAME copyright COMPONENT ${component})
   install(FILES ${PROJECT_BINARY_DIR}/changelog.Debian.gz DESTINATION share/doc/${package} COMPONENT ${component})
