@@ -98,6 +98,7 @@ PYBIND11_MODULE(_retint, module) {
   BindSelection(module);
   BindSession(module);
   BindRender(module);
+  BindTools(module);
   module.def("backends", &AvailableBackends,
              "Names of the backends that work here: 'cpu', and 'cuda' where built and a device is "
              "present.");

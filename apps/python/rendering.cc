@@ -58,14 +58,6 @@ py::object Layers(RenderOutput output, const py::object& what) {
   return layers;
 }
 
-std::shared_ptr<Backend> OpenBackend(const std::string& name) {
-  try {
-    return CreateBackend(name);
-  } catch (const std::invalid_argument& error) {
-    throw OptionError(std::string("backend: ") + error.what());
-  }
-}
-
 py::object RenderSession(PySession& self, const py::object& view, const py::object& what,
                          const py::object& sh) {
   const RenderRequest request = ToRequest(what);
@@ -162,6 +154,14 @@ py::list TableOf(const std::string& call, const std::string& preset) {
 }
 
 }  // namespace
+
+std::shared_ptr<Backend> OpenBackend(const std::string& name) {
+  try {
+    return CreateBackend(name);
+  } catch (const std::invalid_argument& error) {
+    throw OptionError(std::string("backend: ") + error.what());
+  }
+}
 
 void BindRendering(py::class_<PySession>& type) {
   static const std::string render_doc =

@@ -9,6 +9,8 @@
 
 namespace retint::python {
 
+// The backend of that name. OptionError for one that is not there.
+std::shared_ptr<Backend> OpenBackend(const std::string& name);
 // Adds render(), depth() and mask_seen_from() to the class.
 void BindRendering(py::class_<PySession>& type);
 // Coefficients that were given, checked against the session's; of no dimension for None.

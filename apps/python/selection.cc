@@ -68,7 +68,7 @@ void WriteMasksTo(const PyMasks& self, const py::object& folder, py::object prog
     StagedOutput staged;
     staged.AddFolder(path, [&](const std::filesystem::path& to) {
       WriteMasks(to, self.masks, monitor);
-      if (!self.shares.empty()) WriteShares(to, self.masks, self.shares);
+      if (!self.shares.empty()) WriteShares(to, self.masks, self.shares, self.confidence);
     });
     staged.Commit();
   });
@@ -185,13 +185,21 @@ void BindMasks(py::module_& module) {
            "From a dict of image names to masks ([H, W] arrays or paths) and shares [N] in [0, 1]; "
            "without shares they are computed from the masks when a region is made.")
       .def("write", &WriteMasksTo, py::arg("folder"), py::arg("progress") = py::none(),
-           "Writes FOLDER/<image name>.png and, where there are shares, shares.bin.")
+           "Writes FOLDER/<image name>.png and, where they are known, shares.bin and "
+           "confidence.bin.")
       .def_property_readonly(
           "shares",
           [](const py::object& self) {
             return SharesView(self.cast<const PyMasks&>().shares, self);
           },
           "[N] float32 in [0, 1]; [0] where unknown.")
+      .def_property_readonly(
+          "confidence",
+          [](const py::object& self) {
+            return SharesView(self.cast<const PyMasks&>().confidence, self);
+          },
+          "[N] float32 in [0, 1]: how sure each share is, 1 where paint shows it; [0] without a "
+          "completion.")
       .def_readonly("warning", &PyMasks::warning,
                     "Why shares beside the masks were left aside, or ''.")
       .def("keys",

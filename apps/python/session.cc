@@ -3,16 +3,16 @@
 #include <array>
 #include <tuple>
 
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include "arrays.h"
-#include "colmap_io/image_io.h"
+#include "colmap_io/nerfstudio.h"
 #include "options.h"
 #include "rendering.h"
 #include "results.h"
 #include "session/export.h"
-#include "session/selection_files.h"
 #include "session/session_file.h"
 #include "splat_io/splat_io.h"
 #include "types.h"
@@ -22,9 +22,27 @@ namespace {
 
 using Sessions = py::class_<PySession>;
 
+// None, a file, or a matrix [3, 4] or [4, 4].
+Sim3d ToSimilarity(const py::object& given) {
+  if (given.is_none()) return {};
+  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
+    return ReadWorldFromSplat(ToPath(given));
+  }
+  using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+  const auto matrix = Doubles::ensure(given);
+  if (!matrix) throw py::error_already_set();
+  CheckOption(
+      matrix.ndim() == 2 && (matrix.shape(0) == 3 || matrix.shape(0) == 4) && matrix.shape(1) == 4,
+      "world_from_splat is a file or a matrix [3, 4] or [4, 4]");
+  std::string text;
+  for (py::ssize_t i = 0; i < matrix.size(); ++i) text += fmt::format("{:.17g} ", matrix.data()[i]);
+  return ParseWorldFromSplat(text);
+}
+
 SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache_mb,
                            const std::array<float, 3>& background, const py::object& images,
-                           const std::string& model, int views) {
+                           const std::string& model, int views, const py::object& world_from_splat,
+                           const py::object& view_folder) {
   SessionOptions options;
   options.pixels = Pixels::kPinhole;  // arrays are the views', whose cameras Python sees
   options.backend = backend;
@@ -34,6 +52,8 @@ SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache
   options.image_folder = ToPath(images);
   options.model = model;
   options.views = views;
+  options.world_from_splat = ToSimilarity(world_from_splat);
+  options.view_folder = ToPath(view_folder);
   options.Check();
   return options;
 }
@@ -41,15 +61,21 @@ SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache
 std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& splat,
                                 const std::string& backend, int holdout, size_t cache_mb,
                                 const std::array<float, 3>& background, const py::object& images,
-                                const std::string& model, int views, py::object progress) {
-  const SessionOptions options =
-      MakeOptions(backend, holdout, cache_mb, background, images, model, views);
+                                const std::string& model, int views,
+                                const py::object& world_from_splat, const py::object& view_folder,
+                                py::object progress) {
+  const SessionOptions options = MakeOptions(backend, holdout, cache_mb, background, images, model,
+                                             views, world_from_splat, view_folder);
   const bool read_workspace = !py::isinstance<PyWorkspace>(workspace);
   const bool read_splat = !py::isinstance<PySplat>(splat);
   CheckOption(read_workspace || (options.image_folder.empty() && model.empty()),
               "images and model are of a workspace's folder, not of a Workspace");
   CheckOption(!workspace.is_none() || (read_splat && !splat.is_none()),
               "without a workspace, name the file of the splat");
+  CheckOption(world_from_splat.is_none() || (read_workspace && read_splat && !workspace.is_none()),
+              "world_from_splat needs the folder of a workspace and the file of a splat");
+  CheckOption(view_folder.is_none() || workspace.is_none(),
+              "view_folder is of a splat without a workspace");
   const auto folder = read_workspace ? ToPath(workspace) : std::filesystem::path();
   auto file = read_splat ? ToPath(splat) : std::filesystem::path();
   const auto opened = read_workspace ? nullptr : workspace.cast<const PyWorkspace&>().data;
@@ -102,119 +128,6 @@ RegionId ToId(const py::object& region) {
 TargetKind ToTarget(const std::string& name) {
   CheckOption(name == "render" || name == "photo", "target is 'render' or 'photo'");
   return name == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
-}
-
-// ---- Selection ----
-
-PaintedView Paint(PySession& self, const std::string& view, const py::object& mask) {
-  const Camera camera = self.Use([&](EditSession& session) {
-    const View& found = session.workspace().RequireView(view);
-    return session.reconstruction().Posed(found).camera;
-  });
-  Mask paint = ToMask(mask, camera.width, camera.height);
-  return self.Use(
-      [&](EditSession& session) { return session.selection().Paint(view, std::move(paint)); });
-}
-
-PySelection Select(PySession& self, const std::vector<PaintedView>& painted, py::object progress,
-                   const py::kwargs& keywords) {
-  const EditOptions options =
-      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.Describe(list); });
-  for (size_t i = 0; i < painted.size(); ++i) {
-    for (size_t k = 0; k < i; ++k) {
-      CheckOption(painted[i].name != painted[k].name, painted[i].name + " is painted twice");
-    }
-  }
-  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    SelectionResult result = session.selection().Select(painted, options.select, monitor);
-    return PySelection{std::move(result.cloud), painted, std::move(result.painted),
-                       std::move(result.depths)};
-  });
-}
-
-PySelection EraseFrom(PySession& self, const PySelection& selection, const std::string& view,
-                      const py::object& mask, py::object progress, const py::kwargs& keywords) {
-  const EditOptions options =
-      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.DescribeDepth(list); });
-  const PaintedView erased = Paint(self, view, mask);
-  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    PySelection left = selection;
-    const DepthEstimate depth =
-        session.selection().EstimateDepth(erased.camera, options.select, monitor);
-    Erase(left.cloud, erased.camera, erased.mask, depth.depth);
-    return left;
-  });
-}
-
-PyMasks Project(PySession& self, const PySelection& selection, py::object progress,
-                const py::kwargs& keywords) {
-  const EditOptions options =
-      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
-  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    ProjectedMasks masks =
-        session.selection().Project(selection.cloud, selection.painted, options.projector, monitor);
-    return PyMasks{std::move(masks.masks),
-                   std::move(masks.shares),
-                   {selection.painted, selection.cloud, selection.reports},
-                   ""};
-  });
-}
-
-PyMasks Complete(PySession& self, const PySelection& selection, const std::string& reach,
-                 py::object progress, const py::kwargs& keywords) {
-  py::kwargs all(keywords.attr("copy")());
-  all["completion"] = reach;
-  return Project(self, selection, std::move(progress), all);
-}
-
-PyMasks ReadMasksFrom(PySession& self, const py::object& folder) {
-  const auto path = ToPath(folder);
-  return self.Use([&](EditSession& session) {
-    PyMasks result;
-    for (auto& [id, mask] : ReadMasks(path, session.reconstruction())) {
-      result.masks.emplace(session.reconstruction().views.at(id).name, std::move(mask));
-    }
-    SharesOfMasks shares = ReadShares(path, result.masks, session.original().NumGaussians());
-    result.shares = std::move(shares.shares);
-    result.warning = std::move(shares.why_not);
-    return result;
-  });
-}
-
-void BindSelecting(Sessions& type) {
-  static const auto lines = [](auto describe) {
-    EditOptions options;
-    OptionList list;
-    describe(options, list);
-    return OptionLines(list);
-  };
-  static const std::string select_doc =
-      "The 3D selection of what was painted: depth, points, registration to the sparse points. "
-      "`painted` is a list of Painted, of one view or several." +
-      lines([](EditOptions& o, OptionList& list) { o.select.Describe(list); });
-  static const std::string project_doc =
-      "The selection as a mask of every view, completed where no painted view looked "
-      "(`completion`)." +
-      lines([](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
-  type.def(
-          "paint", &Paint, py::arg("view"), py::arg("mask"),
-          "Painted: a view's name and its mask, an array [H, W] of bool, uint8 (0 outside, 255 "
-          "inside) or floats in [0, 1], or the path of a picture. InputError when no pixel is set.")
-      .def("select", &Select, py::arg("painted"), py::kw_only(), py::arg("progress") = py::none(),
-           select_doc.c_str())
-      .def("erase", &EraseFrom, py::arg("selection"), py::arg("view"), py::arg("mask"),
-           py::kw_only(), py::arg("progress") = py::none(),
-           "A selection without the points that are seen inside the mask of that view. Options: "
-           "those of depth().")
-      .def("project", &Project, py::arg("selection"), py::kw_only(),
-           py::arg("progress") = py::none(), project_doc.c_str())
-      .def("complete", &Complete, py::arg("selection"), py::arg("reach") = "near", py::kw_only(),
-           py::arg("progress") = py::none(),
-           "project() with completion=REACH: 'near' adds the sides of the object that no painted "
-           "view sees, 'all' also other things that look the same, 'off' neither.")
-      .def("read_masks", &ReadMasksFrom, py::arg("folder"),
-           "Masks from FOLDER/<image name>.png, with the shares beside them where these belong to "
-           "the masks.");
 }
 
 // ---- Regions ----
@@ -453,13 +366,17 @@ void BindSession(py::module_& module) {
   type.def(py::init(&Open), py::arg("workspace"), py::arg("splat") = py::none(), py::kw_only(),
            py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
            py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
-           py::arg("model") = "", py::arg("views") = 40, py::arg("progress") = py::none(),
+           py::arg("model") = "", py::arg("views") = 40, py::arg("world_from_splat") = py::none(),
+           py::arg("view_folder") = py::none(), py::arg("progress") = py::none(),
            "Opens a workspace (a folder or a Workspace; None for a splat alone) and a splat (a "
            "file, a Splat, or None: the "
            "one that is found in the workspace). backend: 'auto', 'cpu' or 'cuda'; holdout: keep "
            "every n-th view by name out of the fit; cache_mb: memory for the views' geometry, MiB; "
            "background: RGB in [0, 1]; images: the folder of the photos; model: the folder of the "
-           "sparse model below the workspace; views: how many are placed around a splat alone.")
+           "sparse model below the workspace; views: how many are placed around a splat alone; "
+           "world_from_splat: where the splat lies in the workspace's world, a JSON file or a "
+           "matrix [4, 4] that rotates, scales and moves; view_folder: of a splat alone, the "
+           "COLMAP model that has its views, as `retint cameras` writes it.")
       .def_static("load", &Load, py::arg("folder"), py::kw_only(), py::arg("backend") = "auto",
                   py::arg("cache_mb") = 640, py::arg("progress") = py::none(),
                   "Opens a session that was saved, by save() or by the editor.")
@@ -485,6 +402,7 @@ void BindSession(py::module_& module) {
   BindSelecting(type);
   BindRegions(type);
   BindResults(type);
+  BindRounds(type);
   BindRendering(type);
 }
 

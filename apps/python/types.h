@@ -52,6 +52,7 @@ struct PyMasks {
   std::vector<float> shares;
   SelectionSource source;
   std::string warning;
+  std::vector<float> confidence, visible;  // as ProjectedMasks has them
 };
 
 // A region as it was when it was asked for.
@@ -119,10 +120,13 @@ Viewpoint ToViewpoint(const py::object& view, const Workspace* workspace);
 
 // The three kinds of errors as Python exceptions.
 void BindErrors(py::module_& module);
-void BindScene(py::module_& module);      // Workspace, View, Camera, Splat, pictures
-void BindEdit(py::module_& module);       // Edit
-void BindSelection(py::module_& module);  // Depth, Selection, Masks, Region
-void BindSession(py::module_& module);    // Session
-void BindRender(py::module_& module);     // render, depth, orbit, options
+void BindScene(py::module_& module);              // Workspace, View, Camera, Splat, pictures
+void BindEdit(py::module_& module);               // Edit
+void BindSelection(py::module_& module);          // Depth, Selection, Masks, Region
+void BindSession(py::module_& module);            // Session
+void BindSelecting(py::class_<PySession>& type);  // Session: paint, select, project
+void BindRounds(py::class_<PySession>& type);     // Session: rounds, suggestions, background fits
+void BindRender(py::module_& module);             // render, depth, orbit, options
+void BindTools(py::module_& module);              // align, score, write_video
 
 }  // namespace retint::python

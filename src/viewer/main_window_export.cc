@@ -199,7 +199,8 @@ void MainWindow::ExportTurntable() {
             ? ViewPath(facts->workspace->reconstruction, facts->views, dialog->frames())
             : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
                                               shown.camera.height & ~1);
-    const fs::path folder = dialog->folder(), video = folder / "turntable.mp4";
+    const fs::path folder = dialog->folder();
+    const fs::path video = folder / ("turntable" + VideoMaker::Extension().toStdString());
     std::vector<fs::path> files = NumberedPictures(folder);
     if (dialog->video()) files.push_back(video);
     const auto then = [this, folder, video, wanted = dialog->video()] {

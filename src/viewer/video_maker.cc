@@ -5,10 +5,12 @@
 
 #include <QStandardPaths>
 
+#include "session/video.h"
+
 namespace retint {
 namespace {
 
-constexpr const char* kFramesPerSecond = "30";
+constexpr int kFramesPerSecond = 30;
 
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
 
@@ -29,6 +31,12 @@ QString VideoMaker::Program() { return QStandardPaths::findExecutable("ffmpeg");
 VideoMaker::~VideoMaker() { Stop(); }
 
 void VideoMaker::Stop() {
+  if (thread_) {
+    thread_->disconnect(this);
+    monitor_->Cancel();
+    thread_->wait();
+    thread_.reset();
+  }
   if (!process_) return;
   process_->disconnect(this);
   process_->kill();
@@ -41,7 +49,32 @@ void VideoMaker::Stop() {
 void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video) {
   Stop();
   video_ = video;
-  part_ = video.parent_path() / std::string(".").append(video.stem().string()).append(".part.mp4");
+  if (video.extension() == ".avi") return MakeHere(folder);
+  MakeByFfmpeg(folder);
+}
+
+void VideoMaker::MakeHere(const std::filesystem::path& folder) {
+  monitor_ = std::make_shared<Monitor>();
+  const auto error = std::make_shared<std::string>();
+  thread_.reset(QThread::create([folder, video = video_, monitor = monitor_, error] {
+    try {
+      FilmOfFrames(folder, video, kFramesPerSecond, *monitor);
+    } catch (const std::exception& caught) {
+      *error = caught.what();
+    }
+  }));
+  connect(thread_.get(), &QThread::finished, this, [this, error, made = thread_.get()] {
+    if (thread_.get() != made) return;  // stopped meanwhile
+    thread_.release()->deleteLater();
+    if (error->empty()) return Q_EMIT finished(Text(video_));
+    Q_EMIT failed(QString::fromStdString(*error));
+  });
+  thread_->start();
+}
+
+void VideoMaker::MakeByFfmpeg(const std::filesystem::path& folder) {
+  part_ =
+      video_.parent_path() / std::string(".").append(video_.stem().string()).append(".part.mp4");
   process_ = new QProcess(this);
   process_->setProcessChannelMode(QProcess::MergedChannels);
   connect(process_, &QProcess::finished, this, &VideoMaker::Ended);
@@ -49,9 +82,10 @@ void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem
     if (error == QProcess::FailedToStart) Ended(-1, QProcess::CrashExit);
   });
   // Sizes are made even and the colors halved, as players want them.
-  process_->start(Program(), {"-y", "-loglevel", "error", "-framerate", kFramesPerSecond, "-i",
-                              Pattern(folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2",
-                              "-pix_fmt", "yuv420p", "-movflags", "+faststart", Text(part_)});
+  process_->start(
+      Program(), {"-y", "-loglevel", "error", "-framerate", QString::number(kFramesPerSecond), "-i",
+                  Pattern(folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p",
+                  "-movflags", "+faststart", Text(part_)});
 }
 
 void VideoMaker::Ended(int code, QProcess::ExitStatus status) {

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Turns numbered pictures into a film with the program ffmpeg, where that is installed.
+// Turns numbered pictures into a film: with the program ffmpeg where that is installed, else as
+// motion JPEG (session/video.h).
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
 #include <QObject>
 #include <QProcess>
 #include <QString>
+#include <QThread>
+
+#include "base/monitor.h"
 
 namespace retint {
 
@@ -17,21 +22,28 @@ class VideoMaker : public QObject {
   static QString Program();  // where ffmpeg is; empty: not installed
 
   explicit VideoMaker(QObject* parent = nullptr) : QObject(parent) {}
-  ~VideoMaker() override;  // stops ffmpeg; an unfinished film is removed
+  ~VideoMaker() override;  // an unfinished film is removed
 
-  // `video` (.mp4) of <folder>/0000.png, 0001.png, ..., 30 a second. finished() or failed().
+  // What a film ends in: .mp4 where ffmpeg is, else .avi.
+  static QString Extension() { return Program().isEmpty() ? ".avi" : ".mp4"; }
+  // `video`, with either of them, of <folder>/0000.png, 0001.png, ..., 30 a second. finished() or
+  // failed().
   void Make(const std::filesystem::path& folder, const std::filesystem::path& video);
-  bool IsBusy() const { return process_ != nullptr; }
+  bool IsBusy() const { return process_ || thread_; }
 
  Q_SIGNALS:
   void finished(const QString& video);
   void failed(const QString& message);
 
  private:
+  void MakeByFfmpeg(const std::filesystem::path& folder);
+  void MakeHere(const std::filesystem::path& folder);
   void Ended(int code, QProcess::ExitStatus status);
   void Stop();
 
   QProcess* process_ = nullptr;
+  std::unique_ptr<QThread> thread_;     // makes the film without ffmpeg
+  std::shared_ptr<Monitor> monitor_;    // of that thread
   std::filesystem::path part_, video_;  // written, and what it becomes
 };
 

@@ -80,10 +80,12 @@ def test_the_stages_write_the_same_files(scene, folder):
     masks = session.project(selection)
     masks.write(folder / "python")
     written = {file.name for file in (folder / "python").iterdir()}
-    assert written == {f"{name}.png" for name in masks} | {"shares.bin"}
+    assert written == {file.name for file in (folder / "cli").iterdir()}
+    assert written == {f"{name}.png" for name in masks} | {"shares.bin", "confidence.bin"}
+    assert masks.confidence.shape == masks.shares.shape
+    # Some of it was painted, and some was concluded.
+    assert masks.confidence.max() == 1 and masks.confidence.min() < 1
     for file in (folder / "cli").iterdir():
-        if file.name == "confidence.bin":
-            continue  # for people to look at; Python does not write it
         assert (folder / "python" / file.name).read_bytes() == file.read_bytes(), file.name
     for name, mask in masks.items():
         assert np.array_equal(mask, retint.read_mask(folder / "cli" / f"{name}.png"))
@@ -170,3 +172,136 @@ def test_complete_is_the_projection_of_that_reach(scene, reach):
     assert np.array_equal(completed.shares, projected.shares)
     # The two differ from no completion, or this test would show nothing.
     assert not np.array_equal(completed.shares, session.complete(selection, "off").shares)
+
+
+def test_suggest_names_the_same_views(scene, folder):
+    run_retint("suggest", *scene.arguments(), *scene.paint(), "--report", folder / "cli.json")
+    session = retint.Session(scene.folder, scene.splat)
+    masks = session.project(session.select([session.paint(scene.view, scene.mask)]))
+    suggested = json.loads((folder / "cli.json").read_text(encoding="utf-8"))["views"]
+    assert session.suggest(masks) == suggested and len(suggested) == 7
+    with pytest.raises(retint.OptionError, match="completion"):
+        session.suggest(session.read_masks(scene.folder / "truth" / "masks" / "ball"))
+
+
+def test_score_gives_the_same_figures(scene, folder):
+    truth = scene.folder / "truth" / "masks" / "ball"
+    others = scene.folder / "truth" / "masks" / "box"
+    run_retint("score", "--quiet", "--truth", truth, "--masks", others, "--painted", scene.view,
+               "--workspace", scene.folder, "--report", folder / "cli.json")
+    report = retint.score(truth, others, [scene.view], retint.Workspace(scene.folder))
+    assert report == json.loads((folder / "cli.json").read_text(encoding="utf-8"))
+
+
+def moved_splat(scene, path):
+    """The splat twice as large and somewhere else; world_from_splat of it."""
+    splat = retint.Splat.read(scene.splat)
+    splat.means[:] = 2 * splat.means + np.float32([1, 2, 3])
+    splat.log_scales[:] += np.float32(np.log(2))
+    splat.write(path)
+    matrix = 0.5 * np.eye(4)
+    matrix[:, 3] = [-0.5, -1, -1.5, 1]
+    return matrix
+
+
+def test_a_splat_in_another_frame(scene, folder):
+    moved = folder / "moved.ply"
+    matrix = moved_splat(scene, moved)
+    numbers = " ".join(map(str, matrix.ravel()))
+    run_retint("recolor", "--quiet", "--workspace", scene.folder, "--splat", moved, *scene.paint(),
+               "--world-from-splat", numbers, "--tint", TINT, "--output", folder / "cli.ply")
+    at = retint.Session(scene.folder, moved, world_from_splat=matrix)
+    masks = at.project(at.select([at.paint(scene.view, scene.mask)]))
+    at.add_region("selection", masks, edit())
+    at.refit()
+    at.write_splat(folder / "python.ply")
+    assert (folder / "python.ply").read_bytes() == (folder / "cli.ply").read_bytes()
+    # From a file it is the same.
+    (folder / "t.json").write_text(json.dumps({"world_from_splat": matrix.tolist()}),
+                                   encoding="utf-8")
+    other = retint.Session(scene.folder, moved, world_from_splat=folder / "t.json")
+    assert np.array_equal(other.render(scene.view), at.render(scene.view, sh=at.original.sh))
+    with pytest.raises(retint.OptionError, match=r"\[4, 4\]"):
+        retint.Session(scene.folder, moved, world_from_splat=np.eye(3))
+    with pytest.raises(retint.OptionError, match="folder of a workspace"):
+        retint.Session(None, moved, world_from_splat=matrix)
+
+
+def test_align_finds_the_same_similarity(scene, folder):
+    moved = folder / "moved.ply"
+    matrix = moved_splat(scene, moved)
+    run_retint("align", "--quiet", "--workspace", scene.folder, "--splat", moved, "--views", 3,
+               "--transform", folder / "cli.json")
+    found = retint.align(retint.Workspace(scene.folder), retint.Splat.read(moved), views=3)
+    expected = json.loads((folder / "cli.json").read_text(encoding="utf-8"))["world_from_splat"]
+    assert found["world_from_splat"] == expected
+    assert found["psnr_after"] > found["psnr_before"]
+    # Photos of 160x120 settle a scale of this scene to some parts in a thousand.
+    assert np.allclose(np.array(expected)[:3, :3], matrix[:3, :3], atol=0.02)
+
+
+def test_views_around_a_splat_alone(scene, folder):
+    run_retint("cameras", "--quiet", "--splat", scene.splat, "--views", 4, "--no-images",
+               "--output", folder / "cameras")
+    written = retint.Workspace(folder / "cameras")
+    placed = retint.Session(None, scene.splat, views=4)
+    names = [view.name for view in written]
+    assert names == [view.name for view in placed.workspace] and len(names) == 4
+    for name in names:
+        # The files hold poses as quaternions: rounding of doubles.
+        assert np.allclose(written[name].camera.cam_from_world,
+                           placed.workspace[name].camera.cam_from_world, atol=1e-12)
+    again = retint.Session(None, scene.splat, view_folder=folder / "cameras" / "sparse" / "0")
+    assert [view.name for view in again.workspace] == names
+    with pytest.raises(retint.OptionError, match="without a workspace"):
+        retint.Session(scene.folder, scene.splat, view_folder=folder / "cameras")
+
+
+def test_a_fit_in_the_background_is_the_same(scene):
+    session, _, masks, region = recolored(scene)
+    other = retint.Session(scene.folder, scene.splat)
+    other.add_region("selection", masks, edit())
+    assert other.refit_state == "idle"
+    job = other.start_refit()
+    assert other.wait_refit() == "finished"
+    snapshot = other.refit_snapshot
+    assert snapshot["job"] == job and snapshot["finished"] and snapshot["steps"] > 0
+    assert np.array_equal(other.sh, session.sh) and np.array_equal(snapshot["sh"], session.sh)
+    # One that would go on for long is stopped.
+    other.set_edit(other.regions[0], retint.Edit(exposure=1))
+    other.start_refit(solver="adam", iterations=100000)
+    other.cancel_refit()
+    assert other.wait_refit() == "cancelled"
+
+
+def test_rounds_add_and_erase(scene):
+    session = retint.Session(scene.folder, scene.splat)
+    whole = retint.read_mask(scene.mask)
+    columns = np.flatnonzero(whole.max(axis=0))
+    middle = (columns[0] + columns[-1]) // 2
+    left = whole.copy()
+    left[:, middle:] = 0
+    first = session.select_round(scene.view, left)
+    region = session.add_region("half", first, edit())
+    second = session.select_round(scene.view, whole, session.region(region), before=left)
+    session.set_selection(region, second)
+    shares = session.region(region).shares
+    assert shares.sum() > 1.2 * first.shares.sum()
+    third = session.select_round(scene.view, left, session.region(region), before=whole)
+    assert third.shares.sum() < 0.9 * shares.sum()
+    assert session.undo() and np.array_equal(session.region(region).shares, first.shares)
+    with pytest.raises(retint.InputError):
+        session.select_round(scene.view, np.zeros_like(whole), session.region(region), before=left)
+
+
+def test_a_video_needs_no_program(scene, folder):
+    session = retint.Session(scene.folder, scene.splat)
+    names = [view.name for view in session.workspace]
+    retint.write_video(folder / "film.avi", (session.render(name) for name in names), fps=5)
+    film = (folder / "film.avi").read_bytes()
+    assert film[:4] == b"RIFF" and film[8:12] == b"AVI "
+    assert film.count(b"00dc") == 2 * len(names)  # each picture, and its entry in the index
+    with pytest.raises(retint.OptionError, match="avi"):
+        retint.write_video(folder / "film.mp4", [session.render(names[0])])
+    with pytest.raises(retint.OptionError, match="frame"):
+        retint.write_video(folder / "none.avi", [])

@@ -2,6 +2,7 @@
 #include "session/report_html.h"
 
 #include <cmath>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -99,6 +100,43 @@ TEST_F(Html, StaysWithinItsSize) {
   EXPECT_LE(Make(options).size(), options.most_bytes);
   options.most_bytes = 1000;
   EXPECT_THROW(Make(options), RunError);
+}
+
+// Small Gaussians of any color: pictures of noise, which hardly shrink as JPEGs.
+GaussianModel Noise(int count) {
+  TestRandom random(7);
+  GaussianModel model;
+  model.Resize(size_t(count), 0);
+  for (size_t g = 0; g < size_t(count); ++g) {
+    const Eigen::Vector3d mean(random.Uniform(-1, 1), random.Uniform(-1, 1),
+                               random.Uniform(-0.3, 0.3));
+    SetGaussian(model, g, mean, random.Uniform(0.005, 0.015), 4);
+    for (size_t c = 0; c < 3; ++c) model.sh[3 * g + c] = float(random.Uniform(-1.7, 1.7));
+  }
+  return model;
+}
+
+TEST(HtmlReport, TwoHundredViewsStayBelowTenMegabytes) {
+  Workspace workspace;
+  workspace.root = "noise";
+  workspace.reconstruction.cameras[1] = Camera::Pinhole(1, 320, 240, 500, 500, 160, 120);
+  for (uint32_t i = 1; i <= 200; ++i) {
+    View view;
+    view.id = i;
+    view.name = ViewName(i);
+    view.camera_id = 1;
+    view.cam_from_world = LookAtOrigin(0.002 * i, 4).cam_from_world;
+    workspace.reconstruction.views[i] = view;
+  }
+  SessionOptions options;
+  options.backend = "cpu";
+  EditSession session(std::move(workspace), Noise(6000), options);
+  Monitor monitor;
+  const std::string page = HtmlReport(session, session.MakeReport(), {}, monitor);
+  EXPECT_EQ(Count(page, "Before and after of "), 200);
+  EXPECT_LE(page.size(), 10'000'000u);
+  // The pictures fill what there is, or this would show nothing.
+  EXPECT_GE(page.size(), 3'000'000u);
 }
 
 TEST_F(Html, CanBeCancelled) {

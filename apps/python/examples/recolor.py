@@ -7,16 +7,13 @@
         --view 011.png --mask sample/masks/011.png.png --to '#3060ff' --output result
 
 writes result/recolored.ply, report.json, views.png (where matplotlib is installed) and
-turntable.mp4 (where ffmpeg is; else the frames alone).
+turntable.avi.
 """
 
 import argparse
 import json
 import pathlib
-import shutil
-import subprocess
 import sys
-import tempfile
 
 import numpy as np
 
@@ -80,23 +77,14 @@ def turn(session, region, view, frames):
 
 def film(session, cameras, fps, path):
     sh = session.sh
-    ffmpeg = shutil.which("ffmpeg")
-    with tempfile.TemporaryDirectory() as temporary:
-        frames = pathlib.Path(temporary) if ffmpeg else path.with_suffix("")
-        frames.mkdir(exist_ok=True)
+
+    def frames():
         for i, camera in enumerate(cameras):
             show("film", i / len(cameras))
-            retint.write_png(frames / f"{i:04}.png", session.render(camera, sh=sh))
-        print(file=sys.stderr)
-        if not ffmpeg:
-            print(f"ffmpeg is not installed: the frames are in {frames}")
-            return
-        # The codec takes even sizes only.
-        subprocess.run(
-            [ffmpeg, "-y", "-loglevel", "error", "-framerate", str(fps), "-i",
-             frames / "%04d.png", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p",
-             path], check=True)
-    print(f"wrote {path}")
+            yield session.render(camera, sh=sh)
+
+    retint.write_video(path, frames(), fps)
+    print(f"\nwrote {path}")
 
 
 def main():
@@ -120,7 +108,7 @@ def main():
                                             encoding="utf-8")
         plot_views(session, region, quality, output / "views.png")
         film(session, turn(session, region, arguments.view, arguments.frames), arguments.fps,
-             output / "turntable.mp4")
+             output / "turntable.avi")
 
 
 if __name__ == "__main__":

@@ -33,6 +33,7 @@ from ._retint import (
     View,
     Workspace,
     __version__,
+    align,
     backends,
     depth,
     options,
@@ -41,13 +42,16 @@ from ._retint import (
     read_mask,
     render,
     run_command,
+    score,
     write_png,
+    write_video,
 )
 
 __all__ = [
     "Camera", "Depth", "Edit", "Error", "InputError", "Masks", "OptionError", "Painted", "Region",
-    "RunError", "Selection", "Session", "Splat", "View", "Workspace", "__version__", "backends",
-    "depth", "options", "orbit", "read_image", "read_mask", "render", "run_command", "write_png",
+    "RunError", "Selection", "Session", "Splat", "View", "Workspace", "__version__", "align",
+    "backends", "depth", "options", "orbit", "read_image", "read_mask", "render", "run_command",
+    "score", "write_png", "write_video",
 ]
 
 for _name in __all__:

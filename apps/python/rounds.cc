@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Session: rounds of painting, what to paint next, and fits on a thread of their own.
+#include <chrono>
+#include <thread>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "options.h"
+#include "results.h"
+#include "selection/suggestion.h"
+#include "types.h"
+
+namespace retint::python {
+namespace {
+
+using State = BackgroundOptimizer::State;
+
+constexpr auto kBetweenLooks = std::chrono::milliseconds(20);
+
+// ---- Rounds ----
+
+PyMasks SelectRound(PySession& self, const std::string& view, const py::object& mask,
+                    const py::object& region, const py::object& before, py::object progress,
+                    const py::kwargs& keywords) {
+  const EditOptions options = Resolve(keywords, [](EditOptions& o, OptionList& list) {
+    o.select.Describe(list);
+    o.projector.Describe(list);
+  });
+  PaintRound round;
+  round.view.name = view;
+  round.view.camera = self.Use([&](EditSession& session) {
+    return session.reconstruction().Posed(session.workspace().RequireView(view));
+  });
+  const Camera& camera = round.view.camera.camera;
+  round.view.mask = ToMask(mask, camera.width, camera.height);
+  if (!before.is_none()) round.before = ToMask(before, camera.width, camera.height);
+  std::shared_ptr<const RegionSelection> base;
+  if (!region.is_none()) base = region.cast<const PyRegion&>().data.selection;
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    RegionSelection made = session.SelectRound(base.get(), std::move(round), options.select,
+                                               options.projector, monitor);
+    PyMasks masks;
+    masks.masks = std::move(made.masks);
+    masks.shares = std::move(made.shares);
+    masks.source = std::move(made.source);
+    return masks;
+  });
+}
+
+void SetSelection(PySession& self, RegionId region, const PyMasks& masks, py::object progress) {
+  self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    if (!session.regions().Find(region)) {
+      throw OptionError("there is no region " + std::to_string(region));
+    }
+    session.SetSelection(region, masks.masks, masks.shares, monitor, masks.source);
+  });
+}
+
+py::list Suggest(PySession& self, const PyMasks& masks, int count, py::object progress) {
+  CheckOption(count >= 1, "count is at least 1");
+  CheckOption(!masks.confidence.empty(),
+              "a suggestion follows from the completion: the masks are those of project() with "
+              "completion 'near' or 'all'");
+  std::vector<std::string> painted;
+  for (const PaintedView& view : masks.source.painted) painted.push_back(view.name);
+  const auto suggestions =
+      self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+        return SuggestViews(session.renderer(), session.reconstruction(),
+                            session.reconstruction().ViewsByName(), painted, masks.confidence,
+                            masks.visible, count, monitor);
+      });
+  py::list list;
+  for (const ViewSuggestion& one : suggestions) {
+    py::dict dict;
+    dict["view"] = one.view;
+    dict["settles"] = one.settles;
+    dict["fraction"] = one.fraction;
+    list.append(dict);
+  }
+  return list;
+}
+
+// ---- Fits in the background ----
+
+const char* NameOf(State state) {
+  switch (state) {
+    case State::kIdle:
+      return "idle";
+    case State::kRunning:
+      return "running";
+    case State::kPaused:
+      return "paused";
+    case State::kFinished:
+      return "finished";
+    case State::kCancelled:
+      return "cancelled";
+    case State::kFailed:
+      break;
+  }
+  return "failed";
+}
+
+uint64_t StartRefit(PySession& self, py::object progress, const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.refit.Describe(list); });
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    return session.StartRefit(options.refit, monitor);
+  });
+}
+
+py::object RefitSnapshot(PySession& self) {
+  const auto newest = self.Use([](EditSession& session) { return session.NewestSnapshot(); });
+  if (!newest) return py::none();
+  const auto shape = self.Use([](EditSession& session) {
+    return std::pair(session.original().NumGaussians(), session.original().NumShCoeffs());
+  });
+  py::dict dict;
+  dict["job"] = newest->job;
+  dict["steps"] = newest->steps;
+  dict["finished"] = newest->finished;
+  dict["losses"] = newest->losses;
+  dict["sh"] = ViewOf(newest->sh->data(), {py::ssize_t(shape.first), shape.second, 3}, {},
+                      Keeper(newest->sh));
+  return dict;
+}
+
+std::string WaitRefit(PySession& self, py::object progress) {
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    while (session.optimizer().state() == State::kRunning) {
+      const auto newest = session.NewestSnapshot();
+      const double steps = newest ? newest->steps : 0;
+      monitor.Step("refit", steps, steps + 1);  // nobody knows how many are to come
+      std::this_thread::sleep_for(kBetweenLooks);
+    }
+    session.CollectFits();
+    if (session.optimizer().state() == State::kFailed) throw RunError(session.optimizer().error());
+    return std::string(NameOf(session.optimizer().state()));
+  });
+}
+
+template <typename Work>
+auto OnOptimizer(Work work) {
+  return [work](PySession& self) {
+    self.Use([&](EditSession& session) { work(session.optimizer()); });
+  };
+}
+
+void BindBackground(py::class_<PySession>& type) {
+  type.def("start_refit", &StartRefit, py::kw_only(), py::arg("progress") = py::none(),
+           "refit() on a thread of its own: returns at once with the number of the job, which ends "
+           "the one before it. Options: those of refit(). Its result is taken over by "
+           "wait_refit().")
+      .def_property_readonly(
+          "refit_state",
+          [](PySession& self) {
+            return std::string(
+                NameOf(self.Use([](EditSession& s) { return s.optimizer().state(); })));
+          },
+          "'idle', 'running', 'paused', 'finished', 'cancelled' or 'failed'.")
+      .def_property_readonly(
+          "refit_snapshot", &RefitSnapshot,
+          "The newest state of that fit, or None: a dict of 'job', 'steps', 'finished', 'losses' "
+          "and 'sh' [N, K, 3] float32, which cannot be written to.")
+      .def("pause_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Pause(); }),
+           "Stops after the step in progress, until resume_refit().")
+      .def("resume_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Resume(); }))
+      .def("cancel_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Cancel(); }),
+           "Ends the fit; regions that are done keep theirs.")
+      .def("wait_refit", &WaitRefit, py::arg("progress") = py::none(),
+           "Waits while the fit runs, takes its results over, and returns the state. RunError when "
+           "it failed. Returns at once while it is paused.");
+}
+
+}  // namespace
+
+void BindRounds(py::class_<PySession>& type) {
+  type.def("select_round", &SelectRound, py::arg("view"), py::arg("mask"),
+           py::arg("region") = py::none(), py::arg("before") = py::none(), py::kw_only(),
+           py::arg("progress") = py::none(),
+           "Masks after one more round of painting. `mask` is the whole selection as it should be "
+           "seen in that view, `before` what was seen of it when painting began (None: nothing), "
+           "`region` a Region to go on from (None: a first round). What the newest round removed "
+           "or added holds in the rounds before it too. Options: those of select() and project(). "
+           "InputError when nothing is left selected.")
+      .def("set_selection", &SetSelection, py::arg("region"), py::arg("masks"),
+           py::arg("progress") = py::none(),
+           "Gives the region of that id other masks, as a step that undo() takes back.")
+      .def("suggest", &Suggest, py::arg("masks"), py::arg("count") = 5,
+           py::arg("progress") = py::none(),
+           "The views whose paint would decide most of what is uncertain in the Masks of "
+           "project(), best first: a list of dicts with 'view', 'settles' and 'fraction' in [0, "
+           "1]. The first `count` take into account what those before them settle.");
+  BindBackground(type);
+}
+
+}  // namespace retint::python

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Session: paint, selections in 3D and masks.
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "colmap_io/image_io.h"
+#include "options.h"
+#include "results.h"
+#include "session/selection_files.h"
+#include "types.h"
+
+namespace retint::python {
+namespace {
+
+PaintedView Paint(PySession& self, const std::string& view, const py::object& mask) {
+  const Camera camera = self.Use([&](EditSession& session) {
+    const View& found = session.workspace().RequireView(view);
+    return session.reconstruction().Posed(found).camera;
+  });
+  Mask paint = ToMask(mask, camera.width, camera.height);
+  return self.Use(
+      [&](EditSession& session) { return session.selection().Paint(view, std::move(paint)); });
+}
+
+PySelection Select(PySession& self, const std::vector<PaintedView>& painted, py::object progress,
+                   const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.Describe(list); });
+  for (size_t i = 0; i < painted.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      CheckOption(painted[i].name != painted[k].name, painted[i].name + " is painted twice");
+    }
+  }
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    SelectionResult result = session.selection().Select(painted, options.select, monitor);
+    return PySelection{std::move(result.cloud), painted, std::move(result.painted),
+                       std::move(result.depths)};
+  });
+}
+
+PySelection EraseFrom(PySession& self, const PySelection& selection, const std::string& view,
+                      const py::object& mask, py::object progress, const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.DescribeDepth(list); });
+  const PaintedView erased = Paint(self, view, mask);
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    PySelection left = selection;
+    const DepthEstimate depth =
+        session.selection().EstimateDepth(erased.camera, options.select, monitor);
+    Erase(left.cloud, erased.camera, erased.mask, depth.depth);
+    return left;
+  });
+}
+
+PyMasks Project(PySession& self, const PySelection& selection, py::object progress,
+                const py::kwargs& keywords) {
+  const EditOptions options =
+      Resolve(keywords, [](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    ProjectedMasks masks =
+        session.selection().Project(selection.cloud, selection.painted, options.projector, monitor);
+    return PyMasks{std::move(masks.masks),
+                   std::move(masks.shares),
+                   {selection.painted, selection.cloud, selection.reports},
+                   "",
+                   std::move(masks.confidence),
+                   std::move(masks.visible)};
+  });
+}
+
+PyMasks Complete(PySession& self, const PySelection& selection, const std::string& reach,
+                 py::object progress, const py::kwargs& keywords) {
+  py::kwargs all(keywords.attr("copy")());
+  all["completion"] = reach;
+  return Project(self, selection, std::move(progress), all);
+}
+
+PyMasks ReadMasksFrom(PySession& self, const py::object& folder) {
+  const auto path = ToPath(folder);
+  return self.Use([&](EditSession& session) {
+    PyMasks result;
+    for (auto& [id, mask] : ReadMasks(path, session.reconstruction())) {
+      result.masks.emplace(session.reconstruction().views.at(id).name, std::move(mask));
+    }
+    SharesOfMasks shares = ReadShares(path, result.masks, session.original().NumGaussians());
+    result.shares = std::move(shares.shares);
+    result.warning = std::move(shares.why_not);
+    return result;
+  });
+}
+
+}  // namespace
+
+void BindSelecting(py::class_<PySession>& type) {
+  static const auto lines = [](auto describe) {
+    EditOptions options;
+    OptionList list;
+    describe(options, list);
+    return OptionLines(list);
+  };
+  static const std::string select_doc =
+      "The 3D selection of what was painted: depth, points, registration to the sparse points. "
+      "`painted` is a list of Painted, of one view or several." +
+      lines([](EditOptions& o, OptionList& list) { o.select.Describe(list); });
+  static const std::string project_doc =
+      "The selection as a mask of every view, completed where no painted view looked "
+      "(`completion`)." +
+      lines([](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
+  type.def(
+          "paint", &Paint, py::arg("view"), py::arg("mask"),
+          "Painted: a view's name and its mask, an array [H, W] of bool, uint8 (0 outside, 255 "
+          "inside) or floats in [0, 1], or the path of a picture. InputError when no pixel is set.")
+      .def("select", &Select, py::arg("painted"), py::kw_only(), py::arg("progress") = py::none(),
+           select_doc.c_str())
+      .def("erase", &EraseFrom, py::arg("selection"), py::arg("view"), py::arg("mask"),
+           py::kw_only(), py::arg("progress") = py::none(),
+           "A selection without the points that are seen inside the mask of that view. Options: "
+           "those of depth().")
+      .def("project", &Project, py::arg("selection"), py::kw_only(),
+           py::arg("progress") = py::none(), project_doc.c_str())
+      .def("complete", &Complete, py::arg("selection"), py::arg("reach") = "near", py::kw_only(),
+           py::arg("progress") = py::none(),
+           "project() with completion=REACH: 'near' adds the sides of the object that no painted "
+           "view sees, 'all' also other things that look the same, 'off' neither.")
+      .def("read_masks", &ReadMasksFrom, py::arg("folder"),
+           "Masks from FOLDER/<image name>.png, with the shares beside them where these belong to "
+           "the masks.");
+}
+
+}  // namespace retint::python

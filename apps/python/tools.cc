@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Functions beside a session: align, score, write_video.
+#include <optional>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "colmap_io/nerfstudio.h"
+#include "rendering.h"
+#include "results.h"
+#include "session/align.h"
+#include "session/contact_sheet.h"
+#include "session/score.h"
+#include "session/video.h"
+#include "splat_io/splat_io.h"
+#include "types.h"
+
+namespace retint::python {
+namespace {
+
+py::dict AlignSplat(const PyWorkspace& workspace, const PySplat& splat, const std::string& backend,
+                    int views, py::object progress) {
+  CheckOption(views >= 1, "views is at least 1");
+  AlignOptions options;
+  options.views = views;
+  Call call(std::move(progress));
+  const AlignResult result = call.Run([&](Monitor& monitor) {
+    Workspace own = *workspace.data;
+    own.UndistortViews();
+    return Align(OpenBackend(backend), own, *splat.data, FindTransformFiles(own.root, {}), options,
+                 monitor);
+  });
+  py::dict dict = FromJson(WorldFromSplatToJson(result.world_from_splat));
+  dict["source"] = result.source;
+  dict["psnr_before"] = result.psnr_before;
+  dict["psnr_after"] = result.psnr_after;
+  return dict;
+}
+
+py::object ScoreMasks(const py::object& truth, const py::object& masks,
+                      const std::vector<std::string>& painted, const py::object& workspace,
+                      py::object progress) {
+  ScoreRequest request;
+  request.truth = ToPath(truth);
+  request.masks = ToPath(masks);
+  request.painted = painted;
+  if (!workspace.is_none()) {
+    request.model = &workspace.cast<const PyWorkspace&>().data->reconstruction;
+  }
+  Call call(std::move(progress));
+  return FromJson(call.Run([&](Monitor& monitor) { return ToJson(Score(request, monitor)); }));
+}
+
+void WriteVideo(const py::object& path, const py::iterable& frames, double fps, int quality) {
+  std::optional<AviWriter> writer;
+  for (const py::handle& frame : frames) {
+    const Image image = ToImage(py::reinterpret_borrow<py::object>(frame));
+    if (!writer) writer.emplace(ToPath(path), image.width, image.height, fps, quality);
+    writer->Add(ToImage8(image));
+  }
+  CheckOption(writer.has_value(), "a video needs a frame");
+  writer->Commit();
+}
+
+}  // namespace
+
+void BindTools(py::module_& module) {
+  module.def("align", &AlignSplat, py::arg("workspace"), py::arg("splat"), py::kw_only(),
+             py::arg("backend") = "auto", py::arg("views") = 8, py::arg("progress") = py::none(),
+             "How a Splat from another frame lies in a Workspace: a dict of 'world_from_splat' "
+             "(4x4, for Session), 'source' (what it began from), 'psnr_before' and 'psnr_after' "
+             "(dB against the photos; NaN without photos).");
+  module.def("score", &ScoreMasks, py::arg("truth"), py::arg("masks"),
+             py::arg("painted") = std::vector<std::string>(), py::arg("workspace") = py::none(),
+             py::kw_only(), py::arg("progress") = py::none(),
+             "Measures a folder of masks against one of true masks (<image name>.png): a dict as "
+             "in the report of `retint score`. `painted`: views that are in no mean; `workspace`: "
+             "with it, views near the painted ones are summed up on their own.");
+  module.def("write_video", &WriteVideo, py::arg("path"), py::arg("frames"), py::arg("fps") = 24,
+             py::arg("quality") = 90,
+             "Writes a film (.avi, motion JPEG) of images [H, W, 3] of one size, of any iterable. "
+             "It needs no other program. quality: of the JPEGs, 1 to 100.");
+}
+
+}  // namespace retint::python
