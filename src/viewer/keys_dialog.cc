@@ -19,10 +19,11 @@ namespace {
 // What keys alone do not say; the same in every profile.
 const KeyRow kSelectionMouse[] = {
     {"Selection mode", "Erase with the brush", "hold Ctrl"},
+    {"Selection mode", "Scribble on what is not the object", "hold Ctrl"},
     {"Selection mode", "Add, remove, intersect", "hold Shift, Ctrl, Shift+Ctrl"},
     {"Selection mode", "Brush size", "Alt+wheel"},
-    {"Selection mode", "Flood: more or less alike", "drag right, left"},
-    {"Selection mode", "Close the polygon", "double-click, click on its first corner"},
+    {"Selection mode", "Wand, like this color: more or less alike", "drag right, left"},
+    {"Selection mode", "Close the outline", "double-click, click on its first corner"},
     {"Selection mode", "Zoom at the cursor", "wheel"},
     {"Selection mode", "Pan", "right drag, middle drag"},
 };

@@ -176,7 +176,8 @@ class Bench {
     }
     const auto painted = ViewFile(root / "masks", flags_.view);
     paper.SelectNone();
-    paper.Edited(paper.editor().SetMask(ReadMask(painted, mask.width, mask.height)));
+    paper.Edited(
+        paper.editor().Fill(ReadMask(painted, mask.width, mask.height), Combine::kReplace));
     SelectOptions select;
     select.method = "gaussian";  // the selection is not what is measured
     mode.SetSelectOptions(select);

@@ -61,7 +61,7 @@ class Photographer {
     window_.EnterSelection();
     SelectionMode& selection = window_.selection();
     if (!Wait([&] { return selection.state() == SelectionMode::State::kPainting; })) return false;
-    selection.canvas().Edited(selection.canvas().editor().SetMask(mask));
+    selection.canvas().Edited(selection.canvas().editor().Fill(mask, Combine::kReplace));
     if (!Shoot("selection")) return false;
     selection.Accept();
     if (!Wait([&] { return window_.current_region() != 0 && !controller.IsBusy(); })) return false;

@@ -14,6 +14,7 @@
 #include <QTest>
 #include <QWheelEvent>
 
+#include "tests/viewer/canvas_fixture.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -21,49 +22,11 @@ namespace retint {
 constexpr int kWidth = 80, kHeight = 60;  // of the picture
 constexpr int kZoom = 5;                  // the widget shows it five times as large
 
-class SelectionCanvasTest : public QObject {
+class SelectionCanvasTest : public CanvasFixture {
   Q_OBJECT
-
- private:
-  std::unique_ptr<SelectionCanvas> canvas_;
-
-  // The widget pixel over the center of an image pixel.
-  QPoint At(int x, int y) const {
-    const Eigen::Vector2d at = canvas_->transform().ToWidget({x + 0.5, y + 0.5});
-    return {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y()))};
-  }
-  int Mask(int x, int y) const { return canvas_->editor().mask()(x, y); }
-  size_t Inside() const { return canvas_->editor().CountInside(); }
-  void Move(QPoint to, Qt::MouseButton button = Qt::NoButton,
-            Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-    QMouseEvent move(QEvent::MouseMove, to, canvas_->mapToGlobal(to), Qt::NoButton,
-                     button == Qt::NoButton ? Qt::MouseButtons() : Qt::MouseButtons(button),
-                     modifiers);
-    QCoreApplication::sendEvent(canvas_.get(), &move);
-  }
-  void Drag(const QList<QPoint>& path, Qt::KeyboardModifiers modifiers = Qt::NoModifier,
-            Qt::MouseButton button = Qt::LeftButton) {
-    QTest::mousePress(canvas_.get(), button, modifiers, path.front());
-    for (const QPoint& at : path) Move(at, button, modifiers);
-    QTest::mouseRelease(canvas_.get(), button, modifiers, path.back());
-  }
-  void Click(QPoint at, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-    QTest::mouseClick(canvas_.get(), Qt::LeftButton, modifiers, at);
-  }
-  void Key(Qt::Key key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-    QTest::keyClick(canvas_.get(), key, modifiers);
-  }
-  void Wheel(QPoint at, QPoint angle, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-    QWheelEvent event(at, canvas_->mapToGlobal(at), {}, angle, Qt::NoButton, modifiers,
-                      Qt::NoScrollPhase, false);
-    QCoreApplication::sendEvent(canvas_.get(), &event);
-  }
-  QImage Shot() { return canvas_->grab().toImage(); }
 
  private Q_SLOTS:
   void init() {
-    canvas_ = std::make_unique<SelectionCanvas>();
-    canvas_->resize(kZoom * kWidth, kZoom * kHeight);
     QImage image(kWidth, kHeight, QImage::Format_RGB32);
     DepthMap depth(kWidth, kHeight, 2);
     for (int y = 0; y < kHeight; ++y) {
@@ -72,11 +35,7 @@ class SelectionCanvasTest : public QObject {
         if (y >= 30) depth(x, y) = 3;  // the lower half lies behind a step
       }
     }
-    canvas_->SetView(image, depth, retint::Mask(kWidth, kHeight));
-    canvas_->show();
-    QVERIFY(QTest::qWaitForWindowExposed(canvas_.get()));
-    canvas_->SetBrush({4, 1});
-    canvas_->setFocus();
+    Show(image, depth, kZoom);
   }
 
   void TheBrushPaintsWhereTheMouseIs() {
@@ -180,52 +139,12 @@ class SelectionCanvasTest : public QObject {
     QCOMPARE(Mask(60, 20), 0);
   }
 
-  void TheFloodStopsAtColorAndDepth() {
-    Key(Qt::Key_O);
-    QCOMPARE(canvas_->tool(), SelectionTool::kFlood);
-    Click(At(10, 10));
-    QCOMPARE(Inside(), size_t{40 * 30});
-    QCOMPARE(Mask(39, 29), 255);
-    QCOMPARE(Mask(40, 10), 0);
-    QCOMPARE(Mask(10, 30), 0);
-    Click(At(10, 50), Qt::ShiftModifier);
-    QCOMPARE(Inside(), size_t{40 * 60});
-    Click(At(60, 10));
-    QCOMPARE(Inside(), size_t{40 * 30});
-    Click(At(60, 10), Qt::ControlModifier);
-    QCOMPARE(Inside(), size_t{0});
-  }
-
-  void DraggingAFloodChangesItsToleranceInOneStep() {
-    Key(Qt::Key_O);
-    const int tolerance = canvas_->flood().tolerance;
-    const QPoint at = At(10, 10);
-    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, at);
-    QCOMPARE(Inside(), size_t{40 * 30});
-    Move(at + QPoint(330, 0), Qt::LeftButton);  // the other color differs by 70
-    QVERIFY(canvas_->flood().tolerance > tolerance + 70);
-    QCOMPARE(Inside(), size_t{80 * 30});
-    Move(at + QPoint(40, 0), Qt::LeftButton);
-    QCOMPARE(Inside(), size_t{40 * 30});
-    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, at + QPoint(40, 0));
-    QCOMPARE(canvas_->flood().tolerance, tolerance + 10);
-    Key(Qt::Key_Z, Qt::ControlModifier);
-    QCOMPARE(Inside(), size_t{0});
-    QVERIFY(!canvas_->editor().CanUndo());
-    QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, at);
-    Move(at + QPoint(40, 0), Qt::LeftButton);
-    Key(Qt::Key_Escape);
-    QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, at);
-    QCOMPARE(Inside(), size_t{0});
-    QCOMPARE(canvas_->flood().tolerance, tolerance + 10);
-  }
-
   void TheStripWidensTheWindowNoMoreThanItMust() {
     ToolStrip strip(canvas_.get());
     strip.show();
     QTest::qWait(20);
     int widest = strip.width();
-    for (const Qt::Key key : {Qt::Key_O, Qt::Key_B, Qt::Key_L, Qt::Key_O, Qt::Key_E}) {
+    for (const Qt::Key key : {Qt::Key_W, Qt::Key_B, Qt::Key_L, Qt::Key_O, Qt::Key_S, Qt::Key_E}) {
       Key(key);
       QTest::qWait(5);
       widest = std::max(widest, strip.minimumSizeHint().width());
@@ -412,7 +331,7 @@ class SelectionCanvasTest : public QObject {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 40; x < kWidth; ++x) image.setPixel(x, y, sky.rgb());
     }
-    canvas_->SetView(image, DepthMap(), retint::Mask(kWidth, kHeight));
+    canvas_->SetView(image, LayersOf(image, {}), retint::Mask(kWidth, kHeight));
     const QRgb fur_bare = Shot().pixel(At(20, 30)), sky_bare = Shot().pixel(At(60, 30));
     const auto apart = [](QRgb a, QRgb b) {
       return std::abs(qRed(a) - qRed(b)) + std::abs(qGreen(a) - qGreen(b)) +
@@ -492,18 +411,28 @@ class SelectionCanvasTest : public QObject {
     QVERIFY(hardness > 0 && canvas_->brush().hardness == 0);
     QTest::keyClick(slider("Overlay"), Qt::Key_End);
     QCOMPARE(canvas_->overlay_opacity(), 1.0);
-    Key(Qt::Key_O);  // whose options take the place of the brush's
-    QVERIFY(!slider("Size")->isVisible() && slider("Tolerance")->isVisible());
-    QTest::keyClick(slider("Tolerance"), Qt::Key_End);
-    QCOMPARE(canvas_->flood().tolerance, 255);
-    QTest::keyClick(slider("Depth edge"), Qt::Key_End);
-    QCOMPARE(canvas_->flood().depth_edge, 0.1);
-    auto* box = slider("Tolerance")->parentWidget()->findChild<QSpinBox*>();
+    Key(Qt::Key_W);  // whose options take the place of the brush's
+    QVERIFY(!slider("Size")->isVisible() && slider("Color")->isVisible());
+    QTest::keyClick(slider("Color"), Qt::Key_End);
+    QCOMPARE(canvas_->outline().wand.color, 0.5);
+    QTest::keyClick(slider("Depth step"), Qt::Key_End);
+    QCOMPARE(canvas_->outline().wand.depth, 0.1);
+    QTest::keyClick(slider("Turn"), Qt::Key_End);
+    QCOMPARE(canvas_->outline().wand.normal, 180.0);
+    auto* box = slider("Color")->parentWidget()->findChild<QSpinBox*>();
     box->setFocus();
     box->selectAll();
     QTest::keyClicks(box, "12");
     QTest::keyClick(box, Qt::Key_Return);
-    QCOMPARE(canvas_->flood().tolerance, 12);
+    QCOMPARE(canvas_->outline().wand.color, 0.012);
+    Key(Qt::Key_K);  // has a tolerance of its own
+    QVERIFY(slider("Color")->isVisible() && !slider("Turn")->isVisible());
+    QTest::keyClick(slider("Color"), Qt::Key_Home);
+    QCOMPARE(canvas_->outline().like, 0.0);
+    QCOMPARE(canvas_->outline().wand.color, 0.012);
+    Key(Qt::Key_X);
+    QTest::keyClick(slider("Margin"), Qt::Key_End);
+    QCOMPARE(canvas_->outline().box_margin, 1.0);
     for (const auto* button : strip.findChildren<QAbstractButton*>()) {
       QVERIFY2(!button->toolTip().isEmpty() && !button->accessibleName().isEmpty(),
                qPrintable(button->objectName()));

@@ -200,49 +200,17 @@ TEST(MaskEditor, APolygonIsEvenOdd) {
   EXPECT_EQ(editor.CountInside(), 10000u);
 }
 
-// Left half red, right half a redder red; a blue bar; a depth step in the middle of the red.
-struct Picture {
-  Image8 image{60, 40};
-  DepthMap depth{60, 40, 2.0f};
-  Picture() {
-    for (int y = 0; y < 40; ++y) {
-      for (int x = 0; x < 60; ++x) {
-        image(x, y, 0) = static_cast<uint8_t>(200 + x / 3);
-        if (x >= 40 && x < 44) image(x, y, 2) = 255;
-        if (x >= 20) depth(x, y) = 2.5f + 0.01f * static_cast<float>(x);  // a slope behind a step
-      }
-    }
-  }
-};
-
-TEST(MaskEditor, AFloodStopsAtColorsAndAtDepthEdges) {
-  const Picture picture;
-  MaskEditor editor(60, 40);
-  editor.Flood(picture.image, picture.depth, 5, 5, {24, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.CountInside(), 20u * 40) << "the depth step bounds it";
-  editor.Flood(picture.image, picture.depth, 30, 5, {24, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.CountInside(), 20u * 40) << "a slope does not, the blue bar does";
-  EXPECT_EQ(editor.mask()(39, 20), 255);
-  EXPECT_EQ(editor.mask()(40, 20), 0);
-  editor.Flood(picture.image, {}, 5, 5, {24, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.CountInside(), 40u * 40) << "without depth, color alone";
-  editor.Flood(picture.image, picture.depth, 5, 5, {1, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.CountInside(), 9u * 40) << "one step of color either side";
-  const size_t before = editor.CountInside();
-  editor.Flood(picture.image, picture.depth, 41, 5, {24, 0.03, 0}, Combine::kAdd);
-  EXPECT_EQ(editor.CountInside(), before + 4u * 40);
-  EXPECT_TRUE(editor.Flood(picture.image, {}, -1, 5, {}, Combine::kAdd).Empty());
-  EXPECT_TRUE(editor.Flood(Image8(3, 3), {}, 1, 1, {}, Combine::kAdd).Empty());
-}
-
-TEST(MaskEditor, AFloodFillsPinholes) {
-  Picture picture;
-  picture.image(10, 10, 1) = 200;
-  MaskEditor editor(60, 40);
-  editor.Flood(picture.image, picture.depth, 5, 5, {24, 0.03, 0}, Combine::kReplace);
-  EXPECT_EQ(editor.mask()(10, 10), 0);
-  editor.Flood(picture.image, picture.depth, 5, 5, {24, 0.03, 1}, Combine::kReplace);
-  EXPECT_EQ(editor.mask()(10, 10), 255);
+TEST(MaskEditor, AShapeOfAnySoftnessIsFilled) {
+  MaskEditor editor(4, 1);
+  Mask shape(4, 1);
+  shape.data = {0, 100, 200, 255};
+  editor.Fill(shape, Combine::kReplace);
+  EXPECT_EQ(editor.mask().data, (std::vector<uint8_t>{0, 100, 200, 255}));
+  shape.data = {255, 0, 100, 155};
+  editor.Fill(shape, Combine::kRemove);
+  EXPECT_EQ(editor.mask().data, (std::vector<uint8_t>{0, 100, 155, 100}));
+  editor.Undo();
+  EXPECT_EQ(editor.mask().data, (std::vector<uint8_t>{0, 100, 200, 255}));
 }
 
 TEST(MaskEditor, GrowAndShrinkFollowADisc) {
@@ -276,7 +244,7 @@ TEST(MaskEditor, InvertAllAndNone) {
   editor.Undo(), editor.Undo(), editor.Undo();
   EXPECT_EQ(editor.mask().data, start.data);
   EXPECT_FALSE(editor.CanUndo());
-  EXPECT_TRUE(editor.SetMask(Mask(3, 3)).Empty());
+  EXPECT_TRUE(editor.Fill(Mask(3, 3), Combine::kReplace).Empty());
 }
 
 // Any sequence of edits, undone and done again, gives the same masks.

@@ -8,8 +8,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "viewer/selection/flood.h"
-
 namespace retint {
 namespace {
 
@@ -175,7 +173,8 @@ PixelRect MaskEditor::CancelStroke() {
 
 // --- Shapes and operations ---------------------------------------------------------------------
 
-PixelRect MaskEditor::Apply(const Mask& shape, Combine combine) {
+PixelRect MaskEditor::Fill(const Mask& shape, Combine combine) {
+  if (shape.width != mask_.width || shape.height != mask_.height) return {};
   Begin();
   for (size_t i = 0; i < mask_.data.size(); ++i) {
     mask_.data[i] = Combined(mask_.data[i], shape.data[i], combine);
@@ -195,7 +194,7 @@ PixelRect MaskEditor::FillRectangle(const Eigen::Vector2d& a, const Eigen::Vecto
   const int y1 = edge(std::max(a.y(), b.y()), mask_.height);
   Mask shape(mask_.width, mask_.height);
   for (int y = y0; x0 < x1 && y < y1; ++y) std::fill_n(&shape(x0, y), x1 - x0, uint8_t{255});
-  return Apply(shape, combine);
+  return Fill(shape, combine);
 }
 
 PixelRect MaskEditor::FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine) {
@@ -222,21 +221,7 @@ PixelRect MaskEditor::FillPolygon(std::span<const Eigen::Vector2d> outline, Comb
       if (x0 < x1) std::fill_n(&shape(x0, y), x1 - x0, uint8_t{255});
     }
   }
-  return Apply(shape, combine);
-}
-
-PixelRect MaskEditor::Flood(const Image8& image, const DepthMap& depth, int x, int y,
-                            const FloodOptions& options, Combine combine) {
-  if (!mask_.Contains(x, y) || image.width != mask_.width || image.height != mask_.height)
-    return {};
-  Mask shape = FloodFill(image, depth, x, y, options);
-  if (options.close_radius > 0) {
-    const int side = 2 * options.close_radius + 1;
-    cv::Mat wrapped = Wrap(shape);
-    cv::morphologyEx(wrapped, wrapped, cv::MORPH_CLOSE,
-                     cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
-  }
-  return Apply(shape, combine);
+  return Fill(shape, combine);
 }
 
 PixelRect MaskEditor::Grow(int pixels) {
@@ -263,13 +248,12 @@ PixelRect MaskEditor::Invert() {
   return Record(Bounds());
 }
 
-PixelRect MaskEditor::SelectAll() { return SetMask(Mask(mask_.width, mask_.height, 255)); }
+PixelRect MaskEditor::SelectAll() {
+  return Fill(Mask(mask_.width, mask_.height, 255), Combine::kReplace);
+}
 
-PixelRect MaskEditor::SelectNone() { return SetMask(Mask(mask_.width, mask_.height)); }
-
-PixelRect MaskEditor::SetMask(const Mask& mask) {
-  if (mask.width != mask_.width || mask.height != mask_.height) return {};
-  return Apply(mask, Combine::kReplace);
+PixelRect MaskEditor::SelectNone() {
+  return Fill(Mask(mask_.width, mask_.height), Combine::kReplace);
 }
 
 // --- History -----------------------------------------------------------------------------------

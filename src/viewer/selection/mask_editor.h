@@ -42,12 +42,6 @@ struct BrushOptions {
                         // is one pixel of anti-aliasing
 };
 
-struct FloodOptions {
-  int tolerance = 24;        // of 255, largest difference of a channel to the seed's color
-  double depth_edge = 0.03;  // relative depth step between neighbors that stops the fill
-  int close_radius = 1;      // pixels; pinholes up to twice as wide are filled
-};
-
 class MaskEditor {
  public:
   // Steps older than `history_bytes` allows are forgotten; the newest always stays.
@@ -81,17 +75,13 @@ class MaskEditor {
   // Pixels whose center lies within the closed outline, even-odd; lasso and polygon alike. Fewer
   // than three points: nothing.
   PixelRect FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine);
-  // The pixels of `image` that are connected to (x, y), look like it and are not behind a depth
-  // edge; `depth` may have no pixels: color alone. Both of the mask's size. Outside the image:
-  // nothing.
-  PixelRect Flood(const Image8& image, const DepthMap& depth, int x, int y,
-                  const FloodOptions& options, Combine combine);
+  // Any shape, coverage in [0, 255]. Nothing, unless it is of the mask's size.
+  PixelRect Fill(const Mask& shape, Combine combine);
   PixelRect Grow(int pixels);    // by a disc
   PixelRect Shrink(int pixels);  // what the border cuts off does not count as outside
   PixelRect Invert();
   PixelRect SelectAll();
   PixelRect SelectNone();
-  PixelRect SetMask(const Mask& mask);  // of the same size
 
   // --- History ---------------------------------------------------------------------------------
 
@@ -114,7 +104,6 @@ class MaskEditor {
     PixelRect touched;
   };
   PixelRect Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
-  PixelRect Apply(const Mask& shape, Combine combine);
   // Records the difference between `before_` and `mask_` within `rect`. Returns its bounds.
   PixelRect Record(const PixelRect& rect);
   PixelRect Toggle(const Step& step);

@@ -41,30 +41,24 @@ constexpr ToolEntry kTools[] = {
      "Rectangle (R): drag from corner to corner"},
     {SelectionTool::kLasso, ToolIcon::kLasso, "Lasso", "Lasso (L): drag around it"},
     {SelectionTool::kPolygon, ToolIcon::kPolygon, "Polygon", "Polygon (P): click corner by corner"},
-    {SelectionTool::kFlood, ToolIcon::kFlood, "Flood", "Flood (O): click what is of one color"},
+    {SelectionTool::kScribble, ToolIcon::kScribble, "Scribbles",
+     "Scribbles (S): strokes on the object, with Ctrl on what it is not; the outline is found"},
+    {SelectionTool::kWand, ToolIcon::kWand, "Wand",
+     "Magic wand (W): click a surface of one color; it ends at steps and where it turns away"},
+    {SelectionTool::kScissors, ToolIcon::kScissors, "Scissors",
+     "Intelligent scissors (I): click along the outline, which follows the edges between clicks"},
+    {SelectionTool::kSphere, ToolIcon::kSphere, "Sphere",
+     "Sphere (H): press on the object and drag as far as the sphere reaches"},
+    {SelectionTool::kBox, ToolIcon::kBox, "Box",
+     "Box (X): drag across the object; the box holds the surface under the cursor"},
+    {SelectionTool::kLike, ToolIcon::kLike, "Like",
+     "Like this color (K): click a color; of what is selected, what has this color stays"},
+    {SelectionTool::kRefine, ToolIcon::kRefine, "Refine",
+     "Refine edge (F): drag along the border, which moves to the edges under the brush; Shift+F: "
+     "the whole border"},
 };
 
 const QString kBetweenHints = QStringLiteral("  ·  ");
-
-QString HintFor(SelectionTool tool) {
-  const QString combine =
-      kBetweenHints + QObject::tr("Shift adds, Ctrl removes, Shift+Ctrl intersects");
-  switch (tool) {
-    case SelectionTool::kBrush:
-      return QObject::tr("Drag to paint, Ctrl erases  ·  [ ] size  ·  Shift+Ctrl intersects");
-    case SelectionTool::kEraser:
-      return QObject::tr("Drag to erase  ·  [ ] or Alt+wheel changes the size");
-    case SelectionTool::kRectangle:
-      return QObject::tr("Drag a rectangle") + combine;
-    case SelectionTool::kLasso:
-      return QObject::tr("Drag around it") + combine;
-    case SelectionTool::kPolygon:
-      return QObject::tr("Click corners, double-click or Enter closes, Backspace takes one back");
-    case SelectionTool::kFlood:
-      return QObject::tr("Click a color, drag for more or less") + combine;
-  }
-  return {};
-}
 
 QToolButton* MakeButton(const QString& name, const QString& tip) {
   auto* button = new QToolButton;
@@ -173,29 +167,42 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
   hardness_ = new SliderBox(tr("Hardness"), 0, 100, tr(" %"), false,
                             tr("100 %: a crisp edge; less: the edge fades out"));
   tolerance_ = new SliderBox(
-      tr("Tolerance"), 0, 255, {}, false,
-      tr("How far a color may be from the one clicked (drag right or left while clicking)"));
-  edge_ = new SliderBox(tr("Depth edge"), 1, 100, tr(" ‰"), false,
-                        tr("A step in depth larger than this share of it stops the flood"));
+      tr("Color"), 0, 500, tr(" ‰"), false,
+      tr("How far a color may be from the one clicked, in OKLab: black and white are 1000 ‰ apart "
+         "(drag right or left while clicking)"));
+  edge_ = new SliderBox(tr("Depth step"), 0, 100, tr(" ‰"), false,
+                        tr("A step in depth larger than this share of it ends the surface"));
+  normal_ = new SliderBox(tr("Turn"), 0, 180, tr("°"), false,
+                          tr("How far the surface may turn away from where it was clicked"));
+  margin_ = new SliderBox(tr("Margin"), 0, 100, tr(" %"), false,
+                          tr("How much larger than what was dragged over the box is, a side"));
   opacity_ = new SliderBox(tr("Overlay"), 0, 100, tr(" %"), false,
                            tr("Opacity of the overlay (, and .); hold \\ to hide it"));
-  for (SliderBox* box : {size_, hardness_, tolerance_, edge_, opacity_}) layout->addWidget(box);
+  for (SliderBox* box : {size_, hardness_, tolerance_, edge_, normal_, margin_, opacity_}) {
+    layout->addWidget(box);
+  }
   connect(size_, &SliderBox::changed, this, [this](int value) {
     canvas_->SetBrush({value / 2.0, canvas_->brush().hardness});
   });
   connect(hardness_, &SliderBox::changed, this, [this](int value) {
     canvas_->SetBrush({canvas_->brush().radius, value / 100.0});
   });
-  connect(tolerance_, &SliderBox::changed, this, [this](int value) {
-    FloodOptions flood = canvas_->flood();
-    flood.tolerance = value;
-    canvas_->SetFlood(flood);
+  const auto set_outline = [this](SliderBox* box, auto set) {
+    connect(box, &SliderBox::changed, this, [this, set](int value) {
+      OutlineOptions outline = canvas_->outline();
+      set(outline, value);
+      canvas_->SetOutline(outline);
+    });
+  };
+  set_outline(tolerance_, [this](OutlineOptions& outline, int value) {
+    const bool like = canvas_->tool() == SelectionTool::kLike;
+    (like ? outline.like : outline.wand.color) = value / 1000.0;
   });
-  connect(edge_, &SliderBox::changed, this, [this](int value) {
-    FloodOptions flood = canvas_->flood();
-    flood.depth_edge = value / 1000.0;
-    canvas_->SetFlood(flood);
-  });
+  set_outline(edge_,
+              [](OutlineOptions& outline, int value) { outline.wand.depth = value / 1000.0; });
+  set_outline(normal_, [](OutlineOptions& outline, int value) { outline.wand.normal = value; });
+  set_outline(margin_,
+              [](OutlineOptions& outline, int value) { outline.box_margin = value / 100.0; });
   connect(opacity_, &SliderBox::changed, this,
           [this](int value) { canvas_->SetOverlayOpacity(value / 100.0); });
   connect(canvas_, &SelectionCanvas::optionsChanged, this, &ToolStrip::Show);
@@ -207,17 +214,26 @@ void ToolStrip::Show() {
   const SelectionTool tool = canvas_->tool();
   tools_->button(static_cast<int>(tool))->setChecked(true);
   const bool brush = tool == SelectionTool::kBrush || tool == SelectionTool::kEraser;
-  const bool flood = tool == SelectionTool::kFlood;
+  const bool wand = tool == SelectionTool::kWand, like = tool == SelectionTool::kLike;
+  const std::pair<SliderBox*, bool> shown[] = {{size_, canvas_->HasTip()},
+                                               {hardness_, brush},
+                                               {tolerance_, wand || like},
+                                               {edge_, wand},
+                                               {normal_, wand},
+                                               {margin_, tool == SelectionTool::kBox}};
   // Hidden before others are shown: all at once would widen the window.
-  for (SliderBox* box : {size_, hardness_}) {
-    if (!brush) box->hide();
+  for (const auto& [box, show] : shown) {
+    if (!show) box->hide();
   }
-  for (SliderBox* box : {tolerance_, edge_}) box->setVisible(flood);
-  for (SliderBox* box : {size_, hardness_}) box->setVisible(brush);
+  for (const auto& [box, show] : shown) box->setVisible(show);
+  const OutlineOptions& outline = canvas_->outline();
+  const auto per_mille = [](double value) { return static_cast<int>(std::lround(1000 * value)); };
   size_->SetValue(static_cast<int>(std::lround(2 * canvas_->brush().radius)));
   hardness_->SetValue(static_cast<int>(std::lround(100 * canvas_->brush().hardness)));
-  tolerance_->SetValue(canvas_->flood().tolerance);
-  edge_->SetValue(static_cast<int>(std::lround(1000 * canvas_->flood().depth_edge)));
+  tolerance_->SetValue(per_mille(like ? outline.like : outline.wand.color));
+  edge_->SetValue(per_mille(outline.wand.depth));
+  normal_->SetValue(static_cast<int>(std::lround(outline.wand.normal)));
+  margin_->SetValue(static_cast<int>(std::lround(100 * outline.box_margin)));
   opacity_->SetValue(static_cast<int>(std::lround(100 * canvas_->overlay_opacity())));
 }
 
@@ -307,6 +323,9 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   connect(cancel_, &QPushButton::clicked, this, &ActionStrip::cancel);
   connect(accept_, &QPushButton::clicked, this, &ActionStrip::accept);
   connect(canvas_, &SelectionCanvas::optionsChanged, this, &ActionStrip::Show);
+  connect(canvas_, &SelectionCanvas::hintChanged, this, &ActionStrip::Show);
+  connect(canvas_, &SelectionCanvas::notFound, this,
+          [this](const QString& why) { ShowMessage(why, true); });
   connect(canvas_, &SelectionCanvas::edited, this, [this] {
     message_.clear();
     Show();
@@ -341,7 +360,7 @@ void ActionStrip::Show() {
   font.setBold(!message_.isEmpty());
   hint_->setFont(font);
   FitHint();
-  const bool undo = canvas_->editor().CanUndo(), redo = canvas_->editor().CanRedo();
+  const bool undo = canvas_->CanUndo(), redo = canvas_->CanRedo();
   for (auto& [button, icon] : buttons_) {
     const bool useful = icon == ToolIcon::kUndo ? undo : icon == ToolIcon::kRedo ? redo : true;
     button->setEnabled(paintable_ && useful);
@@ -352,7 +371,7 @@ void ActionStrip::Show() {
 
 // As much of the hint as there is room for, whole parts where it can be.
 void ActionStrip::FitHint() {
-  const QString whole = message_.isEmpty() ? HintFor(canvas_->tool())
+  const QString whole = message_.isEmpty() ? canvas_->Hint()
                         : warning_         ? QString::fromUtf8("⚠ ") + message_
                                            : message_;
   hint_->setToolTip(whole);

@@ -61,7 +61,7 @@ class ToolStrip : public QFrame {
 
   SelectionCanvas* canvas_;
   QButtonGroup* tools_;
-  SliderBox *size_, *hardness_, *tolerance_, *edge_, *opacity_;
+  SliderBox *size_, *hardness_, *tolerance_, *edge_, *normal_, *margin_, *opacity_;
 };
 
 class ActionStrip : public QFrame {

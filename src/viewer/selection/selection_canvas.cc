@@ -23,15 +23,6 @@ constexpr double kMargin = 60;   // widget pixels of the image that stay visible
 
 Eigen::Vector2d ToEigen(const QPointF& point) { return {point.x(), point.y()}; }
 
-Image8 ToPixels(const QImage& image) {
-  Image8 pixels(image.width(), image.height());
-  const QImage rgb = image.convertToFormat(QImage::Format_RGB888);
-  for (int y = 0; y < pixels.height; ++y) {
-    std::copy_n(rgb.constScanLine(y), 3 * pixels.width, &pixels(0, y));
-  }
-  return pixels;
-}
-
 }  // namespace
 
 SelectionCanvas::SelectionCanvas(QWidget* parent) : QWidget(parent) {
@@ -41,15 +32,22 @@ SelectionCanvas::SelectionCanvas(QWidget* parent) : QWidget(parent) {
   setAttribute(Qt::WA_OpaquePaintEvent);
   setMinimumSize(160, 120);
   setAccessibleName(tr("Selection view"));
+  finder_ = new OutlineFinder(this);
+  connect(finder_, &OutlineFinder::busyChanged, this, [this] {
+    UpdateCursor();
+    Q_EMIT findingChanged();
+    Q_EMIT hintChanged();
+  });
+  connect(finder_, &OutlineFinder::failed, this, &SelectionCanvas::NotFound);
   UpdateCursor();
 }
 
-void SelectionCanvas::SetView(const QImage& image, DepthMap depth, Mask mask) {
+void SelectionCanvas::SetView(const QImage& image, ViewLayers layers, Mask mask) {
   CancelDrawing();
+  ForgetScribbles();
   const bool same_size = image.size() == image_.size();
   image_ = image.convertToFormat(QImage::Format_RGB32);
-  pixels_ = ToPixels(image_);
-  depth_ = std::move(depth);
+  layers_ = std::make_shared<const ViewLayers>(std::move(layers));
   editor_.Reset(std::move(mask));
   ready_ = true;
   if (!same_size || fitted_) FitView();
@@ -61,10 +59,10 @@ void SelectionCanvas::SetView(const QImage& image, DepthMap depth, Mask mask) {
 
 void SelectionCanvas::ShowPicture(const QImage& image) {
   CancelDrawing();
+  ForgetScribbles();
   ready_ = false;
   image_ = image.convertToFormat(QImage::Format_RGB32);
-  pixels_ = {};
-  depth_ = {};
+  layers_.reset();
   editor_.Reset(Mask());
   FitView();
   UpdateCursor();
@@ -72,6 +70,13 @@ void SelectionCanvas::ShowPicture(const QImage& image) {
 }
 
 void SelectionCanvas::Edited(const PixelRect& changed) {
+  finder_->Cancel();
+  ForgetScribbles();
+  applied_ = 0;
+  Changed(changed);
+}
+
+void SelectionCanvas::Changed(const PixelRect& changed) {
   if (!changed.Empty()) update(WidgetRect(changed));
   if (!editor_.InStroke()) ChooseOverlayColor();
   Q_EMIT edited();
@@ -92,22 +97,26 @@ void SelectionCanvas::ChooseOverlayColor() {
 
 void SelectionCanvas::SetTool(SelectionTool tool) {
   if (tool == tool_) return;
-  CancelDrawing();
+  // What was drawn to its end is still found.
+  if (drawing_ || tuning_ || editor_.InStroke()) CancelDrawing();
+  ForgetScribbles();
   tool_ = tool;
   UpdateCursor();
   UpdateBrushOutline();
   Q_EMIT optionsChanged();
+  Q_EMIT hintChanged();
 }
 
 void SelectionCanvas::SetBrush(const BrushOptions& brush) {
-  brush_.radius = std::clamp(brush.radius, kLeastRadius, kMostRadius);
-  brush_.hardness = std::clamp(brush.hardness, 0.0, 1.0);
+  BrushOptions& mine = IsScribble() ? outline_.scribble : brush_;
+  mine.radius = std::clamp(brush.radius, kLeastRadius, kMostRadius);
+  mine.hardness = std::clamp(brush.hardness, 0.0, 1.0);
   UpdateBrushOutline();
   Q_EMIT optionsChanged();
 }
 
-void SelectionCanvas::SetFlood(const FloodOptions& flood) {
-  flood_ = flood;
+void SelectionCanvas::SetOutline(const OutlineOptions& outline) {
+  outline_ = outline;
   Q_EMIT optionsChanged();
 }
 
@@ -125,7 +134,7 @@ void SelectionCanvas::SetPaintable(bool paintable) {
 }
 
 void SelectionCanvas::ScaleBrush(int steps) {
-  BrushOptions brush = brush_;
+  BrushOptions brush = this->brush();
   // By a tenth, by at least half a pixel.
   for (int i = 0; i < std::abs(steps); ++i) {
     const double by = std::max(0.5, 0.1 * brush.radius);
@@ -137,16 +146,24 @@ void SelectionCanvas::ScaleBrush(int steps) {
 // --- Operations --------------------------------------------------------------------------------
 
 void SelectionCanvas::Undo() {
-  if (drawing_ || flooding_) {
+  if (drawing_ || tuning_ || IsFinding()) {
     CancelDrawing();
-    return;
+  } else if (!scribbles_.empty()) {
+    UndoScribble();
+  } else {
+    applied_ = 0;
+    Changed(editor_.Undo());
   }
-  Edited(editor_.Undo());
 }
 
 void SelectionCanvas::Redo() {
   CancelDrawing();
-  Edited(editor_.Redo());
+  if (!undone_.empty()) {
+    RedoScribble();
+  } else {
+    applied_ = 0;
+    Changed(editor_.Redo());
+  }
 }
 
 void SelectionCanvas::GrowBy(int pixels) {
@@ -174,15 +191,20 @@ bool SelectionCanvas::CancelDrawing() {
     Edited(editor_.CancelStroke());
     return true;
   }
-  if (flooding_) {
-    const Flooding flooding = *std::exchange(flooding_, std::nullopt);
-    if (flooding.filled) Edited(editor_.Undo());
-    flood_.tolerance = flooding.tolerance;
+  if (!drawing_ && !tuning_ && !IsFinding()) return false;
+  finder_->Cancel();
+  std::erase_if(scribbles_, [](const Scribble& scribble) { return !scribble.found; });
+  const uint64_t gesture = tuning_ ? tuning_->gesture : drawing_ ? drawing_->gesture : 0;
+  if (tuning_) {
+    (tool_ == SelectionTool::kLike ? outline_.like : outline_.wand.color) = tuning_->tolerance;
     Q_EMIT optionsChanged();
-    return true;
   }
-  if (!drawing_) return false;
+  tuning_.reset();
   drawing_.reset();
+  const bool shows = gesture != 0 && applied_ == gesture;
+  applied_ = 0;
+  Changed(shows ? editor_.Undo() : PixelRect{});
+  Q_EMIT hintChanged();
   update();
   return true;
 }
@@ -196,6 +218,8 @@ Combine SelectionCanvas::CombineFor(Qt::KeyboardModifiers modifiers) const {
   if (shift && control) return Combine::kIntersect;
   if (control) return Combine::kRemove;
   if (shift || tool_ == SelectionTool::kBrush) return Combine::kAdd;
+  // Of what is selected, where something is.
+  if (tool_ == SelectionTool::kLike && editor_.AnyInside()) return Combine::kIntersect;
   return Combine::kReplace;
 }
 
@@ -203,56 +227,73 @@ Eigen::Vector2d SelectionCanvas::ImageAt(const QPointF& widget) const {
   return transform_.ToImage(ToEigen(widget));
 }
 
+bool SelectionCanvas::HasTip() const {
+  return IsBrush() || IsScribble() || tool_ == SelectionTool::kRefine;
+}
+
+bool SelectionCanvas::HasCorners() const {
+  return drawing_ &&
+         (drawing_->tool == SelectionTool::kPolygon || drawing_->tool == SelectionTool::kScissors);
+}
+
 void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers) {
   const Combine combine = CombineFor(modifiers);
   if (IsBrush()) {
     Edited(editor_.BeginStroke(at, brush_, combine));
-  } else if (tool_ == SelectionTool::kFlood) {
-    flooding_ = Flooding{at, *cursor_, flood_.tolerance, combine};
-    FloodAt(*cursor_);
-  } else if (tool_ == SelectionTool::kPolygon && drawing_) {
+    return;
+  }
+  if (HasCorners()) {
     const double to_first = (drawing_->points.front() - at).norm() * transform_.scale;
+    drawing_->points.back() = at;
     if (drawing_->points.size() > 3 && to_first < kClosing) {
-      drawing_->points.pop_back();
       FinishDrawing();
       return;
     }
-    drawing_->points.back() = at;
     drawing_->points.push_back(at);  // follows the cursor
-    update();
+    FindDrawn();
+  } else if (tool_ == SelectionTool::kWand || tool_ == SelectionTool::kLike) {
+    const double tolerance = tool_ == SelectionTool::kLike ? outline_.like : outline_.wand.color;
+    tuning_ = Tuning{combine, at, *cursor_, tolerance, ++gesture_};
+    Tune(*cursor_);
+  } else if (tool_ == SelectionTool::kSphere && !SurfaceAt(at)) {
+    NotFound(tr("There is no surface here: press on the object"));
+    return;
   } else {
-    drawing_ = Drawing{tool_, combine, {at, at}};
-    update();
+    drawing_ = Drawing{tool_, combine, {at, at}, ++gesture_};
   }
+  Q_EMIT hintChanged();
+  update();
 }
 
-void SelectionCanvas::FloodAt(const QPointF& cursor) {
-  constexpr double kStep = 4;  // widget pixels a step of tolerance
-  FloodOptions flood = flood_;
-  flood.tolerance =
-      std::clamp(flooding_->tolerance +
-                     static_cast<int>(std::lround((cursor.x() - flooding_->from.x()) / kStep)),
-                 0, 255);
-  if (flooding_->filled && flood.tolerance == flood_.tolerance) return;
-  PixelRect changed;
-  if (flooding_->filled) changed = editor_.Undo();
-  const PixelRect filled =
-      editor_.Flood(pixels_, depth_, static_cast<int>(std::floor(flooding_->at.x())),
-                    static_cast<int>(std::floor(flooding_->at.y())), flood, flooding_->combine);
-  flooding_->filled = !filled.Empty();
-  Edited(changed.United(filled));
-  if (flood.tolerance != flood_.tolerance) SetFlood(flood);
-}
-
+// The last point follows the cursor, or is where the mouse was let go.
 void SelectionCanvas::FinishDrawing() {
   if (!drawing_) return;
+  if (HasCorners()) drawing_->points.pop_back();
+  if (drawing_->tool == SelectionTool::kScissors && drawing_->points.size() < 3) {
+    CancelDrawing();
+    NotFound(tr("An outline needs three points at least"));
+    return;
+  }
   const Drawing drawing = *std::exchange(drawing_, std::nullopt);
   update();
-  if (drawing.tool == SelectionTool::kRectangle) {
-    Edited(editor_.FillRectangle(drawing.points.front(), drawing.points.back(), drawing.combine));
-  } else {
-    Edited(editor_.FillPolygon(drawing.points, drawing.combine));
+  switch (drawing.tool) {
+    case SelectionTool::kRectangle:
+      Edited(editor_.FillRectangle(drawing.points.front(), drawing.points.back(), drawing.combine));
+      break;
+    case SelectionTool::kLasso:
+    case SelectionTool::kPolygon:
+      Edited(editor_.FillPolygon(drawing.points, drawing.combine));
+      break;
+    case SelectionTool::kScribble:
+      AddScribble(drawing);
+      break;
+    case SelectionTool::kRefine:
+      FindRefined(drawing.points);
+      break;
+    default:  // found while it was drawn
+      break;
   }
+  Q_EMIT hintChanged();
 }
 
 void SelectionCanvas::mousePressEvent(QMouseEvent* event) {
@@ -279,15 +320,17 @@ void SelectionCanvas::mouseMoveEvent(QMouseEvent* event) {
     Moved();
   } else if (editor_.InStroke()) {
     Edited(editor_.StrokeTo(at));
-  } else if (flooding_) {
-    FloodAt(event->position());
-  } else if (drawing_ && drawing_->tool == SelectionTool::kLasso) {
-    if ((drawing_->points.back() - at).norm() * transform_.scale >= 1) {
-      drawing_->points.push_back(at);
-      update();
-    }
+  } else if (tuning_) {
+    Tune(event->position());
   } else if (drawing_) {
-    drawing_->points.back() = at;
+    const bool corner = HasCorners() || drawing_->tool == SelectionTool::kRectangle ||
+                        drawing_->tool == SelectionTool::kSphere;
+    if (corner) {
+      drawing_->points.back() = at;
+    } else if ((drawing_->points.back() - at).norm() * transform_.scale >= 1) {
+      drawing_->points.push_back(at);
+    }
+    if (!HasCorners()) FindDrawn();
     update();
   }
   UpdateBrushOutline();
@@ -301,20 +344,19 @@ void SelectionCanvas::mouseReleaseEvent(QMouseEvent* event) {
     return;
   }
   if (event->button() != Qt::LeftButton) return;
-  flooding_.reset();
+  if (std::exchange(tuning_, std::nullopt)) Q_EMIT hintChanged();
   if (editor_.InStroke()) {
     editor_.EndStroke();
     ChooseOverlayColor();
     Q_EMIT edited();
-  } else if (drawing_ && drawing_->tool != SelectionTool::kPolygon) {
+  } else if (drawing_ && !HasCorners()) {
     FinishDrawing();
   }
 }
 
 void SelectionCanvas::mouseDoubleClickEvent(QMouseEvent* event) {
-  if (event->button() == Qt::LeftButton && drawing_ && drawing_->tool == SelectionTool::kPolygon) {
-    drawing_->points.pop_back();  // the press before this set the last corner here
-    FinishDrawing();
+  if (event->button() == Qt::LeftButton && HasCorners()) {
+    FinishDrawing();  // the press before this set the last corner here
     return;
   }
   mousePressEvent(event);
@@ -384,10 +426,9 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
       if (ready_ && paintable_) key->run(*this);
       break;
     case SelectionAct::kAccept:
-      if (drawing_ && drawing_->tool == SelectionTool::kPolygon) {
-        drawing_->points.pop_back();
+      if (HasCorners()) {
         FinishDrawing();
-      } else if (!drawing_ && !flooding_ && !editor_.InStroke()) {
+      } else if (!drawing_ && !tuning_ && !editor_.InStroke()) {
         Q_EMIT acceptRequested();
       }
       break;
@@ -411,6 +452,8 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
     case SelectionAct::kTakeBack:
       if (drawing_->points.size() > 2) {
         drawing_->points.erase(drawing_->points.end() - 2);
+        FindDrawn();
+        Q_EMIT hintChanged();
         update();
       } else {
         CancelDrawing();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The frozen view as an image editor: mouse and keys to a MaskEditor, zoom and pan, brush outline,
-// overlay. Knows nothing of scenes: a picture, its depth and a mask come in, the mask is read off
-// editor().
+// overlay. Knows nothing of scenes: a picture, its layers and a mask come in, the mask is read off
+// editor(). What takes long to find is found on another thread, and shows when it is.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -14,12 +15,12 @@
 #include "viewer/selection/image_transform.h"
 #include "viewer/selection/mask_editor.h"
 #include "viewer/selection/mask_overlay.h"
+#include "viewer/selection/outline_finder.h"
+#include "viewer/selection/selection_tools.h"
 
 class QKeyEvent;
 
 namespace retint {
-
-enum class SelectionTool { kBrush, kEraser, kRectangle, kLasso, kPolygon, kFlood };
 
 class SelectionCanvas : public QWidget {
   Q_OBJECT
@@ -27,23 +28,27 @@ class SelectionCanvas : public QWidget {
  public:
   explicit SelectionCanvas(QWidget* parent = nullptr);
 
-  // Starts anew with a picture and the mask on it. `depth` bounds the flood; may have no pixels.
-  void SetView(const QImage& image, DepthMap depth, Mask mask);
+  // Starts anew with a picture and the mask on it. `layers`: the same pixels, as the tools that
+  // find an outline see them; without depth, color alone decides, and solids select nothing.
+  void SetView(const QImage& image, ViewLayers layers, Mask mask);
   // Only the picture, while the view itself is on its way: nothing can be painted.
   void ShowPicture(const QImage& image);
   bool HasView() const { return ready_; }
 
   MaskEditor& editor() { return editor_; }
   const MaskEditor& editor() const { return editor_; }
-  // Repaints what an edit changed and tells everyone. Every edit() made from outside ends here.
+  // Repaints what an edit changed and tells everyone; what is still being found is given up. Every
+  // edit made from outside ends here.
   void Edited(const PixelRect& changed);
 
   SelectionTool tool() const { return tool_; }
   void SetTool(SelectionTool tool);
-  const BrushOptions& brush() const { return brush_; }
+  // Of the tool at hand: scribbles have a brush of their own.
+  const BrushOptions& brush() const { return IsScribble() ? outline_.scribble : brush_; }
   void SetBrush(const BrushOptions& brush);
-  const FloodOptions& flood() const { return flood_; }
-  void SetFlood(const FloodOptions& flood);
+  const OutlineOptions& outline() const { return outline_; }
+  void SetOutline(const OutlineOptions& outline);
+  bool HasTip() const;  // the tool paints with brush()
   double overlay_opacity() const { return style_.opacity; }
   void SetOverlayOpacity(double opacity);
   const QColor& overlay_color() const { return style_.color; }
@@ -54,6 +59,8 @@ class SelectionCanvas : public QWidget {
   void ActualSize();  // one image pixel a widget pixel
 
   // What keys and buttons do alike.
+  bool CanUndo() const { return editor_.CanUndo() || !scribbles_.empty(); }
+  bool CanRedo() const { return editor_.CanRedo() || !undone_.empty(); }
   void Undo();
   void Redo();
   void GrowBy(int pixels);  // negative: shrinks
@@ -61,6 +68,9 @@ class SelectionCanvas : public QWidget {
   void SelectAll();
   void SelectNone();
   void ScaleBrush(int steps);
+  void RefineBorder();  // all of it, within the brush's radius
+  bool IsFinding() const { return finder_->IsBusy(); }
+  QString Hint() const;  // what to do next; parts that may be left out are set apart by "  ·  "
   // Ends what is being drawn without a change. False when there was nothing.
   bool CancelDrawing();
   // Whether this key (with these modifiers) means something here; HandleKey does it.
@@ -69,8 +79,12 @@ class SelectionCanvas : public QWidget {
 
  Q_SIGNALS:
   void edited();
-  void optionsChanged();  // tool, brush, flood, opacity
-  void cursorMoved();     // hint() may be another
+  void optionsChanged();  // tool, brush, outline, opacity
+  void hintChanged();
+  void findingChanged();  // IsFinding()
+  void found();           // what was looked for shows
+  void notFound(const QString& why);
+  void cursorMoved();
   void acceptRequested();
   void leaveRequested();
 
@@ -89,25 +103,25 @@ class SelectionCanvas : public QWidget {
   void focusOutEvent(QFocusEvent* event) override;
 
  private:
-  // Held while a shape is drawn; positions in the image.
-  struct Drawing {
-    SelectionTool tool;
-    Combine combine;
-    std::vector<Eigen::Vector2d> points;
-  };
-  // The flood follows the mouse until it is let go: to the right more, to the left less tolerance.
-  struct Flooding {
-    Eigen::Vector2d at;  // image
-    QPointF from;        // widget
-    int tolerance;       // at the press
-    Combine combine;
-    bool filled = false;  // the press is a step of the history
-  };
   bool IsBrush() const { return tool_ == SelectionTool::kBrush || tool_ == SelectionTool::kEraser; }
+  bool IsScribble() const { return tool_ == SelectionTool::kScribble; }
+  bool HasCorners() const;  // what is drawn is set corner by corner
   Combine CombineFor(Qt::KeyboardModifiers modifiers) const;
   void Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers);
   void FinishDrawing();
-  void FloodAt(const QPointF& cursor);
+  void Changed(const PixelRect& changed);
+  // selection_canvas_outline.cc
+  void Find(uint64_t gesture, Combine combine, OutlineFinder::Work work);
+  void NotFound(const QString& why);
+  void Tune(const QPointF& cursor);
+  void FindDrawn();  // what the drawing means so far
+  void FindScribbled();
+  void FindRefined(const std::vector<Eigen::Vector2d>& stroke);  // empty: everywhere
+  void AddScribble(const Drawing& drawing);
+  void UndoScribble();
+  void RedoScribble();
+  void ForgetScribbles();
+  std::optional<Eigen::Vector3d> SurfaceAt(const Eigen::Vector2d& at) const;  // in the world
   void UpdateCursor();
   void UpdateBrushOutline();
   void ZoomTo(const QPointF& at, double scale);
@@ -116,23 +130,28 @@ class SelectionCanvas : public QWidget {
   QRect WidgetRect(const PixelRect& rect) const;
   void PaintOverlay(class QPainter& painter, const QRect& clip);
   void PaintDrawing(class QPainter& painter) const;
+  void PaintScribbles(class QPainter& painter) const;
   void PaintBrush(class QPainter& painter) const;
   Eigen::Vector2d ImageAt(const QPointF& widget) const;
 
   MaskEditor editor_;
   QImage image_;
-  Image8 pixels_;
-  DepthMap depth_;
+  std::shared_ptr<const ViewLayers> layers_;
   bool ready_ = false, paintable_ = true;
   ImageTransform transform_;
   bool fitted_ = true;  // follows the widget's size
   SelectionTool tool_ = SelectionTool::kBrush;
   BrushOptions brush_;
-  FloodOptions flood_;
+  OutlineOptions outline_;
   OverlayStyle style_;
   bool overlay_hidden_ = false;
   std::optional<Drawing> drawing_;
-  std::optional<Flooding> flooding_;
+  std::optional<Tuning> tuning_;
+  std::vector<Scribble> scribbles_, undone_;  // undone_: the newest first
+  Mask under_scribbles_;                      // what they add to; may be empty
+  uint64_t gesture_ = 0;                      // the newest
+  uint64_t applied_ = 0;  // the newest step of the history is what was found for it
+  OutlineFinder* finder_;
   std::optional<QPointF> cursor_;  // over the widget
   Qt::KeyboardModifiers modifiers_;
   std::optional<QPointF> pan_from_;

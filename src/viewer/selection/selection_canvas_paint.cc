@@ -2,7 +2,9 @@
 // What the selection canvas shows.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include <QLineF>
 #include <QPaintEvent>
 #include <QPainter>
 #include <QPolygonF>
@@ -22,6 +24,25 @@ void Contrasted(QPainter& painter, const auto& draw) {
   draw();
   painter.setPen(QPen(Qt::white, 1));
   draw();
+}
+
+// On the object or beside it: the sign says it too.
+void PaintStroke(QPainter& painter, const QPolygonF& line, double width, bool outside) {
+  const QColor color = outside ? QColor(230, 60, 50) : QColor(40, 190, 90);
+  painter.setBrush(Qt::NoBrush);
+  for (const auto& [pen, by] : {std::pair{QColor(0, 0, 0, 200), 2.0}, std::pair{color, 0.0}}) {
+    painter.setPen(
+        QPen(pen, std::max(2.0, width) + by, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+    painter.drawPolyline(line);
+  }
+  const QPointF at = line.first();
+  constexpr double kDisc = 7, kSide = 4;
+  painter.setPen(QPen(Qt::black, 1));
+  painter.setBrush(color);
+  painter.drawEllipse(at, kDisc, kDisc);
+  painter.setPen(QPen(Qt::white, 2));
+  painter.drawLine(at - QPointF(kSide, 0), at + QPointF(kSide, 0));
+  if (!outside) painter.drawLine(at - QPointF(0, kSide), at + QPointF(0, kSide));
 }
 
 }  // namespace
@@ -46,6 +67,7 @@ void SelectionCanvas::paintEvent(QPaintEvent* event) {
   painter.setPen(QPen(QColor(255, 255, 255, 60), 1));
   painter.drawRect(target.adjusted(-0.5, -0.5, 0.5, 0.5));
   painter.setRenderHint(QPainter::Antialiasing);
+  if (!overlay_hidden_) PaintScribbles(painter);
   PaintDrawing(painter);
   PaintBrush(painter);
 }
@@ -67,14 +89,42 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
   QPolygonF outline;
   for (const auto& point : drawing_->points) outline << ToPoint(transform_.ToWidget(point));
   painter.setBrush(Qt::NoBrush);
-  Contrasted(painter, [&] {
-    if (drawing_->tool == SelectionTool::kRectangle) {
-      painter.drawRect(QRectF(outline.first(), outline.last()).normalized());
-    } else {
+  switch (drawing_->tool) {
+    case SelectionTool::kRectangle:
+      Contrasted(painter,
+                 [&] { painter.drawRect(QRectF(outline.first(), outline.last()).normalized()); });
+      return;
+    case SelectionTool::kScribble:
+      PaintStroke(painter, outline, 2 * outline_.scribble.radius * transform_.scale,
+                  drawing_->combine == Combine::kRemove);
+      return;
+    case SelectionTool::kRefine:
+      painter.setPen(QPen(QColor(255, 255, 255, 90), 2 * brush_.radius * transform_.scale,
+                          Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
       painter.drawPolyline(outline);
+      return;
+    case SelectionTool::kSphere: {
+      const double radius = QLineF(outline.first(), outline.last()).length();
+      Contrasted(painter, [&] {
+        painter.drawEllipse(outline.first(), radius, radius);
+        painter.drawLine(outline.first(), outline.last());
+      });
+      return;
     }
-  });
-  if (drawing_->tool != SelectionTool::kPolygon) return;
+    default:
+      break;
+  }
+  if (HasCorners()) {
+    // Between its corners, what the scissors follow shows as the border of the selection.
+    if (drawing_->tool == SelectionTool::kScissors && outline.size() > 3) {
+      Contrasted(painter, [&] { painter.drawLine(outline[outline.size() - 2], outline.last()); });
+    } else {
+      Contrasted(painter, [&] { painter.drawPolyline(outline); });
+    }
+  } else {
+    Contrasted(painter, [&] { painter.drawPolyline(outline); });
+    return;
+  }
   painter.setPen(QPen(Qt::black, 1));
   for (int i = 0; i + 1 < outline.size(); ++i) {
     painter.setBrush(i == 0 ? QColor(90, 200, 255) : QColor(Qt::white));
@@ -83,16 +133,24 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
   }
 }
 
+void SelectionCanvas::PaintScribbles(QPainter& painter) const {
+  for (const Scribble& scribble : scribbles_) {
+    QPolygonF line;
+    for (const auto& point : scribble.points) line << ToPoint(transform_.ToWidget(point));
+    PaintStroke(painter, line, scribble.width * transform_.scale, scribble.outside);
+  }
+}
+
 void SelectionCanvas::PaintBrush(QPainter& painter) const {
   if (!cursor_ || pan_from_ || space_ || !paintable_) return;
   painter.setBrush(Qt::NoBrush);
-  const double radius = brush_.radius * transform_.scale;
-  if (IsBrush()) {
+  const double radius = brush().radius * transform_.scale;
+  if (HasTip()) {
     Contrasted(painter, [&] {
       if (radius >= kLeastOutline) painter.drawEllipse(*cursor_, radius, radius);
     });
     const double core = radius * brush_.hardness;
-    if (brush_.hardness < 1 && core >= kLeastOutline) {
+    if (IsBrush() && brush_.hardness < 1 && core >= kLeastOutline) {
       painter.setPen(QPen(QColor(255, 255, 255, 160), 1, Qt::DotLine));
       painter.drawEllipse(*cursor_, core, core);
     }
@@ -100,6 +158,7 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
   // What the stroke will do, beside the cursor: + adds, - removes, x intersects.
   const Combine combine = CombineFor(modifiers_);
   if (combine == Combine::kReplace || (IsBrush() && combine == Combine::kAdd)) return;
+  if (tool_ == SelectionTool::kRefine) return;
   const double side = 4;
   const QPointF at = *cursor_ + QPointF(13, 13);
   Contrasted(painter, [&] {
@@ -116,7 +175,7 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
 void SelectionCanvas::UpdateBrushOutline() {
   QRect now;
   if (cursor_) {
-    const double reach = std::max(24.0, (IsBrush() ? brush_.radius * transform_.scale : 0.0) + 4);
+    const double reach = std::max(24.0, (HasTip() ? brush().radius * transform_.scale : 0.0) + 4);
     now = QRectF(cursor_->x() - reach, cursor_->y() - reach, 2 * reach, 2 * reach).toAlignedRect();
   }
   update(brush_rect_);
@@ -131,6 +190,8 @@ void SelectionCanvas::UpdateCursor() {
     setCursor(Qt::OpenHandCursor);
   } else if (!ready_ || !paintable_) {
     setCursor(Qt::BusyCursor);
+  } else if (IsFinding() && !drawing_ && !tuning_) {
+    setCursor(QCursor(Qt::WaitCursor));
   } else {
     setCursor(Qt::CrossCursor);
   }

@@ -22,14 +22,27 @@ const std::vector<SelectionKey>& SelectionKeys() {
   constexpr auto kNone = Qt::NoModifier;
   constexpr auto kShift = Qt::ShiftModifier;
   constexpr auto kControl = Qt::ControlModifier;
+  constexpr const char* kWandText = "Magic wand: a surface of one color";
   static const std::vector<SelectionKey> keys = {
       {Qt::Key_B, kNone, kRun, Choose<SelectionTool::kBrush>, "Brush"},
       {Qt::Key_E, kNone, kRun, Choose<SelectionTool::kEraser>, "Eraser"},
       {Qt::Key_R, kNone, kRun, Choose<SelectionTool::kRectangle>, "Rectangle"},
       {Qt::Key_L, kNone, kRun, Choose<SelectionTool::kLasso>, "Lasso"},
       {Qt::Key_P, kNone, kRun, Choose<SelectionTool::kPolygon>, "Polygon"},
-      {Qt::Key_O, kNone, kRun, Choose<SelectionTool::kFlood>,
-       "Flood: similar color, up to depth edges"},
+      {Qt::Key_S, kNone, kRun, Choose<SelectionTool::kScribble>,
+       "Scribbles: strokes on the object, with Ctrl beside it"},
+      {Qt::Key_W, kNone, kRun, Choose<SelectionTool::kWand>, kWandText},
+      {Qt::Key_O, kNone, kRun, Choose<SelectionTool::kWand>, kWandText},
+      {Qt::Key_I, kNone, kRun, Choose<SelectionTool::kScissors>,
+       "Intelligent scissors: click along the outline"},
+      {Qt::Key_H, kNone, kRun, Choose<SelectionTool::kSphere>, "Sphere about a point of a surface"},
+      {Qt::Key_X, kNone, kRun, Choose<SelectionTool::kBox>, "Box about the surface dragged over"},
+      {Qt::Key_K, kNone, kRun, Choose<SelectionTool::kLike>,
+       "Like this color: of what is selected, what has a color"},
+      {Qt::Key_F, kNone, kRun, Choose<SelectionTool::kRefine>,
+       "Refine edge: the border under the brush moves to the edges"},
+      {Qt::Key_F, kShift, kRun, [](SelectionCanvas& c) { c.RefineBorder(); },
+       "Refine the whole border, within the brush's radius"},
       {Qt::Key_BracketLeft, kNone, kRun, [](SelectionCanvas& c) { c.ScaleBrush(-1); },
        "Smaller brush"},
       {Qt::Key_BracketRight, kNone, kRun, [](SelectionCanvas& c) { c.ScaleBrush(1); },
@@ -52,8 +65,8 @@ const std::vector<SelectionKey>& SelectionKeys() {
       {Qt::Key_1, kNone, kRun, [](SelectionCanvas& c) { c.ActualSize(); },
        "A pixel of the view on a pixel of the screen"},
       {Qt::Key_Space, kNone, kPan, nullptr, "Pan (hold and drag)"},
-      {Qt::Key_Return, kNone, kAccept, nullptr, "Close the polygon, else accept"},
-      {Qt::Key_Enter, kNone, kAccept, nullptr, "Close the polygon, else accept"},
+      {Qt::Key_Return, kNone, kAccept, nullptr, "Close the outline, else accept"},
+      {Qt::Key_Enter, kNone, kAccept, nullptr, "Close the outline, else accept"},
       {Qt::Key_Escape, kNone, kLeave, nullptr, "Give up what is drawn, then the tool, then leave"},
   };
   return keys;

@@ -14,6 +14,7 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
+#include "selection/view_depth.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -75,7 +76,7 @@ std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
 // What the worker finds out about a view.
 struct SelectionMode::Frozen {
   QImage image;
-  DepthMap depth;
+  ViewLayers layers;
   Mask mask;
   std::shared_ptr<const RegionSelection> selection;
 };
@@ -117,6 +118,12 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   connect(stop_, &QPushButton::clicked, this, &SelectionMode::Leave);
   connect(canvas_, &SelectionCanvas::acceptRequested, this, &SelectionMode::Accept);
   connect(canvas_, &SelectionCanvas::leaveRequested, this, &SelectionMode::Leave);
+  connect(canvas_, &SelectionCanvas::found, this, [this] {
+    if (!canvas_->IsFinding() && std::exchange(accepts_found_, false)) Accept();
+  });
+  connect(canvas_, &SelectionCanvas::findingChanged, this, [this] {
+    if (!canvas_->IsFinding()) accepts_found_ = false;  // it was given up, or nothing was found
+  });
   connect(actions_, &ActionStrip::accept, this, &SelectionMode::Accept);
   connect(actions_, &ActionStrip::cancel, this, &SelectionMode::Leave);
   connect(actions_, &ActionStrip::targetChosen, this, &SelectionMode::ChooseTarget);
@@ -191,11 +198,13 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
       {},
       [frozen, sh, entry = entry_](EditSession& session, Monitor&) {
         session.ShowSh(sh ? *sh : session.original().sh);
-        RenderRequest request;
-        request.depth_median = true;
-        RenderOutput output = session.renderer().Render(entry.camera, request);
-        frozen->image = ToQImage(output.rgb);
-        frozen->depth = std::move(output.depth_median);
+        frozen->layers.camera = entry.camera;
+        frozen->layers.color = session.renderer().Render(entry.camera).rgb;
+        frozen->image = ToQImage(frozen->layers.color);
+        const Reconstruction& reconstruction = session.reconstruction();
+        frozen->layers.depth =
+            SurfaceDepth(session.renderer(), entry.camera,
+                         reconstruction.FindView(entry.view.toStdString()), reconstruction);
         frozen->mask = frozen->selection
                            ? MaskOf(*frozen->selection, entry, session)
                            : Mask(entry.camera.camera.width, entry.camera.camera.height);
@@ -229,7 +238,7 @@ void SelectionMode::ChooseTarget(int index) {
 void SelectionMode::ShowFrozen(const std::shared_ptr<Frozen>& frozen) {
   before_ = frozen->mask;
   draft_selection_ = frozen->selection;
-  canvas_->SetView(frozen->image, std::move(frozen->depth), std::move(frozen->mask));
+  canvas_->SetView(frozen->image, std::move(frozen->layers), std::move(frozen->mask));
   has_draft_ = true;
   actions_->ShowMessage({}, false);
   SetState(State::kPainting);
@@ -264,6 +273,10 @@ QString SelectionMode::NewName() const {
 
 void SelectionMode::Accept() {
   if (state_ != State::kPainting) return;
+  if (canvas_->IsFinding()) {
+    accepts_found_ = true;
+    return;
+  }
   canvas_->editor().EndStroke();
   const MaskEditor& editor = canvas_->editor();
   if (!editor.AnyInside()) {

@@ -109,6 +109,7 @@ class SelectionMode : public QWidget {
   // Of the strokes that the canvas holds: where they belong.
   std::shared_ptr<const RegionSelection> draft_selection_;
   bool has_draft_ = false;
+  bool accepts_found_ = false;  // accepts once the outline that is looked for is found
 };
 
 }  // namespace retint

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/selection/tool_icons.h"
 
+#include <cmath>
 #include <utility>
 
 #include <QPainter>
@@ -68,20 +69,66 @@ void DrawPolygon(QPainter& painter, const QColor& ink) {
   }
 }
 
-// A tilted bucket and its drop.
-void DrawFlood(QPainter& painter, const QColor& ink) {
-  painter.drawPolygon(QPolygonF({{9, 3}, {15.5, 9.5}, {9, 16}, {2.5, 9.5}}));
-  QPainterPath paint;
-  paint.moveTo(3.2, 10);
-  paint.lineTo(15, 10);
-  paint.lineTo(9, 16);
-  paint.closeSubpath();
-  painter.fillPath(paint, ink);
-  QPainterPath drop;
-  drop.moveTo(17, 11.5);
-  drop.cubicTo(19.4, 15, 18.6, 16.5, 17, 16.5);
-  drop.cubicTo(15.4, 16.5, 14.6, 15, 17, 11.5);
-  painter.fillPath(drop, ink);
+void DrawScribble(QPainter& painter) {
+  QPainterPath stroke;
+  stroke.moveTo(2.5, 12);
+  stroke.cubicTo(4, 4, 7, 4, 7.5, 9);
+  stroke.cubicTo(8, 14, 11, 14, 12, 8.5);
+  painter.drawPath(stroke);
+  painter.drawLine(QPointF(12, 15.5), QPointF(18, 15.5));
+  painter.drawLine(QPointF(14, 5), QPointF(18, 5));
+  painter.drawLine(QPointF(16, 3), QPointF(16, 7));
+}
+
+// A stick and the star at its end.
+void DrawWand(QPainter& painter, const QColor& ink) {
+  painter.drawLine(QPointF(3, 17), QPointF(11, 9));
+  QPolygonF star;
+  for (int i = 0; i < 8; ++i) {
+    const double angle = i * 0.785398, radius = i % 2 == 0 ? 5 : 1.8;
+    star << QPointF(13.5 + radius * std::cos(angle), 6.5 + radius * std::sin(angle));
+  }
+  QPainterPath path;
+  path.addPolygon(star);
+  painter.fillPath(path, ink);
+}
+
+void DrawScissors(QPainter& painter) {
+  painter.drawEllipse(QPointF(5.5, 15), 2.4, 2.4);
+  painter.drawEllipse(QPointF(14.5, 15), 2.4, 2.4);
+  painter.drawLine(QPointF(6.6, 12.8), QPointF(13.5, 2.5));
+  painter.drawLine(QPointF(13.4, 12.8), QPointF(6.5, 2.5));
+}
+
+void DrawSphere(QPainter& painter) {
+  painter.drawEllipse(QPointF(10, 10), 7, 7);
+  painter.drawArc(QRectF(3, 7.5, 14, 5), 180 * 16, 180 * 16);
+}
+
+void DrawBox(QPainter& painter) {
+  painter.drawPolygon(
+      QPolygonF({{10, 2.5}, {16.5, 6}, {16.5, 14}, {10, 17.5}, {3.5, 14}, {3.5, 6}}));
+  painter.drawPolyline(QPolygonF({{3.5, 6}, {10, 9.5}, {16.5, 6}}));
+  painter.drawLine(QPointF(10, 9.5), QPointF(10, 17.5));
+}
+
+// The tube of an eyedropper.
+void DrawLike(QPainter& painter, const QColor& ink) {
+  painter.drawPolygon(QPolygonF({{11, 6}, {14, 9}, {6.5, 16.5}, {3.5, 16.5}, {3.5, 13.5}}));
+  QPainterPath head;
+  head.addPolygon(QPolygonF({{10, 5}, {14.5, 2.2}, {17.8, 5.5}, {15, 10}}));
+  head.closeSubpath();
+  painter.fillPath(head, ink);
+}
+
+// A rough line and the edge that it moves to.
+void DrawRefine(QPainter& painter, const QColor& ink) {
+  painter.drawPolyline(QPolygonF({{3, 4}, {7, 7}, {4, 10}, {8, 13}, {5, 17}}));
+  QPainterPath edge;
+  edge.moveTo(15, 3);
+  edge.cubicTo(10.5, 7, 16.5, 13, 13, 17.5);
+  painter.setPen(QPen(ink, 2.2));
+  painter.drawPath(edge);
 }
 
 void DrawTurn(QPainter& painter, const QColor& ink, bool back) {
@@ -130,8 +177,20 @@ void Draw(QPainter& painter, ToolIcon icon, const QColor& ink) {
       return DrawLasso(painter);
     case ToolIcon::kPolygon:
       return DrawPolygon(painter, ink);
-    case ToolIcon::kFlood:
-      return DrawFlood(painter, ink);
+    case ToolIcon::kScribble:
+      return DrawScribble(painter);
+    case ToolIcon::kWand:
+      return DrawWand(painter, ink);
+    case ToolIcon::kScissors:
+      return DrawScissors(painter);
+    case ToolIcon::kSphere:
+      return DrawSphere(painter);
+    case ToolIcon::kBox:
+      return DrawBox(painter);
+    case ToolIcon::kLike:
+      return DrawLike(painter, ink);
+    case ToolIcon::kRefine:
+      return DrawRefine(painter, ink);
     case ToolIcon::kUndo:
     case ToolIcon::kRedo:
       return DrawTurn(painter, ink, icon == ToolIcon::kUndo);
