@@ -214,13 +214,21 @@ std::vector<Vec2> SmoothProfile(const std::vector<Vec2>& points, int steps) {
 
 // ---- Objects ----
 
-void AddRoom(World& world, uint64_t seed, bool bare_walls) {
+void AddFloor(World& world, uint64_t seed, double left, double right, double front, double back) {
   const int floor = world.AddObject("floor", true);
-  const int papered = world.AddObject("wallpaper", true);
-  const int plain = world.AddObject("plain wall", true);
   const int parquet = world.AddMaterial({.albedo = [seed](const TexturePoint& at) {
     return Parquet(at.point.x(), at.point.z(), HashOf(seed, 1));
   }});
+  world.Add(floor, parquet,
+            std::make_unique<Quad>(At(left, 0, back), Vec3(right - left, 0, 0),
+                                   Vec3(0, 0, front - back)));
+}
+
+void AddRoom(World& world, uint64_t seed, bool bare_walls) {
+  constexpr double kLeft = -3.6, kFront = -2.4;
+  AddFloor(world, seed, kLeft, kWallX, kFront, kWallZ);
+  const int papered = world.AddObject("wallpaper", true);
+  const int plain = world.AddObject("plain wall", true);
   Material wallpaper = {.albedo = [seed](const TexturePoint& at) {
     return Wallpaper(at.point.x(), at.point.y(), HashOf(seed, 2));
   }};
@@ -234,10 +242,6 @@ void AddRoom(World& world, uint64_t seed, bool bare_walls) {
   const int wall = world.AddMaterial(std::move(plaster));
   const int white = world.AddMaterial(Plain({0.74, 0.72, 0.67}));
 
-  constexpr double kLeft = -3.6, kFront = -2.4;
-  world.Add(floor, parquet,
-            std::make_unique<Quad>(At(kLeft, 0, kWallZ), Vec3(kWallX - kLeft, 0, 0),
-                                   Vec3(0, 0, kFront - kWallZ)));
   world.Add(papered, paper,
             std::make_unique<Quad>(At(kLeft, kRoomHeight, kWallZ), Vec3(kWallX - kLeft, 0, 0),
                                    Vec3(0, kRoomHeight, 0)));
@@ -479,10 +483,15 @@ void AddPear(World& world, uint64_t seed) {
 
 }  // namespace
 
-World MakeStillLife(uint64_t seed, bool bare_walls) {
+World MakeStillLife(uint64_t seed, Room room) {
   World world;
-  AddRoom(world, seed, bare_walls);
-  AddPicture(world, seed);
+  if (room == Room::kOpen) {
+    constexpr double kReach = 4;
+    AddFloor(world, seed, -kReach, kReach, -kReach, kReach);
+  } else {
+    AddRoom(world, seed, room == Room::kBare);
+    AddPicture(world, seed);
+  }
   AddTable(world, seed);
   AddBall(world);
   AddBox(world);

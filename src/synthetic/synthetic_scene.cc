@@ -33,6 +33,10 @@ int FindObject(const World& world, const std::string& name) {
   throw OptionError("object '" + name + "' is unknown; there are: " + names);
 }
 
+Room RoomOf(const SyntheticOptions& options) {
+  return options.around ? Room::kOpen : options.bare_walls ? Room::kBare : Room::kPapered;
+}
+
 // Small pictures show less of it.
 double LightCoarseness(const SyntheticOptions& options) {
   return std::clamp(640.0 / options.width, 1.0, 4.0);
@@ -75,6 +79,11 @@ void SyntheticOptions::Describe(OptionList& list) {
                   .range = OptionRange::Closed(3, 500),
                   .help = "number of photos, on an arc about the table",
                   .flag = "--views"});
+  list.push_back({.name = "around",
+                  .member = &around,
+                  .help = "cameras all around the table, which then stands in the open, without "
+                          "walls",
+                  .flag = "--around"});
   list.push_back({.name = "point_noise",
                   .member = &point_noise,
                   .range = OptionRange::Closed(0, 10),
@@ -139,7 +148,8 @@ void SyntheticOptions::DescribeFlaws(OptionList& list) {
 
 void SyntheticOptions::Check() const {
   CheckRanges(*this);
-  const World world = albedo.empty() ? World() : MakeStillLife(seed, bare_walls);
+  CheckOption(!around || !bare_walls, "a table in the open has no walls to be bare");
+  const World world = albedo.empty() ? World() : MakeStillLife(seed, RoomOf(*this));
   for (const PaintedObject& painted : albedo) {
     FindObject(world, painted.object);
     for (const float value : painted.color) {
@@ -149,14 +159,14 @@ void SyntheticOptions::Check() const {
 }
 
 synthetic::SyntheticTracer::SyntheticTracer(const SyntheticOptions& options, Monitor& monitor)
-    : world_(MakeStillLife(options.seed, options.bare_walls)),
+    : world_(MakeStillLife(options.seed, RoomOf(options))),
       lighting_(world_, LightCoarseness(options), monitor) {
   RepaintObjects(world_, options, MakeArc(options));  // after the light is baked
 }
 
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor) {
   options.Check();
-  World world = MakeStillLife(options.seed, options.bare_walls);
+  World world = MakeStillLife(options.seed, RoomOf(options));
   const Lighting lighting(world, LightCoarseness(options), monitor);
 
   SyntheticScene scene;

@@ -29,6 +29,7 @@ struct SyntheticOptions {
   std::string preset = "still-life";
   int width = 640, height = 480;  // pixels
   int views = 24;                 // on an arc about the table
+  bool around = false;            // all around it, in the open: no walls
   uint64_t seed = 0;
   double point_noise = 0.5;  // pixels, standard deviation of the sparse points' observations
   int sparse_points = 6000;  // at most; small images carry fewer

@@ -94,7 +94,8 @@ std::vector<PosedCamera> MakeArc(const SyntheticOptions& options) {
   Random random(HashOf(options.seed, 11));
   for (int i = 0; i < options.views; ++i) {
     const double s = options.views > 1 ? double(i) / (options.views - 1) : 0.5;
-    const double azimuth = (-46 + 66 * s) * kPi / 180;
+    const double azimuth =
+        options.around ? 2 * kPi * i / options.views : (-46 + 66 * s) * kPi / 180;
     const double height =
         1.30 + 0.24 * std::sin(2 * kPi * 2.5 * s + 0.6) + random.Uniform(-0.02, 0.02);
     const double distance = 1.92 + 0.12 * std::cos(2 * kPi * 1.5 * s) + random.Uniform(-0.03, 0.03);

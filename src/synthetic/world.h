@@ -102,7 +102,13 @@ class World {
 // Display encoding of linear radiance: exposure, a filmic curve, the sRGB transfer function.
 Vec3 Encode(const Vec3& radiance, double exposure);
 
-// The preset "still-life"; `bare_walls` leaves out the wallpaper.
-World MakeStillLife(uint64_t seed, bool bare_walls);
+enum class Room {
+  kPapered,
+  kBare,  // no wallpaper
+  kOpen,  // no walls, and floor all around
+};
+
+// The preset "still-life".
+World MakeStillLife(uint64_t seed, Room room);
 
 }  // namespace retint::synthetic

@@ -657,5 +657,33 @@ TEST(SyntheticTest, BareWallsHaveNoTextureAndNoPoints) {
   }
 }
 
+TEST(SyntheticTest, CamerasGoAllAroundTheTableInTheOpen) {
+  SyntheticOptions options = TinyOptions();
+  options.views = 6;
+  options.around = true;
+  const SyntheticScene scene = Make(options);
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (const auto& [id, view] : scene.reconstruction.views) {
+    Eigen::Vector3d center = scene.reconstruction.Posed(view).Center();
+    center.y() = 0;
+    center.normalize();
+    // A sixth of a turn from one to the next.
+    if (!before.isZero()) {
+      EXPECT_NEAR(before.dot(center), 0.5, 1e-9);
+    }
+    before = center;
+  }
+  const auto& names = scene.object_names;
+  EXPECT_EQ(std::find(names.begin(), names.end(), "wallpaper"), names.end());
+  const int table = IdOf(scene, "table");
+  for (const SyntheticView& view : scene.views) {
+    const auto& ids = view.object_ids.data;
+    EXPECT_GT(std::count(ids.begin(), ids.end(), uint8_t(table)), int64_t(ids.size() / 20))
+        << view.name;
+  }
+  options.bare_walls = true;
+  EXPECT_THROW(options.Check(), OptionError);
+}
+
 }  // namespace
 }  // namespace retint
