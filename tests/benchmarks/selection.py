@@ -1,14 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Selections of the captures against their true masks: from one view's true mask, from two strokes
-on it, and from a second view that `retint suggest` names, against any second view.
+"""Selections against true masks: from one view's true mask and from three, from strokes on one view,
+and from a second view that `retint suggest` names, against any second view.
 
-Strokes follow from the truth by a rule: inside, the medial axis of its largest part, where that is
-at least a third as deep as at its deepest, 5 pixels wide; outside, a line 5 pixels wide all around
-the truth, a tenth of the picture's smaller side away. Needs NumPy, SciPy and Pillow.
+Scenes are captures and synthetic tables with cameras all around them; every object of a scene is
+painted in three views in turn. A row is one object from one view; the last lines have the median and
+the worst of each scene.
+
+Strokes are drawn at random from the truth: inside, a line between two far points of its deep part,
+by way of its deepest point where the straight one would leave it; outside, an arc of 216 to 324
+degrees along the truth's outline, 5 to 12 % of the picture's smaller side away. Needs NumPy, SciPy
+and Pillow.
 """
 import argparse
 import json
 import pathlib
+import statistics
 import subprocess
 import time
 
@@ -16,12 +22,16 @@ import numpy as np
 from PIL import Image
 from scipy import ndimage
 
-# Scene: painted view, its mask, and the folder of true masks.
-CAPTURES = {
-    "cape": ("IMG_5881.jpg", "truth/IMG_5881.jpg.png", "truth"),
-    "flower": ("012.jpg", "masks/012.jpg.png", "truth"),
-    "fox": ("0025.jpg", "masks/0025.jpg.png", "truth"),
-}
+CAPTURES = {"cape": ["IMG_5881.jpg", "IMG_5921.jpg", "IMG_5961.jpg"],
+            "flower": ["012.jpg", "002.jpg", "022.jpg"],
+            "fox": ["0025.jpg", "0001.jpg"]}
+# Options of `retint synth` beside --around.
+SYNTHETIC = {"around": ["--seed", "3"],
+             "flawed": ["--seed", "5", "--depth-wave", "0.01", "--depth-noise", "0.005",
+                        "--floaters", "1500", "--floater-opacity", "0.3"]}
+OBJECTS = {"ball": ["ball"], "box": ["box"], "table": ["table"], "bonsai": ["pot", "plant"],
+           "pear": ["pear"]}
+LEAST_PIXELS = 60  # of an object in a view that counts
 
 
 def read_mask(path):
@@ -33,92 +43,177 @@ def read_mask(path):
     return np.array(picture.convert("RGB")).max(-1) > 127
 
 
-def strokes(truth):
+def write_mask(path, mask):
+    Image.fromarray((255 * mask).astype(np.uint8)).save(path)
+
+
+def line(a, b):
+    t = np.linspace(0, 1, int(np.abs(np.subtract(a, b)).max()) + 2)[:, None]
+    return np.round(a + t * np.subtract(b, a)).astype(int)
+
+
+def stroke_inside(truth, random, brush):
     parts, _ = ndimage.label(truth)
-    largest = parts == 1 + np.argmax(np.bincount(parts.ravel())[1:])
-    depth = ndimage.distance_transform_edt(largest)
-    slope = np.hypot(*np.gradient(ndimage.gaussian_filter(depth, 2)))
-    axis = largest & (slope < 0.75) & (depth >= depth.max() / 3)
-    inside = ndimage.binary_dilation(axis, iterations=2) & (depth > 3)
-    away = ndimage.distance_transform_edt(~truth) - 0.1 * min(truth.shape)
-    return inside, np.abs(away) < 2.5
+    depth = ndimage.distance_transform_edt(parts == 1 + np.argmax(np.bincount(parts.ravel())[1:]))
+    deepest = np.unravel_index(depth.argmax(), depth.shape)
+    deep, _ = ndimage.label(depth >= 0.45 * depth.max())
+    deep = deep == deep[deepest]
+    ends = np.argwhere(deep)
+    first = ends[random.integers(len(ends))]
+    far = np.argsort(np.hypot(*(ends - first).T))[-max(1, len(ends) // 20):]
+    last = ends[random.choice(far)]
+    points = line(first, last)
+    if deep[tuple(points.T)].mean() < 0.95:
+        points = np.concatenate([line(first, deepest), line(deepest, last)])
+    stroke = np.zeros_like(truth)
+    stroke[tuple(points.T)] = True
+    stroke = ndimage.binary_dilation(stroke, iterations=max(1, brush // 2))
+    return stroke & (ndimage.distance_transform_edt(truth) > 2)
 
 
-class Capture:
-    def __init__(self, options, name):
-        self.view, mask, truth = CAPTURES[name]
-        self.folder = options.data / name
-        self.mask, self.truth = self.folder / mask, self.folder / truth
-        self.work = options.work / name
+def stroke_outside(truth, random, brush):
+    away = random.uniform(0.05, 0.12) * min(truth.shape)
+    ring = np.abs(ndimage.distance_transform_edt(~truth) - away) < brush / 2
+    y, x = np.indices(truth.shape)
+    middle = ndimage.center_of_mass(truth)
+    turn = (np.arctan2(y - middle[0], x - middle[1]) - random.uniform(0, 2 * np.pi)) % (2 * np.pi)
+    return ring & (turn < np.pi * random.uniform(1.2, 1.8))
+
+
+class Object:
+    """An object of a scene with its true masks and the views that are painted in turn."""
+
+    def __init__(self, options, scene, name, folder, truth, views):
+        self.options, self.scene, self.name = options, scene, name
+        self.folder, self.truth, self.views = folder, truth, views
+        self.work = options.work / "found" / f"{scene}-{name}"
         self.work.mkdir(parents=True, exist_ok=True)
-        self.retint = options.retint
-        self.scene = ["--workspace", self.folder, "--splat", self.folder / "splat.ply"]
+        self.files = ["--workspace", folder, "--splat", folder / "splat.ply"]
 
     def run(self, verb, *arguments):
-        command = [self.retint, verb, *map(str, arguments), "--progress", "none"]
+        command = [self.options.retint, verb, *map(str, arguments), "--progress", "none"]
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+    def true_mask(self, view):
+        return self.truth / f"{view}.png"
 
     def painted(self, masks):
         return [part for view, mask in masks for part in ("--view", view, "--mask", mask)]
 
-    def measure(self, what, masks, *more):
-        """Masks of all views from those of a few, and their IoU with the truth."""
-        cloud, found, report = (self.work / f"{what}{end}" for end in (".ply", "", ".json"))
+    def measure(self, what, masks):
+        """IoU of all other views from the masks of a few; prints and returns the mean."""
+        cloud, found, report = (self.work / f"found{end}" for end in (".ply", "", ".json"))
         start = time.time()
-        self.run("select", *self.scene, *self.painted(masks), "--output", cloud)
-        self.run("project", *self.scene, "--cloud", cloud, *self.painted(masks), "--output", found,
-                 *more)
+        self.run("select", *self.files, *self.painted(masks), "--output", cloud)
+        self.run("project", *self.files, "--cloud", cloud, *self.painted(masks), "--output", found)
         seconds = time.time() - start
         self.run("score", "--truth", self.truth, "--masks", found, "--workspace", self.folder,
                  *[part for view, _ in masks for part in ("--painted", view)], "--report", report)
-        for group in json.loads(report.read_text())["groups"]:
-            if group["views"]:
-                iou = group["iou"]
-                print(f"{self.folder.name} {what}, {group['name']}, {group['views']} views: "
-                      f"mean {iou['mean']:.3f}, median {iou['median']:.3f}, "
-                      f"worst {iou['worst']:.3f} {iou['worst_view']}; {seconds:.1f} s", flush=True)
+        groups = {g["name"]: g for g in json.loads(report.read_text())["groups"] if g["views"]}
+        print(f"{self.scene} {self.name} {what} {masks[0][0]}: "
+              + ", ".join(f"{name} {g['iou']['mean']:.3f} (worst {g['iou']['worst']:.3f})"
+                          for name, g in groups.items()) + f"; {seconds:.1f} s", flush=True)
+        return groups["all"]["iou"]["mean"]
 
-    def scribbles(self):
-        pictures = []
-        for name, stroke in zip(("inside", "outside"), strokes(read_mask(self.mask))):
-            pictures.append(self.work / f"{name}.png")
-            Image.fromarray((255 * stroke).astype(np.uint8)).save(pictures[-1])
-        mask = self.work / "scribbled.png"
-        self.run("mask", *self.scene, "--view", self.view, "--scribble", pictures[0],
-                 "--scribble-outside", pictures[1], "--output", mask)
-        found, truth = read_mask(mask), read_mask(self.mask)
-        print(f"{self.folder.name} scribbles, the view itself: "
-              f"{(found & truth).sum() / (found | truth).sum():.3f}", flush=True)
-        self.measure("scribbles", [(self.view, mask)])
+    def one(self):
+        return [self.measure("one", [(view, self.true_mask(view))]) for view in self.views]
+
+    def three(self):
+        return [self.measure("three", [(v, self.true_mask(v)) for v in self.views[:3]])]
+
+    def strokes(self):
+        """The painted view's own mask, and with --lift the other views from it."""
+        values = []
+        for view in self.views:
+            truth = read_mask(self.true_mask(view))
+            brush = max(3, round(0.01 * min(truth.shape)))
+            for seed in range(self.options.strokes):
+                random = np.random.default_rng(seed)
+                inside, outside, mask = (self.work / f"{n}.png" for n in ("in", "out", "mask"))
+                write_mask(inside, stroke_inside(truth, random, brush))
+                write_mask(outside, stroke_outside(truth, random, brush))
+                self.run("mask", *self.files, "--view", view, "--scribble", inside,
+                         "--scribble-outside", outside, "--output", mask)
+                found = read_mask(mask)
+                own = (found & truth).sum() / (found | truth).sum()
+                print(f"{self.scene} {self.name} strokes {view} {seed}: {own:.3f}", flush=True)
+                if self.options.lift and found.any():
+                    own = self.measure(f"strokes {seed}", [(view, mask)])
+                values.append(own)
+        return values
 
     def suggestion(self):
-        report = self.work / "suggest.json"
-        self.run("suggest", *self.scene, "--view", self.view, "--mask", self.mask, "--report", report)
+        view = self.views[0]
+        first, report = (view, self.true_mask(view)), self.work / "suggest.json"
+        self.run("suggest", *self.files, *self.painted([first]), "--report", report)
         order = [one["view"] for one in json.loads(report.read_text())["views"]]
-        known = [view for view in order if (self.truth / f"{view}.png").exists()]
+        known = [name for name in order if self.true_mask(name).exists()]
         if len(known) < 8:
-            return
-        one = (self.view, self.mask)
-        for what, view in [("suggested", known[0])] + [
+            return []
+        for what, name in [("suggested", known[0])] + [
                 (f"second {i}", known[i * len(known) // 4]) for i in (1, 2, 3)]:
-            self.measure(what, [one, (view, self.truth / f"{view}.png")])
+            self.measure(f"{what} {name}", [first, (name, self.true_mask(name))])
+        return []
+
+
+def capture(options, scene):
+    folder, truth = options.data / scene, options.work / "truth" / scene
+    truth.mkdir(parents=True, exist_ok=True)
+    for file in [*(folder / "truth").glob("*.png"), *(folder / "masks").glob("*.png")]:
+        write_mask(truth / file.name, read_mask(file))
+    return [Object(options, scene, scene, folder, truth, CAPTURES[scene])]
+
+
+def synthetic(options, scene):
+    folder = options.work / scene
+    if not (folder / "splat.ply").exists():
+        subprocess.run([options.retint, "synth", "--output", folder, "--around", "--width", "400",
+                        "--height", "300", "--views", "24", *SYNTHETIC[scene], "--quiet"],
+                       check=True)
+    lines = (folder / "truth" / "objects.txt").read_text().splitlines()
+    ids = {name: int(number) for number, name in (entry.split(" ", 1) for entry in lines)}
+    objects = []
+    for name in options.objects.split(","):
+        truth = options.work / "truth" / f"{scene}-{name}"
+        truth.mkdir(parents=True, exist_ok=True)
+        views = []
+        for file in sorted((folder / "truth" / "objects").glob("*.png")):
+            mask = np.isin(np.array(Image.open(file)), [ids[part] for part in OBJECTS[name]])
+            if mask.sum() < LEAST_PIXELS:
+                continue
+            write_mask(truth / file.name, mask)
+            views.append(file.name[:-len(".png")])
+        painted = [views[i * len(views) // 24] for i in (1, 9, 17)]
+        objects.append(Object(options, scene, name, folder, truth, painted))
+    return objects
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--retint", default="retint")
-    parser.add_argument("--data", type=pathlib.Path, required=True, help="folder of the captures")
+    parser.add_argument("--data", type=pathlib.Path, help="folder of the captures")
     parser.add_argument("--work", type=pathlib.Path, required=True, help="folder for what is made")
-    parser.add_argument("--scenes", default=",".join(CAPTURES))
-    parser.add_argument("--what", default="mask,scribbles,suggestion")
+    parser.add_argument("--scenes", default=",".join([*SYNTHETIC, *CAPTURES]))
+    parser.add_argument("--objects", default=",".join(OBJECTS), help="of the synthetic scenes")
+    parser.add_argument("--what", default="one,three,strokes,suggestion")
+    parser.add_argument("--strokes", type=int, default=2, help="pairs of strokes on each view")
+    parser.add_argument("--lift", action="store_true",
+                        help="strokes: all other views too, not the painted one alone")
+    parser.add_argument("--limit", type=float, default=float("inf"),
+                        help="seconds after which nothing more is started")
     options = parser.parse_args()
-    for name in options.scenes.split(","):
-        capture = Capture(options, name)
-        for what in options.what.split(","):
-            if what == "mask":
-                capture.measure("mask", [(capture.view, capture.mask)])
-            else:
-                getattr(capture, what)()
+    end, found = time.time() + options.limit, {}
+    for scene in options.scenes.split(","):
+        if scene in CAPTURES and options.data is None:
+            parser.error(f"scene '{scene}' needs --data")
+        for thing in (synthetic if scene in SYNTHETIC else capture)(options, scene):
+            for what in options.what.split(","):
+                if time.time() < end:
+                    found.setdefault((scene, what), []).extend(getattr(thing, what)())
+    for (scene, what), values in found.items():
+        if values:
+            print(f"{scene}, {what}, {len(values)}: median {statistics.median(values):.3f}, "
+                  f"worst {min(values):.3f}")
 
 
 if __name__ == "__main__":
