@@ -222,13 +222,6 @@ class ShareRenderer {
     const double half = 0.5 * std::min(options.share_threshold, 1 - options.share_threshold);
     scale_ = 0.5 / half;
     offset_ = 0.5 - scale_ * options.share_threshold;
-    if (!backend_.IsHost()) return;  // a device draws a tile sooner than the host asks which
-    // W m is a mean of shares: where none is above the value at which the mask begins, it is empty.
-    constexpr double kRounding = 1e-3;
-    const double begins = (1 - kRounding) * -offset_ / scale_;
-    std::vector<uint8_t> flags(shares.size());
-    for (size_t g = 0; g < flags.size(); ++g) flags[g] = shares[g] >= begins;
-    inside_ = backend_.Upload(std::span<const uint8_t>(flags));
   }
 
   // Queues a view's mask, [H, W].
@@ -242,13 +235,7 @@ class ShareRenderer {
     blend.features = features;
     blend.channels = 1;
     blend.image = backend_.Grow(image_, pixels);
-    std::vector<int32_t> tiles;
-    if (!inside_.empty()) {
-      tiles = backend_.blend().TouchedTiles(*geometry, inside_.data());
-      blend.tiles = {tiles.data(), tiles.size()};
-      backend_.Fill(blend.image, 0, pixels * sizeof(float));
-    }
-    if (inside_.empty() || !tiles.empty()) backend_.blend().Blend(*geometry, blend);
+    backend_.blend().Blend(*geometry, blend);
     auto mask = backend_.Allocate<uint8_t>(pixels);
     backend_.mask().MakeMask(
         {blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
@@ -259,7 +246,6 @@ class ShareRenderer {
   Renderer& renderer_;
   Backend& backend_;
   Buffer<float> shares_, features_, image_;
-  Buffer<uint8_t> inside_;  // [N] whether a mask can begin there; empty: not looked at
   double scale_, offset_;
 };
 
