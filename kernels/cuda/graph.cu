@@ -15,14 +15,17 @@ namespace {
 
 namespace cg = cooperative_groups;
 
-constexpr int kThreads = 256;
-constexpr int kRowLanes = 8;  // side by side, they share the edges of a node
+constexpr int kThreads = 1024;  // few blocks, since all of them wait for each other
+constexpr int kRowLanes = 8;    // side by side, they share the edges of a node
 constexpr int kSums = 3;
 
-// Vectors of the iteration, [nodes] each: the residual, the same scaled by the diagonal, its
-// product with the matrix, the direction, the direction's product, and 1 / the diagonal.
+// Vectors of the iteration, [nodes] each: the residual, its product (scaled) with the matrix, the
+// direction, the direction's product, 1 / the diagonal, and the residual scaled by the diagonal.
+// That one is read at random, and as floats, rounded before anything is made of them, it fits the
+// cache better.
 struct Vectors {
-  double *residual, *scaled, *product, *direction, *applied, *inverse;
+  double *residual, *product, *direction, *applied, *inverse;
+  float* scaled;
 };
 
 // sum_e w_e x_other over the edges of `row`, and of the weights alone; the same for all lanes of
@@ -30,12 +33,13 @@ struct Vectors {
 struct RowSums {
   double of_x, of_weights;
 };
-__device__ RowSums SumRow(const SolveGraphParams& params, int row, const double* x) {
+template <typename T>
+__device__ RowSums SumRow(const SolveGraphParams& params, int row, const T* x) {
   RowSums sums{0, 0};
   const int end = params.begin[row + 1];
   for (int e = params.begin[row] + int(threadIdx.x) % kRowLanes; e < end; e += kRowLanes) {
     const double weight = params.weight[e];
-    sums.of_x += weight * x[params.other[e]];
+    sums.of_x += weight * double(x[params.other[e]]);
     sums.of_weights += weight;
   }
   for (int offset = kRowLanes / 2; offset > 0; offset /= 2) {
@@ -87,7 +91,7 @@ __global__ void __launch_bounds__(kThreads)
     const double pull = params.pull[row], diagonal = params.trust[row] + sums.of_weights;
     v.residual[row] = pull - (diagonal * params.x[row] - sums.of_x);
     v.inverse[row] = 1 / diagonal;
-    v.scaled[row] = v.residual[row] / diagonal;
+    v.scaled[row] = float(v.residual[row] / diagonal);
     own[0] += pull * pull;
   }
   StoreParts(own, parts);
@@ -106,7 +110,7 @@ __global__ void __launch_bounds__(kThreads)
       const RowSums of = SumRow(params, at, v.scaled);
       if (!is_first || row >= nodes) continue;
       const double scaled = v.scaled[row], residual = v.residual[row];
-      const double product = scaled / v.inverse[row] - of.of_x;
+      const double product = scaled * (params.trust[row] + of.of_weights) - of.of_x;
       v.product[row] = product;
       mine[0] += residual * scaled;
       mine[1] += product * scaled;
@@ -123,14 +127,14 @@ __global__ void __launch_bounds__(kThreads)
     // The same for every thread, so that all leave together.
     if (!(sums[2] > limit) || iteration == params.max_iterations || !isfinite(alpha)) break;
     for (int i = thread; i < nodes; i += threads) {
-      const double direction = v.scaled[i] + (is_start ? 0 : beta * v.direction[i]);
+      const double direction = double(v.scaled[i]) + (is_start ? 0 : beta * v.direction[i]);
       const double applied = v.product[i] + (is_start ? 0 : beta * v.applied[i]);
       v.direction[i] = direction;
       v.applied[i] = applied;
       params.x[i] += alpha * direction;
       const double residual = v.residual[i] - alpha * applied;
       v.residual[i] = residual;
-      v.scaled[i] = residual * v.inverse[i];
+      v.scaled[i] = float(residual * v.inverse[i]);
     }
     grid.sync();
   }
@@ -161,10 +165,11 @@ int CudaGraphOps::DoSolveGraph(const SolveGraphParams& params) {
   if (params.nodes == 0) return 0;
   const unsigned blocks = BlocksUpTo(BlocksTogether(), params.nodes * kRowLanes, kThreads);
   const auto nodes = size_t(params.nodes);
-  const Scratch<double> memory(stream_, 6 * nodes), parts(stream_, size_t(kSums) * blocks);
+  const Scratch<float> scaled(stream_, nodes);
+  const Scratch<double> memory(stream_, 5 * nodes), parts(stream_, size_t(kSums) * blocks);
   const Scratch<int> iterations(stream_, 1);
   double* const at = memory.data();
-  Vectors vectors{at, at + nodes, at + 2 * nodes, at + 3 * nodes, at + 4 * nodes, at + 5 * nodes};
+  Vectors vectors{at, at + nodes, at + 2 * nodes, at + 3 * nodes, at + 4 * nodes, scaled.data()};
   SolveGraphParams given = params;
   double* parts_at = parts.data();
   int* iterations_at = iterations.data();

@@ -2,6 +2,7 @@
 #include "selection/completion.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
@@ -169,20 +170,29 @@ class Completer {
     std::vector<uint8_t> reached(count_, 0);
     std::vector<int> open = Members(true);
     for (const int g : open) reached[size_t(g)] = 1;
+    constexpr size_t kOpen = 512;  // nodes a task
     while (!open.empty()) {
-      const int g = open.back();
-      open.pop_back();
-      for (size_t e = edges_.begin[size_t(g)]; e < edges_.begin[size_t(g) + 1]; ++e) {
-        const auto other = size_t(edges_.other[e]);
-        if (reached[other] || edges_.weight[e] < kConnected || (*solved)[other].share < kHalf)
-          continue;
-        reached[other] = 1;
-        open.push_back(int(other));
-      }
+      // Whoever reaches a node first, all that are connected are reached in the end.
+      std::vector<std::vector<int>> found((open.size() + kOpen - 1) / kOpen);
+      ParallelTasks(int64_t(found.size()), [&](size_t part) {
+        const size_t end = std::min(open.size(), (part + 1) * kOpen);
+        for (size_t i = part * kOpen; i < end; ++i) {
+          const auto g = size_t(open[i]);
+          for (size_t e = edges_.begin[g]; e < edges_.begin[g + 1]; ++e) {
+            const auto other = size_t(edges_.other[e]);
+            if (edges_.weight[e] < kConnected || (*solved)[other].share < kHalf) continue;
+            const std::atomic_ref<uint8_t> mark(reached[other]);
+            if (mark.load(std::memory_order_relaxed) || mark.exchange(1)) continue;
+            found[part].push_back(int(other));
+          }
+        }
+      });
+      open.clear();
+      for (const auto& part : found) open.insert(open.end(), part.begin(), part.end());
     }
-    for (size_t g = 0; g < count_; ++g) {
+    Each(count_, [&](size_t g) {
       if (!reached[g] && (*solved)[g].share >= kHalf) (*solved)[g].share = 0;
-    }
+    });
   }
 
   Backend* backend_;
