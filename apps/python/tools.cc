@@ -28,8 +28,8 @@ py::dict AlignSplat(const PyWorkspace& workspace, const PySplat& splat, const st
   const AlignResult result = call.Run([&](Monitor& monitor) {
     Workspace own = *workspace.data;
     own.UndistortViews();
-    return Align(OpenBackend(backend), own, *splat.data, FindTransformFiles(own.root, {}), options,
-                 monitor);
+    return Align(OpenBackend(backend), own, *splat.data,
+                 FindTransformFiles(own.root, own.root / "splat"), options, monitor);
   });
   py::dict dict = FromJson(WorldFromSplatToJson(result.world_from_splat));
   dict["source"] = result.source;
