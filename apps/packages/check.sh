@@ -49,10 +49,10 @@ else
   mmdebstrap --quiet --variant=apt --mode=root bookworm "$work/fresh" || { echo "check.sh: no fresh Debian" >&2; exit 1; }
   cp "${packages[@]}" "$work/try.sh" "$work/fresh/tmp"
   inside() { chroot "$work/fresh" env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root "$@"; }
+  inside apt-get -q update
   inside sh -c 'apt-get -q install -y --no-install-recommends /tmp/*.deb'
   inside sh /tmp/try.sh
   inside python3 -c 'import retint; print("Python module", retint.__version__)'
-  # Its translations and manuals are left out of a fresh system of this kind, its lists of files are not.
   inside dpkg --audit
   inside sh -c 'dpkg -L retint | grep -q man1/retint.1.gz && dpkg -L retint-viewer | grep -q man1/retint-viewer.1.gz'
   echo "right: they install on a fresh Debian 12 and work there"
