@@ -181,14 +181,15 @@ class SelectionToolsTest : public CanvasFixture {
     Key(Qt::Key_I);
     QCOMPARE(canvas_->tool(), SelectionTool::kScissors);
     QSignalSpy accepted(canvas_.get(), &SelectionCanvas::acceptRequested);
-    // On the disc's border; the triangle between them is a half of it.
-    for (const QPoint at : {At(kX - 24, kY), At(kX, kY - 24), At(kX + 24, kY)}) Click(at);
+    // On the disc's border; the square between them is two thirds of it.
+    const QPoint corners[] = {At(kX - 24, kY), At(kX, kY - 24), At(kX + 24, kY), At(kX, kY + 24)};
+    for (const QPoint& at : corners) Click(at);
     QVERIFY(Settled());
     QVERIFY2(Iou() > 0.9, qPrintable(QString::number(Iou())));
-    Key(Qt::Key_Backspace);  // two points are no outline
+    for (int i = 0; i < 2; ++i) Key(Qt::Key_Backspace);  // two points are no outline
     QVERIFY(Settled());
     QCOMPARE(Inside(), size_t{0});
-    Click(At(kX + 24, kY));
+    Click(corners[2]), Click(corners[3]);
     Key(Qt::Key_Return);
     QCOMPARE(accepted.count(), 0);
     QVERIFY(Settled());
