@@ -265,29 +265,28 @@ QString SelectionCanvas::Hint() const {
                tr("  ·  Shift adds it to what is selected");
       }
       if (scribbles_.size() == 1 && !scribbles_[0].outside) {
-        return tr("Is too much selected? Draw with Ctrl on what is not the object") +
-               tr("  ·  Enter accepts");
+        return tr("Too much? Draw with Ctrl on what is not the object") + tr("  ·  Enter accepts");
       }
-      return tr("Draw on what is missing, with Ctrl on what is too much") +
+      return tr("Draw what is missing, with Ctrl what is too much") +
              tr("  ·  Ctrl+Z takes a stroke back  ·  Enter accepts");
     case SelectionTool::kWand:
-      return tr("Click a surface of one color, drag right or left for more or less") + combine;
+      return tr("Click a surface; drag right for more, left for less") + combine;
     case SelectionTool::kScissors:
-      if (corners == 0) return tr("Click on the outline, then on along it: it follows the edges");
+      if (corners == 0) return tr("Click on the outline, then along it  ·  it follows the edges");
       if (corners < 3) {
         return tr("Click on along the outline, three points at least") +
                tr("  ·  Backspace takes one back");
       }
       return tr("Click on, double-click or Enter closes  ·  Backspace takes one back");
     case SelectionTool::kSphere:
-      return tr("Press on the object's surface and drag as far as the sphere reaches") + combine;
+      return tr("Press on the object and drag the sphere's radius") + combine;
     case SelectionTool::kBox:
-      return tr("Drag across the object: the box holds the surface under the cursor") + combine;
+      return tr("Drag across the object  ·  the box holds what was under the cursor") + combine;
     case SelectionTool::kLike:
-      return tr("Click a color: of what is selected, what has this color stays") +
+      return tr("Click a color that stays of what is selected") +
              tr("  ·  drag right or left for more or less  ·  Shift adds, Ctrl removes");
     case SelectionTool::kRefine:
-      return tr("Drag along the border: it moves to the edges under the brush") +
+      return tr("Drag along the border: it moves to the edges") +
              tr("  ·  [ ] size  ·  Shift+F: the whole border");
   }
   return {};
