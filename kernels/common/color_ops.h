@@ -89,47 +89,55 @@ RETINT_HD void AdjustColor(const float* values, float* color) {
 }
 
 // Gives a surface of one main color another: the dichromatic model of reflection (Shafer 1985) in
-// linear light. A pixel l is taken apart into l = k A + s 1 + r: k of the main color A (body,
-// shading included), s of white (gloss, or a paler spot), and the rest r (tinted light, texture of
-// other hues). It becomes k B + s 1 + r B / A. What is brighter than any body color of the region
-// counts as gloss.
-// values: A; B; r's factors B / A, bounded; n / (|n|^2 + ridge), n = 1 - A (A.1) / |A|^2, for s >=
-// 0; the same for s < 0 over that for s >= 0; 1 / |A|^2; k above which the excess is gloss; share
-// of the lightness that is kept; factor of s < 0; share of the largest chroma above which chroma is
-// compressed, so that what no screen shows keeps its shading.
+// the scene's light. A pixel is gloss, which is white, and body: shade times the main color, where
+// texture and tinted light make the channels differ from it. Gloss stays, shade (the body's
+// luminance over the main color's) multiplies the target, and the channels differ by a power of
+// what they did.
+// Gloss is told by the channels that the main color absorbs; a small share of it may as well be a
+// paler texture, and counts less. What is brighter than any body of the region counts as gloss.
+// values: main color over its luminance; target; (1 - p) / |1 - p|^2, p the projection of white
+// onto the main color; how far gloss can be told, 0 to 1; luminances of main color and target;
+// exponent of the differences; shade above which the excess is gloss; share of the lightness that
+// is kept.
 RETINT_HD void RecolorColor(const float* values, float* color) {
-  const float* from = values;
-  const float* to = values + 3;
-  const float* ratio = values + 6;
-  const float* white = values + 9;
-  float in[3], dot = 0, sum = 0, gloss = 0;
+  constexpr float kSureGloss = 0.5f;  // share of a pixel's luminance from which it is gloss alone
+  constexpr float kLeast = 1e-6f, kLeastRatio = 1e-3f;
+  const float* base = values;
+  const float* target = values + 3;
+  const float* white = values + 6;
+  const float from = values[10], to = values[11], limit = values[13];
+  float body[3], gloss = 0;
   for (int c = 0; c < 3; ++c) {
-    in[c] = LinearFromSrgb(color[c]);
-    dot += in[c] * from[c];
-    sum += from[c];
-    gloss += in[c] * white[c];
+    body[c] = SceneFromDisplay(LinearFromSrgb(color[c])) / from;
+    gloss += body[c] * white[c];
   }
-  if (gloss < 0) gloss *= values[12];
-  const float body = (dot - gloss * sum) * values[13];
-  float rest[3];
-  for (int c = 0; c < 3; ++c) rest[c] = in[c] - body * from[c] - gloss;
-  // From `limit` on, a quarter of it more at most; the excess is as bright in white.
-  const float limit = values[14], room = 0.25f * limit;
-  float shade = body, added = gloss < 0 ? gloss * values[16] : gloss;
-  if (body > limit && room > 0) {
-    shade = limit + room * tanhf((body - limit) / room);
-    added += (body - shade) * sum * (1.0f / 3);
+  gloss = fmaxf(fminf(gloss, fminf(body[0], fminf(body[1], body[2]))), 0.0f);
+  gloss *= values[9] * SmoothStep(0, kSureGloss, gloss / fmaxf(Luminance(body), kLeast));
+  for (int c = 0; c < 3; ++c) body[c] -= gloss;
+  const float shade = fmaxf(Luminance(body), kLeast);
+  float fitted = shade;
+  if (shade > limit) {  // at most a quarter more
+    fitted = limit * (1 + 0.25f * tanhf(4 * (shade / limit - 1)));
+    gloss += shade - fitted;
   }
   float out[3];
   for (int c = 0; c < 3; ++c) {
-    out[c] = SrgbFromLinear(shade * to[c] + added + rest[c] * ratio[c]);
+    out[c] = target[c] * powf(fmaxf(body[c] / (shade * base[c]), kLeastRatio), values[12]);
   }
-  OkLab lab = OkLabFromSrgb(out);
-  if (values[15] > 0) {
-    lab.lightness += values[15] * (OkLabFromSrgb(color).lightness - lab.lightness);
+  const float scale = fitted * to / fmaxf(Luminance(out), kLeast);
+  for (int c = 0; c < 3; ++c) {
+    out[c] = SrgbFromLinear(DisplayFromScene(scale * out[c] + gloss * from));
   }
-  CompressChroma(values[17], &lab);
-  SrgbFromOkLab(lab, color);
+  const bool fits = out[0] <= 1 && out[1] <= 1 && out[2] <= 1;
+  if (values[14] > 0 || !fits) {
+    OkLab lab = OkLabFromSrgb(out);
+    if (values[14] > 0) {
+      lab.lightness += values[14] * (OkLabFromSrgb(color).lightness - lab.lightness);
+    }
+    CompressChroma(1, &lab);
+    SrgbFromOkLab(lab, out);
+  }
+  for (int c = 0; c < 3; ++c) color[c] = out[c];
 }
 
 // Colors by lightness, `size` of them from black to white, linearly between.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// sRGB (IEC 61966-2-1) and OKLab (B. Ottosson 2020), extended to values below 0 as odd functions.
+// sRGB (IEC 61966-2-1), OKLab (B. Ottosson 2020) and a camera's tone curve, extended to values
+// below 0 as odd functions.
 #pragma once
 
 #include <cmath>
@@ -18,6 +19,30 @@ RETINT_HD float SrgbFromLinear(float x) {
   const float y = fabsf(x);
   const float encoded = y <= 0.0031308f ? 12.92f * y : 1.055f * powf(y, 1 / 2.4f) - 0.055f;
   return copysignf(encoded, x);
+}
+
+// Cameras compress bright light before they encode it. As most do not tell their curve, a usual one
+// stands for all: y = x (1 + x / w^2) / (1 + x) (E. Reinhard et al. 2002, equation 4), with the
+// light w that becomes the display's white five stops above a middle gray of 0.18.
+inline constexpr float kSceneWhite = 6;
+
+// The scene's light from the display's (linear, 1 is white), per channel, and back.
+RETINT_HD float SceneFromDisplay(float display) {
+  const float y = fabsf(display), room = 1 - y;
+  const float root = sqrtf(room * room + 4 * y / (kSceneWhite * kSceneWhite));
+  const float x = y <= 1 ? 2 * y / (room + root)  // the same number; either loses no digits
+                         : 0.5f * kSceneWhite * kSceneWhite * (root - room);
+  return copysignf(x, display);
+}
+
+RETINT_HD float DisplayFromScene(float scene) {
+  const float x = fabsf(scene);
+  return copysignf(x * (1 + x / (kSceneWhite * kSceneWhite)) / (1 + x), scene);
+}
+
+// Rec. 709, of linear light.
+RETINT_HD float Luminance(const float* rgb) {
+  return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
 }
 
 struct OkLab {

@@ -137,37 +137,45 @@ void CompileAdjust(const ColorOperation& op, ColorOp& out) {
 
 // See RecolorColor.
 void CompileRecolor(const ColorOperation& op, ColorOp& out) {
-  // A pale main color differs little from white: there a large ridge lets shading and light of
-  // another color count as body, not as gloss. Less than no gloss is hardly ever meant.
-  constexpr float kRidge = 0.02f, kPaleRidge = 0.3f, kNegativeRidge = 10;
-  constexpr float kPale = 0.1f, kColored = 0.4f;  // of the squared distance from white
-  constexpr float kLeast = 1e-3f;     // of the main color, so that black can be recolored
-  constexpr float kMostRatio = 1;     // of B / A: what is no body color is not magnified
-  constexpr float kMostLight = 1.1f;  // times the brightest body color measured
+  constexpr float kLeast = 1e-3f;  // of the main color, so that black can be recolored
+  // A pale main color is too near to white for gloss to be told from pale texture.
+  constexpr float kPale = 0.3f, kColored = 0.8f;  // squared distances of white from it
+  constexpr float kHueVariation = 0.2f;           // exponent
+  constexpr float kMostLight = 1.5f;              // times the brightest body color measured
+  constexpr float kGrayChroma = 1e-3f;
   if (!op.IsSet("from")) throw OptionError("recolor: the region's main color was not measured");
-  const Eigen::Vector3f from = LinearOf(op.Get("from")).cwiseMax(kLeast);
-  const Eigen::Vector3f to = LinearOf(op.Get("to"));
-  const float square = from.squaredNorm();
-  const Eigen::Vector3f white = Eigen::Vector3f::Ones() - from * (from.sum() / square);
+  const auto scene = [](const Eigen::Vector3f& display) {
+    return Eigen::Vector3f(display.unaryExpr([](float y) { return SceneFromDisplay(y); }));
+  };
+  const Eigen::Vector3f shown = LinearOf(op.Get("from"));
+  const Eigen::Vector3f from = scene(shown).cwiseMax(kLeast), to = scene(LinearOf(op.Get("to")));
+  const float luminance = Luminance(from.data());
+  const Eigen::Vector3f main = from / luminance;
+  const Eigen::Vector3f white = Eigen::Vector3f::Ones() - main * (main.sum() / main.squaredNorm());
   const float distance = white.squaredNorm();
-  const float ridge = kPaleRidge + (kRidge - kPaleRidge) * SmoothStep(kPale, kColored, distance);
-  const float brightest = op.IsSet("brightest") ? op.Get("brightest")[0] : 100.0f;
+  // A gray target takes no hues, a pale one takes paler ones.
+  const auto chroma = [](const Eigen::Vector3f& color) {
+    const OkLab lab = OkLabFromLinear(color.data());
+    return std::hypot(lab.a, lab.b);
+  };
+  const float paler = std::min(chroma(to) / std::max(chroma(from), kGrayChroma), 1.0f);
+  float limit = 1e6f;
+  if (op.IsSet("brightest")) {
+    const Eigen::Vector3f brightest = scene((op.Get("brightest")[0] * shown).cwiseMin(1.0f));
+    limit = kMostLight * std::max(Luminance(brightest.data()) / luminance, 1.0f);
+  }
   out.code = ColorOpCode::kRecolor;
   for (int c = 0; c < 3; ++c) {
-    out.values[c] = from[c];
+    out.values[c] = main[c];
     out.values[3 + c] = to[c];
-    out.values[6 + c] = std::min(to[c] / from[c], kMostRatio);
-    out.values[9 + c] = white[c] / (distance + ridge);
+    out.values[6 + c] = white[c] / std::max(distance, kLeast);
   }
-  out.values[12] = (distance + ridge) / (distance + kNegativeRidge);
-  out.values[13] = 1 / square;
-  out.values[14] = kMostLight * brightest;
-  out.values[15] = op.Get("keep_lightness")[0];
-  out.values[16] = std::min(to.minCoeff() / from.minCoeff(), 1.0f);
-  // The target itself is never compressed.
-  constexpr float kKnee = 0.8f;
-  const float reach = GamutReach(OkLabFromSrgb(op.Get("to").data()), 1 / kKnee);
-  out.values[17] = std::min(1 / reach, 1.0f);
+  out.values[9] = SmoothStep(kPale, kColored, distance);
+  out.values[10] = luminance;
+  out.values[11] = Luminance(to.data());
+  out.values[12] = kHueVariation * paler;
+  out.values[13] = limit;
+  out.values[14] = op.Get("keep_lightness")[0];
 }
 
 // Between the stops straight in OKLab.

@@ -24,9 +24,9 @@ struct Paint {
   float alpha = 0;
 };
 
-float Luminance(const float* rgb) {
-  return 0.2126f * LinearFromSrgb(rgb[0]) + 0.7152f * LinearFromSrgb(rgb[1]) +
-         0.0722f * LinearFromSrgb(rgb[2]);
+float LightOf(const float* rgb) {
+  const float linear[3] = {LinearFromSrgb(rgb[0]), LinearFromSrgb(rgb[1]), LinearFromSrgb(rgb[2])};
+  return Luminance(linear);
 }
 
 // The layer at a position of its view, bilinear; nothing outside.
@@ -66,7 +66,7 @@ float LuminanceAt(const Image& image, double x, double y) {
     const int px = std::min(left + i % 2, image.width - 1);
     const int py = std::min(top + i / 2, image.height - 1);
     const float weight = (i % 2 ? fu : 1 - fu) * (i / 2 ? fv : 1 - fv);
-    sum += weight * Luminance(&image.data[image.Index(px, py)]);
+    sum += weight * LightOf(&image.data[image.Index(px, py)]);
   }
   return sum;
 }
@@ -278,7 +278,7 @@ void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& 
       const size_t p = mask.Index(x, y);
       carried.paint[p] = paint;
       carried.weight[p] = float(cosine * cosine);
-      carried.here.data[p] = Luminance(&own.rgb.data[3 * p]);
+      carried.here.data[p] = LightOf(&own.rgb.data[3 * p]);
       carried.there.data[p] = LuminanceAt(source.render, (*at)[0], (*at)[1]);
     }
   });

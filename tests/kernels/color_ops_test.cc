@@ -20,6 +20,19 @@ TEST(ColorSpacesTest, EncodesAsTheStandardSays) {
   }
 }
 
+TEST(ColorSpacesTest, ToneCurveIsReinhards) {
+  // Equation 4 of the paper in double precision; floats have seven digits.
+  for (const double x : {0.001, 0.18, 1.0, 6.0, 9.0}) {
+    const double y = x * (1 + x / 36) / (1 + x);
+    EXPECT_NEAR(DisplayFromScene(float(x)), y, 1e-6 * y);
+    // The curve is flat at its top, where an error of the display's light grows twelvefold.
+    EXPECT_NEAR(SceneFromDisplay(float(y)), x, 1e-5 * x);
+  }
+  EXPECT_NEAR(DisplayFromScene(kSceneWhite), 1, 1e-6);
+  EXPECT_EQ(SceneFromDisplay(0), 0);
+  EXPECT_EQ(SceneFromDisplay(-0.5f), -SceneFromDisplay(0.5f));
+}
+
 TEST(ColorSpacesTest, GivesThePublishedOkLab) {
   // B. Ottosson, "A perceptual color space for image processing" (2020): pairs of XYZ and OKLab of
   // three decimals.

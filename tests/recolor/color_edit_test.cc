@@ -155,10 +155,14 @@ ColorOperation Recolor(const Vector3f& from, const Vector3f& to, float keep = 0)
                               {to[0], to[1], to[2], keep, from[0], from[1], from[2], 1.5f});
 }
 
-// A color in `light` of its own, in linear light, with `gloss` of white.
+float SceneOf(float encoded) { return SceneFromDisplay(LinearFromSrgb(encoded)); }
+
+// A color in `light` of its own, in the scene's light, with `gloss` of white.
 Vector3f Lit(const Vector3f& color, float light, float gloss = 0) {
   Vector3f lit;
-  for (int c = 0; c < 3; ++c) lit[c] = SrgbFromLinear(light * LinearFromSrgb(color[c]) + gloss);
+  for (int c = 0; c < 3; ++c) {
+    lit[c] = SrgbFromLinear(DisplayFromScene(light * SceneOf(color[c]) + gloss));
+  }
   return lit;
 }
 
@@ -180,10 +184,9 @@ TEST(ColorEditTest, RecolorKeepsShadingAndHighlights) {
   for (const float light : {0.2f, 0.5f, 1.0f, 1.15f}) {
     ExpectColor(edit.Apply(Lit(yellow, light)), Lit(blue, light), 0.02f);
   }
-  // Gloss adds the same white to either; the last lies beyond the brightest body color, and its
-  // chroma is drawn into the gamut.
-  for (const float gloss : {0.1f, 0.4f}) {
-    ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.05f);
+  // Gloss adds the same white to either. From half of the light on it is gloss alone.
+  for (const float gloss : {0.8f, 2.0f}) {
+    ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.02f);
   }
   const Vector3f highlight = edit.Apply({1, 1, 1});
   EXPECT_GT(highlight.minCoeff(), 0.9f);
@@ -204,6 +207,32 @@ TEST(ColorEditTest, RecolorStaysInTheGamutAndKeepsVariation) {
     EXPECT_GT(Lab(color).lightness, 1.02f * last) << light;
     last = Lab(color).lightness;
   }
+}
+
+// Where white hardly differs from the main color, a paler and a darker pattern stay a pattern, and
+// only what outshines the surface stays white.
+TEST(ColorEditTest, RecolorTakesPalePatternsForTheSurface) {
+  const Vector3f cream(0.75f, 0.7f, 0.62f), blue(0.1f, 0.2f, 0.6f);
+  const CompiledEdit edit(Edit({Recolor(cream, blue)}));
+  for (const float light : {0.5f, 1.5f}) {
+    const Vector3f pattern = Lit({0.7f, 0.7f, 0.7f}, light);
+    const Vector3f edited = edit.Apply(pattern);
+    EXPECT_NEAR(Hue(edited), Hue(blue), 6) << light;  // a little of the pattern's hue stays
+    EXPECT_GT(Chroma(edited), 0.8f * Chroma(Lit(blue, light))) << light;
+  }
+  EXPECT_LT(Chroma(edit.Apply({1, 1, 1})), 0.5f * Chroma(blue));
+}
+
+TEST(ColorEditTest, RecolorKeepsVariationOfHueInProportion) {
+  const Vector3f yellow(0.8f, 0.7f, 0.3f), reddish(0.8f, 0.6f, 0.3f), blue(0.2f, 0.35f, 0.8f);
+  const CompiledEdit edit(Edit({Recolor(yellow, blue)}));
+  // Towards magenta, not towards cyan; by less than the pattern differed.
+  const float turn = Hue(edit.Apply(reddish)) - Hue(blue);
+  EXPECT_GT(turn, 0.5f);
+  EXPECT_LT(turn, std::abs(Hue(reddish) - Hue(yellow)));
+  // A gray has no hues to vary.
+  const Vector3f gray = Apply(Edit({Recolor(yellow, {0.5f, 0.5f, 0.5f})}), reddish);
+  EXPECT_LT(Chroma(gray), 2e-3f);
 }
 
 TEST(ColorEditTest, RecolorKeepsLightnessOnRequest) {
