@@ -8,10 +8,14 @@ Prints Markdown, any of three tables (--tables):
   operations  every operation on every scene: held-out views of the result against the operation
               applied to the original render, inside and outside the mask
   recolor     `--to` of the synthetic objects, and a tint, against renders of the same scene whose
-              object has that color: each object with several colors
+              object has that color: each object with several colors, inside its true masks. The
+              target is what the pixels of the object's main color have there
   picture     stripes and letters on the box, taken over from the picture of one view, against the
-              photos of the scene whose box has them"""
+              photos of the scene whose box has them
+A row is printed when it is measured. `--limit`, few `--colors`, `--operations` and `--objects` and a
+small `--size` make it quick."""
 import json
+import sys
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -34,7 +38,7 @@ OPERATIONS = {
     "palette": ["--palette", "4,1=#3060ff"],
     "to, soft-clip": ["--to", "#3060ff", "--soft-clip"],
 }
-COLORS = ["#3060ff", "#20a040", "#d02020", "#e0e0e0", "#303030"]
+COLORS = ["#3060ff", "#20a040", "#d02020", "#e0e0e0", "#303030"]  # dark, pale, strong and gray
 
 
 def cie_lab(rgb):
@@ -87,12 +91,23 @@ def recolor(run, paint, folder, edit, *more):
     return folder / "stages"
 
 
+def refit(run, paint, folder, edit):
+    """Renders of the scene after `retint refit` inside the object's true masks."""
+    folder.mkdir(parents=True, exist_ok=True)
+    workspace = ["--workspace", paint.workspace, "--splat"]
+    masks = next(iter(paint.truth.values())).parent
+    run("refit", *workspace, paint.splat, "--masks", masks, *edit, "--output", folder / "out.ply")
+    run("render", *workspace, folder / "out.ply", "--all", "--output", folder / "renders")
+    return folder / "renders"
+
+
 def held_out(stages, every):
     return sorted(f.name for f in (stages / "result").glob("**/*.png"))[::every]
 
 
 def operations(options, run, paints):
-    rows = []
+    rows = wb.Table("Operations: held-out views, CIEDE2000",
+                    ["scene", "operation", "inside: median", "95 %", "outside: median", "mean"])
     for paint in paints:
         if paint.scene in wb.SYNTHETIC and paint.label not in options.objects.split(",")[:1]:
             continue
@@ -106,17 +121,13 @@ def operations(options, run, paints):
                 found, wanted = read(stages / "result" / view), read(stages / "targets" / view)
                 inside.append(differences(found[mask >= 128], wanted[mask >= 128]))
                 outside.append(differences(found[mask == 0], wanted[mask == 0]))
-            return np.concatenate(inside), np.concatenate(outside)
+            inside, outside = np.concatenate(inside), np.concatenate(outside)
+            rows.add([paint.scene, name, f"{np.median(inside):.2f}",
+                      f"{np.quantile(inside, 0.95):.2f}", f"{np.median(outside):.2f}",
+                      f"{outside.mean():.3f}"])
 
-        for name, found in zip(OPERATIONS, run.each(measure, list(OPERATIONS))):
-            if found:
-                inside, outside = found
-                rows.append([paint.scene, name, f"{np.median(inside):.2f}",
-                             f"{np.quantile(inside, 0.95):.2f}", f"{np.median(outside):.2f}",
-                             f"{outside.mean():.3f}"])
-    wb.print_table("**Operations: held-out views, CIEDE2000**",
-                   ["scene", "operation", "inside: median", "95 %", "outside: median", "mean"], rows)
-    return rows
+        run.each(measure, options.operations.split(";"))
+    return rows.rows
 
 
 def true_scene(options, run, name, albedo):
@@ -128,41 +139,58 @@ def true_scene(options, run, name, albedo):
     return folder
 
 
-def main_color(folder, label):
-    """The color that the object has: the median of its pixels' most frequent third of hues."""
-    pixels = np.concatenate([read(folder / "images" / n)[read_mask(m) >= 250]
-                             for n, m in wb.masks_in(folder / "truth" / "masks" / label).items()])
-    lab = cie_lab(pixels)
-    direction = lab[:, 1:] / np.maximum(lab[:, :1], 5)
-    near = np.argsort(np.hypot(*(direction - np.median(direction, axis=0)).T))[:len(pixels) // 3]
-    return "#" + "".join(f"{round(255 * v):02x}" for v in np.median(pixels[near], axis=0))
+def ok_lab(rgb):
+    """OKLab (B. Ottosson 2020) of display-encoded colors, [N, 3]."""
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    cones = np.cbrt(linear @ np.array([[0.4122214708, 0.2119034982, 0.0883024619],
+                                       [0.5363325363, 0.6806995451, 0.2817188376],
+                                       [0.0514459929, 0.1073969566, 0.6299787005]]))
+    return cones @ np.array([[0.2104542553, 1.9779984951, 0.0259040371],
+                             [0.7936177850, -2.4285922050, 0.7827717662],
+                             [-0.0040720468, 0.4505937099, -0.8086757660]])
+
+
+def new_color(plain, truth, label):
+    """What the pixels of the object's main color, its most frequent hue and saturation, become."""
+    before, after = [], []
+    for name, mask in wb.masks_in(plain / "truth" / "masks" / label).items():
+        inside = read_mask(mask) >= 250
+        before.append(read(plain / "images" / name)[inside])
+        after.append(read(truth / "images" / name)[inside])
+    lab = ok_lab(np.concatenate(before))
+    direction = lab[:, 1:] / np.maximum(lab[:, :1], 0.05)
+    counts, *edges = np.histogramdd(direction, bins=33, range=[(-1, 1)] * 2)
+    fullest = np.unravel_index(counts.argmax(), counts.shape)
+    center = np.array([(e[i] + e[i + 1]) / 2 for e, i in zip(edges[0], fullest)])
+    for _ in range(10):  # mean shift
+        near = np.hypot(*(direction - center).T) <= 0.06
+        center = direction[near].mean(axis=0) if near.any() else center
+    return "#" + "".join(f"{round(255 * v):02x}"
+                         for v in np.median(np.concatenate(after)[near], axis=0))
 
 
 def recolored(options, run, paints):
     paints = [p for p in paints if p.scene == "sample"]
-    rows = []
-    for color in COLORS:
+    rows = wb.Table("Recolored objects against the same scene with that color: mean CIEDE2000",
+                    ["object", "albedo", "its main color", "`--to`", "`--tint`"])
+    for color in options.colors.split(","):
         truth = true_scene(options, run, color[1:], [f"{p.label}={color}" for p in paints])
 
         def measure(paint, color=color, truth=truth):
-            target = main_color(truth, paint.label)
+            target = new_color(paint.workspace, truth, paint.label)
             row = [paint.label, color, target]
             for edit in (["--to", target], ["--tint", target]):
-                stages = recolor(run, paint, paint.folder(options.work) / (color[1:] + edit[0]),
-                                 edit)
+                renders = refit(run, paint, paint.folder(options.work) / (color[1:] + edit[0]), edit)
                 found = []
                 for view, mask in paint.truth.items():
                     inside = read_mask(mask) >= 250
-                    found.append(differences(read(stages / "result" / (view + ".png"))[inside],
+                    found.append(differences(read(renders / (view + ".png"))[inside],
                                              read(truth / "images" / view)[inside]))
                 row.append(f"{np.concatenate(found).mean():.2f}")
-            return row
+            rows.add(row)
 
-        rows += [row for row in run.each(measure, paints) if row]
-    rows.sort()
-    wb.print_table("**Recolored objects against the same scene with that color: mean CIEDE2000**",
-                   ["object", "albedo", "its main color", "`--to`", "`--tint`"], rows)
-    return rows
+        run.each(measure, paints)
+    return rows.rows
 
 
 def painted_box(path, what):
@@ -184,7 +212,8 @@ def painted_box(path, what):
 
 def pictures(options, run, paints):
     """The plain box is the scene; the picture of one view is the photo of the painted one."""
-    rows = []
+    rows = wb.Table("A painted box, from the picture of one view: PSNR of all views, dB",
+                    ["paint", "view", "before", "after", "explained by a color map"])
     plain = true_scene(options, run, "plain-box", ["box=#c8b478"])
     for what in ("stripes", "letters"):
         paint_file = painted_box(options.work / "truth" / (what + ".png"), what)
@@ -202,11 +231,9 @@ def pictures(options, run, paints):
             squares.append(((read(stages / "result" / (name + ".png"))[inside] - wanted) ** 2))
             before.append(((read(plain / "images" / name)[inside] - wanted) ** 2))
         psnr = [-10 * np.log10(np.concatenate(s).mean()) for s in (before, squares)]
-        rows.append([what, view, f"{psnr[0]:.1f}", f"{psnr[1]:.1f}",
-                     f"{report['edit']['operations'][0]['explained']:.3f}"])
-    wb.print_table("**A painted box, from the picture of one view: PSNR of all views, dB**",
-                   ["paint", "view", "before", "after", "explained by a color map"], rows)
-    return rows
+        rows.add([what, view, f"{psnr[0]:.1f}", f"{psnr[1]:.1f}",
+                  f"{report['edit']['operations'][0]['explained']:.3f}"])
+    return rows.rows
 
 
 TABLES = {"operations": operations, "recolor": recolored, "picture": pictures}
@@ -215,8 +242,14 @@ TABLES = {"operations": operations, "recolor": recolored, "picture": pictures}
 def main():
     parser = wb.arguments(__doc__, ["sample", "fox", "flower"])
     parser.add_argument("--tables", default=",".join(TABLES), help="separated by commas")
+    parser.add_argument("--colors", default=",".join(COLORS), help="of the table `recolor`")
+    parser.add_argument("--operations", default=";".join(OPERATIONS),
+                        help="of the table `operations`, separated by semicolons")
     parser.add_argument("--holdout", type=int, default=4, help="every n-th view is held out")
     options = parser.parse_args()
+    for name in options.operations.split(";"):
+        if name not in OPERATIONS:
+            sys.exit(f"operation '{name}' is unknown; there are: " + ", ".join(OPERATIONS))
     run = wb.Runner(options)
     paints = wb.make_scenes(options, run)
     wb.save(options, {name: TABLES[name](options, run, paints)

@@ -274,6 +274,19 @@ def text(value, digits):
     return "–" if value is None else f"{value:.{digits}f}"
 
 
+class Table:
+    """A table whose rows are printed as they come."""
+
+    def __init__(self, title, head):
+        self.rows, self.lock = [], threading.Lock()
+        print(f"\n**{title}**\n\n| " + " | ".join(head) + " |\n|" + "---|" * len(head), flush=True)
+
+    def add(self, row):
+        with self.lock:
+            self.rows.append(row)
+            print("| " + " | ".join(row) + " |", flush=True)
+
+
 def print_table(title, head, rows):
     print(f"\n{title}\n")
     print("| " + " | ".join(head) + " |")
