@@ -12,6 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
+#include "base/ply_body.h"
+#include "base/ply_header.h"
 
 namespace retint {
 namespace {
@@ -136,6 +138,67 @@ std::string NameOf(const Json& frame, const Path& path) {
   return name;
 }
 
+// The next row. Colors are bytes or, as floats, of [0, 1].
+SparsePoint PointFrom(const PlyElement& element, PlyBody& body, const Path& ply, PointId id) {
+  static constexpr std::string_view kPlaces[] = {"x", "y", "z"},
+                                    kColors[] = {"red", "green", "blue"};
+  SparsePoint point;
+  point.id = id;
+  int places = 0;
+  for (const PlyProperty& property : element.properties) {
+    const PlyColumn column = ColumnOf(property);
+    const auto place = std::find(std::begin(kPlaces), std::end(kPlaces), property.name);
+    const auto color = std::find(std::begin(kColors), std::end(kColors), property.name);
+    if (column.list_count || (place == std::end(kPlaces) && color == std::end(kColors))) {
+      body.Skip(column);
+      continue;
+    }
+    const double value = body.Value(column.type);
+    if (place != std::end(kPlaces)) {
+      point.xyz[place - std::begin(kPlaces)] = value;
+      ++places;
+    } else {
+      const bool is_float = column.type == PlyType::kFloat || column.type == PlyType::kDouble;
+      const double shown = std::clamp(is_float ? 255 * value : value, 0.0, 255.0);
+      point.color[color - std::begin(kColors)] =
+          static_cast<uint8_t>(std::isnan(shown) ? 0 : shown);
+    }
+  }
+  if (places != 3) throw InputError(ply, "vertices lack x, y or z");
+  if (!point.xyz.allFinite()) {
+    throw InputError(ply, "point " + std::to_string(id - 1) + ": position is NaN or infinite");
+  }
+  return point;
+}
+
+// Positions and colors of the .ply that `ply_file_path` names; whatever is wrong with it is a
+// warning, for points are not needed.
+void ReadPoints(const Json& json, const Path& path, const Sim3d& world_from_data,
+                Reconstruction* model, std::vector<std::string>* warnings) {
+  const auto named = json.find("ply_file_path");
+  try {
+    if (!named->is_string()) throw InputError(path, "ply_file_path is not a name");
+    const Path ply = path.parent_path() / named->get<std::string>();
+    const std::string bytes = ReadFile(ply);
+    const PlyHeader header =
+        ParsePlyHeader(std::string_view(bytes).substr(0, kMaxPlyHeaderBytes), ply);
+    PlyBody body(bytes, header, ply);
+    auto element = header.elements.begin();
+    while (element != header.elements.end() && element->name != "vertex") body.Skip(*element++);
+    if (element == header.elements.end()) throw InputError(ply, "holds no vertices");
+    body.Require(*element);
+    std::map<PointId, SparsePoint> points;
+    for (PointId id = 1; id <= element->count; ++id) {
+      const SparsePoint point = PointFrom(*element, body, ply, id);
+      points.emplace(id, point).first->second.xyz = world_from_data * point.xyz;
+    }
+    model->points = std::move(points);
+  } catch (const InputError& error) {
+    if (warnings)
+      warnings->push_back(std::string("the sparse points are left out: ") + error.what());
+  }
+}
+
 }  // namespace
 
 Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnings) {
@@ -183,7 +246,10 @@ Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnin
       throw InputError(path, "two frames are named " + view.name);
     model.views.emplace(view.id, std::move(view));
   }
-  if (warnings) warnings->push_back(path.string() + ": has no sparse points");
+  if (json.contains("ply_file_path")) ReadPoints(json, path, world_from_data, &model, warnings);
+  if (model.points.empty() && warnings) {
+    warnings->push_back(path.string() + ": has no sparse points");
+  }
   return model;
 }
 

@@ -16,8 +16,9 @@ inline constexpr const char* kTransformsName = "transforms.json";
 
 // Views are named by their file_path. Its transform_matrix is world_from_camera of a camera with x
 // right, y up and z backward; what is returned has COLMAP's axes. Where the file has
-// applied_transform, the world is the one before it: COLMAP's. Points come from ply_file_path only
-// in nerfstudio itself; here there are none. InputError for what cannot be used.
+// applied_transform, the world is the one before it: COLMAP's. Points are
+// those of the .ply that ply_file_path names, in the same frame as the poses; no view is known to
+// see them. InputError for what cannot be used; points that cannot be read are a warning.
 Reconstruction ReadTransforms(const std::filesystem::path& path,
                               std::vector<std::string>* warnings);
 

@@ -169,18 +169,19 @@ Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::strin
   Reconstruction model;
   std::vector<std::string> told;
   const fs::path cameras = part("cameras"), images = part("images"), points = part("points3D");
+  const bool frames =
+      !IsFile(images) && IsFile(folder / "frames.bin") && IsFile(folder / "rigs.bin");
   for (const auto& path : {cameras, images}) {
-    if (IsFile(path)) continue;
-    const bool frames = IsFile(folder / "frames.bin") || IsFile(folder / "frames.txt");
-    throw InputError(path, std::string("is missing from the COLMAP model") +
-                               (path == images && frames
-                                    ? "; its frames have poses but not the images' names: write "
-                                      "the model again with colmap model_converter"
-                                    : ""));
+    if (IsFile(path) || (path == images && frames)) continue;
+    throw InputError(path, "is missing from the COLMAP model");
   }
   (is_binary(cameras) ? ReadCamerasBinary : ReadCamerasText)(ReadFile(cameras), cameras, told,
                                                              model);
-  (is_binary(images) ? ReadImagesBinary : ReadImagesText)(ReadFile(images), images, told, model);
+  if (frames) {
+    ReadFramesBinary(folder, told, model);
+  } else {
+    (is_binary(images) ? ReadImagesBinary : ReadImagesText)(ReadFile(images), images, told, model);
+  }
   if (IsFile(points)) {
     (is_binary(points) ? ReadPointsBinary : ReadPointsText)(ReadFile(points), points, told, model);
   } else {

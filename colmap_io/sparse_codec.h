@@ -22,6 +22,9 @@ void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnin
                       Reconstruction& model);
 void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnings,
                       Reconstruction& model);
+// Views of rigs.bin and frames.bin in `folder`, which have poses but no names nor observations:
+// they are named "image_00042" by their ids.
+void ReadFramesBinary(const Path& folder, Warnings& warnings, Reconstruction& model);
 void ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
                      Reconstruction& model);
 void ReadImagesText(std::string_view bytes, const Path& path, Warnings& warnings,

@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "base/stopwatch.h"
 #include "retint/common.h"
+#include "scene/sh_band4.h"
 #include "splat_io/splat_difference.h"
 #include "splat_io/splat_io.h"
 
@@ -15,7 +16,10 @@ namespace {
 
 struct Arguments {
   std::filesystem::path input, output, report;
+  bool drop_bad = false;
 };
+
+int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
 struct Conversion {
   size_t gaussians = 0;
@@ -74,10 +78,11 @@ void Convert(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
 
-  const GaussianModel model = ReadSplat(arguments.input, run.monitor());
+  const GaussianModel model = ReadSplat(arguments.input, run.monitor(),
+                                        arguments.drop_bad ? BadRows::kDrop : BadRows::kRefuse);
   Conversion done;
   done.gaussians = model.NumGaussians();
-  done.degree_before = model.sh_degree;
+  done.degree_before = FileDegree(model);
   done.bytes_before = std::filesystem::file_size(arguments.input);
   done.losses = model.source.notes;
   for (std::string& loss : codec.Losses(model)) done.losses.push_back(std::move(loss));
@@ -85,7 +90,7 @@ void Convert(const Arguments& arguments, Run& run) {
   staged.Add(arguments.output, [&](const std::filesystem::path& path) {
     codec.Write(path, model, run.monitor());
     const GaussianModel back = codec.Read(path, run.monitor());
-    done.degree_after = back.sh_degree;
+    done.degree_after = FileDegree(back);
     done.bytes_after = std::filesystem::file_size(path);
     done.difference = Compare(model, back, codec.WriteOrder(model));
   });
@@ -109,6 +114,11 @@ void AddConvert(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "output", arguments->output, "Splat to write; its extension names the format")
       ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  verb->add_flag(
+          "--drop-bad", arguments->drop_bad,
+          "Leave out Gaussians with a value that is NaN or infinite, instead of refusing the "
+          "file")
+      ->default_str("");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Convert(*arguments, run); }; });
 }

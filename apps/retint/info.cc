@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "retint/common.h"
+#include "scene/sh_band4.h"
 #include "session/scene_check.h"
 
 namespace retint::cli {
@@ -93,7 +94,8 @@ void Info(const Arguments& arguments, Run& run) {
   run.FinishProgress();
   PrintWorkspace(session->workspace(), run);
   run.Print(fmt::format("splat        {}", arguments.scene.splat.string()));
-  run.Print(fmt::format("Gaussians    {}, SH degree {}", model.NumGaussians(), model.sh_degree));
+  run.Print(fmt::format("Gaussians    {}, SH degree {}{}", model.NumGaussians(), model.sh_degree,
+                        HasShBand4(model) ? "; degree 4 is kept and not shown" : ""));
   SceneCheckOptions options;
   options.max_views = arguments.all ? std::numeric_limits<int>::max() : arguments.max_views;
   options.longest_side = 0;

@@ -7,11 +7,13 @@
 #include <Eigen/Cholesky>
 
 #include "kernels/common/sh.h"
+#include "scene/sh_band4.h"
 
 namespace retint {
 namespace {
 
-constexpr int kDirections = 32;  // more than the 7 values of the highest band; even on the sphere
+constexpr int kDirections = 32;  // more than the 9 values of the highest band; even on the sphere
+constexpr int kCoeffs = 25;
 
 Eigen::Vector3d Direction(int i) {
   const double z = 1 - (2 * i + 1.0) / kDirections;
@@ -19,21 +21,26 @@ Eigen::Vector3d Direction(int i) {
   return {std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z};
 }
 
+void AllBands(const Eigen::Vector3d& d, double* basis) {
+  ShBasis(3, d.x(), d.y(), d.z(), basis);
+  ShBand4Basis(d.x(), d.y(), d.z(), basis + 16);
+}
+
 }  // namespace
 
 // With A and B the basis at R d and at d of enough directions d, A f' = B f. A band's functions
 // span themselves under rotation, so that this has an exact solution for each band.
 ShRotation::ShRotation(const Eigen::Quaterniond& rotation) {
-  Eigen::MatrixXd turned(kDirections, 16), original(kDirections, 16);
+  Eigen::MatrixXd turned(kDirections, kCoeffs), original(kDirections, kCoeffs);
   for (int i = 0; i < kDirections; ++i) {
     const Eigen::Vector3d d = Direction(i), r = rotation * d;
-    double basis[16];
-    ShBasis(3, r.x(), r.y(), r.z(), basis);
-    turned.row(i) = Eigen::Map<const Eigen::RowVectorXd>(basis, 16);
-    ShBasis(3, d.x(), d.y(), d.z(), basis);
-    original.row(i) = Eigen::Map<const Eigen::RowVectorXd>(basis, 16);
+    double basis[kCoeffs];
+    AllBands(r, basis);
+    turned.row(i) = Eigen::Map<const Eigen::RowVectorXd>(basis, kCoeffs);
+    AllBands(d, basis);
+    original.row(i) = Eigen::Map<const Eigen::RowVectorXd>(basis, kCoeffs);
   }
-  for (int l = 1; l <= 3; ++l) {
+  for (int l = 1; l <= 4; ++l) {
     const Eigen::MatrixXd a = turned.middleCols(l * l, 2 * l + 1);
     const Eigen::MatrixXd b = original.middleCols(l * l, 2 * l + 1);
     bands_[static_cast<size_t>(l - 1)] = (a.transpose() * a).ldlt().solve(a.transpose() * b);
@@ -41,12 +48,15 @@ ShRotation::ShRotation(const Eigen::Quaterniond& rotation) {
 }
 
 void ShRotation::Apply(int degree, float* sh) const {
-  for (int l = 1; l <= degree; ++l) {
-    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>> band(sh + 3 * l * l,
-                                                                              2 * l + 1, 3);
-    const Eigen::MatrixX3d rotated = bands_[static_cast<size_t>(l - 1)] * band.cast<double>();
-    band = rotated.cast<float>();
-  }
+  for (int l = 1; l <= degree; ++l) ApplyToBand(l, sh + 3 * l * l);
+}
+
+void ShRotation::ApplyToBand4(float* sh) const { ApplyToBand(4, sh); }
+
+void ShRotation::ApplyToBand(int l, float* sh) const {
+  Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>> band(sh, 2 * l + 1, 3);
+  const Eigen::MatrixX3d rotated = bands_[static_cast<size_t>(l - 1)] * band.cast<double>();
+  band = rotated.cast<float>();
 }
 
 }  // namespace retint

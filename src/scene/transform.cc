@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "scene/sh_band4.h"
 #include "scene/sh_rotation.h"
 
 namespace retint {
@@ -26,6 +27,7 @@ void Transform(const Sim3d& new_from_old, GaussianModel& model) {
   const ShRotation turn(new_from_old.rotation);
   const auto grow = static_cast<float>(std::log(new_from_old.scale));
   const size_t block = static_cast<size_t>(model.NumShCoeffs()) * 3;
+  ShBand4Columns band4(model);
   for (size_t i = 0; i < model.NumGaussians(); ++i) {
     Eigen::Map<Eigen::Vector3f> mean(model.means.data() + 3 * i);
     mean = (new_from_old * Eigen::Vector3d(mean.cast<double>())).cast<float>();
@@ -38,6 +40,10 @@ void Transform(const Sim3d& new_from_old, GaussianModel& model) {
     q[2] = static_cast<float>(turned.y()), q[3] = static_cast<float>(turned.z());
     for (size_t k = 0; k < 3; ++k) model.log_scales[3 * i + k] += grow;
     turn.Apply(model.sh_degree, model.sh.data() + block * i);
+    if (!band4.present()) continue;
+    ShBand4 values = band4.Get(i);
+    turn.ApplyToBand4(values.data());
+    band4.Set(i, values);
   }
 }
 

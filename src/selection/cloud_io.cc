@@ -10,6 +10,8 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/ply_body.h"
+#include "base/ply_header.h"
 #include "selection/neighbors.h"
 #include "selection/selection_cloud.h"
 
@@ -49,232 +51,16 @@ std::string UnescapeName(std::string_view text) {
   return out;
 }
 
-enum class Format { kAscii, kLittle, kBig };
-enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
-
-struct Property {
-  std::string name;
-  Type type = Type::kFloat;
-  std::optional<Type> list_count;  // the type of a list's length
-};
-
-struct Element {
-  std::string name;
-  uint64_t count = 0;
-  std::vector<Property> properties;
-};
-
-struct Header {
-  Format format = Format::kAscii;
-  std::vector<Element> elements;
-  std::vector<std::string> sources;
-};
-
-size_t Bytes(Type type) {
-  constexpr size_t kBytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
-  return kBytes[static_cast<int>(type)];
-}
-
-std::optional<Type> ParseType(std::string_view word) {
-  static constexpr std::pair<std::string_view, Type> kTypes[] = {
-      {"char", Type::kInt8},     {"int8", Type::kInt8},     {"uchar", Type::kUint8},
-      {"uint8", Type::kUint8},   {"short", Type::kInt16},   {"int16", Type::kInt16},
-      {"ushort", Type::kUint16}, {"uint16", Type::kUint16}, {"int", Type::kInt32},
-      {"int32", Type::kInt32},   {"uint", Type::kUint32},   {"uint32", Type::kUint32},
-      {"float", Type::kFloat},   {"float32", Type::kFloat}, {"double", Type::kDouble},
-      {"float64", Type::kDouble}};
-  for (const auto& [name, type] : kTypes) {
-    if (name == word) return type;
-  }
-  return std::nullopt;
-}
-
-// Lines and words of the header and of ASCII bodies; knows the line number for error messages.
-class TextCursor {
- public:
-  TextCursor(std::string_view text, const fs::path& path) : text_(text), path_(path) {}
-
-  std::string_view Line() {
-    if (offset_ >= text_.size()) Fail("truncated header");
-    const size_t end = text_.find('\n', offset_);
-    if (end == std::string_view::npos) Fail("truncated header");
-    std::string_view line = text_.substr(offset_, end - offset_);
-    offset_ = end + 1;
-    ++line_;
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    return line;
-  }
-  std::string_view Word() {
-    while (offset_ < text_.size() && IsSpace(text_[offset_])) line_ += text_[offset_++] == '\n';
-    const size_t begin = offset_;
-    while (offset_ < text_.size() && !IsSpace(text_[offset_])) ++offset_;
-    if (begin == offset_) Fail("truncated: a value is missing");
-    return text_.substr(begin, offset_ - begin);
-  }
-  [[noreturn]] void Fail(std::string_view fault) const {
-    throw InputError(path_, line_ + 1, fault);
-  }
-  // For faults of the line that Line() returned last.
-  [[noreturn]] void FailLine(std::string_view fault) const {
-    throw InputError(path_, line_, fault);
-  }
-  size_t offset() const { return offset_; }
-
- private:
-  static bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-  std::string_view text_;
-  const fs::path& path_;
-  size_t offset_ = 0;
-  int64_t line_ = 0;
-};
-
-std::vector<std::string_view> Words(std::string_view line) {
-  std::vector<std::string_view> words;
-  size_t begin = 0;
-  while ((begin = line.find_first_not_of(" \t", begin)) != std::string_view::npos) {
-    const size_t end = std::min(line.find_first_of(" \t", begin), line.size());
-    words.push_back(line.substr(begin, end - begin));
-    begin = end;
-  }
-  return words;
-}
-
-void ParseElement(const std::vector<std::string_view>& words, const TextCursor& cursor,
-                  Header* header) {
-  Element element;
-  if (words.size() != 3) cursor.FailLine("malformed element");
-  element.name = words[1];
-  const auto [end, code] =
-      std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
-  if (code != std::errc() || end != words[2].data() + words[2].size()) {
-    cursor.FailLine("malformed element count");
-  }
-  header->elements.push_back(std::move(element));
-}
-
-void ParseProperty(const std::vector<std::string_view>& words, const TextCursor& cursor,
-                   Header* header) {
-  Property property;
-  const bool is_list = words.size() == 5 && words[1] == "list";
-  if (header->elements.empty() || (!is_list && words.size() != 3)) {
-    cursor.FailLine("malformed property");
-  }
-  const auto type = ParseType(words[is_list ? 3 : 1]);
-  if (is_list) property.list_count = ParseType(words[2]);
-  if (!type || (is_list && !property.list_count)) cursor.FailLine("unknown property type");
-  property.type = *type;
-  property.name = words.back();
-  header->elements.back().properties.push_back(std::move(property));
-}
-
-Header ParseHeader(TextCursor& cursor) {
+// The painted views that the header's comments name.
+std::vector<std::string> SourcesOf(const PlyHeader& header) {
   constexpr std::string_view kSource = "comment source ";
-  Header header;
-  if (cursor.Line() != "ply") cursor.FailLine("not a .ply file");
-  bool has_format = false;
-  for (std::string_view line = cursor.Line(); line != "end_header"; line = cursor.Line()) {
-    if (line.starts_with(kSource)) {
-      header.sources.push_back(UnescapeName(line.substr(kSource.size())));
-      continue;
-    }
-    const auto words = Words(line);
-    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
-    if (words[0] == "format" && words.size() == 3) {
-      has_format = true;
-      if (words[1] == "ascii") {
-        header.format = Format::kAscii;
-      } else if (words[1] == "binary_little_endian") {
-        header.format = Format::kLittle;
-      } else if (words[1] == "binary_big_endian") {
-        header.format = Format::kBig;
-      } else {
-        cursor.FailLine("unknown format " + std::string(words[1]));
-      }
-    } else if (words[0] == "element") {
-      ParseElement(words, cursor, &header);
-    } else if (words[0] == "property") {
-      ParseProperty(words, cursor, &header);
-    } else {
-      cursor.FailLine("unknown header line");
-    }
+  std::vector<std::string> sources;
+  for (const std::string& comment : header.comments) {
+    if (!comment.starts_with(kSource)) continue;
+    sources.push_back(UnescapeName(std::string_view(comment).substr(kSource.size())));
   }
-  if (!has_format) cursor.FailLine("the header names no format");
-  return header;
+  return sources;
 }
-
-// The body, value by value.
-class Body {
- public:
-  Body(std::string_view text, const fs::path& path, Format format, TextCursor cursor)
-      : format_(format), cursor_(cursor), reader_(text.substr(cursor.offset()), path) {}
-
-  double Value(Type type) {
-    if (format_ == Format::kAscii) return TextValue();
-    switch (type) {
-      case Type::kInt8:
-        return Binary<int8_t>();
-      case Type::kUint8:
-        return Binary<uint8_t>();
-      case Type::kInt16:
-        return Binary<int16_t>();
-      case Type::kUint16:
-        return Binary<uint16_t>();
-      case Type::kInt32:
-        return Binary<int32_t>();
-      case Type::kUint32:
-        return Binary<uint32_t>();
-      case Type::kFloat:
-        return Binary<float>();
-      case Type::kDouble:
-        return Binary<double>();
-    }
-    return 0;
-  }
-  // Before memory is taken for an element: its records have a smallest size.
-  void Require(const Element& element) {
-    uint64_t bytes = 0;
-    for (const auto& property : element.properties) {
-      const Type fixed = property.list_count.value_or(property.type);
-      bytes += format_ == Format::kAscii ? 2 : Bytes(fixed);
-    }
-    // The last ASCII value may end the file without a separator.
-    const uint64_t slack = format_ == Format::kAscii && element.count > 0 ? 1 : 0;
-    reader_.Require(element.count - slack, bytes, element.name + " records");
-  }
-  void Skip(const Property& property) {
-    const double length = property.list_count ? Value(*property.list_count) : 1;
-    if (!(length >= 0 && length < 1e9)) {
-      throw InputError(reader_.Path(), "malformed list length");
-    }
-    for (double i = 0; i < length; ++i) Value(property.type);
-  }
-
- private:
-  template <typename T>
-  double Binary() {
-    T value = reader_.Read<T>("value");
-    if (format_ == Format::kBig) {
-      char bytes[sizeof(T)];
-      std::memcpy(bytes, &value, sizeof(T));
-      std::reverse(bytes, bytes + sizeof(T));
-      std::memcpy(&value, bytes, sizeof(T));
-    }
-    return static_cast<double>(value);
-  }
-  double TextValue() {
-    const std::string_view word = cursor_.Word();
-    double value = 0;
-    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (code != std::errc() || end != word.data() + word.size()) {
-      cursor_.Fail("not a number: " + std::string(word.substr(0, 40)));
-    }
-    return value;
-  }
-
-  Format format_;
-  TextCursor cursor_;
-  ByteReader reader_;
-};
 
 // Where a known property's value goes.
 struct Record {
@@ -285,25 +71,25 @@ struct Record {
 struct Field {
   std::string_view name;
   double Record::*member;
-  Type type;  // as written
+  PlyType type;  // as written
 };
 
 constexpr Field kFields[] = {
-    {"x", &Record::x, Type::kFloat},
-    {"y", &Record::y, Type::kFloat},
-    {"z", &Record::z, Type::kFloat},
-    {"nx", &Record::nx, Type::kFloat},
-    {"ny", &Record::ny, Type::kFloat},
-    {"nz", &Record::nz, Type::kFloat},
-    {"red", &Record::red, Type::kUint8},
-    {"green", &Record::green, Type::kUint8},
-    {"blue", &Record::blue, Type::kUint8},
-    {"footprint", &Record::footprint, Type::kFloat},
-    {"confidence", &Record::confidence, Type::kFloat},
-    {"coverage", &Record::coverage, Type::kFloat},
-    {"source", &Record::source, Type::kUint16},
-    {"px", &Record::px, Type::kUint16},
-    {"py", &Record::py, Type::kUint16},
+    {"x", &Record::x, PlyType::kFloat},
+    {"y", &Record::y, PlyType::kFloat},
+    {"z", &Record::z, PlyType::kFloat},
+    {"nx", &Record::nx, PlyType::kFloat},
+    {"ny", &Record::ny, PlyType::kFloat},
+    {"nz", &Record::nz, PlyType::kFloat},
+    {"red", &Record::red, PlyType::kUint8},
+    {"green", &Record::green, PlyType::kUint8},
+    {"blue", &Record::blue, PlyType::kUint8},
+    {"footprint", &Record::footprint, PlyType::kFloat},
+    {"confidence", &Record::confidence, PlyType::kFloat},
+    {"coverage", &Record::coverage, PlyType::kFloat},
+    {"source", &Record::source, PlyType::kUint16},
+    {"px", &Record::px, PlyType::kUint16},
+    {"py", &Record::py, PlyType::kUint16},
 };
 
 SelectionPoint ToPoint(const Record& record, uint64_t idx, bool own, size_t num_sources,
@@ -347,15 +133,17 @@ void EstimateFootprints(SelectionCloud& cloud) {
   }
 }
 
-void ReadVertices(const Element& element, const Header& header, Body& body, const fs::path& path,
-                  SelectionCloud* cloud) {
+void ReadVertices(const PlyElement& element, const std::vector<std::string>& sources, PlyBody& body,
+                  const fs::path& path, SelectionCloud* cloud) {
   std::vector<double Record::*> members;  // null: skipped
+  std::vector<PlyColumn> columns;
   bool has[3] = {false, false, false};
   bool has_footprint = false, has_source = false, has_pixel = false;
   for (const auto& property : element.properties) {
     double Record::*member = nullptr;
+    columns.push_back(ColumnOf(property));
     for (const auto& field : kFields) {
-      if (field.name == property.name && !property.list_count) member = field.member;
+      if (field.name == property.name && !columns.back().list_count) member = field.member;
     }
     members.push_back(member);
     has[0] |= member == &Record::x;
@@ -366,17 +154,17 @@ void ReadVertices(const Element& element, const Header& header, Body& body, cons
     has_pixel |= member == &Record::px;
   }
   if (!has[0] || !has[1] || !has[2]) throw InputError(path, "vertices lack x, y or z");
-  const bool own = has_source && has_pixel && !header.sources.empty();
-  if (own) cloud->sources = header.sources;
+  const bool own = has_source && has_pixel && !sources.empty();
+  if (own) cloud->sources = sources;
   body.Require(element);
   cloud->points.reserve(element.count);
   for (uint64_t i = 0; i < element.count; ++i) {
     Record record;
     for (size_t p = 0; p < members.size(); ++p) {
       if (members[p]) {
-        record.*members[p] = body.Value(element.properties[p].type);
+        record.*members[p] = body.Value(columns[p].type);
       } else {
-        body.Skip(element.properties[p]);
+        body.Skip(columns[p]);
       }
     }
     cloud->points.push_back(ToPoint(record, i, own, cloud->sources.size(), path));
@@ -397,9 +185,9 @@ void WriteCloud(const std::filesystem::path& path, const SelectionCloud& cloud) 
   for (const auto& name : cloud.sources) header += "comment source " + EscapeName(name) + "\n";
   header += "element vertex " + std::to_string(cloud.points.size()) + "\n";
   for (const auto& field : kFields) {
-    const char* type = field.type == Type::kFloat   ? "float "
-                       : field.type == Type::kUint8 ? "uchar "
-                                                    : "ushort ";
+    const char* type = field.type == PlyType::kFloat   ? "float "
+                       : field.type == PlyType::kUint8 ? "uchar "
+                                                       : "ushort ";
     header += "property " + std::string(type) + std::string(field.name) + "\n";
   }
   AtomicFile file(path);
@@ -412,9 +200,9 @@ void WriteCloud(const std::filesystem::path& path, const SelectionCloud& cloud) 
                         double(point.source),   double(point.x),        double(point.y)};
     for (const auto& field : kFields) {
       const double value = record.*field.member;
-      if (field.type == Type::kFloat) {
+      if (field.type == PlyType::kFloat) {
         PutValue<float>(file, value);
-      } else if (field.type == Type::kUint8) {
+      } else if (field.type == PlyType::kUint8) {
         PutValue<uint8_t>(file, value);
       } else {
         PutValue<uint16_t>(file, value);
@@ -426,20 +214,16 @@ void WriteCloud(const std::filesystem::path& path, const SelectionCloud& cloud) 
 
 SelectionCloud ReadCloud(const std::filesystem::path& path) {
   const std::string bytes = ReadFile(path);
-  TextCursor cursor(bytes, path);
-  const Header header = ParseHeader(cursor);
-  Body body(bytes, path, header.format, cursor);
+  const PlyHeader header =
+      ParsePlyHeader(std::string_view(bytes).substr(0, kMaxPlyHeaderBytes), path);
+  PlyBody body(bytes, header, path);
   SelectionCloud cloud;
-  for (const auto& element : header.elements) {
+  for (const PlyElement& element : header.elements) {
     if (element.name == "vertex") {
-      ReadVertices(element, header, body, path, &cloud);
+      ReadVertices(element, SourcesOf(header), body, path, &cloud);
       return cloud;
     }
-    if (element.properties.empty()) continue;
-    body.Require(element);
-    for (uint64_t i = 0; i < element.count; ++i) {
-      for (const auto& property : element.properties) body.Skip(property);
-    }
+    body.Skip(element);
   }
   throw InputError(path, "holds no vertices");
 }

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "scene/sh_band4.h"
 #include "session/virtual_views.h"
 #include "splat_io/splat_io.h"
 
@@ -29,7 +30,7 @@ std::shared_ptr<Backend> OpenBackend(const std::string& name) {
 
 // Extensions of formats that mostly hold something else: such a file is no sign of a splat.
 bool IsGeneral(std::string_view extension) {
-  return extension == ".json" || extension == ".glb" || extension == ".gltf";
+  return extension == "meta.json" || extension == ".glb" || extension == ".gltf";
 }
 
 // What stands before a splat's extension, "splat" of "splat.ply"; empty for other files.
@@ -212,6 +213,13 @@ Image OpenScene::Picture(const View& view) {
 void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor& monitor) const {
   GaussianModel edited = model_;
   edited.sh = std::move(sh);
+  // Degree 4 was not there when the new colors were fitted.
+  ShBand4Columns band4(edited);
+  const size_t block = static_cast<size_t>(model_.NumShCoeffs()) * 3;
+  for (size_t g = 0; band4.present() && g < model_.NumGaussians(); ++g) {
+    const float* const now = edited.sh.data() + g * block;
+    if (!std::equal(now, now + block, model_.sh.data() + g * block)) band4.Set(g, {});
+  }
   retint::WriteSplat(path, edited, monitor);
 }
 

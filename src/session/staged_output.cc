@@ -103,6 +103,12 @@ void StagedOutput::Add(const fs::path& target, const std::function<void(const fs
   } catch (const RunError& error) {
     RethrowNaming(error, staged, target);
   }
+  // What was written beside it goes beside it, and first.
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(staged.parent_path(), code)) {
+    if (entry.path() == staged) continue;
+    files_.push_back({entry.path(), target.parent_path() / entry.path().filename()});
+  }
   files_.push_back({staged, target});
 }
 

@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "base/files.h"
+#include "base/ply_header.h"
 #include "splat_io/input_file.h"
 #include "splat_io/morton.h"
-#include "splat_io/ply_header.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -394,7 +394,8 @@ bool CompressedPlyCodec::Sniff(std::string_view head) const {
          head.find(" packed_position") != std::string_view::npos;
 }
 
-GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                                       BadRows bad) const {
   const InputFile file(path);
   std::string head(std::min(file.size(), kMaxPlyHeaderBytes), '\0');
   file.ReadAt(0, head.data(), head.size());
@@ -415,7 +416,7 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
     const auto [begin, end] = ChunkRange(layout, chunk);
     for (size_t g = begin; g < end; ++g) SetRow(model, g, body.Decode(g, bounds));
   }
-  ValidateRead(model, path);
+  ValidateRead(model, path, bad);
   return model;
 }
 

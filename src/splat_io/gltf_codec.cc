@@ -433,11 +433,12 @@ std::span<const std::string_view> GltfCodec::Extensions() const {
 
 bool GltfCodec::Sniff(std::string_view head) const { return head.starts_with("glTF"); }
 
-GaussianModel GltfCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel GltfCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                              BadRows bad) const {
   monitor.Step("load", 0, 1);
   const GltfFile file(path);
   GaussianModel model = SceneReader(file).Read(monitor);
-  ValidateRead(model, path);
+  ValidateRead(model, path, bad);
   return model;
 }
 

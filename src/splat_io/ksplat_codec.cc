@@ -233,11 +233,12 @@ std::span<const std::string_view> KsplatCodec::Extensions() const {
   return extensions;
 }
 
-GaussianModel KsplatCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel KsplatCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                                BadRows bad) const {
   monitor.Step("load", 0, 1);
   const std::string bytes = ReadFile(path);
   GaussianModel model = KsplatFile(bytes, path).Read(monitor);
-  ValidateRead(model, path);
+  ValidateRead(model, path, bad);
   return model;
 }
 

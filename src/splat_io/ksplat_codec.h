@@ -16,7 +16,8 @@ class KsplatCodec : public SplatCodec {
   std::string_view Name() const override { return ".ksplat"; }
   std::span<const std::string_view> Extensions() const override;
   bool Sniff(std::string_view) const override { return false; }
-  GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const override;
+  GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
+                     BadRows bad = BadRows::kRefuse) const override;
   bool CanWrite() const override { return false; }
 };
 

@@ -11,9 +11,10 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/ply_header.h"
+#include "scene/sh_band4.h"
 #include "splat_io/input_file.h"
 #include "splat_io/ply_ascii.h"
-#include "splat_io/ply_header.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -33,11 +34,12 @@ struct Field {
   std::vector<std::string> columns;
 };
 
-// The whole mapping between file and model, for reading and writing alike.
+// The whole mapping between file and model, for reading and writing alike. The degree is the
+// file's, up to 4, whose own coefficients are columns that are carried (scene/sh_band4.h).
 std::vector<Field> Fields(int sh_degree) {
   const int num_coeffs = (sh_degree + 1) * (sh_degree + 1);
   std::vector<std::string> sh = {"f_dc_0", "f_dc_1", "f_dc_2"};
-  for (int k = 1; k < num_coeffs; ++k) {
+  for (int k = 1; k < std::min(num_coeffs, 16); ++k) {
     for (int c = 0; c < 3; ++c) sh.push_back(Indexed("f_rest_", c * (num_coeffs - 1) + k - 1));
   }
   return {{&GaussianModel::means, {"x", "y", "z"}},
@@ -46,6 +48,8 @@ std::vector<Field> Fields(int sh_degree) {
           {&GaussianModel::opacity_logits, {"opacity"}},
           {&GaussianModel::sh, std::move(sh)}};
 }
+
+int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
 // The columns in the order of the original code.
 std::vector<std::string> CanonicalOrder(int sh_degree) {
@@ -88,11 +92,11 @@ void RefuseOtherKinds(const PlyHeader& header, const std::filesystem::path& path
 int InferDegree(const PlyElement& vertex, const std::filesystem::path& path) {
   const auto rest = std::count_if(vertex.properties.begin(), vertex.properties.end(),
                                   [](const PlyProperty& p) { return IsRest(p.name); });
-  for (int degree = 0; degree <= 3; ++degree) {
+  for (int degree = 0; degree <= 4; ++degree) {
     if (rest == 3 * ((degree + 1) * (degree + 1) - 1)) return degree;
   }
-  throw InputError(
-      path, std::to_string(rest) + " f_rest_* columns; 0, 9, 24 or 45 make an SH degree of 0 to 3");
+  throw InputError(path, std::to_string(rest) +
+                             " f_rest_* columns; 0, 9, 24, 45 or 72 make an SH degree of 0 to 4");
 }
 
 void RequireColumns(const std::vector<Field>& fields, const ColumnOffsets& offsets,
@@ -176,15 +180,16 @@ bool AnyNotFinite(const float* values, size_t count) {
   const size_t width = field.columns.size();
   throw InputError(path, "Gaussian " + std::to_string(first_row + i / width) + ": " +
                              field.columns[i % width] +
-                             (std::isnan(rows[i]) ? " is NaN" : " is infinite"));
+                             (std::isnan(rows[i]) ? " is NaN" : " is infinite") +
+                             "; `retint convert --drop-bad` writes a file without such rows");
 }
 
 class RowReader {
  public:
   RowReader(const PlyElement& vertex, const std::vector<Field>& fields,
             const ColumnOffsets& offsets, size_t stride, GaussianModel& model,
-            const std::filesystem::path& path)
-      : fields_(fields), stride_(stride), model_(model), path_(path) {
+            const std::filesystem::path& path, BadRows bad)
+      : fields_(fields), stride_(stride), model_(model), path_(path), bad_(bad) {
     std::unordered_set<std::string_view> doubles;
     for (const PlyProperty& property : vertex.properties) {
       if (IsDouble(property.type)) doubles.insert(property.name);
@@ -216,6 +221,7 @@ class RowReader {
         }
       }
       if (gather.any_double) TakeDoubles(gather, rows, count, to);
+      if (bad_ == BadRows::kDrop) continue;
       if (AnyNotFinite(to, count * width)) FailNotFinite(fields_[f], to, first, path_);
     }
     for (size_t e = 0; e < extra_offsets_.size(); ++e) {
@@ -253,6 +259,7 @@ class RowReader {
   size_t stride_;
   GaussianModel& model_;
   const std::filesystem::path& path_;
+  BadRows bad_;
 };
 
 void KeepTrailingHeader(const PlyHeader& header, SourceLayout& source) {
@@ -313,7 +320,7 @@ void CheckWritable(const GaussianModel& model, const std::filesystem::path& path
 // The source's columns, where they fit the model: columns that the model no longer has are dropped,
 // missing ones follow the last SH column.
 std::vector<std::string> ColumnOrder(const GaussianModel& model, const std::vector<Field>& fields) {
-  const std::vector<std::string> canonical = CanonicalOrder(model.sh_degree);
+  const std::vector<std::string> canonical = CanonicalOrder(FileDegree(model));
   if (model.source.property_order.empty()) return canonical;
   std::unordered_set<std::string_view> wanted;
   for (const Field& field : fields) wanted.insert(field.columns.begin(), field.columns.end());
@@ -415,7 +422,8 @@ bool PlyCodec::Sniff(std::string_view head) const {
   return head.starts_with("ply\n") || head.starts_with("ply\r\n");
 }
 
-GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                             BadRows bad) const {
   const InputFile file(path);
   std::string head(std::min(file.size(), kMaxPlyHeaderBytes), '\0');
   file.ReadAt(0, head.data(), head.size());
@@ -433,8 +441,8 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor
   CheckLength(header, stride, file.size(), path);
 
   const size_t count = vertex.count;
-  model.Resize(count, degree);
-  RowReader reader(vertex, fields, offsets, stride, model, path);
+  model.Resize(count, std::min(degree, 3));
+  RowReader reader(vertex, fields, offsets, stride, model, path, bad);
   KeepTrailingHeader(header, model.source);
   ReadBody(header, file, stride, reader, monitor, model.source.trailing_bytes);
   return model;
@@ -443,7 +451,7 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor
 void PlyCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
                      Monitor& monitor) const {
   CheckWritable(model, path);
-  const std::vector<Field> fields = Fields(model.sh_degree);
+  const std::vector<Field> fields = Fields(FileDegree(model));
   const std::vector<std::string> order = ColumnOrder(model, fields);
   const RowWriter writer(model, fields, order);
 

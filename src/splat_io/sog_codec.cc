@@ -2,10 +2,13 @@
 #include "splat_io/sog_codec.h"
 
 #include <array>
+#include <numeric>
 
 #include "splat_io/compression.h"
 #include "splat_io/json.h"
+#include "splat_io/morton.h"
 #include "splat_io/sog_files.h"
+#include "splat_io/sog_writer.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -14,8 +17,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr size_t kBlockRows = 16384;
-constexpr size_t kMostPalette = 65536;
-constexpr size_t kPaletteColumns = 64;   // sets of coefficients in a row of the palette's picture
 constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, a Gaussian
 
 struct Bands {
@@ -66,6 +67,7 @@ class Scene {
       }
       SetRow(model, g, Decode(g));
     }
+    Tables().Keep(model.source);
     return model;
   }
 
@@ -128,17 +130,29 @@ class Scene {
     degree_ = static_cast<int>(Whole(part, "bands", 3));
     if (degree_ == 0) return;
     bands_.coefficients = static_cast<size_t>((degree_ + 1) * (degree_ + 1) - 1);
-    bands_.palette = Whole(part, "count", kMostPalette);
+    bands_.palette = Whole(part, "count", kSogMostPalette);
     bands_.codebook = Numbers(part, "codebook", 256);
     const std::string name = FileName(part, 0);
-    const uint64_t width = kPaletteColumns * bands_.coefficients;
-    const uint64_t height = (bands_.palette + kPaletteColumns - 1) / kPaletteColumns;
+    const uint64_t width = kSogPaletteColumns * bands_.coefficients;
+    const uint64_t height = (bands_.palette + kSogPaletteColumns - 1) / kSogPaletteColumns;
     bands_.centroids = DecodeWebp(files_->Read(name), width * height,
-                                  width * (kMostPalette / kPaletteColumns), path_, name);
+                                  width * (kSogMostPalette / kSogPaletteColumns), path_, name);
     if (uint64_t(bands_.centroids.width) != width) {
       throw InputError(path_, name + " has not the width of its palette, " + std::to_string(width));
     }
     bands_.labels = Picture(part, 1);
+  }
+
+  SogTables Tables() const {
+    SogTables tables{least_, color_table_, bands_.codebook, {}, {}};
+    tables.quats.assign(quats_.rgba.begin(),
+                        quats_.rgba.begin() + static_cast<std::ptrdiff_t>(4 * count_));
+    tables.bounds.insert(tables.bounds.end(), most_.begin(), most_.end());
+    const size_t values = 3 * bands_.coefficients * bands_.palette;
+    for (size_t i = 0; i < values; ++i) {
+      tables.palette.push_back(bands_.codebook[bands_.centroids.rgba[i / 3 * 4 + i % 3]]);
+    }
+    return tables;
   }
 
   static float FromLog(double value) {
@@ -163,11 +177,7 @@ class Scene {
       throw InputError(path_, "Gaussian " + std::to_string(g) + ": rotation is marked " +
                                   std::to_string(quat[3]) + ", expected 252 to 255");
     }
-    SmallestThree packed;
-    packed.largest = quat[3] - 252;
-    for (size_t i = 0; i < 3; ++i) packed.rest[i] = (quat[i] / 255.0 * 2 - 1) * std::sqrt(0.5);
-    const std::array<double, 4> unit = UnpackSmallestThree(packed);
-    for (size_t i = 0; i < 4; ++i) row.quat_wxyz[i] = static_cast<float>(unit[i]);
+    row.quat_wxyz = DecodeSogQuat(quat);
     if (degree_ > 0) DecodeBands(g, row);
     return row;
   }
@@ -178,8 +188,8 @@ class Scene {
       throw InputError(path_, "Gaussian " + std::to_string(g) + ": spherical harmonics are set " +
                                   std::to_string(label) + " of " + std::to_string(bands_.palette));
     }
-    const size_t at = label / kPaletteColumns * static_cast<size_t>(bands_.centroids.width) +
-                      label % kPaletteColumns * bands_.coefficients;
+    const size_t at = label / kSogPaletteColumns * static_cast<size_t>(bands_.centroids.width) +
+                      label % kSogPaletteColumns * bands_.coefficients;
     for (size_t k = 0; k < bands_.coefficients; ++k) {
       for (size_t c = 0; c < 3; ++c) {
         row.sh[3 * (k + 1) + c] = bands_.codebook[bands_.centroids.rgba[4 * (at + k) + c]];
@@ -200,7 +210,7 @@ class Scene {
 }  // namespace
 
 std::span<const std::string_view> SogCodec::Extensions() const {
-  static constexpr std::array<std::string_view, 2> extensions = {".sog", ".json"};
+  static constexpr std::array<std::string_view, 2> extensions = {".sog", "meta.json"};
   return extensions;
 }
 
@@ -213,11 +223,34 @@ bool SogCodec::Sniff(std::string_view head) const {
   return head.starts_with('{') && head.find("\"means\"") != std::string_view::npos;
 }
 
-GaussianModel SogCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel SogCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                             BadRows bad) const {
   monitor.Step("load", 0, 1);
   GaussianModel model = Scene(path, monitor).Read(monitor);
-  ValidateRead(model, path);
+  ValidateRead(model, path, bad);
   return model;
+}
+
+void SogCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
+                     Monitor& monitor) const {
+  ValidateWrite(model, path);
+  monitor.Step("save", 0, 1);
+  std::vector<uint32_t> order = WriteOrder(model);
+  if (order.empty()) {
+    order.resize(model.NumGaussians());
+    std::iota(order.begin(), order.end(), 0u);
+  }
+  WriteSogFiles(path, EncodeSog(model, order, path, monitor));
+  monitor.Step("save", 1, 1);
+}
+
+std::vector<std::string> SogCodec::Losses(const GaussianModel& model) const {
+  return CommonLosses(model, 3);
+}
+
+std::vector<uint32_t> SogCodec::WriteOrder(const GaussianModel& model) const {
+  if (!SogTables::Of(model).colors.empty()) return {};
+  return MortonOrder(model);
 }
 
 }  // namespace retint

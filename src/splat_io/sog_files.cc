@@ -2,7 +2,13 @@
 #include "splat_io/sog_files.h"
 
 #include <webp/decode.h>
+#include <webp/encode.h>
 #include <zip.h>
+
+#include <algorithm>
+#include <cctype>
+#include <deque>
+#include <new>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -11,6 +17,8 @@
 
 namespace retint {
 namespace {
+
+constexpr int kWebpEffort = 4;  // of 9: more takes several times as long for a few percent
 
 class ZipBundle : public SogFiles {
  public:
@@ -74,6 +82,57 @@ class Folder : public SogFiles {
   uint64_t bytes_ = 0;
 };
 
+constexpr zip_int64_t kNoDate =
+    315532800;  // 1980, the first that a zip has: bytes do not depend on now
+
+[[noreturn]] void FailZip() { throw RunError("a zip bundle cannot be made"); }
+
+// meta.json comes first, which tells a SOG from other archives.
+std::string Zip(const std::map<std::string, std::string>& files) {
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* const bundle = zip_source_buffer_create(nullptr, 0, 0, &error);
+  if (!bundle) FailZip();
+  const std::unique_ptr<zip_source_t, void (*)(zip_source_t*)> free_bundle(bundle, zip_source_free);
+  zip_source_keep(bundle);  // closing the archive lets go of it once
+  zip_t* const zip = zip_open_from_source(bundle, ZIP_TRUNCATE, &error);
+  if (!zip) {
+    zip_source_free(bundle);
+    FailZip();
+  }
+  const auto add = [&](const std::string& name, const std::string& bytes) {
+    zip_source_t* const source = zip_source_buffer(zip, bytes.data(), bytes.size(), 0);
+    const zip_int64_t index =
+        source ? zip_file_add(zip, name.c_str(), source, ZIP_FL_ENC_UTF_8) : -1;
+    if (source && index < 0) zip_source_free(source);
+    if (index < 0) return false;
+    const auto at = static_cast<zip_uint64_t>(index);
+    return zip_set_file_compression(zip, at, ZIP_CM_STORE, 0) == 0 &&
+           zip_file_set_mtime(zip, at, kNoDate, 0) == 0;
+  };
+  bool added = add("meta.json", files.at("meta.json"));
+  for (const auto& [name, bytes] : files) added &= name == "meta.json" || add(name, bytes);
+  if (!added || zip_close(zip) != 0) {
+    zip_discard(zip);
+    FailZip();
+  }
+  zip_stat_t info;
+  std::string bytes;
+  if (zip_source_stat(bundle, &info) != 0 || zip_source_open(bundle) != 0) FailZip();
+  bytes.resize(info.size);
+  const zip_int64_t got = zip_source_read(bundle, bytes.data(), bytes.size());
+  zip_source_close(bundle);
+  if (got != static_cast<zip_int64_t>(bytes.size())) FailZip();
+  return bytes;
+}
+
+bool IsBundle(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".sog";
+}
+
 }  // namespace
 
 std::unique_ptr<SogFiles> SogFiles::Open(const std::filesystem::path& path) {
@@ -106,6 +165,42 @@ RgbaPicture DecodeWebp(const std::string& bytes, uint64_t least_pixels, uint64_t
     throw InputError(path, what + " is truncated or damaged");
   }
   return picture;
+}
+
+std::string EncodeWebp(const RgbaPicture& picture) {
+  WebPConfig config;
+  WebPPicture webp;
+  if (!WebPConfigInit(&config) || !WebPPictureInit(&webp)) throw std::bad_alloc();
+  WebPConfigLosslessPreset(&config, kWebpEffort);
+  config.exact = 1;
+  webp.use_argb = 1;
+  webp.width = picture.width;
+  webp.height = picture.height;
+  WebPMemoryWriter writer;
+  WebPMemoryWriterInit(&writer);
+  webp.writer = WebPMemoryWrite;
+  webp.custom_ptr = &writer;
+  const bool done = WebPPictureImportRGBA(&webp, picture.rgba.data(), 4 * picture.width) != 0 &&
+                    WebPEncode(&config, &webp) != 0;
+  WebPPictureFree(&webp);
+  std::string bytes(reinterpret_cast<const char*>(writer.mem), done ? writer.size : 0);
+  WebPMemoryWriterClear(&writer);
+  if (!done) throw std::bad_alloc();
+  return bytes;
+}
+
+void WriteSogFiles(const std::filesystem::path& path,
+                   const std::map<std::string, std::string>& files) {
+  if (IsBundle(path)) return WriteFile(path, Zip(files));
+  // All are on the disk before the first is in place.
+  std::deque<AtomicFile> staged;
+  for (const auto& [name, bytes] : files) {
+    if (name == "meta.json") continue;
+    staged.emplace_back(path.parent_path() / name).Write(bytes);
+  }
+  staged.emplace_back(path).Write(files.at("meta.json"));
+  for (AtomicFile& file : staged) file.Sync();
+  for (AtomicFile& file : staged) file.Commit();
 }
 
 }  // namespace retint

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,5 +33,13 @@ struct RgbaPicture {
 // or has fewer than `least_pixels` or more than `most_pixels`.
 RgbaPicture DecodeWebp(const std::string& bytes, uint64_t least_pixels, uint64_t most_pixels,
                        const std::filesystem::path& path, const std::string& what);
+
+// A lossless WebP, which keeps the color of transparent pixels too.
+std::string EncodeWebp(const RgbaPicture& picture);
+
+// The files by their names: a zip bundle where `path` ends with ".sog", else beside meta.json,
+// which is `path` and put in place last. RunError on a failed write.
+void WriteSogFiles(const std::filesystem::path& path,
+                   const std::map<std::string, std::string>& files);
 
 }  // namespace retint

@@ -62,7 +62,8 @@ std::span<const std::string_view> DotSplatCodec::Extensions() const {
   return extensions;
 }
 
-GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                                  BadRows bad) const {
   const InputFile file(path);
   if (file.size() == 0 || file.size() % kRecordBytes != 0) {
     throw InputError(path, "not a .splat, or truncated: its " + std::to_string(file.size()) +
@@ -80,7 +81,7 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
     file.ReadAt(first * kRecordBytes, records + first * kRecordBytes, (end - first) * kRecordBytes);
     for (size_t g = first; g < end; ++g) SetRow(model, g, Decode(records + g * kRecordBytes));
   }
-  ValidateRead(model, path);
+  ValidateRead(model, path, bad);
   return model;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "splat_io/compressed_ply_codec.h"
@@ -41,7 +43,10 @@ std::string LowerName(const std::filesystem::path& path) {
 }
 
 bool HasExtension(const std::string& lower_name, std::string_view extension) {
-  return lower_name.size() > extension.size() && lower_name.ends_with(extension);
+  // An extension's dot has a name before it; "meta.json" is a whole name.
+  return lower_name.ends_with(extension) &&
+         (extension[0] != '.' ? lower_name.size() == extension.size()
+                              : lower_name.size() > extension.size());
 }
 
 const KnownFormat* Unsupported(const std::string& lower_name, std::string_view head) {
@@ -61,6 +66,51 @@ const SplatCodec* CodecByExtension(const std::string& lower_name) {
     }
   }
   return nullptr;
+}
+
+// Rows of `width` values, those of `keep`.
+template <typename T>
+void KeepRows(std::vector<T>& values, size_t width, const std::vector<size_t>& keep) {
+  std::vector<T> kept;
+  kept.reserve(keep.size() * width);
+  for (const size_t g : keep) {
+    const auto row = values.begin() + static_cast<std::ptrdiff_t>(g * width);
+    kept.insert(kept.end(), row, row + static_cast<std::ptrdiff_t>(width));
+  }
+  values = std::move(kept);
+}
+
+bool AllFinite(const std::vector<float>& values, size_t width, size_t g) {
+  const auto row = values.begin() + static_cast<std::ptrdiff_t>(g * width);
+  return std::all_of(row, row + static_cast<std::ptrdiff_t>(width),
+                     [](float value) { return std::isfinite(value); });
+}
+
+void DropBadRows(GaussianModel& model, const std::filesystem::path& path) {
+  const size_t count = model.NumGaussians();
+  const size_t sh_width = static_cast<size_t>(model.NumShCoeffs()) * 3;
+  const std::pair<std::vector<float>*, size_t> arrays[] = {{&model.means, 3},
+                                                           {&model.quats_wxyz, 4},
+                                                           {&model.log_scales, 3},
+                                                           {&model.opacity_logits, 1},
+                                                           {&model.sh, sh_width}};
+  std::vector<size_t> keep;
+  for (size_t g = 0; g < count; ++g) {
+    const bool good = std::all_of(std::begin(arrays), std::end(arrays), [&](const auto& array) {
+      return AllFinite(*array.first, array.second, g);
+    });
+    if (good) keep.push_back(g);
+  }
+  if (keep.size() == count) return;
+  if (keep.empty()) throw InputError(path, "every Gaussian has a value that is NaN or infinite");
+  for (const auto& [values, width] : arrays) KeepRows(*values, width, keep);
+  for (ExtraColumn& extra : model.source.extras) {
+    KeepRows(extra.bytes, static_cast<size_t>(extra.bytes_per_value), keep);
+  }
+  model.source.packed_format.clear();  // it is of all rows
+  model.source.packed.clear();
+  model.source.notes.push_back(std::to_string(count - keep.size()) +
+                               " Gaussians with a value that is NaN or infinite were left out");
 }
 
 std::string SupportedFormats(bool writable) {
@@ -117,7 +167,7 @@ const SplatCodec& CodecForWriting(const std::filesystem::path& path) {
                     SupportedFormats(/*writable=*/true));
 }
 
-GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor) {
+GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor, BadRows bad) {
   std::string head;
   {
     const InputFile file(path);
@@ -125,7 +175,11 @@ GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor) {
     head.resize(std::min<uint64_t>(file.size(), kSniffBytes));
     file.ReadAt(0, head.data(), head.size());
   }
-  if (const SplatCodec* codec = FindCodec(path, head)) return codec->Read(path, monitor);
+  if (const SplatCodec* codec = FindCodec(path, head)) {
+    GaussianModel model = codec->Read(path, monitor, bad);
+    if (bad == BadRows::kDrop) DropBadRows(model, path);
+    return model;
+  }
   const KnownFormat* format = Unsupported(LowerName(path), head);
   throw InputError(path, (format ? "this is " + std::string(format->name) + ", not supported"
                                  : std::string("not a known splat format")) +

@@ -14,6 +14,10 @@
 
 namespace retint {
 
+// What becomes of Gaussians with a value that is NaN or infinite: the file is refused, or codecs
+// leave them as they are and ReadSplat() leaves them out.
+enum class BadRows { kRefuse, kDrop };
+
 class SplatCodec {
  public:
   virtual ~SplatCodec() = default;
@@ -24,7 +28,8 @@ class SplatCodec {
   virtual bool Sniff(std::string_view head) const = 0;
   // InputError naming `path` and the fault. The result passes GaussianModel::Validate(). Reports
   // the stage "load"; may be cancelled between blocks of rows.
-  virtual GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const = 0;
+  virtual GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
+                             BadRows bad = BadRows::kRefuse) const = 0;
 
   virtual bool CanWrite() const { return true; }
   // Atomic: on any error (RunError), and when cancelled, a file that was there stays as it was.
@@ -61,7 +66,9 @@ std::vector<SplatFormat> SplatFormats();
 
 // Reads a splat file of any supported format. InputError for a missing, unsupported (the format
 // found is named), truncated or damaged file, or one without Gaussians.
-GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor);
+// With BadRows::kDrop how many were left out is one of source.notes.
+GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor,
+                        BadRows bad = BadRows::kRefuse);
 GaussianModel ReadSplat(const std::filesystem::path& path);
 
 // Writes in the format of the extension. OptionError as CodecForWriting, RunError for a model that

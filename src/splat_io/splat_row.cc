@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "splat_io/splat_row.h"
 
+#include "scene/sh_band4.h"
+
 namespace retint {
+namespace {
+
+constexpr const char* kHowToDrop = "; `retint convert --drop-bad` writes a file without such rows";
+
+}  // namespace
 
 SplatRow GetRow(const GaussianModel& model, size_t g) {
   SplatRow row;
@@ -69,11 +76,12 @@ std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed) {
   return unit;
 }
 
-void ValidateRead(const GaussianModel& model, const std::filesystem::path& path) {
+void ValidateRead(const GaussianModel& model, const std::filesystem::path& path, BadRows bad) {
+  if (bad == BadRows::kDrop) return;
   try {
     model.Validate();
   } catch (const InputError& error) {
-    throw InputError(path, error.what());
+    throw InputError(path, std::string(error.what()) + kHowToDrop);
   }
 }
 
@@ -99,12 +107,13 @@ void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path
 
 std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree) {
   std::vector<std::string> losses;
-  if (model.sh_degree > max_sh_degree) {
+  if (const int degree = HasShBand4(model) ? 4 : model.sh_degree; degree > max_sh_degree) {
     losses.push_back("spherical harmonics above degree " + std::to_string(max_sh_degree) +
-                     " are dropped; the scene has degree " + std::to_string(model.sh_degree));
+                     " are dropped; the scene has degree " + std::to_string(degree));
   }
   std::string columns;
   for (const ExtraColumn& extra : model.source.extras) {
+    if (HasShBand4(model) && ShBand4Columns::IsName(extra.name)) continue;
     if (extra.name == "nx" || extra.name == "ny" || extra.name == "nz") continue;  // always zero
     columns += (columns.empty() ? "" : ", ") + extra.name;
   }

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "kernels/common/sh.h"  // color = 0.5 + kShC0 * sh_0
 #include "scene/gaussian_model.h"
+#include "splat_io/splat_io.h"
 
 namespace retint {
 
@@ -60,8 +61,9 @@ struct SmallestThree {
 SmallestThree PackSmallestThree(const std::array<double, 4>& unit);
 std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed);
 
-// GaussianModel::Validate() naming the file that the model was read from.
-void ValidateRead(const GaussianModel& model, const std::filesystem::path& path);
+// GaussianModel::Validate() naming the file that the model was read from; nothing where bad rows
+// are to be dropped.
+void ValidateRead(const GaussianModel& model, const std::filesystem::path& path, BadRows bad);
 // Before a write: RunError naming `path` for a model that is empty, inconsistent or not finite.
 void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path);
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "base/files.h"
+#include "scene/sh_band4.h"
 #include "splat_io/axes.h"
 #include "splat_io/compression.h"
 #include "splat_io/input_file.h"
@@ -51,7 +52,6 @@ struct Packed {
     const size_t side = size_t{header.sh_degree} + 1;
     return 3 * (side * side - 1);
   }
-  int ModelDegree() const { return std::min<int>(header.sh_degree, 3); }
   // Bytes a Gaussian: positions, opacities, colors, scales, rotations, SH, in the file's order.
   std::array<size_t, 6> Widths() const {
     return {PositionBytes(), 1, 3, 3, RotationBytes(), ShBytes()};
@@ -196,11 +196,33 @@ bool Encode(Packed& packed, size_t g, const SplatRow& model_row, const SplatRow*
     if (was && model_row.sh[3 + i] == was->sh[3 + i]) continue;
     packed.At(kSh, g)[i] = PackSh(row.sh[3 + i], i / 3 + 1);
   }
-  // Degree 4 of a Gaussian of another color: none.
-  if (was && model_row.sh != was->sh) {
-    for (size_t i = values; i < packed.ShBytes(); ++i) packed.At(kSh, g)[i] = '\x80';
-  }
   return true;
+}
+
+// Degree 4, in the model's axes. The parity of its functions in x, y and z: bits 0, 1, 2.
+float Band4Sign(const AxisSigns& axes, size_t value) {
+  static constexpr std::array<int, 9> kParity = {3, 6, 3, 6, 0, 5, 0, 5, 0};
+  float sign = 1;
+  for (size_t i = 0; i < 3; ++i) {
+    if (kParity[value / 3] >> i & 1) sign *= axes[i];
+  }
+  return sign;
+}
+
+ShBand4 DecodeBand4(Packed& packed, size_t g) {
+  ShBand4 values;
+  for (size_t i = 0; i < values.size(); ++i) {
+    values[i] = Band4Sign(packed.axes, i) * UnpackSh(packed.At(kSh, g)[45 + i]);
+  }
+  return values;
+}
+
+// Packs what differs from `was`, everything where that is nullptr.
+void EncodeBand4(Packed& packed, size_t g, const ShBand4& values, const ShBand4* was) {
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (was && values[i] == (*was)[i]) continue;
+    packed.At(kSh, g)[45 + i] = PackSh(Band4Sign(packed.axes, i) * values[i], 16);
+  }
 }
 
 // ---- Reading
@@ -350,13 +372,15 @@ Packed Unpack(const std::string& file, const std::filesystem::path& path, Monito
 
 // ---- Writing
 
+int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
+
 // What the model's source holds, where it may be written again with the model's values.
 bool LoadSource(const GaussianModel& model, Packed& packed) {
   const SourceLayout& source = model.source;
   if (source.packed_format != kMark || source.packed.size() < kHeaderBytes) return false;
   std::memcpy(&packed.header, source.packed.data(), kHeaderBytes);
   if (packed.header.version < 2 || packed.header.count != model.NumGaussians() ||
-      packed.ModelDegree() != model.sh_degree || source.packed.size() < packed.Size()) {
+      packed.header.sh_degree != FileDegree(model) || source.packed.size() < packed.Size()) {
     return false;
   }
   packed.bytes = source.packed;
@@ -367,7 +391,11 @@ bool LoadSource(const GaussianModel& model, Packed& packed) {
 Packed NewFile(const GaussianModel& model) {
   Packed packed;
   packed.header.count = static_cast<uint32_t>(model.NumGaussians());
-  packed.header.sh_degree = static_cast<uint8_t>(model.sh_degree);
+  packed.header.sh_degree = static_cast<uint8_t>(FileDegree(model));
+  if (packed.header.sh_degree == 4) {  // which earlier versions do not have
+    packed.header.version = 4;
+    packed.header.streams = 6;
+  }
   double farthest = 0;
   for (const float x : model.means) farthest = std::max(farthest, std::abs(double{x}));
   int bits = kMostFractionalBits;
@@ -411,23 +439,24 @@ bool SpzCodec::Sniff(std::string_view head) const {
   return kMagic.starts_with(std::string_view(start.data(), start.size()));
 }
 
-GaussianModel SpzCodec::Read(const std::filesystem::path& path, Monitor& monitor) const {
+GaussianModel SpzCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                             BadRows bad) const {
   monitor.Step("load", 0, 1);
   const std::string file = ReadFile(path);
   Packed packed = NamingPath(path, [&] { return Unpack(file, path, monitor); });
   GaussianModel model;
   const size_t count = packed.header.count;
-  model.Resize(count, packed.ModelDegree());
+  model.Resize(count, std::min<int>(packed.header.sh_degree, 3));
+  if (packed.header.sh_degree > 3) ShBand4Columns::AddTo(model);
+  ShBand4Columns band4(model);
   for (size_t g = 0; g < count; ++g) {
     if (g % kBlockRows == 0) {
       monitor.Step("load", static_cast<double>(count + g), 2.0 * static_cast<double>(count));
     }
     SetRow(model, g, Decode(packed, g));
+    if (band4.present()) band4.Set(g, DecodeBand4(packed, g));
   }
-  ValidateRead(model, path);
-  if (packed.header.sh_degree > 3) {
-    model.source.notes.push_back("spherical harmonics of degree 4 are not used");
-  }
+  ValidateRead(model, path, bad);
   model.source.packed_format = kMark;
   model.source.packed = std::move(packed.bytes);
   return model;
@@ -443,6 +472,13 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
   const bool patch = LoadSource(model, packed);
   if (!patch) packed = NewFile(model);
   const size_t count = packed.header.count;
+  GaussianModel columns;  // those of degree 4 alone
+  if (packed.header.sh_degree > 3) {
+    columns.sh_degree = 3;
+    columns.opacity_logits = model.opacity_logits;
+    columns.source.extras = model.source.extras;
+  }
+  const ShBand4Columns band4(columns);
   for (size_t g = 0; g < count; ++g) {
     if (g % kBlockRows == 0) {
       monitor.Step("save", static_cast<double>(g), 2.0 * static_cast<double>(count));
@@ -453,6 +489,10 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
       throw RunError(path.string() + ": not written: Gaussian " + std::to_string(g) +
                      ": mean is beyond the range of the .spz's positions");
     }
+    if (!band4.present()) continue;
+    ShBand4 old;
+    if (patch) old = DecodeBand4(packed, g);
+    EncodeBand4(packed, g, band4.Get(g), patch ? &old : nullptr);
   }
   AtomicFile file(path);
   if (packed.header.version == 4) {
@@ -468,7 +508,7 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 }
 
 std::vector<std::string> SpzCodec::Losses(const GaussianModel& model) const {
-  std::vector<std::string> losses = CommonLosses(model, 3);
+  std::vector<std::string> losses = CommonLosses(model, 4);
   const auto clamped = [&](const std::vector<float>& values, size_t width, float least,
                            float most) {
     size_t gaussians = 0;

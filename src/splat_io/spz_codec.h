@@ -27,7 +27,8 @@ class SpzCodec : public SplatCodec {
   std::string_view Name() const override { return ".spz"; }
   std::span<const std::string_view> Extensions() const override;
   bool Sniff(std::string_view head) const override;
-  GaussianModel Read(const std::filesystem::path& path, Monitor& monitor) const override;
+  GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
+                     BadRows bad = BadRows::kRefuse) const override;
   void Write(const std::filesystem::path& path, const GaussianModel& model,
              Monitor& monitor) const override;
   std::vector<std::string> Losses(const GaussianModel& model) const override;

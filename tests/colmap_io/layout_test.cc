@@ -124,11 +124,16 @@ TEST(Layout, PartsMayBeTextAndBinaryMixed) {
   EXPECT_THAT(warnings, IsEmpty());
 }
 
-TEST(Layout, FramesWithoutImagesAreAnsweredWithTheCommandThatHelps) {
+TEST(Layout, FramesWithoutImagesHavePoses) {
   RETINT_REQUIRE_DATA("colmap/unicode_names/1");
-  EXPECT_THAT(
-      [&] { Workspace::Open(DataPath("colmap/unicode_names/1")); },
-      ThrowsMessage<InputError>(AllOf(HasSubstr("images.bin"), HasSubstr("model_converter"))));
+  const Workspace workspace = Workspace::Open(DataPath("colmap/unicode_names/1"));
+  EXPECT_EQ(workspace.reconstruction.views.size(), 45u);
+  EXPECT_FALSE(workspace.reconstruction.points.empty());
+  const View& view = workspace.RequireView("image_00002");
+  EXPECT_EQ(view.id, 2u);
+  EXPECT_FALSE(workspace.HasPhoto(view));
+  EXPECT_THAT(workspace.warnings,
+              testing::Contains(HasSubstr("images.bin: is missing; poses come from frames.bin")));
   // One more level is looked at; the model that is whole is taken.
   EXPECT_EQ(Workspace::Open(DataPath("colmap/unicode_names")).sparse_folder,
             DataPath("colmap/unicode_names") / "0");
@@ -185,6 +190,37 @@ TEST(Nerfstudio, CamerasComeWithColmapsAxesInColmapsWorld) {
   const Camera& camera = workspace.reconstruction.cameras.at(distorted.camera_id);
   EXPECT_EQ(camera.model, CameraModelId::kOpenCV);
   EXPECT_EQ(camera.params, (std::vector<double>{60, 51, 31, 25, 0.1, 0, 0, 0}));
+}
+
+// Its points are in the frame of its poses, here that of kTransforms' world.
+TEST(Nerfstudio, PointsAreThoseOfThePlyThatIsNamed) {
+  const TempFolder folder;
+  const std::string text = kTransforms;
+  WriteFile(folder / "transforms.json",
+            text.substr(0, text.rfind('}')) + R"(, "ply_file_path": "sparse_pc.ply"})");
+  WriteFile(folder / "sparse_pc.ply",
+            "ply\nformat ascii 1.0\nelement camera 1\nproperty list uchar int x\n"
+            "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+            "property uint8 red\nproperty uint8 green\nproperty uint8 blue\nend_header\n"
+            "2 7 8\n1 2 3 10 20 30\n0 0 1 255 0 0\n");
+  const Workspace workspace = Workspace::Open(folder.path());
+  EXPECT_THAT(workspace.warnings, IsEmpty());
+  ASSERT_EQ(workspace.reconstruction.points.size(), 2u);
+  const SparsePoint& point = workspace.reconstruction.points.at(1);
+  EXPECT_LT((point.xyz - Eigen::Vector3d(1, -3, 2)).norm(), 1e-6);
+  EXPECT_EQ(point.color, (Eigen::Matrix<uint8_t, 3, 1>(10, 20, 30)));
+  EXPECT_TRUE(point.track.empty());
+  // What cannot be read is left out, and said.
+  for (const char* bad : {"not a ply\n",
+                          "ply\nformat ascii 1.0\nelement vertex 9999999999\nproperty float x\n"
+                          "property float y\nproperty float z\nend_header\n1 2 3\n",
+                          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                          "property float y\nproperty float z\nend_header\n1 nan 3\n"}) {
+    WriteFile(folder / "sparse_pc.ply", bad);
+    const Workspace without = Workspace::Open(folder.path());
+    EXPECT_TRUE(without.reconstruction.points.empty());
+    EXPECT_THAT(without.warnings, testing::Contains(HasSubstr("sparse_pc.ply")));
+  }
 }
 
 TEST(Nerfstudio, FilesOfOtherThingsAreRefused) {

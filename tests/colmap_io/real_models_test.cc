@@ -221,9 +221,34 @@ TEST(RealModelsTest, DamagedModelsAreRefusedByFileAndPlace) {
       [] { ReadReconstruction(DataPath("colmap/t265_fisheye_malformed")); },
       ThrowsMessage<InputError>(AllOf(HasSubstr("images.txt:5: IMAGE_ID is not an integer: \"1,\""),
                                       HasSubstr("not by commas"))));
-  RETINT_REQUIRE_DATA("colmap/unicode_names/1");
-  EXPECT_THAT([] { ReadReconstruction(DataPath("colmap/unicode_names/1")); },
-              ThrowsMessage<InputError>(HasSubstr("images.bin: is missing")));
+}
+
+// COLMAP writes an image's pose twice, as its own and as its frame's.
+TEST(RealModelsTest, FramesHaveThePosesOfTheirImages) {
+  for (const char* name : {"colmap/rigs", "colmap/unicode_names/0"}) {
+    RETINT_REQUIRE_DATA(name);
+    const TempFolder folder;
+    for (const char* file : {"cameras.bin", "points3D.bin", "rigs.bin", "frames.bin"}) {
+      std::filesystem::copy(DataPath(name) / file, folder / file);
+    }
+    const Reconstruction images = ReadReconstruction(DataPath(name));
+    const Reconstruction frames = ReadReconstruction(folder.path());
+    ASSERT_EQ(frames.views.size(), images.views.size());
+    for (const auto& [id, view] : images.views) {
+      const View& same = frames.views.at(id);
+      EXPECT_EQ(same.camera_id, view.camera_id);
+      // One product with the rig's own pose, which is none.
+      EXPECT_LT((same.cam_from_world.translation - view.cam_from_world.translation).norm(), 1e-12);
+      EXPECT_LT(same.cam_from_world.rotation.angularDistance(view.cam_from_world.rotation), 1e-7);
+    }
+    // Cut off anywhere it is refused by name.
+    const std::string bytes = ReadFile(folder / "frames.bin");
+    for (size_t length = 0; length < bytes.size(); length += 7) {
+      WriteFile(folder / "frames.bin", bytes.substr(0, length));
+      EXPECT_THAT([&] { ReadReconstruction(folder.path()); },
+                  ThrowsMessage<InputError>(HasSubstr("frames.bin")));
+    }
+  }
 }
 
 TEST(RealModelsTest, TruncatedPointsAreRefusedToo) {

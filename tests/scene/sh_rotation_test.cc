@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "kernels/common/sh.h"
+#include "scene/sh_band4.h"
 #include "scene/sh_rotation.h"
 
 namespace retint {
@@ -38,6 +40,51 @@ TEST(ShRotationTest, TheTurnedFunctionHasTheSameValueTowardsTheTurnedDirection) 
       }
     }
   }
+}
+
+TEST(ShRotationTest, DegreeFourTurnsToo) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> draw(-1, 1);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Eigen::Quaterniond rotation =
+        Eigen::Quaterniond(draw(random), draw(random), draw(random), draw(random)).normalized();
+    std::vector<float> sh(27);
+    for (float& value : sh) value = draw(random);
+    std::vector<float> turned = sh;
+    ShRotation(rotation).ApplyToBand4(turned.data());
+    const Eigen::Vector3d d =
+        Eigen::Vector3d(draw(random), draw(random), draw(random)).normalized();
+    const Eigen::Vector3d r = rotation * d;
+    double at_d[9], at_r[9];
+    ShBand4Basis(d.x(), d.y(), d.z(), at_d);
+    ShBand4Basis(r.x(), r.y(), r.z(), at_r);
+    for (size_t c = 0; c < 3; ++c) {
+      double before = 0, after = 0;
+      for (size_t k = 0; k < 9; ++k) {
+        before += at_d[k] * double(sh[3 * k + c]);
+        after += at_r[k] * double(turned[3 * k + c]);
+      }
+      // Nine products of floats up to about 2.
+      EXPECT_NEAR(after, before, 1e-5);
+    }
+  }
+}
+
+// Orthonormal, among themselves and to the bands below: sums over directions that are even on the
+// sphere stand for its integrals.
+TEST(ShRotationTest, DegreeFourIsOrthonormal) {
+  constexpr int kDirections = 20000;
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(25, 25);
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kDirections;
+    const double angle = i * 2.399963229728653, side = std::sqrt(1 - z * z);
+    Eigen::VectorXd basis(25);
+    ShBasis(3, side * std::cos(angle), side * std::sin(angle), z, basis.data());
+    ShBand4Basis(side * std::cos(angle), side * std::sin(angle), z, basis.data() + 16);
+    products += 4 * M_PI / kDirections * basis * basis.transpose();
+  }
+  // 20,000 directions miss the integrals of such smooth functions by less.
+  EXPECT_LT((products - Eigen::MatrixXd::Identity(25, 25)).cwiseAbs().maxCoeff(), 1e-3);
 }
 
 TEST(ShRotationTest, NoRotationChangesNothingToSpeakOf) {

@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(
                "vertex lacks rot_0, rot_1, rot_2, rot_3, scale_0, scale_1, scale_2, opacity, ... "
                "(11 in all)"},
         BadPly{"RestCount", [](PlyText& p) { p.Remove("f_rest_8"); },
-               "8 f_rest_* columns; 0, 9, 24 or 45"},
+               "8 f_rest_* columns; 0, 9, 24, 45 or 72"},
         BadPly{"RestNumbering", [](PlyText& p) { p["f_rest_4"].name = "f_rest_9"; },
                "vertex lacks f_rest_4"},
         BadPly{"IntColumn", [](PlyText& p) { p["y"].type = "int"; },

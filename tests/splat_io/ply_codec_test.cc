@@ -257,7 +257,7 @@ TEST_F(PlyCodecTest, FormatsForDialogsAreThoseOfTheRegistry) {
   ASSERT_EQ(formats.size(), SplatCodecs().size());
   for (const SplatFormat& format : formats) {
     for (const std::string_view extension : format.extensions) {
-      const std::string name = "a" + std::string(extension);
+      const std::string name = (extension[0] == '.' ? "a" : "") + std::string(extension);
       const SplatCodec* codec = FindCodec(name, "");
       ASSERT_NE(codec, nullptr) << name;
       EXPECT_EQ(codec->Name(), format.name);

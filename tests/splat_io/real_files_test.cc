@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(
     Files, PackedFileTest,
     ::testing::Values(PackedFile{"splats/biker.compressed.ply", 152746, 0, ".compressed.ply"},
                       PackedFile{"splats/biker.spz", 152746, 0, ".spz"},
-                      PackedFile{"splats/angel.sog", 71359, 0, nullptr},
+                      PackedFile{"splats/angel.sog", 71359, 0, ".sog"},
                       PackedFile{"splats/minimal.ksplat", 4, 0, nullptr},
                       PackedFile{"splats/minimal-raw.spz", 4, 0, ".spz"},
                       PackedFile{"splats/minimal-v2.spz", 4, 0, ".spz"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "splat_io/ply_header.h"
+#include "base/ply_header.h"
 
 #include <algorithm>
 #include <charconv>

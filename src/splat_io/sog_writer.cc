@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/sog_writer.h"
+
+#include <cmath>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "splat_io/sog_files.h"
+#include "splat_io/sog_tables.h"
+#include "splat_io/splat_row.h"
+
+namespace retint {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kMark = "SOG 2";  // of SourceLayout::packed_format
+constexpr int kMostSide = 16383;        // pixels, of a WebP picture
+// How far a new color may lie from its entry in tables that were there, before they are made anew:
+// one of 255 steps of the color, and as much of a coefficient above degree 0.
+constexpr float kMostOff = 1 / 255.0f / kShC0;
+
+// A picture of a pixel a Gaussian; what is left over is opaque black.
+RgbaPicture PictureFor(size_t count, const std::filesystem::path& path) {
+  const auto n = static_cast<double>(count);
+  const int width = 4 * static_cast<int>(std::ceil(std::sqrt(n) / 4));
+  const int height = 4 * static_cast<int>(std::ceil(n / width / 4));
+  if (width > kMostSide || height > kMostSide) {
+    throw RunError(path.string() + ": not written: too many Gaussians for a SOG scene");
+  }
+  RgbaPicture picture{width, height, {}};
+  picture.rgba.resize(size_t(width) * size_t(height) * 4);
+  for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
+  return picture;
+}
+
+std::vector<float> Padded(std::vector<float> table) {
+  table.resize(kTableSize, table.back());
+  return table;
+}
+
+class Encoder {
+ public:
+  Encoder(const GaussianModel& model, std::span<const uint32_t> order,
+          const std::filesystem::path& path, Monitor& monitor)
+      : model_(model),
+        order_(order),
+        path_(path),
+        monitor_(monitor),
+        known_(SogTables::Of(model)),
+        count_(model.NumGaussians()) {}
+
+  std::map<std::string, std::string> Encode() {
+    meta_["version"] = 2;
+    meta_["asset"] = {{"generator", "Retint"}};
+    meta_["count"] = count_;
+    meta_["antialias"] = false;
+    AddMeans();
+    AddScales();
+    AddRotations();
+    AddColors();
+    if (model_.sh_degree > 0) AddBands();
+    files_["meta.json"] = meta_.dump() + "\n";
+    return std::move(files_);
+  }
+
+ private:
+  void Add(const char* part, const std::string& name, const RgbaPicture& picture) {
+    monitor_.Step("save", 0.1 * static_cast<double>(files_.size()), 1);
+    files_[name] = EncodeWebp(picture);
+    meta_[part]["files"].push_back(name);
+  }
+
+  static double ToLog(float x) { return std::copysign(std::log1p(std::abs(double{x})), x); }
+
+  // Whether the bounds of the scene's source along an axis serve: they hold all, and not much more.
+  bool KnownBoundsServe(double low, double high, size_t axis) const {
+    if (known_.bounds.empty()) return false;
+    const double least = double{known_.bounds[axis]}, most = double{known_.bounds[3 + axis]};
+    const double slack = 1e-6 * (1 + std::max(std::abs(least), std::abs(most)));  // of floats
+    return low >= least - slack && high <= most + slack && high - low >= 0.9 * (most - least);
+  }
+
+  void AddMeans() {
+    std::array<float, 3> least, most;
+    for (size_t i = 0; i < 3; ++i) {
+      double low = INFINITY, high = -INFINITY;
+      for (size_t g = 0; g < count_; ++g) {
+        const double value = ToLog(model_.means[3 * g + i]);
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      const bool known = KnownBoundsServe(low, high, i);
+      least[i] = known ? known_.bounds[i] : static_cast<float>(low);
+      most[i] = known ? known_.bounds[3 + i] : static_cast<float>(high);
+    }
+    RgbaPicture lower = PictureFor(count_, path_), upper = lower;
+    for (size_t at = 0; at < count_; ++at) {
+      for (size_t i = 0; i < 3; ++i) {
+        const double span = double{most[i]} - double{least[i]};
+        const double t = ToLog(model_.means[3 * order_[at] + i]) - double{least[i]};
+        const uint32_t step = span > 0 ? RoundTo(65535 * t / span, 65535) : 0;
+        lower.rgba[4 * at + i] = static_cast<uint8_t>(step & 255);
+        upper.rgba[4 * at + i] = static_cast<uint8_t>(step >> 8);
+      }
+    }
+    meta_["means"]["mins"] = least;
+    meta_["means"]["maxs"] = most;
+    Add("means", "means_l.webp", lower);
+    Add("means", "means_u.webp", upper);
+  }
+
+  void AddScales() {
+    const std::vector<float> table = Padded(FitTable(model_.log_scales));
+    const TableLookup lookup(table);
+    RgbaPicture picture = PictureFor(count_, path_);
+    for (size_t at = 0; at < count_; ++at) {
+      for (size_t i = 0; i < 3; ++i) {
+        picture.rgba[4 * at + i] = lookup.Find(model_.log_scales[3 * order_[at] + i]);
+      }
+    }
+    meta_["scales"]["codebook"] = table;
+    Add("scales", "scales.webp", picture);
+  }
+
+  void AddRotations() {
+    RgbaPicture picture = PictureFor(count_, path_);
+    for (size_t at = 0; at < count_; ++at) {
+      const size_t g = order_[at];
+      std::array<float, 4> quat;
+      std::copy_n(&model_.quats_wxyz[4 * g], 4, quat.begin());
+      // A largest component that rounding made the second largest would change its place.
+      if (known_.quats.size() == 4 * count_ && DecodeSogQuat(&known_.quats[4 * g]) == quat) {
+        std::copy_n(&known_.quats[4 * g], 4, &picture.rgba[4 * at]);
+        continue;
+      }
+      const SmallestThree packed = PackSmallestThree(Normalized(quat));
+      for (size_t i = 0; i < 3; ++i) {
+        const double unit = packed.rest[i] / std::sqrt(0.5);
+        picture.rgba[4 * at + i] = static_cast<uint8_t>(RoundTo((unit + 1) / 2 * 255, 255));
+      }
+      picture.rgba[4 * at + 3] = static_cast<uint8_t>(252 + packed.largest);
+    }
+    Add("quats", "quats.webp", picture);
+  }
+
+  void AddColors() {
+    const size_t width = static_cast<size_t>(model_.NumShCoeffs()) * 3;
+    std::vector<float> values;
+    values.reserve(3 * count_);
+    for (size_t g = 0; g < count_; ++g) {
+      const float* sh = &model_.sh[g * width];
+      values.insert(values.end(), sh, sh + 3);
+    }
+    const std::vector<float> table = Padded(
+        known_.colors.empty() ? FitTable(values) : RefitTable(known_.colors, values, kMostOff));
+    const TableLookup lookup(table);
+    RgbaPicture picture = PictureFor(count_, path_);
+    for (size_t at = 0; at < count_; ++at) {
+      for (size_t i = 0; i < 3; ++i) {
+        picture.rgba[4 * at + i] = lookup.Find(values[3 * order_[at] + i]);
+      }
+      picture.rgba[4 * at + 3] =
+          static_cast<uint8_t>(RoundTo(255 * Sigmoid(model_.opacity_logits[order_[at]]), 255));
+    }
+    meta_["sh0"]["codebook"] = table;
+    Add("sh0", "sh0.webp", picture);
+  }
+
+  void AddBands() {
+    const auto coefficients = static_cast<size_t>(model_.NumShCoeffs()) - 1;
+    const size_t width = 3 * coefficients;
+    const VectorPalette palette =
+        FitPalette(model_.sh.data() + 3, count_, width, width + 3,
+                   known_.palette.size() % width == 0 ? known_.palette : std::vector<float>(),
+                   kSogMostPalette, monitor_);
+    const std::vector<float> table =
+        Padded(known_.bands.empty() ? FitTable(palette.entries)
+                                    : RefitTable(known_.bands, palette.entries, kMostOff));
+    const TableLookup lookup(table);
+    const size_t rows = (palette.Count() + kSogPaletteColumns - 1) / kSogPaletteColumns;
+    RgbaPicture centroids{
+        static_cast<int>(kSogPaletteColumns * coefficients), static_cast<int>(rows), {}};
+    centroids.rgba.assign(size_t(centroids.width) * rows * 4, 255);
+    // A row of the picture holds 64 sets, so that set after set is pixel after pixel.
+    for (size_t i = 0; i < palette.entries.size(); ++i) {
+      centroids.rgba[i / 3 * 4 + i % 3] = lookup.Find(palette.entries[i]);
+    }
+    RgbaPicture labels = PictureFor(count_, path_);
+    for (size_t at = 0; at < count_; ++at) {
+      const uint32_t label = palette.labels[order_[at]];
+      labels.rgba[4 * at] = static_cast<uint8_t>(label & 255);
+      labels.rgba[4 * at + 1] = static_cast<uint8_t>(label >> 8);
+    }
+    meta_["shN"]["count"] = palette.Count();
+    meta_["shN"]["bands"] = model_.sh_degree;
+    meta_["shN"]["codebook"] = table;
+    Add("shN", "shN_centroids.webp", centroids);
+    Add("shN", "shN_labels.webp", labels);
+  }
+
+  const GaussianModel& model_;
+  std::span<const uint32_t> order_;
+  const std::filesystem::path& path_;
+  Monitor& monitor_;
+  SogTables known_;
+  size_t count_;
+  Json meta_;
+  std::map<std::string, std::string> files_;
+};
+
+}  // namespace
+
+// Lengths first, which tell the parts.
+void SogTables::Keep(SourceLayout& source) const {
+  const std::array<uint64_t, 5> sizes = {bounds.size(), colors.size(), bands.size(), palette.size(),
+                                         quats.size()};
+  source.packed_format = kMark;
+  source.packed.clear();
+  const auto append = [&](const void* data, size_t bytes) {
+    const auto* from = static_cast<const char*>(data);
+    source.packed.insert(source.packed.end(), from, from + bytes);
+  };
+  append(sizes.data(), sizeof(sizes));
+  for (const auto* table : {&bounds, &colors, &bands, &palette}) {
+    append(table->data(), table->size() * sizeof(float));
+  }
+  append(quats.data(), quats.size());
+}
+
+SogTables SogTables::Of(const GaussianModel& model) {
+  SogTables tables;
+  std::array<uint64_t, 5> sizes;
+  const std::vector<char>& packed = model.source.packed;
+  if (model.source.packed_format != kMark || packed.size() < sizeof(sizes)) return tables;
+  std::memcpy(sizes.data(), packed.data(), sizeof(sizes));
+  const char* next = packed.data() + sizeof(sizes);
+  size_t part = 0;
+  for (auto* table : {&tables.bounds, &tables.colors, &tables.bands, &tables.palette}) {
+    table->resize(sizes[part++]);
+    std::memcpy(table->data(), next, table->size() * sizeof(float));
+    next += table->size() * sizeof(float);
+  }
+  tables.quats.assign(next, next + sizes[part]);
+  return tables;
+}
+
+std::array<float, 4> DecodeSogQuat(const uint8_t* rgba) {
+  SmallestThree packed;
+  packed.largest = rgba[3] - 252;
+  for (size_t i = 0; i < 3; ++i) packed.rest[i] = (rgba[i] / 255.0 * 2 - 1) * std::sqrt(0.5);
+  const std::array<double, 4> unit = UnpackSmallestThree(packed);
+  std::array<float, 4> quat;
+  for (size_t i = 0; i < 4; ++i) quat[i] = static_cast<float>(unit[i]);
+  return quat;
+}
+
+std::map<std::string, std::string> EncodeSog(const GaussianModel& model,
+                                             std::span<const uint32_t> order,
+                                             const std::filesystem::path& path, Monitor& monitor) {
+  return Encoder(model, order, path, monitor).Encode();
+}
+
+}  // namespace retint

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/depth_map_io.h"
+#include "colmap_io/image_io.h"
+#include "colmap_io/nerfstudio.h"
+#include "colmap_io/photo.h"
+#include "colmap_io/sparse.h"
+#include "scene/sh_band4.h"
+#include "splat_io/splat_io.h"
+#include "tests/fuzz/targets.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- Splats
+
+GaussianModel SmallScene(int degree) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> draw(-1, 1);
+  GaussianModel model;
+  model.Resize(7, std::min(degree, 3));
+  if (degree > 3) ShBand4Columns::AddTo(model);
+  for (auto* values :
+       {&model.means, &model.quats_wxyz, &model.log_scales, &model.opacity_logits, &model.sh}) {
+    for (float& value : *values) value = draw(random);
+  }
+  return model;
+}
+
+// In a folder that goes again.
+template <typename Write>
+std::string Written(const char* name, const Write& write) {
+  std::string folder = (fs::temp_directory_path() / "retint-seed-XXXXXX").string();
+  if (!mkdtemp(folder.data())) throw RunError(folder + ": cannot be made");
+  write(fs::path(folder) / name);
+  std::string bytes = ReadFile(fs::path(folder) / name);
+  fs::remove_all(folder);
+  return bytes;
+}
+
+std::vector<std::string> SplatSeeds(const char* name) {
+  std::vector<std::string> seeds;
+  for (const int degree : {0, 1, 3, 4}) {
+    seeds.push_back(
+        Written(name, [&](const fs::path& path) { WriteSplat(path, SmallScene(degree)); }));
+  }
+  return seeds;
+}
+
+// A .ply in text, with a list behind the Gaussians.
+std::vector<std::string> PlySeeds() {
+  std::vector<std::string> seeds = SplatSeeds("a.ply");
+  std::string text = "ply\nformat ascii 1.0\ncomment of the seed\nelement vertex 2\n";
+  for (const char* column : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0",
+                             "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"}) {
+    text += std::string("property double ") + column + "\n";
+  }
+  text += "property uchar label\nelement face 1\nproperty list uchar int vertex_indices\n";
+  text += "end_header\n";
+  for (int row = 0; row < 2; ++row) text += "0 1 2 .5 -.5 1e-3 4 -3 -3 -3 1 0 0 0 7\n";
+  seeds.push_back(text + "3 0 1 0\n");
+  return seeds;
+}
+
+// What is read is written too: codecs patch the bytes of their source.
+void ReadAnySplat(const fs::path& folder, const char* name) {
+  const GaussianModel model = ReadSplat(folder / name);
+  model.Validate();
+  if (model.NumGaussians() > 4096 || std::string_view(name) == "a.ksplat") return;
+  GaussianModel edited = model;
+  for (size_t i = 0; i < edited.sh.size(); i += 5) edited.sh[i] = 0.25F;
+  WriteSplat(folder / (std::string("out_") + name), edited);
+}
+
+// ---- COLMAP
+
+Reconstruction SmallModel() {
+  Reconstruction model;
+  model.cameras[1] = Camera::Pinhole(1, 64, 48, 50, 51, 32, 24);
+  model.cameras[7] = {7, CameraModelId::kOpenCV, 64, 48, {50, 50, 32, 24, 0.1, 0.01, 1e-3, 1e-3}};
+  for (ViewId id = 1; id <= 3; ++id) {
+    View& view = model.views[id];
+    view.id = id;
+    view.name = "sub/photo " + std::to_string(id) + ".jpg";
+    view.camera_id = id == 2 ? 7 : 1;
+    view.cam_from_world.translation = {0.1 * id, 0, 1};
+    view.observations = {{{10.5, 11.5}, 4}, {{20, 30}, kInvalidPointId}};
+  }
+  SparsePoint& point = model.points[4];
+  point.id = 4;
+  point.xyz = {1, 2, 3};
+  for (ViewId id = 1; id <= 3; ++id) point.track.push_back({id, 0});
+  return model;
+}
+
+template <bool kText>
+void WriteSmallModel(const fs::path& folder) {
+  kText ? WriteReconstructionText(folder, SmallModel())
+        : WriteReconstructionBinary(folder, SmallModel());
+}
+
+void ReadModel(const fs::path& folder) {
+  std::vector<std::string> warnings;
+  ReadReconstruction(folder, &warnings);
+}
+
+template <bool kText>
+std::vector<std::string> ModelSeeds(const char* name) {
+  return {Written(name, [](const fs::path& path) { WriteSmallModel<kText>(path.parent_path()); })};
+}
+
+std::vector<std::string> TransformsSeeds() {
+  return {R"({"camera_model": "OPENCV", "fl_x": 50, "fl_y": 50, "cx": 32, "cy": 24, "w": 64,
+"h": 48, "k1": 0.1, "k2": 0.01, "p1": 0, "p2": 0, "applied_transform": [[1, 0, 0, 0],
+[0, 0, 1, 0], [0, -1, 0, 0]], "frames": [{"file_path": "images/a.png", "transform_matrix":
+[[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}]})",
+          R"({"camera_angle_x": 0.7, "w": 64, "h": 48, "frames": [{"file_path": "./b",
+"transform_matrix": [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}]})"};
+}
+
+std::vector<std::string> PlacementSeeds() {
+  return {R"({"transform": [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0]], "scale": 0.3})",
+          R"({"world_from_splat": [1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0]})"};
+}
+
+// ---- Pictures and depth maps
+
+void ReadPicture(const fs::path& folder) {
+  const fs::path path = folder / "a.png";
+  ReadImageSize(path);
+  // Decoders are other people's: large announced sizes are theirs to refuse.
+  const auto size = ReadImageSize(path);
+  if (size && int64_t{size->first} * size->second > 4'000'000) return;
+  ReadImage(path);
+  ReadMask(path);
+}
+
+std::vector<std::string> PictureSeeds() {
+  Image8 picture(9, 7);
+  for (size_t i = 0; i < picture.data.size(); ++i) picture.data[i] = static_cast<uint8_t>(i * 13);
+  return {EncodePng(Mask(9, 7, 200)), EncodeJpeg(picture, 80)};
+}
+
+std::vector<std::string> DepthSeeds() {
+  return {Written("a.bin", [](const fs::path& path) { WriteDepthMap(path, DepthMap(5, 4, 2)); })};
+}
+
+}  // namespace
+
+std::span<const FuzzTarget> ReaderTargets() {
+  static const FuzzTarget targets[] = {
+      {"ply",
+       "a.ply",
+       [](const fs::path& f) { ReadAnySplat(f, "a.ply"); },
+       nullptr,
+       PlySeeds,
+       {"splats/test-splat.3-points-from-train.ply"}},
+      {"compressed_ply",
+       "a.compressed.ply",
+       [](const fs::path& f) { ReadAnySplat(f, "a.compressed.ply"); },
+       nullptr,
+       [] { return SplatSeeds("a.compressed.ply"); },
+       {}},
+      {"splat",
+       "a.splat",
+       [](const fs::path& f) { ReadAnySplat(f, "a.splat"); },
+       nullptr,
+       [] { return SplatSeeds("a.splat"); },
+       {"splats/minimal.splat", "splats/test-splat.3-points-from-train.splat"}},
+      {"spz",
+       "a.spz",
+       [](const fs::path& f) { ReadAnySplat(f, "a.spz"); },
+       nullptr,
+       [] { return SplatSeeds("a.spz"); },
+       {"splats/minimal-raw.spz", "splats/minimal-v2.spz", "splats/minimal-v3.spz",
+        "splats/minimal-v4.spz", "splats/test-splat.3-points-from-train.spz"}},
+      {"ksplat",
+       "a.ksplat",
+       [](const fs::path& f) { ReadAnySplat(f, "a.ksplat"); },
+       nullptr,
+       [] { return std::vector<std::string>{std::string(4096 + 1024 + 64, '\0')}; },
+       {"splats/minimal.ksplat"}},
+      {"sog",
+       "a.sog",
+       [](const fs::path& f) { ReadAnySplat(f, "a.sog"); },
+       nullptr,
+       [] { return SplatSeeds("a.sog"); },
+       {}},
+      {"sog_meta",
+       "meta.json",
+       [](const fs::path& f) { ReadSplat(f / "meta.json"); },
+       [](const fs::path& f) { WriteSplat(f / "meta.json", SmallScene(1)); },
+       [] { return SplatSeeds("meta.json"); },
+       {}},
+      {"glb",
+       "a.glb",
+       [](const fs::path& f) { ReadAnySplat(f, "a.glb"); },
+       nullptr,
+       [] { return SplatSeeds("a.glb"); },
+       {}},
+      {"gltf",
+       "a.gltf",
+       [](const fs::path& f) { ReadAnySplat(f, "a.gltf"); },
+       nullptr,
+       [] { return SplatSeeds("a.gltf"); },
+       {}},
+      {"cameras_bin",
+       "cameras.bin",
+       ReadModel,
+       WriteSmallModel<false>,
+       [] { return ModelSeeds<false>("cameras.bin"); },
+       {}},
+      {"images_bin",
+       "images.bin",
+       ReadModel,
+       WriteSmallModel<false>,
+       [] { return ModelSeeds<false>("images.bin"); },
+       {}},
+      {"points_bin",
+       "points3D.bin",
+       ReadModel,
+       WriteSmallModel<false>,
+       [] { return ModelSeeds<false>("points3D.bin"); },
+       {}},
+      {"cameras_txt",
+       "cameras.txt",
+       ReadModel,
+       WriteSmallModel<true>,
+       [] { return ModelSeeds<true>("cameras.txt"); },
+       {}},
+      {"images_txt",
+       "images.txt",
+       ReadModel,
+       WriteSmallModel<true>,
+       [] { return ModelSeeds<true>("images.txt"); },
+       {}},
+      {"points_txt",
+       "points3D.txt",
+       ReadModel,
+       WriteSmallModel<true>,
+       [] { return ModelSeeds<true>("points3D.txt"); },
+       {}},
+      {"transforms",
+       "transforms.json",
+       [](const fs::path& f) {
+         std::vector<std::string> warnings;
+         ReadTransforms(f / "transforms.json", &warnings);
+       },
+       nullptr,
+       TransformsSeeds,
+       {}},
+      {"world_from_splat",
+       "t.json",
+       [](const fs::path& f) { ReadWorldFromSplat(f / "t.json"); },
+       nullptr,
+       PlacementSeeds,
+       {}},
+      {"picture", "a.png", ReadPicture, nullptr, PictureSeeds, {}},
+      {"depth_map",
+       "a.bin",
+       [](const fs::path& f) { ReadDepthMap(f / "a.bin"); },
+       nullptr,
+       DepthSeeds,
+       {}},
+  };
+  return targets;
+}
+
+}  // namespace retint
