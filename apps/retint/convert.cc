@@ -7,7 +7,9 @@
 #include "base/files.h"
 #include "base/stopwatch.h"
 #include "retint/common.h"
+#include "retint/results.h"
 #include "scene/sh_band4.h"
+#include "session/virtual_views.h"
 #include "splat_io/splat_difference.h"
 #include "splat_io/splat_io.h"
 
@@ -15,11 +17,9 @@ namespace retint::cli {
 namespace {
 
 struct Arguments {
-  std::filesystem::path input, output, report;
-  bool drop_bad = false;
+  std::filesystem::path input, output, report, workspace;
+  bool predict = false, drop_bad = false;
 };
-
-int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
 struct Conversion {
   size_t gaussians = 0;
@@ -27,6 +27,7 @@ struct Conversion {
   uint64_t bytes_before = 0, bytes_after = 0;
   std::vector<std::string> losses;
   SplatDifference difference;
+  std::optional<FormatError> color;
   double milliseconds = 0;
 };
 
@@ -47,6 +48,9 @@ std::string Json(const Arguments& arguments, const Conversion& done) {
       {"position_max", difference.position_max}, {"position_rms", difference.position_rms},
       {"color_max", difference.color_max},       {"color_rms", difference.color_rms},
       {"opacity_max", difference.opacity_max},   {"scale_ratio_max", difference.scale_ratio_max}};
+  if (done.color) {
+    report["color_error"] = nlohmann::ordered_json::parse(ToJson(*done.color))["color_error"];
+  }
   report["total_ms"] = done.milliseconds;
   report["peak_rss_mb"] = PeakRssMb();
   // A path's name may be bytes that are no text.
@@ -67,8 +71,43 @@ void Print(const Arguments& arguments, const Conversion& done, const Run& run) {
                         difference.color_max, difference.color_rms));
   run.Print(fmt::format("opacity      {:.2g} at most, of [0, 1]", difference.opacity_max));
   run.Print(fmt::format("scale        {:.2g} % at most", 100 * (difference.scale_ratio_max - 1)));
+  PrintFormatError(done.color, run);
   for (const auto& path : {arguments.output, arguments.report}) {
-    if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
+    if (!path.empty() && !arguments.predict)
+      run.Print(fmt::format("wrote        {}", path.string()));
+  }
+}
+
+int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
+
+// In the views of the workspace; without one, in a few that are placed around the splat. Nothing of
+// a splat that no view shows.
+std::optional<FormatError> ColorError(const Arguments& arguments, const GaussianModel& model,
+                                      const GaussianModel& back, Run& run) {
+  SessionOptions options;
+  options.backend = run.globals().backend;
+  VirtualViewOptions placed;
+  placed.views = static_cast<int>(kFormatErrorViews);
+  try {
+    const auto backend = CreateBackend(options.backend);
+    Workspace workspace;
+    if (arguments.workspace.empty()) {
+      workspace = PlaceViews(backend, model, placed, run.monitor());
+    } else {
+      workspace = Workspace::Open(arguments.workspace);
+      workspace.UndistortViews();
+    }
+    Renderer renderer(backend, model);
+    FormatError error = MeasureFormatError(renderer, back, workspace.reconstruction,
+                                           workspace.reconstruction.ViewsByName(), run.monitor());
+    error.format = CodecForWriting(arguments.output).Name();
+    return error;
+  } catch (const std::invalid_argument& error) {
+    throw OptionError(std::string("--backend: ") + error.what());
+  } catch (const InputError& error) {
+    if (!arguments.workspace.empty()) throw;
+    run.Warn(std::string("no color error is known: ") + error.what());
+    return std::nullopt;
   }
 }
 
@@ -93,13 +132,14 @@ void Convert(const Arguments& arguments, Run& run) {
     done.degree_after = FileDegree(back);
     done.bytes_after = std::filesystem::file_size(path);
     done.difference = Compare(model, back, codec.WriteOrder(model));
+    if (codec.Rounds()) done.color = ColorError(arguments, model, back, run);
   });
   done.milliseconds = stopwatch.Milliseconds();
   if (!arguments.report.empty()) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, Json(arguments, done)); });
   }
   run.monitor().ThrowIfCancelled();
-  staged.Commit();
+  if (!arguments.predict) staged.Commit();
   run.FinishProgress();
   Print(arguments, done, run);
 }
@@ -114,6 +154,13 @@ void AddConvert(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "output", arguments->output, "Splat to write; its extension names the format")
       ->required();
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  AddPath(verb, "--workspace", arguments->workspace,
+          "COLMAP workspace in whose views the color error of a format that rounds is measured; "
+          "else a few are placed around the splat",
+          "FOLDER");
+  verb->add_flag("--predict", arguments->predict,
+                 "Only say what the format would lose; nothing is left at the output")
+      ->default_str("");
   verb->add_flag(
           "--drop-bad", arguments->drop_bad,
           "Leave out Gaussians with a value that is NaN or infinite, instead of refusing the "

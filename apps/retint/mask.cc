@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
+#include "scene/photo_rays.h"
 #include "selection/mask_tools/pixel_tools.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
@@ -62,12 +63,12 @@ int Pixel(const std::string& flag, double value) {
 
 // Pictures, and polylines X,Y,X,Y... where a value is one, on one mask.
 Mask Strokes(const std::string& flag, const std::vector<std::string>& values, double brush,
-             const Camera& camera) {
-  Mask all(camera.width, camera.height);
+             const Image& color) {
+  Mask all(color.width, color.height);
   for (const std::string& value : values) {
     const auto numbers = ParseNumbers(value);
     if (!numbers) {
-      const Mask drawn = ReadBrushMask(value, camera.width, camera.height);
+      const Mask drawn = ReadBrushMask(value, color.width, color.height);
       for (size_t p = 0; p < all.data.size(); ++p) {
         all.data[p] = std::max<uint8_t>(all.data[p], drawn.data[p] > 0 ? 255 : 0);
       }
@@ -83,25 +84,46 @@ Mask Strokes(const std::string& flag, const std::vector<std::string>& values, do
   return all;
 }
 
-ViewLayers LayersOf(const Arguments& arguments, const View& view, EditSession& session) {
-  const PosedCamera posed = session.reconstruction().Posed(view);
+const UserPicture& OnePicture(const Pictures& pictures, const std::string& name) {
+  const auto found = pictures.Require(name);
+  CheckOption(found.size() == 1, name + " is shown by " + std::to_string(found.size()) +
+                                     " views: a mask belongs to one of them, such as " +
+                                     found.front()->name);
+  return *found.front();
+}
+
+// In the pixels of the picture: of a distorted camera, those of its photo.
+ViewLayers LayersOf(const Arguments& arguments, const Pictures& pictures,
+                    const UserPicture& picture, EditSession& session) {
+  const Reconstruction& model = session.reconstruction();
   ViewLayers layers;
-  layers.camera = posed;
-  layers.color = arguments.image == "photo" ? session.workspace().ReadPhoto(view)
-                                            : session.renderer().Render(posed).rgb;
-  layers.depth = SurfaceDepth(session.renderer(), posed, &view, session.reconstruction());
+  layers.camera = model.Posed(*picture.faces.front());
+  layers.color = pictures.Compose(picture, [&](const View& face) {
+    if (arguments.image == "photo") return session.workspace().ReadPhoto(face);
+    return std::move(session.renderer().Render(model.Posed(face)).rgb);
+  });
+  layers.depth = pictures.ComposeDepth(picture, [&](const View& face) {
+    return SurfaceDepth(session.renderer(), model.Posed(face), &face, model);
+  });
+  if (!picture.photo) return layers;
+  const Undistortion& lens = *picture.photo->lens;
+  const Eigen::Quaterniond photo_from_face = lens.faces.front().face_from_photo.conjugate();
+  Rigid3d& pose = layers.camera.cam_from_world;
+  pose = {photo_from_face * pose.rotation, photo_from_face * pose.translation};
+  layers.camera.camera = lens.photo;
+  layers.rays = PhotoRays(lens);
   return layers;
 }
 
 // What is selected before it is limited: by the one tool that is given, else everything.
 Mask Source(const Arguments& arguments, const ViewLayers& layers, Run& run) {
-  const Camera& camera = layers.camera.camera;
-  if (!arguments.mask.empty()) return ReadBrushMask(arguments.mask, camera.width, camera.height);
+  const Image& color = layers.color;
+  if (!arguments.mask.empty()) return ReadBrushMask(arguments.mask, color.width, color.height);
   if (!arguments.inside.empty()) {
-    const Mask inside = Strokes("--scribble", arguments.inside, arguments.brush, camera);
+    const Mask inside = Strokes("--scribble", arguments.inside, arguments.brush, color);
     Mask outside;
     if (!arguments.outside.empty()) {
-      outside = Strokes("--scribble-outside", arguments.outside, arguments.brush, camera);
+      outside = Strokes("--scribble-outside", arguments.outside, arguments.brush, color);
     }
     return MaskFromScribbles(layers, inside, outside, run.monitor());
   }
@@ -124,7 +146,7 @@ Mask Source(const Arguments& arguments, const ViewLayers& layers, Run& run) {
     }
     return CutOut(layers.color, anchors);
   }
-  return {camera.width, camera.height, 255};
+  return {color.width, color.height, 255};
 }
 
 Mask LimitTo(const Arguments& arguments, const ViewLayers& layers, Mask mask) {
@@ -161,15 +183,9 @@ void CheckArguments(const Arguments& arguments) {
 void MakeMask(const Arguments& arguments, Run& run) {
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
-  CheckOption(session->pictures().AreViews(),
-              "masks are made in the pixels of undistorted views: give --pixels pinhole, here and "
-              "where the mask is read");
-  const View& view = session->workspace().RequireView(arguments.view);
-  CheckOption(!session->workspace().PhotoOf(view) || session->options().pixels == Pixels::kPinhole,
-              "the camera of view " + view.name +
-                  " is distorted, and tools work on the pinhole "
-                  "view: give --pixels pinhole, here and where the mask is used");
-  const ViewLayers layers = LayersOf(arguments, view, *session);
+  const Pictures pictures = session->pictures();
+  const UserPicture& view = OnePicture(pictures, arguments.view);
+  const ViewLayers layers = LayersOf(arguments, pictures, view, *session);
   Mask mask = LimitTo(arguments, layers, Source(arguments, layers, run));
   if (arguments.refine > 0) mask = RefineEdge(layers, mask, arguments.refine, run.monitor());
   const auto inside =

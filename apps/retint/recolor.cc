@@ -32,13 +32,18 @@ void CheckOutputs(const Arguments& arguments) {
   if (!arguments.stages.empty()) CheckOutput(arguments.stages, /*as_folder=*/true);
 }
 
-void Save(const Arguments& arguments, const Recolored& result, RunReport report, Run& run) {
+// What the format of the splat adds.
+std::optional<FormatError> Save(const Arguments& arguments, const Recolored& result,
+                                RunReport report, Run& run) {
+  std::optional<FormatError> format;
   EditSession& session = *result.session;
   StagedOutput staged;
   {
     const StageClock::Lap lap(session.scene().clock(), "save");
-    staged.Add(arguments.output,
-               [&](const auto& path) { session.WriteSplat(path, run.monitor()); });
+    staged.Add(arguments.output, [&](const auto& path) {
+      session.WriteSplat(path, run.monitor());
+      format = MeasureWritten(session.scene(), result.sh_after, path, run.monitor());
+    });
     if (!arguments.comparison.empty()) {
       staged.Add(arguments.comparison,
                  [&](const auto& path) { WritePng(path, ComparisonPicture(result, run)); });
@@ -56,15 +61,17 @@ void Save(const Arguments& arguments, const Recolored& result, RunReport report,
     staged.Add(arguments.page, [&](const auto& path) { WritePage(path, session, report, run); });
   }
   if (!arguments.report.empty()) {
-    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+    staged.Add(arguments.report,
+               [&](const auto& path) { WriteFile(path, WithFormatError(ToJson(report), format)); });
   }
   run.monitor().Step("save", 1, 1);
   staged.Commit();
   WarnOfLosses(arguments.output, session.original(), run);
+  return format;
 }
 
-void PrintResult(const Arguments& arguments, const RunReport& report, EditSession& session,
-                 const Run& run) {
+void PrintResult(const Arguments& arguments, const RunReport& report,
+                 const std::optional<FormatError>& format, EditSession& session, const Run& run) {
   for (const PaintedReport& view : report.painted) {
     run.Print(fmt::format("{:<13}{} {:.1f} % measured, {} of {} points kept; {}", view.view,
                           view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
@@ -75,6 +82,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report, EditSessio
   PrintPictures(session.regions().regions.front().edit, run);
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run);
+  PrintFormatError(format, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
                         session.scene().clock().Total() / 1000, PeakRssMb()));
   for (const auto& path : {arguments.output, arguments.report, arguments.page, arguments.comparison,
@@ -91,10 +99,12 @@ std::vector<PaintedView> PaintOf(const Arguments& arguments, ColorEdit& edit,
   for (ColorOperation& op : edit.operations) {
     if (!op.picture) continue;
     ReadPictures(op, session.workspace());
-    for (const EditedPicture& picture : op.picture->pictures) {
-      if (!none) break;
-      painted.push_back(session.selection().Paint(
-          picture.view, ChangedMask(picture, session.scene(), session.original().sh)));
+    if (!none) continue;
+    for (auto& [name, mask] : ChangedMasks(*op.picture, session.scene(), session.original().sh)) {
+      painted.push_back(session.selection().Paint(name, std::move(mask)));
+      const Workspace& workspace = session.workspace();
+      const View& view = workspace.RequireView(name);
+      if (workspace.PhotoOf(view)) painted.back().seen = workspace.photo_pixels->Reach(view.id);
     }
   }
   return painted;
@@ -137,9 +147,9 @@ void Recolor(const Arguments& arguments, Run& run) {
   report.mean_coverage = coverage.mean;
   report.quality = session->refits().Evaluate(result.region, session->original().sh,
                                               result.sh_after, job.target, run.monitor());
-  Save(arguments, result, report, run);
+  const std::optional<FormatError> format = Save(arguments, result, report, run);
   run.FinishProgress();
-  PrintResult(arguments, report, *session, run);
+  PrintResult(arguments, report, format, *session, run);
 }
 
 }  // namespace

@@ -40,11 +40,14 @@ void Refit(const Arguments& arguments, Run& run) {
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
       session->refits().Evaluate(region, session->original().sh, after, job.target, run.monitor());
+  std::optional<FormatError> format;
   StagedOutput staged;
   {
     const StageClock::Lap lap(session->scene().clock(), "save");
-    staged.Add(arguments.output,
-               [&](const auto& path) { session->WriteSplat(path, run.monitor()); });
+    staged.Add(arguments.output, [&](const auto& path) {
+      session->WriteSplat(path, run.monitor());
+      format = MeasureWritten(session->scene(), after, path, run.monitor());
+    });
   }
   if (!arguments.report.empty()) {
     RunReport report = session->MakeReport();
@@ -53,7 +56,8 @@ void Refit(const Arguments& arguments, Run& run) {
     report.mean_coverage = coverage.mean;
     report.options = SettingsThatApply(Described(job));
     report.quality = quality;
-    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
+    staged.Add(arguments.report,
+               [&](const auto& path) { WriteFile(path, WithFormatError(ToJson(report), format)); });
   }
   run.monitor().Step("save", 1, 1);
   staged.Commit();
@@ -62,6 +66,7 @@ void Refit(const Arguments& arguments, Run& run) {
   PrintPictures(session->regions().Find(region)->edit, run);
   run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
   PrintQuality(quality, run);
+  PrintFormatError(format, run);
   run.Print(fmt::format("wrote        {}", arguments.output.string()));
 }
 

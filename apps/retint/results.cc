@@ -158,6 +158,11 @@ Image8 ComparisonPicture(const Recolored& result, Run& run) {
   return ContactSheet(rows, std::max(32, static_cast<int>(std::sqrt(kComparisonArea * shape))));
 }
 
+void PrintFormatError(const std::optional<FormatError>& error, const Run& run) {
+  if (!error) return;
+  run.Print(fmt::format("rounding     {}: {}", error->format, DescribeFormatError(*error)));
+}
+
 void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run) {
   for (const std::string& loss : CodecForWriting(output).Losses(model)) {
     run.Warn(output.string() + ": " + loss);

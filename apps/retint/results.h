@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "retint/common.h"
+#include "session/format_error.h"
 
 namespace retint::cli {
 
@@ -48,6 +49,9 @@ void PrintPictures(const ColorEdit& edit, const Run& run);
 
 // The figures of a quality report in lines for people.
 void PrintQuality(const QualityReport& quality, const Run& run);
+
+// What the format of the written splat adds, if it rounds.
+void PrintFormatError(const std::optional<FormatError>& error, const Run& run);
 
 // How many views hold a masked pixel, and the mean masked fraction of all.
 struct Coverage {

@@ -8,10 +8,12 @@
 
 #include "base/color_difference.h"
 #include "base/error.h"
+#include "base/files.h"
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
 #include "recolor/color_map_fit.h"
 #include "scene/image_checks.h"
+#include "session/contact_sheet.h"
 
 namespace retint {
 namespace {
@@ -56,11 +58,44 @@ double MeanDifference(const Image8& picture, const Image& view) {
   return sum / static_cast<double>(std::max<size_t>(differences.size() / 2, 1));
 }
 
+bool HasSize(const Image8& picture, const Camera& camera) {
+  return picture.width == camera.width && picture.height == camera.height;
+}
+
+// Whether the picture's file has the pixels of a distorted photo, from which it was resampled.
+bool IsOfPhoto(const EditedPicture& picture, const View& view, const Workspace& workspace) {
+  if (!workspace.PhotoOf(view) || !IsFile(picture.file)) return false;
+  const Image8 file = ReadImage8(picture.file);
+  return !HasSize(file, workspace.reconstruction.cameras.at(view.camera_id)) &&
+         HasSize(file, workspace.PhotoCamera(view));
+}
+
+// The view's render as it comes out of the file of 8 bits that the picture was: one in a photo's
+// pixels is resampled twice, and so is this.
+Image RenderBefore(const EditedPicture& picture, const View& view, OpenScene& scene,
+                   std::span<const float> sh) {
+  if (!IsOfPhoto(picture, view, scene.workspace())) {
+    Image render = scene.Render(view, sh);
+    Round8(render);
+    return render;
+  }
+  const PhotoPixels& pixels = *scene.workspace().photo_pixels;
+  const DistortedPhoto& photo = *scene.workspace().PhotoOf(view);
+  std::vector<Image> faces;
+  for (const ViewId face : photo.faces) {
+    faces.push_back(scene.Render(scene.reconstruction().views.at(face), sh));
+  }
+  Image whole = pixels.ToPhoto(photo, faces);
+  Round8(whole);
+  Image render = pixels.ToView(view.id, whole);
+  Round8(render);
+  return render;
+}
+
 // The render or the photo, whichever the picture was made from.
 Image ViewBefore(const EditedPicture& picture, OpenScene& scene, std::span<const float> sh) {
   const View& view = scene.workspace().RequireView(picture.view);
-  Image render = scene.Render(view, sh);
-  Round8(render);
+  Image render = RenderBefore(picture, view, scene, sh);
   if (!scene.workspace().HasPhoto(view)) return render;
   Image photo = scene.workspace().ReadPhoto(view);
   return MeanDifference(picture.image, photo) < MeanDifference(picture.image, render)
@@ -141,6 +176,15 @@ const Mask* MaskOf(const RegionSelection& selection, const std::string& view) {
   return found == selection.masks.end() ? nullptr : &found->second;
 }
 
+// Leaves out what of a view its photo does not show: nobody can have changed it.
+void LimitToPhoto(Mask& mask, const EditedPicture& picture, const Workspace& workspace) {
+  const View& view = workspace.RequireView(picture.view);
+  if (!IsOfPhoto(picture, view, workspace)) return;
+  const Mask reach = workspace.photo_pixels->Reach(view.id);
+  for (size_t p = 0; p < mask.data.size(); ++p)
+    mask.data[p] = std::min(mask.data[p], reach.data[p]);
+}
+
 std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
                           const RegionSelection& selection, OpenScene& scene,
                           std::span<const float> sh) {
@@ -150,6 +194,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
     const Mask* mask = MaskOf(selection, picture.view);
     if (!mask || !AnySet(*mask)) continue;
     Pair pair{&picture, ViewBefore(picture, scene, sh), *mask};
+    LimitToPhoto(pair.inside, picture, scene.workspace());
     for (size_t i = 0; !before.operations.empty() && i < pair.before.data.size(); i += 3) {
       const Eigen::Vector3f color = compiled.Apply(Eigen::Vector3f(&pair.before.data[i]));
       std::copy_n(color.data(), 3, &pair.before.data[i]);
@@ -214,35 +259,80 @@ Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
   return found;
 }
 
+Image ToImage(const Image8& picture) {
+  Image image(picture.width, picture.height);
+  for (size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = static_cast<float>(picture.data[i]) / 255;
+  }
+  return image;
+}
+
+// The picture, or those of the views that show the photo whose pixels it has.
+std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& workspace) {
+  const DistortedPhoto* photo =
+      workspace.photo_pixels ? workspace.photo_pixels->FindPhoto(picture.view) : nullptr;
+  const bool is_view = workspace.reconstruction.FindView(picture.view) != nullptr;
+  if (!photo || is_view) {
+    const View& view = workspace.RequireView(picture.view);
+    photo = workspace.PhotoOf(view);
+    if (picture.image.Empty()) picture.image = ReadImage8(picture.file);
+    const Camera& camera = workspace.reconstruction.cameras.at(view.camera_id);
+    if (!photo || HasSize(picture.image, camera)) {
+      RequireSize(picture.file.empty() ? "picture of view " + picture.view : picture.file,
+                  picture.image, camera);
+      return {std::move(picture)};
+    }
+  } else {
+    picture.image = ReadImage8(picture.file);
+  }
+  RequireSize(picture.file.empty() ? "picture of " + photo->name : picture.file, picture.image,
+              photo->lens->photo);
+  const Image whole = ToImage(picture.image);
+  std::vector<EditedPicture> faces;
+  for (const ViewId id : photo->faces) {
+    const View& face = workspace.reconstruction.views.at(id);
+    if (is_view && face.name != picture.view) continue;
+    faces.push_back({face.name, picture.file, ToImage8(workspace.photo_pixels->ToView(id, whole))});
+  }
+  return faces;
+}
+
 }  // namespace
 
 void ReadPictures(ColorOperation& op, const Workspace& workspace) {
   if (op.kind != ColorOperationKind::kPicture) return;
-  auto read = std::make_shared<PictureEdit>(*op.picture);
-  for (EditedPicture& picture : read->pictures) {
-    const View& view = workspace.RequireView(picture.view);
-    if (picture.image.Empty()) picture.image = ReadImage8(picture.file);
-    const bool is_view = picture.image.width == workspace.reconstruction.Posed(view).camera.width &&
-                         picture.image.height == workspace.reconstruction.Posed(view).camera.height;
-    if (!is_view && workspace.PhotoOf(view)) {
-      throw InputError("picture of view " + picture.view +
-                       " has not the size of the undistorted view: change the picture that "
-                       "`retint render --pixels pinhole` writes");
+  auto read = std::make_shared<PictureEdit>();
+  read->layers = op.picture->layers;
+  for (const EditedPicture& picture : op.picture->pictures) {
+    for (EditedPicture& one : ReadPicture(picture, workspace)) {
+      const auto& all = read->pictures;
+      const bool twice = std::any_of(all.begin(), all.end(), [&](const EditedPicture& other) {
+        return other.view == one.view;
+      });
+      if (twice) throw InputError("there are two pictures of view " + one.view);
+      read->pictures.push_back(std::move(one));
     }
-    RequireSize(picture.file.empty() ? "picture of view " + picture.view : picture.file,
-                picture.image, workspace.reconstruction.Posed(view).camera);
   }
   op.picture = std::move(read);
 }
 
-Mask ChangedMask(const EditedPicture& picture, OpenScene& scene, std::span<const float> sh) {
-  Pair pair{&picture, ViewBefore(picture, scene, sh), {}};
-  pair.inside = Mask(pair.before.width, pair.before.height, 255);
-  Mask changed = Different(Residuals(pair, nullptr), kChanged);
-  if (!AnySet(changed)) {
-    throw InputError(picture.file + ": nothing was changed in the picture of view " + picture.view);
+std::map<std::string, Mask> ChangedMasks(const PictureEdit& edit, OpenScene& scene,
+                                         std::span<const float> sh) {
+  std::map<std::string, Mask> masks;
+  std::map<std::string, bool> changed;  // by file
+  for (const EditedPicture& picture : edit.pictures) {
+    Pair pair{&picture, ViewBefore(picture, scene, sh), {}};
+    pair.inside = Mask(pair.before.width, pair.before.height, 255);
+    Mask mask = Different(Residuals(pair, nullptr), kChanged);
+    bool& any = changed[picture.file];
+    if (!AnySet(mask)) continue;
+    any = true;
+    masks.emplace(picture.view, std::move(mask));
   }
-  return changed;
+  for (const auto& [file, any] : changed) {
+    if (!any) throw InputError(file + ": nothing was changed in this picture");
+  }
+  return masks;
 }
 
 void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSelection& selection,

@@ -2,8 +2,9 @@
 // What was changed in the pictures of views that a paint program edited.
 #pragma once
 
+#include <map>
 #include <span>
-#include <string_view>
+#include <string>
 #include <vector>
 
 #include "recolor/color_edit.h"
@@ -12,14 +13,17 @@
 
 namespace retint {
 
-// Reads the pictures of `op` (kPicture) that were not read yet. InputError naming the file when it
-// is no picture or not of the view's size, or when there is no such view.
+// Reads the pictures of `op` (kPicture) that were not read yet. One in the pixels of a distorted
+// photo becomes a picture of each of the views that show it. InputError naming the file when it is
+// no picture or not of its view's or photo's size, or when there is no such view.
 void ReadPictures(ColorOperation& op, const Workspace& workspace);
 
-// Where a picture that was read differs from its view, by more than can hardly be seen: the
-// selection that was painted with it. The view is rendered with the coefficients `sh` [N, K, 3], or
-// its photo is taken, whichever the picture resembles more. InputError where nothing was changed.
-Mask ChangedMask(const EditedPicture& picture, OpenScene& scene, std::span<const float> sh);
+// Where pictures that were read differ from their views, by more than can hardly be seen: the
+// selection that was painted with them, by the views' names. A view is rendered with the
+// coefficients `sh` [N, K, 3], or its photo is taken, whichever the picture resembles more.
+// InputError for a file in which nothing was changed.
+std::map<std::string, Mask> ChangedMasks(const PictureEdit& edit, OpenScene& scene,
+                                         std::span<const float> sh);
 
 // Compares the pictures of `op` with their views inside `selection`, after the operations `before`
 // it: fits the color map that explains most of the pixels, keeps it as op.table where it says more

@@ -30,6 +30,7 @@ class CompressedPlyCodec : public SplatCodec {
                      BadRows bad = BadRows::kRefuse) const override;
   void Write(const std::filesystem::path& path, const GaussianModel& model,
              Monitor& monitor) const override;
+  bool Rounds() const override { return true; }
   std::vector<std::string> Losses(const GaussianModel& model) const override;
   std::vector<uint32_t> WriteOrder(const GaussianModel& model) const override;
 };

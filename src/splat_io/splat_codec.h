@@ -20,6 +20,7 @@ class DotSplatCodec : public SplatCodec {
                      BadRows bad = BadRows::kRefuse) const override;
   void Write(const std::filesystem::path& path, const GaussianModel& model,
              Monitor& monitor) const override;
+  bool Rounds() const override { return true; }
   std::vector<std::string> Losses(const GaussianModel& model) const override;
 };
 

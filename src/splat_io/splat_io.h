@@ -36,6 +36,8 @@ class SplatCodec {
   // Reports the stage "save". A codec that only reads says so in CanWrite() and leaves it out.
   virtual void Write(const std::filesystem::path& path, const GaussianModel& model,
                      Monitor& monitor) const;
+  // Whether it stores values with less precision than floats.
+  virtual bool Rounds() const { return false; }
   // What of `model` the format has no place for; one sentence each, for the user. Rounding is not
   // listed: `retint convert` measures it.
   virtual std::vector<std::string> Losses(const GaussianModel&) const { return {}; }

@@ -31,6 +31,7 @@ class SpzCodec : public SplatCodec {
                      BadRows bad = BadRows::kRefuse) const override;
   void Write(const std::filesystem::path& path, const GaussianModel& model,
              Monitor& monitor) const override;
+  bool Rounds() const override { return true; }
   std::vector<std::string> Losses(const GaussianModel& model) const override;
 };
 

@@ -22,7 +22,8 @@ std::string Splat() { return (TinyWorkspace() / "splat.ply").string(); }
 json Convert(const std::string& from, const std::filesystem::path& to,
              const std::filesystem::path& report) {
   const CommandResult result =
-      RunRetint({"convert", from, to.string(), "--report", report.string(), "--progress", "none"});
+      RunRetint({"convert", from, to.string(), "--report", report.string(), "--progress", "none",
+                 "--workspace", TinyWorkspace().string()});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   for (const char* part :
@@ -55,6 +56,17 @@ TEST(Convert, EveryWritableFormatTellsWhatItCosts) {
                             "scale_ratio_max"}) {
       EXPECT_TRUE(difference[key].is_number()) << key;
     }
+    const bool rounds = CodecForWriting(path).Rounds();
+    ASSERT_EQ(report.contains("color_error"), rounds);
+    if (rounds) {
+      const json& color = report["color_error"];
+      EXPECT_EQ(color["views"], 6);
+      EXPECT_GT(color["mean"], 0);
+      EXPECT_GE(color["worst"], color["mean"]);
+      EXPECT_GE(color["percentile_99"], color["mean"]);
+      // Hardly to be seen, but where the directional color is dropped.
+      EXPECT_LT(color["mean"], back.sh_degree == 3 ? 1.5 : 15);
+    }
     // Half a byte's step.
     EXPECT_LE(difference["opacity_max"], 0.5 / 255 + 1e-6);
     if (format.extensions[0] == ".ply") {
@@ -75,6 +87,38 @@ TEST(Convert, ASceneGoesThroughEveryFormatAndBack) {
   EXPECT_EQ(last["difference"]["position_max"], 0);
   Convert(temp / "d.splat", temp / "e.ply", temp / "r.json");
   EXPECT_EQ(ReadSplat(temp / "e.ply").NumGaussians(), ReadSplat(Splat()).NumGaussians());
+}
+
+TEST(Convert, PredictsWithoutWriting) {
+  const TempFolder temp;
+  const CommandResult result =
+      RunRetint({"convert", Splat(), (temp / "a.splat").string(), "--predict", "--progress", "none",
+                 "--workspace", TinyWorkspace().string()});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("rounding     .splat: DeltaE00 "));
+  EXPECT_THAT(result.out, testing::Not(HasSubstr("wrote")));
+  EXPECT_THAT(FilesBelow(temp.path()), testing::IsEmpty());
+}
+
+// Two Gaussians, and views that are placed around them.
+TEST(Convert, ASplatAloneHasAColorErrorToo) {
+  const TempFolder temp;
+  GaussianModel model;
+  model.Resize(2, 0);
+  model.means = {0, 0, 0, 0.5F, 0.2F, 0};
+  model.quats_wxyz = {1, 0, 0, 0, 1, 0, 0, 0};
+  model.log_scales.assign(6, -1.5F);
+  model.opacity_logits = {3, 3};
+  model.sh = {1, 0.123F, -1, -0.7F, 0.5F, 0.321F};
+  WriteSplat(temp / "in.ply", model);
+  const CommandResult result =
+      RunRetint({"convert", (temp / "in.ply").string(), (temp / "out.splat").string(), "--report",
+                 (temp / "r.json").string(), "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const json color = json::parse(ReadFile(temp / "r.json"))["color_error"];
+  EXPECT_EQ(color["views"], 6);
+  // Half a step of 255 a channel is below what can be seen; an opacity's half step likewise.
+  EXPECT_LT(color["mean"], 0.5);
 }
 
 TEST(Convert, BadArgumentsAreToldInOneLine) {
@@ -121,6 +165,7 @@ TEST(Convert, RecolorReadsAndWritesOtherFormats) {
   }
   EXPECT_GT(changed, 0u);
   EXPECT_LT(changed, before.size() / 32 / 2);
+  EXPECT_THAT(result.out, HasSubstr("rounding     .splat: DeltaE00 "));
 
   result = recolor(Splat(), temp / "out.spz");
   ASSERT_EQ(result.code, 0) << result.err;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every reader of files that nobody vouches for, as a function of the file's bytes. Each either
-// reads them or throws one of our errors (base/error.h): anything else is a fault. A test runs
-// them on damaged files (fuzz_test.cc).
+// reads them or throws one of our errors (base/error.h): anything else is a fault. libFuzzer drives
+// them (fuzz_one.cc), and so does a test (fuzz_test.cc).
 #pragma once
 
 #include <filesystem>
@@ -27,6 +27,8 @@ struct FuzzTarget {
 
 // Of splat files and of COLMAP workspaces.
 std::span<const FuzzTarget> ReaderTargets();
+// Of selections, edits, jobs and sessions.
+std::span<const FuzzTarget> SessionTargets();
 
 // Writes `bytes` as the target's file below `folder`, which was prepared, and reads it. Our own
 // errors are what bad bytes get; everything else comes through.

@@ -45,8 +45,7 @@ Mask OfSurface(const ViewLayers& layers, const Inside& inside) {
   CheckOption(!layers.depth.Empty(), "a sphere and a box need the view's depth");
   return OfPixels(layers, [&](int x, int y) {
     if (!HasDepth(layers.depth, x, y)) return false;
-    const double z = layers.depth(x, y);
-    return inside(layers.camera.Unproject({x + 0.5, y + 0.5}, z));
+    return inside(SurfacePoint(layers, x, y));
   });
 }
 
@@ -80,8 +79,7 @@ Mask MagicWand(const ViewLayers& layers, const WandOptions& options) {
       for (int x = 0; x < depth.width; ++x) {
         const bool is_held = x == options.x && y == options.y;
         if (!(alike(x, y) || is_held) || !HasDepth(depth, x, y)) continue;
-        normals[depth.Index(x, y)] =
-            NormalFromDepth(layers.camera.camera, depth, x, y).cast<float>();
+        normals[depth.Index(x, y)] = SurfaceNormal(layers, x, y).cast<float>();
       }
     }
   });

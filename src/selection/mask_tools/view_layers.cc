@@ -11,9 +11,55 @@
 #include "selection/depth_sampling.h"
 
 namespace retint {
+namespace {
+
+Eigen::Vector3d PointInCam(const ViewLayers& layers, int x, int y) {
+  const Eigen::Vector3f ray(&layers.rays(x, y));
+  return double(layers.depth(x, y)) * ray.cast<double>();
+}
+
+// From the point of one neighbor along (dx, dy) to that of the other, each as far as the surface is
+// smooth, at most 3 pixels away: a depth that was looked up at its nearest pixel has steps.
+Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) {
+  constexpr int kReach = 3;
+  constexpr float kEdge = 0.03F;  // of the depth, a pixel
+  const DepthMap& depth = layers.depth;
+  Eigen::Vector3d ends[2];
+  for (int side = 0; side < 2; ++side) {
+    const int sign = side == 0 ? -1 : 1;
+    int i = x, j = y;
+    for (int step = 0; step < kReach; ++step) {
+      const int next_i = i + sign * dx, next_j = j + sign * dy;
+      if (!depth.Contains(next_i, next_j) || !HasDepth(depth, next_i, next_j)) break;
+      if (std::abs(depth(next_i, next_j) - depth(i, j)) > kEdge * depth(i, j)) break;
+      i = next_i, j = next_j;
+    }
+    ends[side] = PointInCam(layers, i, j);
+  }
+  return ends[1] - ends[0];
+}
+
+}  // namespace
+
+Eigen::Vector3d SurfacePoint(const ViewLayers& layers, int x, int y) {
+  if (layers.rays.Empty()) {
+    return layers.camera.Unproject({x + 0.5, y + 0.5}, double(layers.depth(x, y)));
+  }
+  return layers.camera.cam_from_world.Inverse() * PointInCam(layers, x, y);
+}
+
+Eigen::Vector3d SurfaceNormal(const ViewLayers& layers, int x, int y) {
+  if (layers.rays.Empty()) return NormalFromDepth(layers.camera.camera, layers.depth, x, y);
+  const Eigen::Vector3d normal =
+      Tangent(layers, x, y, 0, 1).cross(Tangent(layers, x, y, 1, 0)).normalized();
+  return normal.dot(PointInCam(layers, x, y)) > 0 ? Eigen::Vector3d(-normal) : normal;
+}
 
 void CheckLayers(const ViewLayers& layers) {
   CheckOption(layers.color.NumPixels() > 0, "a view without pixels has no outline");
+  CheckOption(layers.rays.Empty() || (layers.rays.width == layers.color.width &&
+                                      layers.rays.height == layers.color.height),
+              "color and rays of a view need one size");
   CheckOption(layers.depth.Empty() || (layers.depth.width == layers.color.width &&
                                        layers.depth.height == layers.color.height),
               "color and depth of a view need one size");

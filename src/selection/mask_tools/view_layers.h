@@ -11,12 +11,20 @@ namespace retint {
 
 struct ViewLayers {
   PosedCamera camera;
+  // Of a distorted camera's own picture (PhotoRays()): the point that a pixel shows at depth 1, in
+  // the camera's frame; 0 where no ray leads. Empty: a pinhole camera's.
+  PixelArray<float, 3> rays;
   Image color;     // a render or a photo
   DepthMap depth;  // may be empty: then color alone decides
 };
 
 // OptionError unless color and depth (where there is one) have one size, of a pixel at least.
 void CheckLayers(const ViewLayers& layers);
+
+// The point of the world that a pixel with depth shows, and the unit normal there, in the camera's
+// frame, toward the camera; of a picture with rays, 0 where no neighbor has depth.
+Eigen::Vector3d SurfacePoint(const ViewLayers& layers, int x, int y);
+Eigen::Vector3d SurfaceNormal(const ViewLayers& layers, int x, int y);
 
 // OKLab, and the logarithm of the depth: 0 where there is none. [H, W, 4]
 PixelArray<float, 4> Features(const ViewLayers& layers);

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the pixels of a distorted photo look.
+#pragma once
+
+#include "scene/image.h"
+#include "scene/undistortion.h"
+
+namespace retint {
+
+// The point that each of the photo's pixels shows at depth 1, in its camera's frame, where depth is
+// what Undistortion::DepthIsDistance() says; 0 where no ray leads. [H, W, 3]
+PixelArray<float, 3> PhotoRays(const Undistortion& undistortion);
+
+}  // namespace retint

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Options and edits that make no sense.
+#include "tests/e2e/bad_input.h"
+
+namespace retint {
+namespace {
+
+const Row kUsageRows[] = {
+    // Usage.
+    {"NegativeTint", 2, "tint",
+     [](Place& p) {
+       return Recolor(p, {"--tint", "-1,0,0"});
+     }},
+    {"NanTint", 2, "tint",
+     [](Place& p) {
+       return Recolor(p, {"--tint", "nan,0,0"});
+     }},
+    {"TintOfTwo", 2, "tint",
+     [](Place& p) {
+       return Recolor(p, {"--tint", "1,0"});
+     }},
+    {"TintInWords", 2, "tint",
+     [](Place& p) {
+       return Recolor(p, {"--tint", "blue"});
+     }},
+    {"ShortHexTint", 2, "tint",
+     [](Place& p) {
+       return Recolor(p, {"--tint", "#30f"});
+     }},
+    {"UnknownOperation", 3, "operations[0]: there is no operation \"paint\"",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "paint"}]})");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
+    {"EditCutOff", 3, "is not JSON, or cut off",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "gray")");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
+    {"EmptyRange", 2, "the range of hues is empty",
+     [](Place& p) {
+       return Recolor(p, {"--adjust", "hue=20,hues=40:40"});
+     }},
+    {"ColorInWords", 2, "recolor 'blue'",
+     [](Place& p) {
+       return Recolor(p, {"--to", "blue"});
+     }},
+    {"ExposureOutOfRange", 2, "stops must be from -10 to 10",
+     [](Place& p) {
+       return Recolor(p, {"--exposure", "40"});
+     }},
+    {"LightnessOfNothing", 2, "--keep-lightness is of --to",
+     [](Place& p) {
+       return Recolor(p, {"--keep-lightness", "0.5"});
+     }},
+    {"NoEdit", 2, "there is no edit",
+     [](Place& p) {
+       return With(p, "refit", {"--masks", p.In("masks"), "--output", p.Out("o.ply")});
+     }},
+    {"LutCutOff", 3, "film.cube: is not a lookup table",
+     [](Place& p) {
+       WriteFile(p.in / "film.cube", "LUT_3D_SIZE 3\n0 0 0\n0.5 0 0\n1 0");
+       return Recolor(p, {"--lut", p.In("film.cube")});
+     }},
+    {"LutOfAbsurdSize", 3, "LUT_3D_SIZE 4000000 is not a size",
+     [](Place& p) {
+       WriteFile(p.in / "film.cube", "LUT_3D_SIZE 4000000\n0 0 0\n");
+       return Recolor(p, {"--lut", p.In("film.cube")});
+     }},
+    {"LutWithNan", 3, "film.cube",
+     [](Place& p) {
+       WriteFile(p.in / "film.cube", "LUT_1D_SIZE 2\n0 nan 0\n1 1 1\n");
+       return Recolor(p, {"--lut", p.In("film.cube")});
+     }},
+    {"NoLut", 3, "gone.cube: is not a file",
+     [](Place& p) {
+       return Recolor(p, {"--lut", p.In("gone.cube")});
+     }},
+    {"PaletteOfTooManyColors", 2, "the number of colors must be from 1 to 16, not 99",
+     [](Place& p) {
+       return Recolor(p, {"--palette", "99,1=#ff0000"});
+     }},
+    {"PaletteWithNan", 2, "palette 'nan,1=#ff0000': holds a value that is not finite",
+     [](Place& p) {
+       return Recolor(p, {"--palette", "nan,1=#ff0000"});
+     }},
+    {"PaletteOfNothing", 2, "give either --view and --mask, or --masks",
+     [](Place& p) {
+       return With(p, "palette", {"--picture", p.Out("swatches.png")});
+     }},
+    {"PaletteOfZeroColors", 2, "--colors",
+     [](Place& p) {
+       return With(p, "palette", {"--colors", "0", "--masks", p.In("masks")});
+     }},
+    {"PictureOfAnotherSize", 3, "painted.png is 7x5, the view is 160x120",
+     [](Place& p) {
+       WritePng(p.in / "painted.png", Image(7, 5));
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("painted.png")});
+     }},
+    {"PictureThatIsNone", 3, "painted.png",
+     [](Place& p) {
+       WriteFile(p.in / "painted.png", "no picture");
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("painted.png")});
+     }},
+    {"PictureOfNoView", 3, "nowhere.png",
+     [](Place& p) {
+       return Recolor(p, {"--edited", "nowhere.png=" + MaskOf(p).string()});
+     }},
+    {"PictureWithoutView", 2, "names no view and picture",
+     [](Place& p) {
+       return Recolor(p, {"--edited", "painted.png"});
+     }},
+    {"NeitherMaskNorPicture", 2, "--view and --mask are required",
+     [](Place& p) {
+       return With(p, "recolor", {"--tint", "1,0,0", "--output", p.Out("o.ply")});
+     }},
+    {"PictureWithoutAChange", 3, "nothing was changed",
+     [](Place& p) {
+       return With(p, "recolor",
+                   {"--edited", TinyView() + "=" + p.In("images/" + TinyView()), "--output",
+                    p.Out("o.ply")});
+     }},
+    {"MaskWithoutView", 2, "--view",
+     [](Place& p) {
+       Arguments arguments = Recolor(p);
+       arguments.insert(arguments.end(), {"--mask", MaskOf(p).string()});
+       return arguments;
+     }},
+    {"ViewTwice", 2, "twice",
+     [](Place& p) {
+       Arguments arguments = Recolor(p);
+       arguments.insert(arguments.end(), {"--view", TinyView(), "--mask", MaskOf(p).string()});
+       return arguments;
+     }},
+    {"UnknownOption", 2, "--frobnicate",
+     [](Place& p) {
+       return Recolor(p, {"--frobnicate", "1"});
+     }},
+    {"UnknownVerb", 2, "", [](Place&) { return Arguments{"frobnicate"}; }},
+    {"NoVerb", 2, "", [](Place&) { return Arguments{}; }},
+    {"RequiredOptionMissing", 2, "--splat", [](Place&) { return Arguments{"recolor"}; }},
+    {"NotANumber", 2, "--threads",
+     [](Place& p) {
+       return Recolor(p, {"--threads", "many"});
+     }},
+    {"UnknownSolver", 2, "--solver",
+     [](Place& p) {
+       return Recolor(p, {"--solver", "newton"});
+     }},
+    {"UnknownBackend", 2, "--backend",
+     [](Place& p) {
+       return Recolor(p, {"--backend", "abacus"});
+     }},
+    {"SampleAboveOne", 2, "--sample: must be in (0, 1], not 1.5",
+     [](Place& p) {
+       return Recolor(p, {"--sample", "1.5"});
+     }},
+    {"HoldoutOfOne", 2, "--holdout",
+     [](Place& p) {
+       return Recolor(p, {"--holdout", "1"});
+     }},
+    {"OutsideWeightOfZero", 2, "--outside-weight: must be in (0, 8], not 0",
+     [](Place& p) {
+       return Recolor(p, {"--outside-weight", "0"});
+     }},
+    {"OddDisparities", 2, "--disparities: must be in [16, 1024], a multiple of 16, not 100",
+     [](Place& p) {
+       return Recolor(p, {"--disparities", "100"});
+     }},
+    {"NotANumberAtAll", 2, "--tolerance",
+     [](Place& p) {
+       return Recolor(p, {"--tolerance", "nan"});
+     }},
+    {"UnknownPresetOfOptions", 2, "--preset",
+     [](Place& p) {
+       return Recolor(p, {"--preset", "magic"});
+     }},
+    {"NegativeIterations", 2, "--iterations",
+     [](Place& p) {
+       return Recolor(p, {"--iterations", "-5"});
+     }},
+    {"RenderOfNothing", 2, "--view",
+     [](Place& p) {
+       return With(p, "render", {"--output", p.Out("r")});
+     }},
+    {"SplatOfUnknownKind", 2, "out.xyz",
+     [](Place& p) {
+       return Recolor(p, {"--output", p.Out("out.xyz")});
+     }},
+    {"UnknownPreset", 2, "preset",
+     [](Place& p) {
+       return Arguments{"synth", "--output", p.Out("ws"), "--preset", "cathedral"};
+     }},
+};
+
+}  // namespace
+
+INSTANTIATE_TEST_SUITE_P(Usage, BadInput, testing::ValuesIn(kUsageRows), RowName);
+
+TEST_P(BadInput, IsToldInOneLine) {
+  Place place;
+  Arguments arguments = GetParam().prepare(place);
+  if (!arguments.empty() && arguments[0] != "frobnicate") {
+    arguments.insert(arguments.end(), {"--progress", "none"});
+  }
+  const auto before = FilesBelow(place.temp.path());
+  ExpectRefused(RunRetint(arguments), place, GetParam().code, GetParam().says);
+  EXPECT_EQ(FilesBelow(place.temp.path()), before);
+}
+
+}  // namespace retint
