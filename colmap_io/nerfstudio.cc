@@ -314,7 +314,8 @@ std::string WorldFromSplatToText(const Sim3d& world_from_splat) {
       char number[32];
       std::snprintf(number, sizeof number, "%.17g",
                     c < 3 ? linear(r, c) : world_from_splat.translation[r]);
-      text += (text.empty() ? "" : " ") + std::string(number);
+      if (!text.empty()) text += ' ';
+      text += number;
     }
   }
   return text;

@@ -217,10 +217,14 @@ void SogTables::Keep(SourceLayout& source) const {
   const std::array<uint64_t, 5> sizes = {bounds.size(), colors.size(), bands.size(), palette.size(),
                                          quats.size()};
   source.packed_format = kMark;
-  source.packed.clear();
+  size_t total = sizeof(sizes) + quats.size();
+  for (const auto* table : {&bounds, &colors, &bands, &palette}) {
+    total += table->size() * sizeof(float);
+  }
+  source.packed.resize(total);
+  char* end = source.packed.data();
   const auto append = [&](const void* data, size_t bytes) {
-    const auto* from = static_cast<const char*>(data);
-    source.packed.insert(source.packed.end(), from, from + bytes);
+    end = std::copy_n(static_cast<const char*>(data), bytes, end);
   };
   append(sizes.data(), sizeof(sizes));
   for (const auto* table : {&bounds, &colors, &bands, &palette}) {
