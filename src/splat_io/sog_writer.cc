@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "splat_io/sog_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 

@@ -102,9 +102,7 @@ class Distorted : public testing::TestWithParam<Lens> {
   }
 
   // Of the object that the brush mask paints.
-  Mask Truth(const std::string& view) const {
-    return Read(ViewFile(object_, view));
-  }
+  Mask Truth(const std::string& view) const { return Read(ViewFile(object_, view)); }
 
   TempFolder temp_;
   fs::path workspace_, brush_, object_;
