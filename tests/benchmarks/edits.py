@@ -150,21 +150,22 @@ def ok_lab(rgb):
                              [-0.0040720468, 0.4505937099, -0.8086757660]])
 
 
-def new_color(plain, truth, label):
-    """What the pixels of the object's main color, its most frequent hue and saturation, become."""
+def main_color(run, paint, folder):
+    """The object's color that `retint refit` finds and replaces, as its report has it."""
+    refit(run, paint, folder, ["--to", "#808080", "--report", folder / "report.json"])
+    report = json.loads((folder / "report.json").read_text())
+    return np.array(report["edit"]["operations"][0]["from"])
+
+
+def new_color(main, plain, truth, label):
+    """What the object's pixels of color `main`, or near to it, become."""
     before, after = [], []
     for name, mask in wb.masks_in(plain / "truth" / "masks" / label).items():
         inside = read_mask(mask) >= 250
         before.append(read(plain / "images" / name)[inside])
         after.append(read(truth / "images" / name)[inside])
-    lab = ok_lab(np.concatenate(before))
-    direction = lab[:, 1:] / np.maximum(lab[:, :1], 0.05)
-    counts, *edges = np.histogramdd(direction, bins=33, range=[(-1, 1)] * 2)
-    fullest = np.unravel_index(counts.argmax(), counts.shape)
-    center = np.array([(e[i] + e[i + 1]) / 2 for e, i in zip(edges[0], fullest)])
-    for _ in range(10):  # mean shift
-        near = np.hypot(*(direction - center).T) <= 0.06
-        center = direction[near].mean(axis=0) if near.any() else center
+    distance = np.linalg.norm(ok_lab(np.concatenate(before)) - ok_lab(main[None]), axis=1)
+    near = distance <= np.quantile(distance, 0.05)
     return "#" + "".join(f"{round(255 * v):02x}"
                          for v in np.median(np.concatenate(after)[near], axis=0))
 
@@ -173,11 +174,13 @@ def recolored(options, run, paints):
     paints = [p for p in paints if p.scene == "sample"]
     rows = wb.Table("Recolored objects against the same scene with that color: mean CIEDE2000",
                     ["object", "albedo", "its main color", "`--to`", "`--tint`"])
+    mains = run.each(lambda p: main_color(run, p, p.folder(options.work) / "main"), paints)
+    mains = {p.label: main for p, main in zip(paints, mains) if main is not None}
     for color in options.colors.split(","):
         truth = true_scene(options, run, color[1:], [f"{p.label}={color}" for p in paints])
 
         def measure(paint, color=color, truth=truth):
-            target = new_color(paint.workspace, truth, paint.label)
+            target = new_color(mains[paint.label], paint.workspace, truth, paint.label)
             row = [paint.label, color, target]
             for edit in (["--to", target], ["--tint", target]):
                 renders = refit(run, paint, paint.folder(options.work) / (color[1:] + edit[0]), edit)
@@ -189,7 +192,7 @@ def recolored(options, run, paints):
                 row.append(f"{np.concatenate(found).mean():.2f}")
             rows.add(row)
 
-        run.each(measure, paints)
+        run.each(measure, [p for p in paints if p.label in mains])
     return rows.rows
 
 
