@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs the packages that building and testing Retint need on Debian 12 (as root or with sudo).
 # Safe to run again: without a missing package it changes nothing and takes no time.
+#   apps/setup.sh [PACKAGE...]   PACKAGE: what is to be installed beside them
 set -euo pipefail
 
 packages=(
@@ -15,6 +16,7 @@ packages=(
   python3-dev python3-numpy python3-pybind11 pybind11-dev python3-pytest
   qt6-base-dev qt6-qpa-plugins libgl1-mesa-dri fonts-dejavu-core xvfb xauth
   mkdocs doxygen
+  "$@"
 )
 
 if [[ ${RETINT_SKIP_SETUP:-} == 1 ]]; then exit 0; fi

@@ -309,6 +309,18 @@ void BindResults(Sessions& type) {
           py::arg("path"), py::arg("progress") = py::none(),
           "Writes the scene as it is now, in the format of the extension.")
       .def(
+          "write_cameras",
+          [](PySession& self, const py::object& folder, bool images, py::object progress) {
+            const auto path = ToPath(folder);
+            self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+              ExportCameras(session, images, path, monitor);
+            });
+          },
+          py::arg("folder"), py::kw_only(), py::arg("images") = true,
+          py::arg("progress") = py::none(),
+          "Writes the session's views, also those placed around a splat alone, as a COLMAP "
+          "workspace, as `retint cameras` does; `images`: with renders of the original scene.")
+      .def(
           "write_masks",
           [](PySession& self, const py::object& folder, const py::object& region,
              py::object progress) {
@@ -400,6 +412,7 @@ void BindSession(py::module_& module) {
           },
           "'cpu' or 'cuda'.");
   BindSelecting(type);
+  BindOutlines(type);
   BindRegions(type);
   BindResults(type);
   BindRounds(type);

@@ -2,10 +2,8 @@
 // retint cameras: the views of a splat alone as a COLMAP workspace.
 #include <fmt/format.h>
 
-#include "base/error.h"
-#include "colmap_io/image_io.h"
-#include "colmap_io/sparse.h"
 #include "retint/common.h"
+#include "session/export.h"
 
 namespace retint::cli {
 namespace {
@@ -19,21 +17,10 @@ struct Arguments {
 void Cameras(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output, /*as_folder=*/true);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const Reconstruction& model = session->reconstruction();
-  const std::vector<const View*> views = model.ViewsByName();
-  StagedOutput staged;
-  staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
-    WriteReconstructionBinary(folder / "sparse" / "0", model);
-    for (size_t i = 0; arguments.images && i < views.size(); ++i) {
-      run.monitor().Step("render", static_cast<double>(i), static_cast<double>(views.size()));
-      WritePng(ViewFile(folder / "images", views[i]->name, ""),
-               session->scene().Render(*views[i], session->original().sh));
-    }
-  });
-  run.monitor().Step("render", 1, 1);
-  staged.Commit();
+  ExportCameras(*session, arguments.images, arguments.output, run.monitor());
   run.FinishProgress();
-  run.Print(fmt::format("wrote {} views and {} points to {}", views.size(), model.points.size(),
+  const Reconstruction& model = session->reconstruction();
+  run.Print(fmt::format("wrote {} views and {} points to {}", model.views.size(), model.points.size(),
                         arguments.output.string()));
 }
 

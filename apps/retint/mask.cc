@@ -12,12 +12,8 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
-#include "scene/photo_rays.h"
-#include "selection/mask_tools/pixel_tools.h"
-#include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
-#include "selection/view_depth.h"
-#include "session/pictures.h"
+#include "session/view_mask.h"
 
 namespace retint::cli {
 namespace {
@@ -63,12 +59,12 @@ int Pixel(const std::string& flag, double value) {
 
 // Pictures, and polylines X,Y,X,Y... where a value is one, on one mask.
 Mask Strokes(const std::string& flag, const std::vector<std::string>& values, double brush,
-             const Image& color) {
-  Mask all(color.width, color.height);
+             const UserPicture& view) {
+  Mask all(view.width, view.height);
   for (const std::string& value : values) {
     const auto numbers = ParseNumbers(value);
     if (!numbers) {
-      const Mask drawn = ReadBrushMask(value, color.width, color.height);
+      const Mask drawn = ReadBrushMask(value, view.width, view.height);
       for (size_t p = 0; p < all.data.size(); ++p) {
         all.data[p] = std::max<uint8_t>(all.data[p], drawn.data[p] > 0 ? 255 : 0);
       }
@@ -84,86 +80,52 @@ Mask Strokes(const std::string& flag, const std::vector<std::string>& values, do
   return all;
 }
 
-const UserPicture& OnePicture(const Pictures& pictures, const std::string& name) {
-  const auto found = pictures.Require(name);
-  CheckOption(found.size() == 1, name + " is shown by " + std::to_string(found.size()) +
-                                     " views: a mask belongs to one of them, such as " +
-                                     found.front()->name);
-  return *found.front();
-}
-
-// In the pixels of the picture: of a distorted camera, those of its photo.
-ViewLayers LayersOf(const Arguments& arguments, const Pictures& pictures,
-                    const UserPicture& picture, EditSession& session) {
-  const Reconstruction& model = session.reconstruction();
-  ViewLayers layers;
-  layers.camera = model.Posed(*picture.faces.front());
-  layers.color = pictures.Compose(picture, [&](const View& face) {
-    if (arguments.image == "photo") return session.workspace().ReadPhoto(face);
-    return std::move(session.renderer().Render(model.Posed(face)).rgb);
-  });
-  layers.depth = pictures.ComposeDepth(picture, [&](const View& face) {
-    return SurfaceDepth(session.renderer(), model.Posed(face), &face, model);
-  });
-  if (!picture.photo) return layers;
-  const Undistortion& lens = *picture.photo->lens;
-  const Eigen::Quaterniond photo_from_face = lens.faces.front().face_from_photo.conjugate();
-  Rigid3d& pose = layers.camera.cam_from_world;
-  pose = {photo_from_face * pose.rotation, photo_from_face * pose.translation};
-  layers.camera.camera = lens.photo;
-  layers.rays = PhotoRays(lens);
-  return layers;
-}
-
-// What is selected before it is limited: by the one tool that is given, else everything.
-Mask Source(const Arguments& arguments, const ViewLayers& layers, Run& run) {
-  const Image& color = layers.color;
-  if (!arguments.mask.empty()) return ReadBrushMask(arguments.mask, color.width, color.height);
+// What selects, and what is kept of it.
+ViewMaskRequest ToRequest(const Arguments& arguments, const UserPicture& view) {
+  ViewMaskRequest request;
+  request.photo = arguments.image == "photo";
+  request.refine_edge = arguments.refine;
+  if (!arguments.mask.empty()) {
+    request.mask = ReadBrushMask(arguments.mask, view.width, view.height);
+  }
   if (!arguments.inside.empty()) {
-    const Mask inside = Strokes("--scribble", arguments.inside, arguments.brush, color);
-    Mask outside;
-    if (!arguments.outside.empty()) {
-      outside = Strokes("--scribble-outside", arguments.outside, arguments.brush, color);
-    }
-    return MaskFromScribbles(layers, inside, outside, run.monitor());
+    request.inside = Strokes("--scribble", arguments.inside, arguments.brush, view);
+  }
+  if (!arguments.outside.empty()) {
+    request.outside = Strokes("--scribble-outside", arguments.outside, arguments.brush, view);
   }
   if (!arguments.wand.empty()) {
     const auto at = Numbers("--wand", arguments.wand, 2, 5, "X,Y[,COLOR[,DEPTH[,NORMAL]]]");
-    WandOptions wand;
+    WandOptions& wand = request.wand.emplace();
     wand.x = Pixel("--wand", at[0]);
     wand.y = Pixel("--wand", at[1]);
     if (at.size() > 2) wand.color = at[2];
     if (at.size() > 3) wand.depth = at[3];
     if (at.size() > 4) wand.normal = at[4];
-    return MagicWand(layers, wand);
   }
   if (!arguments.scissors.empty()) {
     const auto at = Numbers("--scissors", arguments.scissors, 6, 100'000, "X,Y,X,Y,X,Y...");
     CheckOption(at.size() % 2 == 0, "--scissors " + arguments.scissors + ": is not X,Y,X,Y,X,Y...");
-    std::vector<Eigen::Vector2i> anchors;
     for (size_t i = 0; i < at.size(); i += 2) {
-      anchors.emplace_back(Pixel("--scissors", at[i]), Pixel("--scissors", at[i + 1]));
+      request.scissors.emplace_back(Pixel("--scissors", at[i]), Pixel("--scissors", at[i + 1]));
     }
-    return CutOut(layers.color, anchors);
   }
-  return {color.width, color.height, 255};
-}
-
-Mask LimitTo(const Arguments& arguments, const ViewLayers& layers, Mask mask) {
   if (!arguments.sphere.empty()) {
     const auto at = Numbers("--sphere", arguments.sphere, 4, 4, "X,Y,Z,RADIUS");
-    mask = Intersection(mask, InSphere(layers, {at[0], at[1], at[2]}, at[3]));
+    request.sphere = {{at[0], at[1], at[2]}, at[3]};
   }
   if (!arguments.box.empty()) {
     const auto at = Numbers("--box", arguments.box, 6, 6, "X,Y,Z,X,Y,Z");
-    mask = Intersection(mask, InBox(layers, {at[0], at[1], at[2]}, {at[3], at[4], at[5]}));
+    request.box = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
   }
   if (!arguments.like.empty()) {
     const auto at = Numbers("--like", arguments.like, 2, 3, "X,Y[,TOLERANCE]");
-    const auto rgb = ColorAt(layers, Pixel("--like", at[0]), Pixel("--like", at[1]));
-    mask = Intersection(mask, LikeColor(layers, rgb, at.size() > 2 ? at[2] : WandOptions().color));
+    auto& like = request.like.emplace();
+    like.x = Pixel("--like", at[0]);
+    like.y = Pixel("--like", at[1]);
+    if (at.size() > 2) like.tolerance = at[2];
   }
-  return mask;
+  return request;
 }
 
 void CheckArguments(const Arguments& arguments) {
@@ -185,12 +147,9 @@ void MakeMask(const Arguments& arguments, Run& run) {
   const auto session = OpenSession(arguments.scene, 0, run);
   const Pictures pictures = session->pictures();
   const UserPicture& view = OnePicture(pictures, arguments.view);
-  const ViewLayers layers = LayersOf(arguments, pictures, view, *session);
-  Mask mask = LimitTo(arguments, layers, Source(arguments, layers, run));
-  if (arguments.refine > 0) mask = RefineEdge(layers, mask, arguments.refine, run.monitor());
+  const Mask mask = MakeViewMask(*session, view, ToRequest(arguments, view), run.monitor());
   const auto inside =
       std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; });
-  if (inside == 0) throw InputError("no pixel of view " + view.name + " is selected");
   StagedOutput staged;
   staged.Add(arguments.output, [&](const auto& path) { WritePng(path, mask); });
   run.monitor().ThrowIfCancelled();

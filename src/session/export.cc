@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/sparse.h"
 #include "session/report_html.h"
 
 namespace retint {
@@ -87,6 +88,23 @@ void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
       },
       [&](size_t i) { return std::move(session.renderer().Render(path[i], request).rgb); },
       monitor);
+}
+
+void ExportCameras(EditSession& session, bool images, const fs::path& folder, Monitor& monitor) {
+  CheckOutput(folder, /*as_folder=*/true);
+  const Reconstruction& model = session.reconstruction();
+  const std::vector<const View*> views = model.ViewsByName();
+  StagedOutput output;
+  output.AddFolder(folder, [&](const fs::path& staged) {
+    WriteReconstructionBinary(staged / "sparse" / "0", model);
+    for (size_t i = 0; images && i < views.size(); ++i) {
+      monitor.Step("render", static_cast<double>(i), static_cast<double>(views.size()));
+      WritePng(ViewFile(staged / "images", views[i]->name, ""),
+               session.scene().Render(*views[i], session.original().sh));
+    }
+  });
+  monitor.Step("render", 1, 1);
+  output.Commit();
 }
 
 std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,

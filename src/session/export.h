@@ -22,6 +22,11 @@ void ExportViews(EditSession& session, const std::vector<const View*>& views,
 void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
                   std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
 
+// The views as a COLMAP workspace in `folder`: sparse/0 (cameras, images, points3D) and, where
+// `images`, renders of the original scene in images/.
+void ExportCameras(EditSession& session, bool images, const std::filesystem::path& folder,
+                   Monitor& monitor);
+
 // `frames` cameras on one turn about the axis `up` through `focus`, beginning with `start`; after
 // the last comes the first again. OptionError for fewer than one frame or an axis of no length.
 std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,

@@ -8,7 +8,8 @@ import subprocess
 import sys
 import tempfile
 
-from browser import Browser, find
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+from browser import Browser, find  # noqa: E402
 
 BLUE = "#2040ff"
 

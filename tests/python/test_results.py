@@ -2,6 +2,7 @@
 """What the command line writes comes out of Python bit for bit."""
 
 import json
+import pathlib
 import subprocess
 import sys
 
@@ -305,3 +306,64 @@ def test_a_video_needs_no_program(scene, folder):
         retint.write_video(folder / "film.mp4", [session.render(names[0])])
     with pytest.raises(retint.OptionError, match="frame"):
         retint.write_video(folder / "none.avi", [])
+
+
+def test_masks_of_one_view_are_those_of_the_command_line(scene, folder):
+    session = retint.Session(scene.folder, scene.splat)
+    truth = retint.read_mask(scene.mask) >= 128
+    rows, columns = np.nonzero(truth)
+    x, y = int(np.median(columns)), int(np.median(rows))
+    inside, outside = [(x - 4, y), (x + 4, y)], [(2, 2), (157, 2), (157, 117)]
+
+    def text(points):
+        return ",".join(f"{value}" for point in points for value in point)
+
+    point = session.render(scene.view, "depth")[y, x]
+    assert point > 0
+    cases = [
+        (["--scribble", text(inside), "--scribble-outside", text(outside), "--brush", 5],
+         {"inside": [inside], "outside": [outside], "brush": 5}),
+        (["--wand", f"{x},{y},0.2,0.05,60"], {"wand": (x, y, 0.2, 0.05, 60)}),
+        (["--scissors", "40,30,120,30,120,90,40,90", "--image", "photo"],
+         {"scissors": [[40, 30], [120, 30], [120, 90], [40, 90]], "image": "photo"}),
+        (["--mask", scene.mask, "--refine-edge", 4], {"mask": scene.mask, "refine_edge": 4}),
+        (["--like", f"{x},{y},0.1"], {"like": (x, y, 0.1)}),
+    ]
+    for arguments, keywords in cases:
+        run_retint("mask", *scene.arguments(), "--view", scene.view, *arguments, "--output",
+                   folder / "cli.png")
+        mask = session.mask(scene.view, **keywords)
+        assert np.array_equal(mask, retint.read_mask(folder / "cli.png")), arguments
+        assert 0 < np.mean(mask >= 128) < 1
+    # Strokes may be drawn as a mask, too.
+    drawn = np.zeros(truth.shape, bool)
+    drawn[y - 2:y + 3, x - 4:x + 5] = True
+    assert session.mask(scene.view, inside=drawn)[y, x] >= 128
+    with pytest.raises(retint.OptionError, match="nothing to select by"):
+        session.mask(scene.view)
+    with pytest.raises(retint.OptionError, match="not by more"):
+        session.mask(scene.view, wand=(x, y), mask=scene.mask)
+    with pytest.raises(retint.OptionError, match="sphere has 4 to 4"):
+        session.mask(scene.view, sphere=(0, 0, 0))
+    with pytest.raises(retint.InputError, match="no pixel"):
+        session.mask(scene.view, sphere=(1e6, 0, 0, 1))
+
+
+def test_palettes_and_placed_views_are_those_of_the_command_line(scene, folder):
+    session = retint.Session(scene.folder, scene.splat)
+    run_retint("palette", *scene.arguments(), *scene.paint(), "--colors", 3, "--report",
+               folder / "cli.json")
+    told = json.loads((folder / "cli.json").read_text(encoding="utf-8"))["colors"]
+    found = session.palette([session.paint(scene.view, scene.mask)], 3)
+    assert [color["hex"] for color in found] == [color["hex"] for color in told]
+    assert [color["share"] for color in found] == pytest.approx([color["share"] for color in told])
+    with pytest.raises(retint.OptionError):
+        session.palette([session.paint(scene.view, scene.mask)], 17)
+
+    run_retint("cameras", "--splat", scene.splat, "--views", 6, "--quiet", "--no-images",
+               "--output", folder / "cli")
+    with retint.Session(None, scene.splat, views=6) as alone:
+        alone.write_cameras(folder / "python", images=False)
+    for name in ("cameras.bin", "images.bin", "points3D.bin"):
+        model = pathlib.Path("sparse", "0", name)
+        assert (folder / "python" / model).read_bytes() == (folder / "cli" / model).read_bytes()

@@ -19,7 +19,7 @@ def find():
 class Browser:
     """One page. Commands and answers go through file descriptors 3 and 4, ended by a zero byte."""
 
-    def __init__(self, program):
+    def __init__(self, program, graphics=("--disable-gpu",)):
         self.profile = tempfile.TemporaryDirectory()
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()
@@ -31,7 +31,7 @@ class Browser:
             os.dup2(second, 4)
 
         self.process = subprocess.Popen(  # pylint: disable=subprocess-popen-preexec-fn
-            [program, "--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu",
+            [program, "--headless=new", "--remote-debugging-pipe", "--no-sandbox", *graphics,
              "--no-first-run", "--disable-extensions", "--hide-scrollbars", "--disable-dev-shm-usage",
              f"--user-data-dir={self.profile.name}", "--window-size=1000,900", "about:blank"],
             preexec_fn=connect, close_fds=False, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
@@ -79,10 +79,13 @@ class Browser:
         return result["result"].get("value")
 
     def open(self, path):
-        self.call("Page.enable")
-        self.call("Page.navigate", url=path.resolve().as_uri())
+        self.navigate(path.resolve().as_uri())
         self.evaluate("new Promise(done => document.readyState === 'complete' ? done() "
                       ": window.addEventListener('load', done))")
+
+    def navigate(self, url):
+        self.call("Page.enable")
+        self.call("Page.navigate", url=url)
 
     def pixels(self, selector):
         """What an element looks like: width, height and rows of RGB."""

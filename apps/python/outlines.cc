@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Session: the mask of a view by the tools that find an outline, and the main colors of what is
+// selected.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "recolor/palette.h"
+#include "selection/mask_tools/scribbles.h"
+#include "session/view_mask.h"
+#include "types.h"
+
+namespace retint::python {
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// `least` to `most` finite numbers; OptionError naming them otherwise.
+std::vector<double> Numbers(const py::object& values, size_t least, size_t most,
+                            const std::string& what) {
+  std::vector<double> numbers;
+  try {
+    numbers = values.cast<std::vector<double>>();
+  } catch (const py::cast_error&) {
+    throw OptionError(what + " is a sequence of numbers");
+  }
+  const bool finite = std::all_of(numbers.begin(), numbers.end(), [](double v) {
+    return std::isfinite(v) && std::abs(v) < 1e9;
+  });
+  CheckOption(finite && numbers.size() >= least && numbers.size() <= most,
+              what + fmt::format(" has {} to {} finite numbers", least, most));
+  return numbers;
+}
+
+// [n, 2].
+std::vector<Eigen::Vector2d> Points(const py::handle& points, const std::string& what) {
+  const auto array = Doubles::ensure(points);
+  if (!array) {
+    PyErr_Clear();
+    throw OptionError(what + " is an array [n, 2]");
+  }
+  CheckOption(array.ndim() == 2 && array.shape(1) == 2 && array.shape(0) > 0,
+              what + " is an array [n, 2]");
+  std::vector<Eigen::Vector2d> result;
+  for (py::ssize_t i = 0; i < array.shape(0); ++i) {
+    result.emplace_back(array.at(i, 0), array.at(i, 1));
+    CheckOption(result.back().allFinite() && result.back().cwiseAbs().maxCoeff() < 1e6,
+                what + " holds pixels of the view");
+  }
+  return result;
+}
+
+// A mask, or a list of polylines [n, 2].
+Mask Strokes(const py::object& strokes, double brush, const UserPicture& view,
+             const std::string& what) {
+  if (strokes.is_none()) return {};
+  if (!py::isinstance<py::list>(strokes) && !py::isinstance<py::tuple>(strokes)) {
+    return ToMask(strokes, view.width, view.height);
+  }
+  CheckOption(std::isfinite(brush) && brush > 0 && brush <= 10000,
+              "brush is a width in pixels, above 0");
+  Mask mask(view.width, view.height);
+  for (const py::handle& stroke : strokes) DrawStroke(Points(stroke, what), brush, &mask);
+  return mask;
+}
+
+Mask MakeMask(PySession& self, const std::string& view, const py::object& inside,
+              const py::object& outside, double brush, const py::object& mask,
+              const py::object& wand, const py::object& scissors, const py::object& sphere,
+              const py::object& box, const py::object& like, int refine_edge,
+              const std::string& image, py::object progress) {
+  CheckOption(image == "render" || image == "photo", "image is 'render' or 'photo'");
+  CheckOption(refine_edge >= 0 && refine_edge <= 200, "refine_edge is 0 to 200 pixels");
+  const UserPicture picture = self.Use([&](EditSession& session) {
+    return OnePicture(Pictures(session.workspace(), Pixels::kPinhole), view);
+  });
+  ViewMaskRequest request;
+  request.photo = image == "photo";
+  request.refine_edge = refine_edge;
+  if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
+  request.inside = Strokes(inside, brush, picture, "a stroke of `inside`");
+  request.outside = Strokes(outside, brush, picture, "a stroke of `outside`");
+  if (!wand.is_none()) {
+    const auto at = Numbers(wand, 2, 5, "wand");
+    WandOptions& options = request.wand.emplace();
+    options.x = static_cast<int>(std::floor(at[0]));
+    options.y = static_cast<int>(std::floor(at[1]));
+    if (at.size() > 2) options.color = at[2];
+    if (at.size() > 3) options.depth = at[3];
+    if (at.size() > 4) options.normal = at[4];
+  }
+  if (!scissors.is_none()) {
+    for (const Eigen::Vector2d& point : Points(scissors, "scissors")) {
+      request.scissors.emplace_back(point.array().floor().cast<int>());
+    }
+  }
+  if (!sphere.is_none()) {
+    const auto at = Numbers(sphere, 4, 4, "sphere");
+    request.sphere = {{at[0], at[1], at[2]}, at[3]};
+  }
+  if (!box.is_none()) {
+    const auto at = Numbers(box, 6, 6, "box");
+    request.box = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
+  }
+  if (!like.is_none()) {
+    const auto at = Numbers(like, 2, 3, "like");
+    auto& options = request.like.emplace();
+    options.x = static_cast<int>(std::floor(at[0]));
+    options.y = static_cast<int>(std::floor(at[1]));
+    if (at.size() > 2) options.tolerance = at[2];
+  }
+  return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    return MakeViewMask(session, picture, request, monitor);
+  });
+}
+
+py::list FindColors(PySession& self, const py::object& of, int colors) {
+  RegionSelection selection;
+  if (py::isinstance<PyMasks>(of)) {
+    selection.masks = of.cast<const PyMasks&>().masks;
+  } else {
+    selection.source.painted = of.cast<std::vector<PaintedView>>();
+    CheckOption(!selection.source.painted.empty(), "there is nothing painted");
+  }
+  const auto palette = self.Use([&](EditSession& session) {
+    return session.store().MeasurePalette(selection, colors);
+  });
+  if (palette.empty()) throw InputError("no pixel is selected");
+  py::list list;
+  for (const PaletteColor& color : palette) {
+    const auto byte = [&](size_t c) { return std::lround(color.rgb[c] * 255); };
+    py::dict dict;
+    dict["hex"] = fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
+    dict["color"] = py::make_tuple(color.rgb[0], color.rgb[1], color.rgb[2]);
+    dict["share"] = color.share;
+    list.append(dict);
+  }
+  return list;
+}
+
+}  // namespace
+
+void BindOutlines(py::class_<PySession>& type) {
+  const py::none none;
+  type.def(
+          "mask",
+          [](PySession& self, const std::string& view, const py::object& inside,
+             const py::object& outside, double brush, const py::object& mask,
+             const py::object& wand, const py::object& scissors, const py::object& sphere,
+             const py::object& box, const py::object& like, int refine_edge,
+             const std::string& image, py::object progress) {
+            return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
+                                       sphere, box, like, refine_edge, image, std::move(progress)));
+          },
+          py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
+          py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
+          py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
+          py::arg("like") = none, py::arg("refine_edge") = 0, py::arg("image") = "render",
+          py::arg("progress") = none,
+          "The mask of a view, [H, W] uint8, soft, as `retint mask` makes it: selected by one of "
+          "`inside` (and `outside`: strokes, as a mask or as a list of lines [n, 2] in pixels, "
+          "`brush` pixels wide), `mask`, `wand` (x, y[, color[, depth[, normal]]]) or `scissors` "
+          "(anchors [n, 2]); limited by `sphere` (x, y, z, radius) and `box` (x, y, z, x, y, z) in "
+          "the world and by `like` (x, y[, tolerance]), the color of a pixel. `refine_edge`: then "
+          "the border moves to edges at most so many pixels away. `image`: 'render' or 'photo', "
+          "where edges and colors are read.")
+      .def("palette", &FindColors, py::arg("of"), py::arg("colors") = 5,
+           "The main colors of Masks or of a list of Painted, as `retint palette` finds them: a "
+           "list of dicts of 'hex', 'color' (RGB in [0, 1]) and 'share', most frequent first.");
+}
+
+}  // namespace retint::python

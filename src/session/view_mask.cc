@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/view_mask.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "base/error.h"
+#include "scene/image_checks.h"
+#include "scene/photo_rays.h"
+#include "selection/mask_tools/scissors.h"
+#include "selection/mask_tools/scribbles.h"
+#include "selection/view_depth.h"
+
+namespace retint {
+namespace {
+
+ViewLayers LayersOf(EditSession& session, const UserPicture& picture, bool photo) {
+  const Pictures pictures = session.pictures();
+  const Reconstruction& model = session.reconstruction();
+  session.ShowSh(session.original().sh);
+  ViewLayers layers;
+  layers.camera = model.Posed(*picture.faces.front());
+  layers.color = pictures.Compose(picture, [&](const View& face) {
+    if (photo) return session.workspace().ReadPhoto(face);
+    return std::move(session.renderer().Render(model.Posed(face)).rgb);
+  });
+  layers.depth = pictures.ComposeDepth(picture, [&](const View& face) {
+    return SurfaceDepth(session.renderer(), model.Posed(face), &face, model);
+  });
+  if (!picture.photo) return layers;
+  const Undistortion& lens = *picture.photo->lens;
+  const Eigen::Quaterniond photo_from_face = lens.faces.front().face_from_photo.conjugate();
+  Rigid3d& pose = layers.camera.cam_from_world;
+  pose = {photo_from_face * pose.rotation, photo_from_face * pose.translation};
+  layers.camera.camera = lens.photo;
+  layers.rays = PhotoRays(lens);
+  return layers;
+}
+
+Mask Selected(const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor) {
+  if (!request.mask.Empty()) return request.mask;
+  if (!request.inside.Empty()) {
+    return MaskFromScribbles(layers, request.inside, request.outside, monitor);
+  }
+  if (request.wand) return MagicWand(layers, *request.wand);
+  if (!request.scissors.empty()) return CutOut(layers.color, request.scissors);
+  return {layers.color.width, layers.color.height, 255};
+}
+
+Mask Kept(const ViewMaskRequest& request, const ViewLayers& layers, Mask mask) {
+  if (request.sphere) {
+    mask = Intersection(mask, InSphere(layers, request.sphere->center, request.sphere->radius));
+  }
+  if (request.box) mask = Intersection(mask, InBox(layers, request.box->min, request.box->max));
+  if (request.like) {
+    const auto rgb = ColorAt(layers, request.like->x, request.like->y);
+    mask = Intersection(mask, LikeColor(layers, rgb, request.like->tolerance));
+  }
+  return mask;
+}
+
+}  // namespace
+
+void ViewMaskRequest::Check() const {
+  const int selecting =
+      !mask.Empty() + !inside.Empty() + wand.has_value() + int(!scissors.empty());
+  CheckOption(selecting <= 1, "select by one of a mask, strokes, a wand and scissors, not by more");
+  CheckOption(selecting == 1 || sphere || box || like,
+              "there is nothing to select by: neither a mask, strokes, a wand nor scissors, nor a "
+              "sphere, a box or a color");
+  CheckOption(outside.Empty() || !inside.Empty(), "strokes outside need strokes inside");
+}
+
+const UserPicture& OnePicture(const Pictures& pictures, std::string_view name) {
+  const auto found = pictures.Require(name);
+  CheckOption(found.size() == 1, std::string(name) + " is shown by " +
+                                     std::to_string(found.size()) +
+                                     " views: a mask belongs to one of them, such as " +
+                                     found.front()->name);
+  return *found.front();
+}
+
+Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
+                  Monitor& monitor) {
+  request.Check();
+  for (const Mask* drawn : {&request.mask, &request.inside, &request.outside}) {
+    if (drawn->Empty()) continue;
+    CheckOption(drawn->width == picture.width && drawn->height == picture.height,
+                "a mask of view " + picture.name + " is " + SizeText(drawn->width, drawn->height) +
+                    ", the view is " + SizeText(picture.width, picture.height));
+  }
+  const ViewLayers layers = LayersOf(session, picture, request.photo);
+  Mask mask = Kept(request, layers, Selected(request, layers, monitor));
+  if (request.refine_edge > 0) mask = RefineEdge(layers, mask, request.refine_edge, monitor);
+  if (std::none_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; })) {
+    throw InputError("no pixel of view " + picture.name + " is selected");
+  }
+  return mask;
+}
+
+}  // namespace retint

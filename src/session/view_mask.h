@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The mask of one picture by the tools that find an outline, as `retint mask` and Python call them.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "base/monitor.h"
+#include "scene/image.h"
+#include "selection/mask_tools/pixel_tools.h"
+#include "session/edit_session.h"
+
+namespace retint {
+
+struct ViewMaskRequest {
+  struct Sphere {
+    Eigen::Vector3d center;
+    double radius;
+  };
+  struct Box {
+    Eigen::Vector3d min, max;  // along the world's axes
+  };
+  struct Like {
+    int x, y;  // pixels
+    double tolerance = WandOptions().color;
+  };
+
+  // What is selected, by one of these; by none, everything. Masks are of the picture's size.
+  Mask mask;
+  Mask inside, outside;  // strokes; `outside` may be empty
+  std::optional<WandOptions> wand;
+  std::vector<Eigen::Vector2i> scissors;  // pixels
+  // What is kept of it.
+  std::optional<Sphere> sphere;
+  std::optional<Box> box;
+  std::optional<Like> like;
+
+  int refine_edge = 0;  // pixels, 0: the border stays; see RefineEdge()
+  bool photo = false;   // edges and colors are read in the photo, not in the render
+
+  // OptionError when more than one thing selects, nothing selects or limits, or there are strokes
+  // outside and none inside.
+  void Check() const;
+};
+
+// The picture of that name in its own pixels: of a distorted camera, those of its photo. InputError
+// when there is none, OptionError when the name stands for several.
+const UserPicture& OnePicture(const Pictures& pictures, std::string_view name);
+
+// The picture's mask, soft, 128 and above is inside. InputError when no pixel is selected; else as
+// the tools (selection/mask_tools).
+Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
+                  Monitor& monitor);
+
+}  // namespace retint
