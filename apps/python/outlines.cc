@@ -28,9 +28,8 @@ std::vector<double> Numbers(const py::object& values, size_t least, size_t most,
   } catch (const py::cast_error&) {
     throw OptionError(what + " is a sequence of numbers");
   }
-  const bool finite = std::all_of(numbers.begin(), numbers.end(), [](double v) {
-    return std::isfinite(v) && std::abs(v) < 1e9;
-  });
+  const bool finite = std::all_of(numbers.begin(), numbers.end(),
+                                  [](double v) { return std::isfinite(v) && std::abs(v) < 1e9; });
   CheckOption(finite && numbers.size() >= least && numbers.size() <= most,
               what + fmt::format(" has {} to {} finite numbers", least, most));
   return numbers;
@@ -126,9 +125,8 @@ py::list FindColors(PySession& self, const py::object& of, int colors) {
     selection.source.painted = of.cast<std::vector<PaintedView>>();
     CheckOption(!selection.source.painted.empty(), "there is nothing painted");
   }
-  const auto palette = self.Use([&](EditSession& session) {
-    return session.store().MeasurePalette(selection, colors);
-  });
+  const auto palette = self.Use(
+      [&](EditSession& session) { return session.store().MeasurePalette(selection, colors); });
   if (palette.empty()) throw InputError("no pixel is selected");
   py::list list;
   for (const PaletteColor& color : palette) {

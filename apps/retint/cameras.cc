@@ -20,8 +20,8 @@ void Cameras(const Arguments& arguments, Run& run) {
   ExportCameras(*session, arguments.images, arguments.output, run.monitor());
   run.FinishProgress();
   const Reconstruction& model = session->reconstruction();
-  run.Print(fmt::format("wrote {} views and {} points to {}", model.views.size(), model.points.size(),
-                        arguments.output.string()));
+  run.Print(fmt::format("wrote {} views and {} points to {}", model.views.size(),
+                        model.points.size(), arguments.output.string()));
 }
 
 }  // namespace

@@ -63,8 +63,7 @@ Mask Kept(const ViewMaskRequest& request, const ViewLayers& layers, Mask mask) {
 }  // namespace
 
 void ViewMaskRequest::Check() const {
-  const int selecting =
-      !mask.Empty() + !inside.Empty() + wand.has_value() + int(!scissors.empty());
+  const int selecting = !mask.Empty() + !inside.Empty() + wand.has_value() + int(!scissors.empty());
   CheckOption(selecting <= 1, "select by one of a mask, strokes, a wand and scissors, not by more");
   CheckOption(selecting == 1 || sphere || box || like,
               "there is nothing to select by: neither a mask, strokes, a wand nor scissors, nor a "
@@ -74,10 +73,9 @@ void ViewMaskRequest::Check() const {
 
 const UserPicture& OnePicture(const Pictures& pictures, std::string_view name) {
   const auto found = pictures.Require(name);
-  CheckOption(found.size() == 1, std::string(name) + " is shown by " +
-                                     std::to_string(found.size()) +
-                                     " views: a mask belongs to one of them, such as " +
-                                     found.front()->name);
+  CheckOption(found.size() == 1,
+              std::string(name) + " is shown by " + std::to_string(found.size()) +
+                  " views: a mask belongs to one of them, such as " + found.front()->name);
   return *found.front();
 }
 
