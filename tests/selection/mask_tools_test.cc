@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -7,9 +8,11 @@
 #include "base/error.h"
 #include "selection/mask_score.h"
 #include "selection/mask_tools/guided_matte.h"
+#include "selection/mask_tools/min_cut.h"
 #include "selection/mask_tools/pixel_tools.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
+#include "selection/mask_tools/surface_edges.h"
 
 namespace retint {
 namespace {
@@ -106,6 +109,23 @@ TEST(Scribbles, KeepsWhatTheStrokesSay) {
   }
 }
 
+TEST(Scribbles, EndWhereTwoSurfacesMeetInAValley) {
+  Monitor monitor;
+  // Two gray planes at 90 degrees that meet at column 60, z = 3 / (1 + |u|).
+  ViewLayers layers = Disc(kGray, kGray, 4);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      layers.depth(x, y) = float(3 / (1 + std::abs((x + 0.5 - kCenterX) / 100)));
+    }
+  }
+  Mask left(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) std::fill_n(&left(0, y), 60, uint8_t{255});
+  // The stroke outside is four times as near to the valley as the one inside.
+  const Mask mask = MaskFromScribbles(layers, Stroke({{20, 20}, {20, 70}}),
+                                      Stroke({{70, 20}, {70, 70}}), monitor);
+  EXPECT_GT(*Iou(mask, left), 0.93);
+}
+
 TEST(Scribbles, LeavesASecondDiscAlone) {
   Monitor monitor;
   ViewLayers layers = Disc(kRed, kGray, 3);
@@ -158,6 +178,55 @@ TEST(RefineEdge, LeavesWhatHasNoBorder) {
   EXPECT_EQ(RefineEdge(layers, none, 5, monitor).data, none.data);
   EXPECT_EQ(RefineEdge(layers, all, 5, monitor).data, all.data);
   EXPECT_THROW(RefineEdge(layers, all, 0, monitor), OptionError);
+}
+
+TEST(MinCut, CutsAChainAtItsWeakestEdge) {
+  // 0 - 1 - 2 - 3 with weights 3, 1 and 2.
+  const EdgeMatrix chain = {
+      .begin = {0, 1, 3, 5, 6}, .other = {1, 0, 2, 1, 3, 2}, .weight = {3, 3, 1, 1, 2, 2}};
+  using Sides = std::vector<uint8_t>;
+  EXPECT_EQ(MinCut(chain, std::vector<float>{100, 0, 0, -100}), (Sides{1, 1, 0, 0}));
+  // Node 1 would rather be 0: at the second odds that is worth the stronger edge.
+  EXPECT_EQ(MinCut(chain, std::vector<float>{100, -1.5f, 0, -100}), (Sides{1, 1, 0, 0}));
+  EXPECT_EQ(MinCut(chain, std::vector<float>{100, -2.5f, 0, -100}), (Sides{1, 0, 0, 0}));
+}
+
+// Inverse depth of two planes that meet at column 40, by `turn` times 45 degrees each.
+ScalarImage TwoPlanes(float turn) {
+  ScalarImage inverse_depth(80, 20);
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      inverse_depth(x, y) = (1 + turn * std::abs(float(x) - 40) / 100) / 3;
+    }
+  }
+  return inverse_depth;
+}
+
+TEST(SurfaceValleys, AreWhereSurfacesMeetAndNotWhereTheyBendAway) {
+  const ScalarImage valley = SurfaceValleys(TwoPlanes(1), 100);
+  EXPECT_FLOAT_EQ(valley(40, 10), 1);
+  EXPECT_NEAR(valley(20, 10), 0, 1e-3);
+  EXPECT_NEAR(valley(60, 10), 0, 1e-3);
+  const ScalarImage ridge = SurfaceValleys(TwoPlanes(-1), 100);
+  for (int x = 3; x < 77; ++x) EXPECT_NEAR(ridge(x, 10), 0, 1e-3) << x;
+}
+
+TEST(SurfaceValleys, LieBehindASilhouette) {
+  ScalarImage inverse_depth(80, 20, 0.25f);
+  for (int y = 0; y < 20; ++y) std::fill_n(&inverse_depth(0, y), 40, 0.5f);
+  const ScalarImage valleys = SurfaceValleys(inverse_depth, 100);
+  EXPECT_FLOAT_EQ(valleys(40, 10), 1);  // the wall beside what stands before it
+  EXPECT_EQ(valleys(39, 10), 0);
+  EXPECT_EQ(valleys(60, 10), 0);
+}
+
+TEST(SurfaceValleys, AreJudgedAgainstTheNoiseOfThePicture) {
+  ScalarImage noisy = TwoPlanes(0);
+  std::mt19937 random(3);
+  for (float& value : noisy.data) value *= 1 + 0.05f * (float(random() >> 8) * 0x1p-24f - 0.5f);
+  const ScalarImage valleys = SurfaceValleys(noisy, 100);
+  const double sum = std::accumulate(valleys.data.begin(), valleys.data.end(), 0.0);
+  EXPECT_LT(sum / double(valleys.NumPixels()), 0.05);
 }
 
 TEST(GuidedMatte, IsSoftWhereTheGuideIs) {

@@ -16,8 +16,9 @@
 #include "base/median.h"
 #include "base/parallel.h"
 #include "selection/gaussian_mixture.h"
-#include "selection/graph_solver.h"
 #include "selection/mask_tools/guided_matte.h"
+#include "selection/mask_tools/min_cut.h"
+#include "selection/mask_tools/surface_edges.h"
 
 namespace retint {
 namespace {
@@ -32,14 +33,16 @@ constexpr double kDepthScale = 0.5;  // OKLab units for a depth e times as large
 constexpr double kSpread = 0.02;     // least standard deviation of a component
 constexpr int kInsideParts = 5, kOutsideParts = 8;
 constexpr int kRounds = 3;
-constexpr double kSure = 0.8;        // values that the mixtures are learned again from
-constexpr double kLogLimit = 4;      // of the log odds by color and depth
+constexpr double kLogLimit = 2;      // of the log odds by color and depth
 constexpr double kReach = 3;         // log odds of a pixel far nearer to one side's strokes
 constexpr double kDepthRange = 1.5;  // of the logarithm of the depth, about its median
-constexpr double kSmoothness = 40;   // of neighbors alike, against one unit of evidence
-constexpr double kLeastWeight = 1e-4;
-constexpr double kStepCost = 0.01;  // of a pixel's width, in the distance along surfaces
-constexpr int kMatteRadius = 2;     // of the small picture
+constexpr double kSmoothness = 10;   // of a border between neighbors alike, in log odds
+constexpr double kLeastWeight = 0.01;
+constexpr double kValley = 3;        // logarithm of what a valley takes away of it
+constexpr double kGiven = 1e4;       // log odds of a stroke's own pixels
+constexpr double kStepCost = 0.01;   // of a pixel's width, in the distance along surfaces
+constexpr double kValleyCost = 0.3;  // of a valley
+constexpr int kMatteRadius = 2;      // of the small picture
 
 enum Seed : uint8_t { kNone, kIn, kOut };
 
@@ -50,7 +53,7 @@ Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
 // The pixels of a picture as a graph: each with its four neighbors and the four across.
 class PixelGraph {
  public:
-  explicit PixelGraph(const Features4& features) : width_(features.width) {
+  PixelGraph(const Features4& features, const ScalarImage& valleys) : width_(features.width) {
     const int width = features.width, height = features.height;
     const size_t count = features.NumPixels();
     edges_.begin.reserve(count + 1);
@@ -79,9 +82,12 @@ class PixelGraph {
       for (size_t e = edges_.begin[p]; e < edges_.begin[p + 1]; ++e) {
         const int apart = std::abs(edges_.other[e] - int(p));
         const double length = apart == 1 || apart == width ? 1 : std::sqrt(2.0);
-        const double alike = std::exp(-beta * double(squared[e])) / length;
-        edges_.weight[e] = float(kSmoothness * std::max(kLeastWeight, alike));
-        steps_[e] = float(std::sqrt(double(squared[e])) + kStepCost * length);
+        const double valley =
+            double(std::max(valleys.data[p], valleys.data[size_t(edges_.other[e])]));
+        const double alike = std::exp(-beta * double(squared[e]) - kValley * valley);
+        edges_.weight[e] = float(kSmoothness * std::max(kLeastWeight, alike) / length);
+        steps_[e] =
+            float(std::sqrt(double(squared[e])) + kStepCost * length + kValleyCost * valley);
       }
     }
   }
@@ -141,49 +147,41 @@ std::vector<Vector4> Samples(const Features4& features, const std::function<bool
   return samples;
 }
 
-// Values in [0, 1] of every pixel.
-std::vector<double> SolveSeeds(const Features4& features, const std::vector<Seed>& seeds,
-                               Monitor& monitor) {
+// 1 of every pixel that is inside, else 0.
+std::vector<uint8_t> SolveSeeds(const Features4& features, const ScalarImage& valleys,
+                                const std::vector<Seed>& seeds, Monitor& monitor) {
   const size_t count = seeds.size();
-  const PixelGraph graph(features);
+  const PixelGraph graph(features, valleys);
   const std::vector<float> reach = ReachOdds(graph, seeds);
-  std::vector<double> x(count);
-  for (size_t p = 0; p < count; ++p) x[p] = seeds[p] == kIn ? 1 : seeds[p] == kOut ? 0 : 0.5;
+  std::vector<uint8_t> inside(count);
+  std::vector<float> odds(count);
   for (int round = 0; round < kRounds; ++round) {
     monitor.Step(kStage, round, kRounds);
-    const auto take = [&](Seed kind, bool sure) {
-      return [&, kind, sure](size_t p) {
+    monitor.ThrowIfCancelled();
+    const auto take = [&](Seed kind) {
+      return [&, kind](size_t p) {
         return seeds[p] == kind ||
-               (seeds[p] == kNone && (kind == kIn ? x[p] > kSure : x[p] < 1 - kSure) && sure);
+               (round > 0 && seeds[p] == kNone && inside[p] == (kind == kIn ? 1 : 0));
       };
     };
-    const GaussianMixture<4> in(Samples(features, take(kIn, round > 0)), kInsideParts, kSpread);
-    const GaussianMixture<4> out(Samples(features, take(kOut, round > 0)), kOutsideParts, kSpread);
-    std::vector<NodeTerm> terms(count);
-    std::vector<float> weights = graph.edges().weight;
+    const GaussianMixture<4> in(Samples(features, take(kIn)), kInsideParts, kSpread);
+    const GaussianMixture<4> out(Samples(features, take(kOut)), kOutsideParts, kSpread);
     ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
       for (auto p = size_t(begin); p < size_t(end); ++p) {
-        if (seeds[p] == kNone) {
-          const Vector4 at = At(features, p).cast<double>();
-          const double looks =
-              std::clamp(in.LogLikelihood(at) - out.LogLikelihood(at), -kLogLimit, kLogLimit);
-          terms[p].Add(1, 1 / (1 + std::exp(-(looks + double(reach[p])))));
-        } else {
-          terms[p].Add(1, seeds[p] == kIn ? 1 : 0);
+        if (seeds[p] != kNone) {
+          odds[p] = float(seeds[p] == kIn ? kGiven : -kGiven);
+          continue;
         }
-        // A seed's value is given: it pulls its neighbors, which do not move it.
-        for (size_t e = graph.edges().begin[p]; e < graph.edges().begin[p + 1]; ++e) {
-          const Seed other = seeds[size_t(graph.edges().other[e])];
-          if (seeds[p] == kNone && other == kNone) continue;
-          if (seeds[p] == kNone) terms[p].Add(double(weights[e]), other == kIn ? 1 : 0);
-          weights[e] = 0;
-        }
+        const Vector4 at = At(features, p).cast<double>();
+        const double looks =
+            std::clamp(in.LogLikelihood(at) - out.LogLikelihood(at), -kLogLimit, kLogLimit);
+        odds[p] = float(looks) + reach[p];
       }
     });
-    SolveGraph(graph.edges(), weights, terms, &x, monitor);
+    inside = MinCut(graph.edges(), odds);
   }
   monitor.Step(kStage, kRounds, kRounds);
-  return x;
+  return inside;
 }
 
 // Parts of 0.5 and more that hold no seed inside become outside.
@@ -254,19 +252,28 @@ Features4 ScaledFeatures(const ViewLayers& layers) {
   return features;
 }
 
-Mask Solve(const Features4& features, const std::vector<Seed>& seeds, Monitor& monitor) {
+// Where a thing ends before another; `features` are scaled and not of the view's own size.
+ScalarImage Valleys(const Features4& features, double focal) {
+  ScalarImage inverse_depth(features.width, features.height);
+  for (size_t p = 0; p < inverse_depth.data.size(); ++p) {
+    inverse_depth.data[p] = float(std::exp(-double(features.data[4 * p + 3]) / kDepthScale));
+  }
+  return SurfaceValleys(inverse_depth, focal);
+}
+
+Mask Solve(const Features4& features, double focal, const std::vector<Seed>& seeds,
+           Monitor& monitor) {
   const int width = features.width, height = features.height;
   const double shrink = std::min(1.0, std::sqrt(kMaxPixels / (double(width) * height)));
   const int small_width = std::max(1, int(width * shrink));
   const int small_height = std::max(1, int(height * shrink));
   const std::vector<Seed> small = SmallSeeds(seeds, width, height, small_width, small_height);
-  const std::vector<double> x =
-      SolveSeeds(Resized(features, small_width, small_height), small, monitor);
+  const Features4 resized = Resized(features, small_width, small_height);
+  const std::vector<uint8_t> inside =
+      SolveSeeds(resized, Valleys(resized, focal * shrink), small, monitor);
   ScalarImage values(small_width, small_height);
-  for (size_t p = 0; p < x.size(); ++p) values.data[p] = float(std::clamp(x[p], 0.0, 1.0));
+  for (size_t p = 0; p < inside.size(); ++p) values.data[p] = inside[p];
   DropUnconnected(small, &values);
-  // Decided before its edges are found, so that a picture without edges gives no half a mask.
-  for (float& value : values.data) value = std::clamp(0.5f + 4 * (value - 0.5f), 0.0f, 1.0f);
   ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
   for (size_t p = 0; p < seeds.size(); ++p) {
     if (seeds[p] != kNone) matte.data[p] = seeds[p] == kIn ? 1 : 0;
@@ -326,7 +333,7 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
       if (edge && seed == kNone) seed = kOut;
     }
   }
-  return Solve(ScaledFeatures(layers), seeds, monitor);
+  return Solve(ScaledFeatures(layers), PixelsPerRadian(layers), seeds, monitor);
 }
 
 Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor) {
@@ -363,7 +370,7 @@ Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor&
       }
     }
   }
-  const Mask found = Solve(features, seeds, monitor);
+  const Mask found = Solve(features, PixelsPerRadian(layers), seeds, monitor);
   Mask refined = mask;
   for (int y = 0; y < part.height; ++y) {
     for (int x = 0; x < part.width; ++x) {

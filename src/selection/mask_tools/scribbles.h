@@ -16,12 +16,13 @@ namespace retint {
 void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* mask);
 
 // A soft mask of what the strokes `inside` mean (pixels of 128 and more; as `outside`, which may be
-// empty: then the picture's edge is outside). As GrabCut does (Rother et al. 2004), mixtures of
-// Gaussians are learned of inside and outside and learned again from the result; here of color and
-// depth together, with the distance along the surfaces from the strokes (Price et al. 2010), and
-// every pixel then agrees with those neighbors that look alike (graph_solver.h). What is not
-// connected to a stroke inside is outside. Large views are solved at 100,000 pixels, and their
-// edges found at the full size. OptionError where no pixel is inside, or one is inside and outside.
+// empty: then the picture's edge is outside). As GrabCut does it (Rother et al. 2004), mixtures of
+// Gaussians are learned of inside and outside and learned again from the result, here of color and
+// depth together; the distance along the surfaces from the strokes (Price et al. 2010) is added,
+// and the cheapest border is found as a cut (min_cut.h), cheap along edges of the color and
+// valleys of the surface (surface_edges.h). What is not connected to a stroke inside is outside.
+// Large views are solved at 100,000 pixels, and their edges found at the full size. OptionError
+// where no pixel is inside, or one is inside and outside.
 Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask& outside,
                        Monitor& monitor);
 

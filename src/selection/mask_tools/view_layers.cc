@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
 #include "selection/depth_sampling.h"
@@ -63,6 +66,21 @@ void CheckLayers(const ViewLayers& layers) {
   CheckOption(layers.depth.Empty() || (layers.depth.width == layers.color.width &&
                                        layers.depth.height == layers.color.height),
               "color and depth of a view need one size");
+}
+
+double PixelsPerRadian(const ViewLayers& layers) {
+  if (layers.rays.Empty()) {
+    return std::sqrt(layers.camera.camera.fx() * layers.camera.camera.fy());
+  }
+  std::vector<double> scales;
+  for (int y = 0; y < layers.rays.height; y += 4) {
+    for (int x = 4; x < layers.rays.width; x += 4) {
+      const Eigen::Map<const Eigen::Vector3f> from(&layers.rays(x - 1, y)), to(&layers.rays(x, y));
+      const float sine = from.normalized().cross(to.normalized()).norm();
+      if (sine > 0) scales.push_back(1 / double(sine));
+    }
+  }
+  return Median(std::move(scales), double(layers.rays.width));
 }
 
 PixelArray<float, 4> Features(const ViewLayers& layers) {

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/mask_tools/surface_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "base/median.h"
+#include "base/parallel.h"
+
+namespace retint {
+namespace {
+
+constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+constexpr std::array<int, 3> kSteps = {1, 2, 3};  // pixels
+constexpr double kNoise = 4;                      // times what is usual
+constexpr double kSlope = 1;
+constexpr float kFar = 0.1f;  // of the median inverse depth: beyond, changes count as there
+
+ScalarImage WithoutSpikes(const ScalarImage& image) {
+  ScalarImage result(image.width, image.height);
+  const cv::Mat from(image.height, image.width, CV_32F, const_cast<float*>(image.data.data()));
+  cv::Mat to(image.height, image.width, CV_32F, result.data.data());
+  cv::medianBlur(from, to, 3);
+  return result;
+}
+
+float UsualDepth(const ScalarImage& inverse_depth) {
+  std::vector<double> some;
+  for (const float value : inverse_depth.data) {
+    if (value > 0) some.push_back(double(value));
+  }
+  return float(Median(std::move(some), 1));
+}
+
+// Change of slope of every pixel with its neighbors `step` pixels along (dx, dy) to both sides.
+std::vector<float> Bends(const ScalarImage& inverse_depth, float far, double focal, int step,
+                         std::pair<int, int> direction) {
+  const int width = inverse_depth.width, height = inverse_depth.height;
+  const auto [dx, dy] = direction;
+  const auto scale = float(focal / (step * std::hypot(dx, dy)));
+  std::vector<float> bends(inverse_depth.data.size());
+  ParallelRanges(height, 16, [&](int64_t first, int64_t last) {
+    for (int y = int(first); y < int(last); ++y) {
+      for (int x = 0; x < width; ++x) {
+        const auto at = [&](int sign) {
+          return inverse_depth(std::clamp(x + sign * step * dx, 0, width - 1),
+                               std::clamp(y + sign * step * dy, 0, height - 1));
+        };
+        const float here = at(0);
+        bends[inverse_depth.Index(x, y)] =
+            scale * (at(1) + at(-1) - 2 * here) / std::max(here, far);
+      }
+    }
+  });
+  return bends;
+}
+
+}  // namespace
+
+ScalarImage SurfaceValleys(const ScalarImage& inverse_depth, double focal) {
+  const ScalarImage smooth = WithoutSpikes(inverse_depth);
+  const float far = kFar * UsualDepth(smooth);
+  ScalarImage valleys(smooth.width, smooth.height);
+  std::vector<double> usual;
+  for (const int step : kSteps) {
+    for (const auto& direction : kDirections) {
+      const std::vector<float> bends = Bends(smooth, far, focal, step, direction);
+      std::vector<double> sizes(bends.size());
+      for (size_t p = 0; p < bends.size(); ++p) {
+        valleys.data[p] = std::max(valleys.data[p], bends[p]);
+        sizes[p] = double(std::abs(bends[p]));
+      }
+      usual.push_back(Median(std::move(sizes)));
+    }
+  }
+  const double noise = kNoise * Median(std::move(usual));
+  for (float& value : valleys.data) {
+    value = float(std::clamp((double(value) - noise) / (kSlope + noise), 0.0, 1.0));
+  }
+  return valleys;
+}
+
+}  // namespace retint
