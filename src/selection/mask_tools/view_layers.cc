@@ -69,8 +69,10 @@ void CheckLayers(const ViewLayers& layers) {
 }
 
 double PixelsPerRadian(const ViewLayers& layers) {
+  const Camera& camera = layers.camera.camera;
   if (layers.rays.Empty()) {
-    return std::sqrt(layers.camera.camera.fx() * layers.camera.camera.fy());
+    const bool known = camera.IsPinhole() && !camera.params.empty();
+    return known ? std::sqrt(camera.fx() * camera.fy()) : double(layers.color.width);
   }
   std::vector<double> scales;
   for (int y = 0; y < layers.rays.height; y += 4) {

@@ -26,7 +26,8 @@ void CheckLayers(const ViewLayers& layers);
 Eigen::Vector3d SurfacePoint(const ViewLayers& layers, int x, int y);
 Eigen::Vector3d SurfaceNormal(const ViewLayers& layers, int x, int y);
 
-// At the middle of the view, of a picture with rays at most of its pixels.
+// At the middle of the view, of a picture with rays at most of its pixels; as many as it is
+// wide where the camera says nothing.
 double PixelsPerRadian(const ViewLayers& layers);
 
 // OKLab, and the logarithm of the depth: 0 where there is none. [H, W, 4]
