@@ -179,21 +179,35 @@ RETINT_HD void TableColor(const float* table, int size, float* color) {
   }
 }
 
+// Where a color lies among main colors, at most about 1 long each way: its lightness, and a and b
+// over it, which are the same for a surface in more or less light (OKLab is the cube root of
+// light). Near black, where they would be noise, they shrink to 0.
+RETINT_HD void PaletteCoordinates(const OkLab& lab, float lightness_weight, float* place) {
+  constexpr float kColor = 0.7f;  // a lightness at which distances are those of OKLab
+  constexpr float kDark = 0.25f;
+  const float scale = kColor / fmaxf(lab.lightness, kDark);
+  place[0] = lightness_weight * lab.lightness;
+  place[1] = scale * lab.a;
+  place[2] = scale * lab.b;
+}
+
 // Moves `size` main colors, and every other color by a mean of their moves: each counts by the
-// inverse fourth power of its distance in OKLab, where lightness counts `lightness_weight` times
-// (Shepard 1968). One move takes lightness L to L' = s L + o and a, b to s (a, b) + L' (u, v): in
-// more or less light a color then keeps hue and saturation. What leaves the gamut loses chroma.
-// table: [size, 7] of L, a, b, s, o, u, v.
+// inverse third power of its distance, see PaletteCoordinates (Shepard 1968; a higher power turns
+// more suddenly between two colors). One move takes lightness L to L' = s L + o and a, b to
+// s (a, b) + L' (u, v): in more or less light a color then keeps hue and saturation. What leaves
+// the gamut loses chroma. table: [size, 7] of L, a, b, s, o, u, v.
 RETINT_HD void MovePalette(const float* table, int size, float lightness_weight, float* color) {
   constexpr float kNear = 1e-6f;  // squared distance, so that a main color itself has a weight
   const OkLab lab = OkLabFromSrgb(color);
+  float place[3], other[3];
+  PaletteCoordinates(lab, lightness_weight, place);
   float total = 0, changed = 0, lightness = 0, chroma = 0, turned[2] = {0, 0};
   for (int i = 0; i < size; ++i) {
     const float* row = table + kPaletteRow * i;
-    const float dl = lightness_weight * (lab.lightness - row[0]);
-    const float da = lab.a - row[1], db = lab.b - row[2];
-    const float near = 1 / (dl * dl + da * da + db * db + kNear);
-    const float weight = near * near;
+    PaletteCoordinates({row[0], row[1], row[2]}, lightness_weight, other);
+    const float d[3] = {place[0] - other[0], place[1] - other[1], place[2] - other[2]};
+    const float near = 1 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + kNear);
+    const float weight = near * sqrtf(near);
     const float moved = row[3] * lab.lightness + row[4];
     total += weight;
     if (row[3] != 1 || row[4] != 0 || row[5] != 0 || row[6] != 0) changed += weight;

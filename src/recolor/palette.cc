@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "kernels/common/color_spaces.h"
+#include "kernels/common/color_ops.h"
 
 namespace retint {
 namespace {
@@ -16,25 +16,35 @@ namespace {
 constexpr size_t kMostSamples = 20000;
 constexpr int kStarts = 4;
 constexpr int kRounds = 40;
-constexpr float kSameColor = 1e-3f;  // squared distance of what no one tells apart, 0.03 in OKLab
+constexpr float kSameColor = 1e-3f;  // squared distance of what no one tells apart
+constexpr size_t kParts = 24;        // that the pixels are split into before these are merged
 
-using Point = std::array<float, 3>;  // OKLab, lightness times its weight
+constexpr double kRare = 0.02;  // of the points: fewer, such as a highlight's, are no main color
+
+using Point = std::array<float, 3>;  // PaletteCoordinates
 
 float SquaredDistance(const Point& x, const Point& y) {
   const float d[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
   return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 }
 
-std::vector<Point> PointsOf(std::span<const float> pixels) {
-  const size_t count = pixels.size() / 3, step = count / kMostSamples + 1;
+struct Samples {
+  std::vector<OkLab> colors;
   std::vector<Point> points;
+};
+
+Samples SamplesOf(std::span<const float> pixels) {
+  const size_t count = pixels.size() / 3, step = count / kMostSamples + 1;
+  Samples samples;
   for (size_t i = 0; i < count; i += step) {
     float rgb[3];
     for (size_t c = 0; c < 3; ++c) rgb[c] = std::clamp(pixels[3 * i + c], 0.0f, 1.0f);
-    const OkLab lab = OkLabFromSrgb(rgb);
-    points.push_back({lab.lightness * kPaletteLightnessWeight, lab.a, lab.b});
+    samples.colors.push_back(OkLabFromSrgb(rgb));
+    samples.points.emplace_back();
+    PaletteCoordinates(samples.colors.back(), kPaletteLightnessWeight,
+                       samples.points.back().data());
   }
-  return points;
+  return samples;
 }
 
 size_t Nearest(const std::vector<Point>& centers, const Point& point) {
@@ -107,11 +117,74 @@ Clusters Improve(const std::vector<Point>& points, std::vector<Point> centers) {
   return clusters;
 }
 
-PaletteColor MedianOf(const std::vector<Point>& points, const Clusters& clusters, size_t k) {
+struct Part {
+  Point center = {};
+  double count = 0;  // of its points
+};
+
+struct Pairs {
+  double nearest = std::numeric_limits<double>::max();  // squared distance
+  double cheapest = nearest;                            // rise of the squared error
+  std::array<size_t, 2> near = {}, cheap = {};
+};
+
+Pairs PairsOf(const std::vector<Part>& parts) {
+  Pairs pairs;
+  for (size_t i = 1; i < parts.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      const double distance = double(SquaredDistance(parts[i].center, parts[j].center));
+      const double rise =
+          distance * parts[i].count * parts[j].count / (parts[i].count + parts[j].count);
+      if (distance < pairs.nearest) pairs.nearest = distance, pairs.near = {j, i};
+      if (rise < pairs.cheapest) pairs.cheapest = rise, pairs.cheap = {j, i};
+    }
+  }
+  return pairs;
+}
+
+void Join(std::vector<Part>& parts, const std::array<size_t, 2>& pair) {
+  Part& to = parts[pair[0]];
+  const Part& from = parts[pair[1]];
+  const double count = to.count + from.count;
+  for (size_t c = 0; c < 3; ++c) {
+    to.center[c] =
+        float((to.count * double(to.center[c]) + from.count * double(from.center[c])) / count);
+  }
+  to.count = count;
+  parts.erase(parts.begin() + ptrdiff_t(pair[1]));
+}
+
+// k-means splits the shades of one surface as soon as it has parts to spare, and an edit that tells
+// them apart would turn so suddenly that no fit follows it. So of many parts the two nearest become
+// one for as long as they are no different colors; then, while there are more than `most` or a rare
+// one, the two whose union raises the squared error least (Ward 1963).
+std::vector<Point> MergedCenters(const std::vector<Point>& points, const Clusters& clusters,
+                                 size_t most) {
+  std::vector<Part> parts(clusters.centers.size());
+  for (size_t k = 0; k < parts.size(); ++k) parts[k].center = clusters.centers[k];
+  for (const size_t k : clusters.of) parts[k].count += 1;
+  std::erase_if(parts, [](const Part& part) { return part.count == 0; });
+  const auto is_rare = [&](const Part& part) { return part.count < kRare * double(points.size()); };
+  while (parts.size() > 1) {
+    const Pairs pairs = PairsOf(parts);
+    const bool alike = pairs.nearest < double(kPaletteSeparation * kPaletteSeparation);
+    const bool rare = std::any_of(parts.begin(), parts.end(), is_rare);
+    if (!alike && !rare && parts.size() <= most) break;
+    Join(parts, alike ? pairs.near : pairs.cheap);
+  }
+  std::vector<Point> centers;
+  for (const Part& part : parts) centers.push_back(part.center);
+  return centers;
+}
+
+PaletteColor MedianOf(const Samples& samples, const Clusters& clusters, size_t k) {
   std::vector<float> values[3];
-  for (size_t i = 0; i < points.size(); ++i) {
+  for (size_t i = 0; i < clusters.of.size(); ++i) {
     if (clusters.of[i] != k) continue;
-    for (size_t c = 0; c < 3; ++c) values[c].push_back(points[i][c]);
+    const OkLab& lab = samples.colors[i];
+    values[0].push_back(lab.lightness);
+    values[1].push_back(lab.a);
+    values[2].push_back(lab.b);
   }
   PaletteColor color;
   if (values[0].empty()) return color;
@@ -121,9 +194,9 @@ PaletteColor MedianOf(const std::vector<Point>& points, const Clusters& clusters
     std::nth_element(values[c].begin(), middle, values[c].end());
     median[c] = *middle;
   }
-  SrgbFromOkLab({median[0] / kPaletteLightnessWeight, median[1], median[2]}, color.rgb.data());
+  SrgbFromOkLab({median[0], median[1], median[2]}, color.rgb.data());
   for (float& value : color.rgb) value = std::clamp(value, 0.0f, 1.0f);
-  color.share = float(double(values[0].size()) / double(points.size()));
+  color.share = float(double(values[0].size()) / double(clusters.of.size()));
   return color;
 }
 
@@ -133,17 +206,20 @@ std::vector<PaletteColor> FindPalette(std::span<const float> pixels, int count, 
   CheckOption(count >= 1 && count <= kMaxPaletteColors,
               "palette: the number of colors must be from 1 to " +
                   std::to_string(kMaxPaletteColors) + ", not " + std::to_string(count));
-  const std::vector<Point> points = PointsOf(pixels);
+  const Samples samples = SamplesOf(pixels);
+  const std::vector<Point>& points = samples.points;
   if (points.empty()) return {};
   std::mt19937_64 random(seed);
   Clusters best;
   for (int start = 0; start < kStarts; ++start) {
-    Clusters found = Improve(points, FirstCenters(points, size_t(count), random));
+    Clusters found = Improve(points, FirstCenters(points, kParts, random));
     if (start == 0 || found.error < best.error) best = std::move(found);
   }
+  best.centers = MergedCenters(points, best, size_t(count));
+  Assign(points, best);
   std::vector<PaletteColor> palette;
   for (size_t k = 0; k < best.centers.size(); ++k) {
-    palette.push_back(MedianOf(points, best, k));
+    palette.push_back(MedianOf(samples, best, k));
   }
   std::erase_if(palette, [](const PaletteColor& color) { return color.share == 0; });
   std::stable_sort(palette.begin(), palette.end(),

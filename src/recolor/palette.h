@@ -10,10 +10,11 @@
 namespace retint {
 
 inline constexpr int kMaxPaletteColors = 16;
-// Two colors that differ in lightness alone are this much closer than the same distance in hue or
-// saturation: shading does not split a surface into several colors. Holds for finding a palette and
-// for the weights of editing one.
-inline constexpr float kPaletteLightnessWeight = 0.5f;
+// Lightness counts so much of a difference in saturation (PaletteCoordinates): shading does not
+// split a surface into several colors. For finding a palette and for the weights of editing one.
+inline constexpr float kPaletteLightnessWeight = 0.25f;
+// In that distance: colors nearer to each other are shades of one.
+inline constexpr float kPaletteSeparation = 0.125f;
 
 struct PaletteColor {
   std::array<float, 3> rgb = {};  // display-encoded, 0 to 1
@@ -22,10 +23,13 @@ struct PaletteColor {
 };
 
 // Up to `count` (1 to kMaxPaletteColors) main colors of `pixels`, [N, 3], display-encoded: k-means
-// in OKLab (Lloyd 1982) from several seeded starts (Arthur and Vassilvitskii 2007), of which the
-// best is kept. A color is the median of its pixels, so that blends at edges do not move it. Most
-// frequent first. Fewer where the pixels have fewer different colors; none where there is no pixel.
-// The same pixels and seed give the same bits. OptionError for a count out of range.
+// of PaletteCoordinates (Lloyd 1982) with many parts from several seeded starts (Arthur and
+// Vassilvitskii 2007), of which the best is kept; then parts that are shades of one color become
+// one, and rare ones join others until `count` are left. A color is the median of its pixels, so
+// that blends at edges do not move it. Most frequent first. Fewer where the pixels have fewer
+// different colors, and then an edit of one changes within a wide enough range of colors for a fit
+// to follow it; none where there is no pixel. The same pixels and seed give the same bits.
+// OptionError for a count out of range.
 std::vector<PaletteColor> FindPalette(std::span<const float> pixels, int count, uint64_t seed = 0);
 
 }  // namespace retint

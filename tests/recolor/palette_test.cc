@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recolor/palette.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -67,6 +69,38 @@ TEST(PaletteTest, BlendsAtEdgesDoNotMoveAColor) {
   }
 }
 
+// A surface of `color` in 0.1 to 1 times the light, with a little noise.
+void AddShaded(std::vector<float>& pixels, const Vector3f& color, int count) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> noise(-0.01f, 0.01f);
+  for (int i = 0; i < count; ++i) {
+    const float light = 0.1f + 0.9f * float(i) / float(count);
+    for (int c = 0; c < 3; ++c) {
+      const float shaded = SrgbFromLinear(light * LinearFromSrgb(color[c]));
+      pixels.push_back(std::clamp(shaded + noise(random), 0.0f, 1.0f));
+    }
+  }
+}
+
+TEST(PaletteTest, ShadesOfASurfaceAreOneColor) {
+  std::vector<float> pixels;
+  AddShaded(pixels, kYellow, 2000);
+  EXPECT_EQ(FindPalette(pixels, 4).size(), 1u);
+  AddShaded(pixels, kBlue, 1000);
+  const auto palette = FindPalette(pixels, 6);
+  ASSERT_EQ(palette.size(), 2u);
+  EXPECT_NEAR(palette[0].share, 2 / 3.0f, 0.02f);  // near black the two are alike
+}
+
+TEST(PaletteTest, RareColorsAreNoMainColors) {
+  std::vector<float> pixels;
+  Add(pixels, kYellow, 1000, 8);
+  Add(pixels, kBlue, 5, 9);
+  EXPECT_EQ(FindPalette(pixels, 3).size(), 1u);
+  Add(pixels, kBlue, 45, 10);  // a small label
+  EXPECT_EQ(FindPalette(pixels, 3).size(), 2u);
+}
+
 TEST(PaletteTest, IsTheSameForTheSameSeed) {
   EXPECT_EQ(FindPalette(ThreeColors(), 5, 7), FindPalette(ThreeColors(), 5, 7));
 }
@@ -96,7 +130,7 @@ const Vector3f kStays = Vector3f::Constant(kUnset);
 TEST(PaletteEditTest, MovesTheColorsAndKeepsTheOthers) {
   const Vector3f red(0.8f, 0.1f, 0.1f);
   const CompiledEdit edit({{Palette({{kYellow, red}, {kBlue, kStays}, {kGreen, kStays}})}, 1});
-  // At a main color the others weigh some 1e-8; what remains is float's rounding through OKLab.
+  // At a main color the others weigh some 1e-7; what remains is float's rounding through OKLab.
   ExpectColor(edit.Apply(kYellow), red, 1e-4f);
   ExpectColor(edit.Apply(kBlue), kBlue, 1e-4f);
   ExpectColor(edit.Apply(kGreen), kGreen, 1e-4f);
@@ -134,11 +168,56 @@ TEST(PaletteEditTest, IsSmooth) {
   for (int i = 1; i <= kSteps; ++i) {
     const float t = float(i) / kSteps;
     const Vector3f here = edit.Apply((1 - t) * kYellow + t * kGreen);
-    // The whole way is about 1 long; an inverse fourth power turns within a quarter of it, at most
-    // four times as steep as it would evenly.
+    // The whole way is about 1 long; an inverse third power turns within a third of it, at most
+    // three times as steep as it would evenly.
     EXPECT_LT((here - last).norm(), 0.01f) << t;
     last = here;
   }
+}
+
+// By how much a palette magnifies small differences of the pixels' colors, in OKLab: nine in ten
+// pixels are below.
+float Magnifies(const ColorOperation& palette, const std::vector<float>& pixels) {
+  const CompiledEdit edit({{palette}, 1});
+  std::mt19937 random(12);
+  std::uniform_real_distribution<float> noise(-0.01f, 0.01f);
+  const auto distance = [](const Vector3f& x, const Vector3f& y) {
+    const OkLab a = OkLabFromSrgb(x.data()), b = OkLabFromSrgb(y.data());
+    return std::hypot(a.lightness - b.lightness, a.a - b.a, a.b - b.b);
+  };
+  std::vector<float> factors;
+  for (size_t i = 0; i < pixels.size(); i += 3) {
+    const Vector3f color(&pixels[i]);
+    Vector3f near = color;
+    for (int c = 0; c < 3; ++c) near[c] = std::max(near[c] + noise(random), 0.0f);
+    factors.push_back(distance(edit.Apply(near), edit.Apply(color)) / distance(near, color));
+  }
+  const auto at = factors.begin() + ptrdiff_t(factors.size() * 9 / 10);
+  std::nth_element(factors.begin(), at, factors.end());
+  return *at;
+}
+
+// What a fit can follow: colors that hardly differ stay alike where a measured palette is edited.
+TEST(PaletteEditTest, AMeasuredPaletteMagnifiesNoSmallDifference) {
+  const Vector3f tan(0.74f, 0.62f, 0.42f), blue(0.19f, 0.38f, 1);
+  std::vector<float> pixels;  // fur, and what is painted on it
+  AddShaded(pixels, tan, 1500);
+  AddShaded(pixels, {0.80f, 0.76f, 0.66f}, 700);
+  AddShaded(pixels, {0.61f, 0.42f, 0.24f}, 500);
+  AddShaded(pixels, kGreen, 500);
+  ColorOperation measured = ColorOperation::Palette(0);
+  for (const auto& color : FindPalette(pixels, 4)) {
+    const Vector3f to = measured.values.empty() ? blue : kStays;
+    measured.values.insert(measured.values.end(), color.rgb.begin(), color.rgb.end());
+    measured.values.insert(measured.values.end(), to.data(), to.data() + 3);
+  }
+  EXPECT_EQ(measured.values.size(), 2 * kPairValues);
+  const float factor = Magnifies(measured, pixels);
+  EXPECT_LT(factor, 1.8f);
+  // Where the shades of the fur are colors of their own, small differences grow more.
+  const auto split =
+      Palette({{tan, blue}, {{0.80f, 0.76f, 0.66f}, kStays}, {{0.61f, 0.42f, 0.24f}, kStays}});
+  EXPECT_GT(Magnifies(split, pixels), 1.3f * factor) << factor;
 }
 
 TEST(PaletteEditTest, RefusesWhatIsNoPalette) {
