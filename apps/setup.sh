@@ -11,6 +11,7 @@ packages=(
   libjpeg62-turbo-dev libcli11-dev nlohmann-json3-dev libspdlog-dev
   pkg-config zlib1g-dev libzstd-dev libwebp-dev libzip-dev
   libopencolorio-dev
+  libopenmpi-dev openmpi-bin
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14
   colmap
   python3-dev python3-numpy python3-pybind11 pybind11-dev python3-pytest

@@ -9,7 +9,7 @@ get_property(all GLOBAL PROPERTY RETINT_LIBRARIES)
 set(libraries)
 foreach(library ${all})
   get_target_property(source ${library} SOURCE_DIR)
-  if(source MATCHES "^${PROJECT_SOURCE_DIR}/(apps|src/viewer)")
+  if(source MATCHES "^${PROJECT_SOURCE_DIR}/(apps|src/cluster|src/viewer)")
     continue()
   endif()
   list(APPEND libraries ${library})
@@ -22,7 +22,7 @@ install(EXPORT RetintTargets NAMESPACE Retint:: DESTINATION ${folder} COMPONENT 
 
 # Headers lie as in the sources: "session/edit_session.h" and "kernels/backend.h".
 install(DIRECTORY src/ DESTINATION include/retint COMPONENT dev FILES_MATCHING PATTERN "*.h"
-  PATTERN viewer EXCLUDE PATTERN "*_json.h" EXCLUDE PATTERN json_node.h EXCLUDE)
+  PATTERN viewer EXCLUDE PATTERN cluster EXCLUDE PATTERN "*_json.h" EXCLUDE PATTERN json_node.h EXCLUDE)
 install(DIRECTORY kernels colmap_io DESTINATION include/retint COMPONENT dev FILES_MATCHING PATTERN "*.h"
   PATTERN cpu EXCLUDE PATTERN cuda EXCLUDE)
 install(FILES kernels/cpu/cpu_backend.h DESTINATION include/retint/kernels/cpu COMPONENT dev)

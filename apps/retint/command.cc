@@ -2,6 +2,7 @@
 #include "retint/command.h"
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -9,12 +10,15 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <thread>
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <tbb/global_control.h>
 
 #include "base/error.h"
+#include "base/ranks.h"
+#include "cluster/mpi_ranks.h"
 #include "retint/common.h"
 #include "retint/manual.h"
 #include "retint/version.h"
@@ -58,35 +62,92 @@ std::string Typed(int argc, char** argv) {
   return line;
 }
 
-int Execute(const Globals& globals, const Action& action) {
+// What an exception that ended the run means to who started it.
+struct Failure {
+  ExitCode code;
+  std::string message;
+};
+
+Failure Describe(std::exception_ptr thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const OptionError& error) {
+    return {kUsage, error.what()};
+  } catch (const InputError& error) {
+    return {kInput, error.what()};
+  } catch (const Cancelled&) {
+    return {kInterrupted, "interrupted; nothing was written"};
+  } catch (const std::bad_alloc& error) {
+    // A device's says what did not fit.
+    const std::string what = error.what();
+    return {kRunTime, what == std::bad_alloc().what()
+                          ? "out of memory"
+                          : what + "; smaller --cache-mb and --region-mb leave more for the rest"};
+  } catch (const std::exception& error) {
+    return {kRunTime, error.what()};
+  }
+}
+
+// Ends all ranks. Mostly all of them fail alike, at about the same time: then the first speaks, and
+// ends the others before their turn comes.
+[[noreturn]] void FailAll(const Failure& failure, const Ranks& ranks) {
+  constexpr std::chrono::milliseconds kTurn{500};
+  constexpr int kMostTurns = 8;
+  std::this_thread::sleep_for(kTurn * std::min(ranks.rank(), kMostTurns));
+  const std::string where = ranks.IsRoot() ? "" : "rank " + std::to_string(ranks.rank()) + ": ";
+  Fail(failure.code, where + failure.message);
+  AbortMpi(failure.code);
+}
+
+void RunAction(const Globals& globals, const Action& action) {
+  Run run(globals);
+  action(run);
+  run.FinishProgress();
+  if (std::fflush(stdout) != 0) throw RunError("standard output: cannot write");
+}
+
+int ExecuteAlone(const Globals& globals, const Action& action) {
+  try {
+    RunAction(globals, action);
+    return kOk;
+  } catch (...) {
+    const Failure failure = Describe(std::current_exception());
+    return Fail(failure.code, failure.message);
+  }
+}
+
+// One rank of several. Leaving waits for the others.
+int ExecuteShared(const Globals& globals, const Action& action) {
+  std::unique_ptr<Ranks> ranks;
+  try {
+    ranks = JoinMpi();
+  } catch (...) {
+    const Failure failure = Describe(std::current_exception());
+    return ReadLaunch().rank == 0 ? Fail(failure.code, failure.message) : failure.code;
+  }
+  const ShareAmong share(*ranks);
+  try {
+    RunAction(globals, action);
+    return kOk;
+  } catch (...) {
+    FailAll(Describe(std::current_exception()), *ranks);
+  }
+}
+
+int Execute(Globals globals, const Action& action, bool shared) {
+  const Launch launch = ReadLaunch();
+  if (shared) {
+    globals.quiet = globals.quiet || launch.rank > 0;
+    ChooseDevice(launch);
+    if (globals.threads == 0 && launch.local_size > 1) globals.threads = ThreadsOfRank(launch);
+  }
   SetUpLogging(globals);
   std::unique_ptr<tbb::global_control> limit;
   if (globals.threads > 0) {
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   static_cast<size_t>(globals.threads));
   }
-  try {
-    Run run(globals);
-    action(run);
-    run.FinishProgress();
-    if (std::fflush(stdout) != 0) return Fail(kRunTime, "standard output: cannot write");
-    return kOk;
-  } catch (const OptionError& error) {
-    return Fail(kUsage, error.what());
-  } catch (const InputError& error) {
-    return Fail(kInput, error.what());
-  } catch (const Cancelled&) {
-    return Fail(kInterrupted, "interrupted; nothing was written");
-  } catch (const std::bad_alloc& error) {
-    // A device's says what did not fit.
-    const std::string what = error.what();
-    return Fail(kRunTime,
-                what == std::bad_alloc().what()
-                    ? "out of memory"
-                    : what + "; smaller --cache-mb and --region-mb leave more for the rest");
-  } catch (const std::exception& error) {
-    return Fail(kRunTime, error.what());
-  }
+  return shared ? ExecuteShared(globals, action) : ExecuteAlone(globals, action);
 }
 
 }  // namespace
@@ -124,13 +185,18 @@ int RunCommand(int argc, char** argv) {
   AddConvert(app, globals, action);
   AddSynth(app, globals, action);
   AddManual(app);
+  const Launch launch = ReadLaunch();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (launch.rank > 0) return error.get_exit_code() == 0 ? kOk : kUsage;
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return Fail(kUsage, error.what());
   }
-  return Execute(globals, action);
+  const auto verbs = app.get_subcommands();
+  const bool shared = launch.by_mpi && !verbs.empty() && SharesWork(verbs.front()->get_name());
+  if (launch.rank > 0 && !shared) return kOk;
+  return Execute(globals, action, shared);
 }
 
 }  // namespace retint::cli

@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "base/error.h"
+#include "base/ranks.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/nerfstudio.h"
 #include "kernels/cuda/cuda_backend.h"
@@ -30,6 +31,24 @@ ProgressStyle StyleOf(const Globals& globals) {
   return globals.quiet ? ProgressStyle::kNone : style;
 }
 
+// All ranks must see the same scene and compute alike, or their decisions part.
+void CheckRanks(EditSession& session) {
+  Ranks& ranks = CurrentRanks();
+  if (!ranks.AreMany()) return;
+  const Backend& backend = session.renderer().backend();
+  std::string description = backend.Description();
+  description.resize(std::min(description.size(), description.find(',')));  // the processor's kind
+  const std::string own = std::to_string(session.original().NumGaussians()) + " Gaussians, " +
+                          std::to_string(session.reconstruction().views.size()) + " views, " +
+                          std::string(backend.Name()) + " (" + description + ")";
+  const std::vector<std::string> all = ranks.AllGather(own);
+  for (size_t r = 1; r < all.size(); ++r) {
+    if (all[r] == all[0]) continue;
+    throw InputError("the ranks differ: rank 0 has " + all[0] + ", rank " + std::to_string(r) +
+                     " has " + all[r]);
+  }
+}
+
 }  // namespace
 
 Run::Run(const Globals& globals)
@@ -42,6 +61,8 @@ Run::Run(const Globals& globals)
 }
 
 Run::~Run() { g_monitor.store(nullptr); }
+
+bool Run::Writes() { return CurrentRanks().IsRoot(); }
 
 void Run::Warn(const std::string& message) {
   printer_.Clear();
@@ -56,6 +77,10 @@ void Run::Info(const std::string& message) {
 
 void Run::Print(const std::string& line) const {
   if (!globals_.quiet) std::printf("%s\n", line.c_str());
+}
+
+bool SharesWork(const std::string& verb) {
+  return verb == "recolor" || verb == "refit" || verb == "project";
 }
 
 CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
@@ -128,6 +153,7 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
+  CheckRanks(*session);
   run.Info("backend " + BackendText(session->renderer().backend(), options.backend));
   const std::string fault = CudaFault();
   if (options.backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn &&

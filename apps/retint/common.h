@@ -40,6 +40,8 @@ class Run {
   ~Run();
   Monitor& monitor() { return monitor_; }
   const Globals& globals() const { return globals_; }
+  // Whether this process writes and prints: of several ranks (base/ranks.h) the first.
+  static bool Writes();
   // Closes the last progress line; before results are printed.
   void FinishProgress() { printer_.Finish(); }
   // A line on stderr that does not garble the bar.
@@ -76,6 +78,9 @@ void AddCameras(CLI::App& app, Globals& globals, Action& action);
 void AddConvert(CLI::App& app, Globals& globals, Action& action);
 void AddRun(CLI::App& app, Globals& globals, Action& action);
 void AddSynth(CLI::App& app, Globals& globals, Action& action);
+
+// Verbs whose work the ranks of mpirun or srun share; of the others only the first rank runs.
+bool SharesWork(const std::string& verb);
 
 // A subcommand with the global options in a group of their own.
 CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/ranks.h"
 #include "retint/common.h"
 #include "retint/results.h"
 #include "session/selection_files.h"
@@ -19,7 +20,7 @@ struct Arguments {
 
 void Project(const Arguments& arguments, Run& run) {
   const ProjectorOptions options = Resolve(arguments.edit, run.globals()).projector;
-  CheckOutput(arguments.output, /*as_folder=*/true);
+  if (run.Writes()) CheckOutput(arguments.output, /*as_folder=*/true);
   const SelectionCloud cloud = ReadCloud(arguments.cloud);
   if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
   const auto session = OpenSession(arguments.scene, 0, run);
@@ -28,6 +29,8 @@ void Project(const Arguments& arguments, Run& run) {
     run.Warn("without --view and --mask nothing is known of what was painted: masks are rougher");
   }
   ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
+  if (!run.Writes()) return;
+  const ShareAmong alone;
   if (const Pictures pictures = session->pictures(); !pictures.AreViews()) {
     masks.masks = pictures.FromViews(masks.masks);
   }

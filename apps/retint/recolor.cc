@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/ranks.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "retint/results.h"
@@ -119,7 +120,7 @@ void Recolor(const Arguments& arguments, Run& run) {
                   std::any_of(edit.operations.begin(), edit.operations.end(),
                               [](const auto& op) { return op.picture != nullptr; }),
               "--view and --mask are required, or --edited, whose pictures show what is meant");
-  CheckOutputs(arguments);
+  if (run.Writes()) CheckOutputs(arguments);
 
   const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
   Recolored result;
@@ -147,6 +148,8 @@ void Recolor(const Arguments& arguments, Run& run) {
   report.mean_coverage = coverage.mean;
   report.quality = session->refits().Evaluate(result.region, session->original().sh,
                                               result.sh_after, job.target, run.monitor());
+  if (!run.Writes()) return;
+  const ShareAmong alone;
   const std::optional<FormatError> format = Save(arguments, result, report, run);
   run.FinishProgress();
   PrintResult(arguments, report, format, *session, run);

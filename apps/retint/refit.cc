@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/ranks.h"
 #include "retint/common.h"
 #include "retint/results.h"
 #include "session/selection_files.h"
@@ -23,8 +24,10 @@ void Refit(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.color.flags.Resolve();
   const RefitJob job = Resolve(arguments.edit, run.globals()).refit;
   CodecForWriting(arguments.output);
-  CheckOutput(arguments.output);
-  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  if (run.Writes()) {
+    CheckOutput(arguments.output);
+    if (!arguments.report.empty()) CheckOutput(arguments.report);
+  }
   const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   auto masks = ReadMasksByName(arguments.masks, *session, run);
@@ -40,6 +43,9 @@ void Refit(const Arguments& arguments, Run& run) {
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
       session->refits().Evaluate(region, session->original().sh, after, job.target, run.monitor());
+  RunReport report = session->MakeReport();
+  if (!run.Writes()) return;
+  const ShareAmong alone;
   std::optional<FormatError> format;
   StagedOutput staged;
   {
@@ -50,7 +56,7 @@ void Refit(const Arguments& arguments, Run& run) {
     });
   }
   if (!arguments.report.empty()) {
-    RunReport report = session->MakeReport();
+    report.stages_ms = session->MakeReport().stages_ms;
     const Coverage coverage = MeasureCoverage(session->regions().Find(region)->selection->masks);
     report.mask_views = coverage.views;
     report.mean_coverage = coverage.mean;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "retint/version.h"
 
+#include "cluster/mpi_ranks.h"
 #include "session/report.h"
 
 namespace retint::cli {
@@ -22,7 +23,9 @@ std::string VersionText() {
   for (const std::string& name : AvailableBackends()) {
     backends += (backends.empty() ? "" : "; ") + Described(*CreateBackend(name));
   }
+  const std::string mpi = MpiLibrary();
   return "retint " + std::string(Version()) + "\nbackends: " + backends + CudaRemark() +
+         "\nprocesses: " + (mpi.empty() ? "one; built without MPI" : mpi) +
          "\nlibraries: " + RETINT_LIBRARIES;
 }
 

@@ -63,6 +63,29 @@ size_t AdamSolver::NextView() {
 }
 
 void AdamSolver::Evaluate(size_t index) {
+  const int owner = problem_.OwnerOf(index);
+  if (owner == problem_.ranks().rank()) EvaluateOwn(index);
+  if (problem_.ranks().AreMany()) Share(owner);
+}
+
+// The owner's gradient and loss to all ranks.
+void AdamSolver::Share(int owner) {
+  Backend& backend = problem_.backend();
+  Ranks& ranks = problem_.ranks();
+  const std::span<float> gradient = problem_.HostScratch(problem_.NumValues());
+  double loss = 0;
+  if (owner == ranks.rank()) {
+    backend.CopyToHost(gradient.data(), gradient_.data(), gradient.size_bytes());
+    loss = backend.Download(recent_loss_.data(), 1)[0];
+    backend.Fill(recent_loss_.data(), 0, sizeof(double));
+  }
+  ranks.Broadcast(BytesOf(gradient), owner);
+  ranks.Broadcast(BytesOf(std::span(&loss, 1)), owner);
+  backend.CopyToDevice(gradient_.data(), gradient.data(), gradient.size_bytes());
+  shared_loss_ += loss;
+}
+
+void AdamSolver::EvaluateOwn(size_t index) {
   Backend& backend = problem_.backend();
   const auto view = problem_.Visit(index);
   const CameraParams& camera = view->region->camera();
@@ -109,10 +132,14 @@ void AdamSolver::Evaluate(size_t index) {
   loss.largest = largest_.data();
   backend.refit().ImageLoss(loss);
   backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
-  problem_.AddGradient(*view, delta, colors, change, gradient_.data(), largest_.data());
+  problem_.BlendBack(*view, delta, change, largest_.data());
+  problem_.AddGradient(*view, change, colors, gradient_.data());
 }
 
-double AdamSolver::RecentLoss() { return problem_.backend().Download(recent_loss_.data(), 1)[0]; }
+double AdamSolver::RecentLoss() {
+  if (problem_.ranks().AreMany()) return shared_loss_;
+  return problem_.backend().Download(recent_loss_.data(), 1)[0];
+}
 
 bool AdamSolver::Iterate(Monitor& monitor) {
   const int limit = options_.iterations;
@@ -137,6 +164,7 @@ bool AdamSolver::Iterate(Monitor& monitor) {
     Backend& backend = problem_.backend();
     losses_.push_back(RecentLoss() / in_interval);
     backend.Fill(recent_loss_.data(), 0, sizeof(double));
+    shared_loss_ = 0;
   }
   return limit == 0 || iterations_ < limit || Finish(false, "all steps done");
 }

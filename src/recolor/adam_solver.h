@@ -19,7 +19,8 @@ class AdamSolver : public RefitSolver {
   const Buffer<float>& coefficients() const override { return values_; }
 
   // One view at the current coefficients: leaves the gradient [active, K, 3], and adds the loss to
-  // RecentLoss(), which waits for the device.
+  // RecentLoss(), which waits for the device. Of several ranks its owner does, and tells the
+  // others.
   void Evaluate(size_t view);
   double RecentLoss();
   const Buffer<float>& gradient() const { return gradient_; }
@@ -27,12 +28,15 @@ class AdamSolver : public RefitSolver {
  private:
   bool Iterate(Monitor& monitor) override;  // one view
   size_t NextView();
+  void EvaluateOwn(size_t view);
+  void Share(int owner);
 
   AdamOptions options_;
   Buffer<float> values_, gradient_, m_, v_;  // [active, K, 3]
   std::mt19937_64 random_;
   std::vector<size_t> deck_;    // views left in this round
   Buffer<double> recent_loss_;  // [1]
+  double shared_loss_ = 0;      // the same of several ranks
   Buffer<float> largest_;       // [1] at least every |gradient| of a pixel so far
 };
 

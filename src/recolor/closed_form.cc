@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/ranks.h"
 #include "kernels/common/sh.h"
 #include "recolor/refit_problem.h"
 #include "recolor/sh_refitter.h"
@@ -102,22 +103,68 @@ std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
   return sh;
 }
 
+namespace {
+
+// What one view adds to the sums of the Gaussians that it sees; floats, as the blending sums them.
+struct ViewShares {
+  std::vector<int32_t> gaussians;
+  std::vector<float> values;  // [gaussians, 2]
+};
+
+// Moves a view's own sums, all there is in `sums`, out of it.
+ViewShares TakeShares(Backend& backend, const ViewGeometry& view, double* sums) {
+  ViewShares shares;
+  shares.gaussians = backend.Download(view.rows(), size_t(view.num_rows()));
+  for (const int32_t g : shares.gaussians) {
+    for (double* sum = sums + 2 * g; sum < sums + 2 * g + 2; ++sum) {
+      shares.values.push_back(float(*sum));
+      *sum = 0;
+    }
+  }
+  return shares;
+}
+
+// The sums of all ranks' views: on the CPU in the order of the views.
+void AddShares(Ranks& ranks, const std::vector<ViewShares>& kept, std::vector<double>* sums) {
+  if (!ranks.AreMany()) return;
+  const std::vector<double> own = *sums;  // of a device
+  const std::span<std::byte> bytes = BytesOf(std::span(*sums));
+  ranks.AddInOrder({&bytes, 1}, [&](size_t) {
+    for (size_t i = 0; !ranks.IsRoot() && i < own.size(); ++i) (*sums)[i] += own[i];
+    for (const ViewShares& view : kept) {
+      for (size_t r = 0; r < view.values.size(); ++r) {
+        (*sums)[2 * size_t(view.gaussians[r / 2]) + r % 2] += double(view.values[r]);
+      }
+    }
+  });
+}
+
+}  // namespace
+
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
                               Monitor& monitor) {
   const size_t count = size_t(renderer.model().count());
   Backend& backend = renderer.backend();
+  Ranks& ranks = CurrentRanks();
+  for (const RefitTarget& target : targets) CheckTarget(target);
+  const std::vector<int> owners = OwnersOf(targets);
   const auto sums = backend.Allocate<double>(2 * count);  // inside, altogether
+  std::vector<ViewShares> kept;
   Buffer<uint8_t> mask;
   for (size_t v = 0; v < targets.size(); ++v) {
     monitor.Step("shares", double(v), double(targets.size()));
-    CheckTarget(targets[v]);
+    if (owners[v] != ranks.rank()) continue;
     const auto& pixels = targets[v].mask->data;
     backend.Grow(mask, pixels.size());
     backend.CopyToDevice(mask.data(), pixels.data(), pixels.size());
-    backend.blend().AccumulateShares(*renderer.Geometry(targets[v].camera), mask.data(),
-                                     sums.data());
+    const auto geometry = renderer.Geometry(targets[v].camera);
+    backend.blend().AccumulateShares(*geometry, mask.data(), sums.data());
+    if (ranks.AreMany() && backend.IsHost()) {
+      kept.push_back(TakeShares(backend, *geometry, sums.data()));
+    }
   }
-  const auto found = backend.Download(sums.data(), sums.size());
+  auto found = backend.Download(sums.data(), sums.size());
+  AddShares(ranks, kept, &found);
   std::vector<float> shares(count, 0.0f);
   for (size_t g = 0; g < count; ++g) {
     const double inside = found[2 * g], total = found[2 * g + 1];

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "recolor/view_sum.h"
+
 namespace retint {
 namespace {
 
@@ -82,10 +84,10 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
   const size_t k = size_t(problem_.num_coeffs());
   factors_ = backend.Allocate<float>(count * k * (k + 1) / 2);
   weights_ = backend.Allocate<float>(count);
-  for (size_t v = 0; v < problem_.NumViews(); ++v) {
+  ViewSum sum(problem_, ViewSum::Kind::kBlocks);
+  for (const size_t v : problem_.own_views()) {
     monitor.Step("refit", 0, 1);
     const auto view = problem_.Visit(v);
-    const CameraParams& camera = view->region->camera();
     RefitScratch& scratch = problem_.scratch();
     problem_.WeightImage(*view, scratch.images[0].data());
     BlendTransposeParams transpose{};
@@ -93,15 +95,9 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
     transpose.channels = 1;
     transpose.result = scratch.features[0].data();
     backend.blend().BlendTranspose(*view->region, transpose);
-    AccumulateBlocksParams blocks{};
-    blocks.rows = view->region->rows();
-    blocks.slots = view->slots.data();
-    blocks.count = view->region->num_rows();
-    blocks.weights = scratch.features[0].data();
-    std::copy_n(camera.center, 3, blocks.center);
-    blocks.blocks = factors_.data();
-    backend.sh().AccumulateBlocks(problem_.model(), blocks);
+    sum.Add(v, *view, transpose.result, nullptr, factors_);
   }
+  sum.Finish(factors_);
   AddRidgeParams ridge{};
   ridge.blocks = factors_.data();
   ridge.weights = weights_.data();
@@ -166,7 +162,13 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
   if (with_gradient) backend.Fill(gradient_.data(), 0, values * sizeof(float));
   backend.Fill(loss_.data(), 0, sizeof(double));
   backend.Fill(largest_residual_.data(), 0, sizeof(float));
-  for (size_t v = 0; v < problem_.NumViews(); ++v) {
+  ViewSum gradient(problem_, ViewSum::Kind::kGradient);
+  std::vector<double> losses;  // of this rank's views, or their sum
+  const auto take_loss = [&] {
+    losses.push_back(backend.Download(loss_.data(), 1)[0]);
+    backend.Fill(loss_.data(), 0, sizeof(double));
+  };
+  for (const size_t v : problem_.own_views()) {
     Progress(monitor, v);
     const auto view = problem_.Visit(v);
     RefitScratch& scratch = problem_.scratch();
@@ -183,11 +185,15 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     residual.weights = view->weights.data();
     residual.largest = largest_residual_.data();
     backend.refit().RegionResidual(*view->region, residual);
+    if (problem_.SumsInOrder()) take_loss();
     if (!with_gradient) continue;
-    problem_.AddGradient(*view, image, colors, change, gradient_.data(), largest_residual_.data());
+    problem_.BlendBack(*view, image, change, largest_residual_.data());
+    gradient.Add(v, *view, change, colors, gradient_);
   }
+  if (with_gradient) gradient.Finish(gradient_);
+  if (!problem_.SumsInOrder()) take_loss();
   double loss = 0;
-  backend.CopyToHost(&loss, loss_.data(), sizeof(double));
+  for (const double one : problem_.ranks().Gather<double>(losses)) loss += one;
   // The ridge: solution_ and point_'s difference serve as scratch, both are rewritten by callers.
   Buffer<float>& ridge = solution_;
   backend.Fill(ridge.data(), 0, values * sizeof(float));

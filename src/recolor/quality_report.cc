@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <ranges>
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/ranks.h"
 #include "recolor/refit_problem.h"
 
 namespace retint {
@@ -233,6 +233,20 @@ class PairRenderer {
   std::vector<float> host_;
 };
 
+// Of one target.
+struct ViewErrors {
+  size_t target = 0;
+  ErrorSums sums;
+};
+
+// The last target first, as one rank meets them.
+std::vector<ViewErrors> OfAllRanks(const std::vector<ViewErrors>& own) {
+  std::vector<ViewErrors> all = CurrentRanks().Gather<ViewErrors>(own);
+  std::sort(all.begin(), all.end(),
+            [](const ViewErrors& a, const ViewErrors& b) { return a.target > b.target; });
+  return all;
+}
+
 double Coverage(const Mask& mask) {
   double sum = 0;
   for (const uint8_t value : mask.data) sum += value;
@@ -257,17 +271,23 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
   const size_t total = train.size() + heldout.size();
   size_t done = 0;
   const auto evaluate = [&](const std::vector<RefitTarget>& targets, bool is_heldout) {
-    ErrorSums all;
+    const std::vector<int> owners = OwnersOf(targets);
+    std::vector<ViewErrors> own;
     // Backwards: the geometries that a fit leaves in the cache are those of the last views.
-    for (const RefitTarget& target : targets | std::views::reverse) {
+    for (size_t t = targets.size(); t-- > 0;) {
+      const RefitTarget& target = targets[t];
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(target);
+      if (owners[t] != CurrentRanks().rank()) continue;
       const Image made = target.edited ? target.edited(renderer) : Image();
-      const ErrorSums sums = Compare(target, made, reported, pair.Render(target));
+      own.push_back({t, Compare(target, made, reported, pair.Render(target))});
+    }
+    ErrorSums all;
+    for (const auto& [t, sums] : OfAllRanks(own)) {
       all += sums;
       if (sums.inside_values == 0) continue;
       const QualityNumbers numbers = ToNumbers(sums, 1);
-      report.worst.push_back({target.name, is_heldout, Coverage(*target.mask),
+      report.worst.push_back({targets[t].name, is_heldout, Coverage(*targets[t].mask),
                               numbers.psnr_inside_after, numbers.psnr_outside});
     }
     return ToNumbers(all, int(targets.size()));

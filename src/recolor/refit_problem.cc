@@ -36,20 +36,27 @@ std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
   return bounds;
 }
 
-// By the area of the masks, and a little for every view: what a view gets must not depend on what
-// the others took, so that all backends fit the same pixels.
-std::vector<size_t> SharesOfCache(const std::vector<RefitTarget>& targets, size_t bytes) {
+// The area of each mask, and a little for every view.
+std::vector<double> AreasOf(const std::vector<RefitTarget>& targets) {
   constexpr double kLeast = 0.05;  // of a view's pixels
   std::vector<double> areas;
-  double sum = 0;
   for (const RefitTarget& target : targets) {
     const auto& mask = target.mask->data;
     const auto empty = std::count(mask.begin(), mask.end(), uint8_t{0});
     areas.push_back(double(mask.size()) - double(empty) + kLeast * double(mask.size()));
-    sum += areas.back();
   }
+  return areas;
+}
+
+// By the areas: what a view gets must not depend on what the others took, so that all backends fit
+// the same pixels.
+std::vector<size_t> SharesOfCache(const std::vector<double>& areas, size_t bytes) {
+  double sum = 0;
+  for (const double area : areas) sum += area;
   std::vector<size_t> shares;
-  for (const double area : areas) shares.push_back(size_t(double(bytes) * area / sum));
+  for (const double area : areas) {
+    shares.push_back(size_t(kWeightsShare * double(size_t(double(bytes) * area / sum))));
+  }
   return shares;
 }
 
@@ -82,6 +89,12 @@ float LargestChange(const CompiledEdit& edit, bool photos) {
 }
 
 }  // namespace
+
+std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets) {
+  const Ranks& ranks = CurrentRanks();
+  if (!ranks.AreMany()) return std::vector<int>(targets.size(), 0);
+  return ShareOut(AreasOf(targets), ranks);
+}
 
 void CheckTarget(const RefitTarget& target) {
   const Camera& camera = target.camera.camera;
@@ -135,7 +148,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   const size_t per_gaussian = size_t(num_coeffs_) * 3;
   bool photos = false;
   for (const auto& target : targets_) photos = photos || target.photo || target.edited;
-  target_unit_ = LargestChange(CompiledEdit(edit), photos) / 32767;
+  target_unit_ = LargestChange(CompiledEdit(edit), ranks_.Any(photos)) / 32767;
 
   std::vector<uint8_t> flags(count);
   for (size_t g = 0; g < count; ++g) flags[g] = shares[g] > options.active_threshold;
@@ -143,29 +156,14 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   renderer_.SetSh(model.sh);
 
   std::vector<uint8_t> seen(count, 0);
-  const std::vector<size_t> shares_of_cache = SharesOfCache(targets_, options.region_cache_bytes);
-  const bool any = std::find(flags.begin(), flags.end(), 1) != flags.end();
-  for (size_t t = 0; any && t < targets_.size(); ++t) {
-    monitor.Step("refit", 0, 1);
-    auto view = std::make_shared<RegionView>(
-        Prepare(targets_[t], size_t(kWeightsShare * double(shares_of_cache[t]))));
-    const size_t rows = size_t(view->region->num_rows());
-    if (rows == 0) continue;
-    for (const int32_t g : backend().Download(view->region->rows(), rows)) seen[size_t(g)] = 1;
-    target_values_ += double(view->region->tiles().size()) * kTilePixels * 3;
-    image_values_ += double(targets_[t].mask->NumPixels()) * 3;
-    const size_t bytes = view->Bytes();
-    const bool keep = bytes <= options.region_cache_bytes - kept_bytes_;
-    if (keep) kept_bytes_ += bytes;
-    views_.push_back({t, keep ? std::move(view) : nullptr});
-  }
-
+  if (std::find(flags.begin(), flags.end(), 1) != flags.end()) FindViews(monitor, &seen);
   slot_of_.assign(count, -1);
   for (size_t g = 0; g < count; ++g) {
     if (!seen[g]) continue;
     slot_of_[g] = int32_t(active_.size());
     active_.push_back(int32_t(g));
   }
+  SplitActive();
   for (auto& slot : views_) {
     if (!slot.kept) continue;
     auto view = std::make_shared<RegionView>(*slot.kept);
@@ -184,8 +182,107 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   FitStart(edit, active_shares, monitor);
 }
 
+void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
+  const std::vector<int> owners = OwnersOf(targets_);
+  const std::vector<size_t> budgets = SharesOfCache(AreasOf(targets_), options_.region_cache_bytes);
+  std::vector<Found> found;
+  std::vector<std::shared_ptr<RegionView>> prepared(targets_.size());
+  size_t held = 0;
+  for (size_t t = 0; t < targets_.size(); ++t) {
+    if (owners[t] != ranks_.rank()) continue;
+    monitor.Step("refit", 0, 1);
+    auto view = std::make_shared<RegionView>(Prepare(targets_[t], budgets[t]));
+    const size_t rows = size_t(view->region->num_rows());
+    if (rows == 0) continue;
+    for (const int32_t g : backend().Download(view->region->rows(), rows)) (*seen)[size_t(g)] = 1;
+    const size_t bytes = view->Bytes();
+    found.push_back({t, view->region->tiles().size(), bytes});
+    if (bytes > options_.region_cache_bytes - held) continue;
+    held += bytes;
+    prepared[t] = std::move(view);
+  }
+  if (ranks_.AreMany()) {
+    std::vector<int32_t> own;
+    for (size_t g = 0; g < seen->size(); ++g) {
+      if ((*seen)[g]) own.push_back(int32_t(g));
+    }
+    for (const int32_t g : ranks_.Gather<int32_t>(own)) (*seen)[size_t(g)] = 1;
+    found = ranks_.Gather<Found>(found);
+  }
+  KeepViews(found, owners, budgets, &prepared);
+}
+
+// As one rank keeps them that meets one view after the other: what fits into what is left.
+void RefitProblem::KeepViews(const std::vector<Found>& found, const std::vector<int>& owners,
+                             const std::vector<size_t>& budgets,
+                             std::vector<std::shared_ptr<RegionView>>* prepared) {
+  for (const auto& [t, tiles, bytes] : found) {
+    target_values_ += double(tiles) * kTilePixels * 3;
+    image_values_ += double(targets_[t].mask->NumPixels()) * 3;
+    Slot slot{t, owners[t], bytes <= options_.region_cache_bytes - kept_bytes_, nullptr};
+    if (slot.keeps) kept_bytes_ += bytes;
+    if (slot.owner == ranks_.rank()) {
+      own_views_.push_back(views_.size());
+      if (slot.keeps && !(*prepared)[t]) {
+        (*prepared)[t] = std::make_shared<RegionView>(Prepare(targets_[t], budgets[t]));
+      }
+      if (slot.keeps) slot.kept = std::move((*prepared)[t]);
+    }
+    (*prepared)[t].reset();
+    views_.push_back(std::move(slot));
+  }
+}
+
+// Parts of the active Gaussians: several a rank, so that few ranks wait, none too small.
+void RefitProblem::SplitActive() {
+  constexpr size_t kPartsOfRank = 4, kLeastGaussians = 256;
+  const size_t parts =
+      std::clamp<size_t>(active_.size() / kLeastGaussians, 1, kPartsOfRank * size_t(ranks_.size()));
+  for (size_t p = 0; p <= parts; ++p) part_begins_.push_back(int32_t(p * active_.size() / parts));
+  by_part_.resize(views_.size());
+}
+
+std::shared_ptr<const RowsByPart> RefitProblem::ByPart(size_t view, const RegionView& region) {
+  if (by_part_[view]) return by_part_[view];
+  const size_t rows = size_t(region.region->num_rows()), parts = part_begins_.size() - 1;
+  const int32_t* const gaussians = region.region->rows();
+  const auto part_of = [&](int32_t slot) {
+    return size_t(std::upper_bound(part_begins_.begin(), part_begins_.end(), slot) -
+                  part_begins_.begin()) -
+           1;
+  };
+  auto result = std::make_shared<RowsByPart>();
+  result->begin.assign(parts + 1, 0);
+  for (size_t r = 0; r < rows; ++r) {
+    if (region.slots.data()[r] >= 0) ++result->begin[part_of(region.slots.data()[r]) + 1];
+  }
+  for (size_t p = 0; p < parts; ++p) result->begin[p + 1] += result->begin[p];
+  std::vector<size_t> next = result->begin;
+  for (auto* list : {&result->row, &result->gaussian, &result->slot}) {
+    list->resize(result->begin.back());
+  }
+  for (size_t r = 0; r < rows; ++r) {
+    const int32_t slot = region.slots.data()[r];
+    if (slot < 0) continue;
+    const size_t at = next[part_of(slot)]++;
+    result->row[at] = int32_t(r);
+    result->gaussian[at] = gaussians[r];
+    result->slot[at] = slot;
+  }
+  return by_part_[view] = std::move(result);
+}
+
+std::span<float> RefitProblem::HostScratch(size_t count) {
+  if (host_scratch_.size() < count) {
+    host_lock_.reset();
+    host_scratch_.assign(count, 0.0f);
+    host_lock_ = std::make_unique<PageLock>(host_scratch_.data(), count * sizeof(float));
+  }
+  return std::span(host_scratch_).first(count);
+}
+
 size_t RefitProblem::NumKeptViews() const {
-  return size_t(std::count_if(views_.begin(), views_.end(), [](auto& v) { return bool(v.kept); }));
+  return size_t(std::count_if(views_.begin(), views_.end(), [](auto& v) { return v.keeps; }));
 }
 
 double RefitProblem::NumTargetValues() const { return target_values_ / kMostRowsPerRow; }
@@ -343,19 +440,18 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
   backend().blend().Blend(*view.region, blend);
 }
 
-void RefitProblem::AddGradient(const RegionView& view, const float* residual, const float* colors,
-                               float* change, float* gradient, const float* largest) {
+void RefitProblem::BlendBack(const RegionView& view, const float* residual, float* change,
+                             const float* largest) {
   BlendTransposeParams transpose{};
   transpose.residual = residual;
   transpose.channels = 3;
   transpose.result = change;
   transpose.largest = largest;
   backend().blend().BlendTranspose(*view.region, transpose);
-  AddTransposed(view, change, colors, gradient);
 }
 
-void RefitProblem::AddTransposed(const RegionView& view, const float* color_gradients,
-                                 const float* colors, float* gradient) {
+void RefitProblem::AddGradient(const RegionView& view, const float* color_gradients,
+                               const float* colors, float* gradient) {
   EvalShTransposeParams params{};
   params.rows = view.region->rows();
   params.slots = view.slots.data();

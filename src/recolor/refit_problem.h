@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "base/ranks.h"
+#include "kernels/page_lock.h"
 #include "recolor/color_edit.h"
 #include "recolor/sh_refitter.h"
 #include "render/renderer.h"
@@ -45,6 +47,12 @@ struct RegionView {
   size_t Bytes() const;
 };
 
+// The rows of a view that have a slot, by part of the active Gaussians (part_begins()), host.
+struct RowsByPart {
+  std::vector<int32_t> row, gaussian, slot;
+  std::vector<size_t> begin;  // [parts + 1] into these
+};
+
 // Scratch of one view at a time, in backend memory, sized for the largest.
 struct RefitScratch {
   Buffer<float> images[3];    // [H, W, 3]
@@ -66,6 +74,9 @@ class RefitProblem {
                Targets form, Monitor& monitor);
 
   size_t NumViews() const { return views_.size(); }  // that see an active Gaussian
+  // Those of them that this rank owns, ascending; only these may be visited.
+  std::span<const size_t> own_views() const { return own_views_; }
+  int OwnerOf(size_t view) const { return views_[view].owner; }
   std::shared_ptr<const RegionView> Visit(size_t view);
   size_t NumKeptViews() const;
   size_t KeptBytes() const { return kept_bytes_; }
@@ -83,9 +94,18 @@ class RefitProblem {
   const std::vector<float>& original() const { return original_; }
   const std::vector<float>& start() const { return start_; }
 
+  Ranks& ranks() { return ranks_; }
+  // Whether sums over the views wait for all of them, see ViewSum.
+  bool SumsInOrder() { return ranks_.AreMany() && backend().IsHost(); }
+  // The first active Gaussian of each part in which such sums go from rank to rank, and the end.
+  std::span<const int32_t> part_begins() const { return part_begins_; }
+  std::shared_ptr<const RowsByPart> ByPart(size_t view, const RegionView& region);
+
   Backend& backend() { return renderer_.backend(); }
   Model& model() { return renderer_.model(); }
   RefitScratch& scratch() { return scratch_; }
+  // At least so many floats of host memory, which a device reaches quickly.
+  std::span<float> HostScratch(size_t count);
 
   // The weights as an image, [H, W] into `image` (zero outside the region).
   void WeightImage(const RegionView& view, float* image);
@@ -94,32 +114,46 @@ class RefitProblem {
   // ([H, W, 3], where the region has pixels; what lies outside is kept).
   void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
                    float* image);
-  // gradient [active, K, 3] += the transpose of BlendChange applied to `residual`, [H, W, 3], gated
-  // where `colors`, of BlendChange, is clamped. `change` [rows, 3] is overwritten. `largest`: see
-  // BlendTransposeParams.
-  void AddGradient(const RegionView& view, const float* residual, const float* colors,
-                   float* change, float* gradient, const float* largest = nullptr);
+  // change [rows, 3] = the transpose of BlendChange's blend applied to `residual`, [H, W, 3], for
+  // ViewSum. `largest`: see BlendTransposeParams.
+  void BlendBack(const RegionView& view, const float* residual, float* change,
+                 const float* largest = nullptr);
+  // gradient [active, K, 3] += what the colors' gradients, [rows, 3], mean for the coefficients,
+  // gated where `colors`, of BlendChange, is clamped.
+  void AddGradient(const RegionView& view, const float* color_gradients, const float* colors,
+                   float* gradient);
 
  private:
   struct Slot {
-    size_t target = 0;                       // index into targets_
+    size_t target = 0;  // index into targets_
+    int owner = 0;
+    bool keeps = false;                      // its owner keeps it
     std::shared_ptr<const RegionView> kept;  // null: prepared at each visit
   };
+  // A view that sees an active Gaussian, as its owner tells it to all ranks.
+  struct Found {
+    uint64_t target, tiles, bytes;
+  };
 
+  // Restricts the views of this rank, and learns of the others'; Gaussians that one sees into
+  // `seen`.
+  void FindViews(Monitor& monitor, std::vector<uint8_t>* seen);
+  void KeepViews(const std::vector<Found>& found, const std::vector<int>& owners,
+                 const std::vector<size_t>& budgets,
+                 std::vector<std::shared_ptr<RegionView>>* prepared);
+  void SplitActive();
   RegionView Prepare(const RefitTarget& target, size_t budget);
   // The original colors of what the targets are made of, into scratch_.images[0].
   void RenderOriginal(const ViewGeometry& geometry, const ViewGeometry& region);
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);
   void FillSlots(RegionView& view);
-  // Colors of the view's rows for active coefficients, [rows, 3]; and the transpose, accumulated,
-  // gated where `colors` (null: no gate) is clamped.
+  // Colors of the view's rows for active coefficients, [rows, 3].
   void EvalColors(const RegionView& view, const float* sh, float* colors);
-  void AddTransposed(const RegionView& view, const float* color_gradients, const float* colors,
-                     float* gradient);
   void FitStart(const ColorEdit& edit, std::span<const float> shares, Monitor& monitor);
   void FitToViews(Buffer<float>& sh, Monitor& monitor);
 
+  Ranks& ranks_ = CurrentRanks();
   Renderer& renderer_;
   std::vector<RefitTarget> targets_;
   UploadedEdit edit_;
@@ -127,12 +161,17 @@ class RefitProblem {
   Targets form_;
   int num_coeffs_;
   std::vector<Slot> views_;
+  std::vector<size_t> own_views_;
+  std::vector<int32_t> part_begins_;
+  std::vector<std::shared_ptr<const RowsByPart>> by_part_;  // [views], null: not asked for yet
   std::vector<int32_t> active_, slot_of_;  // slot_of_[gaussian], -1 when not active
   std::vector<float> original_, start_;
   Buffer<uint8_t> active_flags_;  // [N]
   Buffer<float> photo_;           // [H, W, 3] scratch
   Buffer<uint8_t> mask_;          // [H, W] scratch
   RefitScratch scratch_;
+  std::vector<float> host_scratch_;
+  std::unique_ptr<PageLock> host_lock_;
   size_t kept_bytes_ = 0;
   double target_values_ = 0, image_values_ = 0;
   float target_unit_ = 0;

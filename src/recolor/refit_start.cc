@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "recolor/refit_problem.h"
+#include "recolor/view_sum.h"
 
 namespace retint {
 
@@ -34,17 +35,18 @@ void RefitProblem::FitToViews(Buffer<float>& sh, Monitor& monitor) {
   constexpr float kRidge = 1e-3f;
   const size_t k = size_t(num_coeffs_);
   size_t most_rows = 0;
-  for (size_t v = 0; v < NumViews(); ++v) {
+  for (const size_t v : own_views_) {
     most_rows = std::max(most_rows, size_t(Visit(v)->region->num_rows()));
   }
   const auto ones = backend().Upload(std::span<const float>(std::vector<float>(most_rows, 1.0f)));
   const auto whole =
       backend().Upload(std::span<const uint8_t>(std::vector<uint8_t>(most_rows, 255)));
-  const auto rhs = backend().Allocate<float>(NumValues());
+  auto rhs = backend().Allocate<float>(NumValues());
   const auto change = backend().Allocate<float>(NumValues());
   const auto weights = backend().Allocate<float>(active_.size());
-  const auto blocks = backend().Allocate<float>(active_.size() * k * (k + 1) / 2);
-  for (size_t v = 0; v < NumViews(); ++v) {
+  auto blocks = backend().Allocate<float>(active_.size() * k * (k + 1) / 2);
+  ViewSum right(*this, ViewSum::Kind::kGradient), normal(*this, ViewSum::Kind::kBlocks);
+  for (const size_t v : own_views_) {
     monitor.Step("refit", 0, 1);
     const auto view = Visit(v);
     const int64_t rows = view->region->num_rows();
@@ -67,16 +69,11 @@ void RefitProblem::FitToViews(Buffer<float>& sh, Monitor& monitor) {
     difference.out = wanted;
     difference.count = rows * 3;
     backend().solve().LinearCombination(difference);
-    AddTransposed(*view, wanted, nullptr, rhs.data());
-    AccumulateBlocksParams normal{};
-    normal.rows = view->region->rows();
-    normal.slots = view->slots.data();
-    normal.count = rows;
-    normal.weights = ones.data();
-    std::copy_n(view->region->camera().center, 3, normal.center);
-    normal.blocks = blocks.data();
-    backend().sh().AccumulateBlocks(model(), normal);
+    right.Add(v, *view, wanted, nullptr, rhs);
+    normal.Add(v, *view, ones.data(), nullptr, blocks);
   }
+  right.Finish(rhs);
+  normal.Finish(blocks);
   AddRidgeParams ridge{};
   ridge.blocks = blocks.data();
   ridge.weights = weights.data();

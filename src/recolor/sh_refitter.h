@@ -28,6 +28,10 @@ struct RefitTarget {
   std::function<Image(Renderer&)> edited = nullptr;
 };
 
+// Which rank (base/ranks.h) prepares and evaluates each target, so that each has masks of about the
+// same area. Only the owner needs a target's photo.
+std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets);
+
 struct RefitSummary {
   std::string solver;
   int iterations = 0;

@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/ranks.h"
 #include "scene/image_checks.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
@@ -38,6 +39,7 @@ class Projection {
     std::vector<CloudPoint> points(cloud.points.size());
     std::transform(cloud.points.begin(), cloud.points.end(), points.begin(), ToCloudPoint);
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
+    keeps_rows_ = ranks_.AreMany() && backend_.IsHost();
     if (options.kind != ProjectorKind::kGaussians) return;
     sums_ = backend_.Allocate<float>(Channels() * static_cast<size_t>(renderer.model().count()));
     std::vector<SurfaceRequest> requests;
@@ -91,13 +93,18 @@ class Projection {
     evidence.coverage = coverage_mask_.data();
     evidence.scale = 1;
     evidence.pixel_rows = kLiftedRows;
-    AddEvidence(*surface.geometry, evidence);
+    LiftEvidence(*surface.geometry, evidence);
+    if (keeps_rows_) {
+      KeepLifted(*surface.geometry);
+    } else {
+      AddLifted(*surface.geometry);
+    }
   }
 
   // The shares of `result`, and where they are completed their confidence and visibility.
-  void FindShares(const GaussianGraph* graph, Monitor& monitor, ProjectedMasks* result) const {
+  void FindShares(const GaussianGraph* graph, Monitor& monitor, ProjectedMasks* result) {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
-    const std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
+    const std::vector<float> sums = SumsOfAllRanks();
     const size_t channels = Channels(), count = sums.size() / channels;
     const auto channel = [&](size_t c) {
       std::vector<float> values(count);
@@ -175,13 +182,15 @@ class Projection {
     evidence.unknown_weight = 1;
     evidence.coverage = mask;
     evidence.scale = static_cast<float>(options_.painted_weight);
-    AddEvidence(*surface.geometry, evidence);
+    // All ranks know the paint: it counts once.
+    LiftEvidence(*surface.geometry, evidence);
+    if (ranks_.IsRoot()) AddLifted(*surface.geometry);
   }
 
   size_t Channels() const { return completes_ ? 3 : 2; }
 
-  // W^T of the evidence, and of 1 where the shares are completed, to the Gaussians' sums.
-  void AddEvidence(const ViewGeometry& view, EvidenceParams evidence) {
+  // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
+  void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence) {
     evidence.camera = view.camera();
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
     evidence.residual = backend_.Grow(residual_, Channels() * pixels);
@@ -196,12 +205,62 @@ class Projection {
     lift.result = backend_.Grow(lifted_, Channels() * size_t(view.num_rows()));
     lift.pixel_rows = evidence.pixel_rows;
     backend_.blend().BlendTranspose(view, lift);
-    backend_.blend().AddRows(view, lift.result, lift.channels, sums_.data());
   }
+
+  // lifted_ to the Gaussians' sums.
+  void AddLifted(const ViewGeometry& view) {
+    backend_.blend().AddRows(view, lifted_.data(), static_cast<int32_t>(Channels()), sums_.data());
+  }
+
+  // lifted_ of a backend in host memory, for its turn among the views of all ranks.
+  void KeepLifted(const ViewGeometry& view) {
+    const size_t channels = Channels();
+    LiftedRows& rows = kept_.emplace_back();
+    for (size_t r = 0; r < static_cast<size_t>(view.num_rows()); ++r) {
+      const float* const values = lifted_.data() + channels * r;
+      if (std::all_of(values, values + channels, [](float value) { return value == 0; })) continue;
+      rows.gaussians.push_back(view.rows()[r]);
+      rows.values.insert(rows.values.end(), values, values + channels);
+    }
+  }
+
+  // With those of the other ranks' views: on the CPU in the order of the views.
+  std::vector<float> SumsOfAllRanks() {
+    std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
+    if (!ranks_.AreMany()) return sums;
+    if (!keeps_rows_) {
+      ranks_.SumByRank(sums);
+      return sums;
+    }
+    const std::span<std::byte> bytes = BytesOf(std::span(sums));
+    ranks_.AddInOrder({&bytes, 1}, [&](size_t) {
+      for (const LiftedRows& rows : kept_) rows.AddTo(Channels(), &sums);
+    });
+    kept_.clear();
+    return sums;
+  }
+
+  // What one view adds to the sums of the Gaussians that it sees.
+  struct LiftedRows {
+    std::vector<int32_t> gaussians;  // distinct
+    std::vector<float> values;       // [gaussians, C]
+
+    void AddTo(size_t channels, std::vector<float>* sums) const {
+      ParallelRanges(int64_t(gaussians.size()), kGrain, [&](int64_t first, int64_t last) {
+        for (auto r = size_t(first); r < size_t(last); ++r) {
+          float* const sum = sums->data() + channels * static_cast<size_t>(gaussians[r]);
+          for (size_t c = 0; c < channels; ++c) sum[c] += values[channels * r + c];
+        }
+      });
+    }
+  };
 
   Backend& backend_;
   const ProjectorOptions& options_;
   bool completes_;
+  Ranks& ranks_ = CurrentRanks();
+  bool keeps_rows_ = false;       // until all that the views add is known
+  std::vector<LiftedRows> kept_;  // a view of this rank each
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
   std::vector<const Mask*> seen_;  // of the painted views
@@ -278,6 +337,29 @@ void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
   }
 }
 
+// Those of `views` that this rank owns; all of them where it is alone.
+std::vector<const View*> OwnViews(const std::vector<const View*>& views, const Ranks& ranks) {
+  const std::vector<int> owners = ShareOut(views.size(), ranks);
+  std::vector<const View*> own;
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (owners[i] == ranks.rank()) own.push_back(views[i]);
+  }
+  return own;
+}
+
+// Gives every rank the masks of `views`, which their owners drew.
+void ShareMasks(const Reconstruction& reconstruction, const std::vector<const View*>& views,
+                Ranks& ranks, std::map<std::string, Mask>* masks) {
+  if (!ranks.AreMany()) return;
+  const std::vector<int> owners = ShareOut(views.size(), ranks);
+  for (size_t i = 0; i < views.size(); ++i) {
+    Mask& mask = (*masks)[views[i]->name];
+    const Camera& camera = reconstruction.Posed(*views[i]).camera;
+    if (owners[i] != ranks.rank()) mask = Mask(camera.width, camera.height);
+    ranks.Broadcast(BytesOf(std::span(mask.data)), owners[i]);
+  }
+}
+
 void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                 const std::vector<const View*>& views) {
   if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
@@ -331,14 +413,16 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const bool lifts = options.kind == ProjectorKind::kGaussians;
   const bool completes = graph && options.Completes() && !painted.empty();
   Projection projection(cloud, painted, reconstruction, renderer, options, completes);
-  std::vector<const View*> drawn;  // what is painted is known already
-  std::vector<SurfaceRequest> requests;
+  Ranks& ranks = CurrentRanks();
+  std::vector<const View*> all_drawn;  // what is painted is known already
   for (const View* view : views) {
-    if (lifts && projection.IsPainted(*view)) continue;
-    drawn.push_back(view);
-    requests.push_back({reconstruction.Posed(*view), view});
+    if (!lifts || !projection.IsPainted(*view)) all_drawn.push_back(view);
   }
-  const double steps = static_cast<double>(2 * drawn.size() + (lifts ? views.size() : 0));
+  const std::vector<const View*> drawn = OwnViews(all_drawn, ranks);
+  const std::vector<const View*> masked = OwnViews(views, ranks);
+  std::vector<SurfaceRequest> requests;
+  for (const View* view : drawn) requests.push_back({reconstruction.Posed(*view), view});
+  const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
   double done = 0;
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
   SurfaceRenderer surfaces(renderer, reconstruction, requests, lifts ? kLiftedRows : kAllPixelRows);
@@ -355,8 +439,9 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   }
   if (lifts) {
     projection.FindShares(graph, monitor, &result);
-    RenderMasks(renderer, reconstruction, views, result.shares, options, step, &result.masks);
+    RenderMasks(renderer, reconstruction, masked, result.shares, options, step, &result.masks);
   }
+  ShareMasks(reconstruction, lifts ? views : all_drawn, ranks, &result.masks);
   Finish(&result);
   return result;
 }

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/ranks.h"
 #include "scene/sh_band4.h"
 #include "session/virtual_views.h"
 #include "splat_io/splat_io.h"
@@ -226,6 +227,8 @@ void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor&
 RunReport OpenScene::MakeReport() const {
   RunReport report;
   report.backend = backend_->Name();
+  report.ranks = CurrentRanks().size();
+  report.sent_mb = static_cast<double>(CurrentRanks().bytes_sent()) / (1024.0 * 1024.0);
   report.gaussians = static_cast<int64_t>(model_.NumGaussians());
   report.views = static_cast<int>(reconstruction().views.size());
   for (const char* stage :

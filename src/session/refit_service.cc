@@ -4,30 +4,36 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/ranks.h"
 #include "recolor/paint_carrier.h"
 #include "session/compare_pictures.h"
 
 namespace retint {
 
-void RefitService::LoadPhotos(Monitor& monitor) {
-  if (!photos_.empty()) return;
-  std::map<std::string, Image> photos;
-  const auto views = scene_.reconstruction().ViewsByName();
-  for (size_t i = 0; i < views.size(); ++i) {
-    monitor.Step("load", static_cast<double>(i), static_cast<double>(views.size()));
-    photos.emplace(views[i]->name, scene_.Picture(*views[i]));
-  }
-  photos_ = std::move(photos);
+const Image& RefitService::Photo(const std::string& view) {
+  const auto found = photos_.find(view);
+  if (found != photos_.end()) return found->second;
+  return photos_.emplace(view, scene_.Picture(scene_.workspace().RequireView(view))).first->second;
 }
 
 std::vector<RefitTarget> RefitService::Targets(const Region& region,
                                                const std::vector<const View*>& views,
-                                               TargetKind target) const {
+                                               TargetKind target, Monitor& monitor,
+                                               size_t most_views) {
   std::vector<RefitTarget> targets =
       RenderTargets(scene_.reconstruction(), region.selection->masks, views);
-  for (RefitTarget& one : targets) {
-    const auto photo = photos_.find(one.name);
-    if (target == TargetKind::kPhoto && photo != photos_.end()) one.photo = &photo->second;
+  if (most_views > 0 && targets.size() > most_views) {
+    std::vector<RefitTarget> some;
+    for (size_t i = 0; i < most_views; ++i) {
+      some.push_back(targets[i * targets.size() / most_views]);
+    }
+    targets = std::move(some);
+  }
+  const std::vector<int> owners = OwnersOf(targets);
+  for (size_t i = 0; target == TargetKind::kPhoto && i < targets.size(); ++i) {
+    if (owners[i] != CurrentRanks().rank()) continue;
+    monitor.Step("load", static_cast<double>(i), static_cast<double>(targets.size()));
+    targets[i].photo = &Photo(targets[i].name);
   }
   const ColorEdit edit = region.EffectiveEdit();
   if (!edit.HasPaint()) return targets;
@@ -44,13 +50,12 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
 
 RefitChainInput RefitService::ChainInput(const RefitJob& job, Monitor& monitor) {
   job.Check();
-  if (job.target == TargetKind::kPhoto) LoadPhotos(monitor);
   RefitChainInput input;
   input.original = &scene_.original();
   input.state = store_.regions();
   input.job = job;
   for (const Region& region : input.state.regions) {
-    input.targets.push_back(Targets(region, scene_.train_views(), job.target));
+    input.targets.push_back(Targets(region, scene_.train_views(), job.target, monitor));
   }
   return input;
 }
@@ -132,13 +137,8 @@ QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_befo
                                      std::span<const float> sh_after, TargetKind target,
                                      Monitor& monitor, size_t most_views) {
   const Region& region = store_.Require(id);
-  if (target == TargetKind::kPhoto) LoadPhotos(monitor);
   const auto targets = [&](const std::vector<const View*>& views) {
-    std::vector<RefitTarget> all = Targets(region, views, target);
-    if (most_views == 0 || all.size() <= most_views) return all;
-    std::vector<RefitTarget> some;
-    for (size_t i = 0; i < most_views; ++i) some.push_back(all[i * all.size() / most_views]);
-    return some;
+    return Targets(region, views, target, monitor, most_views);
   };
   return EvaluateEdit(scene_.renderer(), sh_before, sh_after, targets(scene_.train_views()),
                       targets(scene_.heldout_views()), region.EffectiveEdit(), monitor);

@@ -56,9 +56,11 @@ class RefitService {
   Image EditedTarget(const View& view, TargetKind target);
 
  private:
-  void LoadPhotos(Monitor& monitor);
+  // Of `views`, at most so many of them (0: all). With the photos of this rank's views, where they
+  // are the target.
   std::vector<RefitTarget> Targets(const Region& region, const std::vector<const View*>& views,
-                                   TargetKind target) const;
+                                   TargetKind target, Monitor& monitor, size_t most_views = 0);
+  const Image& Photo(const std::string& view);
   RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor);
 
   OpenScene& scene_;

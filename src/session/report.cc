@@ -191,6 +191,8 @@ std::string ToJson(const RunReport& report) {
   Json json = {
       {"version", Version()},
       {"backend", report.backend},
+      {"ranks", report.ranks},
+      {"sent_mb", Number(report.sent_mb)},
       {"gaussians", report.gaussians},
       {"views", report.views},
       {"stages_ms", stages},

@@ -76,6 +76,8 @@ struct TrueMaskReport {
 
 struct RunReport {
   std::string backend;
+  int ranks = 1;       // processes among which the views were shared
+  double sent_mb = 0;  // by this one to the others
   int64_t gaussians = 0;
   int views = 0;
   std::map<std::string, double> stages_ms;

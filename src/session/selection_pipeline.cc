@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/ranks.h"
 #include "scene/image_checks.h"
+#include "session/painted_exchange.h"
 
 namespace retint {
 
@@ -36,21 +38,33 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
                                           const SelectOptions& options, Monitor& monitor) {
   options.Check();
   CheckOption(!painted.empty(), "no view is painted");
+  const std::vector<int> owners = ShareOut(painted.size(), CurrentRanks());
+  std::vector<PaintedPart> parts(painted.size());
+  for (size_t i = 0; i < painted.size(); ++i) {
+    if (owners[i] == CurrentRanks().rank()) parts[i] = SelectOne(painted[i], options, monitor);
+  }
+  SharePainted(owners, &parts);
   SelectionResult result;
-  for (const PaintedView& view : painted) {
-    PaintedReport report;
-    report.view = view.name;
-    DepthEstimate depth = EstimateDepth(view.camera, options, monitor);
-    report.depth_method = depth.method;
-    report.depth_reason = depth.reason;
-    report.valid_fraction = depth.valid_fraction;
-    SelectionCloud cloud = Unproject(view, depth, options, &result.cloud_raw, &report, monitor);
-    RegisterCloud(view, depth, options, &cloud, &report, monitor);
-    Append(result.cloud, cloud);
-    result.depths.push_back(std::move(depth));
-    result.painted.push_back(std::move(report));
+  for (PaintedPart& part : parts) {
+    Append(result.cloud_raw, part.raw);
+    Append(result.cloud, part.cloud);
+    result.depths.push_back(std::move(part.depth));
+    result.painted.push_back(std::move(part.report));
   }
   return result;
+}
+
+PaintedPart SelectionPipeline::SelectOne(const PaintedView& view, const SelectOptions& options,
+                                         Monitor& monitor) {
+  PaintedPart part;
+  part.report.view = view.name;
+  part.depth = EstimateDepth(view.camera, options, monitor);
+  part.report.depth_method = part.depth.method;
+  part.report.depth_reason = part.depth.reason;
+  part.report.valid_fraction = part.depth.valid_fraction;
+  part.cloud = Unproject(view, part.depth, options, &part.raw, &part.report, monitor);
+  RegisterCloud(view, part.depth, options, &part.cloud, &part.report, monitor);
+  return part;
 }
 
 SelectionCloud SelectionPipeline::Unproject(const PaintedView& view, const DepthEstimate& depth,

@@ -25,6 +25,8 @@ struct SelectionResult {
   std::vector<PaintedReport> painted;
 };
 
+struct PaintedPart;  // of it, one painted view's
+
 // Its stages render with the original coefficients and leave those in the scene's renderer.
 class SelectionPipeline {
  public:
@@ -54,6 +56,7 @@ class SelectionPipeline {
   Mask SeenFrom(const RegionSelection& selection, const PosedCamera& camera);
 
  private:
+  PaintedPart SelectOne(const PaintedView& view, const SelectOptions& options, Monitor& monitor);
   // The filtered cloud of one painted view; where wanted, its raw points are added to `all_raw`.
   SelectionCloud Unproject(const PaintedView& view, const DepthEstimate& depth,
                            const SelectOptions& options, SelectionCloud* all_raw,

@@ -28,12 +28,14 @@ namespace fs = std::filesystem;
     const rlimit both{limit, limit};
     setrlimit(RLIMIT_FSIZE, &both);
   }
-  std::vector<char*> argv = {const_cast<char*>(RETINT_EXECUTABLE)};
+  std::vector<char*> argv;
+  for (const std::string& word : options.launcher) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(const_cast<char*>(RETINT_EXECUTABLE));
   for (const std::string& argument : arguments) {
     argv.push_back(const_cast<char*>(argument.c_str()));
   }
   argv.push_back(nullptr);
-  execv(RETINT_EXECUTABLE, argv.data());
+  execvp(argv.front(), argv.data());
   _exit(127);
 }
 

@@ -16,6 +16,8 @@ struct CommandResult {
 };
 
 struct CommandOptions {
+  // A program and its arguments that starts `retint`, such as mpirun; found in PATH.
+  std::vector<std::string> launcher = {};
   // Called with everything on stderr so far, again and again until it returns true; then the
   // process gets SIGINT. May be empty.
   std::function<bool(const std::string& err)> interrupt_when;

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The processes that share one run's views: each, a rank, owns some of them, and what all views
+// add up to is added in the order of the views, so that the sum does not depend on how many ranks
+// there are. All ranks run the same program on the same files and take the same decisions.
+//
+// Every function that is marked collective must be called by all ranks in the same order, from one
+// thread. An ordinary start is a single rank, for which they do nothing.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace retint {
+
+class Ranks {
+ public:
+  virtual ~Ranks() = default;
+  Ranks(const Ranks&) = delete;
+  Ranks& operator=(const Ranks&) = delete;
+
+  int rank() const { return rank_; }
+  int size() const { return size_; }
+  bool IsRoot() const { return rank_ == 0; }
+  bool AreMany() const { return size_ > 1; }
+  uint64_t bytes_sent() const { return bytes_sent_; }  // by this rank, to all others
+
+  // Collective. `data` of the rank `from` replaces that of the others; of the same size everywhere.
+  void Broadcast(std::span<std::byte> data, int from);
+  // Collective. What every rank has, by rank; of any sizes.
+  std::vector<std::string> AllGather(std::string_view mine);
+  // Collective. `outgoing[r]` goes to rank r; returns what came from each, by rank.
+  std::vector<std::string> Exchange(const std::vector<std::string>& outgoing);
+  // Collective. True where any rank says so.
+  bool Any(bool mine);
+  // Collective. The items of all ranks in their order, those of rank 0 first.
+  template <typename T>
+  std::vector<T> Gather(std::span<const T> mine);
+
+  // Collective. Sums that do not depend on the number of ranks: for each part of an array in turn,
+  // `add(part)` adds what this rank has to what the ranks before it left there (rank 0: to what it
+  // holds itself); in the end all ranks have the last one's. While a rank adds to one part, the
+  // next adds to the part before.
+  void AddInOrder(std::span<const std::span<std::byte>> parts,
+                  const std::function<void(size_t part)>& add);
+  // Collective. values[i] = the sum of all ranks' values[i], in the order of the ranks: of fewer
+  // bytes than AddInOrder, but rounded differently for another number of ranks.
+  void SumByRank(std::span<float> values);
+
+ protected:
+  Ranks(int rank, int size) : rank_(rank), size_(size) {}
+  virtual void DoBroadcast(std::span<std::byte> data, int from) = 0;
+  virtual std::vector<std::string> DoAllGather(std::string_view mine) = 0;
+  virtual std::vector<std::string> DoExchange(const std::vector<std::string>& outgoing) = 0;
+  virtual void DoSumByRank(std::span<float> values);
+  virtual void Receive(std::span<std::byte> data, int from) = 0;
+  // May return before `data` is read, which stays as it is until FinishSends().
+  virtual void Send(std::span<const std::byte> data, int to) = 0;
+  virtual void FinishSends() = 0;
+
+ private:
+  int rank_ = 0, size_ = 1;
+  uint64_t bytes_sent_ = 0;
+};
+
+// Those among which the calling thread shares its work: itself alone, unless a ShareAmong lives.
+// Threads that it starts work alone.
+Ranks& CurrentRanks();
+
+// While it lives, the calling thread's work is shared among `ranks`, or, without, is its own.
+class ShareAmong {
+ public:
+  explicit ShareAmong(Ranks& ranks);
+  ShareAmong();  // this rank alone
+  ~ShareAmong();
+  ShareAmong(const ShareAmong&) = delete;
+  ShareAmong& operator=(const ShareAmong&) = delete;
+
+ private:
+  Ranks* before_;
+};
+
+// The owner of each item, which takes about costs[i]: ascending, and each rank's costs about equal.
+std::vector<int> ShareOut(std::span<const double> costs, const Ranks& ranks);
+std::vector<int> ShareOut(size_t count, const Ranks& ranks);  // of equal costs
+
+template <typename T>
+std::span<std::byte> BytesOf(std::span<T> values) {
+  return std::as_writable_bytes(values);
+}
+template <typename T>
+std::string_view TextOf(std::span<const T> values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+template <typename T>
+std::vector<T> Ranks::Gather(std::span<const T> mine) {
+  std::vector<T> all;
+  for (const std::string& part : AllGather(TextOf(mine))) {
+    const size_t count = part.size() / sizeof(T), first = all.size();
+    all.resize(first + count);
+    part.copy(reinterpret_cast<char*>(all.data() + first), count * sizeof(T));
+  }
+  return all;
+}
+
+}  // namespace retint

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sums over the views of all ranks into blocks of the active Gaussians. Internal to recolor.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/ranks.h"
+#include "recolor/refit_problem.h"
+
+namespace retint {
+
+// sum [active, *] += what every view adds to the Gaussians that it sees, in the order of the views.
+// One rank adds a view's part at once. On the CPU, where a sum must not depend on the number of
+// ranks, several ranks keep what their views add, by row and 16 times smaller than the blocks, and
+// in Finish() hand the sum from one to the next, in parts, each adding its own. On a device each
+// rank adds up its own views, and the ranks' sums are added in their order.
+class ViewSum {
+ public:
+  enum class Kind {
+    kGradient,  // Y(d) g^T of a color gradient g, [active, K, 3]
+    kBlocks     // w Y(d) Y(d)^T of a weight w, packed triangles, [active, K (K + 1) / 2]
+  };
+  ViewSum(RefitProblem& problem, Kind kind) : problem_(problem), kind_(kind) {}
+
+  // `values` [rows, 3] or [rows], of a view of this rank, the views in ascending order; `colors`
+  // [rows, 3] as in EvalShTransposeParams, or null.
+  void Add(size_t view, const RegionView& region, const float* values, const float* colors,
+           Buffer<float>& sum);
+  // Collective; after all views.
+  void Finish(Buffer<float>& sum);
+
+ private:
+  struct Kept {
+    float center[3];
+    std::shared_ptr<const RowsByPart> rows;
+    std::vector<float> values;  // of `rows`, [*, channels]
+  };
+
+  void AddToBlocks(const float* center, const int32_t* gaussians, const int32_t* slots,
+                   int64_t count, const float* values, const float* colors, float* sum);
+  size_t Channels() const { return kind_ == Kind::kGradient ? 3 : 1; }
+
+  RefitProblem& problem_;
+  Kind kind_;
+  std::vector<Kept> kept_;
+};
+
+}  // namespace retint

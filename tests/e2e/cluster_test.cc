@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The views of one run shared among the processes of mpirun: the same bytes as one process writes.
+#include <cstdlib>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+#include "tests/e2e/command.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// Empty where there is no mpirun, or a retint without MPI.
+std::vector<std::string> Launcher(int ranks) {
+#ifdef RETINT_HAVE_MPI
+  if (std::system("command -v mpirun >/dev/null") == 0) {
+    // -q: mpirun's own banner about a failed run is no part of what retint says.
+    return {"mpirun", "-q", "--allow-run-as-root", "--oversubscribe", "-n", std::to_string(ranks)};
+  }
+#endif
+  return {};
+}
+
+#define SKIP_WITHOUT_MPIRUN() \
+  if (Launcher(1).empty()) GTEST_SKIP() << "mpirun was not found, or retint is built without MPI"
+
+// Smaller than the workspace of the other tests: every rank reads and selects on its own.
+const fs::path& Workspace() {
+  static const TempFolder temp;
+  static const fs::path folder = [] {
+    const fs::path made = temp / "scene";
+    const CommandResult result = RunRetint({"synth", "--output", made.string(), "--width", "80",
+                                            "--height", "60", "--views", "6", "--quiet"});
+    if (result.code != 0) throw std::runtime_error(result.err);
+    return made;
+  }();
+  return folder;
+}
+
+std::vector<std::string> Arguments(const fs::path& output, const std::vector<std::string>& more) {
+  const fs::path mask = fs::directory_iterator(Workspace() / "masks")->path();
+  std::vector<std::string> arguments = {"recolor",
+                                        "--workspace",
+                                        Workspace().string(),
+                                        "--splat",
+                                        (Workspace() / "splat.ply").string(),
+                                        "--view",
+                                        mask.stem().string(),
+                                        "--mask",
+                                        mask.string(),
+                                        "--output",
+                                        (output / "out.ply").string(),
+                                        "--report",
+                                        (output / "report.json").string(),
+                                        "--save-stages",
+                                        (output / "stages").string(),
+                                        "--backend",
+                                        "cpu"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// Without what is measured of the run itself.
+json Figures(const fs::path& report) {
+  json figures = json::parse(ReadFile(report));
+  for (const char* key : {"ranks", "sent_mb", "stages_ms", "peak_rss_mb"}) figures.erase(key);
+  return figures;
+}
+
+void ExpectSameFiles(const fs::path& a, const fs::path& b) {
+  ASSERT_EQ(FilesBelow(a), FilesBelow(b));
+  for (const std::string& name : FilesBelow(a)) {
+    if (fs::is_directory(a / name)) continue;
+    if (name == "report.json") {
+      EXPECT_EQ(Figures(a / name), Figures(b / name));
+    } else {
+      EXPECT_EQ(ReadFile(a / name), ReadFile(b / name)) << name;
+    }
+  }
+}
+
+void ExpectSameAsAlone(int ranks, const std::vector<std::string>& edit) {
+  TempFolder temp;
+  fs::create_directory(temp / "alone");
+  fs::create_directory(temp / "shared");
+  const CommandResult alone = RunRetint(Arguments(temp / "alone", edit));
+  ASSERT_EQ(alone.code, 0) << alone.err;
+  CommandOptions options;
+  options.launcher = Launcher(ranks);
+  const CommandResult shared = RunRetint(Arguments(temp / "shared", edit), options);
+  ASSERT_EQ(shared.code, 0) << shared.err;
+  ExpectSameFiles(temp / "alone", temp / "shared");
+  EXPECT_EQ(json::parse(ReadFile(temp / "shared" / "report.json"))["ranks"], ranks);
+  // One of them prints.
+  EXPECT_EQ(CountLines(shared.out), CountLines(alone.out));
+}
+
+class Cluster : public testing::TestWithParam<int> {};
+
+TEST_P(Cluster, RanksWriteTheBytesOfOneProcess) {
+  SKIP_WITHOUT_MPIRUN();
+  ExpectSameAsAlone(GetParam(), {"--tint", "0.2,0.4,1.0", "--holdout", "3"});
+}
+
+INSTANTIATE_TEST_SUITE_P(Ranks, Cluster, testing::Values(1, 2, 3, 8));
+
+TEST(ClusterEdits, PhotosAndALookupAreFittedAlike) {
+  SKIP_WITHOUT_MPIRUN();
+  ExpectSameAsAlone(2, {"--gamma", "1.6", "--target", "photo"});
+}
+
+// One line of retint's, an exit code, nothing written.
+void ExpectOneLine(const CommandResult& result, const fs::path& output) {
+  EXPECT_NE(result.code, 0);
+  std::string lines;
+  for (size_t at = result.err.find("retint:"); at != std::string::npos;
+       at = result.err.find("retint:", at + 1)) {
+    lines += result.err.substr(at, result.err.find('\n', at) + 1 - at);
+  }
+  EXPECT_EQ(CountLines(lines), 1) << result.err;
+  EXPECT_TRUE(FilesBelow(output).empty());
+}
+
+TEST(ClusterFaults, AWrongFlagIsToldOnce) {
+  SKIP_WITHOUT_MPIRUN();
+  TempFolder temp;
+  CommandOptions options;
+  options.launcher = Launcher(3);
+  const CommandResult result = RunRetint(Arguments(temp.path(), {"--no-such-flag"}), options);
+  ExpectOneLine(result, temp.path());
+  EXPECT_EQ(result.code, 2);
+}
+
+TEST(ClusterFaults, AFileThatNoRankCanReadIsToldOnce) {
+  SKIP_WITHOUT_MPIRUN();
+  TempFolder temp;
+  CommandOptions options;
+  options.launcher = Launcher(3);
+  auto arguments = Arguments(temp.path(), {"--tint", "1,0,0"});
+  arguments[4] = "/nonexistent/splat.ply";
+  const CommandResult result = RunRetint(arguments, options);
+  ExpectOneLine(result, temp.path());
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.err, HasSubstr("/nonexistent/splat.ply"));
+}
+
+// mpirun starts this as rank 0, and retint as rank 1.
+std::vector<std::string> BesideAShell(const std::string& script) {
+  std::vector<std::string> launcher = Launcher(1);
+  for (const char* word : {"sh", "-c"}) launcher.emplace_back(word);
+  launcher.push_back(script);
+  launcher.insert(launcher.end(), {":", "-n", "1"});
+  return launcher;
+}
+
+std::string Line(const std::vector<std::string>& arguments) {
+  std::string line = "'" RETINT_EXECUTABLE "'";
+  for (const std::string& argument : arguments) line += " '" + argument + "'";
+  return line;
+}
+
+TEST(ClusterFaults, AFileThatOneRankCannotReadEndsAll) {
+  SKIP_WITHOUT_MPIRUN();
+  TempFolder temp;
+  const auto good = Arguments(temp.path(), {"--tint", "1,0,0"});
+  auto bad = good;
+  bad[4] = "/nonexistent/splat.ply";
+  CommandOptions options;
+  options.launcher = BesideAShell(Line(good));
+  const CommandResult result = RunRetint(bad, options);
+  ExpectOneLine(result, temp.path());
+  EXPECT_THAT(result.err, HasSubstr("retint: rank 1: /nonexistent/splat.ply"));
+}
+
+TEST(ClusterFaults, ARankThatIsKilledEndsAll) {
+  SKIP_WITHOUT_MPIRUN();
+  TempFolder temp;
+  // A fit without end.
+  const auto arguments = Arguments(temp.path(), {"--tint", "1,0,0", "--solver", "adam",
+                                                 "--iterations", "1000000000", "--quiet"});
+  CommandOptions options;
+  options.launcher = BesideAShell(Line(arguments) + " & sleep 1; kill -9 $!; wait $!; exit 137");
+  const CommandResult result = RunRetint(arguments, options);
+  EXPECT_NE(result.code, 0);
+  EXPECT_TRUE(FilesBelow(temp.path()).empty()) << result.err;
+}
+
+}  // namespace
+}  // namespace retint
