@@ -29,7 +29,7 @@ cp "$settings"/* "$folder/settings/" 2>/dev/null || true
 # What they load, the plugins' PMIx among it: of Open MPI and what it is built on.
 loaded() { ldd "$@" 2>/dev/null | awk '$3 ~ /^\// { print $3 }' | sort -u; }
 wanted='/lib(mpi|mca_common_\w+|open-rte|open-pal|hwloc|event_core|event_pthreads|pmix|munge|udev|z|numa|ltdl)[.-]'
-if ((all)); then wanted='/lib(?!c\.|m\.|pthread|dl\.|rt\.|cuda\.)'; fi
+if ((all)); then wanted='/lib(?!c\.|m\.|pthread|dl\.|rt\.|resolv\.|cuda\.)[^/]*$'; fi
 { loaded "$folder/bin/orterun" "$folder"/plugins/*.so; loaded "$program"; } | sort -u | grep -P "$wanted" |
   xargs -I{} cp -L {} "$folder/lib/"
 

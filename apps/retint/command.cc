@@ -91,8 +91,8 @@ Failure Describe(std::exception_ptr thrown) {
 // Ends all ranks. Mostly all of them fail alike, at about the same time: then the first speaks, and
 // ends the others before their turn comes.
 [[noreturn]] void FailAll(const Failure& failure, const Ranks& ranks) {
-  constexpr std::chrono::milliseconds kTurn{500};
-  constexpr int kMostTurns = 8;
+  constexpr std::chrono::seconds kTurn{2};
+  constexpr int kMostTurns = 3;
   std::this_thread::sleep_for(kTurn * std::min(ranks.rank(), kMostTurns));
   const std::string where = ranks.IsRoot() ? "" : "rank " + std::to_string(ranks.rank()) + ": ";
   Fail(failure.code, where + failure.message);
@@ -168,6 +168,7 @@ int RunCommand(int argc, char** argv) {
       "Exit codes: 0 done, 2 usage, 3 input, 4 run time, 130 interrupted.\n"
       "`retint VERB --help` lists a verb's options with their defaults.");
   AddInfo(app, globals, action);
+  AddIndex(app, globals, action);
   AddRender(app, globals, action);
   AddDepth(app, globals, action);
   AddMask(app, globals, action);

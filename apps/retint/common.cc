@@ -139,7 +139,7 @@ void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
       ->check(CLI::IsMember({"photo", "pinhole"}));
 }
 
-std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run) {
+SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run) {
   SessionOptions options;
   options.backend = run.globals().backend;
   options.cache_bytes = run.globals().cache_mb << 20;
@@ -152,16 +152,26 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   }
   options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
+  return options;
+}
+
+std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
+                                         const MemoryLimits& limits) {
+  SessionOptions options = OptionsOf(scene, holdout, run);
+  options.cache_bytes = limits.Cache(options.cache_bytes);
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
   CheckRanks(*session);
-  run.Info("backend " + BackendText(session->renderer().backend(), options.backend));
+  DescribeSession(*session, options.backend, run);
+  return session;
+}
+
+void DescribeSession(const EditSession& session, const std::string& backend, Run& run) {
+  run.Info("backend " + BackendText(session.scene().backend(), backend));
   const std::string fault = CudaFault();
-  if (options.backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn &&
-      fault != kCudaNoDevice) {
+  if (backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn && fault != kCudaNoDevice) {
     run.Warn("the GPU is not used (" + fault + "): kernels run on the CPU");
   }
-  for (const std::string& warning : session->workspace().warnings) run.Warn(warning);
-  return session;
+  for (const std::string& warning : session.workspace().warnings) run.Warn(warning);
 }
 
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required) {

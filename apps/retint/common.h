@@ -18,6 +18,7 @@
 #include "retint/progress.h"
 #include "session/edit_options.h"
 #include "session/edit_session.h"
+#include "session/large_scene.h"
 
 namespace retint::cli {
 
@@ -61,6 +62,7 @@ class Run {
 using Action = std::function<void(Run&)>;
 
 // The verbs: each adds a subcommand whose parsing sets `action`.
+void AddIndex(CLI::App& app, Globals& globals, Action& action);
 void AddInfo(CLI::App& app, Globals& globals, Action& action);
 void AddRender(CLI::App& app, Globals& globals, Action& action);
 void AddDepth(CLI::App& app, Globals& globals, Action& action);
@@ -94,7 +96,24 @@ struct SceneArguments {
 };
 void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true,
               const std::string& splat_flag = "--splat");
-std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run);
+SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run);
+std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
+                                         const MemoryLimits& limits = {});
+// The backend, and what is odd about the workspace.
+void DescribeSession(const EditSession& session, const std::string& backend, Run& run);
+
+// --memory-mb and what else says how a splat larger than memory is opened.
+struct LargeArguments {
+  size_t memory_mb = 0, device_memory_mb = 0;
+  std::string mode = "auto";
+  std::filesystem::path index;
+  int most_views = 0;
+  MemoryLimits Limits() const;
+};
+void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
+// Null where the splat is opened whole, as OpenSession() does.
+std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
+                                      int holdout, size_t region_cache_bytes, Run& run);
 
 // --view and --mask, repeated in pairs.
 struct PaintArguments {

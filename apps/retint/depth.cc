@@ -15,6 +15,7 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   EditArguments edit;
+  LargeArguments large;
   std::string view, against = "none";
   std::filesystem::path output, png;
 };
@@ -37,7 +38,10 @@ void Depth(const Arguments& arguments, Run& run) {
               "there is nothing to write or to compare with: give --output, --png or --against");
   if (!arguments.output.empty()) CheckOutput(arguments.output);
   if (!arguments.png.empty()) CheckOutput(arguments.png);
-  const auto session = OpenSession(arguments.scene, 0, run);
+  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*region_cache_bytes=*/0, run);
+  auto session = large ? large->Show({arguments.view}, nullptr, run.monitor())
+                       : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  if (large) DescribeSession(*session, run.globals().backend, run);
   const Pictures pictures = session->pictures();
   const auto found = pictures.Require(arguments.view);
   if (found.size() > 1) {
@@ -45,6 +49,13 @@ void Depth(const Arguments& arguments, Run& run) {
                       " views: name one of them, such as " + found.front()->name);
   }
   const UserPicture& picture = *found.front();
+  if (large) {
+    std::vector<PosedCamera> cameras;
+    for (const View* view : picture.faces) {
+      cameras.push_back(session->reconstruction().Posed(*view));
+    }
+    session = large->ForDepth(cameras, options, std::move(session), run.monitor());
+  }
   std::map<const View*, DepthEstimate> depths;
   for (const View* view : picture.faces) {
     depths[view] = session->selection().EstimateDepth(session->reconstruction().Posed(*view),
@@ -88,6 +99,7 @@ void AddDepth(CLI::App& app, Globals& globals, Action& action) {
       ->check(CLI::IsMember({"none", "sparse"}));
   AddPreset(verb, arguments->edit);
   AddDepthOptions(verb, arguments->edit, "--method");
+  AddLarge(verb, arguments->large, /*selects=*/false);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Depth(*arguments, run); }; });
 }

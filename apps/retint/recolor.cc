@@ -21,6 +21,7 @@ struct Arguments {
   EditArguments edit;
   PaintArguments paint;
   ColorArguments color;
+  LargeArguments large;
   std::filesystem::path output, report, page, stages, comparison;
 };
 
@@ -84,6 +85,11 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run);
   PrintFormatError(format, run);
+  if (report.out_of_core) {
+    run.Print(fmt::format("in parts     {} of {} Gaussians, {} of {} views",
+                          report.out_of_core->gaussians, report.gaussians,
+                          report.out_of_core->views, report.views));
+  }
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
                         session.scene().clock().Total() / 1000, PeakRssMb()));
   for (const auto& path : {arguments.output, arguments.report, arguments.page, arguments.comparison,
@@ -111,8 +117,38 @@ std::vector<PaintedView> PaintOf(const Arguments& arguments, ColorEdit& edit,
   return painted;
 }
 
+std::vector<std::string> PicturesOf(const ColorEdit& edit) {
+  std::vector<std::string> names;
+  for (const ColorOperation& op : edit.operations) {
+    if (!op.picture) continue;
+    for (const EditedPicture& picture : op.picture->pictures) names.push_back(picture.view);
+  }
+  return names;
+}
+
+// The scene, or the part of a large one on which is painted; `large` is null of others.
+std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const ColorEdit& edit,
+                                         size_t region_cache_bytes,
+                                         std::unique_ptr<LargeScene>* large, Run& run) {
+  const int holdout = arguments.color.holdout;
+  *large = OpenLarge(arguments.scene, arguments.large, holdout, region_cache_bytes, run);
+  if (!*large) return OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
+  CheckOption(CodecForWriting(arguments.output).Name() == "3DGS .ply",
+              "a splat that is opened in parts is written as a patched copy: --output must be a "
+              "3DGS .ply");
+  CheckOption(arguments.stages.empty(),
+              "--save-stages draws every view of the scene, which is not to be had in parts");
+  std::vector<std::string> shown = PicturesOf(edit);
+  shown.insert(shown.end(), arguments.paint.views.begin(), arguments.paint.views.end());
+  auto session = (*large)->Show(shown, nullptr, run.monitor());
+  DescribeSession(*session, run.globals().backend, run);
+  return session;
+}
+
 void Recolor(const Arguments& arguments, Run& run) {
   EditOptions options = Resolve(arguments.edit, run.globals());
+  RefitOptions& refit = options.refit.options;
+  refit.region_cache_bytes = arguments.large.Limits().Cache(refit.region_cache_bytes);
   options.select.keep_raw = !arguments.stages.empty();
   const RefitJob& job = options.refit;
   ColorEdit edit = arguments.color.flags.Resolve();
@@ -122,16 +158,29 @@ void Recolor(const Arguments& arguments, Run& run) {
               "--view and --mask are required, or --edited, whose pictures show what is meant");
   if (run.Writes()) CheckOutputs(arguments);
 
-  const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
+  std::unique_ptr<LargeScene> large;
+  auto session = OpenPainted(arguments, edit, refit.region_cache_bytes, &large, run);
   Recolored result;
-  result.session = session.get();
   result.target = job.target;
   result.painted = PaintOf(arguments, edit, *session);
+  if (large) {
+    std::vector<PosedCamera> cameras;
+    for (const PaintedView& view : result.painted) cameras.push_back(view.camera);
+    session = large->ForDepth(cameras, options.select, std::move(session), run.monitor());
+  }
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
   result.selection = session->selection().Select(result.painted, options.select, run.monitor());
+  if (large) {
+    session = large->ForSelection(result.selection.cloud, result.painted, PicturesOf(edit),
+                                  options.projector, std::move(session), run.monitor());
+  }
+  result.session = session.get();
   ProjectedMasks masks = session->selection().Project(result.selection.cloud, result.painted,
                                                       options.projector, run.monitor());
-  const Coverage coverage = MeasureCoverage(masks.masks);
+  Coverage coverage = MeasureCoverage(masks.masks);
+  // Views that do not see the selection have no mask in parts, and an empty one else.
+  coverage.mean *= static_cast<double>(masks.masks.size()) /
+                   static_cast<double>(session->reconstruction().views.size());
   SelectionSource source;  // whose pixels say what the region's main color is
   source.painted = result.painted;
   result.region = session->AddRegion("selection", std::move(masks.masks), std::move(masks.shares),
@@ -142,6 +191,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   result.sh_after = session->CurrentSh();
 
   RunReport report = session->MakeReport();
+  if (large) report.out_of_core = large->Report();
   report.options = SettingsThatApply(Described(options));
   report.painted = result.selection.painted;
   report.mask_views = coverage.views;
@@ -179,6 +229,7 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
   AddDepthOptions(verb, arguments->edit, "--depth");
   AddCloudOptions(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);
+  AddLarge(verb, arguments->large, /*selects=*/true);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Recolor(*arguments, run); }; });
 }

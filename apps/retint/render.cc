@@ -16,6 +16,7 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  LargeArguments large;
   std::vector<std::string> views;
   bool all = false;
   std::filesystem::path output;
@@ -60,8 +61,10 @@ void Render(const Arguments& arguments, Run& run) {
   CheckOption(arguments.all != !arguments.views.empty(),
               "give either --view NAME or --all, and not both");
   CheckOutput(arguments.output, /*as_folder=*/true);
-  const auto session = OpenSession(arguments.scene, 0, run);
-  const Pictures pictures = session->pictures();
+  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*region_cache_bytes=*/0, run);
+  auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  const Pictures pictures(large ? large->workspace() : session->workspace(),
+                          OptionsOf(arguments.scene, 0, run).pixels);
   std::vector<const UserPicture*> views;
   if (arguments.all) {
     for (const UserPicture& picture : pictures.all()) views.push_back(&picture);
@@ -73,6 +76,8 @@ void Render(const Arguments& arguments, Run& run) {
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
     for (size_t i = 0; i < views.size(); ++i) {
       run.monitor().Step("render", static_cast<double>(i), static_cast<double>(views.size()));
+      if (large) session = large->Show({views[i]->name}, std::move(session), run.monitor());
+      if (large && i == 0) DescribeSession(*session, run.globals().backend, run);
       WriteRenders(arguments, folder, pictures, *views[i], *session);
     }
   });
@@ -97,6 +102,7 @@ void AddRender(CLI::App& app, Globals& globals, Action& action) {
   verb->add_option("--what", arguments->what, "Any of rgb, depth, alpha, separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember({"rgb", "depth", "alpha"}));
+  AddLarge(verb, arguments->large, /*selects=*/false);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Render(*arguments, run); }; });
 }

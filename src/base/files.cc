@@ -2,6 +2,8 @@
 #include "base/files.h"
 
 #include <fcntl.h>
+#include <linux/fs.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -142,6 +144,59 @@ void AtomicFile::Flush() {
     done += static_cast<size_t>(wrote);
   }
   buffer_.clear();
+}
+
+void AtomicFile::CopyFrom(int file, uint64_t bytes,
+                          const std::function<void(uint64_t done)>& report) {
+  constexpr uint64_t kPart = uint64_t{64} << 20;  // between two reports
+  const auto fail_short = [&] {
+    throw RunError(path_.string() + ": what is to be copied into it became shorter");
+  };
+  struct stat info {};
+  if (fstat(file, &info) != 0) Fail("cannot read what is to be copied into it");
+  if (static_cast<uint64_t>(info.st_size) < bytes) fail_short();
+  if (ioctl(fd_, FICLONE, file) == 0) {
+    if (ftruncate(fd_, static_cast<off_t>(bytes)) != 0) Fail("cannot write");
+    if (lseek(fd_, 0, SEEK_END) < 0) Fail("cannot write");
+    return report(bytes);
+  }
+  std::vector<char> part;  // where the kernel cannot copy between these two
+  for (uint64_t done = 0; done < bytes;) {
+    report(done);
+    const uint64_t wanted = std::min(kPart, bytes - done);
+    auto from = static_cast<off_t>(done);
+    ssize_t got = part.empty() ? copy_file_range(file, &from, fd_, nullptr, wanted, 0) : -1;
+    if (got < 0 && part.empty()) {
+      if (errno == EINTR) continue;
+      if (errno == ENOSPC || errno == EFBIG || errno == EDQUOT || errno == EIO)
+        Fail("cannot write");
+      part.resize(kBufferBytes);
+    }
+    if (!part.empty()) {
+      got = pread(file, part.data(), std::min<uint64_t>(part.size(), wanted), from);
+      if (got < 0 && errno == EINTR) continue;
+      if (got > 0) {
+        Write(part.data(), static_cast<size_t>(got));
+        Flush();
+      }
+    }
+    if (got < 0) Fail("cannot read what is to be copied into it");
+    if (got == 0) fail_short();
+    done += static_cast<uint64_t>(got);
+  }
+}
+
+void AtomicFile::WriteAt(uint64_t offset, const void* data, size_t bytes) {
+  Flush();
+  const auto* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t wrote = pwrite(fd_, from, bytes, static_cast<off_t>(offset));
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0) Fail("cannot write");
+    from += wrote;
+    offset += static_cast<uint64_t>(wrote);
+    bytes -= static_cast<size_t>(wrote);
+  }
 }
 
 void AtomicFile::Sync() {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -43,6 +44,12 @@ class AtomicFile {
     static_assert(std::is_trivially_copyable_v<T>);
     Write(&value, sizeof(T));
   }
+  // Appends the first `bytes` of an open file, as the very first thing that is written: shares its
+  // blocks where the file system can (FICLONE), else the kernel copies them. `report` is told how
+  // far it is and may throw.
+  void CopyFrom(int file, uint64_t bytes, const std::function<void(uint64_t done)>& report);
+  // Over what was written already.
+  void WriteAt(uint64_t offset, const void* data, size_t bytes);
   // Everything written so far is on the disk, not yet in place: for several files that belong
   // together, Sync() all, then Commit() all, and a full disk leaves every old one.
   void Sync();

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/monitor.h"
 #include "scene/camera.h"
@@ -24,6 +25,9 @@ class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
   virtual DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) = 0;
+  // Every camera through which Estimate() will look at the scene, given a renderer that shows
+  // `view` as it is.
+  virtual std::vector<PosedCamera> Cameras(const PosedCamera& view, Monitor&) { return {view}; }
 };
 
 }  // namespace retint

@@ -80,6 +80,22 @@ class Estimation {
     return Finish();
   }
 
+  // What RenderPlates() will look through, whichever matcher is taken, and the view itself.
+  std::vector<PosedCamera> Cameras(bool census) {
+    FindSearch();
+    if (census) FitCensus(search_.range);
+    const int padding = search_.range.lowest + search_.range.count;
+    std::vector<PosedCamera> cameras = {view_};
+    GridRect all{0, 0, view_.camera.width, view_.camera.height};
+    for (const Shift shift : shifts_) {
+      const GridRect rect = PairRect(view_.camera, shift, padding);
+      all = Union(all, rect);
+      cameras.push_back(CropCamera(ShiftCamera(view_, shift, search_.baseline), rect));
+    }
+    cameras.push_back(CropCamera(view_, all));
+    return cameras;
+  }
+
  private:
   void Advance(double steps = 1) {
     monitor_.Step("depth", done_, steps_);
@@ -294,6 +310,10 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
 }
 
 StereoHvEstimator::~StereoHvEstimator() = default;
+
+std::vector<PosedCamera> StereoHvEstimator::Cameras(const PosedCamera& view, Monitor& monitor) {
+  return Estimation(renderer_, renderer_.backend(), view, options_, monitor).Cameras(census_);
+}
 
 DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
   try {

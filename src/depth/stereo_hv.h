@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/option.h"
 #include "depth/depth_estimator.h"
@@ -71,6 +72,7 @@ class StereoHvEstimator : public DepthEstimator {
   // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
   // InputError when the view sees no Gaussian. Where a device has no room, the host does it all.
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
+  std::vector<PosedCamera> Cameras(const PosedCamera& view, Monitor& monitor) override;
 
  private:
   Renderer& renderer_;

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "session/checksum.h"
+#include "base/checksum.h"
 
 namespace retint {
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstring>
 #include <map>
 #include <stdexcept>
 #include <system_error>
@@ -20,14 +21,6 @@ namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::shared_ptr<Backend> OpenBackend(const std::string& name) {
-  try {
-    return CreateBackend(name);
-  } catch (const std::invalid_argument& error) {
-    throw OptionError(std::string("--backend: ") + error.what());
-  }
-}
 
 // Extensions of formats that mostly hold something else: such a file is no sign of a splat.
 bool IsGeneral(std::string_view extension) {
@@ -93,13 +86,6 @@ std::optional<fs::path> NewestIteration(const fs::path& folder) {
   return newest;
 }
 
-Workspace OpenWorkspace(const fs::path& folder, const SessionOptions& options) {
-  Workspace workspace = Workspace::Open(folder, options.image_folder, options.model);
-  workspace.UndistortViews();
-  workspace.Transform(options.world_from_splat.Inverse());
-  return workspace;
-}
-
 Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options, Monitor& monitor) {
   if (!options.view_folder.empty()) return ReadPlacedViews(options.view_folder);
   VirtualViewOptions views;
@@ -108,6 +94,21 @@ Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options,
 }
 
 }  // namespace
+
+std::shared_ptr<Backend> OpenBackend(const std::string& name) {
+  try {
+    return CreateBackend(name);
+  } catch (const std::invalid_argument& error) {
+    throw OptionError(std::string("--backend: ") + error.what());
+  }
+}
+
+Workspace OpenWorkspace(const fs::path& folder, const SessionOptions& options) {
+  Workspace workspace = Workspace::Open(folder, options.image_folder, options.model);
+  workspace.UndistortViews();
+  workspace.Transform(options.world_from_splat.Inverse());
+  return workspace;
+}
 
 void SessionOptions::Check() const {
   CheckOption(holdout == 0 || holdout >= 2, "--holdout must be 0 (none) or at least 2");
@@ -152,14 +153,21 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
 }
 
 OpenScene::OpenScene(Workspace workspace, GaussianModel model, const SessionOptions& options)
+    : OpenScene(std::make_shared<const Workspace>(std::move(workspace)), std::move(model), options,
+                std::nullopt) {}
+
+OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel model,
+                     const SessionOptions& options, std::optional<ScenePart> part)
     : workspace_(std::move(workspace)),
       model_(std::move(model)),
       options_(options),
-      backend_(OpenBackend(options.backend)) {
+      part_(std::move(part)),
+      backend_(part_ && part_->backend ? part_->backend : OpenBackend(options.backend)) {
   options_.Check();
   renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions());
   SplitViews();
-  if (workspace_.has_virtual_views) {
+  if (part_) splat_path_ = fs::absolute(part_->file->path()).lexically_normal();
+  if (workspace_->has_virtual_views) {
     placed_views_ = std::make_shared<const Reconstruction>(reconstruction());
   }
 }
@@ -179,18 +187,20 @@ std::unique_ptr<Renderer> OpenScene::MakeRenderer() const {
 void OpenScene::SplitViews() {
   const std::vector<const View*> views = reconstruction().ViewsByName();
   std::map<std::string, bool> out;  // by photo: its faces stay together
-  for (const View* view : views) out.emplace(workspace_.PhotoName(*view), false);
+  for (const View* view : views) out.emplace(workspace_->PhotoName(*view), false);
   size_t i = 0;
   for (auto& [name, is_out] : out) {
     is_out = options_.holdout > 0 && i++ % static_cast<size_t>(options_.holdout) == 0;
   }
   for (const View* view : views) {
-    (out.at(workspace_.PhotoName(*view)) ? heldout_ : train_).push_back(view);
+    if (part_ && !part_->views.contains(view->id)) continue;
+    views_.push_back(view);
+    (out.at(workspace_->PhotoName(*view)) ? heldout_ : train_).push_back(view);
   }
-  if (train_.empty()) {
-    throw InputError(workspace_.sparse_folder, "--holdout " + std::to_string(options_.holdout) +
-                                                   " leaves no view of " +
-                                                   std::to_string(views.size()) + " to fit");
+  if (train_.empty() && !part_) {  // a part may be of a view that is held out
+    throw InputError(workspace_->sparse_folder, "--holdout " + std::to_string(options_.holdout) +
+                                                    " leaves no view of " +
+                                                    std::to_string(views.size()) + " to fit");
   }
 }
 
@@ -200,10 +210,10 @@ Image OpenScene::Render(const View& view, std::span<const float> sh) {
 }
 
 Image OpenScene::Picture(const View& view) {
-  if (!workspace_.HasPhoto(view)) return Render(view, model_.sh);
-  Image photo = workspace_.ReadPhoto(view);
-  if (!workspace_.PhotoOf(view)) return photo;
-  const Mask reach = workspace_.photo_pixels->Reach(view.id);
+  if (!workspace_->HasPhoto(view)) return Render(view, model_.sh);
+  Image photo = workspace_->ReadPhoto(view);
+  if (!workspace_->PhotoOf(view)) return photo;
+  const Mask reach = workspace_->photo_pixels->Reach(view.id);
   const Image render = Render(view, model_.sh);
   for (size_t i = 0; i < reach.data.size(); ++i) {
     if (reach.data[i] == 0) std::copy_n(&render.data[3 * i], 3, &photo.data[3 * i]);
@@ -211,7 +221,26 @@ Image OpenScene::Picture(const View& view) {
   return photo;
 }
 
+size_t OpenScene::NumGaussians() const {
+  return part_ ? static_cast<size_t>(part_->file->count()) : model_.NumGaussians();
+}
+
+void OpenScene::WritePatched(const fs::path& path, std::span<const float> sh,
+                             Monitor& monitor) const {
+  const size_t block = static_cast<size_t>(model_.NumShCoeffs()) * 3;
+  std::vector<uint32_t> records;
+  std::vector<float> changed;
+  for (size_t g = 0; g < model_.NumGaussians(); ++g) {
+    const float* const now = sh.data() + g * block;
+    if (std::memcmp(now, model_.sh.data() + g * block, block * sizeof(float)) == 0) continue;
+    records.push_back(part_->records[g]);
+    changed.insert(changed.end(), now, now + block);
+  }
+  part_->file->WritePatched(path, records, changed, monitor);
+}
+
 void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor& monitor) const {
+  if (part_) return WritePatched(path, sh, monitor);
   GaussianModel edited = model_;
   edited.sh = std::move(sh);
   // Degree 4 was not there when the new colors were fitted.
@@ -229,7 +258,7 @@ RunReport OpenScene::MakeReport() const {
   report.backend = backend_->Name();
   report.ranks = CurrentRanks().size();
   report.sent_mb = static_cast<double>(CurrentRanks().bytes_sent()) / (1024.0 * 1024.0);
-  report.gaussians = static_cast<int64_t>(model_.NumGaussians());
+  report.gaussians = static_cast<int64_t>(NumGaussians());
   report.views = static_cast<int>(reconstruction().views.size());
   for (const char* stage :
        {"load", "depth", "cloud", "registration", "projection", "refit", "save"}) {

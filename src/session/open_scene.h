@@ -8,22 +8,30 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/checksum.h"
 #include "base/monitor.h"
 #include "colmap_io/workspace.h"
 #include "render/renderer.h"
 #include "scene/gaussian_model.h"
-#include "session/checksum.h"
 #include "session/report.h"
+#include "splat_io/ply_file.h"
 
 namespace retint {
 
 // The pixels in which masks are read, and masks, renders, depth maps and targets written, where a
 // camera is distorted: those of its photo, or of the pinhole views that show it.
 enum class Pixels { kPhoto, kPinhole };
+
+struct SessionOptions;
+// OptionError for one that is not there.
+std::shared_ptr<Backend> OpenBackend(const std::string& name);
+// The workspace with pinhole views, in the splat's frame.
+Workspace OpenWorkspace(const std::filesystem::path& folder, const SessionOptions& options);
 
 struct SessionOptions {
   std::string backend = "auto";                        // "auto", "cpu" or "cuda"
@@ -49,6 +57,16 @@ struct SessionOptions {
 // training code leaves it. Extensions are those of the splat formats that can be read.
 std::optional<std::filesystem::path> FindSplat(const std::filesystem::path& workspace);
 
+// The Gaussians of a splat in a file larger than memory that some views may see
+// (session/large_scene.h): which of the file's records a model's Gaussians are, and from where they
+// look as the whole does.
+struct ScenePart {
+  std::shared_ptr<const PlyFile> file;
+  std::vector<uint32_t> records;  // [N] of the model's Gaussians, ascending
+  std::set<ViewId> views;
+  std::shared_ptr<Backend> backend;
+};
+
 // One thread owns it. `renderer` shows whatever coefficients were set last.
 class OpenScene {
  public:
@@ -60,22 +78,30 @@ class OpenScene {
                                          const std::filesystem::path& splat,
                                          const SessionOptions& options, Monitor& monitor);
   OpenScene(Workspace workspace, GaussianModel model, const SessionOptions& options);
+  OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel model,
+            const SessionOptions& options, std::optional<ScenePart> part);
 
-  const Workspace& workspace() const { return workspace_; }
-  const Reconstruction& reconstruction() const { return workspace_.reconstruction; }
+  const Workspace& workspace() const { return *workspace_; }
+  const Reconstruction& reconstruction() const { return workspace_->reconstruction; }
   const GaussianModel& original() const { return model_; }
+  // Of the splat, of which original() may be a part.
+  size_t NumGaussians() const;
+  const std::optional<ScenePart>& part() const { return part_; }
   const SessionOptions& options() const { return options_; }
   // Of the file that Open() read; empty and invalid for a scene made from memory.
   const std::filesystem::path& splat_path() const { return splat_path_; }
   const std::shared_future<FileChecksum>& splat_checksum() const { return splat_checksum_; }
   Renderer& renderer() { return *renderer_; }
+  const Backend& backend() const { return *backend_; }
   // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own).
   // Any thread may call this.
   std::unique_ptr<Renderer> MakeRenderer() const;
   // Of a splat alone: the views that were placed around it; else null.
   const std::shared_ptr<const Reconstruction>& placed_views() const { return placed_views_; }
   StageClock& clock() { return clock_; }
-  const std::vector<const View*>& train_views() const { return train_; }  // by name
+  // By name. Views that a part does not show are in none of the three.
+  const std::vector<const View*>& views() const { return views_; }
+  const std::vector<const View*>& train_views() const { return train_; }
   const std::vector<const View*>& heldout_views() const { return heldout_; }
 
   // One view with the coefficients `sh`, [N, K, 3]. Not clamped.
@@ -83,25 +109,29 @@ class OpenScene {
   // The view's photo or, where there is none and where an undistorted photo does not reach, the
   // original as it renders, so that nothing is asked for there.
   Image Picture(const View& view);
-  // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged.
+  // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged. Of
+  // a part it is a copy of the file, in which the records that changed are patched.
   void WriteSplat(const std::filesystem::path& path, std::vector<float> sh, Monitor& monitor) const;
   // Backend, counts, times and peaks; the stages' own parts are the caller's.
   RunReport MakeReport() const;
 
  private:
   void SplitViews();
+  void WritePatched(const std::filesystem::path& path, std::span<const float> sh,
+                    Monitor& monitor) const;
   RendererOptions RenderOptions() const;
 
-  Workspace workspace_;
+  std::shared_ptr<const Workspace> workspace_;
   GaussianModel model_;
   SessionOptions options_;
+  std::optional<ScenePart> part_;
   std::filesystem::path splat_path_;
   std::shared_future<FileChecksum> splat_checksum_;
   std::shared_ptr<const Reconstruction> placed_views_;
   StageClock clock_;
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Renderer> renderer_;
-  std::vector<const View*> train_, heldout_;
+  std::vector<const View*> views_, train_, heldout_;
 };
 
 }  // namespace retint

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "recolor/edit_text.h"
-#include "session/checksum.h"
+#include "base/checksum.h"
 
 namespace retint {
 namespace {

@@ -221,6 +221,16 @@ std::string ToJson(const RunReport& report) {
     json["true_masks"] = {{"mask_iou", Number(report.true_masks->mask_iou)},
                           {"quality", ReportJson(report.true_masks->quality)}};
   }
+  if (report.out_of_core) {
+    const OutOfCoreReport& part = *report.out_of_core;
+    json["out_of_core"] = {{"gaussians", part.gaussians},
+                           {"blocks", part.blocks},
+                           {"all_blocks", part.all_blocks},
+                           {"views", part.views},
+                           {"memory_limit_mb", Number(part.memory_limit_mb)},
+                           {"device_limit_mb", Number(part.device_limit_mb)},
+                           {"index_ms", Number(part.index_ms)}};
+  }
   if (!report.regions.empty()) json["regions"] = std::move(regions);
   // Names of views are bytes of a file; ones that are not UTF-8 must not end a finished run.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -74,6 +74,15 @@ struct TrueMaskReport {
   QualityReport quality;  // inside, outside and the targets by them
 };
 
+// Of a splat that was opened in parts.
+struct OutOfCoreReport {
+  int64_t gaussians = 0;                            // in memory at a time, at most
+  int64_t blocks = 0, all_blocks = 0;               // of the index: of that part, and in all
+  int views = 0;                                    // that take part in the edit
+  double memory_limit_mb = 0, device_limit_mb = 0;  // 0: none
+  double index_ms = 0;                              // to build the index; 0: it was there
+};
+
 struct RunReport {
   std::string backend;
   int ranks = 1;       // processes among which the views were shared
@@ -91,6 +100,7 @@ struct RunReport {
   QualityReport quality;
   std::optional<TrueMaskReport> true_masks;
   std::vector<RegionReport> regions;  // of a session's report
+  std::optional<OutOfCoreReport> out_of_core;
 };
 
 // The report's text. Figures that do not exist (no held-out views, a stage that did not run) are

@@ -136,7 +136,7 @@ Image8 Page::Shrunk(const Image8& image) const {
 void Page::Render(Monitor& monitor) {
   const std::vector<float> after = session_.CurrentSh();
   const auto& heldout = session_.heldout_views();
-  for (const View* view : session_.reconstruction().ViewsByName()) {
+  for (const View* view : session_.scene().views()) {
     ViewPictures one;
     one.view = view;
     one.heldout = std::find(heldout.begin(), heldout.end(), view) != heldout.end();
@@ -251,7 +251,7 @@ std::string Page::Warnings() const {
 
 std::string Page::Plots() const {
   std::vector<Bar> inside, outside;
-  for (const View* view : session_.reconstruction().ViewsByName()) {
+  for (const View* view : session_.scene().views()) {
     const auto found = quality_.find(view->name);
     if (found == quality_.end()) continue;
     inside.push_back({view->name, found->second.psnr_inside, found->second.heldout});

@@ -110,7 +110,7 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   const Reconstruction& reconstruction = scene_.reconstruction();
   const bool completes = options.Completes() && !painted.empty();
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
-  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, reconstruction.ViewsByName(),
+  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, scene_.views(),
                                       scene_.renderer(), options, monitor, graph);
   monitor.Step("projection", 1, 1);
   return masks;
@@ -118,10 +118,8 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
 
 const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Completion completion,
                                                  Monitor& monitor) {
-  // Of larger scenes a graph of everything takes seconds and gigabytes, most of them for nothing.
-  constexpr size_t kWholeScene = 1'000'000;
   std::optional<Eigen::AlignedBox3f> within;
-  if (completion == Completion::kNear && scene_.original().NumGaussians() > kWholeScene) {
+  if (completion == Completion::kNear && scene_.NumGaussians() > kGraphOfWholeScene) {
     std::vector<Eigen::Vector3f> points;
     for (const SelectionPoint& point : cloud.points) points.push_back(point.position);
     within = Surroundings(points);

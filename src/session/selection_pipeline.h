@@ -17,6 +17,10 @@
 
 namespace retint {
 
+// Of scenes with more Gaussians a graph of everything takes seconds and gigabytes, most of them for
+// nothing: Completion::kNear then makes one of the selection's Surroundings().
+inline constexpr size_t kGraphOfWholeScene = 1'000'000;
+
 // What Select() computed from the painted views, stage by stage.
 struct SelectionResult {
   std::vector<DepthEstimate> depths;  // one a painted view

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "session/checksum.h"
+#include "base/checksum.h"
 #include "session/json_node.h"
 #include "session/session_file.h"
 

@@ -19,6 +19,7 @@ class InputFile {
 
   const std::filesystem::path& path() const { return path_; }
   uint64_t size() const { return size_; }
+  int descriptor() const { return fd_; }
   // Reads exactly `bytes`; InputError when the file ends sooner.
   void ReadAt(uint64_t offset, void* data, size_t bytes) const;
 

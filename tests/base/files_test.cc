@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/files.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -223,6 +224,38 @@ TEST(ByteReaderTest, CountsThatOverflowAreRefused) {
                                 "follow offset 0"));
   // 2^62 * 8 is 0 modulo 2^64.
   EXPECT_THAT([&] { reader.Require(uint64_t{1} << 62, 8, "points"); }, Throws<InputError>());
+}
+
+TEST(AtomicFileTest, CopiesAFileAndWritesOverIt) {
+  const TempFolder folder;
+  std::string bytes(3'000'001, '\0');
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 31 + i / 256);
+  WriteFile(folder / "from", bytes);
+  const int from = open((folder / "from").c_str(), O_RDONLY);
+  ASSERT_GE(from, 0);
+  {
+    AtomicFile file(folder / "to");
+    uint64_t reported = 0;
+    file.CopyFrom(from, bytes.size(), [&](uint64_t done) { reported = done; });
+    EXPECT_LE(reported, bytes.size());
+    file.Write("after it");
+    file.WriteAt(1'000'000, "over it", 7);
+    file.Commit();
+  }
+  close(from);
+  EXPECT_EQ(ReadFile(folder / "to"), bytes.replace(1'000'000, 7, "over it") + "after it");
+}
+
+TEST(AtomicFileTest, ACopyOfAFileThatBecameShorterIsAnError) {
+  const TempFolder folder;
+  WriteFile(folder / "from", "short");
+  const int from = open((folder / "from").c_str(), O_RDONLY);
+  ASSERT_GE(from, 0);
+  AtomicFile file(folder / "to");
+  EXPECT_THAT([&] { file.CopyFrom(from, 100, [](uint64_t) {}); },
+              ThrowsMessage<RunError>(HasSubstr("became shorter")));
+  close(from);
+  EXPECT_FALSE(fs::exists(folder / "to"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/checksum.h"
+#include "base/checksum.h"
 
 #include <algorithm>
 #include <bit>

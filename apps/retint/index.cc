@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint index: what lies where in a splat larger than memory.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "out_of_core/splat_index.h"
+#include "retint/common.h"
+#include "session/report.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  std::filesystem::path splat, output;
+  SplatIndexOptions options;
+  size_t memory_mb = SplatIndexOptions().memory_bytes >> 20;
+  bool force = false;
+};
+
+void Index(const Arguments& arguments, Run& run) {
+  const PlyFile splat(arguments.splat);
+  const std::filesystem::path path =
+      arguments.output.empty() ? SplatIndex::PathFor(arguments.splat) : arguments.output;
+  CheckOutput(path);
+  SplatIndexOptions options = arguments.options;
+  options.memory_bytes = arguments.memory_mb << 20;
+  const StageClock clock;
+  std::string why = "it was asked for";
+  if (arguments.force) SplatIndex::Build(splat, path, options, run.monitor());
+  std::string built;
+  const SplatIndex index = SplatIndex::OpenOrBuild(splat, path, options, run.monitor(), &built);
+  if (!arguments.force) why = built;
+  run.FinishProgress();
+  run.Print(fmt::format("{} Gaussians of {} bytes in {} blocks", index.count(),
+                        splat.record_bytes(), index.blocks().size()));
+  if (why.empty()) {
+    run.Print(fmt::format("{} fits the file", path.string()));
+  } else {
+    run.Print(fmt::format("wrote {} in {:.1f} s, peak memory {:.0f} MB ({})", path.string(),
+                          clock.Total() / 1000, PeakRssMb(), why));
+  }
+}
+
+}  // namespace
+
+void AddIndex(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "index",
+                           "Index a splat (.ply), so that one larger than memory can be edited");
+  verb->add_option("splat", arguments->splat, "3D Gaussian Splatting scene, a binary .ply")
+      ->required()
+      ->type_name("FILE");
+  AddPath(verb, "--output", arguments->output, "Index to write; else <splat>.index");
+  verb->add_option("--block", arguments->options.block, "Gaussians of a block, at most")
+      ->check(CLI::Range(16U, 65536U));
+  verb->add_option("--memory-mb", arguments->memory_mb, "Memory to sort in, about, MiB")
+      ->check(CLI::Range(size_t{1}, size_t{1} << 20));
+  verb->add_flag("--force", arguments->force, "Build it also where one fits the file");
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Index(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

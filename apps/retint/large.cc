@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How the verbs open a splat that is larger than memory.
+#include "base/error.h"
+#include "retint/common.h"
+
+namespace retint::cli {
+
+MemoryLimits LargeArguments::Limits() const { return {memory_mb << 20, device_memory_mb << 20}; }
+
+void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
+  constexpr const char* kGroup = "Memory";
+  verb->add_option("--memory-mb", large.memory_mb,
+                   "Memory to keep to, MiB. A splat that does not fit is opened in parts "
+                   "(docs/scale.md); 0: three quarters of the machine's")
+      ->check(CLI::Range(size_t{0}, size_t{1} << 24))
+      ->group(kGroup);
+  verb->add_option("--device-memory-mb", large.device_memory_mb,
+                   "The same of a GPU's memory; 0: as much as there is")
+      ->check(CLI::Range(size_t{0}, size_t{1} << 22))
+      ->group(kGroup);
+  verb->add_option("--out-of-core", large.mode,
+                   "Open the splat in parts: auto (where it does not fit), on or off")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->group(kGroup);
+  AddPath(verb, "--index", large.index,
+          "Index of the splat, built where there is none; else <splat>.index")
+      ->group(kGroup);
+  if (!selects) return;
+  verb->add_option("--most-views", large.most_views,
+                   "In parts: of the views that see the selection only so many take part, those "
+                   "that see it largest; 0: all")
+      ->check(CLI::Range(0, 1'000'000))
+      ->group(kGroup);
+}
+
+std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
+                                      int holdout, size_t region_cache_bytes, Run& run) {
+  LargeSceneOptions options;
+  options.limits = large.Limits();
+  options.index = large.index;
+  options.most_views = large.most_views;
+  options.region_cache_bytes = region_cache_bytes;
+  const size_t caches =
+      options.limits.Cache(run.globals().cache_mb << 20) + options.limits.Cache(region_cache_bytes);
+  const bool needed = large.mode == "on" || (large.mode == "auto" && !scene.workspace.empty() &&
+                                             IsTooLarge(scene.splat, options.limits, caches));
+  if (!needed) return nullptr;
+  const SessionOptions session = OptionsOf(scene, holdout, run);
+  auto opened =
+      std::make_unique<LargeScene>(scene.workspace, scene.splat, session, options, run.monitor());
+  if (!opened->index_built().empty()) run.Info("built the index: " + opened->index_built());
+  return opened;
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/large_scene.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <utility>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "depth/factory.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMiB = 1024.0 * 1024.0;
+// A Gaussian of degree 3 takes 236 bytes in the model, as many on the CPU backend, and 192 in each
+// of the copies of the coefficients that an edit holds: before, after, of the fit, of the report.
+constexpr size_t kHostBytes = 1250;
+constexpr size_t kDeviceBytes = 750;
+constexpr size_t kProgramBytes = size_t{200} << 20;
+// Masks and images of a view, and its targets, a pixel.
+constexpr size_t kPixelBytes = 3;
+// A selection's box is that of its points and a little more, for Gaussians reach beyond them.
+constexpr float kBoxMargin = 0.1F;
+
+// Rounded up.
+size_t Mebibytes(size_t bytes) { return (bytes + (size_t{1} << 20) - 1) >> 20; }
+
+Frustum FrustumOf(const PosedCamera& camera) { return Frustum(ToCameraParams(camera)); }
+
+Eigen::AlignedBox3f BoxOf(const SelectionCloud& cloud) {
+  Eigen::AlignedBox3f box;
+  for (const SelectionPoint& point : cloud.points) box.extend(point.position);
+  const Eigen::Vector3f margin =
+      Eigen::Vector3f::Constant(kBoxMargin * box.diagonal().norm() + 1e-6F);
+  return {box.min() - margin, box.max() + margin};
+}
+
+}  // namespace
+
+size_t MemoryLimits::HostBytes() const {
+  if (host_bytes > 0) return host_bytes;
+  const auto pages = static_cast<size_t>(sysconf(_SC_PHYS_PAGES));
+  return pages * static_cast<size_t>(sysconf(_SC_PAGE_SIZE)) / 4 * 3;
+}
+
+size_t MemoryLimits::Cache(size_t wanted) const {
+  if (host_bytes > 0) wanted = std::min(wanted, host_bytes / 8);
+  if (device_bytes > 0) wanted = std::min(wanted, device_bytes / 8);
+  return wanted;
+}
+
+size_t HostBytesOf(uint64_t gaussians, size_t extra_bytes) {
+  return static_cast<size_t>(gaussians) * kHostBytes + kProgramBytes + extra_bytes;
+}
+
+size_t DeviceBytesOf(uint64_t gaussians, size_t extra_bytes) {
+  return static_cast<size_t>(gaussians) * kDeviceBytes + extra_bytes;
+}
+
+bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_bytes) {
+  try {
+    const PlyFile file(splat);
+    if (HostBytesOf(file.count(), cache_bytes) > limits.HostBytes()) return true;
+    return limits.device_bytes > 0 &&
+           DeviceBytesOf(file.count(), cache_bytes) > limits.device_bytes;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
+                       const SessionOptions& options, const LargeSceneOptions& large,
+                       Monitor& monitor)
+    : options_(options), large_(large) {
+  options_.Check();
+  options_.cache_bytes = large_.limits.Cache(options.cache_bytes);
+  CheckOption(
+      !workspace.empty(),
+      "a splat that is opened in parts needs --workspace: views are placed around a whole one");
+  const StageClock::Lap lap(clock_, "load");
+  file_ = std::make_shared<const PlyFile>(splat);
+  workspace_ = std::make_shared<const Workspace>(OpenWorkspace(workspace, options));
+  backend_ = OpenBackend(options.backend);
+  {
+    StageClock index;
+    const fs::path path = large_.index.empty() ? SplatIndex::PathFor(splat) : large_.index;
+    SplatIndexOptions build;
+    build.memory_bytes = std::min(build.memory_bytes, large_.limits.HostBytes() / 4);
+    index_ = std::make_unique<SplatIndex>(
+        SplatIndex::OpenOrBuild(*file_, path, build, monitor, &index_built_));
+    if (!index_built_.empty()) report_.index_ms = index.Total();
+  }
+  report_.all_blocks = static_cast<int64_t>(index_->blocks().size());
+  report_.memory_limit_mb = static_cast<double>(large_.limits.host_bytes) / kMiB;
+  report_.device_limit_mb = static_cast<double>(large_.limits.device_bytes) / kMiB;
+}
+
+std::vector<const View*> LargeScene::FacesOf(const std::vector<std::string>& pictures) const {
+  const Pictures all(*workspace_, options_.pixels);
+  std::vector<const View*> faces;
+  for (const std::string& name : pictures) {
+    for (const UserPicture* picture : all.Require(name)) {
+      faces.insert(faces.end(), picture->faces.begin(), picture->faces.end());
+    }
+  }
+  return faces;
+}
+
+std::vector<uint32_t> LargeScene::BlocksOf(const Need& need) const {
+  if (need.everything) {
+    std::vector<uint32_t> all(index_->blocks().size());
+    for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<uint32_t>(i);
+    return all;
+  }
+  std::vector<Frustum> frusta;
+  for (const View* view : need.views) {
+    frusta.push_back(FrustumOf(workspace_->reconstruction.Posed(*view)));
+  }
+  for (const PosedCamera& camera : need.cameras) frusta.push_back(FrustumOf(camera));
+  return index_->Visible(frusta, need.within);
+}
+
+size_t LargeScene::ExtraBytes(const Need& need) const {
+  size_t bytes = options_.cache_bytes + large_.limits.Cache(large_.region_cache_bytes);
+  for (const View* view : need.views) {
+    const Camera& camera = workspace_->reconstruction.Posed(*view).camera;
+    bytes += kPixelBytes * static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
+  }
+  return bytes;
+}
+
+bool LargeScene::Fits(uint64_t gaussians, size_t extra_bytes) const {
+  const size_t device = large_.limits.device_bytes;
+  return HostBytesOf(gaussians, extra_bytes) <= large_.limits.HostBytes() &&
+         (device == 0 || DeviceBytesOf(gaussians, extra_bytes) <= device);
+}
+
+size_t LargeScene::ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const {
+  const std::vector<const View*> always = need.views;
+  size_t low = 0, high = largest_first.size();
+  while (low < high) {
+    const size_t middle = (low + high + 1) / 2;
+    need.views = always;
+    need.views.insert(need.views.end(), largest_first.begin(),
+                      largest_first.begin() + static_cast<std::ptrdiff_t>(middle));
+    const bool fits = Fits(index_->CountOf(BlocksOf(need)), ExtraBytes(need));
+    (fits ? low : high) = fits ? middle : middle - 1;
+  }
+  return low;
+}
+
+void LargeScene::CheckFits(const Need& need, const std::vector<uint32_t>& blocks) const {
+  const uint64_t count = index_->CountOf(blocks);
+  const size_t extra = ExtraBytes(need);
+  if (Fits(count, extra)) return;
+  const bool on_device = HostBytesOf(count, extra) <= large_.limits.HostBytes();
+  const long wanted =
+      Mebibytes(on_device ? DeviceBytesOf(count, extra) : HostBytesOf(count, extra));
+  throw OptionError((on_device ? "--device-memory-mb " : "--memory-mb ") +
+                    std::to_string(Mebibytes(on_device ? large_.limits.device_bytes
+                                                       : large_.limits.HostBytes())) +
+                    " is too little: the views of this step, " + std::to_string(need.views.size()) +
+                    ", see " + std::to_string(count) + " of " + std::to_string(file_->count()) +
+                    " Gaussians, which take about " + std::to_string(wanted) + " MiB");
+}
+
+std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<EditSession> before,
+                                              Monitor& monitor) {
+  std::vector<uint32_t> blocks = BlocksOf(need);
+  if (blocks.empty()) throw InputError(file_->path(), "the view sees no Gaussian");
+  CheckFits(need, blocks);
+  StageClock clock = clock_;
+  if (before) {
+    clock = before->scene().clock();
+    before.reset();
+    ReleaseFreedMemory();
+  }
+  std::unique_ptr<OpenScene> scene;
+  {
+    const StageClock::Lap lap(clock, "load");
+    ScenePart part;
+    part.file = file_;
+    part.backend = backend_;
+    part.records = index_->Records(blocks);
+    for (const View* view : need.views) part.views.insert(view->id);
+    GaussianModel model = file_->Read(part.records, monitor);
+    file_->CheckUnchanged();
+    scene = std::make_unique<OpenScene>(workspace_, std::move(model), options_, std::move(part));
+  }
+  scene->clock() = clock;
+  const auto count = static_cast<int64_t>(index_->CountOf(blocks));
+  if (count >= report_.gaussians) {
+    report_.gaussians = count;
+    report_.blocks = static_cast<int64_t>(blocks.size());
+  }
+  report_.views = static_cast<int>(scene->views().size());
+  return std::make_unique<EditSession>(std::move(scene));
+}
+
+std::unique_ptr<EditSession> LargeScene::Show(const std::vector<std::string>& pictures,
+                                              std::unique_ptr<EditSession> before,
+                                              Monitor& monitor) {
+  Need need;
+  need.views = FacesOf(pictures);
+  return Open(need, std::move(before), monitor);
+}
+
+std::unique_ptr<EditSession> LargeScene::ForDepth(const std::vector<PosedCamera>& views,
+                                                  const SelectOptions& select,
+                                                  std::unique_ptr<EditSession> before,
+                                                  Monitor& monitor) {
+  Need need;
+  need.views = before->scene().views();
+  const std::vector<uint32_t> shown = BlocksOf(need);
+  before->ShowSh(before->original().sh);
+  const auto estimator =
+      MakeDepthEstimator(select.method, before->renderer(), workspace_.get(), select.depth);
+  for (const PosedCamera& view : views) {
+    const std::vector<PosedCamera> cameras = estimator->Cameras(view, monitor);
+    need.cameras.insert(need.cameras.end(), cameras.begin(), cameras.end());
+  }
+  if (BlocksOf(need) == shown) return before;
+  return Open(need, std::move(before), monitor);
+}
+
+std::vector<const View*> LargeScene::ViewsThatSee(const Eigen::AlignedBox3f& box) const {
+  GaussianBounds bounds;
+  for (size_t i = 0; i < 3; ++i) {
+    bounds.low[i] = box.min()[Eigen::Index(i)];
+    bounds.high[i] = box.max()[Eigen::Index(i)];
+  }
+  std::vector<std::pair<double, const View*>> seen;  // by pixels that a unit of length takes
+  for (const View* view : workspace_->reconstruction.ViewsByName()) {
+    const PosedCamera posed = workspace_->reconstruction.Posed(*view);
+    if (!FrustumOf(posed).MaySee(bounds)) continue;
+    const double distance =
+        box.exteriorDistance(Eigen::Vector3f(posed.Center().cast<float>())) + 1e-6F;
+    seen.emplace_back(-posed.camera.fx() / distance, view);
+  }
+  std::stable_sort(seen.begin(), seen.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<const View*> views;
+  for (const auto& [size, view] : seen) views.push_back(view);
+  return views;
+}
+
+std::unique_ptr<EditSession> LargeScene::ForSelection(const SelectionCloud& cloud,
+                                                      const std::vector<PaintedView>& painted,
+                                                      const std::vector<std::string>& pictures,
+                                                      const ProjectorOptions& projector,
+                                                      std::unique_ptr<EditSession> before,
+                                                      Monitor& monitor) {
+  if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
+  Need need;
+  need.views = FacesOf(pictures);
+  for (const PaintedView& view : painted) {
+    need.cameras.push_back(view.camera);
+    const View* const found = workspace_->reconstruction.FindView(view.name);
+    if (found) need.views.push_back(found);
+  }
+  if (projector.Completes() && !painted.empty()) {
+    const bool near = projector.completion == Completion::kNear;
+    if (near && file_->count() > kGraphOfWholeScene) {
+      std::vector<Eigen::Vector3f> points;
+      for (const SelectionPoint& point : cloud.points) points.push_back(point.position);
+      need.within = Surroundings(points);
+    } else {
+      need.everything = true;
+    }
+  }
+  std::vector<const View*> largest = ViewsThatSee(BoxOf(cloud));
+  if (large_.most_views > 0 && largest.size() > static_cast<size_t>(large_.most_views)) {
+    largest.resize(static_cast<size_t>(large_.most_views));
+  }
+  Need all = need;
+  all.views.insert(all.views.end(), largest.begin(), largest.end());
+  try {
+    CheckFits(all, BlocksOf(all));
+  } catch (const OptionError& error) {
+    const size_t fit = ViewsThatFit(need, largest);
+    std::string advice = "; --complete near or off looks at less than all";
+    if (!need.everything) {
+      advice = fit > 0 ? "; --most-views " + std::to_string(fit) +
+                             " takes those that see the selection largest, which fit"
+                       : "; not even one view fits";
+    }
+    throw OptionError(error.what() + advice);
+  }
+  return Open(all, std::move(before), monitor);
+}
+
+}  // namespace retint

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A splat in a file that is larger than memory: sessions of the parts of it that a step needs. What
+// a part's views see is, bit for bit, what they see of the whole (out_of_core/frustum.h).
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "base/monitor.h"
+#include "out_of_core/splat_index.h"
+#include "recolor/refit_options.h"
+#include "session/edit_session.h"
+
+namespace retint {
+
+// What a run may take; 0: as much as there is.
+struct MemoryLimits {
+  size_t host_bytes = 0;    // 0: three quarters of the machine's memory
+  size_t device_bytes = 0;  // on a GPU
+  // The caches that fit beside the Gaussians, at most an eighth of either limit each.
+  size_t Cache(size_t wanted) const;
+  size_t HostBytes() const;
+};
+
+// About what an edit of so many Gaussians takes on the host and on the device, with `extra_bytes`
+// of masks, caches and the like. Measured (docs/benchmarks.md).
+size_t HostBytesOf(uint64_t gaussians, size_t extra_bytes);
+size_t DeviceBytesOf(uint64_t gaussians, size_t extra_bytes);
+
+struct LargeSceneOptions {
+  MemoryLimits limits;
+  std::filesystem::path index;  // empty: SplatIndex::PathFor()
+  int most_views = 0;  // of those that see a selection, the ones that see it largest; 0: all
+  size_t region_cache_bytes = RefitOptions().region_cache_bytes;
+};
+
+// Whether the splat is of the format that can be opened in parts, and an edit of all of it would
+// not fit beside caches of so many bytes. A file of another format, or one that cannot be read, is
+// not.
+bool IsTooLarge(const std::filesystem::path& splat, const MemoryLimits& limits, size_t cache_bytes);
+
+class LargeScene {
+ public:
+  // Opens the workspace, and the index, which is built where it must be; then `index_built` says
+  // why. InputError as OpenScene::Open(), and for a splat that is not a binary .ply. Stages
+  // "index", "load".
+  LargeScene(const std::filesystem::path& workspace, const std::filesystem::path& splat,
+             const SessionOptions& options, const LargeSceneOptions& large, Monitor& monitor);
+  const std::string& index_built() const { return index_built_; }
+  const Workspace& workspace() const { return *workspace_; }
+
+  // Sessions of a part each. `before`, which is given up first, hands its clock on. OptionError,
+  // one line that says what would do, where a part does not fit into the limits.
+
+  // The pictures of these names, to be looked at or painted on. InputError where they show nothing.
+  std::unique_ptr<EditSession> Show(const std::vector<std::string>& pictures,
+                                    std::unique_ptr<EditSession> before, Monitor& monitor);
+  // What the depth of these views is estimated from.
+  std::unique_ptr<EditSession> ForDepth(const std::vector<PosedCamera>& views,
+                                        const SelectOptions& select,
+                                        std::unique_ptr<EditSession> before, Monitor& monitor);
+  // The views that see the selection, those that are painted, and `pictures`. What the cloud's
+  // Completion needs is there too.
+  std::unique_ptr<EditSession> ForSelection(const SelectionCloud& cloud,
+                                            const std::vector<PaintedView>& painted,
+                                            const std::vector<std::string>& pictures,
+                                            const ProjectorOptions& projector,
+                                            std::unique_ptr<EditSession> before, Monitor& monitor);
+
+  OutOfCoreReport Report() const { return report_; }
+
+ private:
+  struct Need {
+    std::vector<const View*> views;
+    std::vector<PosedCamera> cameras;  // besides
+    std::optional<Eigen::AlignedBox3f> within;
+    bool everything = false;
+  };
+  std::vector<uint32_t> BlocksOf(const Need& need) const;
+  size_t ExtraBytes(const Need& need) const;
+  bool Fits(uint64_t gaussians, size_t extra_bytes) const;
+  // How many of the views, largest first, fit with the rest of `need`.
+  size_t ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const;
+  void CheckFits(const Need& need, const std::vector<uint32_t>& blocks) const;
+  std::unique_ptr<EditSession> Open(const Need& need, std::unique_ptr<EditSession> before,
+                                    Monitor& monitor);
+  std::vector<const View*> FacesOf(const std::vector<std::string>& pictures) const;
+  // That may see a point of the cloud, those that see it largest first.
+  std::vector<const View*> ViewsThatSee(const Eigen::AlignedBox3f& box) const;
+
+  std::shared_ptr<const Workspace> workspace_;
+  std::shared_ptr<const PlyFile> file_;
+  std::unique_ptr<SplatIndex> index_;
+  SessionOptions options_;
+  LargeSceneOptions large_;
+  std::shared_ptr<Backend> backend_;
+  std::string index_built_;
+  StageClock clock_;
+  OutOfCoreReport report_;
+};
+
+}  // namespace retint

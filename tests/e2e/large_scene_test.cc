@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A splat opened in parts: the same bytes as when it is opened whole, within limits that are kept.
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+#include "splat_io/splat_io.h"
+#include "tests/e2e/command.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class LargeSceneTest : public testing::Test {
+ protected:
+  CommandResult Recolor(const std::string& output, const std::vector<std::string>& more,
+                        const std::string& report = "") {
+    std::vector<std::string> arguments = {"recolor",
+                                          "--workspace",
+                                          TinyWorkspace().string(),
+                                          "--splat",
+                                          splat_.string(),
+                                          "--view",
+                                          TinyView(),
+                                          "--mask",
+                                          TinyMask().string(),
+                                          "--tint",
+                                          "0.2,0.4,1.0",
+                                          "--output",
+                                          (temp_ / output).string()};
+    if (!report.empty()) {
+      arguments.insert(arguments.end(), {"--report", (temp_ / report).string()});
+    }
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunRetint(arguments);
+  }
+
+  void SetUp() override { std::filesystem::copy_file(TinyWorkspace() / "splat.ply", splat_); }
+
+  TempFolder temp_;
+  std::filesystem::path splat_ = temp_ / "splat.ply";
+};
+
+TEST_F(LargeSceneTest, WritesTheSameBytesAsInCore) {
+  const std::vector<std::string> off = {"--complete", "off"};
+  CommandResult run = Recolor("whole.ply", off, "whole.json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  run = Recolor("parts.ply", {"--complete", "off", "--out-of-core", "on"}, "parts.json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("in parts"));
+  EXPECT_EQ(ReadFile(temp_ / "parts.ply"), ReadFile(temp_ / "whole.ply"));
+  EXPECT_NE(ReadFile(temp_ / "parts.ply"), ReadFile(splat_));
+  EXPECT_TRUE(std::filesystem::exists(temp_ / "splat.ply.index"));
+  const json whole = json::parse(ReadFile(temp_ / "whole.json"));
+  const json parts = json::parse(ReadFile(temp_ / "parts.json"));
+  EXPECT_FALSE(whole.contains("out_of_core"));
+  EXPECT_EQ(parts["gaussians"], whole["gaussians"]);
+  EXPECT_EQ(parts["refit"], whole["refit"]);
+  EXPECT_EQ(parts["masks"], whole["masks"]);
+  EXPECT_EQ(parts["quality"]["train"], whole["quality"]["train"]);
+  // A part it is: those behind the views are not in it.
+  EXPECT_LT(parts["out_of_core"]["gaussians"].get<int64_t>(), whole["gaussians"].get<int64_t>());
+  EXPECT_EQ(parts["out_of_core"]["views"], 8);
+}
+
+// Of a small scene the graph of all Gaussians completes a selection: all are opened.
+TEST_F(LargeSceneTest, CompletesAsInCore) {
+  CommandResult run = Recolor("whole.ply", {});
+  ASSERT_EQ(run.code, 0) << run.err;
+  run = Recolor("parts.ply", {"--out-of-core", "on"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(ReadFile(temp_ / "parts.ply"), ReadFile(temp_ / "whole.ply"));
+}
+
+TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
+  const std::vector<std::string> options = {"--complete", "off",         "--out-of-core",
+                                            "on",         "--log-level", "info"};
+  CommandResult run = Recolor("first.ply", options);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("built the index: there is no"));
+  run = Recolor("second.ply", options);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, testing::Not(HasSubstr("built the index")));
+  // Another splat of the same length.
+  GaussianModel model = ReadSplat(splat_);
+  for (float& value : model.sh) value *= 0.5F;
+  WriteSplat(splat_, model);
+  run = Recolor("third.ply", options);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("was written after its index"));
+  EXPECT_NE(ReadFile(temp_ / "third.ply"), ReadFile(temp_ / "second.ply"));
+}
+
+TEST_F(LargeSceneTest, SaysWhatWouldFitAndWritesNothing) {
+  const CommandResult run = Recolor("out.ply", {"--complete", "off", "--out-of-core", "on",
+                                                "--memory-mb", "100", "--progress", "none"});
+  EXPECT_EQ(run.code, 2);
+  EXPECT_EQ(CountLines(run.err), 1) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("--memory-mb 100 is too little"));
+  EXPECT_THAT(run.err, HasSubstr("MiB"));
+  EXPECT_FALSE(std::filesystem::exists(temp_ / "out.ply"));
+}
+
+TEST_F(LargeSceneTest, RefusesWhatIsNotToBeHadInParts) {
+  CommandResult run = Recolor("out.spz", {"--out-of-core", "on"});
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--output must be a 3DGS .ply"));
+  run = Recolor("out.ply", {"--out-of-core", "on", "--save-stages", (temp_ / "stages").string()});
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--save-stages"));
+  EXPECT_FALSE(std::filesystem::exists(temp_ / "out.ply"));
+}
+
+TEST_F(LargeSceneTest, AFullDiskUnderIndexOrOutputLosesNothing) {
+  WriteFile(temp_ / "out.ply", "what was there");
+  const auto recolor = [&](int64_t max_file_bytes) {
+    CommandOptions options;
+    options.max_file_bytes = max_file_bytes;
+    return RunRetint(
+        {"recolor", "--workspace", TinyWorkspace().string(), "--splat", splat_.string(), "--view",
+         TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1.0", "--output",
+         (temp_ / "out.ply").string(), "--complete", "off", "--out-of-core", "on"},
+        options);
+  };
+  EXPECT_EQ(recolor(500).code, 4);
+  EXPECT_FALSE(std::filesystem::exists(temp_ / "splat.ply.index"));
+  EXPECT_EQ(recolor(static_cast<int64_t>(std::filesystem::file_size(splat_)) - 1).code, 4);
+  EXPECT_EQ(ReadFile(temp_ / "out.ply"), "what was there");
+  EXPECT_EQ(recolor(-1).code, 0);
+}
+
+}  // namespace
+}  // namespace retint

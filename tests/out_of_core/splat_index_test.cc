@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "out_of_core/splat_index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <numeric>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/checksum.h"
+#include "base/error.h"
+#include "base/files.h"
+#include "splat_io/splat_io.h"
+#include "tests/splat_io/random_scene.h"
+#include "tests/support/data.h"
+#include "tests/support/file_size_limit.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+class SplatIndexTest : public testing::Test {
+ protected:
+  void Write(size_t count, unsigned seed = 1) {
+    model_ = RandomScene(count, 0, seed);
+    WriteSplat(splat_, model_);
+  }
+  // At once, without waiting for the disk.
+  void Put(const std::string& bytes) const { std::ofstream(index_, std::ios::binary) << bytes; }
+  std::vector<std::string> Entries() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
+      names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  TempFolder folder_;
+  fs::path splat_ = folder_ / "a.ply", index_ = folder_ / "a.ply.index";
+  GaussianModel model_;
+  Monitor monitor_;
+};
+
+void ExpectWhole(const SplatIndex& index, const GaussianModel& model, uint32_t most) {
+  std::vector<uint32_t> all(index.blocks().size());
+  std::iota(all.begin(), all.end(), 0U);
+  std::vector<uint32_t> expected(model.NumGaussians());
+  std::iota(expected.begin(), expected.end(), 0U);
+  EXPECT_EQ(index.Records(all), expected);  // every record once
+  for (const uint32_t b : all) {
+    const IndexBlock& block = index.blocks()[b];
+    EXPECT_LE(block.count, most);
+    for (const uint32_t g : index.Records(std::span(&b, 1))) {
+      const float* const s = &model.log_scales[3 * g];
+      EXPECT_LE(std::exp(std::max({s[0], s[1], s[2]})), block.bounds.sigma);
+      for (size_t i = 0; i < 3; ++i) {
+        EXPECT_GE(model.means[3 * g + i], block.bounds.low[i]);
+        EXPECT_LE(model.means[3 * g + i], block.bounds.high[i]);
+      }
+    }
+  }
+}
+
+TEST_F(SplatIndexTest, HoldsEveryRecordOnceWithinItsBlocksBounds) {
+  Write(20000);
+  const PlyFile file(splat_);
+  SplatIndexOptions options;
+  options.block = 100;
+  SplatIndex::Build(file, index_, options, monitor_);
+  const SplatIndex index(index_, file);
+  ExpectWhole(index, model_, 100);
+  EXPECT_EQ(index.splat_xxh64(), ChecksumFile(splat_).xxh64);
+  // Blocks are neighbors in space: a two-hundredth of the Gaussians of a cube of side 10, were they
+  // a cube, would have a side of 1.7.
+  double side = 0;
+  for (const IndexBlock& block : index.blocks()) {
+    for (size_t i = 0; i < 3; ++i) {
+      side += double(block.bounds.high[i] - block.bounds.low[i]) /
+              (3 * static_cast<double>(index.blocks().size()));
+    }
+  }
+  EXPECT_LT(side, 4);
+}
+
+// What does not fit into memory is sorted on disk.
+TEST_F(SplatIndexTest, IsTheSameWhateverTheMemory) {
+  Write(30000);
+  const PlyFile file(splat_);
+  SplatIndexOptions options;
+  options.memory_bytes = 100'000;  // of 600,000
+  SplatIndex::Build(file, index_, options, monitor_);
+  ExpectWhole(SplatIndex(index_, file), model_, options.block);
+  EXPECT_EQ(Entries(), (std::vector<std::string>{"a.ply", "a.ply.index"}));
+}
+
+TEST_F(SplatIndexTest, FindsWhatViewsSeeAndABoxHolds) {
+  Write(5000);
+  const PlyFile file(splat_);
+  SplatIndexOptions options;
+  options.block = 50;
+  SplatIndex::Build(file, index_, options, monitor_);
+  const SplatIndex index(index_, file);
+  const Eigen::AlignedBox3f box(Eigen::Vector3f(1, 1, 1), Eigen::Vector3f(2, 2, 2));
+  const std::vector<uint32_t> blocks = index.Visible({}, box);
+  EXPECT_LT(blocks.size(), index.blocks().size() / 2);
+  const std::vector<uint32_t> records = index.Records(blocks);
+  EXPECT_EQ(records.size(), index.CountOf(blocks));
+  int inside = 0;
+  for (uint32_t g = 0; g < model_.NumGaussians(); ++g) {
+    if (!box.contains(Eigen::Vector3f(&model_.means[3 * size_t{g}]))) continue;
+    ++inside;
+    EXPECT_TRUE(std::binary_search(records.begin(), records.end(), g));
+  }
+  EXPECT_GT(inside, 0);
+  CameraParams camera{};
+  camera.fx = camera.fy = 64;
+  camera.cx = camera.cy = 32;
+  camera.width = camera.height = 64;
+  camera.rotation[0] = camera.rotation[4] = camera.rotation[8] = 1;
+  camera.translation[2] = 1000;  // all of the scene lies ahead
+  EXPECT_EQ(index.CountOf(index.Visible(std::vector{Frustum(camera)})), 5000U);
+  camera.translation[2] = -1000;  // and behind
+  EXPECT_EQ(index.CountOf(index.Visible(std::vector{Frustum(camera)})), 0U);
+}
+
+TEST_F(SplatIndexTest, IsRebuiltWhereItDoesNotFit) {
+  Write(500);
+  std::string built;
+  const auto open = [&] {
+    const PlyFile file(splat_);
+    ExpectWhole(SplatIndex::OpenOrBuild(file, index_, {}, monitor_, &built), model_, 512);
+    return std::exchange(built, "");
+  };
+  EXPECT_THAT(open(), HasSubstr("there is no"));
+  EXPECT_EQ(open(), "");
+  Write(501);
+  EXPECT_THAT(open(), HasSubstr("is the index of another file"));
+  Write(501, 2);  // of the same length
+  fs::last_write_time(splat_, fs::last_write_time(splat_) + std::chrono::seconds(1));
+  EXPECT_THAT(open(), HasSubstr("was written after its index"));
+  WriteFile(index_,
+            "no index at all, but some text that is longer than the header of one, which is "
+            "ninety-six bytes long");
+  EXPECT_THAT(open(), HasSubstr("is not an index of a splat"));
+  EXPECT_EQ(open(), "");
+}
+
+TEST_F(SplatIndexTest, RefusesEveryTruncationAndEveryDamagedByte) {
+  Write(24);
+  const PlyFile file(splat_);
+  SplatIndexOptions options;
+  options.block = 12;
+  SplatIndex::Build(file, index_, options, monitor_);
+  const std::string bytes = ReadFile(index_);
+  const auto use = [&] {
+    const SplatIndex index(index_, file);
+    std::vector<uint32_t> all(index.blocks().size());
+    std::iota(all.begin(), all.end(), 0U);
+    index.Records(all);
+  };
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    Put(bytes.substr(0, size));
+    EXPECT_THROW(use(), InputError) << size;
+  }
+  for (size_t at = 0; at < bytes.size(); ++at) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    Put(damaged);
+    EXPECT_THROW(use(), InputError) << at;
+  }
+  WriteFile(index_, bytes);
+  use();
+}
+
+TEST_F(SplatIndexTest, AFullDiskLosesNothing) {
+  Write(20000);
+  const PlyFile file(splat_);
+  WriteFile(index_, "what was there");
+  {
+    const FileSizeLimit limit(10'000);  // of the index's 30,000 bytes or so
+    EXPECT_THROW(SplatIndex::Build(file, index_, {}, monitor_), RunError);
+    SplatIndexOptions options;
+    options.memory_bytes = 100'000;  // the temporary file does not fit
+    EXPECT_THROW(SplatIndex::Build(file, index_, options, monitor_), RunError);
+  }
+  EXPECT_EQ(ReadFile(index_), "what was there");
+  EXPECT_EQ(Entries(), (std::vector<std::string>{"a.ply", "a.ply.index"}));
+}
+
+TEST_F(SplatIndexTest, RefusesWhatTheWholeFileWouldBeRefusedFor) {
+  Write(5000);
+  // The last float of record 3000.
+  std::string bytes = ReadFile(splat_);
+  const PlyFile whole(splat_);
+  const float bad = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(&bytes[whole.first_byte() + 3001 * whole.record_bytes() - 4], &bad, 4);
+  WriteFile(splat_, bytes);
+  const PlyFile file(splat_);
+  EXPECT_THAT([&] { SplatIndex::Build(file, index_, {}, monitor_); },
+              ThrowsMessage<InputError>(HasSubstr("Gaussian 3000: rot_3 is NaN")));
+  EXPECT_FALSE(fs::exists(index_));
+}
+
+TEST_F(SplatIndexTest, NoticesThatTheFileChangesMeanwhile) {
+  Write(5000);
+  const PlyFile file(splat_);
+  Monitor meddler([&](const Progress& progress) {
+    if (progress.fraction > 0)
+      fs::last_write_time(splat_, fs::file_time_type::clock::now() + std::chrono::hours(1));
+  });
+  EXPECT_THAT([&] { SplatIndex::Build(file, index_, {}, meddler); },
+              ThrowsMessage<InputError>(HasSubstr("changed while it was in use")));
+  EXPECT_FALSE(fs::exists(index_));
+}
+
+}  // namespace
+}  // namespace retint
