@@ -12,10 +12,11 @@
 namespace retint {
 namespace {
 
-constexpr int kRestMs = 90;       // without a movement, before the sharp frame is asked for
-constexpr int kNewsMs = 250;      // between frames that only show the optimizer's progress
-constexpr int kFlyMs = 15;        // between steps of flying
-constexpr double kSplitGrab = 8;  // pixels to either side of the line
+constexpr int kRestMs = 90;          // without a movement, before the sharp frame is asked for
+constexpr int kNewsMs = 250;         // between frames that only show the optimizer's progress
+constexpr int kFlyMs = 15;           // between steps of flying
+constexpr double kHatchPixels = 10;  // between the lines
+constexpr double kSplitGrab = 8;     // pixels to either side of the line
 
 // Fills `values` from the list of `count` finite numbers `object[key]`; false when that is not
 // there.
@@ -138,6 +139,9 @@ void Canvas::Request(bool moving) {
   if (!original_) request.sh_active = controller_->sh_active();
   if (ShowsSplit()) request.before = controller_->original_sh();
   if (cloud_shown_ && !original_) request.cloud = cloud_;
+  if (hatching_ && uncertain_ && !original_) {
+    request.hatching = Hatching{uncertain_, kHatchPixels * devicePixelRatioF()};
+  }
   renderer_->Request(request);
 }
 
@@ -333,6 +337,19 @@ void Canvas::SetCloud(std::shared_ptr<const OverlayCloud> cloud) {
 void Canvas::SetCloudShown(bool shown) {
   if (shown == cloud_shown_) return;
   cloud_shown_ = shown;
+  Request(false);
+  Q_EMIT stateChanged();
+}
+
+void Canvas::SetUncertain(std::shared_ptr<const std::vector<float>> shares) {
+  if (shares == uncertain_) return;
+  uncertain_ = std::move(shares);
+  if (hatching_) Request(false);
+}
+
+void Canvas::SetHatching(bool hatching) {
+  if (hatching == hatching_) return;
+  hatching_ = hatching;
   Request(false);
   Q_EMIT stateChanged();
 }

@@ -45,6 +45,9 @@ class Canvas : public QWidget {
   void SetFlyMode(bool fly);
   void SetCloud(std::shared_ptr<const OverlayCloud> cloud);  // null: none
   void SetCloudShown(bool shown);
+  // Surfaces to hatch; null: none.
+  void SetUncertain(std::shared_ptr<const std::vector<float>> shares);
+  void SetHatching(bool hatching);
   void SetHeld(const Command& command, bool down);  // photo, original, flying
   // The next click takes a color of what shows there: picked().
   void SetPicking(bool picking);
@@ -56,6 +59,7 @@ class Canvas : public QWidget {
   bool fly_mode() const { return fly_mode_; }
   // How much faster the keys that are held fly: 10 with Shift, 0.1 with Alt, else 1.
   double fly_factor() const { return fly_factor_; }
+  bool hatching() const { return hatching_; }
   bool cloud_shown() const { return cloud_shown_; }
   bool showing_photo() const;
   // P is held, and the view's photo is missing or cannot be read.
@@ -77,7 +81,7 @@ class Canvas : public QWidget {
  Q_SIGNALS:
   void cameraChanged();
   void frameShown();
-  void stateChanged();  // depth, frusta, split, fly mode, cloud
+  void stateChanged();  // depth, frusta, split, fly mode, cloud, hatching
   void hint(const QString& text);
   void picked(const QColor& color);
 
@@ -132,9 +136,11 @@ class Canvas : public QWidget {
 
   RenderWhat what_ = RenderWhat::kRgb;
   bool frusta_ = false, split_ = false, fly_mode_ = false, cloud_shown_ = true;
+  bool hatching_ = false;
   bool photo_ = false, original_ = false;
   double split_at_ = 0.5;
   std::shared_ptr<const OverlayCloud> cloud_;
+  std::shared_ptr<const std::vector<float>> uncertain_;
 
   std::shared_ptr<const Frame> frame_;
   bool moving_ = false;

@@ -106,6 +106,7 @@ const std::vector<Command>& Commands() {
       {"show.depth", "Show", "Depth", kExplore, false},
       {"show.split", "Show", "Before and after, side by side", kExplore, false},
       {"show.cloud", "Show", "Points of the selection", kExplore, false},
+      {"show.uncertain", "Show", "What paint has not decided, hatched", kExplore, false},
       {"show.photo", "Show", "Photo of this view (hold)", kExplore, true},
       {"show.original", "Show", "Scene before the edits (hold)", kExplore, true},
       {"selection.enter", "Edit", "Select: paint on this view", kExplore, false},

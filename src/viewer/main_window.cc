@@ -22,7 +22,9 @@
 #include "viewer/contrast.h"
 #include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
 #include "viewer/session_store.h"
+#include "viewer/uncertainty.h"
 #include "viewer/video_maker.h"
 
 namespace retint {
@@ -58,6 +60,8 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   videos_ = new VideoMaker(this);
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
   BuildCenter();
+  uncertainty_ = new Uncertainty(controller_, current_, selection_, this);
+  preview_ = new StrokePreview(controller_, selection_, this);
   BuildStatusBar();
   BuildActions();
   BuildMenus();
@@ -274,6 +278,13 @@ void MainWindow::ConnectScene() {
     }
   });
   connect(canvas_, &Canvas::stateChanged, this, &MainWindow::UpdateActions);
+  connect(uncertainty_, &Uncertainty::changed, this, [this] {
+    const auto found = uncertainty_->found();
+    canvas_->SetUncertain(found ? found->undecided : nullptr);
+    // Of another selection, unless that is none: there is nothing to say of it.
+    if (!found && canvas_->hatching() && current_->region()) uncertainty_->Find();
+  });
+  connect(uncertainty_, &Uncertainty::refused, this, &MainWindow::Say);
   connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
     SetCurrentRegion(id);
     canvas_->SetCloudShown(true);  // what was found

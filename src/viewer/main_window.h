@@ -40,6 +40,8 @@ namespace retint {
 
 class SelectionMode;
 class SessionStore;
+class StrokePreview;
+class Uncertainty;
 class VideoMaker;
 struct Preferences;
 
@@ -68,6 +70,8 @@ class MainWindow : public QMainWindow {
   Canvas& canvas() { return *canvas_; }
   SelectionMode& selection() { return *selection_; }
   PhotoLoader& photos() { return *photos_; }
+  StrokePreview& stroke_preview() { return *preview_; }
+  Uncertainty& uncertainty() { return *uncertainty_; }
   SessionStore& sessions() { return *sessions_; }
   // Of a command, see Commands(); null for held ones.
   QAction* action(std::string_view command) const;
@@ -173,6 +177,8 @@ class MainWindow : public QMainWindow {
   PhotoLoader* photos_;
   SessionStore* sessions_;
   VideoMaker* videos_;
+  Uncertainty* uncertainty_;
+  StrokePreview* preview_;
   Canvas* canvas_;
   SelectionMode* selection_;
   QStackedWidget* pages_;

@@ -21,6 +21,7 @@
 #include "viewer/main_window.h"
 #include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/uncertainty.h"
 
 namespace retint {
 
@@ -71,6 +72,13 @@ void MainWindow::BuildActions() {
   MakeAction(
       "show.cloud", tr("&Points of the selection"),
       [this] { canvas_->SetCloudShown(!canvas_->cloud_shown()); }, true);
+  MakeAction(
+      "show.uncertain", tr("&Uncertain surfaces"),
+      [this] {
+        canvas_->SetHatching(!canvas_->hatching());
+        if (canvas_->hatching()) uncertainty_->Find();
+      },
+      true);
   MakeAction("window.panels", tr("&Hide the panels"), [this] { SetPanelsShown(!panels_shown_); });
   MakeAction("window.screenshot", tr("Save a &screenshot"), [this] { SaveScreenshot(); });
   MakeAction("window.copy_picture", tr("&Copy the picture"), [this] { CopyPicture(); });
@@ -112,7 +120,7 @@ void MainWindow::BuildMenus() {
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
-             "", "show.frusta", "show.depth", "show.split", "show.cloud"});
+             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.uncertain"});
   QMenu* window = menuBar()->addMenu(tr("&Window"));
   panels_menu_ = window->addMenu(tr("&Panels"));
   add(window, {"window.panels", "window.full_screen", "window.screenshot"});
@@ -174,6 +182,7 @@ void MainWindow::UpdateActions() {
   action("show.depth")->setChecked(canvas_->depth());
   action("show.split")->setChecked(canvas_->split());
   action("show.cloud")->setChecked(canvas_->cloud_shown());
+  action("show.uncertain")->setChecked(canvas_->hatching());
   for (QMenu* menu : findChildren<QMenu*>("export")) menu->setEnabled(open);
 }
 

@@ -124,7 +124,8 @@ void MainWindow::AddPanels() {
   QDockWidget* selection =
       AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
   QDockWidget* views =
-      AddPanel("views", tr("Views"), new ViewsPanel(controller_, canvas_, photos_, current_),
+      AddPanel("views", tr("Views"),
+               new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_),
                Qt::LeftDockWidgetArea);
   QDockWidget* scene =
       AddPanel("scene", tr("Scene"), new ScenePanel(controller_), Qt::LeftDockWidgetArea);

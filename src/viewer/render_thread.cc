@@ -14,6 +14,7 @@
 
 #include "base/stopwatch.h"
 #include "depth/depth_picture.h"
+#include "selection/mask_projector.h"
 #include "viewer/failure_text.h"
 #include "viewer/post.h"
 
@@ -21,6 +22,9 @@ namespace retint {
 namespace {
 
 constexpr size_t kCacheBytes = size_t{192} << 20;  // of view geometries
+constexpr uint8_t kInside = 128;                   // of a soft mask
+constexpr double kUndecided =
+    0.2;  // what is hatched. A completion takes 0.25 off what no paint saw
 constexpr double kSmallestScale = 0.25;
 // Where the geometry alone takes the budget, smaller pictures hardly come sooner.
 constexpr double kLeastPixelShare = 0.25;  // of the geometry's time
@@ -106,6 +110,19 @@ void DrawCloud(const OverlayCloud& cloud, const PosedCamera& camera, const Depth
       if (!flags[x]) continue;
       row[x] = qRgb(mix(qRed(row[x]), cloud.color[0]), mix(qGreen(row[x]), cloud.color[1]),
                     mix(qBlue(row[x]), cloud.color[2]));
+    }
+  }
+}
+
+// Slanted lines, dark and light side by side, where the mask is inside: seen on any picture.
+void DrawHatching(const Mask& mask, double period, QImage& image) {
+  constexpr double kDark = 0.2, kLight = 0.4;  // of the period, from its beginning
+  for (int y = 0; y < image.height(); ++y) {
+    QRgb* row = reinterpret_cast<QRgb*>(image.scanLine(y));
+    for (int x = 0; x < image.width(); ++x) {
+      if (mask(x, y) < kInside) continue;
+      const double at = std::fmod((x + y) / period, 1);
+      if (at < kLight) row[x] = at < kDark ? qRgb(0, 0, 0) : qRgb(255, 255, 255);
     }
   }
 }
@@ -363,6 +380,13 @@ class RenderThread::Impl {
     }
     if (cloud) {
       DrawCloud(*request.cloud, camera, output.depth_median, frame->scale, frame->image);
+    }
+    if (request.hatching && request.what == RenderWhat::kRgb &&
+        request.hatching->shares->size() == scene_->original->NumGaussians()) {
+      ProjectorOptions shown;
+      shown.share_threshold = kUndecided;
+      DrawHatching(RenderShares(*renderer_, camera, *request.hatching->shares, shown),
+                   request.hatching->pixels * frame->scale, frame->image);
     }
     clock_.AddPixels(watch.Milliseconds(), pixels * doubled * frame->scale * frame->scale);
     if (request.keep_depth) frame->depth = std::move(output.depth_median);

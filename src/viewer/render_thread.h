@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,12 @@
 #include "viewer/scene_controller.h"
 
 namespace retint {
+
+// Surfaces that are drawn hatched: where `shares`, [N] in [0, 1], blend to a fifth and more.
+struct Hatching {
+  std::shared_ptr<const std::vector<float>> shares;
+  double pixels = 10;  // from line to line, of the sharp frame
+};
 
 enum class RenderWhat { kRgb, kDepth };
 
@@ -39,6 +46,7 @@ struct FrameRequest {
   ActivePointer sh_active;                    // of `sh`, see SceneController::sh_active()
   ShPointer before;                           // also render these, for the split slider; null: no
   std::shared_ptr<const OverlayCloud> cloud;  // null: none
+  std::optional<Hatching> hatching;           // none: nothing is hatched
   bool keep_depth = false;                    // fill Frame::depth
 };
 

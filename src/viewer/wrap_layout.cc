@@ -86,4 +86,20 @@ void WrapLayout::setGeometry(const QRect& rect) {
   }
 }
 
+QWidget* MakeWrappingLine(const std::vector<QWidget*>& widgets) {
+  auto* line = new QWidget;
+  auto* layout = new WrapLayout(line);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(4);
+  for (QWidget* widget : widgets) layout->addWidget(widget);
+  if (!widgets.empty()) {
+    const QSizePolicy::Policy vertical = widgets.front()->sizePolicy().verticalPolicy();
+    widgets.front()->setSizePolicy(QSizePolicy::Expanding, vertical);
+  }
+  QSizePolicy policy(QSizePolicy::Preferred, QSizePolicy::Minimum);
+  policy.setHeightForWidth(true);
+  line->setSizePolicy(policy);
+  return line;
+}
+
 }  // namespace retint

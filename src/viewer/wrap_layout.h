@@ -35,4 +35,7 @@ class WrapLayout : public QLayout {
   std::vector<QLayoutItem*> items_;
 };
 
+// The same as a widget, for a layout of rows. The first widget takes what its row has left.
+QWidget* MakeWrappingLine(const std::vector<QWidget*>& widgets);
+
 }  // namespace retint

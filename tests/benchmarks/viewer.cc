@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint_bench_viewer: how quickly the window answers on a real capture. One JSON line a case.
 //   QT_QPA_PLATFORM=offscreen retint_bench_viewer [--data DIR] [--scene fox] [--backend cpu]
+//   QT_QPA_PLATFORM=offscreen retint_bench_viewer --memory      what a whole edit holds instead
 // Under Xvfb leave the platform out. Limits: visible 3 s, 10 frames a second while moving, sharp
 // 300 ms after the last movement, 30 ms a brush move, 100 ms a change of the colour.
 #include <algorithm>
@@ -8,8 +9,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,6 +29,7 @@
 #include "colmap_io/image_io.h"
 #include "viewer/main_window.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
 
 namespace retint {
 namespace {
@@ -36,7 +40,18 @@ struct Flags {
   std::string data, scene = "fox", view = "0025.jpg", backend = "auto";
   int width = 1600, height = 1000;
   double seconds = 5;
+  int cache_mb = 0;
+  bool memory = false;
 };
+
+// A value of /proc/self/status, MiB; 0 where there is no such file.
+double StatusMb(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(name + ":")) return std::atof(line.c_str() + name.size() + 1) / 1024;
+  }
+  return 0;
+}
 
 // Sleeps until events come, without the 10 ms naps of QTest::qWaitFor(), and without keeping a core
 // from those who work.
@@ -77,6 +92,7 @@ class Bench {
     request.workspace = root;
     request.splat = root / "splat.ply";
     request.options.backend = flags_.backend;
+    if (flags_.cache_mb > 0) request.options.cache_bytes = size_t(flags_.cache_mb) << 20;
     const Stopwatch open;
     window_->OpenScene(request);
     if (!WaitFor([&] { return canvas().frame() != nullptr || window_->dialog(); }) ||
@@ -94,6 +110,7 @@ class Bench {
     if (!canvas().GoTo(flags_.view)) return Fail("no such view");
     if (!WaitFor([&] { return canvas().IsSharp(); })) return Fail("nothing shows");
     QTest::qWait(1500);  // thumbnails
+    if (flags_.memory) return WholeEdit(root) ? 0 : 1;
     return Move() && Brush(root) && Preview() ? 0 : 1;
   }
 
@@ -174,15 +191,97 @@ class Bench {
           moves.At(1));
       std::fflush(stdout);
     }
+    if (!Strokes(paper)) return false;
+    SelectOptions select;
+    select.method = "gaussian";  // the selection is not what is measured
+    mode.SetSelectOptions(select);
+    return Accept(root);
+  }
+
+  // A move of the mouse to what it selects in the pictures of all views that show.
+  bool Strokes(SelectionCanvas& paper) {
+    StrokePreview& preview = window_->stroke_preview();
+    std::set<QString> views;
+    const auto counted =
+        QObject::connect(&preview, &StrokePreview::shown,
+                         [&](const QString& view, const QImage&) { views.insert(view); });
+    Series first, rounds;
+    const QPoint middle = paper.rect().center();
+    QTest::mousePress(&paper, Qt::LeftButton, {}, middle);
+    for (int step = 0; step < 20; ++step) {
+      if (!WaitFor([&] { return !preview.IsBusy(); })) return false;
+      const int before = preview.rounds();
+      const Stopwatch clock;
+      SendMove(paper, middle + QPoint(6 * step, 3 * step));
+      if (!WaitFor([&] { return preview.rounds() > before && !preview.IsBusy(); })) return false;
+      (step == 0 ? first : rounds).values.push_back(clock.Milliseconds());
+    }
+    QTest::mouseRelease(&paper, Qt::LeftButton, {}, middle);
+    QObject::disconnect(counted);
+    std::printf(
+        "{\"scene\":\"%s\",\"case\":\"stroke\",\"views\":%zu,\"first_ms\":%.0f,\"move_ms\":{"
+        "\"median\":%.0f,\"worst\":%.0f}}\n",
+        flags_.scene.c_str(), views.size(), first.At(0.5), rounds.At(0.5), rounds.At(1));
+    std::fflush(stdout);
+    return true;
+  }
+
+  // Accepts the view's mask instead of what is painted.
+  bool Accept(const std::filesystem::path& root) {
+    SelectionMode& mode = window_->selection();
+    SelectionCanvas& paper = mode.canvas();
+    const Mask& mask = paper.editor().mask();
     const auto painted = ViewFile(root / "masks", flags_.view);
     paper.SelectNone();
     paper.Edited(
         paper.editor().Fill(ReadMask(painted, mask.width, mask.height), Combine::kReplace));
-    SelectOptions select;
-    select.method = "gaussian";  // the selection is not what is measured
-    mode.SetSelectOptions(select);
     mode.Accept();
     return WaitFor([&] { return window_->current_region() != 0 && !window_->IsSelecting(); });
+  }
+
+  // Paints, recolors, refits, measures and closes, and says what the process holds after each.
+  bool WholeEdit(const std::filesystem::path& root) {
+    SceneController& controller = window_->controller();
+    Holds("opened");
+    window_->EnterSelection();
+    if (!WaitFor([&] { return window_->selection().state() == SelectionMode::State::kPainting; }) ||
+        !Accept(root)) {
+      return false;
+    }
+    Holds("selected");
+    controller.SetAutomaticRefit(true);
+    for (const float green : {0.3F, 0.5F, 0.9F}) {
+      const RegionId id = window_->current_region();
+      controller.SetEdit(id, ColorEdit::Tint({0.3F, green, 1}), 1, "");
+      const auto fitted = [&] {
+        const Region* region = controller.regions().Find(id);
+        return controller.optimizer().state == BackgroundOptimizer::State::kFinished &&
+               region->fit && region->edit == ColorEdit::Tint({0.3F, green, 1});
+      };
+      if (!WaitFor(fitted)) return false;
+      Holds("refitted");
+    }
+    QSignalSpy ready(&controller, &SceneController::qualityReady);
+    controller.Evaluate(window_->current_region());
+    if (!WaitFor([&] { return ready.count() > 0; })) return false;
+    QTest::qWait(5000);  // thumbnails of the edit
+    Holds("measured");
+    controller.Close();
+    QTest::qWait(4000);
+    Holds("closed");
+    return !controller.IsOpen();
+  }
+
+  void Holds(const char* when) {
+    const Region* region = window_->controller().regions().Find(window_->current_region());
+    const double fit =
+        region && region->fit ? double(region->fit->summary.region_bytes) / (1 << 20) : 0;
+    std::printf(
+        "{\"scene\":\"%s\",\"case\":\"memory\",\"when\":\"%s\",\"holds_mib\":%.0f,"
+        "\"peak_mib\":%.0f,\"weights_mib\":%.0f,\"seconds\":%.1f}\n",
+        flags_.scene.c_str(), when, StatusMb("VmRSS"), StatusMb("VmHWM"), fit,
+        since_start_.Milliseconds() / 1000);
+    std::fflush(stdout);
   }
 
   // A change of the colour to the coefficients, and to the picture: one after the other as a drag
@@ -229,6 +328,7 @@ class Bench {
   }
 
   const Flags flags_;
+  const Stopwatch since_start_;
   Theme theme_;
   std::unique_ptr<MainWindow> window_;
 };
@@ -245,6 +345,8 @@ int Main(int argc, char** argv) {
   app.add_option("--width", flags.width, "Of the window");
   app.add_option("--height", flags.height);
   app.add_option("--seconds", flags.seconds, "Of moving the camera");
+  app.add_flag("--memory", flags.memory, "What a whole edit holds, instead of how quick it is");
+  app.add_option("--cache-mb", flags.cache_mb, "Geometry cache; 0: the editor's own");
   CLI11_PARSE(app, argc, argv);
   // Settings of its own: a fresh window every time.
   const QTemporaryDir home;

@@ -15,6 +15,7 @@
 #include "viewer/panels/color_models.h"
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/parameter_row.h"
+#include "viewer/wrap_layout.h"
 
 namespace retint {
 namespace {
@@ -121,7 +122,6 @@ void EditPage::Show(const Find& find) {
 // --- RecolorPage ---------------------------------------------------------------------------------
 
 RecolorPage::RecolorPage() : EditPage({Kind::kRecolor}) {
-  auto* line = new QHBoxLayout;
   from_ = new QLabel;
   from_->setObjectName("recolor_from");
   from_->setTextFormat(Qt::RichText);
@@ -129,10 +129,7 @@ RecolorPage::RecolorPage() : EditPage({Kind::kRecolor}) {
                      tr("Take the color that is replaced from the picture, with a click"));
   measure_ = MakeButton("recolor_measure", tr("Measure"),
                         tr("Find the main color of the region again, and replace that one"));
-  line->addWidget(from_, 1);
-  line->addWidget(pick_);
-  line->addWidget(measure_);
-  rows()->addLayout(line);
+  rows()->addWidget(MakeWrappingLine({from_, pick_, measure_}));
   AddRows(Kind::kRecolor);
   connect(pick_, &QToolButton::clicked, this, &EditPage::pickWanted);
   connect(measure_, &QToolButton::clicked, this, [this] {
@@ -198,11 +195,8 @@ AdjustPage::AdjustPage() : EditPage({Kind::kAdjust}) {
   ranged_->setToolTip(tr("Leaves colors outside a range of hues, chroma and lightness alone"));
   pick_ = MakeButton("adjust_pick", tr("Pick"),
                      tr("Take the range of hues around a color of the picture, with a click"));
-  auto* line = new QHBoxLayout;
-  line->addWidget(ranged_, 1);
-  line->addWidget(pick_);
   constexpr int kBefore = 3;  // hue, chroma and lightness
-  rows()->insertLayout(kBefore, line);
+  rows()->insertWidget(kBefore, MakeWrappingLine({ranged_, pick_}));
   connect(pick_, &QToolButton::clicked, this, &EditPage::pickWanted);
   connect(ranged_, &QCheckBox::toggled, this, [this](bool on) {
     ShowRange();

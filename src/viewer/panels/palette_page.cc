@@ -2,7 +2,6 @@
 // The page of palettes.
 #include <algorithm>
 
-#include <QHBoxLayout>
 #include <QIcon>
 #include <QLabel>
 #include <QPainter>
@@ -37,7 +36,6 @@ QIcon PairIcon(const QColor& from, const QColor& to, const QPalette& palette) {
 }  // namespace
 
 PalettePage::PalettePage() : EditPage({Kind::kPalette}) {
-  auto* line = new QHBoxLayout;
   count_ = new QSpinBox;
   count_->setObjectName("palette_count");
   count_->setRange(1, kMaxPaletteColors);
@@ -53,13 +51,7 @@ PalettePage::PalettePage() : EditPage({Kind::kPalette}) {
   measure_->setObjectName("palette_measure");
   measure_->setText(tr("Measure"));
   measure_->setToolTip(tr("Find the main colors of the region again"));
-  line->addWidget(label);
-  line->addWidget(count_);
-  line->addStretch();
-  for (QToolButton* button : {stay_, measure_}) {
-    button->setFocusPolicy(Qt::StrongFocus);
-    line->addWidget(button);
-  }
+  for (QToolButton* button : {stay_, measure_}) button->setFocusPolicy(Qt::StrongFocus);
   pairs_ = new QWidget;
   auto* wrap = new WrapLayout(pairs_);
   wrap->setContentsMargins(0, 0, 0, 0);
@@ -69,7 +61,7 @@ PalettePage::PalettePage() : EditPage({Kind::kPalette}) {
   pairs_->setSizePolicy(policy);
   note_ = new QLabel;
   note_->setWordWrap(true);
-  rows()->addLayout(line);
+  rows()->addWidget(MakeWrappingLine({label, count_, stay_, measure_}));
   rows()->addWidget(pairs_);
   rows()->addWidget(note_);
   connect(count_, &QSpinBox::valueChanged, this, [this](int count) {

@@ -17,6 +17,8 @@
 #include "viewer/photo_loader.h"
 #include "viewer/post.h"
 #include "viewer/scene_controller.h"
+#include "viewer/selection/stroke_preview.h"
+#include "viewer/uncertainty.h"
 
 namespace retint {
 namespace {
@@ -25,7 +27,7 @@ constexpr uint8_t kInside = 128;
 constexpr int kThumbWidth = 112;  // at least; the columns share what the list is wider
 constexpr int kThumbMargin = 12;
 constexpr int kRestMs = 800;  // of unchanged colors, before pictures of them are rendered
-enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown };
+enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown, kOverlay };
 
 double Coverage(const Mask& mask) {
   const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
@@ -72,6 +74,8 @@ class ViewDelegate : public QStyledItemDelegate {
       place.moveCenter(frame.center());
       painter->setRenderHint(QPainter::SmoothPixmapTransform);
       painter->drawImage(place, picture);
+      const auto overlay = index.data(kOverlay).value<QImage>();
+      if (!overlay.isNull()) painter->drawImage(place, overlay);
     }
     if (index.data(kShown).toBool()) {
       painter->setPen(
@@ -113,18 +117,23 @@ class ViewDelegate : public QStyledItemDelegate {
 }  // namespace
 
 ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader* photos,
-                       CurrentRegion* current)
-    : controller_(controller), canvas_(canvas), photos_(photos), current_(current) {
+                       CurrentRegion* current, Uncertainty* uncertainty, StrokePreview* preview)
+    : controller_(controller),
+      canvas_(canvas),
+      photos_(photos),
+      current_(current),
+      uncertainty_(uncertainty) {
   setObjectName("views_panel");
   pool_.setMaxThreadCount(1);
   order_ = new QComboBox;
   order_->setObjectName("views_order");
-  order_->addItems({tr("By name"), tr("Largest mask first"), tr("Worst first (measures)")});
+  order_->addItems({tr("By name"), tr("Largest mask first"), tr("To paint next (computes)"),
+                    tr("Worst first (measures)")});
   order_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   order_->setMinimumContentsLength(10);
-  order_->setToolTip(
-      tr("Order of the views. Worst first renders every view to measure the "
-         "current region (Alt+O)"));
+  order_->setToolTip(tr(
+      "Order of the views. Worst first renders every view to measure the current region; to paint "
+      "next, first the views whose paint would settle most of what is uncertain (Alt+O)"));
   auto* label = new QLabel(tr("&Order"));
   label->setBuddy(order_);
   list_ = new QListWidget;
@@ -171,6 +180,20 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::CountCoverage);
   connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
   connect(current_, &CurrentRegion::changed, this, &ViewsPanel::CountCoverage);
+  connect(uncertainty_, &Uncertainty::changed, this, &ViewsPanel::TakeUncertainty);
+  connect(uncertainty_, &Uncertainty::refused, this, [this](const QString& why) {
+    if (order_->currentIndex() != kToPaintNext) return;
+    order_->setCurrentIndex(kByName);
+    note_->setText(why);
+    note_->show();
+  });
+  preview->SetVisible([this] { return Visible(); });
+  connect(preview, &StrokePreview::shown, this, [this](const QString& view, const QImage& overlay) {
+    if (QListWidgetItem* item = ItemOf(view.toStdString())) item->setData(kOverlay, overlay);
+  });
+  connect(preview, &StrokePreview::cleared, this, [this] {
+    for (const auto& [name, item] : items_) item->setData(kOverlay, {});
+  });
   connect(canvas_, &Canvas::cameraChanged, this, &ViewsPanel::Follow);
   Fill();
 }
@@ -185,6 +208,7 @@ void ViewsPanel::Fill() {
   items_.clear();
   coverage_.clear();
   quality_.clear();
+  settles_.clear();
   rendered_.clear();
   rendering_ = false;
   counted_ = 0;
@@ -281,7 +305,7 @@ void ViewsPanel::CountCoverage() {
   counted_ = id;
   coverage_.clear();
   quality_.clear();
-  if (order_->currentIndex() == kWorstFirst) order_->setCurrentIndex(kByName);
+  if (order_->currentIndex() >= kToPaintNext) order_->setCurrentIndex(kByName);
   Sort();
   if (!selection) return;
   PostToPool(pool_, [this, selection] {
@@ -304,6 +328,25 @@ void ViewsPanel::TakeQuality(RegionId id, const QualityReport& report) {
   Sort();
 }
 
+void ViewsPanel::TakeUncertainty() {
+  settles_.clear();
+  const auto found = uncertainty_->found();
+  if (found) {
+    for (const ViewSuggestion& one : found->views) settles_[one.view] = one.fraction;
+  }
+  Sort();
+}
+
+std::vector<std::string> ViewsPanel::Visible() const {
+  std::vector<std::string> names;
+  if (!list_->isVisible()) return names;
+  const QRect shown = list_->viewport()->rect();
+  for (const auto& [name, item] : items_) {
+    if (list_->visualItemRect(item).intersects(shown)) names.push_back(name);
+  }
+  return names;
+}
+
 void ViewsPanel::ChooseOrder(int order) {
   const RegionId id = current_->id();
   if (order == kWorstFirst && quality_.empty()) {
@@ -315,6 +358,10 @@ void ViewsPanel::ChooseOrder(int order) {
       controller_->Evaluate(id);  // Sort() when it is there
     }
     return;
+  }
+  if (order == kToPaintNext) {
+    if (!uncertainty_->found()) return uncertainty_->Find();  // Sort() when it is there
+    return TakeUncertainty();
   }
   Sort();
 }
@@ -331,10 +378,19 @@ void ViewsPanel::Sort() {
     const auto found = quality_.find(view->name);
     return found == quality_.end() ? 1e9 : found->second.psnr_inside;
   };
+  // Those that were suggested one after the other, in that order; painted ones at the end.
+  std::map<std::string, size_t> places;
+  const auto found = uncertainty_->found();
+  for (size_t i = 0; found && i < found->views.size(); ++i) places[found->views[i].view] = i;
+  const auto place = [&](const View* view) {
+    const auto at = places.find(view->name);
+    return at == places.end() ? places.size() : at->second;
+  };
   const int order = order_->currentIndex();
   std::stable_sort(views.begin(), views.end(), [&](const View* a, const View* b) {
     if (order == kByCoverage) return covered(a) > covered(b);
     if (order == kWorstFirst) return inside(a) < inside(b);
+    if (order == kToPaintNext) return place(a) < place(b);
     return false;
   });
   QListWidgetItem* current = list_->currentItem();
@@ -362,6 +418,12 @@ void ViewsPanel::Label(QListWidgetItem* item) {
     tip += tr("\nPSNR inside %1, outside %2 dB")
                .arg(quality->second.psnr_inside, 0, 'f', 2)
                .arg(quality->second.psnr_outside, 0, 'f', 2);
+  }
+  const auto settles = settles_.find(name.toStdString());
+  if (settles != settles_.end() && order_->currentIndex() == kToPaintNext) {
+    badge = tr("settles %1 %").arg(100 * settles->second, 0, 'f', 1);
+    tip += tr("\nPainted next, it would settle %1 % of what is uncertain")
+               .arg(100 * settles->second, 0, 'f', 1);
   }
   const auto facts = controller_->facts();
   const bool heldout =

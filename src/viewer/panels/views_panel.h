@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The training views as pictures: their photos, and once colors were changed, renders of what is
-// on the screen. A badge says how much of each the current region's mask covers.
+// on the screen. While one paints, what the stroke selects is laid over them. A badge says how much
+// of each the current region's mask covers.
 #pragma once
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include <QThreadPool>
 #include <QTimer>
@@ -26,18 +28,20 @@ class Canvas;
 class CurrentRegion;
 class PhotoLoader;
 class SceneController;
+class StrokePreview;
+class Uncertainty;
 
 class ViewsPanel : public QWidget {
   Q_OBJECT
 
  public:
   ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader* photos,
-             CurrentRegion* current);
+             CurrentRegion* current, Uncertainty* uncertainty, StrokePreview* preview);
   ~ViewsPanel() override;
   QListWidget& list() { return *list_; }
 
  private:
-  enum Order { kByName, kByCoverage, kWorstFirst };
+  enum Order { kByName, kByCoverage, kToPaintNext, kWorstFirst };
 
   void Fill();  // of another scene
   void AskThumbnails();
@@ -46,6 +50,8 @@ class ViewsPanel : public QWidget {
   void CountCoverage();
   void TakeCoverage(uint64_t selection, std::map<std::string, double> coverage);
   void TakeQuality(RegionId id, const QualityReport& report);
+  void TakeUncertainty();
+  std::vector<std::string> Visible() const;  // whose pictures are on the screen
   void ChooseOrder(int order);
   void Sort();
   void Label(QListWidgetItem* item);
@@ -57,13 +63,15 @@ class ViewsPanel : public QWidget {
   Canvas* canvas_;
   PhotoLoader* photos_;
   CurrentRegion* current_;
+  Uncertainty* uncertainty_;
   QComboBox* order_;
   QListWidget* list_;
   QLabel* note_;
   std::map<std::string, QListWidgetItem*> items_;
   std::map<std::string, double> coverage_;  // in [0, 1], of counted_
   std::map<std::string, ViewQuality> quality_;
-  uint64_t counted_ = 0;  // selection, 0: none
+  std::map<std::string, double> settles_;  // share of what is uncertain, in [0, 1]
+  uint64_t counted_ = 0;                   // selection, 0: none
   // Of a picture, which sh_version() it shows; none: the photo.
   std::map<std::string, uint64_t> rendered_;
   bool rendering_ = false;

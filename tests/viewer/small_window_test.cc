@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A window of 1024 x 700 pixels, the smallest that is promised: in every panel, every mode of an
+// edit and selection mode no label, button or box is cut, and nothing scrolls sideways. Another
+// size is that of RETINT_WINDOW=WIDTHxHEIGHT, for a look by eye (RETINT_SCREENSHOTS).
+#include <QAbstractScrollArea>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QLabel>
+#include <QScrollArea>
+#include <QScrollBar>
+#include <QToolButton>
+
+#include "tests/viewer/viewer_scene.h"
+#include "viewer/panels/edit_panel.h"
+#include "viewer/selection/selection_mode.h"
+
+namespace retint {
+
+class SmallWindowTest : public ViewerTest {
+  Q_OBJECT
+
+ private:
+  static QString Describe(const QWidget* widget) {
+    QString text;
+    if (const auto* label = qobject_cast<const QLabel*>(widget)) text = label->text();
+    if (const auto* button = qobject_cast<const QAbstractButton*>(widget)) text = button->text();
+    return QStringLiteral("%1 '%2' \"%3\" has %4 x %5")
+        .arg(widget->metaObject()->className(), widget->objectName(), text)
+        .arg(widget->width())
+        .arg(widget->height());
+  }
+
+  // What the widget needs to show all of its text; empty where that is left to it.
+  static QSize Needed(QWidget* widget) {
+    if (const auto* label = qobject_cast<QLabel*>(widget)) {
+      if (label->text().isEmpty()) return {};
+      if (label->wordWrap()) return {0, label->heightForWidth(label->width())};
+      // One that ignores its width holds a name of the user's, which may be of any length.
+      if (label->sizePolicy().horizontalPolicy() == QSizePolicy::Ignored) return {};
+      return label->sizeHint();
+    }
+    if (qobject_cast<QAbstractButton*>(widget)) return widget->minimumSizeHint();
+    if (qobject_cast<QComboBox*>(widget)) return widget->minimumSizeHint();
+    return {};
+  }
+
+  // Whether the widget lies beside the window or what it is in, sideways; downwards one scrolls.
+  static bool LiesBeside(const QWidget* widget) {
+    const auto* window = widget->window();
+    for (const QWidget* in = widget->parentWidget(); in; in = in->parentWidget()) {
+      const int left = widget->mapTo(in, QPoint(0, 0)).x();
+      if (left < 0 || left + widget->width() > in->width()) return true;
+      if (in == window) break;
+    }
+    return false;
+  }
+
+  // What is cut in the widgets that show below `of`, a line each.
+  static QStringList Cut(QWidget* of) {
+    QStringList cut;
+    for (QWidget* widget : of->findChildren<QWidget*>()) {
+      if (!widget->isVisible()) continue;
+      if (const auto* area = qobject_cast<QAbstractScrollArea*>(widget)) {
+        if (area->horizontalScrollBar()->maximum() > area->horizontalScrollBar()->minimum()) {
+          cut << QStringLiteral("%1 scrolls sideways").arg(Describe(widget));
+        }
+        continue;
+      }
+      const QSize needed = Needed(widget);
+      if (!needed.isValid()) continue;
+      if (widget->width() < needed.width() || widget->height() < needed.height()) {
+        cut << QStringLiteral("%1, needs %2 x %3")
+                   .arg(Describe(widget))
+                   .arg(needed.width())
+                   .arg(needed.height());
+      } else if (LiesBeside(widget)) {
+        cut << QStringLiteral("%1 and lies beside what holds it").arg(Describe(widget));
+      }
+    }
+    return cut;
+  }
+
+  // Empty: nothing is cut. The layouts have settled.
+  QString CutNow(const QString& where, QWidget* of) {
+    QTest::qWait(30);
+    Keep(*window_, qPrintable("small-" + where));
+    const QStringList cut = Cut(of);
+    return cut.isEmpty() ? QString() : where + ": " + cut.join("; ");
+  }
+
+ private Q_SLOTS:
+  void initTestCase() { MakeScene(); }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() {
+    const QStringList sides = qEnvironmentVariable("RETINT_WINDOW", "1024x700").split('x');
+    const QSize size(sides.value(0).toInt(), sides.value(1).toInt());
+    // At its size before its panels are laid out, as on a small screen.
+    window_ = std::make_unique<MainWindow>(theme_.get());
+    window_->resize(size);
+    window_->show();
+    window_->controller().SetAutomaticRefit(false);
+    window_->OpenScene(scene_->Request());
+    QVERIFY(QTest::qWaitFor([&] { return canvas().IsSharp(); }, kWaitMs));
+    QCOMPARE(window_->size(), size);
+  }
+  void cleanup() { window_.reset(); }
+
+  void PanelsAreWhole() {
+    QVERIFY(AddTintedRegion() != 0);
+    QStringList cut;
+    for (auto* dock : window_->findChildren<QDockWidget*>()) {
+      dock->raise();
+      const QString one = CutNow(dock->objectName(), dock);
+      if (!one.isEmpty()) cut << one;
+    }
+    QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
+  }
+
+  void ModesOfAnEditAreWhole() {
+    QVERIFY(AddTintedRegion() != 0);
+    auto* dock = window_->findChild<QDockWidget*>("regions");
+    dock->raise();
+    QStringList cut;
+    for (const char* mode :
+         {"recolor", "tint", "adjust", "grade", "lut", "gradient", "palette", "picture"}) {
+      auto* button = dock->findChild<QAbstractButton*>(QStringLiteral("mode_") + mode);
+      QVERIFY(button && button->isVisible());
+      QTest::mouseClick(button, Qt::LeftButton);
+      if (auto* ranged = dock->findChild<QCheckBox*>("adjust_ranged"); ranged->isVisible()) {
+        ranged->setChecked(true);
+      }
+      const QString one = CutNow(mode, dock);
+      if (!one.isEmpty()) cut << one;
+    }
+    QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
+  }
+
+  void SelectionModeIsWhole() {
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    QStringList cut;
+    for (const int key : {Qt::Key_B, Qt::Key_W, Qt::Key_I, Qt::Key_S, Qt::Key_F, Qt::Key_K}) {
+      QTest::keyClick(&window_->selection().canvas(), Qt::Key(key));
+      const QString one = CutNow(QStringLiteral("tool-%1").arg(QChar(key)), &window_->selection());
+      if (!one.isEmpty()) cut << one;
+    }
+    QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::SmallWindowTest)
+#include "small_window_test.moc"

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What paint has not decided, hatched in the picture and as an order of the views; and what a
+// stroke selects, in the pictures of the other views while it is drawn. By mouse and keys.
+#include <QComboBox>
+#include <QLabel>
+#include <QListWidget>
+
+#include "selection/mask_projector.h"
+#include "selection/paint_shares.h"
+#include "tests/viewer/viewer_scene.h"
+#include "viewer/photo_loader.h"
+#include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
+#include "viewer/uncertainty.h"
+
+namespace retint {
+
+class UncertainTest : public ViewerTest {
+  Q_OBJECT
+
+ private:
+  ViewerScene::Subject subject_;
+
+  Mask Truth(const std::string& view) { return scene_->Masks(subject_.object).at(view); }
+
+  static int64_t Size(const Mask& mask) {
+    return std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v != 0; });
+  }
+
+  bool Enter() {
+    if (!canvas().GoTo(subject_.first) || !WaitSharp(*window_)) return false;
+    PressKey(*window_, Qt::Key_B);
+    return WaitPainting(*window_);
+  }
+  bool PaintAndAccept() {
+    SelectOptions select;
+    select.method = "gaussian";  // quick; stereo has tests of its own
+    window_->selection().SetSelectOptions(select);
+    if (!Enter()) return false;
+    SelectionCanvas& paper = window_->selection().canvas();
+    paper.Edited(paper.editor().Fill(Truth(subject_.first), Combine::kReplace));
+    QTest::keyClick(&paper, Qt::Key_Return);
+    if (!QTest::qWaitFor([&] { return !window_->IsSelecting(); }, kWaitMs)) return false;
+    canvas().SetCloudShown(false);
+    return window_->current_region() != 0 && WaitSharp(*window_);
+  }
+
+  // Where the completion leaves a fifth and more open, as the worker sees it.
+  Mask Undecided() {
+    Mask mask;
+    const auto shares = window_->uncertainty().found()->undecided;
+    const PosedCamera camera = canvas().frame()->camera;
+    controller().Run({}, [&, shares, camera](EditSession& session, Monitor&) {
+      ProjectorOptions options;
+      options.share_threshold = 0.2;
+      mask = RenderShares(session.renderer(), camera, *shares, options);
+    });
+    return Settle(controller()) ? mask : Mask();
+  }
+
+ private Q_SLOTS:
+  void initTestCase() {
+    MakeScene();
+    subject_ = scene_->MostVisible();
+    QVERIFY(subject_.object != 0);
+  }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { window_.reset(); }
+
+  void WhatPaintHasNotDecidedIsHatched() {
+    QVERIFY(PaintAndAccept());
+    PressKey(*window_, Qt::Key_U);
+    QVERIFY(window_->action("show.uncertain")->isChecked());
+    QVERIFY(QTest::qWaitFor([&] { return window_->uncertainty().found() != nullptr; }, kWaitMs));
+    // Where most of it shows.
+    QVERIFY(canvas().GoTo(window_->uncertainty().found()->views.front().view));
+    QVERIFY(WaitSharp(*window_));
+    const QImage hatched = canvas().frame()->image;
+    Keep(*window_, "hatched");
+    const Mask mask = Undecided();
+    QCOMPARE(QSize(mask.width, mask.height), hatched.size());
+    PressKey(*window_, Qt::Key_U);
+    QVERIFY(!window_->action("show.uncertain")->isChecked());
+    QVERIFY(WaitSharp(*window_));
+    const QImage plain = canvas().frame()->image;
+    int64_t inside = 0, lines = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        inside += mask(x, y) >= 128;
+        const QRgb now = hatched.pixel(x, y);
+        if (now == plain.pixel(x, y)) continue;
+        ++lines;
+        QVERIFY2(mask(x, y) >= 128, "a decided surface is hatched");
+        QVERIFY(now == qRgb(0, 0, 0) || now == qRgb(255, 255, 255));
+      }
+    }
+    // Lines take four tenths, less where the surface itself is black or white.
+    QVERIFY2(inside > 0 && 10 * lines > inside && 2 * lines < inside,
+             qPrintable(QStringLiteral("%1 of %2").arg(lines).arg(inside)));
+  }
+
+  void ViewsAreInTheOrderInWhichToPaintThem() {
+    QVERIFY(PaintAndAccept());
+    auto* order = window_->findChild<QComboBox*>("views_order");
+    order->setFocus();
+    for (int i = 0; i < 2; ++i) QTest::keyClick(order, Qt::Key_Down);
+    QCOMPARE(order->currentText(), QString("To paint next (computes)"));
+    QVERIFY(QTest::qWaitFor([&] { return window_->uncertainty().found() != nullptr; }, kWaitMs));
+    const auto& views = window_->uncertainty().found()->views;
+    QCOMPARE(views.size(), scene_->scene().views.size() - 1);
+    auto* list = window_->findChild<QListWidget*>("views_list");
+    for (size_t i = 0; i < views.size(); ++i) {
+      const QString name = QString::fromStdString(views[i].view);
+      QVERIFY(list->item(int(i))->toolTip().startsWith(name));
+      QVERIFY(views[i].view != subject_.first);
+    }
+    QVERIFY(list->item(0)->toolTip().contains("would settle"));
+  }
+
+  void WithoutARegionThereIsNothingToHatch() {
+    QSignalSpy refused(&window_->uncertainty(), &Uncertainty::refused);
+    PressKey(*window_, Qt::Key_U);
+    QCOMPARE(refused.count(), 1);
+    QVERIFY(!window_->uncertainty().found());
+  }
+
+  void AStrokeShowsInOtherViewsWhileItIsDrawn() {
+    QVERIFY(Enter());
+    StrokePreview& preview = window_->stroke_preview();
+    QMap<QString, QImage> overlays;
+    connect(&preview, &StrokePreview::shown, this,
+            [&](const QString& view, const QImage& overlay) { overlays[view] = overlay; });
+    QSignalSpy finished(&preview, &StrokePreview::finished);
+    SelectionCanvas& paper = window_->selection().canvas();
+    const QPoint middle = paper.rect().center();
+    DragHeld(&paper, {middle, middle + QPoint(20, 0)});
+    QVERIFY(paper.editor().InStroke());
+    QVERIFY(finished.count() > 0 || finished.wait(kWaitMs));
+    QVERIFY(paper.editor().InStroke());
+    QVERIFY(!overlays.isEmpty());
+    QTest::mouseRelease(&paper, Qt::LeftButton, {}, middle + QPoint(20, 0));
+    QVERIFY(QTest::qWaitFor([&] { return !preview.IsBusy(); }, kWaitMs));
+
+    // Of the whole object: in another view it is where the object is.
+    overlays.clear();
+    paper.Edited(paper.editor().Fill(Truth(subject_.first), Combine::kReplace));
+    QVERIFY(QTest::qWaitFor([&] { return !preview.IsBusy(); }, kWaitMs));
+    // What the painted view does not see of it is missing, but little else is there.
+    double most = 0;
+    for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
+      const QImage overlay = overlays.value(QString::fromStdString(name));
+      if (overlay.isNull() || name == subject_.first) continue;
+      double right = 0, wrong = 0;
+      for (int y = 0; y < truth.height; ++y) {
+        for (int x = 0; x < truth.width; ++x) {
+          const int ox = x * overlay.width() / truth.width;
+          const int oy = y * overlay.height() / truth.height;
+          if (qAlpha(overlay.pixel(ox, oy)) > 0) (truth(x, y) ? right : wrong) += 1;
+        }
+      }
+      if (right > 2 * wrong) most = std::max(most, right / double(Size(truth)));
+    }
+    QVERIFY2(most > 0.3, qPrintable(QString::number(most)));
+    QSignalSpy cleared(&preview, &StrokePreview::cleared);
+    QTest::keyClick(&paper, Qt::Key_Escape);
+    QVERIFY(!window_->IsSelecting());
+    QCOMPARE(cleared.count(), 1);
+  }
+
+  void PaintAloneKeepsWhatItHardlySees() {
+    const auto facts = controller().facts();
+    const View& view = *facts->workspace->reconstruction.FindView(subject_.first);
+    const PosedCamera camera = facts->Posed(view);
+    std::vector<float> none, before;
+    controller().Run({}, [&](EditSession& session, Monitor&) {
+      const Mask nothing(camera.camera.width, camera.camera.height);
+      const std::vector<float> all(session.original().NumGaussians(), 1.0F);
+      before = PaintShares(session.renderer(), camera, nothing, all);
+      none = PaintShares(session.renderer(), camera, nothing, {});
+    });
+    QVERIFY(Settle(controller()));
+    QCOMPARE(none, std::vector<float>(none.size(), 0.0F));
+    const auto kept = std::count(before.begin(), before.end(), 1.0F);
+    const auto gone = std::count_if(before.begin(), before.end(), [](float m) { return m < 0.5F; });
+    QVERIFY(kept > 0 && gone > 0);  // beside the picture; in front of everything
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::UncertainTest)
+#include "uncertain_test.moc"
