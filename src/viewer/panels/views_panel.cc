@@ -396,6 +396,7 @@ void ViewsPanel::Sort() {
   QListWidgetItem* current = list_->currentItem();
   for (int row = 0; row < int(views.size()); ++row) {
     QListWidgetItem* item = ItemOf(views[size_t(row)]->name);
+    if (!item) return;  // a scene that was opened just now: Fill() has not heard of it yet
     const int now = list_->row(item);
     if (now != row) list_->insertItem(row, list_->takeItem(now));
     Label(item);
