@@ -8,6 +8,7 @@
 #include <QKeyEvent>
 #include <QMenu>
 #include <QScrollArea>
+#include <QScrollBar>
 
 #include "viewer/main_window.h"
 #include "viewer/panels/optimizer_panel.h"
@@ -59,14 +60,29 @@ class PanelKeys : public QObject {
 
 constexpr int kNarrowest = 240;  // of a panel, pixels; below, it scrolls sideways too
 
+// As wide as its panel and the bar beside it need, so that a panel scrolls downwards alone.
+class PanelArea : public QScrollArea {
+ public:
+  QSize minimumSizeHint() const override {
+    const int bar = verticalScrollBar()->sizeHint().width();
+    const int needed = widget() ? widget()->minimumSizeHint().width() + bar : 0;
+    return {std::max(kNarrowest, needed), QScrollArea::minimumSizeHint().height()};
+  }
+
+ protected:
+  bool eventFilter(QObject* of, QEvent* event) override {
+    if (of == widget() && event->type() == QEvent::LayoutRequest) updateGeometry();
+    return QScrollArea::eventFilter(of, event);
+  }
+};
+
 // Scrolls where the window is too small for the panel.
 QWidget* Scrolling(QWidget* panel) {
-  auto* area = new QScrollArea;
+  auto* area = new PanelArea;
   area->setFrameShape(QFrame::NoFrame);
   area->setWidgetResizable(true);
   area->setFocusPolicy(Qt::NoFocus);
   area->setWidget(panel);
-  area->setMinimumWidth(kNarrowest);
   return area;
 }
 

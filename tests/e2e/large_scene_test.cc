@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
+#include "colmap_io/workspace.h"
 #include "splat_io/splat_io.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
@@ -43,7 +44,28 @@ class LargeSceneTest : public testing::Test {
     return RunRetint(arguments);
   }
 
-  void SetUp() override { std::filesystem::copy_file(TinyWorkspace() / "splat.ply", splat_); }
+  // The tiny scene, and behind its cameras Gaussians that no view sees.
+  void SetUp() override {
+    constexpr size_t kBehind = 1000;
+    constexpr double kAway = 100;  // many times the scene's size
+    GaussianModel model = ReadSplat(TinyWorkspace() / "splat.ply");
+    const Reconstruction views = Workspace::Open(TinyWorkspace()).reconstruction;
+    const Rigid3d& pose = views.ViewsByName().front()->cam_from_world;
+    const Eigen::Vector3f behind = (pose.Inverse() * Eigen::Vector3d(0, 0, -kAway)).cast<float>();
+    const size_t count = model.NumGaussians(), block = size_t(model.NumShCoeffs()) * 3;
+    model.Resize(count + kBehind, model.sh_degree);
+    for (size_t i = 0; i < kBehind; ++i) {
+      const size_t to = count + i;
+      for (size_t c = 0; c < 3; ++c) {
+        model.means[3 * to + c] = behind[Eigen::Index(c)] + 0.1F * model.means[3 * i + c];
+        model.log_scales[3 * to + c] = model.log_scales[3 * i + c];
+      }
+      std::copy_n(&model.quats_wxyz[4 * i], 4, &model.quats_wxyz[4 * to]);
+      model.opacity_logits[to] = model.opacity_logits[i];
+      std::copy_n(&model.sh[i * block], block, &model.sh[to * block]);
+    }
+    WriteSplat(splat_, model);
+  }
 
   TempFolder temp_;
   std::filesystem::path splat_ = temp_ / "splat.ply";
