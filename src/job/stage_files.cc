@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/checksum.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
-#include "base/checksum.h"
 #include "session/selection_files.h"
 #include "session/session_json.h"
 

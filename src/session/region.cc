@@ -5,8 +5,8 @@
 #include <cstring>
 #include <utility>
 
-#include "recolor/edit_text.h"
 #include "base/checksum.h"
+#include "recolor/edit_text.h"
 
 namespace retint {
 namespace {

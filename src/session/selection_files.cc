@@ -7,10 +7,10 @@
 #include <string_view>
 #include <utility>
 
+#include "base/checksum.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
-#include "base/checksum.h"
 #include "session/staged_output.h"
 
 namespace retint {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint_bench_open: how long a splat file takes to open, against the time that only its bytes take,
-// read and, where they are packed, unpacked by the same library. One JSON line. The file is in the
-// system's memory when the clocks start.
+// retint_bench_open: how long a splat file takes to open, against the time that only its bytes
+// take, read and, where they are packed, unpacked by the same library. One JSON line. The file is
+// in the system's memory when the clocks start.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -51,13 +51,15 @@ size_t Unpack(const std::filesystem::path& path) {
     constexpr char kGzip[] = {'\x1f', '\x8b'};
     if (bytes.compare(0, 2, kGzip, 2) != 0) return 0;
     const size_t most = MostUnpacked(bytes.size());
-    return Gunzip(bytes, 1, [&](std::string_view) { return most; }, [](size_t) {}).size();
+    return Gunzip(
+               bytes, 1, [&](std::string_view) { return most; }, [](size_t) {})
+        .size();
   }
   if (extension != ".sog") return 0;
   const auto files = SogFiles::Open(path);
   size_t unpacked = 0;
-  for (const char* name : {"means_l", "means_u", "scales", "quats", "sh0", "shN_centroids",
-                           "shN_labels"}) {
+  for (const char* name :
+       {"means_l", "means_u", "scales", "quats", "sh0", "shN_centroids", "shN_labels"}) {
     const std::string picture = std::string(name) + ".webp";
     try {
       constexpr uint64_t kMostPixels = uint64_t{1} << 28;
