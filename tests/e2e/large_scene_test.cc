@@ -53,6 +53,7 @@ class LargeSceneTest : public testing::Test {
     const Rigid3d& pose = views.ViewsByName().front()->cam_from_world;
     const Eigen::Vector3f behind = (pose.Inverse() * Eigen::Vector3d(0, 0, -kAway)).cast<float>();
     const size_t count = model.NumGaussians(), block = size_t(model.NumShCoeffs()) * 3;
+    model.source = {};  // its columns have the old length
     model.Resize(count + kBehind, model.sh_degree);
     for (size_t i = 0; i < kBehind; ++i) {
       const size_t to = count + i;
