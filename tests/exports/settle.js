@@ -9,7 +9,7 @@ export async function settle(canvas, draw, still = 3) {
   context.fillRect(0, 0, empty.width, empty.height);
   const black = empty.toDataURL();
   let last = null, same = 0;
-  for (const start = performance.now(); performance.now() - start < 60000;) {
+  for (const start = performance.now(); performance.now() - start < 180000;) {
     await draw();
     await new Promise(done => setTimeout(done, 150));
     context.drawImage(canvas, 0, 0);
@@ -18,5 +18,5 @@ export async function settle(canvas, draw, still = 3) {
     if (same === still) return;
     last = now;
   }
-  throw new Error("the picture did not come to rest within a minute");
+  throw new Error("the picture did not come to rest within three minutes");
 }

@@ -49,8 +49,12 @@ def install(folder):
     if listing.exists() and listing.read_text() == " ".join(PACKAGES):
         return
     folder.mkdir(parents=True, exist_ok=True)
-    done = subprocess.run(["npm", "install", "--prefix", folder, "--no-save", "--no-audit", "--no-fund",
-                           "--ignore-scripts", *PACKAGES], capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(["npm", "install", "--prefix", folder, "--no-save", "--no-audit", "--no-fund",
+                               "--ignore-scripts", "--fetch-retries", "1", *PACKAGES], capture_output=True,
+                              text=True, check=False, timeout=300)
+    except subprocess.TimeoutExpired:
+        skip("npm did not get the viewers within five minutes")
     if done.returncode != 0:
         skip("npm did not get the viewers: " + done.stderr[-300:])
     listing.write_text(" ".join(PACKAGES))
