@@ -31,7 +31,8 @@ ProgressStyle StyleOf(const Globals& globals) {
   return globals.quiet ? ProgressStyle::kNone : style;
 }
 
-// All ranks must see the same scene and compute alike, or their decisions part.
+}  // namespace
+
 void CheckRanks(EditSession& session) {
   Ranks& ranks = CurrentRanks();
   if (!ranks.AreMany()) return;
@@ -48,8 +49,6 @@ void CheckRanks(EditSession& session) {
                      " has " + all[r]);
   }
 }
-
-}  // namespace
 
 Run::Run(const Globals& globals)
     : globals_(globals),

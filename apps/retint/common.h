@@ -99,6 +99,9 @@ void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true,
 SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run);
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
                                          const MemoryLimits& limits = {});
+// All ranks (base/ranks.h) must see the same scene and compute alike, or their decisions part:
+// InputError where they do not. Collective.
+void CheckRanks(EditSession& session);
 // The backend, and what is odd about the workspace.
 void DescribeSession(const EditSession& session, const std::string& backend, Run& run);
 

@@ -62,6 +62,8 @@ std::vector<std::string> SplitAtCommas(const std::string& text) {
 
 Launch ReadLaunch() {
   Launch launch;
+  const char* const wanted = std::getenv("RETINT_MPI");
+  if (wanted && std::string(wanted) == "off") return launch;
   // Open MPI's mpirun; PMIx and PMI by srun. Slurm's own variables are set for programs that it
   // started without MPI, too, and only complete what these say.
   launch.rank = Variable({"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"}, -1);

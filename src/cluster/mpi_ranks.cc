@@ -185,6 +185,13 @@ std::string MpiLibrary() {
 }
 
 std::unique_ptr<Ranks> JoinMpi() {
+  int started = 0;
+  Check(MPI_Initialized(&started), "MPI_Initialized");
+  if (started) {
+    throw RunError(
+        "this process has started MPI already: run retint as a program of its own, or "
+        "set RETINT_MPI=off, with which it works alone");
+  }
   int provided = MPI_THREAD_SINGLE;
   // One thread calls it, others compute.
   const int code = MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);

@@ -9,7 +9,8 @@
 
 namespace retint {
 
-// What the program that started this process says of it; asks nothing of MPI.
+// What the program that started this process says of it; asks nothing of MPI. With RETINT_MPI=off
+// in the environment every process is alone.
 struct Launch {
   int rank = 0, size = 1;              // of all processes
   int local_rank = 0, local_size = 1;  // of those on this machine
@@ -21,7 +22,8 @@ Launch ReadLaunch();
 std::string MpiLibrary();
 
 // Joins the other processes; only where ReadLaunch().by_mpi. Its destructor waits for them and
-// leaves. RunError where the program was built without MPI or MPI cannot be started.
+// leaves. RunError where MPI cannot be started, or was before, by a program that Retint is a module
+// of; OptionError where the program was built without MPI.
 std::unique_ptr<Ranks> JoinMpi();
 
 // Ends all processes of the run with this exit code, at once. Only between JoinMpi() and the end of

@@ -108,6 +108,17 @@ SplatIndex::SplatIndex(const std::filesystem::path& path, const PlyFile& splat)
   if (sum != count_) FailDamaged(path);
 }
 
+void SplatIndex::CheckReplaceable(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) return;
+  const InputFile file(path);
+  char head[sizeof(kIndexMagic)] = {};
+  const size_t size = std::min<size_t>(file.size(), sizeof(head));
+  file.ReadAt(0, head, size);
+  if (std::memcmp(head, kIndexMagic, size) == 0) return;
+  throw InputError(path, "is not an index of a splat, and is not written over; name another file");
+}
+
 SplatIndex SplatIndex::OpenOrBuild(const PlyFile& splat, const std::filesystem::path& path,
                                    const SplatIndexOptions& options, Monitor& monitor,
                                    std::string* built) {

@@ -48,8 +48,9 @@ class SplatIndex {
   SplatIndex(const std::filesystem::path& path, const PlyFile& splat);
 
   // Reads `splat` once, in its order, and writes the index, atomically. Values that are not finite
-  // are an InputError, as when the file is read whole. While it works it may put a temporary file
-  // of 20 bytes a Gaussian into the index's folder. Stage "index".
+  // are an InputError, as when the file is read whole; so is a file at `path` that is no index.
+  // While it works it may put a temporary file of 20 bytes a Gaussian into the index's folder.
+  // Stage "index".
   static void Build(const PlyFile& splat, const std::filesystem::path& path,
                     const SplatIndexOptions& options, Monitor& monitor);
   // The index at `path`, built where it is missing or cannot be used; then `built` says why.
@@ -70,6 +71,9 @@ class SplatIndex {
   std::vector<uint32_t> Records(std::span<const uint32_t> blocks) const;
 
  private:
+  // InputError where `path` holds something else than an index, or than the beginning of one.
+  static void CheckReplaceable(const std::filesystem::path& path);
+
   std::unique_ptr<InputFile> file_;
   std::vector<IndexBlock> blocks_;
   uint64_t count_ = 0, splat_xxh64_ = 0;

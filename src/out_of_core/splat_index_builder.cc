@@ -391,6 +391,7 @@ std::vector<Placed> Sorted(const Curve& curve, const std::vector<Entry>& entries
 void SplatIndex::Build(const PlyFile& splat, const fs::path& path, const SplatIndexOptions& options,
                        Monitor& monitor) {
   CheckOption(options.block > 0, "a block of an index holds at least one Gaussian");
+  CheckReplaceable(path);
   AtomicFile file(path);
   const std::vector<Entry> sample = Sample(splat);
   const Curve curve(sample);

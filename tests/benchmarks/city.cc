@@ -22,6 +22,7 @@
 #include "colmap_io/sparse.h"
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/densify.h"
+#include "tests/benchmarks/main.h"
 
 namespace retint {
 namespace {
@@ -223,10 +224,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retint_city: %s\n", error.what());
-    return 1;
-  }
+  return retint::RunProgram("retint_city", retint::Main, argc, argv);
 }

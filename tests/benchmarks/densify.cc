@@ -18,6 +18,7 @@
 #include "colmap_io/workspace.h"
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/densify.h"
+#include "tests/benchmarks/main.h"
 
 namespace retint {
 namespace {
@@ -79,10 +80,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retint_densify: %s\n", error.what());
-    return 1;
-  }
+  return retint::RunProgram("retint_densify", retint::Main, argc, argv);
 }

@@ -20,6 +20,7 @@
 #include "kernels/backend.h"
 #include "render/renderer.h"
 #include "splat_io/splat_io.h"
+#include "tests/benchmarks/main.h"
 
 namespace retint {
 namespace {
@@ -358,10 +359,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retint_bench_device: %s\n", error.what());
-    return 1;
-  }
+  return retint::RunProgram("retint_bench_device", retint::Main, argc, argv);
 }

@@ -12,6 +12,7 @@
 
 #include "colmap_io/image_io.h"
 #include "session/edit_session.h"
+#include "tests/benchmarks/main.h"
 
 namespace retint {
 namespace {
@@ -87,10 +88,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retint_bench_edit: %s\n", error.what());
-    return 1;
-  }
+  return retint::RunProgram("retint_bench_edit", retint::Main, argc, argv);
 }

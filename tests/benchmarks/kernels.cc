@@ -19,6 +19,7 @@
 #include "kernels/cpu/cpu_backend.h"
 #include "render/renderer.h"
 #include "splat_io/splat_io.h"
+#include "tests/benchmarks/main.h"
 
 namespace retint {
 namespace {
@@ -215,10 +216,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retint_bench_kernels: %s\n", error.what());
-    return 4;
-  }
+  return retint::RunProgram("retint_bench_kernels", retint::Main, argc, argv);
 }

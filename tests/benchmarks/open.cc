@@ -19,6 +19,7 @@
 #include "splat_io/input_file.h"
 #include "splat_io/sog_files.h"
 #include "splat_io/splat_io.h"
+#include "tests/benchmarks/main.h"
 
 namespace retint {
 namespace {
@@ -108,10 +109,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "retint_bench_open: %s\n", error.what());
-    return 1;
-  }
+  return retint::RunProgram("retint_bench_open", retint::Main, argc, argv);
 }

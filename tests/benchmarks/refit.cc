@@ -21,6 +21,7 @@
 #include "recolor/quality_report.h"
 #include "recolor/sh_refitter.h"
 #include "splat_io/splat_io.h"
+#include "tests/benchmarks/main.h"
 #include "tests/support/blend.h"
 
 namespace retint {
@@ -390,10 +391,5 @@ int Main(int argc, char** argv) {
 }  // namespace retint
 
 int main(int argc, char** argv) {
-  try {
-    return retint::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return retint::RunProgram("retint_bench_refit", retint::Main, argc, argv);
 }

@@ -145,11 +145,28 @@ TEST_F(SplatIndexTest, IsRebuiltWhereItDoesNotFit) {
   Write(501, 2);  // of the same length
   fs::last_write_time(splat_, fs::last_write_time(splat_) + std::chrono::seconds(1));
   EXPECT_THAT(open(), HasSubstr("was written after its index"));
-  WriteFile(index_,
-            "no index at all, but some text that is longer than the header of one, which is "
-            "ninety-six bytes long");
-  EXPECT_THAT(open(), HasSubstr("is not an index of a splat"));
+  WriteFile(index_, ReadFile(index_).substr(0, 5));
+  EXPECT_THAT(open(), HasSubstr("truncated"));
   EXPECT_EQ(open(), "");
+}
+
+TEST_F(SplatIndexTest, NeverReplacesWhatIsNoIndex) {
+  Write(24);
+  const PlyFile file(splat_);
+  std::string built;
+  for (const std::string text :
+       {"a note",
+        "no index at all, but some text that is longer than the header of one, which is "
+        "ninety-six bytes long"}) {
+    WriteFile(index_, text);
+    EXPECT_THROW(SplatIndex::OpenOrBuild(file, index_, {}, monitor_, &built), InputError);
+    EXPECT_THROW(SplatIndex::Build(file, index_, {}, monitor_), InputError);
+    EXPECT_EQ(ReadFile(index_), text);
+  }
+  // The splat itself, too.
+  const std::string bytes = ReadFile(splat_);
+  EXPECT_THROW(SplatIndex::Build(file, splat_, {}, monitor_), InputError);
+  EXPECT_EQ(ReadFile(splat_), bytes);
 }
 
 TEST_F(SplatIndexTest, RefusesEveryTruncationAndEveryDamagedByte) {
