@@ -199,7 +199,8 @@ TEST_F(SplatIndexTest, RefusesEveryTruncationAndEveryDamagedByte) {
 TEST_F(SplatIndexTest, AFullDiskLosesNothing) {
   Write(20000);
   const PlyFile file(splat_);
-  WriteFile(index_, "what was there");
+  SplatIndex::Build(file, index_, {}, monitor_);
+  const std::string before = ReadFile(index_);
   {
     const FileSizeLimit limit(10'000);  // of the index's 30,000 bytes or so
     EXPECT_THROW(SplatIndex::Build(file, index_, {}, monitor_), RunError);
@@ -207,7 +208,7 @@ TEST_F(SplatIndexTest, AFullDiskLosesNothing) {
     options.memory_bytes = 100'000;  // the temporary file does not fit
     EXPECT_THROW(SplatIndex::Build(file, index_, options, monitor_), RunError);
   }
-  EXPECT_EQ(ReadFile(index_), "what was there");
+  EXPECT_EQ(ReadFile(index_), before);
   EXPECT_EQ(Entries(), (std::vector<std::string>{"a.ply", "a.ply.index"}));
 }
 
