@@ -16,7 +16,11 @@ if [[ -z $folder ]] || ((${#packages[@]} + ${#archives[@]} == 0)); then
   exit 2
 fi
 work=$(mktemp -d)
-trap 'rm -rf --one-file-system "$work"' EXIT
+clean() {
+  if mountpoint -q "$work/fresh/proc"; then umount "$work/fresh/proc"; fi
+  rm -rf --one-file-system "$work"
+}
+trap clean EXIT
 left_out() { echo "left out: $1: $2"; }
 
 # What a user does first, with the programs in the PATH.
@@ -45,9 +49,11 @@ if ((${#packages[@]} == 0)); then
 elif ! command -v mmdebstrap >/dev/null || ((EUID != 0)); then
   left_out fresh "it needs mmdebstrap and root"
 else
-  # Directories of the machine are not mounted into it: it is a file system of its own.
+  # Directories of the machine are not mounted into it: it is a file system of its own. Java, which VTK's
+  # headers bring, cannot be installed without /proc.
   mmdebstrap --quiet --variant=apt --mode=root bookworm "$work/fresh" || { echo "check.sh: no fresh Debian" >&2; exit 1; }
   cp "${packages[@]}" "$work/try.sh" "$work/fresh/tmp"
+  mount -t proc proc "$work/fresh/proc"
   inside() { chroot "$work/fresh" env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root "$@"; }
   inside apt-get -q update
   inside sh -c 'apt-get -q install -y --no-install-recommends /tmp/*.deb'
