@@ -169,16 +169,16 @@ Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::strin
   Reconstruction model;
   std::vector<std::string> told;
   const fs::path cameras = part("cameras"), images = part("images"), points = part("points3D");
-  const bool frames =
-      !IsFile(images) && IsFile(folder / "frames.bin") && IsFile(folder / "rigs.bin");
+  const fs::path rigs = part("rigs"), frames = part("frames");
+  const bool by_frames = !IsFile(images) && IsFile(rigs) && IsFile(frames);
   for (const auto& path : {cameras, images}) {
-    if (IsFile(path) || (path == images && frames)) continue;
+    if (IsFile(path) || (path == images && by_frames)) continue;
     throw InputError(path, "is missing from the COLMAP model");
   }
   (is_binary(cameras) ? ReadCamerasBinary : ReadCamerasText)(ReadFile(cameras), cameras, told,
                                                              model);
-  if (frames) {
-    ReadFramesBinary(folder, told, model);
+  if (by_frames) {
+    ReadRigsAndFrames(rigs, frames, told, model);
   } else {
     (is_binary(images) ? ReadImagesBinary : ReadImagesText)(ReadFile(images), images, told, model);
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sparse COLMAP models: cameras, images and points3D, binary or text (COLMAP doc/format.rst).
 //
-// rigs.* and frames.* (COLMAP >= 3.12) are not needed: images.* keeps every image's own
-// cam_from_world, which is what Retint uses. They are neither read nor written, so a model that is
-// read and written again comes out in the older layout, which every COLMAP reads.
+// rigs.* and frames.* (COLMAP >= 3.12) are read only where images.* is missing: images.* keeps
+// every image's own cam_from_world, which is what Retint uses, and its name. They are not written,
+// so a model that is read and written again comes out in the older layout, which every COLMAP reads.
 #pragma once
 
 #include <filesystem>
@@ -19,9 +19,10 @@ bool HasReconstruction(const std::filesystem::path& folder);
 
 // Reads the model in `folder`, each part from its .bin or, without one, from its .txt. What comes
 // back is consistent: every view's camera exists, every track element names an existing
-// observation, every observation names an existing point or none. What had to be left out for that
-// (views whose camera is missing, dangling references) is told in `warnings`, one line each; a
-// missing points3D is a warning too. Rotations that are not unit quaternions to 1e-9 are
+// observation, every observation names an existing point or none. Without images.*, views have the
+// poses of rigs.* and frames.*, no observations, and names made of their ids. What had to be left
+// out for that (views whose camera is missing, dangling references) is told in `warnings`, one line
+// each; a missing points3D is a warning too. Rotations that are not unit quaternions to 1e-9 are
 // normalized, others keep their bits. InputError with the file and its offset or line: missing,
 // truncated, a count that exceeds the file, an unknown camera model, NaN or infinite values, an id
 // or image name that comes twice.

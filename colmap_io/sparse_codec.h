@@ -22,9 +22,10 @@ void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnin
                       Reconstruction& model);
 void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnings,
                       Reconstruction& model);
-// Views of rigs.bin and frames.bin in `folder`, which have poses but no names nor observations:
-// they are named "image_00042" by their ids.
-void ReadFramesBinary(const Path& folder, Warnings& warnings, Reconstruction& model);
+// Views of the files `rigs` and `frames`, each binary or text by its extension. They have poses but
+// no names nor observations: the views are named "image_00042" by their ids.
+void ReadRigsAndFrames(const Path& rigs, const Path& frames, Warnings& warnings,
+                       Reconstruction& model);
 void ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
                      Reconstruction& model);
 void ReadImagesText(std::string_view bytes, const Path& path, Warnings& warnings,

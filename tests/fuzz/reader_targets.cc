@@ -116,6 +116,34 @@ std::vector<std::string> ModelSeeds(const char* name) {
   return {Written(name, [](const fs::path& path) { WriteSmallModel<kText>(path.parent_path()); })};
 }
 
+// A rig of two cameras and one frame of it, which stand for images.
+constexpr char kRigs[] = "7 2 CAMERA 1 CAMERA 7 1 0 1 0 0 -1 0 0\n8 1 IMU 1\n";
+constexpr char kFrames[] = "4 7 1 0 0 0 0 0 5 2 CAMERA 1 1 CAMERA 7 2\n5 7 1 0 0 0 0 0 6 0\n";
+
+template <typename... Values>
+std::string BytesOf(Values... values) {
+  std::string bytes;
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+  return bytes;
+}
+
+std::string BinaryRigs() {
+  return BytesOf(uint64_t{1}, 7U, 2U, 0, 1U, 0, 7U, uint8_t{1}, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0);
+}
+
+std::string BinaryFrames() {
+  return BytesOf(uint64_t{1}, 4U, 7U, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 2U, 0, 1U, uint64_t{1}, 0,
+                 7U, uint64_t{2});
+}
+
+template <bool kText>
+void WriteModelOfFrames(const fs::path& folder) {
+  WriteSmallModel<kText>(folder);
+  fs::remove(folder / (kText ? "images.txt" : "images.bin"));
+  WriteFile(folder / (kText ? "rigs.txt" : "rigs.bin"), kText ? kRigs : BinaryRigs());
+  WriteFile(folder / (kText ? "frames.txt" : "frames.bin"), kText ? kFrames : BinaryFrames());
+}
+
 std::vector<std::string> TransformsSeeds() {
   return {R"({"camera_model": "OPENCV", "fl_x": 50, "fl_y": 50, "cx": 32, "cy": 24, "w": 64,
 "h": 48, "k1": 0.1, "k2": 0.01, "p1": 0, "p2": 0, "applied_transform": [[1, 0, 0, 0],
@@ -246,6 +274,30 @@ std::span<const FuzzTarget> ReaderTargets() {
        ReadModel,
        WriteSmallModel<true>,
        [] { return ModelSeeds<true>("points3D.txt"); },
+       {}},
+      {"rigs_bin",
+       "rigs.bin",
+       ReadModel,
+       WriteModelOfFrames<false>,
+       [] { return std::vector<std::string>{BinaryRigs()}; },
+       {}},
+      {"frames_bin",
+       "frames.bin",
+       ReadModel,
+       WriteModelOfFrames<false>,
+       [] { return std::vector<std::string>{BinaryFrames()}; },
+       {}},
+      {"rigs_txt",
+       "rigs.txt",
+       ReadModel,
+       WriteModelOfFrames<true>,
+       [] { return std::vector<std::string>{kRigs}; },
+       {}},
+      {"frames_txt",
+       "frames.txt",
+       ReadModel,
+       WriteModelOfFrames<true>,
+       [] { return std::vector<std::string>{kFrames}; },
        {}},
       {"transforms",
        "transforms.json",
