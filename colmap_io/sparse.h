@@ -3,7 +3,8 @@
 //
 // rigs.* and frames.* (COLMAP >= 3.12) are read only where images.* is missing: images.* keeps
 // every image's own cam_from_world, which is what Retint uses, and its name. They are not written,
-// so a model that is read and written again comes out in the older layout, which every COLMAP reads.
+// so a model that is read and written again comes out in the older layout, which every COLMAP
+// reads.
 #pragma once
 
 #include <filesystem>

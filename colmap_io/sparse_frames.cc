@@ -181,12 +181,11 @@ void ReadRigsAndFrames(const Path& rigs, const Path& frames, Warnings& warnings,
                        Reconstruction& model) {
   const auto is_binary = [](const Path& path) { return path.extension() == ".bin"; };
   const std::string rig_bytes = ReadFile(rigs), frame_bytes = ReadFile(frames);
-  const size_t left_out =
-      AddViews(is_binary(rigs) ? ReadRigsBinary(rig_bytes, rigs)
-                               : ReadRigsText(rig_bytes, rigs, warnings),
-               is_binary(frames) ? ReadFramesBinary(frame_bytes, frames)
-                                 : ReadFramesText(frame_bytes, frames, warnings),
-               frames, model);
+  const size_t left_out = AddViews(
+      is_binary(rigs) ? ReadRigsBinary(rig_bytes, rigs) : ReadRigsText(rig_bytes, rigs, warnings),
+      is_binary(frames) ? ReadFramesBinary(frame_bytes, frames)
+                        : ReadFramesText(frame_bytes, frames, warnings),
+      frames, model);
   if (left_out > 0) {
     warnings.push_back(frames.string() + ": left out " + std::to_string(left_out) +
                        " images of cameras whose place in their rig is unknown");
