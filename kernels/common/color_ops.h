@@ -100,7 +100,7 @@ RETINT_HD void AdjustColor(const float* values, float* color) {
 // exponent of the differences; shade above which the excess is gloss; share of the lightness that
 // is kept.
 RETINT_HD void RecolorColor(const float* values, float* color) {
-  constexpr float kSureGloss = 0.5f;  // share of a pixel's luminance from which it is gloss alone
+  constexpr float kSureGloss = 0.2f;  // share of a pixel's luminance from which it is gloss alone
   constexpr float kLeast = 1e-6f, kLeastRatio = 1e-3f;
   const float* base = values;
   const float* target = values + 3;

@@ -4,12 +4,16 @@
 
   python3 tests/benchmarks/edits.py --retint build/release/apps/retint --data DATA --work /tmp/e
 
-Prints Markdown, any of three tables (--tables):
+Prints Markdown, any of four tables (--tables):
   operations  every operation on every scene: held-out views of the result against the operation
               applied to the original render, inside and outside the mask
   recolor     `--to` of the synthetic objects, and a tint, against renders of the same scene whose
               object has that color: each object with several colors, inside its true masks. The
               target is what the pixels of the object's main color have there
+  highlight   the highlight of the sample's ball after `--to`, inside its true masks, against the
+              splat of the scene whose ball has the color: its contrast to the ring around it, in
+              linear light, and how much of the true one that is; how much more of the new hue it has
+              than the true one, and how else hue and chroma differ: CIEDE2000 at equal lightness
   picture     stripes and letters on the box, taken over from the picture of one view, against the
               photos of the scene whose box has them
 A row is printed when it is measured. `--limit`, few `--colors`, `--operations` and `--objects` and a
@@ -42,7 +46,7 @@ COLORS = ["#3060ff", "#20a040", "#d02020", "#e0e0e0", "#303030"]  # dark, pale, 
 
 
 def cie_lab(rgb):
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear = linear_of(rgb)
     to_xyz = np.array([[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750],
                        [0.0193339, 0.1191920, 0.9503041]])
     xyz = linear @ to_xyz.T / np.array([0.95047, 1, 1.08883])
@@ -139,15 +143,28 @@ def true_scene(options, run, name, albedo):
     return folder
 
 
+def linear_of(rgb):
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+# OKLab (B. Ottosson 2020): from linear sRGB to cones, and from their cube roots.
+CONES = np.array([[0.4122214708, 0.2119034982, 0.0883024619],
+                  [0.5363325363, 0.6806995451, 0.2817188376],
+                  [0.0514459929, 0.1073969566, 0.6299787005]])
+OPPONENTS = np.array([[0.2104542553, 1.9779984951, 0.0259040371],
+                      [0.7936177850, -2.4285922050, 0.7827717662],
+                      [-0.0040720468, 0.4505937099, -0.8086757660]])
+
+
 def ok_lab(rgb):
-    """OKLab (B. Ottosson 2020) of display-encoded colors, [N, 3]."""
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    cones = np.cbrt(linear @ np.array([[0.4122214708, 0.2119034982, 0.0883024619],
-                                       [0.5363325363, 0.6806995451, 0.2817188376],
-                                       [0.0514459929, 0.1073969566, 0.6299787005]]))
-    return cones @ np.array([[0.2104542553, 1.9779984951, 0.0259040371],
-                             [0.7936177850, -2.4285922050, 0.7827717662],
-                             [-0.0040720468, 0.4505937099, -0.8086757660]])
+    """OKLab of display-encoded colors, [N, 3]."""
+    return np.cbrt(linear_of(rgb) @ CONES) @ OPPONENTS
+
+
+def rgb_of(lab):
+    linear = np.clip((lab @ np.linalg.inv(OPPONENTS)) ** 3 @ np.linalg.inv(CONES), 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear,
+                    1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
 
 
 def main_color(run, paint, folder):
@@ -193,6 +210,85 @@ def recolored(options, run, paints):
             rows.add(row)
 
         run.each(measure, [p for p in paints if p.label in mains])
+    return rows.rows
+
+
+def grown(mask, times):
+    for _ in range(times):
+        wider = mask.copy()
+        wider[1:] |= mask[:-1]
+        wider[:-1] |= mask[1:]
+        wider[:, 1:] |= mask[:, :-1]
+        wider[:, :-1] |= mask[:, 1:]
+        mask = wider
+    return mask
+
+
+def highlight_of(render, inside):
+    """Pixels of a render where gloss hides the object's color, and the ring around them: brighter
+    than most of the object, and with less than half of its chroma."""
+    lab = ok_lab(render.reshape(-1, 3)).reshape(render.shape)
+    chroma, lightness = np.hypot(lab[..., 1], lab[..., 2]), lab[..., 0]
+    found = (inside & (chroma < np.median(chroma[inside]) / 2)
+             & (lightness > np.quantile(lightness[inside], 0.9)))
+    return found, inside & grown(found, 8) & ~grown(found, 3)
+
+
+def luminance(rgb):
+    return (linear_of(rgb) @ np.array([0.2126, 0.7152, 0.0722])).mean()
+
+
+def hue_gained(true, found, target):
+    """CIEDE2000 of what `found` has more of the target's hue than `true`, at the true lightness;
+    and of all that the two differ by in hue and chroma."""
+    lab, other = ok_lab(true), ok_lab(found)
+    new = ok_lab(np.array([[int(target[i:i + 2], 16) / 255 for i in (1, 3, 5)]]))[0, 1:]
+    excess = np.maximum((other - lab)[:, 1:] @ new / max(np.hypot(*new), 1e-6), 0)
+    more = lab.copy()
+    more[:, 1:] += excess[:, None] * new / max(np.hypot(*new), 1e-6)
+    other[:, 0] = lab[:, 0]
+    return differences(rgb_of(lab), rgb_of(more)), differences(rgb_of(lab), rgb_of(other))
+
+
+def highlights(options, run, paints):
+    """The yardstick is the splat of the scene whose ball has the color: the same Gaussians, so that
+    their blur does not count."""
+    rows = wb.Table("The ball's highlight after `--to`",
+                    ["albedo", "its main color", "pixels", "contrast before", "true", "found",
+                     "kept", "new hue gained: mean", "95 %", "all hue and chroma: mean"])
+    paint = next((p for p in paints if (p.scene, p.label) == ("sample", "ball")), None)
+    if paint is None:
+        return []
+    folder = paint.folder(options.work)
+    main = main_color(run, paint, folder / "main")
+    plain = refit(run, paint, folder / "plain", ["--matrix", "1,0,0,0,0,1,0,0,0,0,1,0"])
+
+    def measure(color):
+        truth = true_scene(options, run, color[1:], [f"{p.label}={color}" for p in paints])
+        target = new_color(main, paint.workspace, truth, paint.label)
+        made = refit(run, paint, folder / ("light" + color[1:]), ["--to", target])
+        true = folder / ("true" + color[1:])
+        run("render", "--workspace", truth, "--splat", truth / "splat.ply", "--all", "--output",
+            true)
+        contrasts, hues = [], []
+        for view, mask in paint.truth.items():
+            before, wanted, found = (read(f / (view + ".png")) for f in (plain, true, made))
+            light, ring = highlight_of(before, read_mask(mask) >= 250)
+            if light.sum() < 5 or ring.sum() < 5:
+                continue
+            contrasts.append([light.sum()] + [light.sum() * (luminance(x[light])
+                                                             - luminance(x[ring]))
+                                              for x in (before, wanted, found)])
+            hues.append(hue_gained(wanted[light], found[light], target))
+        if not hues:
+            return
+        pixels, *sums = np.sum(contrasts, axis=0)
+        gained, all_hue = np.concatenate(hues, axis=1)
+        rows.add([color, target, str(int(pixels)), *(f"{x / pixels:.3f}" for x in sums),
+                  f"{sums[2] / sums[1]:.2f}", f"{gained.mean():.2f}",
+                  f"{np.quantile(gained, 0.95):.2f}", f"{all_hue.mean():.2f}"])
+
+    run.each(measure, options.colors.split(","))
     return rows.rows
 
 
@@ -254,7 +350,8 @@ def pictures(options, run, paints):
     return rows.rows
 
 
-TABLES = {"operations": operations, "recolor": recolored, "picture": pictures}
+TABLES = {"operations": operations, "recolor": recolored, "highlight": highlights,
+          "picture": pictures}
 
 
 def main():

@@ -184,8 +184,8 @@ TEST(ColorEditTest, RecolorKeepsShadingAndHighlights) {
   for (const float light : {0.2f, 0.5f, 1.0f, 1.15f}) {
     ExpectColor(edit.Apply(Lit(yellow, light)), Lit(blue, light), 0.02f);
   }
-  // Gloss adds the same white to either. From half of the light on it is gloss alone.
-  for (const float gloss : {0.8f, 2.0f}) {
+  // Gloss adds the same white to either. From a fifth of the light on it is gloss alone.
+  for (const float gloss : {0.25f, 0.8f, 2.0f}) {
     ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.02f);
   }
   const Vector3f highlight = edit.Apply({1, 1, 1});
