@@ -443,7 +443,7 @@ void CompressedPlyCodec::Write(const std::filesystem::path& path, const Gaussian
 }
 
 std::vector<std::string> CompressedPlyCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3);
+  return CommonLosses(model, 3, Name());
 }
 
 std::vector<uint32_t> CompressedPlyCodec::WriteOrder(const GaussianModel& model) const {

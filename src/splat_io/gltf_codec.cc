@@ -57,10 +57,15 @@ class SceneReader {
                    " bytes can hold");
       }
       degree = std::max(degree, Degree(*placed.primitive));
+      degree_4_ = degree_4_ || HasDegree4(*placed.primitive);
     }
     if (total == 0) file_.Fail("holds no Gaussians: no primitive has " + std::string(kExtension));
     model_.Resize(total, degree);
     for (const Placed& placed : placed_) Append(placed, monitor);
+    if (degree_4_) {
+      model_.source.notes.push_back("spherical harmonics of degree 4 are not used: " +
+                                    std::string(kExtension) + " ends at 3");
+    }
     if (other_meshes_) model_.source.notes.push_back("meshes other than Gaussians are not used");
     return std::move(model_);
   }
@@ -208,6 +213,11 @@ class SceneReader {
     return degree;
   }
 
+  static bool HasDegree4(const Json& primitive) {
+    const Json* attributes = Member(primitive, "attributes");
+    return attributes && Member(*attributes, ShAttribute(16).c_str());
+  }
+
   void Append(const Placed& placed, Monitor& monitor) {
     const Json& primitive = *placed.primitive;
     const size_t count = file_.Count(Accessor(primitive, "POSITION"));
@@ -293,7 +303,7 @@ class SceneReader {
   GaussianModel model_;
   std::vector<Placed> placed_;
   std::unordered_set<uint64_t> visited_;
-  bool other_meshes_ = false;
+  bool other_meshes_ = false, degree_4_ = false;
   size_t done_ = 0;
 };
 
@@ -484,7 +494,7 @@ void GltfCodec::Write(const std::filesystem::path& path, const GaussianModel& mo
 }
 
 std::vector<std::string> GltfCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3);
+  return CommonLosses(model, 3, Name());
 }
 
 }  // namespace retint

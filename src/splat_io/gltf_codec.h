@@ -12,6 +12,9 @@ namespace retint {
 // than the largest get zeros. Other meshes are left out; SourceLayout::notes says so. Compressed
 // primitives are refused by the name of their extension. A .gltf names its buffers or holds them.
 //
+// The extension names attributes of spherical harmonics of degrees 0 to 3 and no others
+// ("Attributes" in its README), so degree 4 is neither read nor written; notes and Losses() say so.
+//
 // Writes one primitive of floats, with COLOR_0 for viewers that know only points; a .gltf holds its
 // buffer. Scales are linear and opacities activated, as the ratified extension has them.
 //

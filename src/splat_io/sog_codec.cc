@@ -245,7 +245,7 @@ void SogCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 }
 
 std::vector<std::string> SogCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3);
+  return CommonLosses(model, 3, Name());
 }
 
 std::vector<uint32_t> SogCodec::WriteOrder(const GaussianModel& model) const {

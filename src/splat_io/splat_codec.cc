@@ -109,7 +109,7 @@ void DotSplatCodec::Write(const std::filesystem::path& path, const GaussianModel
 }
 
 std::vector<std::string> DotSplatCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 0);
+  return CommonLosses(model, 0, Name());
 }
 
 }  // namespace retint

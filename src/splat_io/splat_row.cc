@@ -105,11 +105,13 @@ void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path
   if (!fault.empty()) throw RunError(path.string() + ": not written: " + fault);
 }
 
-std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree) {
+std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree,
+                                      std::string_view format) {
   std::vector<std::string> losses;
   if (const int degree = HasShBand4(model) ? 4 : model.sh_degree; degree > max_sh_degree) {
     losses.push_back("spherical harmonics above degree " + std::to_string(max_sh_degree) +
-                     " are dropped; the scene has degree " + std::to_string(degree));
+                     " are dropped, where " + std::string(format) + " ends; the scene has degree " +
+                     std::to_string(degree));
   }
   std::string columns;
   for (const ExtraColumn& extra : model.source.extras) {

@@ -67,9 +67,10 @@ void ValidateRead(const GaussianModel& model, const std::filesystem::path& path,
 // Before a write: RunError naming `path` for a model that is empty, inconsistent or not finite.
 void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path);
 
-// What a format loses that holds no higher degree and none of the columns that only a .ply holds;
-// one sentence each.
-std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree);
+// What `format` (a codec's name) loses, which holds no higher degree and none of the columns that
+// only a .ply holds; one sentence each.
+std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree,
+                                      std::string_view format);
 
 template <typename T>
 T LoadAs(const char* from) {

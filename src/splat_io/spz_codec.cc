@@ -508,7 +508,7 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 }
 
 std::vector<std::string> SpzCodec::Losses(const GaussianModel& model) const {
-  std::vector<std::string> losses = CommonLosses(model, 4);
+  std::vector<std::string> losses = CommonLosses(model, 4, Name());
   const auto clamped = [&](const std::vector<float>& values, size_t width, float least,
                            float most) {
     size_t gaussians = 0;

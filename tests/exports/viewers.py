@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Recolored splats in the viewers of others: viewers.py RETINT FOLDER. A ball is made blue and written in the formats
-that viewers made of PlayCanvas and of three.js read; each draws it in headless Chromium from a training view, and the
-picture must be that of `retint render`, with the blue where it is there. FOLDER keeps the viewers' packages from npm.
-Exit code 77: there is no Chromium or no npm, or the packages can't be had."""
+that viewers made of PlayCanvas, of three.js with Spark and of three.js alone read; each draws it in headless Chromium
+from a training view, and the picture must be that of `retint render`, with the blue where it is there. FOLDER keeps
+the viewers' packages from npm. Exit code 77: there is no Chromium or no npm, or the packages can't be had."""
 
 import base64
 import functools
@@ -25,11 +25,14 @@ from browser import Browser, decode_png, find  # noqa: E402
 PACKAGES = ("playcanvas@2.23.3", "three@0.187.0", "@sparkjsdev/spark@2.2.0")
 VIEW = "002.png"
 BLUE = "#2040ff"
-# Each format in the one of the two that is its home; both read more of them.
+# Each format in the viewer that is its home, glTF in two; they read more of them.
 FORMATS = {
-    "playcanvas": ("blue.ply", "blue.compressed.ply", "blue.sog"),
+    "playcanvas": ("blue.ply", "blue.compressed.ply", "blue.sog", "blue.glb"),
     "three": ("blue.spz", "blue.splat"),
+    "gltf": ("blue.glb",),
 }
+# Formats whose frame is not the scene's: the signs of its axes there.
+TURNED = {".spz": (1, -1, -1), ".glb": (-1, -1, 1)}
 # Viewers leave out faint Gaussians, round colors to bytes and widen thin Gaussians a little.
 LEAST_PSNR = 28
 LEAST_OVERLAP = 0.9
@@ -112,9 +115,8 @@ def serve(folder):
 
 
 def draw(browser, address, viewer, name, camera):
-    if name.endswith(".spz"):  # its frame has y up and z back: the scene is turned about x
-        turned = [value if i % 4 in (0, 3) else -value for i, value in enumerate(camera["matrix"])]
-        camera = dict(camera, matrix=turned)
+    signs = (*TURNED.get(pathlib.Path(name).suffix, (1, 1, 1)), 1)
+    camera = dict(camera, matrix=[signs[i % 4] * value for i, value in enumerate(camera["matrix"])])
     browser.navigate(f"{address}/{viewer}.html")
     for _ in range(200):
         if browser.evaluate("window.ready === true"):

@@ -137,6 +137,24 @@ TEST_F(GltfTest, PrimitivesOfAllShownNodesAreReadInTurn) {
   EXPECT_THAT(both.source.notes, ElementsAre("meshes other than Gaussians are not used"));
 }
 
+// The extension ends at degree 3; a file that goes on is read as far, and says so.
+TEST_F(GltfTest, DegreeFourIsNotUsed) {
+  const GaussianModel model = RandomScene(4, 3);
+  Json document = Document(model);
+  Json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  for (int n = 0; n < 9; ++n) {
+    attributes["KHR_gaussian_splatting:SH_DEGREE_4_COEF_" + std::to_string(n)] =
+        attributes["KHR_gaussian_splatting:SH_DEGREE_3_COEF_0"];
+  }
+  const GaussianModel read = Read(document);
+  EXPECT_EQ(read.sh_degree, 3);
+  EXPECT_EQ(read.sh, model.sh);
+  EXPECT_TRUE(read.source.extras.empty());
+  EXPECT_THAT(read.source.notes,
+              ElementsAre("spherical harmonics of degree 4 are not used: KHR_gaussian_splatting "
+                          "ends at 3"));
+}
+
 TEST_F(GltfTest, QuantizedAttributesAndLogarithmsOfADraftAreRead) {
   const GaussianModel model = RandomScene(1, 0);
   Json document = Document(model);
