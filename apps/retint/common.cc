@@ -13,6 +13,7 @@
 #include "colmap_io/image_io.h"
 #include "colmap_io/nerfstudio.h"
 #include "kernels/cuda/cuda_backend.h"
+#include "kernels/device_handle.h"
 #include "retint/version.h"
 
 namespace retint::cli {
@@ -33,7 +34,7 @@ ProgressStyle StyleOf(const Globals& globals) {
 
 }  // namespace
 
-void CheckRanks(EditSession& session) {
+void JoinRanks(EditSession& session, Run& run) {
   Ranks& ranks = CurrentRanks();
   if (!ranks.AreMany()) return;
   const Backend& backend = session.renderer().backend();
@@ -47,6 +48,13 @@ void CheckRanks(EditSession& session) {
     if (all[r] == all[0]) continue;
     throw InputError("the ranks differ: rank 0 has " + all[0] + ", rank " + std::to_string(r) +
                      " has " + all[r]);
+  }
+  ranks.LinkDevices(DeviceIdentity(backend));
+  if (ranks.DevicesAreLinked()) {
+    run.Info("arrays go from GPU to GPU by " + ranks.link_text());
+  } else if (!backend.IsHost()) {
+    run.Warn("arrays go from GPU to GPU through the host's memory, which is slow: " +
+             ranks.link_text());
   }
 }
 
@@ -159,7 +167,7 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   SessionOptions options = OptionsOf(scene, holdout, run);
   options.cache_bytes = limits.Cache(options.cache_bytes);
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
-  CheckRanks(*session);
+  JoinRanks(*session, run);
   DescribeSession(*session, options.backend, run);
   return session;
 }

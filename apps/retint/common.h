@@ -100,8 +100,8 @@ SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& ru
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
                                          const MemoryLimits& limits = {});
 // All ranks (base/ranks.h) must see the same scene and compute alike, or their decisions part:
-// InputError where they do not. Collective.
-void CheckRanks(EditSession& session);
+// InputError where they do not. Links their devices where that can be had, and says so. Collective.
+void JoinRanks(EditSession& session, Run& run);
 // The backend, and what is odd about the workspace.
 void DescribeSession(const EditSession& session, const std::string& backend, Run& run);
 

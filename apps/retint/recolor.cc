@@ -141,7 +141,7 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Color
   std::vector<std::string> shown = PicturesOf(edit);
   shown.insert(shown.end(), arguments.paint.views.begin(), arguments.paint.views.end());
   auto session = (*large)->Show(shown, nullptr, run.monitor());
-  CheckRanks(*session);
+  JoinRanks(*session, run);
   DescribeSession(*session, run.globals().backend, run);
   return session;
 }

@@ -64,6 +64,19 @@ class CudaBackend : public Backend {
            " MiB";
   }
 
+  std::string Identity() const {
+    cudaDeviceProp properties{};
+    Check(cudaGetDeviceProperties(&properties, device_), "cudaGetDeviceProperties");
+    constexpr char kDigits[] = "0123456789abcdef";
+    std::string identity;
+    for (const char byte : properties.uuid.bytes) {
+      identity += kDigits[static_cast<unsigned char>(byte) / 16];
+      identity += kDigits[static_cast<unsigned char>(byte) % 16];
+    }
+    return identity;
+  }
+  cudaStream_t stream() const { return stream_; }
+
   std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) override {
     return std::make_shared<PoolMemory>(stream_, bytes);
   }
@@ -97,6 +110,14 @@ class CudaBackend : public Backend {
 
 }  // namespace
 }  // namespace cuda
+
+std::string CudaIdentity(const Backend& backend) {
+  return dynamic_cast<const cuda::CudaBackend&>(backend).Identity();
+}
+
+void* CudaStream(const Backend& backend) {
+  return dynamic_cast<const cuda::CudaBackend&>(backend).stream();
+}
 
 std::shared_ptr<Backend> CreateCudaBackend() { return std::make_shared<cuda::CudaBackend>(); }
 

@@ -106,6 +106,24 @@ void Ranks::DoSumByRank(std::span<float> values) {
   }
 }
 
+void Ranks::LinkDevices(const std::string& device) {
+  if (!AreMany()) return;
+  link_ = DoLinkDevices(device, &link_text_);
+  exchange_ = link_ ? "nccl" : "mpi";
+  if (link_) link_text_ = link_->Name();
+}
+
+std::unique_ptr<DeviceLink> Ranks::DoLinkDevices(const std::string&, std::string* fault) {
+  *fault = "there is no link between devices";
+  return nullptr;
+}
+
+void Ranks::TransferOnDevices(std::span<const DeviceTransfer> sends,
+                              std::span<const DeviceTransfer> receives, void* stream) {
+  for (const DeviceTransfer& one : sends) bytes_sent_ += one.bytes;
+  link_->Transfer(sends, receives, stream);
+}
+
 std::vector<int> ShareOut(std::span<const double> costs, const Ranks& ranks) {
   double total = 0;
   for (const double cost : costs) total += cost;

@@ -10,12 +10,31 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace retint {
+
+// Bytes of a device's memory that go to, or come from, another rank.
+struct DeviceTransfer {
+  int other = 0;
+  void* data = nullptr;
+  size_t bytes = 0;
+};
+
+// A way between the memories of the ranks' devices that does not lead through the hosts'.
+class DeviceLink {
+ public:
+  virtual ~DeviceLink() = default;
+  virtual std::string Name() const = 0;  // "NCCL 2.28.9"
+  // Collective. Starts all transfers at once, in the order of what is queued on `stream` (null: in
+  // place). What a rank sends to another arrives there in the order of the lists.
+  virtual void Transfer(std::span<const DeviceTransfer> sends,
+                        std::span<const DeviceTransfer> receives, void* stream) = 0;
+};
 
 class Ranks {
  public:
@@ -51,6 +70,19 @@ class Ranks {
   // bytes than AddInOrder, but rounded differently for another number of ranks.
   void SumByRank(std::span<float> values);
 
+  // Collective. Looks for a link between the ranks' devices; `device` names this rank's, alike for
+  // all who use it, and is empty where it has none. RunError where one is there and fails.
+  void LinkDevices(const std::string& device);
+  bool DevicesAreLinked() const { return link_ != nullptr; }
+  // How arrays of devices come to other ranks: "mpi" or "nccl"; empty where LinkDevices was not
+  // called, or there is one rank.
+  const std::string& exchange() const { return exchange_; }
+  // The link's name, or why there is none.
+  const std::string& link_text() const { return link_text_; }
+  // Collective, see DeviceLink; only where DevicesAreLinked().
+  void TransferOnDevices(std::span<const DeviceTransfer> sends,
+                         std::span<const DeviceTransfer> receives, void* stream);
+
  protected:
   Ranks(int rank, int size) : rank_(rank), size_(size) {}
   virtual void DoBroadcast(std::span<std::byte> data, int from) = 0;
@@ -61,10 +93,16 @@ class Ranks {
   // May return before `data` is read, which stays as it is until FinishSends().
   virtual void Send(std::span<const std::byte> data, int to) = 0;
   virtual void FinishSends() = 0;
+  // Null where there is none, and why in `fault`; the same on all ranks.
+  virtual std::unique_ptr<DeviceLink> DoLinkDevices(const std::string& device, std::string* fault);
+  // Ends what a link started, which needs the other ranks.
+  void Unlink() { link_.reset(); }
 
  private:
   int rank_ = 0, size_ = 1;
   uint64_t bytes_sent_ = 0;
+  std::unique_ptr<DeviceLink> link_;
+  std::string exchange_, link_text_;
 };
 
 // Those among which the calling thread shares its work: itself alone, unless a ShareAmong lives.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
 #include <utility>
 
 // Without the C++ bindings of old.
@@ -12,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "cluster/nccl.h"
 
 namespace retint {
 namespace {
@@ -47,10 +49,53 @@ int CommSize() {
   return size;
 }
 
+// Whether all ranks run on one machine.
+bool OnOneMachine() {
+  MPI_Comm machine = MPI_COMM_NULL;
+  Check(MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine),
+        "MPI_Comm_split_type");
+  int size = 0;
+  MPI_Comm_size(machine, &size);
+  MPI_Comm_free(&machine);
+  return size == CommSize();
+}
+
+// What a rank tells the others before their devices are linked: lines, and so the same everywhere
+// that decides.
+struct LinkOffer {
+  std::string device, version, fault;
+
+  std::string Text() const { return device + "\n" + version + "\n" + fault; }
+  explicit LinkOffer(std::string_view text) {
+    const size_t first = text.find('\n'), second = text.find('\n', first + 1);
+    device = text.substr(0, first);
+    version = text.substr(first + 1, second - first - 1);
+    fault = text.substr(second + 1);
+  }
+  LinkOffer() = default;
+};
+
+// Why ranks with these offers are not linked; empty where they can be.
+std::string FaultOf(const std::vector<std::string>& offers) {
+  std::set<std::string> devices;
+  const LinkOffer root(offers.front());
+  for (size_t r = 0; r < offers.size(); ++r) {
+    const LinkOffer offer(offers[r]);
+    const std::string rank = "rank " + std::to_string(r);
+    if (!offer.fault.empty()) return offer.fault;
+    if (offer.version != root.version) return rank + " has NCCL " + offer.version;
+    if (!devices.insert(offer.device).second) return rank + " shares its GPU with another";
+  }
+  return "";
+}
+
 class MpiRanks : public Ranks {
  public:
   MpiRanks() : Ranks(CommRank(), CommSize()) {}
-  ~MpiRanks() override { MPI_Finalize(); }
+  ~MpiRanks() override {
+    Unlink();
+    MPI_Finalize();
+  }
 
  private:
   void DoBroadcast(std::span<std::byte> data, int from) override {
@@ -143,6 +188,28 @@ class MpiRanks : public Ranks {
   }
 
   void FinishSends() override { Wait(&sends_); }
+
+  std::unique_ptr<DeviceLink> DoLinkDevices(const std::string& device,
+                                            std::string* fault) override {
+    LinkOffer offer;
+    offer.device = device;
+    const Nccl* nccl = nullptr;
+    const bool on_one_machine = OnOneMachine();
+    if (device.empty()) {
+      offer.fault = "the backend is the processor";
+    } else if (!on_one_machine) {
+      offer.fault = "the ranks run on several machines";
+    } else {
+      nccl = FindNccl(&offer.fault);
+    }
+    if (nccl) offer.version = nccl->Version();
+    *fault = FaultOf(AllGather(offer.Text()));
+    if (!fault->empty()) return nullptr;
+    NcclId id;
+    if (IsRoot()) nccl->Check(nccl->get_unique_id(&id), "ncclGetUniqueId");
+    Broadcast(std::as_writable_bytes(std::span(id.bytes)), 0);
+    return JoinNccl(*nccl, id, rank(), size());
+  }
 
   // Of every rank the same number of sizes, by rank.
   std::vector<uint64_t> Sizes(const std::vector<uint64_t>& own) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "recolor/device_exchange.h"
+
 namespace retint {
 namespace {
 
@@ -72,17 +74,23 @@ void AdamSolver::Evaluate(size_t index) {
 void AdamSolver::Share(int owner) {
   Backend& backend = problem_.backend();
   Ranks& ranks = problem_.ranks();
-  const std::span<float> gradient = problem_.HostScratch(problem_.NumValues());
   double loss = 0;
   if (owner == ranks.rank()) {
-    backend.CopyToHost(gradient.data(), gradient_.data(), gradient.size_bytes());
     loss = backend.Download(recent_loss_.data(), 1)[0];
     backend.Fill(recent_loss_.data(), 0, sizeof(double));
   }
-  ranks.Broadcast(BytesOf(gradient), owner);
   ranks.Broadcast(BytesOf(std::span(&loss, 1)), owner);
-  backend.CopyToDevice(gradient_.data(), gradient.data(), gradient.size_bytes());
   shared_loss_ += loss;
+  if (ranks.DevicesAreLinked() && !backend.IsHost()) {
+    BroadcastOnDevices(ranks, backend, gradient_, owner);
+    return;
+  }
+  const std::span<float> gradient = problem_.HostScratch(problem_.NumValues());
+  if (owner == ranks.rank()) {
+    backend.CopyToHost(gradient.data(), gradient_.data(), gradient.size_bytes());
+  }
+  ranks.Broadcast(BytesOf(gradient), owner);
+  backend.CopyToDevice(gradient_.data(), gradient.data(), gradient.size_bytes());
 }
 
 void AdamSolver::EvaluateOwn(size_t index) {

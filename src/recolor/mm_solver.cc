@@ -64,8 +64,7 @@ MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& mon
   }
   const size_t values = problem_.NumValues();
   start_ = backend.Upload(std::span<const float>(problem_.start()));
-  current_ = backend.Upload(std::span<const float>(problem_.start()));
-  for (auto* buffer : {&previous_, &point_, &gradient_, &solution_}) {
+  for (auto* buffer : {&current_, &previous_, &point_, &gradient_, &solution_}) {
     *buffer = backend.Allocate<float>(values);
   }
   if (options.acceleration == MmAcceleration::kLbfgs) {
@@ -74,7 +73,8 @@ MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& mon
   }
   loss_ = backend.Allocate<double>(1);
   largest_residual_ = backend.Allocate<float>(1);
-  Combine(1, current_, 0, current_, previous_);
+  Combine(1, start_, 0, start_, current_);
+  Combine(1, start_, 0, start_, previous_);
   BuildBlocks(monitor);
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/parallel.h"
 #include "scene/image_checks.h"
 
 namespace retint {
@@ -171,14 +172,15 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
     slot.kept = std::move(view);
   }
 
-  original_.reserve(active_.size() * per_gaussian);
-  std::vector<float> active_shares;
-  active_shares.reserve(active_.size());
-  for (const int32_t g : active_) {
-    const auto first = ptrdiff_t(size_t(g) * per_gaussian), last = first + ptrdiff_t(per_gaussian);
-    original_.insert(original_.end(), model.sh.begin() + first, model.sh.begin() + last);
-    active_shares.push_back(shares[size_t(g)]);
-  }
+  std::vector<float> active_shares(active_.size());
+  original_.resize(active_.size() * per_gaussian);
+  ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
+    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+      const size_t g = size_t(active_[i]);
+      std::copy_n(model.sh.data() + g * per_gaussian, per_gaussian, &original_[i * per_gaussian]);
+      active_shares[i] = shares[g];
+    }
+  });
   FitStart(edit, active_shares, monitor);
 }
 

@@ -106,6 +106,7 @@ class RefitProblem {
   RefitScratch& scratch() { return scratch_; }
   // At least so many floats of host memory, which a device reaches quickly.
   std::span<float> HostScratch(size_t count);
+  Buffer<float>& transfer_scratch() { return transfer_scratch_; }  // of SumOnDevices
 
   // The weights as an image, [H, W] into `image` (zero outside the region).
   void WeightImage(const RegionView& view, float* image);
@@ -170,6 +171,7 @@ class RefitProblem {
   Buffer<float> photo_;           // [H, W, 3] scratch
   Buffer<uint8_t> mask_;          // [H, W] scratch
   RefitScratch scratch_;
+  Buffer<float> transfer_scratch_;
   std::vector<float> host_scratch_;
   std::unique_ptr<PageLock> host_lock_;
   size_t kept_bytes_ = 0;

@@ -2,11 +2,13 @@
 #include "recolor/sh_refitter.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <utility>
 
 #include "base/error.h"
+#include "base/parallel.h"
 #include "recolor/refit_solver.h"
 
 namespace retint {
@@ -71,7 +73,9 @@ RefitSummary ShRefitter::Run(Monitor& monitor) {
   return Summary();
 }
 
-RefitSummary ShRefitter::Summary() const {
+RefitSummary ShRefitter::Summary() const { return Summary(ActiveSh()); }
+
+RefitSummary ShRefitter::Summary(std::span<const float> active_sh) const {
   RefitSummary summary;
   const RefitSolver& solver = *impl_->solver;
   summary.solver = impl_->entry.name;
@@ -85,13 +89,17 @@ RefitSummary ShRefitter::Summary() const {
   summary.views_kept = int(problem.NumKeptViews());
   summary.region_bytes = problem.KeptBytes();
   summary.region_fraction = problem.RegionFraction();
-  const auto values = ActiveSh();
   const auto& original = problem.original();
   const size_t block = size_t(problem.num_coeffs()) * 3;
-  for (size_t first = 0; first < values.size(); first += block) {
-    summary.changed_gaussians +=
-        std::memcmp(&values[first], &original[first], block * sizeof(float)) != 0;
-  }
+  std::atomic<int64_t> changed = 0;
+  ParallelRanges(problem.NumActive(), 4096, [&](int64_t begin, int64_t end) {
+    int64_t of_piece = 0;
+    for (size_t i = size_t(begin) * block; i < size_t(end) * block; i += block) {
+      of_piece += std::memcmp(&active_sh[i], &original[i], block * sizeof(float)) != 0;
+    }
+    changed += of_piece;
+  });
+  summary.changed_gaussians = changed;
   return summary;
 }
 

@@ -59,6 +59,7 @@ class ShRefitter {
   bool Step(Monitor& monitor);  // one sweep or step; false when converged or out of iterations
   RefitSummary Run(Monitor& monitor);
   RefitSummary Summary() const;
+  RefitSummary Summary(std::span<const float> active_sh) const;  // ActiveSh(), already at hand
 
   const std::vector<double>& losses() const;  // so far, as in the summary
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "recolor/device_exchange.h"
 
 namespace retint {
 
@@ -62,6 +63,10 @@ void ViewSum::Finish(Buffer<float>& sum) {
   Ranks& ranks = problem_.ranks();
   if (!ranks.AreMany() || sum.size() == 0) return;
   Backend& backend = problem_.backend();
+  if (!problem_.SumsInOrder() && ranks.DevicesAreLinked()) {
+    SumOnDevices(ranks, backend, sum, problem_.transfer_scratch());
+    return;
+  }
   if (!problem_.SumsInOrder()) {
     const std::span<float> values = problem_.HostScratch(sum.size());
     backend.CopyToHost(values.data(), sum.data(), values.size_bytes());

@@ -258,6 +258,7 @@ RunReport OpenScene::MakeReport() const {
   report.backend = backend_->Name();
   report.ranks = CurrentRanks().size();
   report.sent_mb = static_cast<double>(CurrentRanks().bytes_sent()) / (1024.0 * 1024.0);
+  report.exchange = CurrentRanks().exchange();
   report.gaussians = static_cast<int64_t>(NumGaussians());
   report.views = static_cast<int>(reconstruction().views.size());
   for (const char* stage :

@@ -32,7 +32,7 @@ std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t
 }
 
 RefitChain::RefitChain(RefitChainInput input, Renderer& renderer)
-    : input_(std::move(input)), renderer_(renderer), working_(WithoutExtras(*input_.original)) {}
+    : input_(std::move(input)), renderer_(renderer) {}
 
 RefitChain::~RefitChain() = default;
 
@@ -45,7 +45,7 @@ bool RefitChain::Step(Monitor& monitor) {
       continue;
     }
     if (!refitter_ && region.fit && region.fit->key == input_.state.FitKey(index_, input_.job)) {
-      region.fit->Apply(working_.sh, working_.NumShCoeffs());
+      left_.push_back(region.fit);
       ++index_;
       continue;
     }
@@ -59,9 +59,23 @@ bool RefitChain::Step(Monitor& monitor) {
   return false;
 }
 
+const GaussianModel& RefitChain::Current() {
+  if (left_.empty() && working_.sh.empty()) return *input_.original;
+  if (working_.sh.empty()) working_ = WithoutExtras(*input_.original);
+  for (const auto& fit : left_) fit->Apply(working_.sh, working_.NumShCoeffs());
+  left_.clear();
+  return working_;
+}
+
+std::vector<float> RefitChain::CurrentSh() const {
+  std::vector<float> sh = working_.sh.empty() ? input_.original->sh : working_.sh;
+  for (const auto& fit : left_) fit->Apply(sh, input_.original->NumShCoeffs());
+  return sh;
+}
+
 void RefitChain::Begin(Monitor& monitor) {
   const Region& region = input_.state.regions[index_];
-  refitter_ = std::make_unique<ShRefitter>(renderer_, working_, input_.targets[index_],
+  refitter_ = std::make_unique<ShRefitter>(renderer_, Current(), input_.targets[index_],
                                            region.EffectiveEdit(), region.selection->shares,
                                            input_.job.options, monitor);
 }
@@ -70,12 +84,12 @@ void RefitChain::Finish() {
   const Region& region = input_.state.regions[index_];
   auto fit = std::make_shared<RegionFit>();
   fit->key = input_.state.FitKey(index_, input_.job);
-  fit->summary = refitter_->Summary();
   const auto active = refitter_->active();
   fit->indices.assign(active.begin(), active.end());
   fit->sh = refitter_->ActiveSh();
+  fit->summary = refitter_->Summary(fit->sh);
   refitter_.reset();  // it looks at working_
-  fit->Apply(working_.sh, working_.NumShCoeffs());
+  left_.push_back(fit);
   fits_[region.id] = std::move(fit);
   ++index_;
 }
@@ -88,11 +102,11 @@ ShSnapshot RefitChain::Snapshot() const {
     snapshot.losses = refitter_->losses();
   }
   // What is not fitted yet shows its closed form, so that the first snapshot is the whole preview.
-  std::vector<float> sh = refitter_ ? refitter_->Sh() : working_.sh;
+  std::vector<float> sh = refitter_ ? refitter_->Sh() : CurrentSh();
   const size_t next = refitter_ ? index_ + 1 : index_;
   const auto& regions = input_.state.regions;
   sh = ComposeSh(input_.state, input_.job, next, regions.size(), std::move(sh),
-                 working_.NumShCoeffs());
+                 input_.original->NumShCoeffs());
   snapshot.sh = std::make_shared<const std::vector<float>>(std::move(sh));
   return snapshot;
 }

@@ -39,9 +39,15 @@ class RefitChain : public OptimizerJob {
   void Begin(Monitor& monitor);
   void Finish();
 
+  // What the regions before index_ left: the original where none of them was fitted, so that a
+  // single region costs no copy of the scene.
+  const GaussianModel& Current();
+  std::vector<float> CurrentSh() const;
+
   RefitChainInput input_;
   Renderer& renderer_;
-  GaussianModel working_;  // sh: after the regions before index_
+  GaussianModel working_;  // empty before it is first needed
+  std::vector<std::shared_ptr<const RegionFit>> left_;  // not applied to it yet
   size_t index_ = 0;
   std::unique_ptr<ShRefitter> refitter_;
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits_;

@@ -193,6 +193,7 @@ std::string ToJson(const RunReport& report) {
       {"backend", report.backend},
       {"ranks", report.ranks},
       {"sent_mb", Number(report.sent_mb)},
+      {"exchange", report.exchange.empty() ? Json() : Json(report.exchange)},
       {"gaussians", report.gaussians},
       {"views", report.views},
       {"stages_ms", stages},

@@ -85,8 +85,9 @@ struct OutOfCoreReport {
 
 struct RunReport {
   std::string backend;
-  int ranks = 1;       // processes among which the views were shared
-  double sent_mb = 0;  // by this one to the others
+  int ranks = 1;         // processes among which the views were shared
+  double sent_mb = 0;    // by this one to the others
+  std::string exchange;  // "mpi" or "nccl", see Ranks::exchange; empty: one process
   int64_t gaussians = 0;
   int views = 0;
   std::map<std::string, double> stages_ms;

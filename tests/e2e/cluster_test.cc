@@ -70,7 +70,7 @@ std::vector<std::string> Arguments(const fs::path& output, const std::vector<std
 // Without what is measured of the run itself.
 json Figures(const fs::path& report) {
   json figures = json::parse(ReadFile(report));
-  for (const char* key : {"ranks", "sent_mb", "stages_ms", "peak_rss_mb"}) figures.erase(key);
+  for (const char* key : {"ranks", "sent_mb", "exchange", "stages_ms", "peak_rss_mb"}) figures.erase(key);
   return figures;
 }
 
@@ -97,7 +97,9 @@ void ExpectSameAsAlone(int ranks, const std::vector<std::string>& edit) {
   const CommandResult shared = RunRetint(Arguments(temp / "shared", edit), options);
   ASSERT_EQ(shared.code, 0) << shared.err;
   ExpectSameFiles(temp / "alone", temp / "shared");
-  EXPECT_EQ(json::parse(ReadFile(temp / "shared" / "report.json"))["ranks"], ranks);
+  const json report = json::parse(ReadFile(temp / "shared" / "report.json"));
+  EXPECT_EQ(report["ranks"], ranks);
+  EXPECT_EQ(report["exchange"], ranks > 1 ? json("mpi") : json());
   // One of them prints.
   EXPECT_EQ(CountLines(shared.out), CountLines(alone.out));
 }
