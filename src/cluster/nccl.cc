@@ -76,7 +76,7 @@ class NcclLink : public DeviceLink {
     // Of earlier transfers, which nobody waited for.
     Nccl::Result earlier = Nccl::kSuccess;
     nccl_.Check(nccl_.comm_get_async_error(comm, &earlier), "ncclCommGetAsyncError");
-    if (earlier != Nccl::kInProgress) nccl_.Check(earlier, "a transfer");
+    if (earlier != Nccl::kInProgress) nccl_.Check(earlier, "an earlier transfer");
     nccl_.Check(nccl_.group_start(), "ncclGroupStart");
     for (const DeviceTransfer& one : sends) {
       nccl_.Check(nccl_.send(one.data, one.bytes, Nccl::kBytes, one.other, comm, stream),

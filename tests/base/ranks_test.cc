@@ -122,6 +122,33 @@ TEST(Ranks, CountsWhatItSends) {
   EXPECT_THAT(sent, ElementsAre(4u, 0u));
 }
 
+TEST(Ranks, LinkTheirDevices) {
+  RunAsRanks(3, [] {
+    Ranks& ranks = CurrentRanks();
+    EXPECT_EQ(ranks.exchange(), "");
+    ranks.LinkDevices("unlinked");
+    EXPECT_FALSE(ranks.DevicesAreLinked());
+    EXPECT_EQ(ranks.exchange(), "mpi");
+    EXPECT_EQ(ranks.link_text(), "there is no link between devices");
+    ranks.LinkDevices("device");
+    EXPECT_TRUE(ranks.DevicesAreLinked());
+    EXPECT_EQ(ranks.exchange(), "nccl");
+    EXPECT_EQ(ranks.link_text(), "threads");
+    // To the next one, in two pieces, which arrive in their order.
+    const int next = (ranks.rank() + 1) % 3, before = (ranks.rank() + 2) % 3;
+    int mine[2] = {ranks.rank(), 10 + ranks.rank()}, theirs[2] = {};
+    const std::vector<DeviceTransfer> sends = {{next, &mine[0], sizeof(int)},
+                                               {next, &mine[1], sizeof(int)}};
+    const std::vector<DeviceTransfer> receives = {{before, &theirs[0], sizeof(int)},
+                                                  {before, &theirs[1], sizeof(int)}};
+    ranks.TransferOnDevices(sends, receives, nullptr);
+    EXPECT_THAT(theirs, ElementsAre(before, 10 + before));
+    EXPECT_EQ(ranks.bytes_sent(), 2 * sizeof(int));
+  });
+  CurrentRanks().LinkDevices("device");  // one rank alone
+  EXPECT_FALSE(CurrentRanks().DevicesAreLinked());
+}
+
 std::vector<int> OwnersAmong(int count, const std::vector<double>& costs) {
   return MakeOnRanks<std::vector<int>>(count, [&] { return ShareOut(costs, CurrentRanks()); })[0];
 }

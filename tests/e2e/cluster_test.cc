@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The views of one run shared among the processes of mpirun: the same bytes as one process writes.
+#include <cctype>
 #include <cstdlib>
 
 #include <gmock/gmock.h>
@@ -70,7 +71,10 @@ std::vector<std::string> Arguments(const fs::path& output, const std::vector<std
 // Without what is measured of the run itself.
 json Figures(const fs::path& report) {
   json figures = json::parse(ReadFile(report));
-  for (const char* key : {"ranks", "sent_mb", "exchange", "stages_ms", "peak_rss_mb"}) figures.erase(key);
+  for (const char* key : {"ranks", "sent_mb", "exchange", "stages_ms", "peak_rss_mb"}) {
+    figures.erase(key);
+  }
+  if (figures["backend"] == "cuda") figures.erase("peak_device_mb");
   return figures;
 }
 
@@ -193,6 +197,64 @@ TEST(ClusterFaults, ARankThatIsKilledEndsAll) {
   EXPECT_NE(result.code, 0);
   EXPECT_TRUE(FilesBelow(temp.path()).empty()) << result.err;
 }
+
+int CountDevices() {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator("/dev")) {
+    const std::string name = entry.path().filename().string();
+    count += name.size() == 7 && name.starts_with("nvidia") && std::isdigit(name.back());
+  }
+  return count;
+}
+
+// A run on the GPUs, into `output`; its report.
+json RunOnDevices(const fs::path& output, int ranks, const std::vector<std::string>& variables,
+                  const std::vector<std::string>& edit) {
+  fs::create_directory(output);
+  std::vector<std::string> arguments = Arguments(output, {});
+  arguments.back() = "cuda";  // of --backend
+  arguments.insert(arguments.end(), edit.begin(), edit.end());
+  CommandOptions options;
+  options.launcher = {"env"};
+  options.launcher.insert(options.launcher.end(), variables.begin(), variables.end());
+  for (const std::string& word : Launcher(ranks)) options.launcher.push_back(word);
+  const CommandResult result = RunRetint(arguments, options);
+  EXPECT_EQ(result.code, 0) << result.err;
+  return result.code == 0 ? json::parse(ReadFile(output / "report.json")) : json();
+}
+
+// The same bytes whichever way the sums take, by NCCL or through the hosts, and run after run.
+// RETINT_NCCL says where the library lies, if the loader does not find it.
+void ExpectSameEitherWay(int ranks, const std::vector<std::string>& edit) {
+  TempFolder temp;
+  std::vector<fs::path> outputs;
+  const auto run = [&](const std::string& name, const std::vector<std::string>& variables,
+                       const char* exchange) {
+    outputs.push_back(temp / name);
+    EXPECT_EQ(RunOnDevices(temp / name, ranks, variables, edit)["exchange"], exchange) << name;
+  };
+  run("nccl", {}, "nccl");
+  run("again", {}, "nccl");
+  run("off", {"RETINT_NCCL=off"}, "mpi");
+  run("missing", {"RETINT_NCCL=/nonexistent/libnccl.so.2"}, "mpi");
+  run("shared", {"CUDA_VISIBLE_DEVICES=0"}, "mpi");
+  for (const fs::path& output : outputs) ExpectSameFiles(outputs.front(), output);
+}
+
+class ClusterDevices : public testing::TestWithParam<std::vector<std::string>> {};
+
+TEST_P(ClusterDevices, SumTheSameByNcclAndThroughTheHosts) {
+  SKIP_WITHOUT_MPIRUN();
+  if (CountDevices() < 2) GTEST_SKIP() << "two GPUs are needed";
+  ExpectSameEitherWay(2, GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(Edits, ClusterDevices,
+                         testing::Values(std::vector<std::string>{"--tint", "0.2,0.4,1.0"},
+                                         std::vector<std::string>{"--gamma", "1.6"},
+                                         std::vector<std::string>{"--tint", "0.2,0.4,1.0",
+                                                                  "--solver", "adam",
+                                                                  "--iterations", "60"}));
 
 }  // namespace
 }  // namespace retint

@@ -2,10 +2,12 @@
 // Ranks that are threads of the test: what is shared among processes, without any.
 #pragma once
 
+#include <algorithm>
 #include <barrier>
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -56,10 +58,13 @@ class ThreadRank : public Ranks {
   void Receive(std::span<std::byte> data, int from) override {
     std::unique_lock lock(world_.mutex);
     auto& box = world_.mail[size_t(rank())];
-    world_.arrived.wait(lock, [&] { return !box.empty() && box.front().first == from; });
-    box.front().second.copy(reinterpret_cast<char*>(data.data()), data.size());
-    box.pop_front();
-    world_.arrived.notify_all();
+    auto found = box.end();
+    world_.arrived.wait(lock, [&] {
+      found = std::find_if(box.begin(), box.end(), [&](auto& one) { return one.first == from; });
+      return found != box.end();
+    });
+    found->second.copy(reinterpret_cast<char*>(data.data()), data.size());
+    box.erase(found);
   }
   void Send(std::span<const std::byte> data, int to) override {
     const std::lock_guard lock(world_.mutex);
@@ -67,6 +72,30 @@ class ThreadRank : public Ranks {
     world_.arrived.notify_all();
   }
   void FinishSends() override {}
+
+  // The "devices" are the host: what is sent goes through the mail.
+  class Link : public DeviceLink {
+   public:
+    explicit Link(ThreadRank& rank) : rank_(rank) {}
+    std::string Name() const override { return "threads"; }
+    void Transfer(std::span<const DeviceTransfer> sends, std::span<const DeviceTransfer> receives,
+                  void*) override {
+      for (const DeviceTransfer& one : sends) rank_.Send(Bytes(one), one.other);
+      for (const DeviceTransfer& one : receives) rank_.Receive(Bytes(one), one.other);
+    }
+
+   private:
+    static std::span<std::byte> Bytes(const DeviceTransfer& one) {
+      return {static_cast<std::byte*>(one.data), one.bytes};
+    }
+    ThreadRank& rank_;
+  };
+  // A device that is called "unlinked" is.
+  std::unique_ptr<DeviceLink> DoLinkDevices(const std::string& device,
+                                            std::string* fault) override {
+    if (device == "unlinked") return Ranks::DoLinkDevices(device, fault);
+    return std::make_unique<Link>(*this);
+  }
 
   ThreadWorld& world_;
 };
