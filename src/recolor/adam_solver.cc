@@ -41,8 +41,7 @@ void AdamOptions::Check() const { CheckRanges(*this); }
 AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
     : RefitSolver(problem), options_(options), random_(options.seed) {
   Backend& backend = problem_.backend();
-  values_ = backend.Upload(
-      std::span<const float>(options.closed_form_start ? problem_.start() : problem_.original()));
+  values_ = backend.Upload(options.closed_form_start ? problem_.start() : problem_.original());
   for (auto* buffer : {&gradient_, &m_, &v_}) {
     *buffer = backend.Allocate<float>(problem_.NumValues());
   }

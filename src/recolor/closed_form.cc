@@ -80,9 +80,8 @@ class DirectionFit {
 
 }  // namespace
 
-std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
-                                std::span<const float> shares, const ColorEdit& edit,
-                                double active_threshold) {
+void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float> shares,
+                     const ColorEdit& edit, double active_threshold) {
   const size_t coeffs = size_t(num_coeffs);
   CheckOption(sh.size() == shares.size() * coeffs * 3,
               "closed form: one share a Gaussian is needed, got " + std::to_string(shares.size()) +
@@ -100,6 +99,12 @@ std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
       }
     }
   });
+}
+
+std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
+                                std::span<const float> shares, const ColorEdit& edit,
+                                double active_threshold) {
+  ApplyClosedForm(sh, num_coeffs, shares, edit, active_threshold);
   return sh;
 }
 

@@ -63,7 +63,7 @@ MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& mon
     ridge_[k] = float(k == 0 ? options.ridge_dc : options.ridge_rest);
   }
   const size_t values = problem_.NumValues();
-  start_ = backend.Upload(std::span<const float>(problem_.start()));
+  start_ = backend.Upload(problem_.start());
   for (auto* buffer : {&current_, &previous_, &point_, &gradient_, &solution_}) {
     *buffer = backend.Allocate<float>(values);
   }

@@ -173,7 +173,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   }
 
   std::vector<float> active_shares(active_.size());
-  original_.resize(active_.size() * per_gaussian);
+  original_ = std::make_unique_for_overwrite<float[]>(NumValues());
   ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
       const size_t g = size_t(active_[i]);
@@ -204,14 +204,23 @@ void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
     prepared[t] = std::move(view);
   }
   if (ranks_.AreMany()) {
-    std::vector<int32_t> own;
-    for (size_t g = 0; g < seen->size(); ++g) {
-      if ((*seen)[g]) own.push_back(int32_t(g));
-    }
-    for (const int32_t g : ranks_.Gather<int32_t>(own)) (*seen)[size_t(g)] = 1;
+    AddSeen(seen);
     found = ranks_.Gather<Found>(found);
   }
   KeepViews(found, owners, budgets, &prepared);
+}
+
+// Those of all ranks, a bit a Gaussian.
+void RefitProblem::AddSeen(std::vector<uint8_t>* seen) {
+  constexpr size_t kBits = 8;
+  std::string bits((seen->size() + kBits - 1) / kBits, '\0');
+  for (size_t g = 0; g < seen->size(); ++g) {
+    if ((*seen)[g]) bits[g / kBits] = char(bits[g / kBits] | 1 << g % kBits);
+  }
+  for (const std::string& one : ranks_.AllGather(bits)) {
+    for (size_t g = 0; g < seen->size(); ++g)
+      (*seen)[g] |= uint8_t(one[g / kBits] >> g % kBits & 1);
+  }
 }
 
 // As one rank keeps them that meets one view after the other: what fits into what is left.

@@ -91,8 +91,8 @@ class RefitProblem {
   float target_unit() const { return target_unit_; }
   const ColorMap& map() const { return edit_.map; }  // of a Gaussian's own colors
   // Coefficients of the active Gaussians, [active, K, 3], host.
-  const std::vector<float>& original() const { return original_; }
-  const std::vector<float>& start() const { return start_; }
+  std::span<const float> original() const { return {original_.get(), NumValues()}; }
+  std::span<const float> start() const { return {start_.get(), NumValues()}; }
 
   Ranks& ranks() { return ranks_; }
   // Whether sums over the views wait for all of them, see ViewSum.
@@ -139,6 +139,7 @@ class RefitProblem {
   // Restricts the views of this rank, and learns of the others'; Gaussians that one sees into
   // `seen`.
   void FindViews(Monitor& monitor, std::vector<uint8_t>* seen);
+  void AddSeen(std::vector<uint8_t>* seen);
   void KeepViews(const std::vector<Found>& found, const std::vector<int>& owners,
                  const std::vector<size_t>& budgets,
                  std::vector<std::shared_ptr<RegionView>>* prepared);
@@ -166,7 +167,8 @@ class RefitProblem {
   std::vector<int32_t> part_begins_;
   std::vector<std::shared_ptr<const RowsByPart>> by_part_;  // [views], null: not asked for yet
   std::vector<int32_t> active_, slot_of_;  // slot_of_[gaussian], -1 when not active
-  std::vector<float> original_, start_;
+  // Hundreds of megabytes, maybe: not filled with zeros first, which one thread would do.
+  std::unique_ptr<float[]> original_, start_;
   Buffer<uint8_t> active_flags_;  // [N]
   Buffer<float> photo_;           // [H, W, 3] scratch
   Buffer<uint8_t> mask_;          // [H, W] scratch

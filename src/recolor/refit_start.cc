@@ -2,6 +2,7 @@
 // Where a fit starts: the edit of each active Gaussian's own colors.
 #include <algorithm>
 
+#include "base/parallel.h"
 #include "recolor/refit_problem.h"
 #include "recolor/view_sum.h"
 
@@ -12,20 +13,29 @@ namespace retint {
 // all around it.
 void RefitProblem::FitStart(const ColorEdit& edit, std::span<const float> shares,
                             Monitor& monitor) {
+  const size_t block = size_t(num_coeffs_) * 3;
+  start_ = std::make_unique_for_overwrite<float[]>(NumValues());
+  ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
+    std::copy(&original_[size_t(begin) * block], &original_[size_t(end) * block],
+              &start_[size_t(begin) * block]);
+  });
+  const std::span<float> start(start_.get(), NumValues());
   if (edit.IsAffine() || active_.empty()) {
-    start_ = ClosedFormSh(original_, num_coeffs_, shares, edit, options_.active_threshold);
+    ApplyClosedForm(start, num_coeffs_, shares, edit, options_.active_threshold);
     return;
   }
   const std::vector<float> ones(shares.size(), 1.0f);
-  Buffer<float> sh =
-      backend().Upload(std::span<const float>(ClosedFormSh(original_, num_coeffs_, ones, edit, 0)));
+  ApplyClosedForm(start, num_coeffs_, ones, edit, 0);
+  Buffer<float> sh = backend().Upload(std::span<const float>(start));
   FitToViews(sh, monitor);
-  const std::vector<float> full = backend().Download(sh.data(), sh.size());
-  const size_t block = size_t(num_coeffs_) * 3;
-  start_ = original_;
-  for (size_t i = 0; i < start_.size(); ++i) {
-    start_[i] += shares[i / block] * (full[i] - original_[i]);
-  }
+  backend().CopyToHost(start.data(), sh.data(), start.size_bytes());
+  ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
+    for (size_t i = size_t(begin) * block; i < size_t(end) * block; ++i) {
+      const float original = original_[i], full = start[i];
+      start[i] = original;
+      start[i] += shares[i / block] * (full - original);
+    }
+  });
 }
 
 // sh [active, K, 3] += the solution of one K x K least squares a Gaussian: the change of its

@@ -89,7 +89,7 @@ RefitSummary ShRefitter::Summary(std::span<const float> active_sh) const {
   summary.views_kept = int(problem.NumKeptViews());
   summary.region_bytes = problem.KeptBytes();
   summary.region_fraction = problem.RegionFraction();
-  const auto& original = problem.original();
+  const std::span<const float> original = problem.original();
   const size_t block = size_t(problem.num_coeffs()) * 3;
   std::atomic<int64_t> changed = 0;
   ParallelRanges(problem.NumActive(), 4096, [&](int64_t begin, int64_t end) {

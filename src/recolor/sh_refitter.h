@@ -80,6 +80,9 @@ class ShRefitter {
 std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
                                 std::span<const float> shares, const ColorEdit& edit,
                                 double active_threshold = RefitOptions().active_threshold);
+// The same in place.
+void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float> shares,
+                     const ColorEdit& edit, double active_threshold);
 
 // m_g = sum_v W^T M_v / sum_v W^T 1, [N].
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
