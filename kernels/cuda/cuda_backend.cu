@@ -5,6 +5,7 @@
 
 #include "kernels/cuda/device.cuh"
 #include "kernels/cuda/groups.cuh"
+#include "kernels/cuda/staged_copy.h"
 
 namespace retint {
 namespace cuda {
@@ -38,6 +39,7 @@ class CudaBackend : public Backend {
     uint64_t keep = UINT64_MAX;
     Check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep),
           "cudaMemPoolSetAttribute");
+    staged_ = std::make_unique<StagedCopy>(stream_);
     blend_ = MakeBlendOps(stream_);
     sh_ = MakeShOps(stream_);
     solve_ = MakeSolveOps(stream_);
@@ -51,6 +53,7 @@ class CudaBackend : public Backend {
     // Their memory is given back on the stream.
     blend_.reset(), sh_.reset(), solve_.reset(), refit_.reset();
     mask_.reset(), stereo_.reset(), neighbors_.reset(), graph_.reset();
+    staged_.reset();
     cudaStreamDestroy(stream_);
   }
   CudaBackend(const CudaBackend&) = delete;
@@ -82,10 +85,12 @@ class CudaBackend : public Backend {
   }
   void CopyToDevice(void* device, const void* host, size_t bytes) override {
     if (bytes == 0) return;
+    if (StagedCopy::Pays(host, bytes)) return staged_->ToDevice(device, host, bytes);
     Check(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "cudaMemcpyAsync");
   }
   void CopyToHost(void* host, const void* device, size_t bytes) override {
     if (bytes == 0) return;
+    if (StagedCopy::Pays(host, bytes)) return staged_->ToHost(host, device, bytes);
     Check(cudaMemcpyAsync(host, device, bytes, cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync");
     Synchronize();
   }
@@ -106,6 +111,7 @@ class CudaBackend : public Backend {
   int device_ = 0;
   cudaStream_t stream_ = nullptr;
   cudaMemPool_t pool_ = nullptr;
+  std::unique_ptr<StagedCopy> staged_;
 };
 
 }  // namespace

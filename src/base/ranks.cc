@@ -118,6 +118,13 @@ std::unique_ptr<DeviceLink> Ranks::DoLinkDevices(const std::string&, std::string
   return nullptr;
 }
 
+bool Ranks::UsesLink(size_t bytes) {
+  constexpr size_t kWorthWaiting = size_t{256} << 20;  // a tenth of a second or more by MPI
+  if (!link_) return false;
+  if (!link_is_ready_ && bytes < kWorthWaiting) link_is_ready_ = !Any(!link_->IsReady());
+  return link_is_ready_ || bytes >= kWorthWaiting;
+}
+
 void Ranks::TransferOnDevices(std::span<const DeviceTransfer> sends,
                               std::span<const DeviceTransfer> receives, void* stream) {
   for (const DeviceTransfer& one : sends) bytes_sent_ += one.bytes;

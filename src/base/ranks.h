@@ -30,6 +30,8 @@ class DeviceLink {
  public:
   virtual ~DeviceLink() = default;
   virtual std::string Name() const = 0;  // "NCCL 2.28.9"
+  // Whether a transfer would start at once; else it first waits for what is still being set up.
+  virtual bool IsReady() = 0;
   // Collective. Starts all transfers at once, in the order of what is queued on `stream` (null: in
   // place). What a rank sends to another arrives there in the order of the lists.
   virtual void Transfer(std::span<const DeviceTransfer> sends,
@@ -74,8 +76,12 @@ class Ranks {
   // all who use it, and is empty where it has none. RunError where one is there and fails.
   void LinkDevices(const std::string& device);
   bool DevicesAreLinked() const { return link_ != nullptr; }
-  // How arrays of devices come to other ranks: "mpi" or "nccl"; empty where LinkDevices was not
-  // called, or there is one rank.
+  // Collective, with the same number everywhere. Whether an array of so many bytes goes by the
+  // link. One that is not ready yet is waited for only where that takes less time than the other
+  // way would.
+  bool UsesLink(size_t bytes);
+  // How large arrays of devices come to other ranks: "mpi" or "nccl"; empty where LinkDevices was
+  // not called, or there is one rank.
   const std::string& exchange() const { return exchange_; }
   // The link's name, or why there is none.
   const std::string& link_text() const { return link_text_; }
@@ -102,6 +108,7 @@ class Ranks {
   int rank_ = 0, size_ = 1;
   uint64_t bytes_sent_ = 0;
   std::unique_ptr<DeviceLink> link_;
+  bool link_is_ready_ = false;  // on all ranks
   std::string exchange_, link_text_;
 };
 

@@ -3,9 +3,11 @@
 
 #include <dlfcn.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <future>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 
@@ -46,59 +48,94 @@ bool Load(const std::string& file, Nccl* nccl, std::string* fault) {
   Resolve(library, "ncclGroupEnd", nccl->group_end, &missing);
   Resolve(library, "ncclSend", nccl->send, &missing);
   Resolve(library, "ncclRecv", nccl->receive, &missing);
+  std::string optional;
+  Resolve(library, "ncclMemAlloc", nccl->mem_alloc, &optional);
+  Resolve(library, "ncclMemFree", nccl->mem_free, &optional);
   if (missing.empty()) return true;
   *fault = file + ": no function " + missing + ": no NCCL, or one older than 2.13";
   dlclose(library);
   return false;
 }
 
+// A rank's part of a group.
+struct Joined {
+  Nccl::Comm comm = nullptr;
+  void* memory = nullptr;  // of the first transfer, which nobody waits for
+};
+
+void SendAndReceive(const Nccl& nccl, Nccl::Comm comm, std::span<const DeviceTransfer> sends,
+                    std::span<const DeviceTransfer> receives, Nccl::Stream stream) {
+  nccl.Check(nccl.group_start(), "ncclGroupStart");
+  for (const DeviceTransfer& one : sends) {
+    nccl.Check(nccl.send(one.data, one.bytes, Nccl::kBytes, one.other, comm, stream), "ncclSend");
+  }
+  for (const DeviceTransfer& one : receives) {
+    nccl.Check(nccl.receive(one.data, one.bytes, Nccl::kBytes, one.other, comm, stream),
+               "ncclRecv");
+  }
+  nccl.Check(nccl.group_end(), "ncclGroupEnd");
+}
+
+// A few bytes from each rank to each, on CUDA's own stream: NCCL opens a way when it is first gone.
+void OpenWays(const Nccl& nccl, int rank, int size, Joined* joined) {
+  constexpr size_t kBytes = 16;
+  if (!nccl.mem_alloc || !nccl.mem_free) return;
+  nccl.Check(nccl.mem_alloc(&joined->memory, 2 * kBytes * size_t(size)), "ncclMemAlloc");
+  char* const memory = static_cast<char*>(joined->memory);
+  std::vector<DeviceTransfer> sends, receives;
+  for (int r = 0; r < size; ++r) {
+    if (r == rank) continue;
+    sends.push_back({r, memory + 2 * kBytes * size_t(r), kBytes});
+    receives.push_back({r, memory + 2 * kBytes * size_t(r) + kBytes, kBytes});
+  }
+  SendAndReceive(nccl, joined->comm, sends, receives, nullptr);
+}
+
 class NcclLink : public DeviceLink {
  public:
   NcclLink(const Nccl& nccl, const NcclId& id, int rank, int size)
       : nccl_(nccl), joining_(std::async(std::launch::async, [&nccl, id, rank, size] {
-          Nccl::Comm comm = nullptr;
-          nccl.Check(nccl.comm_init_rank(&comm, size, id, rank), "ncclCommInitRank");
-          return comm;
+          Joined joined;
+          nccl.Check(nccl.comm_init_rank(&joined.comm, size, id, rank), "ncclCommInitRank");
+          OpenWays(nccl, rank, size, &joined);
+          return joined;
         })) {}
 
   ~NcclLink() override {
     try {
-      nccl_.comm_destroy(Joined());
+      nccl_.comm_destroy(Comm());
+      if (joined_.memory) nccl_.mem_free(joined_.memory);
     } catch (const RunError&) {  // what was never joined is not left
     }
+  }
+
+  bool IsReady() override {
+    constexpr std::chrono::seconds kNow{0};
+    return !joining_.valid() || joining_.wait_for(kNow) == std::future_status::ready;
   }
 
   std::string Name() const override { return "NCCL " + nccl_.Version(); }
 
   void Transfer(std::span<const DeviceTransfer> sends, std::span<const DeviceTransfer> receives,
                 void* stream) override {
-    const Nccl::Comm comm = Joined();
+    const Nccl::Comm comm = Comm();
     // Of earlier transfers, which nobody waited for.
     Nccl::Result earlier = Nccl::kSuccess;
     nccl_.Check(nccl_.comm_get_async_error(comm, &earlier), "ncclCommGetAsyncError");
     if (earlier != Nccl::kInProgress) nccl_.Check(earlier, "an earlier transfer");
-    nccl_.Check(nccl_.group_start(), "ncclGroupStart");
-    for (const DeviceTransfer& one : sends) {
-      nccl_.Check(nccl_.send(one.data, one.bytes, Nccl::kBytes, one.other, comm, stream),
-                  "ncclSend");
-    }
-    for (const DeviceTransfer& one : receives) {
-      nccl_.Check(nccl_.receive(one.data, one.bytes, Nccl::kBytes, one.other, comm, stream),
-                  "ncclRecv");
-    }
-    nccl_.Check(nccl_.group_end(), "ncclGroupEnd");
+    SendAndReceive(nccl_, comm, sends, receives, stream);
   }
 
  private:
-  Nccl::Comm Joined() {
-    if (joining_.valid()) comm_ = joining_.get();
-    if (!comm_) throw RunError("NCCL: the ranks could not be joined");
-    return comm_;
+  Nccl::Comm Comm() {
+    if (joining_.valid()) joined_ = joining_.get();
+    if (!joined_.comm) throw RunError("NCCL: the ranks could not be joined");
+    return joined_.comm;
   }
 
   const Nccl& nccl_;
-  std::future<Nccl::Comm> joining_;
-  Nccl::Comm comm_ = nullptr;
+  std::future<Joined> joining_;
+  Joined joined_;
 };
 
 }  // namespace

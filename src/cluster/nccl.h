@@ -38,6 +38,9 @@ struct Nccl {
                  Stream stream) = nullptr;
   Result (*receive)(void* data, size_t count, int type, int from, Comm comm,
                     Stream stream) = nullptr;
+  // Of NCCL 2.19 and newer, else null: memory of the current device.
+  Result (*mem_alloc)(void** data, size_t bytes) = nullptr;
+  Result (*mem_free)(void* data) = nullptr;
 
   std::string Version() const;  // "2.28.9"
   // RunError("NCCL: call: why") unless `result` is success.
@@ -49,9 +52,9 @@ struct Nccl {
 // old.
 const Nccl* FindNccl(std::string* fault);
 
-// Joins the ranks of `id`, each with the first device of its own that CUDA shows, on a thread, so
-// that the caller goes on meanwhile; the first transfer waits for it. RunError, then, where NCCL
-// refuses.
+// Joins the ranks of `id`, each with the first device of its own that CUDA shows, and tries the
+// ways between them, which builds them up; all on a thread, so that the caller goes on meanwhile.
+// The first transfer waits for it: RunError, then, where NCCL refuses.
 std::unique_ptr<DeviceLink> JoinNccl(const Nccl& nccl, const NcclId& id, int rank, int size);
 
 }  // namespace retint

@@ -80,7 +80,7 @@ void AdamSolver::Share(int owner) {
   }
   ranks.Broadcast(BytesOf(std::span(&loss, 1)), owner);
   shared_loss_ += loss;
-  if (ranks.DevicesAreLinked() && !backend.IsHost()) {
+  if (!backend.IsHost() && ranks.UsesLink(problem_.NumValues() * sizeof(float))) {
     BroadcastOnDevices(ranks, backend, gradient_, owner);
     return;
   }

@@ -40,12 +40,12 @@ std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
 // The area of each mask, and a little for every view.
 std::vector<double> AreasOf(const std::vector<RefitTarget>& targets) {
   constexpr double kLeast = 0.05;  // of a view's pixels
-  std::vector<double> areas;
-  for (const RefitTarget& target : targets) {
-    const auto& mask = target.mask->data;
+  std::vector<double> areas(targets.size());
+  ParallelTasks(int64_t(targets.size()), [&](int64_t t) {
+    const auto& mask = targets[size_t(t)].mask->data;
     const auto empty = std::count(mask.begin(), mask.end(), uint8_t{0});
-    areas.push_back(double(mask.size()) - double(empty) + kLeast * double(mask.size()));
-  }
+    areas[size_t(t)] = double(mask.size()) - double(empty) + kLeast * double(mask.size());
+  });
   return areas;
 }
 

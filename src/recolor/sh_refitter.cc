@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "recolor/refit_solver.h"
 
@@ -55,9 +56,9 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
   if (shares.empty()) shares = MaskShares(renderer, targets, monitor);
   CheckOption(shares.size() == model.NumGaussians(),
               "refit: one share a Gaussian is needed, got " + std::to_string(shares.size()));
-  for (const float share : shares) {
-    CheckOption(share >= 0 && share <= 1, "refit: a share is outside [0, 1]");
-  }
+  const bool in_range = std::all_of(shares.begin(), shares.end(),
+                                    [](float share) { return share >= 0 && share <= 1; });
+  CheckOption(in_range, "refit: a share is outside [0, 1]");
   impl_ = std::make_unique<Impl>(renderer, model, std::move(targets), edit, std::move(shares),
                                  options, monitor);
 }
@@ -107,7 +108,12 @@ const std::vector<double>& ShRefitter::losses() const { return impl_->solver->lo
 
 std::vector<float> ShRefitter::ActiveSh() const {
   const Buffer<float>& values = impl_->solver->coefficients();
-  return impl_->problem.backend().Download(values.data(), values.size());
+  std::vector<float> sh;
+  sh.reserve(values.size());
+  PopulatePages(sh.data(), values.size() * sizeof(float));
+  sh.resize(values.size());
+  impl_->problem.backend().CopyToHost(sh.data(), values.data(), sh.size() * sizeof(float));
+  return sh;
 }
 
 std::vector<float> ShRefitter::Sh() const {

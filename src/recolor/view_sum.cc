@@ -63,7 +63,7 @@ void ViewSum::Finish(Buffer<float>& sum) {
   Ranks& ranks = problem_.ranks();
   if (!ranks.AreMany() || sum.size() == 0) return;
   Backend& backend = problem_.backend();
-  if (!problem_.SumsInOrder() && ranks.DevicesAreLinked()) {
+  if (!problem_.SumsInOrder() && ranks.UsesLink(sum.size() * sizeof(float))) {
     SumOnDevices(ranks, backend, sum, problem_.transfer_scratch());
     return;
   }

@@ -12,6 +12,16 @@
 namespace retint {
 namespace {
 
+TEST(Memory, PopulatingKeepsWhatIsThere) {
+  std::vector<char> values(size_t{1} << 20);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = char(i % 251);
+  const std::vector<char> before = values;
+  PopulatePages(values.data() + 1, values.size() - 3);  // no whole pages at either end
+  PopulatePages(values.data(), 0);
+  PopulatePages(nullptr, 0);
+  EXPECT_EQ(values, before);
+}
+
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 double ResidentMb() {

@@ -146,7 +146,24 @@ TEST(Ranks, LinkTheirDevices) {
     EXPECT_EQ(ranks.bytes_sent(), 2 * sizeof(int));
   });
   CurrentRanks().LinkDevices("device");  // one rank alone
+  EXPECT_FALSE(CurrentRanks().UsesLink(1));
   EXPECT_FALSE(CurrentRanks().DevicesAreLinked());
+}
+
+// As long as one rank's link is not up, only large arrays wait for it.
+TEST(Ranks, SmallArraysDoNotWaitForALink) {
+  constexpr size_t kSmall = 1000, kLarge = size_t{1} << 30;
+  RunAsRanks(3, [] {
+    auto& ranks = dynamic_cast<ThreadRank&>(CurrentRanks());
+    EXPECT_FALSE(ranks.UsesLink(kLarge));
+    ranks.LinkDevices("device");
+    ranks.link_is_up = ranks.rank() != 1;
+    EXPECT_FALSE(ranks.UsesLink(kSmall));
+    EXPECT_TRUE(ranks.UsesLink(kLarge));
+    EXPECT_FALSE(ranks.UsesLink(kSmall));
+    ranks.link_is_up = true;
+    EXPECT_TRUE(ranks.UsesLink(kSmall));
+  });
 }
 
 std::vector<int> OwnersAmong(int count, const std::vector<double>& costs) {

@@ -49,6 +49,14 @@ EXPORTED const char* ncclGetLastError(void* comm) {
   (void)comm;
   return "a cable was pulled";
 }
+EXPORTED int ncclMemAlloc(void** data, size_t bytes) {
+  *data = calloc(bytes, 1);
+  return Answer("take");
+}
+EXPORTED int ncclMemFree(void* data) {
+  free(data);
+  return Answer("free");
+}
 EXPORTED int ncclGroupStart(void) { return Answer("start"); }
 EXPORTED int ncclGroupEnd(void) { return Answer("end"); }
 
@@ -56,7 +64,7 @@ EXPORTED int ncclGroupEnd(void) { return Answer("end"); }
 static int Transfer(const char* what, size_t count, int type, int other, void* stream) {
   char text[96];
   snprintf(text, sizeof text, "%s %zu of type %d, rank %d, stream %s", what, count, type, other,
-           (const char*)stream);
+           stream ? (const char*)stream : "of CUDA");
   return Answer(text);
 }
 EXPORTED int ncclSend(const void* data, size_t count, int type, int to, void* comm, void* stream) {

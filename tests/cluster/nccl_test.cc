@@ -76,18 +76,24 @@ TEST_F(NcclTest, TransfersAreOneGroup) {
   NcclId id;
   nccl.Check(nccl.get_unique_id(&id), "ncclGetUniqueId");
   {
-    const auto link = JoinNccl(nccl, id, 2, 5);
+    const auto link = JoinNccl(nccl, id, 1, 3);
     EXPECT_EQ(link->Name(), "NCCL 2.13.4");
     int value = 0;
     char stream[] = "S";
-    const std::vector<DeviceTransfer> sends = {{1, &value, 4}, {3, &value, 3}};
+    const std::vector<DeviceTransfer> sends = {{0, &value, 4}, {2, &value, 3}};
     const std::vector<DeviceTransfer> receives = {{0, &value, 2}};
     link->Transfer(sends, receives, stream);
+    EXPECT_TRUE(link->IsReady());
   }
+  // First a little from each to each, on a stream of CUDA's.
   EXPECT_EQ(Log(),
-            "id\njoin 2 of 5 by 7\nearlier\nstart\nsend 4 of type 1, rank 1, stream S\n"
-            "send 3 of type 1, rank 3, stream S\nreceive 2 of type 1, rank 0, stream S\nend\n"
-            "leave\n");
+            "id\njoin 1 of 3 by 7\ntake\nstart\nsend 16 of type 1, rank 0, stream of CUDA\n"
+            "send 16 of type 1, rank 2, stream of CUDA\n"
+            "receive 16 of type 1, rank 0, stream of CUDA\n"
+            "receive 16 of type 1, rank 2, stream of CUDA\nend\n"
+            "earlier\nstart\nsend 4 of type 1, rank 0, stream S\n"
+            "send 3 of type 1, rank 2, stream S\nreceive 2 of type 1, rank 0, stream S\nend\n"
+            "leave\nfree\n");
 }
 
 // What a transfer throws where `failing` fails.
@@ -108,6 +114,7 @@ TEST_F(NcclTest, FailuresAreOneLine) {
   EXPECT_EQ(FaultOf(Fake("")), "");
   const std::string more = ": internal error (a cable was pulled); RETINT_NCCL=off does without it";
   EXPECT_EQ(FaultOf(Fake("join 0 of 2 by 0")), "NCCL: ncclCommInitRank" + more);
+  EXPECT_EQ(FaultOf(Fake("take")), "NCCL: ncclMemAlloc" + more);
   EXPECT_EQ(FaultOf(Fake("earlier")), "NCCL: an earlier transfer" + more);
   EXPECT_EQ(FaultOf(Fake("send 4 of type 1, rank 1, stream S")), "NCCL: ncclSend" + more);
   EXPECT_EQ(FaultOf(Fake("receive 4 of type 1, rank 1, stream S")), "NCCL: ncclRecv" + more);

@@ -33,6 +33,7 @@ struct ThreadWorld {
 class ThreadRank : public Ranks {
  public:
   ThreadRank(ThreadWorld& world, int rank, int size) : Ranks(rank, size), world_(world) {}
+  bool link_is_up = true;
 
  private:
   void DoBroadcast(std::span<std::byte> data, int from) override {
@@ -78,6 +79,7 @@ class ThreadRank : public Ranks {
    public:
     explicit Link(ThreadRank& rank) : rank_(rank) {}
     std::string Name() const override { return "threads"; }
+    bool IsReady() override { return rank_.link_is_up; }
     void Transfer(std::span<const DeviceTransfer> sends, std::span<const DeviceTransfer> receives,
                   void*) override {
       for (const DeviceTransfer& one : sends) rank_.Send(Bytes(one), one.other);

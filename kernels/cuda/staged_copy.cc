@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels/cuda/staged_copy.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include <tbb/task_arena.h>
+
+#include "base/parallel.h"
+#include "kernels/cuda/device.cuh"
+
+namespace retint::cuda {
+namespace {
+
+constexpr size_t kLeastBytes = size_t{8} << 20;
+
+// memcpy by all threads. Isolated: a thread that waits here holds the lock, and must not take up a
+// task that copies too.
+void CopyByAll(void* to, const void* from, size_t bytes) {
+  constexpr int64_t kGrain = 1 << 20;
+  tbb::this_task_arena::isolate([&] {
+    ParallelRanges(int64_t(bytes), kGrain, [&](int64_t begin, int64_t end) {
+      std::memcpy(static_cast<char*>(to) + begin, static_cast<const char*>(from) + begin,
+                  size_t(end - begin));
+    });
+  });
+}
+
+}  // namespace
+
+StagedCopy::~StagedCopy() {
+  for (size_t b = 0; b < kBuffers; ++b) {
+    if (arrived_[b]) {
+      cudaEventSynchronize(arrived_[b]);
+      cudaEventDestroy(arrived_[b]);
+    }
+    if (buffers_[b]) cudaFreeHost(buffers_[b]);
+  }
+}
+
+bool StagedCopy::Pays(const void* host, size_t bytes) {
+  if (bytes < kLeastBytes) return false;
+  cudaPointerAttributes attributes{};
+  if (cudaPointerGetAttributes(&attributes, host) != cudaSuccess) {
+    cudaGetLastError();
+    return false;
+  }
+  return attributes.type == cudaMemoryTypeUnregistered;
+}
+
+void StagedCopy::TakeBuffers() {
+  for (size_t b = 0; b < kBuffers; ++b) {
+    if (!buffers_[b]) Check(cudaMallocHost(&buffers_[b], kBufferBytes), "cudaMallocHost");
+    if (arrived_[b]) continue;
+    Check(cudaEventCreateWithFlags(&arrived_[b], cudaEventDisableTiming), "cudaEventCreate");
+  }
+}
+
+void StagedCopy::ToDevice(void* device, const void* host, size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  TakeBuffers();
+  for (size_t at = 0, b = 0; at < bytes; at += kBufferBytes, b = (b + 1) % kBuffers) {
+    const size_t count = std::min(kBufferBytes, bytes - at);
+    Check(cudaEventSynchronize(arrived_[b]), "cudaEventSynchronize");
+    CopyByAll(buffers_[b], static_cast<const char*>(host) + at, count);
+    Check(cudaMemcpyAsync(static_cast<char*>(device) + at, buffers_[b], count,
+                          cudaMemcpyHostToDevice, stream_),
+          "cudaMemcpyAsync");
+    Check(cudaEventRecord(arrived_[b], stream_), "cudaEventRecord");
+  }
+}
+
+void StagedCopy::ToHost(void* host, const void* device, size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  TakeBuffers();
+  const auto start = [&](size_t at, size_t b) {
+    if (at >= bytes) return;
+    Check(cudaMemcpyAsync(buffers_[b], static_cast<const char*>(device) + at,
+                          std::min(kBufferBytes, bytes - at), cudaMemcpyDeviceToHost, stream_),
+          "cudaMemcpyAsync");
+    Check(cudaEventRecord(arrived_[b], stream_), "cudaEventRecord");
+  };
+  for (size_t b = 0; b < kBuffers; ++b) start(b * kBufferBytes, b);
+  for (size_t at = 0, b = 0; at < bytes; at += kBufferBytes, b = (b + 1) % kBuffers) {
+    Check(cudaEventSynchronize(arrived_[b]), "cudaEventSynchronize");
+    CopyByAll(static_cast<char*>(host) + at, buffers_[b], std::min(kBufferBytes, bytes - at));
+    start(at + kBuffers * kBufferBytes, b);
+  }
+}
+
+}  // namespace retint::cuda
