@@ -119,7 +119,8 @@ std::unique_ptr<DeviceLink> Ranks::DoLinkDevices(const std::string&, std::string
 }
 
 bool Ranks::UsesLink(size_t bytes) {
-  constexpr size_t kWorthWaiting = size_t{256} << 20;  // a tenth of a second or more by MPI
+  // By MPI the ten sweeps of a fit would take as long with it as a link to come up, a second.
+  constexpr size_t kWorthWaiting = size_t{64} << 20;
   if (!link_) return false;
   if (!link_is_ready_ && bytes < kWorthWaiting) link_is_ready_ = !Any(!link_->IsReady());
   return link_is_ready_ || bytes >= kWorthWaiting;

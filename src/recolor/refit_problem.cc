@@ -212,14 +212,21 @@ void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
 
 // Those of all ranks, a bit a Gaussian.
 void RefitProblem::AddSeen(std::vector<uint8_t>* seen) {
-  constexpr size_t kBits = 8;
-  std::string bits((seen->size() + kBits - 1) / kBits, '\0');
-  for (size_t g = 0; g < seen->size(); ++g) {
-    if ((*seen)[g]) bits[g / kBits] = char(bits[g / kBits] | 1 << g % kBits);
-  }
+  constexpr int64_t kBits = 8, kGrain = 1 << 16;
+  const int64_t count = int64_t(seen->size());
+  std::string bits(size_t((count + kBits - 1) / kBits), '\0');
+  ParallelRanges(int64_t(bits.size()), kGrain, [&](int64_t begin, int64_t end) {
+    for (int64_t g = begin * kBits; g < std::min(end * kBits, count); ++g) {
+      char& byte = bits[size_t(g / kBits)];
+      if ((*seen)[size_t(g)]) byte = char(byte | 1 << g % kBits);
+    }
+  });
   for (const std::string& one : ranks_.AllGather(bits)) {
-    for (size_t g = 0; g < seen->size(); ++g)
-      (*seen)[g] |= uint8_t(one[g / kBits] >> g % kBits & 1);
+    ParallelRanges(count, kGrain, [&](int64_t begin, int64_t end) {
+      for (int64_t g = begin; g < end; ++g) {
+        (*seen)[size_t(g)] |= uint8_t(one[size_t(g / kBits)] >> g % kBits & 1);
+      }
+    });
   }
 }
 
