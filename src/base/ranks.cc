@@ -108,6 +108,8 @@ void Ranks::DoSumByRank(std::span<float> values) {
 
 void Ranks::LinkDevices(const std::string& device) {
   if (!AreMany()) return;
+  link_.reset();
+  link_is_ready_ = false;
   link_ = DoLinkDevices(device, &link_text_);
   exchange_ = link_ ? "nccl" : "mpi";
   if (link_) link_text_ = link_->Name();
