@@ -49,17 +49,25 @@ bool StagedCopy::Pays(const void* host, size_t bytes) {
   return attributes.type == cudaMemoryTypeUnregistered;
 }
 
-void StagedCopy::TakeBuffers() {
+bool StagedCopy::TakeBuffers() {
   for (size_t b = 0; b < kBuffers; ++b) {
-    if (!buffers_[b]) Check(cudaMallocHost(&buffers_[b], kBufferBytes), "cudaMallocHost");
+    if (!buffers_[b] && cudaMallocHost(&buffers_[b], kBufferBytes) != cudaSuccess) {
+      cudaGetLastError();  // a copy without it works as well
+      buffers_[b] = nullptr;
+      return false;
+    }
     if (arrived_[b]) continue;
     Check(cudaEventCreateWithFlags(&arrived_[b], cudaEventDisableTiming), "cudaEventCreate");
   }
+  return true;
 }
 
 void StagedCopy::ToDevice(void* device, const void* host, size_t bytes) {
   const std::lock_guard lock(mutex_);
-  TakeBuffers();
+  if (!TakeBuffers()) {
+    Check(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "cudaMemcpyAsync");
+    return;
+  }
   for (size_t at = 0, b = 0; at < bytes; at += kBufferBytes, b = (b + 1) % kBuffers) {
     const size_t count = std::min(kBufferBytes, bytes - at);
     Check(cudaEventSynchronize(arrived_[b]), "cudaEventSynchronize");
@@ -73,7 +81,11 @@ void StagedCopy::ToDevice(void* device, const void* host, size_t bytes) {
 
 void StagedCopy::ToHost(void* host, const void* device, size_t bytes) {
   const std::lock_guard lock(mutex_);
-  TakeBuffers();
+  if (!TakeBuffers()) {
+    Check(cudaMemcpyAsync(host, device, bytes, cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync");
+    Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
+    return;
+  }
   const auto start = [&](size_t at, size_t b) {
     if (at >= bytes) return;
     Check(cudaMemcpyAsync(buffers_[b], static_cast<const char*>(device) + at,

@@ -28,7 +28,7 @@ class StagedCopy {
  private:
   static constexpr size_t kBuffers = 2, kBufferBytes = size_t{32} << 20;
 
-  void TakeBuffers();
+  bool TakeBuffers();  // false: there is no page-locked memory to be had, and CUDA copies alone
 
   cudaStream_t stream_;
   std::mutex mutex_;
