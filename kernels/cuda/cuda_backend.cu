@@ -5,7 +5,7 @@
 
 #include "kernels/cuda/device.cuh"
 #include "kernels/cuda/groups.cuh"
-#include "kernels/cuda/staged_copy.h"
+#include "kernels/cuda/staged_copy.cuh"
 
 namespace retint {
 namespace cuda {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/cuda/staged_copy.h"
+#include "kernels/cuda/staged_copy.cuh"
 
 #include <algorithm>
 #include <cstdint>
