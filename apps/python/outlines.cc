@@ -70,7 +70,7 @@ Mask Strokes(const py::object& strokes, double brush, const UserPicture& view,
 Mask MakeMask(PySession& self, const std::string& view, const py::object& inside,
               const py::object& outside, double brush, const py::object& mask,
               const py::object& wand, const py::object& scissors, const py::object& sphere,
-              const py::object& box, const py::object& like, int refine_edge,
+              const py::object& box, const py::object& like, int refine_edge, bool this_view_alone,
               const std::string& image, py::object progress) {
   CheckOption(image == "render" || image == "photo", "image is 'render' or 'photo'");
   CheckOption(refine_edge >= 0 && refine_edge <= 200, "refine_edge is 0 to 200 pixels");
@@ -80,6 +80,7 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   ViewMaskRequest request;
   request.photo = image == "photo";
   request.refine_edge = refine_edge;
+  request.this_view_alone = this_view_alone;
   if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
   request.inside = Strokes(inside, brush, picture, "a stroke of `inside`");
   request.outside = Strokes(outside, brush, picture, "a stroke of `outside`");
@@ -149,23 +150,25 @@ void BindOutlines(py::class_<PySession>& type) {
           [](PySession& self, const std::string& view, const py::object& inside,
              const py::object& outside, double brush, const py::object& mask,
              const py::object& wand, const py::object& scissors, const py::object& sphere,
-             const py::object& box, const py::object& like, int refine_edge,
+             const py::object& box, const py::object& like, int refine_edge, bool this_view_alone,
              const std::string& image, py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
-                                       sphere, box, like, refine_edge, image, std::move(progress)));
+                                       sphere, box, like, refine_edge, this_view_alone, image,
+                                       std::move(progress)));
           },
           py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
           py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
-          py::arg("like") = none, py::arg("refine_edge") = 0, py::arg("image") = "render",
-          py::arg("progress") = none,
+          py::arg("like") = none, py::arg("refine_edge") = 0, py::arg("this_view_alone") = false,
+          py::arg("image") = "render", py::arg("progress") = none,
           "The mask of a view, [H, W] uint8, soft, as `retint mask` makes it: selected by one of "
           "`inside` (and `outside`: strokes, as a mask or as a list of lines [n, 2] in pixels, "
           "`brush` pixels wide), `mask`, `wand` (x, y[, color[, depth[, normal]]]) or `scissors` "
           "(anchors [n, 2]); limited by `sphere` (x, y, z, radius) and `box` (x, y, z, x, y, z) in "
           "the world and by `like` (x, y[, tolerance]), the color of a pixel. `refine_edge`: then "
-          "the border moves to edges at most so many pixels away. `image`: 'render' or 'photo', "
-          "where edges and colors are read.")
+          "the border moves to edges at most so many pixels away. `this_view_alone`: what strokes "
+          "leave open in the view is not decided by what other views show. `image`: 'render' or "
+          "'photo', where edges and colors are read.")
       .def("palette", &FindColors, py::arg("of"), py::arg("colors") = 5,
            "The main colors of Masks or of a list of Painted, as `retint palette` finds them: a "
            "list of dicts of 'hex', 'color' (RGB in [0, 1]) and 'share', most frequent first.");

@@ -26,6 +26,7 @@ struct Arguments {
   std::string wand, scissors, sphere, box, like;
   double brush = 6;
   int refine = 0;
+  bool alone = false;
 };
 
 // "1,2.5,3": as many numbers as the caller then asks for.
@@ -85,6 +86,7 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const UserPicture& view) {
   ViewMaskRequest request;
   request.photo = arguments.image == "photo";
   request.refine_edge = arguments.refine;
+  request.this_view_alone = arguments.alone;
   if (!arguments.mask.empty()) {
     request.mask = ReadBrushMask(arguments.mask, view.width, view.height);
   }
@@ -184,6 +186,9 @@ void AddMask(CLI::App& app, Globals& globals, Action& action) {
   AddRepeated(verb, "--scribble-outside", arguments->outside,
               "Strokes on what is not the object; without any, the view's edge is outside")
       ->type_name("FILE|POINTS")
+      ->group(kOne);
+  verb->add_flag("--this-view-alone", arguments->alone,
+                 "Strokes: what the view does not decide is not decided by what other views show")
       ->group(kOne);
   verb->add_option("--brush", arguments->brush, "Width of strokes that are points, pixels")
       ->check(CLI::Range(0.1, 10000.0))

@@ -20,9 +20,11 @@ namespace {
 
 constexpr std::string_view kStage = "completion";
 
-// Chosen on two captures, cape and flower; docs/notebook.md says what else was tried.
+// Chosen on two captures, cape and flower, and kValley on objects on a table; docs/notebook.md says
+// what else was tried.
 constexpr double kLeastWeight = 1e-6;            // so that the graph never falls apart
 constexpr double kSmoothness = 1000;             // of the edges against one unit of color evidence
+constexpr double kValley = 4;                    // logarithm of what a valley takes away of an edge
 constexpr double kTrust = 10;                    // of full evidence
 constexpr double kKnownFraction = 0.5;           // of the visibility from which on evidence is full
 constexpr double kKnownPixels = 16;              // pixels from which on it is
@@ -152,8 +154,11 @@ class Completer {
       for (auto g = size_t(first); g < size_t(last); ++g) {
         for (size_t e = edges_.begin[g]; e < edges_.begin[g + 1]; ++e) {
           // Neighbors of which one looks inside and the other outside touch, but are two things.
-          const double alike = 1 - std::abs(prior[g] - prior[size_t(edges_.other[e])]);
-          const double weight = edges_.weight[e] * alike * alike + kLeastWeight;
+          const auto other = size_t(edges_.other[e]);
+          const double alike = 1 - std::abs(prior[g] - prior[other]);
+          const double valley = double(std::max(surfaces_[g].valley, surfaces_[other].valley));
+          const double weight =
+              edges_.weight[e] * alike * alike * std::exp(-kValley * valley) + kLeastWeight;
           weights[e] = float(kSmoothness * weight);
         }
         terms[g].Add(trust_[g], share_[g]);

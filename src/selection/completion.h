@@ -6,6 +6,8 @@
 // (random walker, Grady 2006), and the colors inside and outside the paint differ (a Gaussian
 // mixture of each, as in GrabCut, Rother et al. 2004). The share x of every Gaussian minimizes
 //   sum_edges kSmoothness w_ij (x_i - x_j)^2 + sum_g trust_g (x_g - m_g)^2 + (x_g - p_g)^2,
+// w_ij the edge's weight, less where p_i and p_j differ and by exp(-kValley v) where one of the two
+// lies in a valley of the surface, v how surely: things of one color end where they touch.
 // m_g the share that the evidence gives, trust_g larger the more of the Gaussian's visibility the
 // painted views cover, p_g the probability of "inside" by color. A Gaussian of which half or more
 // of the visibility is known keeps m_g; below that x_g takes over in proportion.

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <string_view>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
 #include "selection/neighbors.h"
@@ -114,8 +115,11 @@ EdgeMatrix Connect(const std::vector<Neighbor>& nearest,
 }  // namespace
 
 GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor,
-                             std::optional<Eigen::AlignedBox3f> within)
+                             std::optional<Eigen::AlignedBox3f> within,
+                             std::span<const float> valleys)
     : num_gaussians_(model.NumGaussians()), within_(within) {
+  CheckOption(valleys.empty() || valleys.size() == num_gaussians_,
+              "a graph needs the valley of every Gaussian or of none");
   monitor.Step(kStage, 0, 3);
   const auto mean = [&](size_t g) {
     return Eigen::Map<const Eigen::Vector3f>(&model.means[3 * g]);
@@ -132,6 +136,7 @@ GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor,
   ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
     for (auto i = size_t(begin); i < size_t(end); ++i) {
       surfaces_[i] = SurfaceOf(model, GaussianOf(i));
+      if (!valleys.empty()) surfaces_[i].valley = valleys[GaussianOf(i)];
       positions[i] = mean(GaussianOf(i));
     }
   });

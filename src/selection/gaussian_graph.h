@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,6 +23,7 @@ struct GaussianSurface {
   Eigen::Vector3f normal;  // the shortest axis, world
   float extent = 0;        // mean of the two longer standard deviations, world
   float flatness = 0;      // 0 round, 1 flat
+  float valley = 0;  // in [0, 1], how surely one thing ends there before another; 0 where unknown
 };
 
 // Made once for a scene, or once for each part of a large one. Memory: about 450 bytes a node, and
@@ -31,9 +33,11 @@ class GaussianGraph {
   // Every Gaussian and its 16 nearest by position; an edge's weight falls with the difference of
   // the colors without view dependence (OKLab), with the distance in units of the two extents, and
   // with the angle between the two where they are flat. `within`: only Gaussians whose means lie in
-  // that box are nodes. Cancelled between its steps.
+  // that box are nodes. `valleys` of every Gaussian, as LiftValleys() finds them; empty: unknown.
+  // OptionError where they are of another number. Cancelled between its steps.
   GaussianGraph(const GaussianModel& model, Monitor& monitor,
-                std::optional<Eigen::AlignedBox3f> within = std::nullopt);
+                std::optional<Eigen::AlignedBox3f> within = std::nullopt,
+                std::span<const float> valleys = {});
 
   size_t NumGaussians() const { return num_gaussians_; }  // of the scene
   size_t NumNodes() const { return surfaces_.size(); }

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/ranks.h"
 #include "scene/image_checks.h"
+#include "selection/lifted_valleys.h"
 #include "session/painted_exchange.h"
 
 namespace retint {
@@ -116,6 +117,19 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   return masks;
 }
 
+std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> painted,
+                                                      Monitor& monitor) {
+  for (PaintedView& view : painted) {
+    for (size_t p = 0; p < view.seen.data.size(); ++p) {
+      if (view.seen.data[p] == 0) view.mask.data[p] = 0;
+    }
+  }
+  SelectOptions options;
+  options.method = "gaussian";  // a look ahead: the masks will be selected by in their turn
+  const SelectionResult selected = Select(painted, options, monitor);
+  return Project(selected.cloud, painted, {}, monitor).masks;
+}
+
 const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Completion completion,
                                                  Monitor& monitor) {
   std::optional<Eigen::AlignedBox3f> within;
@@ -126,7 +140,9 @@ const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Co
   }
   if (!graph_ || !graph_->Covers(within)) {
     graph_.reset();  // before the new one takes memory
-    graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor, within);
+    const std::vector<float> valleys =
+        LiftValleys(scene_.renderer(), scene_.reconstruction(), scene_.views(), monitor);
+    graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor, within, valleys);
   }
   return *graph_;
 }

@@ -3,6 +3,7 @@
 // painting that extend and erase a selection.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -47,6 +48,10 @@ class SelectionPipeline {
                          Monitor& monitor);
   ProjectedMasks Project(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                          const ProjectorOptions& options, Monitor& monitor);
+  // Masks of every view, by name, from painted ones whose paint says nothing of some pixels (`seen`
+  // is 0, whatever the mask has there): these are decided by the Gaussians, which other views show
+  // from other sides. InputError as Select() and Project().
+  std::map<std::string, Mask> Decide(std::vector<PaintedView> painted, Monitor& monitor);
 
   // A region's selection after one more round of painting; `base` is the selection so far, null in
   // the first round. Where rounds disagree the newest holds: what it removed or added is removed

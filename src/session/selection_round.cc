@@ -37,6 +37,14 @@ void CarryOver(Backend& backend, const DepthMap& depth, const PosedCamera& camer
   }
 }
 
+// What is undecided of the view's mask says nothing: neither inside nor outside.
+void LeaveOpen(const Mask& undecided, PaintedView* view) {
+  if (view->seen.Empty()) view->seen = Mask(view->mask.width, view->mask.height, 255);
+  for (size_t i = 0; i < undecided.data.size(); ++i) {
+    if (undecided.data[i] > 0) view->seen.data[i] = view->mask.data[i] = 0;
+  }
+}
+
 std::string FreeViewName(const Reconstruction& reconstruction,
                          const std::vector<PaintedView>& painted) {
   for (int number = 1;; ++number) {
@@ -60,9 +68,12 @@ void DropSource(const std::string& name, SelectionCloud* cloud) {
 void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
                                      SelectionSource* source, Monitor& monitor) {
   const Camera& camera = round.view.camera.camera;
-  const Mask erased = round.before.Empty() ? Mask(camera.width, camera.height)
-                                           : InsideBut(round.before, round.view.mask);
-  const Mask added = InsideBut(round.view.mask, round.before);
+  Mask erased = round.before.Empty() ? Mask(camera.width, camera.height)
+                                     : InsideBut(round.before, round.view.mask);
+  Mask added = InsideBut(round.view.mask, round.before);
+  for (size_t i = 0; i < round.undecided.data.size(); ++i) {
+    if (round.undecided.data[i] > 0) erased.data[i] = added.data[i] = 0;
+  }
   if (source->painted.empty() || !(AnyInside(erased) || AnyInside(added))) return;
   Renderer& renderer = scene_.renderer();
   const Reconstruction& reconstruction = scene_.reconstruction();
@@ -90,6 +101,9 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (!round.before.Empty()) {
     RequireSize("the mask before painting", round.before, round.view.camera.camera);
   }
+  if (!round.undecided.Empty()) {
+    RequireSize("what is undecided of a mask", round.undecided, round.view.camera.camera);
+  }
   const Reconstruction& reconstruction = scene_.reconstruction();
   RegionSelection result;
   std::vector<PaintedView>& painted = result.source.painted;
@@ -108,6 +122,9 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   std::erase_if(result.source.reports,
                 [&](const PaintedReport& report) { return report.view == name; });
   CarryChanges(round, project.visible_tolerance, &result.source, monitor);
+  const bool open = AnySet(round.undecided);
+  const Mask drawn = round.view.mask, seen = round.view.seen;
+  if (open) LeaveOpen(round.undecided, &round.view);
 
   if (AnyInside(round.view.mask)) {
     SelectOptions options = select;
@@ -122,6 +139,17 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   ProjectedMasks projected = Project(result.source.cloud, painted, project, monitor);
   result.masks = std::move(projected.masks);
   result.shares = std::move(projected.shares);
+  if (open) {
+    // Rounds to come take for paint what was decided.
+    PaintedView& view = painted.back();
+    const Mask decided = result.shares.empty()
+                             ? drawn
+                             : RenderShares(scene_.renderer(), view.camera, result.shares, project);
+    for (size_t i = 0; i < decided.data.size(); ++i) {
+      if (round.undecided.data[i] > 0) view.mask.data[i] = decided.data[i];
+    }
+    view.seen = seen;
+  }
   return result;
 }
 

@@ -38,11 +38,63 @@ ViewLayers LayersOf(EditSession& session, const UserPicture& picture, bool photo
   return layers;
 }
 
-Mask Selected(const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor) {
-  if (!request.mask.Empty()) return request.mask;
-  if (!request.inside.Empty()) {
+bool AnyInside(const PaintedView& view) {
+  for (size_t p = 0; p < view.mask.data.size(); ++p) {
+    if (view.mask.data[p] >= 128 && view.seen.data[p] != 0) return true;
+  }
+  return false;
+}
+
+// `mask` with what is `undecided` in it decided by the Gaussians; as it is where they cannot, since
+// no pixel that is decided has depth or the selection would be empty.
+Mask Decided(EditSession& session, const UserPicture& picture, const Mask& mask,
+             const Mask& undecided, Monitor& monitor) {
+  const Pictures pictures = session.pictures();
+  Mask decided = undecided;
+  for (uint8_t& value : decided.data) value = uint8_t(255 - value);
+  std::vector<PaintedView> painted;
+  for (const View* face : picture.faces) {
+    PaintedView view{face->name, session.reconstruction().Posed(*face),
+                     pictures.ToView(picture, *face, mask),
+                     pictures.ToView(picture, *face, decided)};
+    for (uint8_t& value : view.seen.data) value = value >= 128 ? 255 : 0;
+    const Mask reach = pictures.Reach(picture, *face);
+    for (size_t p = 0; p < reach.data.size(); ++p) {
+      if (reach.data[p] == 0) view.seen.data[p] = 0;
+    }
+    if (AnyInside(view)) painted.push_back(std::move(view));
+  }
+  if (painted.empty()) return mask;
+  try {
+    const auto masks = session.selection().Decide(std::move(painted), monitor);
+    return pictures.ComposeMask(picture, [&](const View& face) { return masks.at(face.name); });
+  } catch (const InputError&) {
+    return mask;
+  }
+}
+
+Mask Scribbled(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
+               const ViewLayers& layers, Monitor& monitor) {
+  if (request.this_view_alone) {
     return MaskFromScribbles(layers, request.inside, request.outside, monitor);
   }
+  Mask undecided;
+  Mask mask = MaskFromScribbles(layers, request.inside, request.outside, monitor, &undecided);
+  const bool any = std::any_of(undecided.data.begin(), undecided.data.end(),
+                               [](uint8_t value) { return value > 0; });
+  if (!any) return mask;
+  mask = Decided(session, picture, mask, undecided, monitor);
+  for (size_t p = 0; p < mask.data.size(); ++p) {  // strokes are proof
+    if (request.inside.data[p] >= 128) mask.data[p] = 255;
+    if (!request.outside.Empty() && request.outside.data[p] >= 128) mask.data[p] = 0;
+  }
+  return mask;
+}
+
+Mask Selected(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
+              const ViewLayers& layers, Monitor& monitor) {
+  if (!request.mask.Empty()) return request.mask;
+  if (!request.inside.Empty()) return Scribbled(session, picture, request, layers, monitor);
   if (request.wand) return MagicWand(layers, *request.wand);
   if (!request.scissors.empty()) return CutOut(layers.color, request.scissors);
   return {layers.color.width, layers.color.height, 255};
@@ -89,7 +141,7 @@ Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMa
                     ", the view is " + SizeText(picture.width, picture.height));
   }
   const ViewLayers layers = LayersOf(session, picture, request.photo);
-  Mask mask = Kept(request, layers, Selected(request, layers, monitor));
+  Mask mask = Kept(request, layers, Selected(session, picture, request, layers, monitor));
   if (request.refine_edge > 0) mask = RefineEdge(layers, mask, request.refine_edge, monitor);
   if (std::none_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; })) {
     throw InputError("no pixel of view " + picture.name + " is selected");

@@ -87,6 +87,7 @@ class Object:
         self.options, self.scene, self.name = options, scene, name
         self.folder, self.truth, self.views = folder, truth, views
         self.work = options.work / "found" / f"{scene}-{name}"
+        self.own = []  # IoU in the painted view itself, of strokes
         self.work.mkdir(parents=True, exist_ok=True)
         self.files = ["--workspace", folder, "--splat", folder / "splat.ply"]
 
@@ -123,7 +124,7 @@ class Object:
 
     def strokes(self):
         """The painted view's own mask, and with --lift the other views from it."""
-        values = []
+        values, alone = [], ["--this-view-alone"] if self.options.alone else []
         for view in self.views:
             truth = read_mask(self.true_mask(view))
             brush = max(3, round(0.01 * min(truth.shape)))
@@ -133,10 +134,11 @@ class Object:
                 write_mask(inside, stroke_inside(truth, random, brush))
                 write_mask(outside, stroke_outside(truth, random, brush))
                 self.run("mask", *self.files, "--view", view, "--scribble", inside,
-                         "--scribble-outside", outside, "--output", mask)
+                         "--scribble-outside", outside, "--output", mask, *alone)
                 found = read_mask(mask)
                 own = (found & truth).sum() / (found | truth).sum()
                 print(f"{self.scene} {self.name} strokes {view} {seed}: {own:.3f}", flush=True)
+                self.own.append(own)
                 if self.options.lift and found.any():
                     own = self.measure(f"strokes {seed}", [(view, mask)])
                 values.append(own)
@@ -199,6 +201,8 @@ def main():
     parser.add_argument("--strokes", type=int, default=2, help="pairs of strokes on each view")
     parser.add_argument("--lift", action="store_true",
                         help="strokes: all other views too, not the painted one alone")
+    parser.add_argument("--alone", action="store_true",
+                        help="strokes: as they are found in the painted view alone")
     parser.add_argument("--limit", type=float, default=float("inf"),
                         help="seconds after which nothing more is started")
     options = parser.parse_args()
@@ -210,6 +214,8 @@ def main():
             for what in options.what.split(","):
                 if time.time() < end:
                     found.setdefault((scene, what), []).extend(getattr(thing, what)())
+            if options.lift and thing.own:
+                found.setdefault((scene, "strokes, painted view"), []).extend(thing.own)
     for (scene, what), values in found.items():
         if values:
             print(f"{scene}, {what}, {len(values)}: median {statistics.median(values):.3f}, "

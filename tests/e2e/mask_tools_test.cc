@@ -50,6 +50,11 @@ TEST(MaskVerb, KeepsStrokesAndGrowsFromThem) {
   ASSERT_EQ(mask.width, 160);
   EXPECT_EQ(mask(x, y), 255);
   EXPECT_EQ(mask(80, 1), 0);
+  const CommandResult alone =
+      RunRetint(With("mask", {"--view", TinyView(), "--scribble", at, "--scribble-outside",
+                              "2,2,157,2", "--brush", "3", "--this-view-alone", "--output", out}));
+  ASSERT_EQ(alone.code, 0) << alone.err;
+  EXPECT_EQ(ReadMask(out)(x, y), 255);
 }
 
 TEST(MaskVerb, HasAWandAndLimits) {

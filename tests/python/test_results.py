@@ -323,6 +323,8 @@ def test_masks_of_one_view_are_those_of_the_command_line(scene, folder):
     cases = [
         (["--scribble", text(inside), "--scribble-outside", text(outside), "--brush", 5],
          {"inside": [inside], "outside": [outside], "brush": 5}),
+        (["--scribble", text(inside), "--this-view-alone"],
+         {"inside": [inside], "brush": 6, "this_view_alone": True}),
         (["--wand", f"{x},{y},0.2,0.05,60"], {"wand": (x, y, 0.2, 0.05, 60)}),
         (["--scissors", "40,30,120,30,120,90,40,90", "--image", "photo"],
          {"scissors": [[40, 30], [120, 30], [120, 90], [40, 90]], "image": "photo"}),

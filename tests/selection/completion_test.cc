@@ -102,6 +102,54 @@ TEST(Completion, LeavesSeparateThingsAloneUnlessAskedForAll) {
   EXPECT_GT(Mean(Complete(world, Completion::kAll), world.far_begin, world.count()), 0.9);
 }
 
+// A plate of one color from x = -3 to 3; known to be inside below -2 and outside above 2.
+World MakePlate() {
+  World world;
+  for (int i = -30; i < 30; ++i) {
+    for (int j = -10; j < 10; ++j) {
+      const float shade = 0.5f + 0.01f * float((i * 7 + j * 3) % 5);
+      AddGaussian(0.1f * float(i), 0.1f * float(j), 0, {shade, shade, shade}, &world.model);
+    }
+  }
+  for (size_t g = 0; g < world.count(); ++g) {
+    const float x = world.x(g);
+    world.visible.push_back(80);
+    world.known.push_back(std::abs(x) > 2 ? 80 : 0);
+    world.inside.push_back(x < -2 ? 80 : 0);
+  }
+  return world;
+}
+
+// Of what lies between two values of x.
+double MeanBetween(const World& world, const std::vector<float>& shares, float low, float high) {
+  double sum = 0, count = 0;
+  for (size_t g = 0; g < world.count(); ++g) {
+    if (world.x(g) < low || world.x(g) > high) continue;
+    sum += double(shares[g]), ++count;
+  }
+  return sum / count;
+}
+
+TEST(Completion, EndsThingsOfOneColorAtAValley) {
+  const World world = MakePlate();
+  Monitor monitor;
+  const auto complete = [&](float valley_at) {
+    std::vector<float> valleys(world.count(), 0);
+    for (size_t g = 0; g < world.count(); ++g) {
+      if (std::abs(world.x(g) - valley_at) < 0.15f) valleys[g] = 1;
+    }
+    const GaussianGraph graph(world.model, monitor, std::nullopt, valleys);
+    return CompleteShares(graph, world.evidence(), Completion::kNear, monitor).shares;
+  };
+  // The valley is three rows wide on a way of forty: most of the difference falls there, wherever
+  // it is.
+  for (const float at : {-1.0f, 1.0f}) {
+    const auto shares = complete(at);
+    EXPECT_GT(MeanBetween(world, shares, -1.95f, at - 0.25f), 0.8) << at;
+    EXPECT_LT(MeanBetween(world, shares, at + 0.25f, 1.95f), 0.2) << at;
+  }
+}
+
 TEST(Completion, KeepsWhatPaintProves) {
   World world = MakeWorld();
   // Known altogether, and against what its color and its neighbors say.

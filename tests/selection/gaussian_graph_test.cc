@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "selection/gaussian_mixture.h"
 
 namespace retint {
@@ -63,6 +64,19 @@ TEST(GaussianGraph, OfABoxHasTheGaussiansInIt) {
   EXPECT_FALSE(graph.Covers(other));
   EXPECT_FALSE(graph.Covers(std::nullopt));
   EXPECT_TRUE(GaussianGraph(Row(20, 10), monitor).Covers(std::nullopt));
+}
+
+TEST(GaussianGraph, KnowsTheValleyOfEveryNode) {
+  Monitor monitor;
+  std::vector<float> valleys(100);
+  for (size_t g = 0; g < valleys.size(); ++g) valleys[g] = float(g) / 100;
+  const Eigen::AlignedBox3f box(Eigen::Vector3f(20.5f, -1, -1), Eigen::Vector3f(60.5f, 1, 1));
+  const GaussianGraph graph(Row(100, 50), monitor, box, valleys);
+  EXPECT_EQ(graph.surfaces()[0].valley, valleys[21]);
+  EXPECT_EQ(graph.surfaces()[39].valley, valleys[60]);
+  EXPECT_EQ(GaussianGraph(Row(100, 50), monitor).surfaces()[5].valley, 0);
+  valleys.pop_back();
+  EXPECT_THROW(GaussianGraph(Row(100, 50), monitor, std::nullopt, valleys), OptionError);
 }
 
 TEST(GaussianGraph, SurroundingsLeaveOutStrayPoints) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -124,6 +125,45 @@ TEST(Scribbles, EndWhereTwoSurfacesMeetInAValley) {
   const Mask mask = MaskFromScribbles(layers, Stroke({{20, 20}, {20, 70}}),
                                       Stroke({{70, 20}, {70, 70}}), monitor);
   EXPECT_GT(*Iou(mask, left), 0.93);
+}
+
+TEST(Scribbles, SayWhatTheViewDoesNotDecide) {
+  Monitor monitor;
+  const Mask inside = Stroke({{50, 45}, {70, 45}});
+  const Mask outside = Stroke({{10, 10}, {110, 10}, {110, 80}});
+  const auto undecided = [&](const ViewLayers& layers) {
+    Mask mask;
+    MaskFromScribbles(layers, inside, outside, monitor, &mask);
+    return mask;
+  };
+  const auto fraction = [](const Mask& mask) {
+    return double(std::count(mask.data.begin(), mask.data.end(), 255)) / double(mask.NumPixels());
+  };
+  const Mask clear = undecided(Disc(kRed, kGray, 3)), vague = undecided(Disc(kGray, kGray, 4));
+  ASSERT_EQ(clear.width, kWidth);
+  EXPECT_LT(fraction(clear), 0.04);  // the outline is 1.5 % of the pixels, of which few may move
+  EXPECT_GT(fraction(vague), 0.1);   // nothing shows where the one ends and the other begins
+  for (size_t p = 0; p < vague.data.size(); ++p) {
+    if (inside.data[p] || outside.data[p]) {
+      EXPECT_EQ(vague.data[p], 0);
+    }
+  }
+}
+
+TEST(Scribbles, LeaveOpenWhatIsAlikeButNotConnected) {
+  Monitor monitor;
+  ViewLayers layers = Disc(kRed, kGray, 3);
+  for (int y = 5; y < 20; ++y) {
+    for (int x = 100; x < 115; ++x) {
+      for (int c = 0; c < 3; ++c) layers.color(x, y, c) = kRed[size_t(c)];
+      layers.depth(x, y) = 3;
+    }
+  }
+  Mask undecided;
+  const Mask mask = MaskFromScribbles(layers, Stroke({{50, 45}, {70, 45}}),
+                                      Stroke({{10, 10}, {10, 80}, {110, 80}}), monitor, &undecided);
+  EXPECT_LT(mask(107, 12), 128);
+  EXPECT_EQ(undecided(107, 12), 255);
 }
 
 TEST(Scribbles, LeavesASecondDiscAlone) {

@@ -3,6 +3,7 @@
 // against the exact object ids of the others.
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "depth/factory.h"
+#include "selection/lifted_valleys.h"
 #include "selection/mask_projector.h"
 #include "selection/mask_score.h"
 #include "selection/registration.h"
@@ -38,10 +40,12 @@ class SyntheticMasks : public testing::TestWithParam<int> {
     options.views = 9;
     scene_ = MakeSyntheticScene(options, monitor_);
     renderer_ = std::make_unique<Renderer>(CreateBackend("cpu"), scene_.model);
-    graph_ = std::make_unique<GaussianGraph>(scene_.model, monitor_);
     for (const auto& view : scene_.views) {
       views_.push_back(scene_.reconstruction.FindView(view.name));
     }
+    graph_ = std::make_unique<GaussianGraph>(
+        scene_.model, monitor_, std::nullopt,
+        LiftValleys(*renderer_, scene_.reconstruction, views_, monitor_));
   }
 
   // Painted in the view `painted`: mean IoU over the other views that show enough of the object,

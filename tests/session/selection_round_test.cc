@@ -112,6 +112,24 @@ TEST_F(SelectionRound, ASecondRoundErasesWhatTheFirstPaintedTooMuch) {
   EXPECT_LT(selected, 0.05 * seen);
 }
 
+TEST_F(SelectionRound, TheGaussiansDecideWhatStrokesLeaveOpen) {
+  // The mask says that half of the ball is outside; with what it does not decide it says nothing.
+  PaintRound round = Round(2, LeftOf(Truth(2), 81, true));
+  round.undecided = LeftOf(Truth(2), 81, false);
+  const RegionSelection open = Select(nullptr, round);
+  const RegionSelection half = Select(nullptr, Round(2, round.view.mask));
+  for (int v = 0; v < kViews; ++v) {
+    EXPECT_GT(Iou(MaskOf(open, v), Truth(v)), 0.8) << v;
+    EXPECT_LT(Iou(MaskOf(half, v), Truth(v)), 0.75) << v;
+  }
+  // For later rounds the decision is paint.
+  ASSERT_EQ(open.source.painted.size(), 1u);
+  EXPECT_GT(Iou(open.source.painted[0].mask, Truth(2)), 0.8);
+  EXPECT_TRUE(open.source.painted[0].seen.Empty());
+  round.undecided = Mask(3, 3, 255);
+  EXPECT_THROW(Select(nullptr, round), InputError);
+}
+
 TEST_F(SelectionRound, AViewPaintedAgainReplacesItsPaint) {
   const RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), 81, true)));
   const RegionSelection other =

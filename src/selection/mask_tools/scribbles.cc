@@ -43,6 +43,7 @@ constexpr double kGiven = 1e4;       // log odds of a stroke's own pixels
 constexpr double kStepCost = 0.01;   // of a pixel's width, in the distance along surfaces
 constexpr double kValleyCost = 0.3;  // of a valley
 constexpr int kMatteRadius = 2;      // of the small picture
+constexpr double kDoubt = 2;         // log odds that may be wrong
 
 enum Seed : uint8_t { kNone, kIn, kOut };
 
@@ -147,13 +148,20 @@ std::vector<Vector4> Samples(const Features4& features, const std::function<bool
   return samples;
 }
 
-// 1 of every pixel that is inside, else 0.
-std::vector<uint8_t> SolveSeeds(const Features4& features, const ScalarImage& valleys,
-                                const std::vector<Seed>& seeds, Monitor& monitor) {
+// 1 of every pixel that is inside, else 0; and if it is asked for, 1 of every pixel that would
+// change with all log odds but the strokes' changed by kDoubt.
+struct Solution {
+  std::vector<uint8_t> inside, doubtful;
+};
+
+Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
+                    const std::vector<Seed>& seeds, bool with_doubt, Monitor& monitor) {
   const size_t count = seeds.size();
   const PixelGraph graph(features, valleys);
   const std::vector<float> reach = ReachOdds(graph, seeds);
-  std::vector<uint8_t> inside(count);
+  Solution solution;
+  std::vector<uint8_t>& inside = solution.inside;
+  inside.resize(count);
   std::vector<float> odds(count);
   for (int round = 0; round < kRounds; ++round) {
     monitor.Step(kStage, round, kRounds);
@@ -180,8 +188,20 @@ std::vector<uint8_t> SolveSeeds(const Features4& features, const ScalarImage& va
     });
     inside = MinCut(graph.edges(), odds);
   }
+  if (with_doubt) {
+    std::vector<uint8_t> least, most;
+    ParallelTasks(2, [&](int64_t which) {
+      std::vector<float> moved = odds;
+      for (size_t p = 0; p < count; ++p) {
+        if (seeds[p] == kNone) moved[p] += float(which == 0 ? -kDoubt : kDoubt);
+      }
+      (which == 0 ? least : most) = MinCut(graph.edges(), moved);
+    });
+    solution.doubtful.resize(count);
+    for (size_t p = 0; p < count; ++p) solution.doubtful[p] = least[p] != most[p] ? 1 : 0;
+  }
   monitor.Step(kStage, kRounds, kRounds);
-  return inside;
+  return solution;
 }
 
 // Parts of 0.5 and more that hold no seed inside become outside.
@@ -261,19 +281,37 @@ ScalarImage Valleys(const Features4& features, double focal) {
   return SurfaceValleys(inverse_depth, focal);
 }
 
+// 255 of what is doubtful, or inside and not connected, at the size of `seeds`; strokes are not.
+Mask Undecided(const Solution& solution, const ScalarImage& connected,
+               const std::vector<Seed>& seeds, int width, int height) {
+  Mask undecided(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int i = std::min(connected.width - 1, int(int64_t(x) * connected.width / width));
+      const int j = std::min(connected.height - 1, int(int64_t(y) * connected.height / height));
+      const size_t p = connected.Index(i, j);
+      const bool dropped = solution.inside[p] != 0 && connected.data[p] < 0.5f;
+      const bool known = seeds[undecided.Index(x, y)] != kNone;
+      undecided(x, y) = !known && (dropped || solution.doubtful[p] != 0) ? 255 : 0;
+    }
+  }
+  return undecided;
+}
+
 Mask Solve(const Features4& features, double focal, const std::vector<Seed>& seeds,
-           Monitor& monitor) {
+           Monitor& monitor, Mask* undecided = nullptr) {
   const int width = features.width, height = features.height;
   const double shrink = std::min(1.0, std::sqrt(kMaxPixels / (double(width) * height)));
   const int small_width = std::max(1, int(width * shrink));
   const int small_height = std::max(1, int(height * shrink));
   const std::vector<Seed> small = SmallSeeds(seeds, width, height, small_width, small_height);
   const Features4 resized = Resized(features, small_width, small_height);
-  const std::vector<uint8_t> inside =
-      SolveSeeds(resized, Valleys(resized, focal * shrink), small, monitor);
+  const Solution solution =
+      SolveSeeds(resized, Valleys(resized, focal * shrink), small, undecided, monitor);
   ScalarImage values(small_width, small_height);
-  for (size_t p = 0; p < inside.size(); ++p) values.data[p] = inside[p];
+  for (size_t p = 0; p < values.data.size(); ++p) values.data[p] = solution.inside[p];
   DropUnconnected(small, &values);
+  if (undecided) *undecided = Undecided(solution, values, seeds, width, height);
   ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
   for (size_t p = 0; p < seeds.size(); ++p) {
     if (seeds[p] != kNone) matte.data[p] = seeds[p] == kIn ? 1 : 0;
@@ -311,7 +349,7 @@ void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* 
 }
 
 Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask& outside,
-                       Monitor& monitor) {
+                       Monitor& monitor, Mask* undecided) {
   CheckLayers(layers);
   RequireSize(layers, inside);
   if (!outside.Empty()) RequireSize(layers, outside);
@@ -333,7 +371,7 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
       if (edge && seed == kNone) seed = kOut;
     }
   }
-  return Solve(ScaledFeatures(layers), PixelsPerRadian(layers), seeds, monitor);
+  return Solve(ScaledFeatures(layers), PixelsPerRadian(layers), seeds, monitor, undecided);
 }
 
 Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor) {

@@ -23,8 +23,12 @@ void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* 
 // valleys of the surface (surface_edges.h). What is not connected to a stroke inside is outside.
 // Large views are solved at 100,000 pixels, and their edges found at the full size. OptionError
 // where no pixel is inside, or one is inside and outside.
+//
+// `undecided`, where not null: 255 in pixels that the view does not decide, else 0. Such are those
+// that a change of all log odds by 2 would turn, which is what the color says at most, and those of
+// what would be inside if it were connected to a stroke. Strokes are decided.
 Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask& outside,
-                       Monitor& monitor);
+                       Monitor& monitor, Mask* undecided = nullptr);
 
 // Moves the border of `mask` to the edges of color and depth that lie within `radius` pixels of it,
 // and makes it as soft as they are. Further away it stays as it was.

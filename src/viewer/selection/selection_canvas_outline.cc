@@ -171,14 +171,25 @@ void SelectionCanvas::FindScribbled() {
   const bool bounded = std::any_of(outside.data.begin(), outside.data.end(),
                                    [](uint8_t value) { return value > 0; });
   if (!bounded) outside = {};
+  const auto undecided = std::make_shared<Mask>();
+  for (Scribble& scribble : scribbles_) {
+    if (scribble.gesture == gesture) scribble.undecided = undecided;
+  }
   Find(gesture, Combine::kReplace,
-       [layers = layers_, inside, outside, under = under_scribbles_](Monitor& monitor) {
-         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor);
+       [layers = layers_, inside, outside, under = under_scribbles_, undecided](Monitor& monitor) {
+         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor, undecided.get());
          for (size_t p = 0; p < under.data.size(); ++p) {
            mask.data[p] = std::max(mask.data[p], under.data[p]);
+           if (under.data[p] > 0) undecided->data[p] = 0;
          }
          return mask;
        });
+}
+
+Mask SelectionCanvas::Undecided() const {
+  if (scribbles_.empty() || IsFinding()) return {};
+  const Scribble& newest = scribbles_.back();
+  return newest.found && newest.undecided ? *newest.undecided : Mask();
 }
 
 // The strokes whose meaning was found together go together.

@@ -293,6 +293,7 @@ void SelectionMode::Accept() {
   SceneController::Round round;
   round.paint.view = {entry_.view.toStdString(), entry_.camera, editor.mask()};
   if (entry_.region) round.paint.before = before_;
+  round.paint.undecided = canvas_->Undecided();
   round.base = entry_.region;
   round.name = NewName();
   round.edit = new_edit_;
