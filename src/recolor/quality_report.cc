@@ -79,7 +79,7 @@ class ReportedEdit {
 
 // A view before and after. Where a tile was not drawn, both are the same and nothing is masked.
 struct Pair {
-  const std::vector<float>& images;      // [H, W, 6]: before, after
+  std::span<const float> images;         // [H, W, 6]: before, after
   const std::vector<uint8_t>& is_drawn;  // [tiles of the view], row-major
 };
 
@@ -178,7 +178,7 @@ class PairRenderer {
     const auto geometry = renderer_.Geometry(target.camera);
     const CameraParams& params = geometry->camera();
     const std::vector<int32_t> tiles = TilesToDraw(target, *geometry);
-    if (tiles.empty()) return {host_, is_drawn_};
+    if (tiles.empty()) return {{}, is_drawn_};
     const size_t values = size_t(params.width) * size_t(params.height) * 6;
     const size_t colors = size_t(geometry->num_rows()) * 6;
     backend.Grow(colors_, colors);
@@ -199,6 +199,7 @@ class PairRenderer {
     blend.image = images_.data();
     if (tiles.size() < is_drawn_.size()) blend.tiles = tiles;
     backend.blend().Blend(*geometry, blend);
+    if (backend.IsHost()) return {{images_.data(), values}, is_drawn_};
     host_.resize(values);
     backend.CopyToHost(host_.data(), images_.data(), values * sizeof(float));
     return {host_, is_drawn_};

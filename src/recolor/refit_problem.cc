@@ -144,7 +144,8 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
       edit_(renderer.backend(), CompiledEdit(edit)),
       options_(options),
       form_(form),
-      num_coeffs_(model.NumShCoeffs()) {
+      num_coeffs_(model.NumShCoeffs()),
+      reserved_(renderer.Reserve()) {
   const size_t count = model.NumGaussians();
   const size_t per_gaussian = size_t(num_coeffs_) * 3;
   bool photos = false;
@@ -201,6 +202,7 @@ void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
     found.push_back({t, view->region->tiles().size(), bytes});
     if (bytes > options_.region_cache_bytes - held) continue;
     held += bytes;
+    if (reserved_) reserved_->Set(held);
     prepared[t] = std::move(view);
   }
   if (ranks_.AreMany()) {

@@ -177,6 +177,7 @@ class RefitProblem {
   std::vector<float> host_scratch_;
   std::unique_ptr<PageLock> host_lock_;
   size_t kept_bytes_ = 0;
+  std::unique_ptr<GeometryCache::Reservation> reserved_;  // of as much; may be null
   double target_values_ = 0, image_values_ = 0;
   float target_unit_ = 0;
 };

@@ -3,11 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <list>
+#include <new>
 #include <string>
-#include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -15,20 +12,6 @@
 
 namespace retint {
 namespace {
-
-// CameraParams has no padding (its size is asserted where it is declared), so its bytes are its
-// identity.
-struct SameBytes {
-  bool operator()(const CameraParams& a, const CameraParams& b) const {
-    return std::memcmp(&a, &b, sizeof(CameraParams)) == 0;
-  }
-};
-struct HashBytes {
-  size_t operator()(const CameraParams& params) const {
-    return std::hash<std::string_view>{}(
-        {reinterpret_cast<const char*>(&params), sizeof(CameraParams)});
-  }
-};
 
 std::string DescribeCamera(const Camera& camera) { return "camera " + std::to_string(camera.id); }
 
@@ -84,51 +67,18 @@ void RendererOptions::Check() const {
   }
 }
 
-// The geometries of recent views, least recently used last, and the buffers that every call reuses.
-struct Renderer::Cache {
-  struct Entry {
-    CameraParams key;
-    std::shared_ptr<const ViewGeometry> geometry;
-    size_t bytes;
-  };
-  std::list<Entry> entries;  // most recently used first
-  std::unordered_map<CameraParams, std::list<Entry>::iterator, HashBytes, SameBytes> index;
-  size_t bytes = 0;
+// The buffers that every call reuses.
+struct Renderer::Scratch {
   Buffer<float> background, features, image, scalar;
-
-  std::shared_ptr<const ViewGeometry> Find(const CameraParams& key) {
-    const auto found = index.find(key);
-    if (found == index.end()) return nullptr;
-    entries.splice(entries.begin(), entries, found->second);
-    return found->second->geometry;
-  }
-
-  // A geometry that alone exceeds the budget is not kept: it would push out everything else.
-  void Insert(const CameraParams& key, std::shared_ptr<const ViewGeometry> geometry,
-              size_t budget) {
-    const size_t size = geometry->bytes();
-    if (size > budget) return;
-    while (bytes + size > budget) {
-      bytes -= entries.back().bytes;
-      index.erase(entries.back().key);
-      entries.pop_back();
-    }
-    entries.push_front({key, std::move(geometry), size});
-    index.emplace(key, entries.begin());
-    bytes += size;
-  }
-
-  void Clear() {
-    entries.clear();
-    index.clear();
-    bytes = 0;
-  }
 };
 
 Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
-                   RendererOptions options)
-    : backend_(std::move(backend)), options_(options), cache_(std::make_unique<Cache>()) {
-  options_.Check();
+                   RendererOptions options, std::shared_ptr<GeometryCache> cache)
+    : backend_(std::move(backend)),
+      makes_room_(options.makes_room),
+      cache_(cache ? std::move(cache) : std::make_shared<GeometryCache>(options.cache_bytes)),
+      scratch_(std::make_unique<Scratch>()) {
+  options.Check();
   model.Validate();
   model_ = backend_->blend().UploadModel({.means = model.means.data(),
                                           .quats_wxyz = model.quats_wxyz.data(),
@@ -137,12 +87,12 @@ Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
                                           .sh = model.sh.data(),
                                           .count = static_cast<int64_t>(model.NumGaussians()),
                                           .sh_degree = model.sh_degree});
-  cache_->background = backend_->Upload(std::span<const float>(options_.background));
+  scratch_->background = backend_->Upload(std::span<const float>(options.background));
 }
 
 Renderer::~Renderer() = default;
 
-size_t Renderer::cached_bytes() const { return cache_->bytes; }
+size_t Renderer::cached_bytes() const { return cache_->bytes(); }
 
 std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, bool cache) {
   const CameraParams params = ToCameraParams(view);
@@ -151,21 +101,24 @@ std::shared_ptr<const ViewGeometry> Renderer::Geometry(const PosedCamera& view, 
   try {
     geometry = backend_->blend().PrepareView(*model_, params);
   } catch (const std::bad_alloc&) {
-    if (cache_->entries.empty()) throw;
-    cache_->Clear();
+    if (!cache_->Clear()) throw;
     geometry = backend_->blend().PrepareView(*model_, params);
   }
-  if (cache) cache_->Insert(params, geometry, options_.cache_bytes);
+  if (cache) cache_->Insert(geometry);
   return geometry;
 }
 
 bool Renderer::HasGeometry(const PosedCamera& view) const {
-  return cache_->index.contains(ToCameraParams(view));
+  return cache_->Contains(ToCameraParams(view));
+}
+
+std::unique_ptr<GeometryCache::Reservation> Renderer::Reserve() {
+  return makes_room_ ? std::make_unique<GeometryCache::Reservation>(cache_) : nullptr;
 }
 
 void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) {
   const int64_t rows = geometry.num_rows();
-  float* colors = backend_->Grow(cache_->features, size_t(rows) * 3);
+  float* colors = backend_->Grow(scratch_->features, size_t(rows) * 3);
   EvalShParams eval{};
   eval.rows = geometry.rows();
   eval.count = rows;
@@ -177,7 +130,7 @@ void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) 
   BlendParams blend{};
   blend.features = colors;
   blend.channels = 3;
-  blend.background = cache_->background.data();
+  blend.background = scratch_->background.data();
   blend.image = rgb;
   blend.alpha = alpha;
   backend_->blend().Blend(geometry, blend);
@@ -217,8 +170,8 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
   RenderOutput output;
 
   if (request.rgb) {
-    float* rgb = backend_->Grow(cache_->image, pixels * 3);
-    float* alpha = request.alpha ? backend_->Grow(cache_->scalar, pixels) : nullptr;
+    float* rgb = backend_->Grow(scratch_->image, pixels * 3);
+    float* alpha = request.alpha ? backend_->Grow(scratch_->scalar, pixels) : nullptr;
     BlendRgb(*geometry, rgb, alpha);
     output.rgb = Image(width, height);
     backend_->CopyToHost(output.rgb.data.data(), rgb, pixels * 3 * sizeof(float));
@@ -230,7 +183,7 @@ RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& requ
 
   const bool alpha_left = request.alpha && !request.rgb;
   if (request.depth_median || request.depth_expected || alpha_left) {
-    float* planes = backend_->Grow(cache_->image, pixels * 3);
+    float* planes = backend_->Grow(scratch_->image, pixels * 3);
     DepthParams depth{};
     depth.median = request.depth_median ? planes : nullptr;
     depth.expected = request.depth_expected ? planes + pixels : nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scene-level face of the kernels: posed cameras in, images out, with a cache of the frozen
-// geometry of each view.
+// geometry of each view, which several renderers of the same Gaussians may share.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <span>
 
 #include "kernels/backend.h"
+#include "render/geometry_cache.h"
 #include "scene/camera.h"
 #include "scene/gaussian_model.h"
 #include "scene/image.h"
@@ -21,8 +22,10 @@ CameraParams ToCameraParams(const PosedCamera& view);
 
 struct RendererOptions {
   size_t cache_bytes =
-      size_t{640} << 20;  // budget of the per-view geometry cache, least recently used goes first
+      size_t{640} << 20;  // budget of a geometry cache of its own; see geometry_cache.h
   std::array<float, 3> background = {0, 0, 0};
+  // What a fit keeps of the views counts against the cache's budget too.
+  bool makes_room = false;
   void Check() const;
 };
 
@@ -51,11 +54,13 @@ struct DeviceRender {
   Buffer<float> depth_median, depth_expected, alpha;  // [H, W]
 };
 
-// Not thread-safe; one Renderer a thread (they may share the Backend).
+// Not thread-safe; one Renderer a thread (they may share the Backend and the cache).
 class Renderer {
  public:
+  // `cache` is of renderers of the same Gaussians whose backends have the same name and work in host
+  // memory. Null: it has one of its own.
   Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
-           RendererOptions options = {});
+           RendererOptions options = {}, std::shared_ptr<GeometryCache> cache = nullptr);
   ~Renderer();
 
   RenderOutput Render(const PosedCamera& view, const RenderRequest& request = {});
@@ -73,16 +78,19 @@ class Renderer {
   std::shared_ptr<Backend> shared_backend() { return backend_; }
   Model& model() { return *model_; }
   size_t cached_bytes() const;
+  // Where options.makes_room: takes bytes off the cache's budget, none so far. Else null.
+  std::unique_ptr<GeometryCache::Reservation> Reserve();
 
  private:
-  struct Cache;
+  struct Scratch;
   // rgb [H, W, 3], and alpha [H, W] where not null.
   void BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha);
 
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Model> model_;
-  RendererOptions options_;
-  std::unique_ptr<Cache> cache_;
+  bool makes_room_;
+  std::shared_ptr<GeometryCache> cache_;
+  std::unique_ptr<Scratch> scratch_;
 };
 
 }  // namespace retint

@@ -108,7 +108,10 @@ bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Ca
   });
   std::erase(shifts, kUnknown);
   constexpr double kSame = 1e-4;  // far below any depth error, far above float rounding
-  return shifts.size() * 2 > local.idx.size() && Median(shifts) < kSame;
+  if (shifts.size() * 2 <= local.idx.size()) return false;
+  // The median is below where most are.
+  return std::ranges::count_if(shifts, [](double shift) { return shift < kSame; }) * 2 >
+         std::ssize(shifts);
 }
 
 std::vector<RegistrationPair> PairsFromDepth(const std::vector<Seen>& seen, const Camera& camera,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 
 namespace retint {
@@ -109,6 +110,7 @@ void BackgroundOptimizer::Loop() {
     busy_ = true;
     lock.unlock();
     RunJob(number, factory, *monitor);
+    ReleaseFreedMemory();  // a fit's weights are the most that a session ever holds
     lock.lock();
     busy_ = false;
     monitor_.reset();

@@ -164,7 +164,8 @@ OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel m
       part_(std::move(part)),
       backend_(part_ && part_->backend ? part_->backend : OpenBackend(options.backend)) {
   options_.Check();
-  renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions());
+  cache_ = std::make_shared<GeometryCache>(options_.cache_bytes);
+  renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions(), cache_);
   SplitViews();
   if (part_) splat_path_ = fs::absolute(part_->file->path()).lexically_normal();
   if (workspace_->has_virtual_views) {
@@ -180,8 +181,10 @@ RendererOptions OpenScene::RenderOptions() const {
 }
 
 std::unique_ptr<Renderer> OpenScene::MakeRenderer() const {
-  return std::make_unique<Renderer>(OpenBackend(std::string(backend_->Name())), model_,
-                                    RenderOptions());
+  RendererOptions options = RenderOptions();
+  options.makes_room = backend_->IsHost();
+  return std::make_unique<Renderer>(OpenBackend(std::string(backend_->Name())), model_, options,
+                                    backend_->IsHost() ? cache_ : nullptr);
 }
 
 void OpenScene::SplitViews() {

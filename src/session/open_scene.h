@@ -93,7 +93,9 @@ class OpenScene {
   const std::shared_future<FileChecksum>& splat_checksum() const { return splat_checksum_; }
   Renderer& renderer() { return *renderer_; }
   const Backend& backend() const { return *backend_; }
-  // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own).
+  // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own). In
+  // host memory it shares the geometries of views with renderer(), which get less room while a fit
+  // with it keeps weights.
   // Any thread may call this.
   std::unique_ptr<Renderer> MakeRenderer() const;
   // Of a splat alone: the views that were placed around it; else null.
@@ -130,6 +132,7 @@ class OpenScene {
   std::shared_ptr<const Reconstruction> placed_views_;
   StageClock clock_;
   std::shared_ptr<Backend> backend_;
+  std::shared_ptr<GeometryCache> cache_;
   std::unique_ptr<Renderer> renderer_;
   std::vector<const View*> views_, train_, heldout_;
 };
