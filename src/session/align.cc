@@ -74,14 +74,18 @@ std::vector<Target> ReadTargets(const Workspace& workspace, const AlignOptions& 
 class Comparison {
  public:
   Comparison(const std::shared_ptr<Backend>& backend, const GaussianModel& model,
-             std::vector<Target> targets)
-      : renderer_(backend, model, {.cache_bytes = 0}), targets_(std::move(targets)) {
+             std::vector<Target> targets, Monitor& monitor)
+      : renderer_(backend, model, {.cache_bytes = 0}),
+        targets_(std::move(targets)),
+        monitor_(monitor) {
     const SceneShape shape = MeasureShape(model);
     center_ = shape.center;
     unit_ = shape.inner_radius;
   }
 
   bool Empty() const { return targets_.empty(); }
+  // How many calls of Refine() make up all of the work.
+  void Expect(int refinements) { refinements_ = refinements; }
 
   // Mean PSNR, dB.
   double Psnr(const Sim3d& splat_from_world, size_t level) {
@@ -99,11 +103,11 @@ class Comparison {
   }
 
   // At least as good as `start` by the robust differences at `level`.
-  Sim3d Refine(Sim3d start, size_t level, int rounds, Monitor& monitor) {
+  Sim3d Refine(Sim3d start, size_t level, int rounds) {
     double damping = 1e-3;
     System at = Linearize(start, level);
     for (int round = 0; round < rounds && damping < 1e6; ++round) {
-      monitor.Step("align", round, rounds);
+      monitor_.Step("align", refined_ + double(round) / rounds, refinements_);
       Matrix7d damped = at.matrix;
       for (int k = 0; k < 7; ++k) damped(k, k) += damping * (at.matrix(k, k) + 1e-9);
       const Vector7d step = -damped.ldlt().solve(at.gradient);
@@ -120,6 +124,7 @@ class Comparison {
         damping *= 8;
       }
     }
+    ++refined_;
     return start;
   }
 
@@ -132,6 +137,7 @@ class Comparison {
 
   RenderOutput Render(const Target& target, const Sim3d& splat_from_world, size_t level,
                       bool depth) {
+    monitor_.ThrowIfCancelled();
     RenderRequest request;
     request.depth_expected = request.alpha = depth;
     request.cache = false;
@@ -221,8 +227,10 @@ class Comparison {
 
   Renderer renderer_;
   std::vector<Target> targets_;
+  Monitor& monitor_;
   Vector3d center_;
   double unit_ = 1;
+  int refined_ = 0, refinements_ = 1;
 };
 
 struct Start {
@@ -232,9 +240,11 @@ struct Start {
 };
 
 std::vector<Start> Starts(const Workspace& workspace, const GaussianModel& model,
-                          const std::vector<fs::path>& files, Monitor& monitor) {
+                          const std::vector<fs::path>& files, const Sim3d& given,
+                          Monitor& monitor) {
   constexpr size_t kFromPoints = 8;
-  std::vector<Start> starts = {{Sim3d{}, "identity", kNothing}};
+  std::vector<Start> starts = {
+      {given.Inverse(), IsIdentity(given) ? "identity" : "given", kNothing}};
   for (const fs::path& file : files) {
     starts.push_back({ReadWorldFromSplat(file).Inverse(), file.string(), kNothing});
   }
@@ -245,13 +255,14 @@ std::vector<Start> Starts(const Workspace& workspace, const GaussianModel& model
   return starts;
 }
 
-AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts, Monitor& monitor) {
+AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts) {
   constexpr int kCoarseRounds = 12, kRounds = 15;
-  constexpr size_t kRefined = 5;
+  constexpr size_t kRefined = 5, kFinished = 2;
   constexpr double kNothingInCommon = 9;  // dB: below what a single color for all reaches
   const size_t finest = std::size(kLevelSteps) - 1;
+  const Start given = starts.front();
   AlignResult result;
-  result.psnr_before = comparison.Psnr(starts.front().splat_from_world, finest);
+  result.psnr_before = comparison.Psnr(given.splat_from_world, finest);
   const auto rank = [&] {
     for (Start& start : starts) start.psnr = comparison.Psnr(start.splat_from_world, 0);
     std::stable_sort(starts.begin(), starts.end(),
@@ -259,15 +270,17 @@ AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts, Monitor&
   };
   rank();
   starts.resize(std::min(starts.size(), kRefined));
+  const size_t finished = std::min(kFinished, starts.size());
+  comparison.Expect(int(starts.size() + finished * finest));
   for (Start& start : starts) {
-    start.splat_from_world = comparison.Refine(start.splat_from_world, 0, kCoarseRounds, monitor);
+    start.splat_from_world = comparison.Refine(start.splat_from_world, 0, kCoarseRounds);
   }
   rank();
   Start best;
-  for (size_t k = 0; k < std::min<size_t>(2, starts.size()); ++k) {
+  for (size_t k = 0; k < finished; ++k) {
     Start& start = starts[k];
     for (size_t level = 1; level <= finest; ++level) {
-      start.splat_from_world = comparison.Refine(start.splat_from_world, level, kRounds, monitor);
+      start.splat_from_world = comparison.Refine(start.splat_from_world, level, kRounds);
     }
     start.psnr = comparison.Psnr(start.splat_from_world, finest);
     if (k == 0 || start.psnr > best.psnr) best = start;
@@ -281,8 +294,8 @@ AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts, Monitor&
   result.source = best.source;
   result.psnr_after = best.psnr;
   if (!(result.psnr_after > result.psnr_before)) {
-    result.world_from_splat = Sim3d{};
-    result.source = "identity";
+    result.world_from_splat = given.splat_from_world.Inverse();
+    result.source = given.source;
     result.psnr_after = result.psnr_before;
   }
   return result;
@@ -308,9 +321,9 @@ AlignResult Align(const std::shared_ptr<Backend>& backend, const Workspace& work
                   const AlignOptions& options, Monitor& monitor) {
   CheckOption(options.views >= 1, "--views must be at least 1");
   CheckOption(options.longest_side >= 32, "pictures must be at least 32 pixels long");
-  Comparison comparison(backend, model, ReadTargets(workspace, options, monitor));
-  std::vector<Start> starts = Starts(workspace, model, files, monitor);
-  if (!comparison.Empty()) return ByPhotos(comparison, std::move(starts), monitor);
+  Comparison comparison(backend, model, ReadTargets(workspace, options, monitor), monitor);
+  std::vector<Start> starts = Starts(workspace, model, files, options.given, monitor);
+  if (!comparison.Empty()) return ByPhotos(comparison, std::move(starts));
   AlignResult result;
   result.psnr_before = result.psnr_after = kNothing;
   // A file says it outright; of the points' candidates the first is the best.

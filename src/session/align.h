@@ -17,13 +17,14 @@
 namespace retint {
 
 struct AlignOptions {
+  Sim3d given;             // how the splat is thought to lie, world from splat
   int views = 8;           // with photos, evenly spread, that renders are compared with
   int longest_side = 320;  // pixels of these renders at the finest of three levels
 };
 
 struct AlignResult {
   Sim3d world_from_splat;
-  std::string source;  // what the similarity began from: "identity", a file, "points"
+  std::string source;  // what the similarity began from: "identity", "given", a file, "points"
   // Mean PSNR of the renders against the photos, dB, as given and aligned; NaN without photos.
   double psnr_before = 0, psnr_after = 0;
 };
@@ -33,12 +34,13 @@ struct AlignResult {
 std::vector<std::filesystem::path> FindTransformFiles(const std::filesystem::path& workspace,
                                                       const std::filesystem::path& splat);
 
-// Starts from the identity, from `files` and from the sparse points, registered to the Gaussians'
-// centers (session/point_registration.h); keeps the one whose renders are most like the photos, and
-// refines it by them, coarse to fine: Levenberg-Marquardt on robust color differences, whose
-// derivatives follow from the renders' gradients and depths (Lucas and Kanade 1981). Without photos
-// the points alone decide. InputError when there is nothing to go by: neither points nor photos, or
-// no start at which renders and photos have anything in common. Stages: "points", "align".
+// Starts from how the splat is given to lie, from `files` and from the sparse points, registered to
+// the Gaussians' centers (session/point_registration.h); keeps the one whose renders are most like
+// the photos, and refines it by them, coarse to fine: Levenberg-Marquardt on robust color
+// differences, whose derivatives follow from the renders' gradients and depths (Lucas and Kanade
+// 1981). Without photos the points alone decide. InputError when there is nothing to go by: neither
+// points nor photos, or no start at which renders and photos have anything in common. Stages:
+// "points", "align".
 AlignResult Align(const std::shared_ptr<Backend>& backend, const Workspace& workspace,
                   const GaussianModel& model, const std::vector<std::filesystem::path>& files,
                   const AlignOptions& options, Monitor& monitor);

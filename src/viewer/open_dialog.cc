@@ -2,6 +2,7 @@
 #include "viewer/open_dialog.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <QComboBox>
 #include <QDialogButtonBox>
@@ -10,7 +11,9 @@
 #include <QFormLayout>
 #include <QLabel>
 #include <QLineEdit>
+#include <QProgressBar>
 #include <QPushButton>
+#include <QSignalBlocker>
 #include <QSpinBox>
 #include <QVBoxLayout>
 
@@ -20,6 +23,10 @@
 
 namespace retint {
 namespace {
+
+constexpr int kAskAfterMs = 400;
+// Of a splat that is read unasked; larger ones only by Align.
+constexpr qint64 kReadUnasked = qint64{400} << 20;
 
 bool HoldsModel(const QString& folder) { return FindModel(folder.toStdString()).has_value(); }
 
@@ -125,6 +132,7 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   frame_ = row(tr("&Frame"), FrameText(start.options.world_from_splat),
                tr("where the splat lies: a JSON file or a matrix; left out: as it is"), false);
   frame_->setObjectName("frame");
+  form->addRow(QString(), MakeFitLine());
   workspace_->setObjectName("workspace");
   splat_->setObjectName("splat");
   splat_of_ = workspace_->text().trimmed();
@@ -152,11 +160,50 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   buttons_ = new QDialogButtonBox(QDialogButtonBox::Open | QDialogButtonBox::Cancel);
   connect(buttons_, &QDialogButtonBox::accepted, this, &QDialog::accept);
   connect(buttons_, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  connect(this, &QDialog::finished, this, [this] {
+    ask_.stop();
+    finder_.Cancel();
+  });
   auto* layout = new QVBoxLayout(this);
   layout->addLayout(form);
   layout->addWidget(problem_);
   layout->addWidget(buttons_);
   Check();
+}
+
+QWidget* OpenDialog::MakeFitLine() {
+  auto* line = new QWidget;
+  fit_ = new QLabel;
+  fit_->setObjectName("frame_fit");
+  fit_->setTextFormat(Qt::PlainText);
+  fit_->setWordWrap(true);
+  fit_->setMinimumHeight(2 * fit_->fontMetrics().lineSpacing());
+  progress_ = new QProgressBar;
+  progress_->setRange(0, 100);
+  progress_->setMaximumWidth(140);
+  progress_->hide();
+  align_ = new QPushButton(tr("&Align"));
+  align_->setObjectName("align");
+  align_->setAutoDefault(false);
+  align_->setToolTip(
+      tr("Finds how a splat lies that was centered, scaled or turned, by its renders and the "
+         "photos"));
+  auto* layout = new QHBoxLayout(line);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addWidget(fit_, 1);
+  layout->addWidget(progress_);
+  layout->addWidget(align_);
+  ask_.setSingleShot(true);
+  ask_.setInterval(kAskAfterMs);
+  connect(&ask_, &QTimer::timeout, this, [this] { finder_.Check(request()); });
+  connect(align_, &QPushButton::clicked, this, &OpenDialog::StartOrStopAlign);
+  connect(&finder_, &FrameFinder::checked, this, &OpenDialog::ShowFit);
+  connect(&finder_, &FrameFinder::aligned, this, &OpenDialog::Take);
+  connect(&finder_, &FrameFinder::failed, this,
+          [this](const QString& why) { EndAlign(QStringLiteral("⚠ ") + why); });
+  connect(&finder_, &FrameFinder::progressed, this,
+          [this](double at) { progress_->setValue(int(std::lround(100 * at))); });
+  return line;
 }
 
 OpenRequest OpenDialog::request() const {
@@ -228,7 +275,83 @@ void OpenDialog::Check() {
     problem = tr("The frame is neither a file with a similarity nor the 12 or 16 numbers of one.");
   }
   problem_->setText(problem);
-  buttons_->button(QDialogButtonBox::Open)->setEnabled(problem.isEmpty());
+  valid_ = problem.isEmpty();
+  AskFit();
+}
+
+void OpenDialog::UpdateButtons() {
+  buttons_->button(QDialogButtonBox::Open)->setEnabled(valid_ && !aligning_);
+  align_->setEnabled(aligning_ || (valid_ && !workspace_->text().trimmed().isEmpty()));
+  align_->setText(aligning_ ? tr("S&top") : tr("&Align"));
+  progress_->setVisible(aligning_);
+}
+
+void OpenDialog::AskFit() {
+  ask_.stop();
+  finder_.Cancel();
+  EndAlign({});
+  if (!align_->isEnabled()) return;
+  if (QFileInfo(Splat()).size() > kReadUnasked) {
+    return fit_->setText(tr("Align compares the renders of this large splat with the photos."));
+  }
+  fit_->setText(tr("Comparing renders with the photos…"));
+  ask_.start();
+}
+
+void OpenDialog::ShowFit(const SceneCheck& check) {
+  const QString psnr = QString::number(check.median_psnr, 'f', 1);
+  const bool compared = !std::isnan(check.median_psnr);
+  if (check.mismatch.empty()) {
+    return fit_->setText(compared ? tr("Renders and photos agree: %1 dB.").arg(psnr)
+                                  : tr("There are no photos to compare renders with."));
+  }
+  const QString what = check.median_coverage < SceneCheckOptions().min_coverage
+                           ? tr("The splat covers only %1 % of the views")
+                                 .arg(std::lround(100 * check.median_coverage))
+                           : tr("Renders and photos disagree (%1 dB)").arg(psnr);
+  fit_->setText(QStringLiteral("⚠ ") + what +
+                tr(": the splat seems to be in another frame, which Align finds."));
+}
+
+void OpenDialog::StartOrStopAlign() {
+  ask_.stop();
+  if (aligning_) {
+    finder_.Cancel();
+    return EndAlign(tr("Stopped; the frame is as it was."));
+  }
+  aligning_ = true;
+  progress_->setValue(0);
+  fit_->setText(tr("Aligning the splat…"));
+  UpdateButtons();
+  finder_.Align(request());
+}
+
+void OpenDialog::EndAlign(const QString& text) {
+  aligning_ = false;
+  fit_->setText(text);
+  UpdateButtons();
+}
+
+void OpenDialog::Take(const AlignResult& result) {
+  const auto decibels = [](double psnr) { return QString::number(psnr, 'f', 1); };
+  if (std::isfinite(result.psnr_after) && !(result.psnr_after > result.psnr_before)) {
+    return EndAlign(tr("Nothing better was found than the splat as it lies: %1 dB.")
+                        .arg(decibels(result.psnr_before)));
+  }
+  {
+    const QSignalBlocker unasked(frame_);
+    frame_->setText(QString::fromStdString(FrameText(result.world_from_splat)));
+    frame_->setCursorPosition(0);
+  }
+  if (!std::isfinite(result.psnr_after)) {
+    return EndAlign(tr("Aligned by the sparse points: there are no photos to compare with."));
+  }
+  QString text = tr("Aligned: %1 dB before, %2 dB after.")
+                     .arg(decibels(result.psnr_before), decibels(result.psnr_after));
+  if (result.psnr_after < SceneCheckOptions().min_psnr) {
+    text += tr(" Renders and photos still disagree: the splat seems to be of another scene.");
+  }
+  EndAlign(text);
 }
 
 }  // namespace retint

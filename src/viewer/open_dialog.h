@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What to open: workspace, splat, photos, backend. Nothing is read here but folder listings.
+// What to open: workspace, splat, photos, backend. Beside the form, a thread of its own renders a
+// few views of what it names: does the splat lie where the photos show it? If not, Align finds how
+// it lies.
 #pragma once
 
 #include <optional>
@@ -7,13 +9,17 @@
 #include <QDialog>
 #include <QString>
 #include <QStringList>
+#include <QTimer>
 
+#include "viewer/frame_finder.h"
 #include "viewer/scene_controller.h"
 
 class QComboBox;
 class QDialogButtonBox;
 class QLabel;
 class QLineEdit;
+class QProgressBar;
+class QPushButton;
 class QSpinBox;
 
 namespace retint {
@@ -33,14 +39,27 @@ class OpenDialog : public QDialog {
   std::optional<Sim3d> Frame() const;  // nullopt where the text is no similarity
   QString Splat() const;               // as given; an empty field: the one that is found
   void Check();
+  void UpdateButtons();
+  QWidget* MakeFitLine();
+  // How renders and photos agree: asked a moment after the last change of the form.
+  void AskFit();
+  void ShowFit(const SceneCheck& check);
+  void StartOrStopAlign();
+  void EndAlign(const QString& text);
+  void Take(const AlignResult& result);
 
   QLineEdit *workspace_, *splat_, *photos_, *frame_;
   OpenRequest start_;  // of which stays what the form does not show
   QString splat_of_;   // the workspace that the splat was chosen for; empty: none yet
   QComboBox* backend_;
   QSpinBox* holdout_;
-  QLabel* problem_;
+  QLabel *problem_, *fit_;
+  QPushButton* align_;
+  QProgressBar* progress_;
   QDialogButtonBox* buttons_;
+  bool valid_ = false, aligning_ = false;
+  QTimer ask_;
+  FrameFinder finder_;
 };
 
 // What dropped or given paths mean together: a folder with a model is a workspace, NAME.retint a
