@@ -1,18 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene/gaussian_model.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "base/error.h"
+#include "base/parallel.h"
 
 namespace retint {
 namespace {
+
+constexpr int64_t kPieceBytes = int64_t{16} << 20;
+
+bool AllFinite(const std::vector<float>& values) {
+  constexpr int64_t kPiece = kPieceBytes / 64;
+  std::atomic<bool> finite = true;
+  ParallelRanges(static_cast<int64_t>(values.size()), kPiece, [&](int64_t begin, int64_t end) {
+    // All exponent bits are set in what is NaN or infinite. Without a branch, so that it
+    // vectorizes.
+    uint32_t any = 0;
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      any |= (std::bit_cast<uint32_t>(values[i]) & 0x7f800000u) == 0x7f800000u ? 1u : 0u;
+    }
+    if (any != 0) finite.store(false, std::memory_order_relaxed);
+  });
+  return finite;
+}
+
+// Zeros behind what is there. The system maps a large array's pages beforehand and on all cores:
+// one by one, as each is first written, takes several times as long. That is a hint and may fail.
+void Grow(std::vector<float>& values, size_t count) {
+#ifdef MADV_POPULATE_WRITE
+  if (count > values.capacity() && count * sizeof(float) >= 4 * size_t{kPieceBytes}) {
+    values.reserve(count);
+    const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
+    const auto at = reinterpret_cast<uintptr_t>(values.data() + values.size());
+    const uintptr_t begin = (at + page - 1) / page * page;
+    const uintptr_t end = reinterpret_cast<uintptr_t>(values.data() + count) / page * page;
+    ParallelRanges(static_cast<int64_t>((end - begin) / page),
+                   kPieceBytes / static_cast<int64_t>(page), [&](int64_t first, int64_t last) {
+                     madvise(reinterpret_cast<void*>(begin + static_cast<uintptr_t>(first) * page),
+                             static_cast<size_t>(last - first) * page, MADV_POPULATE_WRITE);
+                   });
+  }
+#endif
+  values.resize(count);
+}
 
 void CheckFinite(const std::vector<float>& values, size_t count, size_t width, const char* field) {
   if (values.size() != count * width) {
     throw InputError(std::string("Gaussians: ") + field + " has " + std::to_string(values.size()) +
                      " values, expected " + std::to_string(count * width));
   }
+  if (AllFinite(values)) return;
   for (size_t i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) {
       throw InputError("Gaussian " + std::to_string(i / width) + ": " + field +
@@ -25,11 +70,11 @@ void CheckFinite(const std::vector<float>& values, size_t count, size_t width, c
 
 void GaussianModel::Resize(size_t count, int degree) {
   sh_degree = degree;
-  means.resize(count * 3);
-  quats_wxyz.resize(count * 4);
-  log_scales.resize(count * 3);
-  opacity_logits.resize(count);
-  sh.resize(count * static_cast<size_t>(NumShCoeffs()) * 3);
+  Grow(means, count * 3);
+  Grow(quats_wxyz, count * 4);
+  Grow(log_scales, count * 3);
+  Grow(opacity_logits, count);
+  Grow(sh, count * static_cast<size_t>(NumShCoeffs()) * 3);
 }
 
 void GaussianModel::Validate() const {

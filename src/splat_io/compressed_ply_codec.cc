@@ -8,6 +8,7 @@
 #include "base/ply_header.h"
 #include "splat_io/input_file.h"
 #include "splat_io/morton.h"
+#include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -410,12 +411,17 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
   file.ReadAt(header.bytes, model.source.packed.data(), layout.Bytes());
   model.Resize(layout.count, layout.sh_degree);
   const Body body(layout, model.source.packed);
-  for (size_t chunk = 0; chunk < layout.NumChunks(); ++chunk) {
+  const auto report = [&](size_t chunk) {
     monitor.Step("load", static_cast<double>(chunk), static_cast<double>(layout.NumChunks()));
-    const Bounds bounds = body.ChunkBounds(chunk);
-    const auto [begin, end] = ChunkRange(layout, chunk);
-    for (size_t g = begin; g < end; ++g) SetRow(model, g, body.Decode(g, bounds));
-  }
+  };
+  const auto decode = [&](size_t first, size_t last) {
+    for (size_t chunk = first; chunk < last; ++chunk) {
+      const Bounds bounds = body.ChunkBounds(chunk);
+      const auto [begin, end] = ChunkRange(layout, chunk);
+      for (size_t g = begin; g < end; ++g) SetRow(model, g, body.Decode(g, bounds));
+    }
+  };
+  ForRows(layout.NumChunks(), report, decode, kRowsAPiece / kChunkRows);
   ValidateRead(model, path, bad);
   return model;
 }

@@ -78,6 +78,9 @@ std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
   if (!grow(header_bytes)) throw std::runtime_error("truncated: the header is not whole");
   // One byte more than may come, to notice it.
   const size_t most = limit(std::string_view(bytes.data(), bytes.size())) + 1;
+  // Room for what usually comes, so that it need not be copied from place to place as it grows.
+  constexpr size_t kUsualRatio = 8;
+  bytes.reserve(std::min(most, kUsualRatio * packed.size()));
   while (bytes.size() < most && grow(std::min(kBlockBytes, most - bytes.size()))) {
     step(bytes.size());
   }

@@ -13,6 +13,7 @@
 #include "scene/sh_rotation.h"
 #include "splat_io/axes.h"
 #include "splat_io/gltf_file.h"
+#include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -221,33 +222,37 @@ class SceneReader {
   void Append(const Placed& placed, Monitor& monitor) {
     const Json& primitive = *placed.primitive;
     const size_t count = file_.Count(Accessor(primitive, "POSITION"));
-    const auto values = [&](const std::string& attribute, int components) {
-      monitor.Step("load", static_cast<double>(done_), static_cast<double>(model_.NumGaussians()));
-      std::vector<float> all = file_.Values(Accessor(primitive, attribute), components);
-      if (all.size() != count * static_cast<size_t>(components)) {
+    const auto view = [&](const std::string& attribute, int components) {
+      const GltfValues values = file_.View(Accessor(primitive, attribute), components);
+      if (values.count != count) {
         file_.Fail("the attribute " + attribute + " has not one value a position");
       }
-      return all;
+      return values;
     };
-    const auto copy = [&](const std::vector<float>& from, size_t width, size_t at,
-                          std::vector<float>& to, size_t to_width) {
-      for (size_t g = 0; g < count; ++g) {
-        std::copy_n(&from[g * width], width, &to[(done_ + g) * to_width + at]);
-      }
-    };
-    copy(values("POSITION", 3), 3, 0, model_.means, 3);
-    copy(values(Attribute("ROTATION"), 4), 4, 0, model_.quats_wxyz, 4);  // xyzw as yet
-    copy(values(Attribute("SCALE"), 3), 3, 0, model_.log_scales, 3);     // linear as yet
-    copy(values(Attribute("OPACITY"), 1), 1, 0, model_.opacity_logits, 1);
-    const size_t width = static_cast<size_t>(model_.NumShCoeffs()) * 3;
+    const GltfValues means = view("POSITION", 3), quats = view(Attribute("ROTATION"), 4),
+                     scales = view(Attribute("SCALE"), 3),
+                     opacities = view(Attribute("OPACITY"), 1);
+    std::vector<GltfValues> sh;
     const int coefficients = (Degree(primitive) + 1) * (Degree(primitive) + 1);
-    for (int k = 0; k < coefficients; ++k) {
-      copy(values(ShAttribute(k), 3), 3, static_cast<size_t>(k) * 3, model_.sh, width);
-    }
+    for (int k = 0; k < coefficients; ++k) sh.push_back(view(ShAttribute(k), 3));
     const Motion motion{placed.world_from_node, ShRotation(placed.world_from_node.rotation),
                         placed.world_from_node.rotation.vec().norm() > 1e-12,
-                        ScalesAreLogarithms(count)};
-    for (size_t g = done_; g < done_ + count; ++g) Activate(g, motion);
+                        ScalesAreLogarithms(scales)};
+    const auto report = [&](size_t done) {
+      monitor.Step("load", static_cast<double>(done_ + done),
+                   static_cast<double>(model_.NumGaussians()));
+    };
+    ForRows(count, report, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        SplatRow row;
+        means.Load(i, row.mean.data());
+        quats.Load(i, row.quat_wxyz.data());   // xyzw as yet
+        scales.Load(i, row.log_scale.data());  // linear as yet
+        opacities.Load(i, &row.opacity_logit);
+        for (size_t k = 0; k < sh.size(); ++k) sh[k].Load(i, &row.sh[3 * k]);
+        SetRow(model_, done_ + i, Activated(row, done_ + i, motion));
+      }
+    });
     done_ += count;
   }
 
@@ -261,10 +266,13 @@ class SceneReader {
 
   // Linear scales are never negative. A draft of the extension had logarithms, nearly all of which
   // are.
-  bool ScalesAreLogarithms(size_t count) {
-    const auto begin = model_.log_scales.begin() + static_cast<std::ptrdiff_t>(3 * done_);
-    const bool logarithms = std::any_of(begin, begin + static_cast<std::ptrdiff_t>(3 * count),
-                                        [](float scale) { return scale < 0; });
+  bool ScalesAreLogarithms(const GltfValues& scales) {
+    bool logarithms = false;
+    for (uint64_t i = 0; i < scales.count && !logarithms; ++i) {
+      float scale[3];
+      scales.Load(i, scale);
+      logarithms = scale[0] < 0 || scale[1] < 0 || scale[2] < 0;
+    }
     if (logarithms) {
       model_.source.notes.push_back(
           "negative scales were read as logarithms, as a draft of the "
@@ -273,8 +281,8 @@ class SceneReader {
     return logarithms;
   }
 
-  void Activate(size_t g, const Motion& motion) {
-    SplatRow row = GetRow(model_, g);
+  // `row` as the file has it, of Gaussian `g`.
+  SplatRow Activated(SplatRow row, size_t g, const Motion& motion) const {
     if (!(row.opacity_logit >= 0 && row.opacity_logit <= 1)) {
       file_.Fail("Gaussian " + std::to_string(g) + ": opacity is not from 0 to 1");
     }
@@ -296,7 +304,7 @@ class SceneReader {
       row.quat_wxyz = {float(q.w()), float(q.x()), float(q.y()), float(q.z())};
       motion.sh_rotation.Apply(model_.sh_degree, row.sh.data());
     }
-    SetRow(model_, g, FlipAxes(row, kLeftUpFront));
+    return FlipAxes(row, kLeftUpFront);
   }
 
   const GltfFile& file_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "base/base64.h"
 #include "base/error.h"
@@ -14,6 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr uint64_t kFloat = 5126;
 constexpr uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 struct ComponentType {
@@ -26,7 +28,7 @@ constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, 1, 127},
                                                            {5122, 2, 32767},
                                                            {5123, 2, 65535},
                                                            {5125, 4, 4294967295.0},
-                                                           {5126, 4, 1}}};
+                                                           {kFloat, 4, 1}}};
 
 double LoadComponent(uint64_t id, const char* from) {
   switch (id) {
@@ -73,7 +75,8 @@ GltfFile::GltfFile(const std::filesystem::path& path) : path_(path) {
   LoadBuffers("");
 }
 
-void GltfFile::ReadGlb(std::string bytes) {
+void GltfFile::ReadGlb(std::string file) {
+  const std::string& bytes = files_.emplace_back(std::move(file));
   ByteReader reader(bytes, path_);
   reader.ReadBytes(4, "header");
   const auto version = reader.Read<uint32_t>("header");
@@ -85,7 +88,7 @@ void GltfFile::ReadGlb(std::string bytes) {
     Fail("truncated or damaged: announces " + std::to_string(length) + " bytes, has " +
          std::to_string(bytes.size()));
   }
-  std::string binary;
+  std::string_view binary;
   for (bool first = true; reader.Remaining() > 0; first = false) {
     const auto chunk_bytes = reader.Read<uint32_t>("chunk");
     const auto type = reader.Read<uint32_t>("chunk");
@@ -97,27 +100,24 @@ void GltfFile::ReadGlb(std::string bytes) {
       binary = chunk;
     }
   }
-  bytes.clear();
-  bytes.shrink_to_fit();
-  LoadBuffers(std::move(binary));
+  LoadBuffers(binary);
 }
 
-void GltfFile::LoadBuffers(std::string binary_chunk) {
+void GltfFile::LoadBuffers(std::string_view binary_chunk) {
   const auto found = json_.find("buffers");
   const size_t count = found != json_.end() && found->is_array() ? found->size() : 0;
   for (size_t i = 0; i < count; ++i) {
     const Json& buffer = Item("buffers", i);
     const auto uri = buffer.find("uri");
     if (uri != buffer.end() && !uri->is_string()) Fail("a buffer's uri is no text");
-    std::string bytes = uri != buffer.end() ? LoadUri(uri->get<std::string>())
-                        : i == 0            ? std::move(binary_chunk)
-                                            : std::string();
+    std::string_view bytes = i == 0 ? binary_chunk : std::string_view();
+    if (uri != buffer.end()) bytes = files_.emplace_back(LoadUri(uri->get<std::string>()));
     const uint64_t length = Whole(buffer, "byteLength", 0);
     if (bytes.size() < length) {
       Fail("truncated: buffer " + std::to_string(i) + " announces " + std::to_string(length) +
            " bytes, has " + std::to_string(bytes.size()));
     }
-    buffers_.push_back(std::move(bytes));
+    buffers_.push_back(bytes);
   }
 }
 
@@ -140,7 +140,7 @@ std::string GltfFile::LoadUri(const std::string& uri) const {
 
 uint64_t GltfFile::BufferBytes() const {
   uint64_t bytes = 0;
-  for (const std::string& buffer : buffers_) bytes += buffer.size();
+  for (const std::string_view buffer : buffers_) bytes += buffer.size();
   return bytes;
 }
 
@@ -164,7 +164,20 @@ uint64_t GltfFile::Count(uint64_t accessor) const {
   return Whole(Item("accessors", accessor), "count", 0);
 }
 
-std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
+void GltfValues::Load(uint64_t index, float* to) const {
+  const char* element = from + index * stride;
+  if (type == kFloat) {
+    std::memcpy(to, element, components * sizeof(float));
+    return;
+  }
+  for (uint64_t c = 0; c < components; ++c) {
+    double value = LoadComponent(type, element + c * bytes);
+    if (most > 0) value = std::max(value / most, -1.0);
+    to[c] = static_cast<float>(value);
+  }
+}
+
+GltfValues GltfFile::View(uint64_t accessor, int components) const {
   const std::string name = "accessor " + std::to_string(accessor);
   const Json& object = Item("accessors", accessor);
   if (object.contains("sparse")) Fail(name + " is sparse, which is not supported");
@@ -183,7 +196,7 @@ std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
   const Json& view = Item("bufferViews", Whole(object, "bufferView", 0));
   const uint64_t index = Whole(view, "buffer", 0);
   if (index >= buffers_.size()) Fail(name + " is in a buffer that is missing");
-  const std::string& buffer = buffers_[index];
+  const std::string_view buffer = buffers_[index];
   const uint64_t view_at = Whole(view, "byteOffset", 0), view_bytes = Whole(view, "byteLength", 0);
   const uint64_t at = Whole(object, "byteOffset", 0), count = Count(accessor);
   const uint64_t element = component->bytes * static_cast<uint64_t>(components);
@@ -194,15 +207,19 @@ std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
       count - 1 > (view_bytes - at - element) / stride) {
     Fail(name + " of " + std::to_string(count) + " elements does not fit into its buffer");
   }
-  std::vector<float> values(count * static_cast<uint64_t>(components));
-  const char* from = buffer.data() + view_at + at;
-  for (uint64_t e = 0; e < count; ++e) {
-    for (uint64_t c = 0; c < static_cast<uint64_t>(components); ++c) {
-      double value = LoadComponent(id, from + e * stride + c * component->bytes);
-      if (normalized) value = std::max(value / component->most, -1.0);
-      values[e * static_cast<uint64_t>(components) + c] = static_cast<float>(value);
-    }
-  }
+  return {buffer.data() + view_at + at,
+          count,
+          static_cast<uint64_t>(components),
+          stride,
+          id,
+          component->bytes,
+          normalized ? component->most : 0};
+}
+
+std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
+  const GltfValues view = View(accessor, components);
+  std::vector<float> values(view.count * view.components);
+  for (uint64_t e = 0; e < view.count; ++e) view.Load(e, &values[e * view.components]);
   return values;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -11,6 +12,18 @@
 #include "splat_io/json.h"
 
 namespace retint {
+
+// The numbers of an accessor where they lie in its buffer: [count, components].
+struct GltfValues {
+  const char* from = nullptr;
+  uint64_t count = 0, components = 0;
+  uint64_t stride = 0;           // bytes from one element to the next
+  uint64_t type = 0, bytes = 0;  // of a component
+  double most = 0;               // what a normalized integer is divided by; 0: it stands for itself
+
+  // Element `index` into to[0 .. components).
+  void Load(uint64_t index, float* to) const;
+};
 
 class GltfFile {
  public:
@@ -29,20 +42,24 @@ class GltfFile {
   uint64_t Whole(const nlohmann::json& object, const char* name, uint64_t otherwise) const;
   // Number of elements of an accessor.
   uint64_t Count(uint64_t accessor) const;
-  // Its values, [count, components], normalized integers as what they stand for. InputError where
-  // it has another number of components, lies outside of its buffer, or is sparse.
+  // Its values, valid as long as the file. InputError where it has another number of components,
+  // lies outside of its buffer, or is sparse.
+  GltfValues View(uint64_t accessor, int components) const;
+  // The same as floats, [count, components], normalized integers as what they stand for.
   std::vector<float> Values(uint64_t accessor, int components) const;
 
   [[noreturn]] void Fail(const std::string& fault) const;
 
  private:
-  void ReadGlb(std::string bytes);
-  void LoadBuffers(std::string binary_chunk);
+  void ReadGlb(std::string file);
+  // `binary_chunk` lies in files_.
+  void LoadBuffers(std::string_view binary_chunk);
   std::string LoadUri(const std::string& uri) const;
 
   std::filesystem::path path_;
   nlohmann::json json_;
-  std::vector<std::string> buffers_;
+  std::deque<std::string> files_;  // that the buffers lie in; never moved
+  std::vector<std::string_view> buffers_;
 };
 
 }  // namespace retint

@@ -14,6 +14,7 @@
 #include "base/ply_header.h"
 #include "scene/sh_band4.h"
 #include "splat_io/input_file.h"
+#include "splat_io/parallel_rows.h"
 #include "splat_io/ply_ascii.h"
 #include "splat_io/ply_rows.h"
 #include "splat_io/splat_row.h"
@@ -58,25 +59,30 @@ void ReadBody(const PlyHeader& header, const InputFile& file, size_t stride, Ply
               Monitor& monitor, std::vector<char>& trailing) {
   const size_t count = header.elements[0].count;
   const size_t rows_a_block = std::max<size_t>(1, kBlockBytes / stride);
-  std::vector<char> block(std::min(rows_a_block, count) * stride);
-  PlyAscii ascii(file, header);
-  const bool is_ascii = header.format == "ascii";
-  for (size_t first = 0; first < count; first += rows_a_block) {
-    monitor.Step("load", static_cast<double>(first), static_cast<double>(count));
-    const size_t rows = std::min(rows_a_block, count - first);
-    if (is_ascii) {
+  const auto report = [&](size_t done) {
+    monitor.Step("load", static_cast<double>(done), static_cast<double>(count));
+  };
+  if (header.format == "ascii") {
+    std::vector<char> block(std::min(rows_a_block, count) * stride);
+    PlyAscii ascii(file, header);
+    for (size_t first = 0; first < count; first += rows_a_block) {
+      report(first);
+      const size_t rows = std::min(rows_a_block, count - first);
       ascii.ReadRows(header.elements[0], first, rows, block);
-    } else {
-      file.ReadAt(header.bytes + first * stride, block.data(), rows * stride);
+      reader.Take(block.data(), first, rows);
     }
-    reader.Take(block.data(), first, rows);
-  }
-  if (is_ascii) {
     for (size_t e = 1; e < header.elements.size(); ++e) {
       ascii.ReadElement(header.elements[e], trailing);
     }
     ascii.ExpectEnd();
-  } else if (header.elements.size() > 1) {
+    return;
+  }
+  ForRows(count, report, [&](size_t begin, size_t end) {
+    std::vector<char> block((end - begin) * stride);
+    file.ReadAt(header.bytes + begin * stride, block.data(), block.size());
+    reader.Take(block.data(), begin, end - begin);
+  });
+  if (header.elements.size() > 1) {
     const uint64_t offset = header.bytes + count * stride;
     trailing.resize(file.size() - offset);
     file.ReadAt(offset, trailing.data(), trailing.size());

@@ -7,6 +7,7 @@
 #include "splat_io/compression.h"
 #include "splat_io/json.h"
 #include "splat_io/morton.h"
+#include "splat_io/parallel_rows.h"
 #include "splat_io/sog_files.h"
 #include "splat_io/sog_writer.h"
 #include "splat_io/splat_row.h"
@@ -16,7 +17,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr size_t kBlockRows = 16384;
 constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, a Gaussian
 
 struct Bands {
@@ -46,27 +46,24 @@ class Scene {
     most_ = Numbers(means, "maxs", 3);
     scale_table_ = Numbers(Part("scales"), "codebook", 256);
     color_table_ = Numbers(Part("sh0"), "codebook", 256);
-    means_low_ = Picture(means, 0);
-    monitor.Step("load", 0.1, 1);
-    means_high_ = Picture(means, 1);
-    monitor.Step("load", 0.2, 1);
-    quats_ = Picture(Part("quats"), 0);
-    monitor.Step("load", 0.3, 1);
-    scales_ = Picture(Part("scales"), 0);
-    colors_ = Picture(Part("sh0"), 0);
-    monitor.Step("load", 0.4, 1);
-    if (meta_.contains("shN")) ReadBands(Part("shN"));
+    Want(means, 0, means_low_);
+    Want(means, 1, means_high_);
+    Want(Part("quats"), 0, quats_);
+    Want(Part("scales"), 0, scales_);
+    Want(Part("sh0"), 0, colors_);
+    if (meta_.contains("shN")) WantBands(Part("shN"));
+    DecodePictures(monitor);
   }
 
   GaussianModel Read(Monitor& monitor) const {
     GaussianModel model;
     model.Resize(count_, degree_);
-    for (size_t g = 0; g < count_; ++g) {
-      if (g % kBlockRows == 0) {
-        monitor.Step("load", static_cast<double>(count_ + g), 2.0 * static_cast<double>(count_));
-      }
-      SetRow(model, g, Decode(g));
-    }
+    const auto report = [&](size_t done) {
+      monitor.Step("load", static_cast<double>(count_ + done), 2.0 * static_cast<double>(count_));
+    };
+    ForRows(count_, report, [&](size_t begin, size_t end) {
+      for (size_t g = begin; g < end; ++g) SetRow(model, g, Decode(g));
+    });
     Tables().Keep(model.source);
     return model;
   }
@@ -121,26 +118,46 @@ class Scene {
     return name;
   }
 
-  RgbaPicture Picture(const Json& object, size_t index) const {
-    const std::string name = FileName(object, index);
-    return DecodeWebp(files_->Read(name), count_, 4 * uint64_t{count_} + 65536, path_, name);
+  // A picture to be decoded, of a number of pixels within bounds.
+  struct Wanted {
+    std::string name;
+    uint64_t least_pixels, most_pixels;
+    RgbaPicture* picture;
+  };
+
+  void Want(const Json& object, size_t index, RgbaPicture& picture) {
+    wanted_.push_back({FileName(object, index), count_, 4 * uint64_t{count_} + 65536, &picture});
   }
 
-  void ReadBands(const Json& part) {
+  // Packed files are read one after the other, and decoded all at once.
+  void DecodePictures(Monitor& monitor) {
+    std::vector<std::string> packed;
+    for (const Wanted& one : wanted_) {
+      monitor.Step("load", 0.1, 1);
+      packed.push_back(files_->Read(one.name));
+    }
+    ForEachTask(wanted_.size(), [&](size_t i) {
+      const Wanted& one = wanted_[i];
+      *one.picture = DecodeWebp(packed[i], one.least_pixels, one.most_pixels, path_, one.name);
+    });
+    if (bands_.coefficients > 0 &&
+        uint64_t(bands_.centroids.width) != kSogPaletteColumns * bands_.coefficients) {
+      throw InputError(path_, FileName(Part("shN"), 0) + " has not the width of its palette, " +
+                                  std::to_string(kSogPaletteColumns * bands_.coefficients));
+    }
+  }
+
+  void WantBands(const Json& part) {
     degree_ = static_cast<int>(Whole(part, "bands", 3));
     if (degree_ == 0) return;
     bands_.coefficients = static_cast<size_t>((degree_ + 1) * (degree_ + 1) - 1);
     bands_.palette = Whole(part, "count", kSogMostPalette);
     bands_.codebook = Numbers(part, "codebook", 256);
-    const std::string name = FileName(part, 0);
     const uint64_t width = kSogPaletteColumns * bands_.coefficients;
     const uint64_t height = (bands_.palette + kSogPaletteColumns - 1) / kSogPaletteColumns;
-    bands_.centroids = DecodeWebp(files_->Read(name), width * height,
-                                  width * (kSogMostPalette / kSogPaletteColumns), path_, name);
-    if (uint64_t(bands_.centroids.width) != width) {
-      throw InputError(path_, name + " has not the width of its palette, " + std::to_string(width));
-    }
-    bands_.labels = Picture(part, 1);
+    wanted_.push_back({FileName(part, 0), width * height,
+                       width * (kSogMostPalette / kSogPaletteColumns), &bands_.centroids});
+    Want(part, 1, bands_.labels);
   }
 
   SogTables Tables() const {
@@ -199,6 +216,7 @@ class Scene {
 
   std::filesystem::path path_;
   std::unique_ptr<SogFiles> files_;
+  std::vector<Wanted> wanted_;
   Json meta_;
   size_t count_ = 0;
   int degree_ = 0;

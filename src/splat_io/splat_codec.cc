@@ -5,6 +5,7 @@
 
 #include "base/files.h"
 #include "splat_io/input_file.h"
+#include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -74,13 +75,17 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
   model.Resize(count, 0);
   model.source.packed_format = kMark;
   model.source.packed.resize(file.size());
-  for (size_t first = 0; first < count; first += kBlockRecords) {
-    monitor.Step("load", static_cast<double>(first), static_cast<double>(count));
-    const size_t end = std::min(count, first + kBlockRecords);
-    char* records = model.source.packed.data();
-    file.ReadAt(first * kRecordBytes, records + first * kRecordBytes, (end - first) * kRecordBytes);
-    for (size_t g = first; g < end; ++g) SetRow(model, g, Decode(records + g * kRecordBytes));
-  }
+  ForRows(
+      count,
+      [&](size_t done) {
+        monitor.Step("load", static_cast<double>(done), static_cast<double>(count));
+      },
+      [&](size_t begin, size_t end) {
+        char* records = model.source.packed.data();
+        file.ReadAt(begin * kRecordBytes, records + begin * kRecordBytes,
+                    (end - begin) * kRecordBytes);
+        for (size_t g = begin; g < end; ++g) SetRow(model, g, Decode(records + g * kRecordBytes));
+      });
   ValidateRead(model, path, bad);
   return model;
 }

@@ -2,6 +2,8 @@
 #include "splat_io/spz_codec.h"
 
 #include <array>
+#include <functional>
+#include <future>
 #include <limits>
 #include <stdexcept>
 
@@ -10,6 +12,7 @@
 #include "splat_io/axes.h"
 #include "splat_io/compression.h"
 #include "splat_io/input_file.h"
+#include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -328,8 +331,12 @@ void ReadExtensions(Packed& packed, const std::filesystem::path& path) {
   }
 }
 
-Packed Unpack(const std::string& file, const std::filesystem::path& path, Monitor& monitor) {
+// `is_whole_enough` is called with the header, at most once, when half of the data has come out: by
+// then the file is not one that merely announces much.
+Packed Unpack(const std::string& file, const std::filesystem::path& path, Monitor& monitor,
+              const std::function<void(const Header&)>& is_whole_enough) {
   Packed packed;
+  bool told = false;
   const auto load_header = [&](std::string_view from) {
     if (from.size() < kHeaderBytes) throw InputError(path, "truncated: the header is not whole");
     std::memcpy(&packed.header, from.data(), kHeaderBytes);
@@ -353,6 +360,9 @@ Packed Unpack(const std::string& file, const std::filesystem::path& path, Monito
         },
         [&](size_t done) {
           monitor.Step("load", 0.5 * static_cast<double>(done), static_cast<double>(most()));
+          if (told || done < most() / 2) return;
+          told = true;
+          is_whole_enough(packed.header);
         });
   }
   if (packed.bytes.size() < packed.Size()) {
@@ -443,19 +453,30 @@ GaussianModel SpzCodec::Read(const std::filesystem::path& path, Monitor& monitor
                              BadRows bad) const {
   monitor.Step("load", 0, 1);
   const std::string file = ReadFile(path);
-  Packed packed = NamingPath(path, [&] { return Unpack(file, path, monitor); });
   GaussianModel model;
+  // Memory for the Gaussians is made ready beside the rest of the unpacking, which has one thread.
+  std::future<void> resized;
+  const auto resize = [&](const Header& header) {
+    resized = std::async(std::launch::async, [&model, count = size_t{header.count},
+                                              degree = std::min<int>(header.sh_degree, 3)] {
+      model.Resize(count, degree);
+    });
+  };
+  Packed packed = NamingPath(path, [&] { return Unpack(file, path, monitor, resize); });
+  if (!resized.valid()) resize(packed.header);
+  resized.get();
   const size_t count = packed.header.count;
-  model.Resize(count, std::min<int>(packed.header.sh_degree, 3));
   if (packed.header.sh_degree > 3) ShBand4Columns::AddTo(model);
   ShBand4Columns band4(model);
-  for (size_t g = 0; g < count; ++g) {
-    if (g % kBlockRows == 0) {
-      monitor.Step("load", static_cast<double>(count + g), 2.0 * static_cast<double>(count));
+  const auto report = [&](size_t done) {
+    monitor.Step("load", static_cast<double>(count + done), 2.0 * static_cast<double>(count));
+  };
+  ForRows(count, report, [&](size_t begin, size_t end) {
+    for (size_t g = begin; g < end; ++g) {
+      SetRow(model, g, Decode(packed, g));
+      if (band4.present()) band4.Set(g, DecodeBand4(packed, g));
     }
-    SetRow(model, g, Decode(packed, g));
-    if (band4.present()) band4.Set(g, DecodeBand4(packed, g));
-  }
+  });
   ValidateRead(model, path, bad);
   model.source.packed_format = kMark;
   model.source.packed = std::move(packed.bytes);

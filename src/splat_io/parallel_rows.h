@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Work on many Gaussians of a file, or on several of its pictures, on all cores, with the faults of
+// a plain loop: of several that are found, the first in the file is thrown.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <vector>
+
+#include "base/parallel.h"
+
+namespace retint {
+
+// body(i) for i in [0, count), each a task of its own.
+template <typename Body>
+void ForEachTask(size_t count, const Body& body) {
+  std::vector<std::exception_ptr> faults(count);
+  ParallelTasks(static_cast<int64_t>(count), [&](int64_t i) {
+    try {
+      body(static_cast<size_t>(i));
+    } catch (...) {
+      faults[static_cast<size_t>(i)] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& fault : faults) {
+    if (fault) std::rethrow_exception(fault);
+  }
+}
+
+// A piece stays in a core's cache; the pieces between two reports are shared by the cores.
+inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 8;
+
+// body(begin, end) for pieces of [0, count); report(done) between some of them, on this thread.
+template <typename Report, typename Body>
+void ForRows(size_t count, const Report& report, const Body& body,
+             size_t rows_a_piece = kRowsAPiece) {
+  const size_t batch = kPiecesAReport * rows_a_piece;
+  for (size_t first = 0; first < count; first += batch) {
+    report(first);
+    const size_t rows = std::min(batch, count - first);
+    ForEachTask((rows + rows_a_piece - 1) / rows_a_piece, [&](size_t i) {
+      const size_t begin = first + i * rows_a_piece;
+      body(begin, std::min(begin + rows_a_piece, first + rows));
+    });
+  }
+}
+
+}  // namespace retint
