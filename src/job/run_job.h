@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "job/job_file.h"
-#include "job/stage_cache.h"
+#include "base/stage_cache.h"
 #include "session/edit_session.h"
 
 namespace retint {

@@ -90,7 +90,7 @@ Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options,
   if (!options.view_folder.empty()) return ReadPlacedViews(options.view_folder);
   VirtualViewOptions views;
   views.views = options.views;
-  return PlaceViews(OpenBackend(options.backend), model, views, monitor);
+  return PlaceViewsOnce(OpenBackend(options.backend), model, views, CacheFolder(), monitor);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <numbers>
 #include <queue>
@@ -12,6 +13,8 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/stage_cache.h"
+#include "colmap_io/sparse.h"
 #include "kernels/common/sh.h"
 #include "render/renderer.h"
 #include "session/scene_shape.h"
@@ -25,6 +28,7 @@ constexpr double kFov = 60, kInsideFov = 80;  // degrees, of the width
 constexpr double kNearest = 0.2;              // nothing nearer is drawn (kernels/common/types.h)
 constexpr int kJudgeWidth = 160;              // pixels
 constexpr size_t kJudged = 40'000;            // Gaussians
+constexpr uint64_t kMostKeptBytes = uint64_t{64} << 20;
 
 struct Candidate {
   PosedCamera view;
@@ -361,6 +365,20 @@ void AddPoints(const std::vector<const Candidate*>& chosen, const GaussianModel&
   }
 }
 
+// Of everything that the views depend on. The number is this file's: it goes up with every change
+// of where views are placed.
+std::string KeyOf(const GaussianModel& model, const VirtualViewOptions& options) {
+  constexpr int kVersion = 1;
+  StageKey key("views");
+  key.AddValue(kVersion).AddValue(options.views).AddValue(options.width).AddValue(options.height);
+  key.AddValue(model.sh_degree);
+  for (const auto* values :
+       {&model.means, &model.quats_wxyz, &model.log_scales, &model.opacity_logits, &model.sh}) {
+    key.Add({reinterpret_cast<const char*>(values->data()), values->size() * sizeof(float)});
+  }
+  return key.Hex();
+}
+
 }  // namespace
 
 void VirtualViewOptions::Check() const {
@@ -391,6 +409,36 @@ Workspace PlaceViews(const std::shared_ptr<Backend>& backend, const GaussianMode
   AddPoints(chosen, judge.model(), shape, workspace.reconstruction);
   monitor.Step("views", 1, 1);
   return workspace;
+}
+
+Workspace PlaceViewsOnce(const std::shared_ptr<Backend>& backend, const GaussianModel& model,
+                         const VirtualViewOptions& options, const std::filesystem::path& cache,
+                         Monitor& monitor) {
+  const std::string stage = "views", key = KeyOf(model, options);
+  StageCache kept(cache);
+  Workspace workspace;
+  if (kept.Read(stage, key, [&](const auto& folder) { workspace = ReadPlacedViews(folder); })) {
+    monitor.Step("views", 1, 1);
+    return workspace;
+  }
+  workspace = PlaceViews(backend, model, options, monitor);
+  try {
+    kept.Write(stage, key, [&](const auto& folder) {
+      WriteReconstructionBinary(folder, workspace.reconstruction);
+    });
+    kept.Trim(kMostKeptBytes);
+  } catch (const RunError&) {  // a full disk, or one that is read only: placed again next time
+  }
+  return workspace;
+}
+
+std::filesystem::path CacheFolder() {
+  if (const char* folder = std::getenv("RETINT_CACHE")) return folder;
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  if (cache && *cache) return std::filesystem::path(cache) / "retint";
+  const char* home = std::getenv("HOME");
+  if (home && *home) return std::filesystem::path(home) / ".cache" / "retint";
+  return {};
 }
 
 Workspace ReadPlacedViews(const std::filesystem::path& folder) {

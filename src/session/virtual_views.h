@@ -34,6 +34,17 @@ struct VirtualViewOptions {
 Workspace PlaceViews(const std::shared_ptr<Backend>& backend, const GaussianModel& model,
                      const VirtualViewOptions& options, Monitor& monitor);
 
+// The same, or what it gave before for the same Gaussians and options: kept in the folder `cache`,
+// of which what was not used for longest goes beyond 64 MiB. Nothing is kept where `cache` is empty
+// or cannot be written.
+Workspace PlaceViewsOnce(const std::shared_ptr<Backend>& backend, const GaussianModel& model,
+                         const VirtualViewOptions& options, const std::filesystem::path& cache,
+                         Monitor& monitor);
+
+// Where the programs keep what takes long to compute: $RETINT_CACHE, else retint in $XDG_CACHE_HOME
+// or ~/.cache. Empty where RETINT_CACHE is, or where there is no home.
+std::filesystem::path CacheFolder();
+
 // Views that were placed before: the COLMAP model in `folder`. InputError as Workspace::Open().
 Workspace ReadPlacedViews(const std::filesystem::path& folder);
 

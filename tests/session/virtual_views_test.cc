@@ -9,9 +9,12 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/sparse.h"
 #include "kernels/common/sh.h"
 #include "scene/transform.h"
 #include "session/scene_shape.h"
+#include "tests/colmap_io/tiny_model.h"
 #include "tests/session/saved_scene.h"
 
 namespace retint {
@@ -183,6 +186,45 @@ TEST(PlaceViews, TheSameSplatGetsTheSameViews) {
   }
 }
 
+TEST(PlaceViews, AreKeptForTheSameGaussians) {
+  const TempFolder cache;
+  VirtualViewOptions options;
+  options.views = 5, options.width = 160, options.height = 120;
+  int steps = 0;
+  Monitor monitor([&](const Progress&) { ++steps; });
+  const auto place = [&](const GaussianModel& model) {
+    steps = 0;
+    return PlaceViewsOnce(CreateBackend("cpu"), model, options, cache.path(), monitor);
+  };
+  GaussianModel model = Ball({1, 2, 3}, 1, 300);
+  const Workspace first = place(model);
+  const int all = steps;
+  const Workspace again = place(model);
+  EXPECT_EQ(steps, 1) << "of " << all;
+  EXPECT_GT(all, 20);
+  ExpectSame(again.reconstruction, first.reconstruction);
+  EXPECT_TRUE(again.has_virtual_views && again.warnings.empty() && again.root.empty());
+  // Other options, other colors: other views.
+  options.views = 6;
+  EXPECT_EQ(place(model).reconstruction.views.size(), 6u);
+  EXPECT_EQ(steps, all);
+  options.views = 5;
+  model.sh[7] += 0.01F;
+  place(model);
+  EXPECT_EQ(steps, all);
+  // What is damaged, and what cannot be kept, is placed anew.
+  for (const auto& entry : std::filesystem::directory_iterator(cache.path())) {
+    std::filesystem::resize_file(entry.path() / "images.bin", 30);
+  }
+  ExpectSame(place(Ball({1, 2, 3}, 1, 300)).reconstruction, first.reconstruction);
+  EXPECT_EQ(steps, all);
+  WriteFile(cache / "file", "");
+  ExpectSame(PlaceViewsOnce(CreateBackend("cpu"), Ball({1, 2, 3}, 1, 300), options, cache / "file",
+                            monitor)
+                 .reconstruction,
+             first.reconstruction);
+}
+
 // A room's walls, seen from inside, look the same from outside: only the directional color tells.
 TEST(PlaceViews, ARoomIsSeenFromInside) {
   GaussianModel room = Ball({0, 0, 0}, 4, 800, 3);
@@ -226,6 +268,7 @@ class SplatAlone : public ::testing::Test {
     WriteSplat(folder_ / "ball.ply", Ball({0, 0, 0}, 1, 400, 1));
     options_.backend = "cpu";
     options_.views = 5;
+    setenv("RETINT_CACHE", (folder_ / "cache").c_str(), 1);
   }
   std::unique_ptr<EditSession> Open() {
     return EditSession::Open({}, folder_ / "ball.ply", options_, monitor_);
@@ -235,6 +278,18 @@ class SplatAlone : public ::testing::Test {
   SessionOptions options_;
   Monitor monitor_;
 };
+
+TEST_F(SplatAlone, ViewsAreKeptInTheCache) {
+  Open();
+  const auto kept = std::filesystem::directory_iterator(folder_ / "cache")->path();
+  EXPECT_THAT(kept.filename().string(), ::testing::StartsWith("views-"));
+  // What is found there is taken.
+  Reconstruction model = ReadReconstruction(kept);
+  model.views.erase(model.views.begin());
+  std::filesystem::remove(kept / "images.bin");
+  WriteReconstructionBinary(kept, model);
+  EXPECT_EQ(Open()->reconstruction().views.size(), 4u);
+}
 
 TEST_F(SplatAlone, RendersServeAsPhotos) {
   const auto session = Open();

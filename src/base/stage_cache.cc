@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "job/stage_cache.h"
+#include "base/stage_cache.h"
 
 #include <unistd.h>
 
