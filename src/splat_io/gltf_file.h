@@ -30,6 +30,9 @@ class GltfFile {
   // .glb or .gltf, by content. InputError when it is damaged, or a buffer is missing or shorter
   // than announced.
   explicit GltfFile(const std::filesystem::path& path);
+  // Its buffers are views of what it holds.
+  GltfFile(const GltfFile&) = delete;
+  GltfFile& operator=(const GltfFile&) = delete;
 
   const nlohmann::json& json() const { return json_; }
   const std::filesystem::path& path() const { return path_; }
