@@ -32,7 +32,8 @@ void ForEachTask(size_t count, const Body& body) {
 // A piece stays in a core's cache; the pieces between two reports are shared by the cores.
 inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 8;
 
-// body(begin, end) for pieces of [0, count); report(done) between some of them, on this thread.
+// body(begin, end) for pieces of [0, count); report(done) between some of them and at the end, on
+// this thread.
 template <typename Report, typename Body>
 void ForRows(size_t count, const Report& report, const Body& body,
              size_t rows_a_piece = kRowsAPiece) {
@@ -45,6 +46,7 @@ void ForRows(size_t count, const Report& report, const Body& body,
       body(begin, std::min(begin + rows_a_piece, first + rows));
     });
   }
+  report(count);
 }
 
 }  // namespace retint
