@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "job/job_file.h"
 #include "base/stage_cache.h"
+#include "job/job_file.h"
 #include "session/edit_session.h"
 
 namespace retint {
