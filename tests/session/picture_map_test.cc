@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The photo of a real capture that a color map changed: the map is found again.
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "base/color_difference.h"
+#include "colmap_io/image_io.h"
+#include "session/compare_pictures.h"
+#include "session/open_scene.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+using Kind = ColorOperationKind;
+
+// A grade and another hue, as a paint program makes them.
+ColorEdit Grade() {
+  ColorOperation adjust = ColorOperation::Make(Kind::kAdjust);
+  adjust.Get("hue")[0] = 70;
+  adjust.Get("chroma")[0] = 0.9f;
+  return {{ColorOperation::Make(Kind::kGamma, {1.3f}), adjust}, 1};
+}
+
+struct Differences {
+  double mean = 0, most = 0;  // DeltaE00; `most` but for one pixel in a hundred
+};
+
+// Between two edits of the colors inside `mask`.
+Differences Compare(const CompiledEdit& x, const CompiledEdit& y, const Image& image,
+                    const Mask& mask) {
+  std::vector<double> values;
+  const auto shown = [](const Eigen::Vector3f& color) {
+    return Eigen::Vector3f(color.cwiseMax(0.0f).cwiseMin(1.0f));
+  };
+  for (size_t p = 0; p < mask.data.size(); p += 7) {
+    if (mask.data[p] < 128) continue;
+    const Eigen::Vector3f color = shown(Eigen::Vector3f(&image.data[3 * p]));
+    const Eigen::Vector3f a = shown(x.Apply(color)), b = shown(y.Apply(color));
+    values.push_back(ColorDifference(CieLabFromSrgb(a.data()), CieLabFromSrgb(b.data())));
+  }
+  Differences found;
+  if (values.empty()) return found;
+  std::sort(values.begin(), values.end());
+  for (const double value : values) found.mean += value / double(values.size());
+  found.most = values[values.size() * 99 / 100];
+  return found;
+}
+
+TEST(ComparePictures, FindsTheColorMapOfTheFoxAgain) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  SessionOptions options;
+  options.backend = "cpu";
+  Monitor monitor;
+  const auto scene = OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+  const CompiledEdit grade{Grade()};
+  RegionSelection selection;
+  const Mask& mask = selection.masks["0025.jpg"] = ReadMask(DataPath("fox/masks/0025.jpg.png"));
+  const View& view = scene->workspace().RequireView("0025.jpg");
+  const Image before = scene->workspace().ReadPhoto(view);
+  Image8 painted(before.width, before.height);
+  for (size_t p = 0; p < before.NumPixels(); ++p) {
+    Eigen::Vector3f color(&before.data[3 * p]);
+    if (mask.data[p] >= 128) color = grade.Apply(color);
+    for (size_t c = 0; c < 3; ++c) {
+      painted.data[3 * p + c] =
+          uint8_t(std::lround(255 * std::clamp(color[Eigen::Index(c)], 0.0f, 1.0f)));
+    }
+  }
+  ColorOperation op = ColorOperation::Picture({{"0025.jpg", "", painted}});
+  ComparePictures(op, {}, selection, *scene, scene->original().sh);
+  ASSERT_TRUE(op.table);
+  EXPECT_TRUE(op.picture->layers.empty());  // nothing is left that would have to be carried over
+  const CompiledEdit found({{ColorOperation::Lut(op.table)}, 1});
+  const Differences here = Compare(found, grade, before, mask);
+  // What was asked for; the picture's 8 bits alone make about 0.2.
+  EXPECT_GT(here.mean, 0);
+  EXPECT_LT(here.mean, 1);
+  EXPECT_LT(here.most, 1);
+}
+
+}  // namespace
+}  // namespace retint
