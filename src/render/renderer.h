@@ -21,8 +21,8 @@ namespace retint {
 CameraParams ToCameraParams(const PosedCamera& view);
 
 struct RendererOptions {
-  size_t cache_bytes =
-      size_t{640} << 20;  // budget of a geometry cache of its own; see geometry_cache.h
+  // Budget of a geometry cache of its own; see geometry_cache.h.
+  size_t cache_bytes = size_t{640} << 20;
   std::array<float, 3> background = {0, 0, 0};
   // What a fit keeps of the views counts against the cache's budget too.
   bool makes_room = false;
@@ -57,8 +57,8 @@ struct DeviceRender {
 // Not thread-safe; one Renderer a thread (they may share the Backend and the cache).
 class Renderer {
  public:
-  // `cache` is of renderers of the same Gaussians whose backends have the same name and work in host
-  // memory. Null: it has one of its own.
+  // `cache` is of renderers of the same Gaussians whose backends have the same name and work in
+  // host memory. Null: it has one of its own.
   Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
            RendererOptions options = {}, std::shared_ptr<GeometryCache> cache = nullptr);
   ~Renderer();

@@ -93,10 +93,9 @@ class OpenScene {
   const std::shared_future<FileChecksum>& splat_checksum() const { return splat_checksum_; }
   Renderer& renderer() { return *renderer_; }
   const Backend& backend() const { return *backend_; }
-  // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own). In
-  // host memory it shares the geometries of views with renderer(), which get less room while a fit
-  // with it keeps weights.
-  // Any thread may call this.
+  // Another renderer of the same scene, with a backend of its own (on a GPU: streams of its own).
+  // In host memory it shares the geometries of views with renderer(), which get less room while a
+  // fit with it keeps weights. Any thread may call this.
   std::unique_ptr<Renderer> MakeRenderer() const;
   // Of a splat alone: the views that were placed around it; else null.
   const std::shared_ptr<const Reconstruction>& placed_views() const { return placed_views_; }

@@ -47,7 +47,9 @@ class RefitChain : public OptimizerJob {
   RefitChainInput input_;
   Renderer& renderer_;
   GaussianModel working_;  // empty before it is first needed
-  std::vector<std::shared_ptr<const RegionFit>> left_;  // not applied to it yet
+
+  // Not applied to it yet.
+  std::vector<std::shared_ptr<const RegionFit>> left_;
   size_t index_ = 0;
   std::unique_ptr<ShRefitter> refitter_;
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits_;
