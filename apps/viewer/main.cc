@@ -13,6 +13,7 @@
 #include <QTimer>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "colmap_io/nerfstudio.h"
 #include "session/report.h"
 #include "viewer/main_window.h"
@@ -136,6 +137,7 @@ StartOptions Resolve(const QCommandLineParser& parser) {
 }
 
 int Main(int argc, char** argv) {
+  GiveLargeBlocksBackAtOnce();
   // Writing beyond a file size limit is an error like a full disk, not a crash.
   std::signal(SIGXFSZ, SIG_IGN);
   QCoreApplication::setApplicationName("retint-viewer");

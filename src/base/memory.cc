@@ -21,6 +21,14 @@ void ReleaseFreedMemory() {
 #endif
 }
 
+void GiveLargeBlocksBackAtOnce() {
+#ifdef __GLIBC__
+  constexpr int kLeastBytes = 256 << 10;
+  mallopt(M_MMAP_THRESHOLD, kLeastBytes);
+  mallopt(M_TRIM_THRESHOLD, kLeastBytes);
+#endif
+}
+
 void PopulatePages(void* data, size_t bytes) {
 #ifdef MADV_POPULATE_WRITE
   constexpr int64_t kPagesOfPiece = 2048;

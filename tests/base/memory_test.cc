@@ -49,6 +49,24 @@ TEST(Memory, FreedBlocksGoBackToTheSystem) {
   EXPECT_LT(ResidentMb(), before - 30);  // at least half of it, whatever else the process does
 }
 
+// Freeing a block of 16 MiB would otherwise let the C library keep all up to that size.
+TEST(Memory, LargeBlocksGoBackAtOnce) {
+  GiveLargeBlocksBackAtOnce();
+  constexpr size_t kLarge = size_t{16} << 20, kBlock = size_t{512} << 10, kCount = 100;
+  std::make_unique<char[]>(kLarge).reset();
+  std::vector<std::unique_ptr<char[]>> blocks;
+  std::vector<std::unique_ptr<char[]>> between;  // keep the end of the heap in use
+  for (size_t b = 0; b < kCount; ++b) {
+    blocks.push_back(std::make_unique_for_overwrite<char[]>(kBlock));
+    std::memset(blocks.back().get(), 1, kBlock);
+    between.push_back(std::make_unique<char[]>(1000));
+  }
+  const double before = ResidentMb();
+  ASSERT_GT(before, 50);
+  blocks.clear();
+  EXPECT_LT(ResidentMb(), before - 40);
+}
+
 #endif
 
 }  // namespace

@@ -25,6 +25,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "colmap_io/image_io.h"
 #include "viewer/main_window.h"
@@ -334,6 +335,7 @@ class Bench {
 };
 
 int Main(int argc, char** argv) {
+  GiveLargeBlocksBackAtOnce();  // as the editor does
   Flags flags;
   const char* data = std::getenv("RETINT_DATA");
   flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";
