@@ -2,6 +2,7 @@
 // Internal to colmap_io: the records of a sparse model's text files and the fields of a record.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>

@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene/gaussian_model.h"
 
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 
 namespace retint {
 namespace {
 
-constexpr int64_t kPieceBytes = int64_t{16} << 20;
-
 bool AllFinite(const std::vector<float>& values) {
-  constexpr int64_t kPiece = kPieceBytes / 64;
+  constexpr int64_t kPiece = int64_t{1} << 18;
   std::atomic<bool> finite = true;
   ParallelRanges(static_cast<int64_t>(values.size()), kPiece, [&](int64_t begin, int64_t end) {
     // All exponent bits are set in what is NaN or infinite. Without a branch, so that it
@@ -32,23 +28,14 @@ bool AllFinite(const std::vector<float>& values) {
   return finite;
 }
 
-// Zeros behind what is there. The system maps a large array's pages beforehand and on all cores:
-// one by one, as each is first written, takes several times as long. That is a hint and may fail.
+// Zeros behind what is there. The pages of a large array are provided beforehand: one by one, as
+// each is first written, takes several times as long.
 void Grow(std::vector<float>& values, size_t count) {
-#ifdef MADV_POPULATE_WRITE
-  if (count > values.capacity() && count * sizeof(float) >= 4 * size_t{kPieceBytes}) {
+  constexpr size_t kLarge = size_t{64} << 20;  // bytes
+  if (count > values.capacity() && count * sizeof(float) >= kLarge) {
     values.reserve(count);
-    const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
-    const auto at = reinterpret_cast<uintptr_t>(values.data() + values.size());
-    const uintptr_t begin = (at + page - 1) / page * page;
-    const uintptr_t end = reinterpret_cast<uintptr_t>(values.data() + count) / page * page;
-    ParallelRanges(static_cast<int64_t>((end - begin) / page),
-                   kPieceBytes / static_cast<int64_t>(page), [&](int64_t first, int64_t last) {
-                     madvise(reinterpret_cast<void*>(begin + static_cast<uintptr_t>(first) * page),
-                             static_cast<size_t>(last - first) * page, MADV_POPULATE_WRITE);
-                   });
+    PopulatePages(values.data() + values.size(), (count - values.size()) * sizeof(float));
   }
-#endif
   values.resize(count);
 }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Poses from rigs.* and frames.* (COLMAP 3.12 and newer), in the layout of COLMAP doc/format.rst.
-#include <bit>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/files.h"
 #include "colmap_io/sparse.h"
+#include "tests/colmap_io/bytes.h"
 #include "tests/support/data.h"
 
 namespace retint {
@@ -42,25 +41,6 @@ constexpr char kFrames[] =
     "6 8 1 0 0 0 1 2 3 1 CAMERA 3 15\n";
 
 // The same two files as COLMAP's binary ones, spelled out apart from the library.
-class Bytes {
- public:
-  Bytes& U8(uint64_t value) { return Add(value, 1); }
-  Bytes& U32(uint64_t value) { return Add(value, 4); }
-  Bytes& U64(uint64_t value) { return Add(value, 8); }
-  Bytes& Pose(std::initializer_list<double> values) {
-    for (const double value : values) Add(std::bit_cast<uint64_t>(value), 8);
-    return *this;
-  }
-  const std::string& str() const { return out_; }
-
- private:
-  Bytes& Add(uint64_t value, int count) {
-    for (int i = 0; i < count; ++i) out_ += static_cast<char>(value >> (8 * i) & 255);
-    return *this;
-  }
-  std::string out_;
-};
-
 std::string BinaryRigs() {
   Bytes b;  // a sensor is its kind (0: camera, 1: inertial) and its id
   b.U64(2).U32(7).U32(4).U32(0).U32(1);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "colmap_io/sparse.h"
 
-#include <bit>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/files.h"
+#include "tests/colmap_io/bytes.h"
 #include "tests/colmap_io/tiny_model.h"
 #include "tests/support/data.h"
 #include "tests/support/file_size_limit.h"
@@ -18,27 +17,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::ThrowsMessage;
-
-// Little-endian bytes, spelled out apart from the library's own writer.
-class Bytes {
- public:
-  Bytes& U8(unsigned value) { return Add(value, 1); }
-  Bytes& U32(uint64_t value) { return Add(value, 4); }
-  Bytes& U64(uint64_t value) { return Add(value, 8); }
-  Bytes& F64(double value) { return Add(std::bit_cast<uint64_t>(value), 8); }
-  Bytes& Text(std::string_view text) {
-    out_ += text;
-    return *this;
-  }
-  const std::string& str() const { return out_; }
-
- private:
-  Bytes& Add(uint64_t value, int count) {
-    for (int i = 0; i < count; ++i) out_ += static_cast<char>(value >> (8 * i) & 255);
-    return *this;
-  }
-  std::string out_;
-};
 
 std::string TinyCamerasBin() {
   Bytes b;

@@ -150,8 +150,8 @@ TEST(Scribbles, SayWhatTheViewDoesNotDecide) {
   }
 }
 
-TEST(Scribbles, LeaveOpenWhatIsAlikeButNotConnected) {
-  Monitor monitor;
+// A red disc, and a patch of its color and depth that does not touch it, around (107, 12).
+ViewLayers DiscAndPatch() {
   ViewLayers layers = Disc(kRed, kGray, 3);
   for (int y = 5; y < 20; ++y) {
     for (int x = 100; x < 115; ++x) {
@@ -159,6 +159,12 @@ TEST(Scribbles, LeaveOpenWhatIsAlikeButNotConnected) {
       layers.depth(x, y) = 3;
     }
   }
+  return layers;
+}
+
+TEST(Scribbles, LeaveOpenWhatIsAlikeButNotConnected) {
+  Monitor monitor;
+  const ViewLayers layers = DiscAndPatch();
   Mask undecided;
   const Mask mask = MaskFromScribbles(layers, Stroke({{50, 45}, {70, 45}}),
                                       Stroke({{10, 10}, {10, 80}, {110, 80}}), monitor, &undecided);
@@ -168,13 +174,7 @@ TEST(Scribbles, LeaveOpenWhatIsAlikeButNotConnected) {
 
 TEST(Scribbles, LeavesASecondDiscAlone) {
   Monitor monitor;
-  ViewLayers layers = Disc(kRed, kGray, 3);
-  for (int y = 5; y < 20; ++y) {
-    for (int x = 100; x < 115; ++x) {
-      for (int c = 0; c < 3; ++c) layers.color(x, y, c) = kRed[size_t(c)];
-      layers.depth(x, y) = 3;
-    }
-  }
+  const ViewLayers layers = DiscAndPatch();
   const Mask mask = MaskFromScribbles(layers, Stroke({{50, 45}, {70, 45}}),
                                       Stroke({{10, 10}, {10, 80}, {110, 80}}), monitor);
   EXPECT_LT(mask(107, 12), 128);
