@@ -42,22 +42,6 @@ std::vector<std::string> Names(const py::object& what) {
   return what.cast<std::vector<std::string>>();
 }
 
-RenderRequest ToRequest(const py::object& what) {
-  RenderRequest request;
-  request.rgb = false;
-  for (const std::string& name : Names(what)) request.*(FindLayer(name).wanted) = true;
-  return request;
-}
-
-py::object Layers(RenderOutput output, const py::object& what) {
-  if (py::isinstance<py::str>(what)) return FindLayer(what.cast<std::string>()).take(output);
-  py::dict layers;
-  for (const std::string& name : Names(what)) {
-    if (!layers.contains(name)) layers[py::str(name)] = FindLayer(name).take(output);
-  }
-  return layers;
-}
-
 py::object RenderSession(PySession& self, const py::object& view, const py::object& what,
                          const py::object& sh) {
   const RenderRequest request = ToRequest(what);
@@ -66,11 +50,7 @@ py::object RenderSession(PySession& self, const py::object& view, const py::obje
       self.Use([&](EditSession& session) { return self.Share(session.scene().workspace()); });
   const PosedCamera camera = ToViewpoint(view, workspace.get()).camera;
   RenderOutput output = self.Use([&](EditSession& session) {
-    if (given.ndim() > 0) {
-      session.ShowSh(SpanOf(given));
-    } else {
-      session.ShowSh(session.CurrentSh());
-    }
+    ShowSh(session, given);
     return session.renderer().Render(camera, request);
   });
   return Layers(std::move(output), what);
@@ -154,6 +134,30 @@ py::list TableOf(const std::string& call, const std::string& preset) {
 }
 
 }  // namespace
+
+RenderRequest ToRequest(const py::object& what) {
+  RenderRequest request;
+  request.rgb = false;
+  for (const std::string& name : Names(what)) request.*(FindLayer(name).wanted) = true;
+  return request;
+}
+
+py::object Layers(RenderOutput output, const py::object& what) {
+  if (py::isinstance<py::str>(what)) return FindLayer(what.cast<std::string>()).take(output);
+  py::dict layers;
+  for (const std::string& name : Names(what)) {
+    if (!layers.contains(name)) layers[py::str(name)] = FindLayer(name).take(output);
+  }
+  return layers;
+}
+
+void ShowSh(EditSession& session, const Floats& given) {
+  if (given.ndim() > 0) {
+    session.ShowSh(SpanOf(given));
+  } else {
+    session.ShowSh(session.CurrentSh());
+  }
+}
 
 std::shared_ptr<Backend> OpenBackend(const std::string& name) {
   try {

@@ -11,8 +11,14 @@ namespace retint::python {
 
 // The backend of that name. OptionError for one that is not there.
 std::shared_ptr<Backend> OpenBackend(const std::string& name);
-// Adds render(), depth() and mask_seen_from() to the class.
+// Adds render(), depth() and seen_from() to the class.
 void BindRendering(py::class_<PySession>& type);
+// What `what` asks of a render, and the layers as Python gets them: an array, or a dict of them.
+// OptionError for a name that is no layer's.
+RenderRequest ToRequest(const py::object& what);
+py::object Layers(RenderOutput output, const py::object& what);
+// Has the session's renderer show coefficients that were given, or the scene as it is now.
+void ShowSh(EditSession& session, const Floats& given);
 // Coefficients that were given, checked against the session's; of no dimension for None.
 Floats ToSh(PySession& self, const py::object& sh);
 

@@ -415,6 +415,7 @@ void BindSession(py::module_& module) {
   BindOutlines(type);
   BindRegions(type);
   BindResults(type);
+  BindPhotos(type);
   BindRounds(type);
   BindRendering(type);
 }

@@ -126,6 +126,7 @@ void BindSelection(py::module_& module);          // Depth, Selection, Masks, Re
 void BindSession(py::module_& module);            // Session
 void BindSelecting(py::class_<PySession>& type);  // Session: paint, select, project
 void BindOutlines(py::class_<PySession>& type);   // Session: mask, palette
+void BindPhotos(py::class_<PySession>& type);     // Session: photos in their own pixels
 void BindRounds(py::class_<PySession>& type);     // Session: rounds, suggestions, background fits
 void BindRender(py::module_& module);             // render, depth, orbit, options
 void BindTools(py::module_& module);              // align, score, write_video

@@ -148,7 +148,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
   const Pictures pictures = session->pictures();
-  const UserPicture& view = OnePicture(pictures, arguments.view);
+  const UserPicture& view = pictures.RequireOne(arguments.view);
   const Mask mask = MakeViewMask(*session, view, ToRequest(arguments, view), run.monitor());
   const auto inside =
       std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; });

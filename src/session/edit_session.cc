@@ -32,21 +32,21 @@ void EditSession::RestoreRegions(RegionSet regions, const RefitJob& job) {
 std::vector<PaintedView> EditSession::ReadBrush(std::string_view picture,
                                                 const std::filesystem::path& mask) const {
   const Pictures shown = pictures();
-  const auto found = shown.Require(picture);
-  if (found.size() > 1) {
-    throw OptionError(std::string(picture) + " is shown by " + std::to_string(found.size()) +
-                      " views: a mask belongs to one of them, such as " + found.front()->name);
-  }
-  const UserPicture& one = *found.front();
-  const Mask brush = ReadBrushMask(mask, one.width, one.height);
+  const UserPicture& one = shown.RequireOne(picture);
+  return Brush(shown, one, ReadBrushMask(mask, one.width, one.height), mask);
+}
+
+std::vector<PaintedView> EditSession::Brush(const Pictures& shown, const UserPicture& picture,
+                                            const Mask& mask,
+                                            const std::filesystem::path& origin) const {
   std::vector<PaintedView> painted;
-  for (const View* face : one.faces) {
-    Mask on_face = shown.ToView(one, *face, brush);
+  for (const View* face : picture.faces) {
+    Mask on_face = shown.ToView(picture, *face, mask);
     if (!AnySet(on_face)) continue;
     painted.push_back(selection_.Paint(face->name, std::move(on_face)));
-    painted.back().seen = shown.Reach(one, *face);
+    painted.back().seen = shown.Reach(picture, *face);
   }
-  if (painted.empty()) throw InputError(mask, "only pixels are painted that no ray leads to");
+  if (painted.empty()) throw InputError(origin, "only pixels are painted that no ray leads to");
   return painted;
 }
 

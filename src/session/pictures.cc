@@ -64,6 +64,14 @@ std::vector<const UserPicture*> Pictures::Require(std::string_view name) const {
   return found;
 }
 
+const UserPicture& Pictures::RequireOne(std::string_view name) const {
+  const auto found = Require(name);
+  CheckOption(found.size() == 1,
+              std::string(name) + " is shown by " + std::to_string(found.size()) +
+                  " views: a mask belongs to one of them, such as " + found.front()->name);
+  return *found.front();
+}
+
 std::vector<const UserPicture*> Pictures::Showing(const std::vector<const View*>& views) const {
   std::vector<const UserPicture*> found;
   for (const View* view : views) {

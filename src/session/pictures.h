@@ -36,6 +36,8 @@ class Pictures {
   // The picture of that name; of a photo whose views are wanted, each of these. InputError with the
   // nearest names when there is none.
   std::vector<const UserPicture*> Require(std::string_view name) const;
+  // The only one of that name. OptionError when the name stands for several.
+  const UserPicture& RequireOne(std::string_view name) const;
   // Those that show any of the views, each once, in the order of the views.
   std::vector<const UserPicture*> Showing(const std::vector<const View*>& views) const;
 

@@ -123,14 +123,6 @@ void ViewMaskRequest::Check() const {
   CheckOption(outside.Empty() || !inside.Empty(), "strokes outside need strokes inside");
 }
 
-const UserPicture& OnePicture(const Pictures& pictures, std::string_view name) {
-  const auto found = pictures.Require(name);
-  CheckOption(found.size() == 1,
-              std::string(name) + " is shown by " + std::to_string(found.size()) +
-                  " views: a mask belongs to one of them, such as " + found.front()->name);
-  return *found.front();
-}
-
 Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
                   Monitor& monitor) {
   request.Check();

@@ -50,10 +50,6 @@ struct ViewMaskRequest {
   void Check() const;
 };
 
-// The picture of that name in its own pixels: of a distorted camera, those of its photo. InputError
-// when there is none, OptionError when the name stands for several.
-const UserPicture& OnePicture(const Pictures& pictures, std::string_view name);
-
 // The picture's mask, soft, 128 and above is inside. InputError when no pixel is selected; else as
 // the tools (selection/mask_tools).
 Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
