@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "splat_io/sog_codec.h"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -129,16 +130,22 @@ class Scene {
     wanted_.push_back({FileName(object, index), count_, 4 * uint64_t{count_} + 65536, &picture});
   }
 
-  // Packed files are read one after the other, and decoded all at once.
+  // Packed files are read one after the other, and decoded all at once: the largest first, since it
+  // takes longest.
   void DecodePictures(Monitor& monitor) {
     std::vector<std::string> packed;
     for (const Wanted& one : wanted_) {
       monitor.Step("load", 0.1, 1);
       packed.push_back(files_->Read(one.name));
     }
-    ForEachTask(wanted_.size(), [&](size_t i) {
-      const Wanted& one = wanted_[i];
-      *one.picture = DecodeWebp(packed[i], one.least_pixels, one.most_pixels, path_, one.name);
+    std::vector<size_t> order(wanted_.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return packed[a].size() > packed[b].size(); });
+    ForEachTask(order.size(), [&](size_t i) {
+      const Wanted& one = wanted_[order[i]];
+      *one.picture =
+          DecodeWebp(packed[order[i]], one.least_pixels, one.most_pixels, path_, one.name);
     });
     if (bands_.coefficients > 0 &&
         uint64_t(bands_.centroids.width) != kSogPaletteColumns * bands_.coefficients) {
@@ -165,10 +172,15 @@ class Scene {
     tables.quats.assign(quats_.rgba.begin(),
                         quats_.rgba.begin() + static_cast<std::ptrdiff_t>(4 * count_));
     tables.bounds.insert(tables.bounds.end(), most_.begin(), most_.end());
-    const size_t values = 3 * bands_.coefficients * bands_.palette;
-    for (size_t i = 0; i < values; ++i) {
-      tables.palette.push_back(bands_.codebook[bands_.centroids.rgba[i / 3 * 4 + i % 3]]);
-    }
+    const size_t pixels = bands_.coefficients * bands_.palette;
+    tables.palette.resize(3 * pixels);
+    ParallelRanges(int64_t(pixels), 1 << 16, [&](int64_t begin, int64_t end) {
+      for (size_t i = size_t(begin); i < size_t(end); ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+          tables.palette[3 * i + c] = bands_.codebook[bands_.centroids.rgba[4 * i + c]];
+        }
+      }
+    });
     return tables;
   }
 
