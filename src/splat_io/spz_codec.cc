@@ -293,14 +293,22 @@ void ReadVersion4(const std::string& file, Packed& packed, Monitor& monitor,
                                  std::to_string(header.count) + " Gaussians");
     }
   }
+  std::vector<std::string_view> packed_sections;
+  for (size_t s = 0; s < streams; ++s) {
+    packed_sections.push_back(reader.ReadBytes(sizes[s], "bytes of a stream"));
+  }
+  std::vector<std::vector<char>> sections(streams);
+  ForEachTask(streams, [&](size_t i) {
+    const size_t s = streams - 1 - i;  // the largest, the last one, takes longest
+    sections[s] = Unzstd(packed_sections[s], packed.Widths()[s] * header.count,
+                         [&] { monitor.Step("load", 0.1, 1); });
+  });
+  packed.bytes.reserve(packed.Size() + extensions.size());
   packed.bytes.assign(reinterpret_cast<const char*>(&header),
                       reinterpret_cast<const char*>(&header) + kHeaderBytes);
-  for (size_t s = 0; s < streams; ++s) {
-    const std::string_view stream = reader.ReadBytes(sizes[s], "bytes of a stream");
-    const std::vector<char> section = Unzstd(stream, packed.Widths()[s] * header.count, [&] {
-      monitor.Step("load", 0.5 * static_cast<double>(s) / static_cast<double>(streams), 1);
-    });
+  for (std::vector<char>& section : sections) {
     packed.bytes.insert(packed.bytes.end(), section.begin(), section.end());
+    section = {};
   }
   if (reader.Remaining() > 0) {
     throw InputError(path, std::to_string(reader.Remaining()) +
