@@ -25,8 +25,9 @@ from scipy import ndimage
 CAPTURES = {"cape": ["IMG_5881.jpg", "IMG_5921.jpg", "IMG_5961.jpg"],
             "flower": ["012.jpg", "002.jpg", "022.jpg"],
             "fox": ["0025.jpg", "0001.jpg"]}
-# Options of `retint synth` beside --around.
+# Options of `retint synth` beside --around. Nothing was chosen by looking at the scene `fresh`.
 SYNTHETIC = {"around": ["--seed", "3"],
+             "fresh": ["--seed", "12"],
              "flawed": ["--seed", "5", "--depth-wave", "0.01", "--depth-noise", "0.005",
                         "--floaters", "1500", "--floater-opacity", "0.3"]}
 OBJECTS = {"ball": ["ball"], "box": ["box"], "table": ["table"], "bonsai": ["pot", "plant"],
