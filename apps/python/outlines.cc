@@ -155,8 +155,8 @@ void BindOutlines(py::class_<PySession>& type) {
              const py::object& box, const py::object& like, int refine_edge, bool this_view_alone,
              const std::string& image, const std::string& pixels, py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
-                                       sphere, box, like, refine_edge, this_view_alone, image, pixels,
-                                       std::move(progress)));
+                                       sphere, box, like, refine_edge, this_view_alone, image,
+                                       pixels, std::move(progress)));
           },
           py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
@@ -170,7 +170,8 @@ void BindOutlines(py::class_<PySession>& type) {
           "the world and by `like` (x, y[, tolerance]), the color of a pixel. `refine_edge`: then "
           "the border moves to edges at most so many pixels away. `this_view_alone`: what strokes "
           "leave open in the view is not decided by what other views show. `image`: 'render' or "
-          "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of the 'photo' "
+          "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of the "
+          "'photo' "
           "of that name, which its camera may have distorted.")
       .def("palette", &FindColors, py::arg("of"), py::arg("colors") = 5,
            "The main colors of Masks or of a list of Painted, as `retint palette` finds them: a "

@@ -24,8 +24,8 @@ auto WithPhotos(PySession& self, Work&& work) {
 }
 
 py::list Photos(PySession& self) {
-  const auto all = WithPhotos(
-      self, [](EditSession&, const Pictures& pictures) { return pictures.all(); });
+  const auto all =
+      WithPhotos(self, [](EditSession&, const Pictures& pictures) { return pictures.all(); });
   py::list photos;
   for (const UserPicture& picture : all) {
     py::list views;
@@ -42,9 +42,8 @@ py::list Photos(PySession& self) {
 }
 
 UserPicture RequirePhoto(PySession& self, const std::string& name) {
-  return WithPhotos(self, [&](EditSession&, const Pictures& pictures) {
-    return pictures.RequireOne(name);
-  });
+  return WithPhotos(
+      self, [&](EditSession&, const Pictures& pictures) { return pictures.RequireOne(name); });
 }
 
 std::vector<PaintedView> PaintPhoto(PySession& self, const std::string& name,
@@ -98,8 +97,7 @@ PyMasks FromPhotos(PySession& self, const py::dict& given) {
   std::map<std::string, Mask> masks;
   for (const auto& [name, mask] : given) {
     const UserPicture photo = RequirePhoto(self, name.cast<std::string>());
-    masks[photo.name] =
-        ToMask(py::reinterpret_borrow<py::object>(mask), photo.width, photo.height);
+    masks[photo.name] = ToMask(py::reinterpret_borrow<py::object>(mask), photo.width, photo.height);
   }
   return WithPhotos(self, [&](EditSession&, const Pictures& pictures) {
     PyMasks result;
