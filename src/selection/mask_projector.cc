@@ -406,7 +406,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
                             const ProjectorOptions& options, Monitor& monitor,
-                            const GaussianGraph* graph) {
+                            const GaussianGraph* graph, const std::vector<const View*>& wanted) {
   options.Check();
   CheckInput(cloud, painted, views);
   ProjectedMasks result;
@@ -414,12 +414,14 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const bool completes = graph && options.Completes() && !painted.empty();
   Projection projection(cloud, painted, reconstruction, renderer, options, completes);
   Ranks& ranks = CurrentRanks();
-  std::vector<const View*> all_drawn;  // what is painted is known already
-  for (const View* view : views) {
+  const std::vector<const View*>& all_masked = wanted.empty() ? views : wanted;
+  // Lifted from, but for what is painted and known already, or drawn on.
+  std::vector<const View*> all_drawn;
+  for (const View* view : lifts ? views : all_masked) {
     if (!lifts || !projection.IsPainted(*view)) all_drawn.push_back(view);
   }
   const std::vector<const View*> drawn = OwnViews(all_drawn, ranks);
-  const std::vector<const View*> masked = OwnViews(views, ranks);
+  const std::vector<const View*> masked = OwnViews(all_masked, ranks);
   std::vector<SurfaceRequest> requests;
   for (const View* view : drawn) requests.push_back({reconstruction.Posed(*view), view});
   const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
@@ -441,7 +443,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     projection.FindShares(graph, monitor, &result);
     RenderMasks(renderer, reconstruction, masked, result.shares, options, step, &result.masks);
   }
-  ShareMasks(reconstruction, lifts ? views : all_drawn, ranks, &result.masks);
+  ShareMasks(reconstruction, all_masked, ranks, &result.masks);
   Finish(&result);
   return result;
 }

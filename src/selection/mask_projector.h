@@ -79,14 +79,15 @@ Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector
 // Projects `cloud` to every view of `views`. The depth test compares with each view's own rendered
 // depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud
 // alone): then every pixel that no surfel covers counts as outside; quads and surfels do not use
-// it. `graph` of the renderer's model serves the completion; null: there is none. Memory is bounded
-// by the masks and a few images, whatever the number of views. InputError for a mask that is not of
-// its view's size, an empty cloud, or when no view receives a masked pixel; Cancelled between
-// views.
+// it. `graph` of the renderer's model serves the completion; null: there is none. Where `wanted` is
+// not empty, only these of `views` are given their masks. Memory is bounded by the masks and a few
+// images, whatever the number of views. InputError for a mask that is not of its view's size, an
+// empty cloud, or when no mask that is wanted receives a pixel; Cancelled between views.
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
                             const ProjectorOptions& options, Monitor& monitor,
-                            const GaussianGraph* graph = nullptr);
+                            const GaussianGraph* graph = nullptr,
+                            const std::vector<const View*>& wanted = {});
 
 }  // namespace retint

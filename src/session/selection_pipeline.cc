@@ -104,7 +104,8 @@ void SelectionPipeline::RegisterCloud(const PaintedView& view, const DepthEstima
 
 ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
                                           const std::vector<PaintedView>& painted,
-                                          const ProjectorOptions& options, Monitor& monitor) {
+                                          const ProjectorOptions& options, Monitor& monitor,
+                                          const std::vector<const View*>& wanted) {
   options.Check();
   const StageClock::Lap lap(scene_.clock(), "projection");
   monitor.Step("projection", 0, 1);
@@ -112,12 +113,13 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   const bool completes = options.Completes() && !painted.empty();
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
   ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, scene_.views(),
-                                      scene_.renderer(), options, monitor, graph);
+                                      scene_.renderer(), options, monitor, graph, wanted);
   monitor.Step("projection", 1, 1);
   return masks;
 }
 
 std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> painted,
+                                                      const std::vector<const View*>& wanted,
                                                       Monitor& monitor) {
   for (PaintedView& view : painted) {
     for (size_t p = 0; p < view.seen.data.size(); ++p) {
@@ -127,7 +129,7 @@ std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> p
   SelectOptions options;
   options.method = "gaussian";  // a look ahead: the masks will be selected by in their turn
   const SelectionResult selected = Select(painted, options, monitor);
-  return Project(selected.cloud, painted, {}, monitor).masks;
+  return Project(selected.cloud, painted, {}, monitor, wanted).masks;
 }
 
 const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Completion completion,

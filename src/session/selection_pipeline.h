@@ -46,12 +46,15 @@ class SelectionPipeline {
   // Depth, cloud and registration of every painted view; the points of all are one cloud.
   SelectionResult Select(const std::vector<PaintedView>& painted, const SelectOptions& options,
                          Monitor& monitor);
+  // Masks of the `wanted` views, where it is empty of every view.
   ProjectedMasks Project(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
-                         const ProjectorOptions& options, Monitor& monitor);
-  // Masks of every view, by name, from painted ones whose paint says nothing of some pixels (`seen`
-  // is 0, whatever the mask has there): these are decided by the Gaussians, which other views show
-  // from other sides. InputError as Select() and Project().
-  std::map<std::string, Mask> Decide(std::vector<PaintedView> painted, Monitor& monitor);
+                         const ProjectorOptions& options, Monitor& monitor,
+                         const std::vector<const View*>& wanted = {});
+  // Masks of the `wanted` views, by name, from painted ones whose paint says nothing of some pixels
+  // (`seen` is 0, whatever the mask has there): these are decided by the Gaussians, which other
+  // views show from other sides. InputError as Select() and Project().
+  std::map<std::string, Mask> Decide(std::vector<PaintedView> painted,
+                                     const std::vector<const View*>& wanted, Monitor& monitor);
 
   // A region's selection after one more round of painting; `base` is the selection so far, null in
   // the first round. Where rounds disagree the newest holds: what it removed or added is removed

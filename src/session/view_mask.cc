@@ -66,7 +66,7 @@ Mask Decided(EditSession& session, const UserPicture& picture, const Mask& mask,
   }
   if (painted.empty()) return mask;
   try {
-    const auto masks = session.selection().Decide(std::move(painted), monitor);
+    const auto masks = session.selection().Decide(std::move(painted), picture.faces, monitor);
     return pictures.ComposeMask(picture, [&](const View& face) { return masks.at(face.name); });
   } catch (const InputError&) {
     return mask;

@@ -264,6 +264,22 @@ TEST_F(MaskProjectorTest, IsDeterministicAndReportsProgress) {
   for (const auto& [name, mask] : first.masks) EXPECT_EQ(mask.data, second.masks.at(name).data);
 }
 
+TEST_F(MaskProjectorTest, GivesOnlyTheMasksThatAreWanted) {
+  const SelectionCloud cloud = Cloud(2);
+  for (const auto kind :
+       {ProjectorKind::kQuads, ProjectorKind::kSurfels, ProjectorKind::kGaussians}) {
+    const auto all = Project(kind, cloud, {Paint(2)});
+    const std::vector<const View*> wanted = {views[2], views[4]};
+    const auto some = ProjectMasks(cloud, {Paint(2)}, world.reconstruction, views, renderer,
+                                   options, monitor, nullptr, wanted);
+    ASSERT_EQ(some.masks.size(), wanted.size());
+    for (const View* view : wanted) {
+      EXPECT_EQ(some.masks.at(view->name).data, all.masks.at(view->name).data);
+    }
+    EXPECT_EQ(some.shares, all.shares);
+  }
+}
+
 TEST_F(MaskProjectorTest, CancelsBetweenViews) {
   int steps = 0;
   Monitor* self = nullptr;
