@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cstring>
+#include <vector>
 
 #include <hwy/cache_control.h>
 
@@ -55,6 +56,20 @@ void ForEachBasis(const CpuModel& model, const Params& params, Float* blocks, in
   });
 }
 
+// The entry of each Gaussian, -1 of those that have none, where most of them have one: then blocks
+// are read in the order in which they lie in memory, which takes a third of the time. Empty: not
+// so, or a Gaussian has several entries.
+std::vector<int32_t> EntriesOf(const Model& model, const EvalShParams& params) {
+  if (!params.rows || params.slots || 2 * params.count < model.count()) return {};
+  std::vector<int32_t> entries(size_t(model.count()), -1);
+  for (int64_t i = 0; i < params.count; ++i) {
+    int32_t& entry = entries[size_t(params.rows[i])];
+    if (entry >= 0) return {};
+    entry = int32_t(i);
+  }
+  return entries;
+}
+
 // sum_k basis[k] * coefficients[k, :], the channels side by side in a vector: each sum is added in
 // the order in which it would be alone.
 void Dot(const float* basis, const float* coefficients, int k, float* out) {
@@ -78,14 +93,27 @@ class CpuShOps : public ShOps {
 
 void CpuShOps::DoEvalSh(const Model& model, const EvalShParams& params) {
   const int k = model.num_sh_coeffs();
-  ForEachBasis(
-      CpuModelOf(model), params, params.sh, 3 * k,
-      [&](int64_t i, const float* sh, const float* basis) {
-        float* color = params.colors + params.stride * i;
-        Dot(basis, sh, k, color);
-        for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c] + 0.5f);
-      },
-      [&](int64_t i) { std::fill_n(params.colors + params.stride * i, 3, 0.0f); });
+  const auto eval = [&](int64_t i, const float* sh, const float* basis) {
+    float* color = params.colors + params.stride * i;
+    Dot(basis, sh, k, color);
+    for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c] + 0.5f);
+  };
+  const std::vector<int32_t> entries = EntriesOf(model, params);
+  if (entries.empty()) {
+    ForEachBasis(CpuModelOf(model), params, params.sh, 3 * k, eval,
+                 [&](int64_t i) { std::fill_n(params.colors + params.stride * i, 3, 0.0f); });
+    return;
+  }
+  const float* const means = CpuModelOf(model).means.data();
+  ParallelRanges(model.count(), kGrain, [&](int64_t begin, int64_t end) {
+    float basis[kMaxShCoeffs];
+    for (int64_t g = begin; g < end; ++g) {
+      const int32_t entry = entries[size_t(g)];
+      if (entry < 0) continue;
+      ShBasisTowards(model.sh_degree(), means + 3 * g, params.center, basis);
+      eval(entry, params.sh + 3 * k * g, basis);
+    }
+  });
 }
 
 void CpuShOps::DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) {
