@@ -7,6 +7,8 @@
 #include <new>
 #include <utility>
 
+#include <hwy/cache_control.h>
+
 #include "base/parallel.h"
 #include "kernels/common/tiles.h"
 #include "kernels/cpu/geometry.h"
@@ -82,7 +84,15 @@ void RadixSort(std::vector<std::pair<uint32_t, uint32_t>>* items) {
 struct Located {
   const VisibleSplat* splat;
   const int32_t* tiles;
+  uint32_t num_tiles;
 };
+
+// In order of depth splats lie anywhere in memory.
+constexpr int64_t kAhead = 8;  // rows
+
+void PrefetchRow(const std::vector<Located>& rows, int64_t row) {
+  if (row + kAhead < int64_t(rows.size())) hwy::Prefetch(rows[size_t(row + kAhead)].tiles);
+}
 
 std::vector<Located> SortedByDepth(const std::vector<Piece>& pieces) {
   std::vector<Located> located;
@@ -91,7 +101,7 @@ std::vector<Located> SortedByDepth(const std::vector<Piece>& pieces) {
     for (const VisibleSplat& visible : piece.visible) {
       // The bits of positive floats sort as the floats do.
       keys.emplace_back(std::bit_cast<uint32_t>(visible.splat.depth), uint32_t(located.size()));
-      located.push_back({&visible, piece.tiles.data() + visible.first_tile});
+      located.push_back({&visible, piece.tiles.data() + visible.first_tile, visible.num_tiles});
     }
   }
   RadixSort(&keys);
@@ -107,7 +117,7 @@ void BinRows(const std::vector<Located>& rows, int num_tiles, CpuViewGeometry* v
   int64_t total = 0;
   for (int64_t r = 0; r < num_rows; ++r) {
     view->row_begin[size_t(r)] = total;
-    total += rows[size_t(r)].splat->num_tiles;
+    total += rows[size_t(r)].num_tiles;
   }
   view->row_begin[size_t(num_rows)] = total;
   if (total >= int64_t(kNoSlot)) throw std::bad_alloc();
@@ -120,7 +130,8 @@ void BinRows(const std::vector<Located>& rows, int num_tiles, CpuViewGeometry* v
     counts.assign(size_t(num_tiles), 0);
     for (int64_t r = b * block; r < std::min(num_rows, (b + 1) * block); ++r) {
       const Located& row = rows[size_t(r)];
-      for (uint32_t i = 0; i < row.splat->num_tiles; ++i) ++counts[size_t(row.tiles[i])];
+      PrefetchRow(rows, r);
+      for (uint32_t i = 0; i < row.num_tiles; ++i) ++counts[size_t(row.tiles[i])];
     }
   });
   uint32_t sum = 0;
@@ -138,8 +149,9 @@ void BinRows(const std::vector<Located>& rows, int num_tiles, CpuViewGeometry* v
     auto& cursor = cursors[size_t(b)];
     for (int64_t r = b * block; r < std::min(num_rows, (b + 1) * block); ++r) {
       const Located& row = rows[size_t(r)];
+      PrefetchRow(rows, r);
       uint32_t slot = uint32_t(view->row_begin[size_t(r)]);
-      for (uint32_t i = 0; i < row.splat->num_tiles; ++i) {
+      for (uint32_t i = 0; i < row.num_tiles; ++i) {
         const uint32_t entry = cursor[size_t(row.tiles[i])]++;
         view->entries[entry] = int32_t(r);
         view->slots[entry] = slot++;
@@ -175,6 +187,7 @@ std::shared_ptr<const ViewGeometry> PrepareViewOnCpu(const CpuModel& model,
   view->splats.resize(sorted.size());
   ParallelRanges(int64_t(sorted.size()), kPiece, [&](int64_t begin, int64_t end) {
     for (size_t r = size_t(begin); r < size_t(end); ++r) {
+      if (r + kAhead < sorted.size()) hwy::Prefetch(sorted[r + kAhead].splat);
       view->row_gaussians[r] = sorted[r].splat->gaussian;
       view->splats[r] = sorted[r].splat->splat;
     }
