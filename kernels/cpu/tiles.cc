@@ -47,11 +47,12 @@ void WithChannels(int channels, const Copy& copy) {
   }
 }
 
-// Planar tile -> interleaved image.
-void StoreTile(const TileRect& rect, const float* planes, int channels, int image_width,
-               float* image) {
+// Planar tile -> interleaved image, the pixel rows that are wanted.
+void StoreTile(const TileRect& rect, uint16_t pixel_rows, const float* planes, int channels,
+               int image_width, float* image) {
   WithChannels(channels, [&](auto count) {
     for (int y = 0; y < rect.height; ++y) {
+      if (!(pixel_rows >> y & 1)) continue;
       float* const out =
           image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(count);
       const float* const in = planes + y * kTileSize;
@@ -62,14 +63,15 @@ void StoreTile(const TileRect& rect, const float* planes, int channels, int imag
   });
 }
 
-// Interleaved image -> planar tile, zero beyond the image.
-void LoadTile(const TileRect& rect, const float* image, int channels, int image_width,
-              float* planes) {
+// Interleaved image -> planar tile, zero beyond the image; other pixel rows are left alone.
+void LoadTile(const TileRect& rect, uint16_t pixel_rows, const float* image, int channels,
+              int image_width, float* planes) {
   if (rect.width < kTileSize || rect.height < kTileSize) {
     std::fill_n(planes, channels * kTilePixels, 0.0f);
   }
   WithChannels(channels, [&](auto count) {
     for (int y = 0; y < rect.height; ++y) {
+      if (!(pixel_rows >> y & 1)) continue;
       const float* const in =
           image + (size_t(rect.y0 + y) * size_t(image_width) + size_t(rect.x0)) * size_t(count);
       float* const out = planes + y * kTileSize;
@@ -97,7 +99,7 @@ void FillOutside(const ViewGeometry& view, int channels, const float* background
   ParallelRanges(num_tiles, 256, [&](int64_t begin, int64_t end) {
     for (int tile = int(begin); tile < int(end); ++tile) {
       if (!is_left[size_t(tile)]) continue;
-      StoreTile(RectOf(view, tile), planes, channels, view.camera().width, image);
+      StoreTile(RectOf(view, tile), kAllPixelRows, planes, channels, view.camera().width, image);
     }
   });
 }
@@ -215,12 +217,12 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
         scratch.values[c * kTilePixels + p] += std::fabs(scratch.transmittance[p]) * background[c];
       }
     }
-    StoreTile(rect, scratch.values, channels, width, params.image);
+    StoreTile(rect, params.pixel_rows, scratch.values, channels, width, params.image);
     if (!params.alpha || view.is_region()) return;
     for (int p = 0; p < kTilePixels; ++p) {
       scratch.values[p] = 1 - std::fabs(scratch.transmittance[p]);
     }
-    StoreTile(rect, scratch.values, 1, width, params.alpha);
+    StoreTile(rect, params.pixel_rows, scratch.values, 1, width, params.alpha);
   };
   ForEachTile(view, params.pixel_rows, params.tiles, blend);
   if (!params.alpha || !view.is_region()) return;
@@ -233,8 +235,10 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   const int channels = params.channels, width = view.camera().width;
   auto partials = pool->Take(size_t(view.num_slots()) * size_t(channels));
   const bool explicit_weights = !view.weights.empty();
+  // No other row has a weight.
+  const uint16_t pixel_rows = explicit_weights ? view.pixel_rows() : params.pixel_rows;
   const auto transpose = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
-    LoadTile(rect, params.residual, channels, width, scratch.values);
+    LoadTile(rect, pixel_rows, params.residual, channels, width, scratch.values);
     if (explicit_weights) {
       kernels.transpose_weights(view.weights[i], scratch.values, channels, partials.data());
     } else {
@@ -266,14 +270,17 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
     std::fill_n(scratch.median, kTilePixels, 0.0f);
     kernels.depth(TileListOf(view, i), params.threshold, scratch.values, scratch.median,
                   scratch.transmittance);
-    if (params.median) StoreTile(rect, scratch.median, 1, width, params.median);
+    const auto store = [&](const float* plane, float* image) {
+      if (image) StoreTile(rect, params.pixel_rows, plane, 1, width, image);
+    };
+    store(scratch.median, params.median);
     for (int p = 0; p < kTilePixels; ++p) {
       const float alpha = 1 - std::fabs(scratch.transmittance[p]);
       scratch.values[p] = alpha > 0 && alpha >= params.min_alpha ? scratch.values[p] / alpha : 0;
       scratch.transmittance[p] = alpha;
     }
-    if (params.expected) StoreTile(rect, scratch.values, 1, width, params.expected);
-    if (params.alpha) StoreTile(rect, scratch.transmittance, 1, width, params.alpha);
+    store(scratch.values, params.expected);
+    store(scratch.transmittance, params.alpha);
   };
   ForEachTile(view, params.pixel_rows, {}, find);
 }
