@@ -85,55 +85,69 @@ struct Pair {
 
 size_t TilesOf(int pixels) { return size_t((pixels + kTileSize - 1) / kTileSize); }
 
-// As a viewer shows them: values are clamped to [0, 1] before they are compared. `made` is what
-// target.edited made, or empty.
-ErrorSums CompareRow(const RefitTarget& target, const Image& made, const ReportedEdit& edit,
-                     const Pair& pair, size_t y) {
+// What the pixels of one view are compared with.
+struct Comparison {
+  const RefitTarget& target;
+  const Image& made;  // by target.edited; or empty
+  const ReportedEdit& edit;
+  const Pair& pair;
+};
+
+// As a viewer shows them: values are clamped to [0, 1] before they are compared.
+void ComparePixel(const Comparison& in, size_t p, ErrorSums* sums) {
+  const uint8_t value = in.target.mask->data[p];
+  if (value != 0 && value < kInside) return;
+  const float* before = &in.pair.images[6 * p];
+  const float* source = in.target.photo ? &in.target.photo->data[3 * p] : before;
+  if (value == 0 && source == before && in.made.Empty() &&
+      std::equal(before, before + 3, before + 3)) {
+    sums->outside_values += 3;  // most pixels of most views
+    return;
+  }
+  const Eigen::Vector3f original(source[0], source[1], source[2]);
+  Eigen::Vector3f wanted = original;  // outside, unless it was made
+  if (!in.made.Empty()) {
+    wanted = Eigen::Vector3f(&in.made.data[3 * p]);
+    if (value != 0) sums->out_of_gamut += in.edit.LeavesGamutFrom(original);
+  } else if (value != 0) {
+    const EditedColor edited = in.edit.Apply(original);
+    wanted = original + float(value) / 255.0f * (edited.full - original);
+    sums->out_of_gamut += edited.leaves_gamut;
+  }
+  for (size_t c = 0; c < 3; ++c) {
+    const float goal = Shown(wanted[Eigen::Index(c)]);
+    const float old = Shown(before[c]), now = Shown(before[3 + c]);
+    if (value == 0) {
+      sums->outside += Square(now - goal);
+      sums->bleed += std::abs(now - old);
+      ++sums->outside_values;
+    } else {
+      sums->inside_before += Square(old - goal);
+      sums->inside_after += Square(now - goal);
+      ++sums->inside_values;
+    }
+  }
+}
+
+ErrorSums CompareRow(const Comparison& in, size_t y) {
   ErrorSums sums;
-  const size_t width = size_t(target.mask->width);
-  const uint8_t* const is_drawn = &pair.is_drawn[y / kTileSize * TilesOf(target.mask->width)];
-  for (size_t p = y * width; p < (y + 1) * width; ++p) {
-    if (!is_drawn[p % width / kTileSize]) {
-      sums.outside_values += 3;
+  const size_t width = size_t(in.target.mask->width);
+  const uint8_t* is_drawn = &in.pair.is_drawn[y / kTileSize * TilesOf(in.target.mask->width)];
+  for (size_t x = 0; x < width; x += kTileSize, ++is_drawn) {
+    const size_t end = std::min(width, x + kTileSize);
+    if (!*is_drawn) {
+      sums.outside_values += int64_t(3 * (end - x));
       continue;
     }
-    const uint8_t value = target.mask->data[p];
-    if (value != 0 && value < kInside) continue;
-    const float* before = &pair.images[6 * p];
-    const float* source = target.photo ? &target.photo->data[3 * p] : before;
-    const Eigen::Vector3f original(source[0], source[1], source[2]);
-    Eigen::Vector3f wanted = original;  // outside, unless it was made
-    if (!made.Empty()) {
-      wanted = Eigen::Vector3f(&made.data[3 * p]);
-      if (value != 0) sums.out_of_gamut += edit.LeavesGamutFrom(original);
-    } else if (value != 0) {
-      const EditedColor edited = edit.Apply(original);
-      wanted = original + float(value) / 255.0f * (edited.full - original);
-      sums.out_of_gamut += edited.leaves_gamut;
-    }
-    for (size_t c = 0; c < 3; ++c) {
-      const float goal = Shown(wanted[Eigen::Index(c)]);
-      const float old = Shown(before[c]), now = Shown(before[3 + c]);
-      if (value == 0) {
-        sums.outside += Square(now - goal);
-        sums.bleed += std::abs(now - old);
-        ++sums.outside_values;
-      } else {
-        sums.inside_before += Square(old - goal);
-        sums.inside_after += Square(now - goal);
-        ++sums.inside_values;
-      }
-    }
+    for (size_t p = y * width + x; p < y * width + end; ++p) ComparePixel(in, p, &sums);
   }
   return sums;
 }
 
 // The sum does not depend on the number of threads.
-ErrorSums Compare(const RefitTarget& target, const Image& made, const ReportedEdit& edit,
-                  const Pair& pair) {
-  std::vector<ErrorSums> rows(size_t(target.mask->height));
-  ParallelTasks(int64_t(rows.size()),
-                [&](size_t y) { rows[y] = CompareRow(target, made, edit, pair, y); });
+ErrorSums Compare(const Comparison& in) {
+  std::vector<ErrorSums> rows(size_t(in.target.mask->height));
+  ParallelTasks(int64_t(rows.size()), [&](size_t y) { rows[y] = CompareRow(in, y); });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums += row;
   return sums;
@@ -281,7 +295,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
       CheckTarget(target);
       if (owners[t] != CurrentRanks().rank()) continue;
       const Image made = target.edited ? target.edited(renderer) : Image();
-      own.push_back({t, Compare(target, made, reported, pair.Render(target))});
+      own.push_back({t, Compare({target, made, reported, pair.Render(target)})});
     }
     ErrorSums all;
     for (const auto& [t, sums] : OfAllRanks(own)) {
