@@ -67,7 +67,7 @@ struct BlendParams {
   int32_t channels;         // C, 1..kMaxChannels
   const float* background;  // [C] or null for zero; y += T_final * background. Ignored for regions.
   float* image;  // [H, W, C]; pixels outside tiles() are left alone when `keep_outside`, else
-                 // background
+                 // background. Then rows that a region left out may be left alone as well.
   float* alpha;  // [H, W] = 1 - T_final (a region: W_A 1), or null
   bool keep_outside;
   uint16_t pixel_rows = kAllPixelRows;

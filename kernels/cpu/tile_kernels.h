@@ -30,7 +30,7 @@ struct TileKernels {
   // partials[slot, C] = sum over the tile's pixels of W * residual, for every entry with a slot.
   void (*transpose)(const TileList& list, const float* residual, int channels, float* partials,
                     float* transmittance);
-  // sums += W z; median = z of the splat at which T falls below `threshold`.
+  // sums += W z; median, where not null, = z of the splat at which T falls below `threshold`.
   void (*depth)(const TileList& list, float threshold, float* sums, float* median,
                 float* transmittance);
   // Explicit weights of the active entries that have any; slot is left kNoSlot.

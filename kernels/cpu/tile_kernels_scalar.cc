@@ -61,7 +61,7 @@ void DepthTile(const TileList& list, float threshold, float* sums, float* median
   ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
     const float depth = list.splats[list.entries[entry]].depth;
     sums[pixel] += weight * depth;
-    if (transmittance[pixel] < threshold && median[pixel] == 0) median[pixel] = depth;
+    if (median && transmittance[pixel] < threshold && median[pixel] == 0) median[pixel] = depth;
   });
 }
 

@@ -237,22 +237,31 @@ void TransposeTile(const TileList& list, const float* residual, int channels, fl
   });
 }
 
-void DepthTile(const TileList& list, float threshold, float* HWY_RESTRICT sums,
-               float* HWY_RESTRICT median, float* HWY_RESTRICT transmittance) {
+template <bool kMedian>
+void DepthTileOf(const TileList& list, float threshold, float* HWY_RESTRICT sums,
+                 float* HWY_RESTRICT median, float* HWY_RESTRICT transmittance) {
   const RowTag d;
   const Row limit = hn::Set(d, threshold);
   const auto visit = [&](int64_t, const Splat& splat, uint32_t live) HWY_ATTR {
     const Row depth = hn::Set(d, splat.depth);
     const auto hit = [&](size_t pixel, Row weight, Row before, Row after) HWY_ATTR {
       hn::Store(hn::MulAdd(weight, depth, hn::Load(d, sums + pixel)), d, sums + pixel);
-      const auto crosses = hn::And(hn::And(hn::Ge(before, limit), hn::Lt(after, limit)),
-                                   hn::Gt(weight, hn::Zero(d)));
-      const Row old = hn::Load(d, median + pixel);
-      hn::Store(hn::IfThenElse(crosses, depth, old), d, median + pixel);
+      if constexpr (kMedian) {
+        const auto crosses = hn::And(hn::And(hn::Ge(before, limit), hn::Lt(after, limit)),
+                                     hn::Gt(weight, hn::Zero(d)));
+        const Row old = hn::Load(d, median + pixel);
+        hn::Store(hn::IfThenElse(crosses, depth, old), d, median + pixel);
+      }
     };
     VisitSplat(splat, list, live, transmittance, hit);
   };
   ForEachSplat(list, transmittance, visit, [](int64_t) {});
+}
+
+void DepthTile(const TileList& list, float threshold, float* sums, float* median,
+               float* transmittance) {
+  const auto find = median ? DepthTileOf<true> : DepthTileOf<false>;
+  find(list, threshold, sums, median, transmittance);
 }
 
 // Appends one entry's weights (rows outside `touched` are zero, whatever `weights` holds).

@@ -115,7 +115,8 @@ std::vector<size_t> PlacesOf(std::span<const int32_t> wanted, const CpuViewGeome
   return places;
 }
 
-// body(i, rect, scratch) for every visited tile, with the transmittance ready; only for those that
+// body(i, rect, scratch) for every visited tile, with the transmittance ready where weights are not
+// explicit; only for those that
 // are wanted, where `wanted` is not null.
 template <typename Body>
 void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, std::span<const int32_t> wanted,
@@ -128,7 +129,9 @@ void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, std::span<con
     for (size_t t = size_t(begin); t < size_t(end); ++t) {
       const size_t i = some ? places[t] : t;
       const TileRect rect = RectOf(view, view.tile_ids[i]);
-      InitTransmittance(view.camera(), rect.x0, rect.y0, pixel_rows, scratch.transmittance);
+      if (view.weights.empty()) {
+        InitTransmittance(view.camera(), rect.x0, rect.y0, pixel_rows, scratch.transmittance);
+      }
       body(i, rect, scratch);
     }
   });
@@ -202,6 +205,8 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   }
   const bool explicit_weights = !view.weights.empty();
   const bool needs_transmittance = background || (params.alpha && !view.is_region());
+  const auto stored_rows =
+      uint16_t(params.keep_outside ? params.pixel_rows & view.pixel_rows() : params.pixel_rows);
   const auto blend = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     std::fill_n(scratch.values, channels * kTilePixels, 0.0f);
     if (explicit_weights) {
@@ -217,7 +222,7 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
         scratch.values[c * kTilePixels + p] += std::fabs(scratch.transmittance[p]) * background[c];
       }
     }
-    StoreTile(rect, params.pixel_rows, scratch.values, channels, width, params.image);
+    StoreTile(rect, stored_rows, scratch.values, channels, width, params.image);
     if (!params.alpha || view.is_region()) return;
     for (int p = 0; p < kTilePixels; ++p) {
       scratch.values[p] = 1 - std::fabs(scratch.transmittance[p]);
@@ -267,9 +272,9 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   }
   const auto find = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     std::fill_n(scratch.values, kTilePixels, 0.0f);
-    std::fill_n(scratch.median, kTilePixels, 0.0f);
-    kernels.depth(TileListOf(view, i), params.threshold, scratch.values, scratch.median,
-                  scratch.transmittance);
+    if (params.median) std::fill_n(scratch.median, kTilePixels, 0.0f);
+    kernels.depth(TileListOf(view, i), params.threshold, scratch.values,
+                  params.median ? scratch.median : nullptr, scratch.transmittance);
     const auto store = [&](const float* plane, float* image) {
       if (image) StoreTile(rect, params.pixel_rows, plane, 1, width, image);
     };
