@@ -52,6 +52,10 @@ void BlendOps::Blend(const ViewGeometry& view, const BlendParams& params) {
     }
     Require(last < view.tiles_x() * view.tiles_y(), "a tile that is wanted lies outside the view");
   }
+  if (params.HasLimits()) {
+    Require(params.channels == 1 && !params.background && !params.alpha,
+            "only one channel, without background and alpha, may be blended up to limits");
+  }
   DoBlend(view, params);
 }
 

@@ -9,8 +9,10 @@
 // feature, so Blend gives W_A c_A and BlendTranspose gives W_A^T r, on the region's tiles only.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -74,6 +76,12 @@ struct BlendParams {
   // Of a whole view: only these tiles are blended, the others are left alone. Host memory,
   // row-major tile indices, ascending; null: all.
   std::span<const int32_t> tiles = {};
+  // Of one channel with features in [0, 1], without background and alpha: what a value is matters
+  // between these two alone. Any value up to the first may be any other one up to it, and any from
+  // the second on any other one from it on.
+  float low = -std::numeric_limits<float>::infinity();
+  float high = std::numeric_limits<float>::infinity();
+  bool HasLimits() const { return std::isfinite(low) || std::isfinite(high); }
 };
 
 struct BlendTransposeParams {

@@ -27,6 +27,10 @@ struct TileKernels {
   // final transmittance afterwards.
   void (*blend)(const TileList& list, const float* features, int channels, float* sums,
                 float* transmittance);
+  // The same for one channel with features in [0, 1] between the limits of BlendParams; then the
+  // transmittance is of no meaning.
+  void (*blend_between)(const TileList& list, const float* features, float low, float high,
+                        float* sums, float* transmittance);
   // partials[slot, C] = sum over the tile's pixels of W * residual, for every entry with a slot.
   void (*transpose)(const TileList& list, const float* residual, int channels, float* partials,
                     float* transmittance);

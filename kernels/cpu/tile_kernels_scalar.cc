@@ -41,6 +41,16 @@ void BlendTile(const TileList& list, const float* features, int channels, float*
   });
 }
 
+void BlendTileBetween(const TileList& list, const float* features, float low, float high,
+                      float* sums, float* transmittance) {
+  ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
+    const int32_t row = RowOf(list, entry);
+    if (row >= 0) sums[pixel] += weight * features[row];
+    float& left = transmittance[pixel];
+    if (left > 0 && (sums[pixel] >= high || sums[pixel] + left <= low)) left = -left;
+  });
+}
+
 void TransposeTile(const TileList& list, const float* residual, int channels, float* partials,
                    float* transmittance) {
   for (int64_t i = 0; i < list.count; ++i) {
@@ -208,9 +218,9 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
 }  // namespace
 
 const TileKernels& ScalarTileKernels() {
-  static constexpr TileKernels kKernels = {BlendTile,       TransposeTile, DepthTile,
-                                           WeightsOfTile,   CompactTile,   BlendWeights,
-                                           TransposeWeights};
+  static constexpr TileKernels kKernels = {BlendTile,    BlendTileBetween, TransposeTile,
+                                           DepthTile,    WeightsOfTile,    CompactTile,
+                                           BlendWeights, TransposeWeights};
   return kKernels;
 }
 

@@ -172,6 +172,30 @@ void BlendTileC(const TileList& list, const float* HWY_RESTRICT features, float*
   ForEachSplat(list, transmittance, visit, prefetch);
 }
 
+// A pixel is done as soon as nothing that may still come takes it from one side of a limit to the
+// other.
+void BlendTileBetween(const TileList& list, const float* HWY_RESTRICT features, float low,
+                      float high, float* HWY_RESTRICT sums, float* HWY_RESTRICT transmittance) {
+  const RowTag d;
+  const Row lowest = hn::Set(d, low), highest = hn::Set(d, high);
+  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
+    const int32_t row = RowIndex(list, i);
+    const Row feature = hn::Set(d, row < 0 ? 0.0f : features[row]);
+    VisitSplat(
+        splat, list, live, transmittance, [&](size_t pixel, Row weight, Row, Row after) HWY_ATTR {
+          const Row sum = hn::MulAdd(weight, feature, hn::Load(d, sums + pixel));
+          hn::Store(sum, d, sums + pixel);
+          const auto settled = hn::Or(hn::Ge(sum, highest), hn::Le(hn::Add(sum, after), lowest));
+          hn::Store(hn::IfThenElse(settled, hn::Neg(hn::Abs(after)), after), d,
+                    transmittance + pixel);
+        });
+  };
+  const auto prefetch = [&](int64_t i) HWY_ATTR {
+    if (!list.splat_rows) hwy::Prefetch(features + list.entries[i]);
+  };
+  ForEachSplat(list, transmittance, visit, prefetch);
+}
+
 template <int C>
 void TransposeTileC(const TileList& list, const float* HWY_RESTRICT residual,
                     float* HWY_RESTRICT partials, float* HWY_RESTRICT transmittance) {
@@ -504,9 +528,9 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
 }
 
 const TileKernels* Kernels() {
-  static constexpr TileKernels kKernels = {BlendTile,       TransposeTile, DepthTile,
-                                           WeightsOfTile,   CompactTile,   BlendWeights,
-                                           TransposeWeights};
+  static constexpr TileKernels kKernels = {BlendTile,    BlendTileBetween, TransposeTile,
+                                           DepthTile,    WeightsOfTile,    CompactTile,
+                                           BlendWeights, TransposeWeights};
   return &kKernels;
 }
 

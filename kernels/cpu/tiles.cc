@@ -212,10 +212,14 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
     if (explicit_weights) {
       kernels.blend_weights(view.weights[i], params.features, channels, scratch.values);
     } else {
-      const TileList list = TileListOf(view, i);
-      kernels.blend(
-          needs_transmittance ? list : CutAfterLastFeature(list, params.features, channels),
-          params.features, channels, scratch.values, scratch.transmittance);
+      TileList list = TileListOf(view, i);
+      if (!needs_transmittance) list = CutAfterLastFeature(list, params.features, channels);
+      if (params.HasLimits()) {
+        kernels.blend_between(list, params.features, params.low, params.high, scratch.values,
+                              scratch.transmittance);
+      } else {
+        kernels.blend(list, params.features, channels, scratch.values, scratch.transmittance);
+      }
     }
     for (int c = 0; background && c < channels; ++c) {
       for (int p = 0; p < kTilePixels; ++p) {

@@ -279,6 +279,8 @@ class ShareRenderer {
                 "a mask needs one share a Gaussian");
     shares_ = backend_.Upload(std::span<const float>(shares));
     const double half = 0.5 * std::min(options.share_threshold, 1 - options.share_threshold);
+    low_ = float(options.share_threshold - half);
+    high_ = float(options.share_threshold + half);
     scale_ = 0.5 / half;
     offset_ = 0.5 - scale_ * options.share_threshold;
   }
@@ -294,6 +296,8 @@ class ShareRenderer {
     blend.features = features;
     blend.channels = 1;
     blend.image = backend_.Grow(image_, pixels);
+    blend.low = low_;
+    blend.high = high_;
     backend_.blend().Blend(*geometry, blend);
     auto mask = backend_.Allocate<uint8_t>(pixels);
     backend_.mask().MakeMask(
@@ -305,6 +309,7 @@ class ShareRenderer {
   Renderer& renderer_;
   Backend& backend_;
   Buffer<float> shares_, features_, image_;
+  float low_, high_;  // shares of which the mask is 0 and 255
   double scale_, offset_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend, its transpose and depth of whole views against the double-precision reference, and the
 // adjoint identity <W c, r> = <c, W^T r>.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/kernels/reference.h"
@@ -227,6 +228,37 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
       }
     }
     EXPECT_LE(WorstDifference(sums[1], sums[0]), 1e-4);  // a device adds in any order
+  }
+}
+
+// Nothing that was still to come took a value over a limit: between them they are what they are
+// without, and beyond them they are beyond.
+TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
+  constexpr float kLow = 0.25f, kHigh = 0.75f;
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(NameOf(shape));
+    const Scene scene = MakeScene(shape);
+    auto features = UniformVector(rng_, scene.rows.size(), 0, 1);
+    for (size_t i = 0; i < features.size(); ++i) {
+      if (i % 3 != 0) features[i] = i % 3 == 1 ? 0.0f : 1.0f;
+    }
+    Guarded<float> in(*backend_, features), image(*backend_, scene.pixels);
+    BlendParams blend{};
+    blend.features = in.data();
+    blend.channels = 1;
+    blend.image = image.data();
+    backend_->blend().Blend(*scene.view, blend);
+    const std::vector<float> exact = image.Read();
+    blend.low = kLow;
+    blend.high = kHigh;
+    backend_->blend().Blend(*scene.view, blend);
+    const std::vector<float> limited = image.Read();
+    for (size_t p = 0; p < scene.pixels; ++p) {
+      ASSERT_NEAR(std::clamp(limited[p], kLow, kHigh), std::clamp(exact[p], kLow, kHigh), 1e-6)
+          << p;
+    }
+    blend.channels = 2;
+    EXPECT_THROW(backend_->blend().Blend(*scene.view, blend), std::invalid_argument);
   }
 }
 
