@@ -57,7 +57,7 @@ void ForEachBasis(const CpuModel& model, const Params& params, Float* blocks, in
 }
 
 // The entry of each Gaussian, -1 of those that have none, where most of them have one: then blocks
-// are read in the order in which they lie in memory, which takes a third of the time. Empty: not
+// are read in the order in which they lie in memory, which takes a fifth of the time. Empty: not
 // so, or a Gaussian has several entries.
 std::vector<int32_t> EntriesOf(const Model& model, const EvalShParams& params) {
   if (!params.rows || params.slots || 2 * params.count < model.count()) return {};
