@@ -402,4 +402,32 @@ std::optional<Eigen::Vector3d> CameraProjection::CamFromImg(
   return ray;
 }
 
+Camera Resized(const Camera& camera, int width, int height) {
+  const double sx = double(width) / camera.width, sy = double(height) / camera.height;
+  if (camera.IsPinhole()) {
+    return Camera::Pinhole(camera.id, width, height, camera.fx() * sx, camera.fy() * sy,
+                           camera.cx() * sx, camera.cy() * sy);
+  }
+  Camera resized = camera;
+  resized.width = width, resized.height = height;
+  std::vector<double>& p = resized.params;
+  if (camera.model == CameraModelId::kEquirectangular) {
+    p[0] *= sx, p[1] *= sy;
+  } else if (FocalsOf(camera.model).count == 1) {
+    p[0] *= (sx + sy) / 2, p[1] *= sx, p[2] *= sy;
+  } else {
+    p[0] *= sx, p[1] *= sy, p[2] *= sx, p[3] *= sy;
+  }
+  return resized;
+}
+
+Camera Flattened(const Camera& camera) {
+  if (camera.IsPinhole()) return camera;
+  Eigen::Matrix<double, 2, 3> by_point;
+  const auto middle =
+      CameraProjection(camera).ImgFromCam(Eigen::Vector3d::UnitZ(), &by_point).value();
+  return Camera::Pinhole(camera.id, camera.width, camera.height, by_point(0, 0), by_point(1, 1),
+                         middle.x(), middle.y());
+}
+
 }  // namespace retint

@@ -77,4 +77,10 @@ class CameraProjection {
   double fold_ = 0;              // radius of the plane within which Bend is one to one
 };
 
+// The camera whose pictures are these scaled to another size. Of a distorted one with a single
+// focal length both axes get the mean scale.
+Camera Resized(const Camera& camera, int width, int height);
+// The pinhole camera of the same size that shows the middle of the picture as large.
+Camera Flattened(const Camera& camera);
+
 }  // namespace retint

@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/parallel.h"
 #include "scene/camera_projection.h"
 #include "scene/image_checks.h"
+#include "scene/smooth_map.h"
 
 namespace retint {
 namespace {
@@ -23,6 +23,7 @@ constexpr double kCubeHalf = 48 * kDegree;    // of a face of the cube: neighbor
 constexpr double kMostScale = 1.5;            // of a face's resolution against the photo's middle
 constexpr int kMostPixels = 16384;            // a face's longest side
 constexpr int kSamples = 64;                  // a side of the photo, to find its field
+constexpr double kSmoothPixels = 1.0 / 4096;  // what a map may be off where it is not computed
 constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 
 // What a grid over the photo, borders included, sees.
@@ -136,25 +137,23 @@ std::vector<PinholeFace> Cube(const Field& field, double focal) {
   return faces;
 }
 
-// xy of every pixel of a picture by `find(x, y)`, at the pixel's center.
-template <typename Find>
-PixelMap MakeMap(int width, int height, const Find& find) {
-  PixelMap map{width, height, std::vector<float>(2 * size_t(width) * size_t(height), kNowhere)};
-  ParallelTasks(height, [&](int64_t y) {
-    float* out = &map.xy[2 * size_t(y) * size_t(width)];
-    for (int x = 0; x < width; ++x, out += 2) {
-      const std::optional<Eigen::Vector2d> at = find(x + 0.5, double(y) + 0.5);
-      if (!at) continue;
-      out[0] = float(at->x());
-      out[1] = float(at->y());
-    }
-  });
-  return map;
-}
-
 bool InPicture(const Camera& camera, const Eigen::Vector2d& pixel) {
   return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= camera.width &&
          pixel.y() <= camera.height;
+}
+
+// xy of every pixel of a picture by `find(x, y)`, at the pixel's center, where that lies in `to`.
+template <typename Find>
+PixelMap MakeMap(int width, int height, const Camera& to, const Find& find) {
+  PixelMap map{width, height, std::vector<float>(2 * size_t(width) * size_t(height), kNowhere)};
+  ForSmooth<Eigen::Vector2d>(width, height, kSmoothPixels, find,
+                             [&](int x, int y, const Eigen::Vector2d& at) {
+                               if (!InPicture(to, at)) return;
+                               float* out = &map.xy[2 * (size_t(y) * size_t(width) + size_t(x))];
+                               out[0] = float(at.x());
+                               out[1] = float(at.y());
+                             });
+  return map;
 }
 
 std::optional<Eigen::Vector2d> SeenInFace(const PinholeFace& face, const Eigen::Vector3d& ray) {
@@ -212,20 +211,18 @@ PixelMap PhotoFromFace(const Undistortion& undistortion, size_t face, int width,
       from.face_from_photo.conjugate().toRotationMatrix() * from.camera.K().inverse();
   const double step_x = double(from.camera.width) / width;
   const double step_y = double(from.camera.height) / height;
-  return MakeMap(width, height, [&](double x, double y) -> std::optional<Eigen::Vector2d> {
-    const auto pixel =
-        projection.ImgFromCam(photo_from_face * Eigen::Vector3d(x * step_x, y * step_y, 1));
-    return pixel && InPicture(undistortion.photo, *pixel) ? pixel : std::nullopt;
+  return MakeMap(width, height, undistortion.photo, [&](double x, double y) {
+    return projection.ImgFromCam(photo_from_face * Eigen::Vector3d(x * step_x, y * step_y, 1));
   });
 }
 
 PixelMap FaceFromPhoto(const Undistortion& undistortion, size_t face) {
   const PinholeFace& to = undistortion.faces.at(face);
   const CameraProjection projection(undistortion.photo);
-  return MakeMap(undistortion.photo.width, undistortion.photo.height,
+  return MakeMap(undistortion.photo.width, undistortion.photo.height, to.camera,
                  [&](double x, double y) -> std::optional<Eigen::Vector2d> {
                    const auto ray = projection.CamFromImg({x, y});
-                   return ray ? SeenInFace(to, *ray) : std::nullopt;
+                   return ray ? to.camera.ImgFromCam(to.face_from_photo * *ray) : std::nullopt;
                  });
 }
 

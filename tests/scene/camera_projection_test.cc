@@ -197,6 +197,32 @@ TEST_P(LensTest, IsThePublishedFormula) {
   });
 }
 
+TEST_P(LensTest, ResizedShowsTheSame) {
+  const CameraProjection projection(GetParam());
+  const Camera small = Resized(GetParam(), 320, 240), wide = Resized(GetParam(), 1283, 961);
+  EXPECT_EQ(wide.width, 1283);
+  EXPECT_EQ(wide.height, 961);
+  ForPixels([&](const Eigen::Vector2d& pixel) {
+    const Eigen::Vector3d ray = projection.CamFromImg(pixel).value();
+    const auto at = CameraProjection(small).ImgFromCam(ray);
+    ASSERT_TRUE(at.has_value());
+    EXPECT_LT((*at - pixel / 2).norm(), 1e-9);
+    // A single focal length cannot follow two scales, which differ here by a part in 800.
+    const auto odd = CameraProjection(wide).ImgFromCam(ray);
+    ASSERT_TRUE(odd.has_value());
+    EXPECT_LT((*odd - pixel.cwiseProduct(Eigen::Vector2d(1283 / 640.0, 961 / 480.0))).norm(), 1);
+  });
+}
+
+TEST_P(LensTest, FlattenedShowsTheMiddleAsLarge) {
+  if (GetParam().model == Id::kEquirectangular) return;
+  const CameraProjection projection(GetParam());
+  const Camera flat = Flattened(GetParam());
+  ASSERT_TRUE(flat.IsPinhole());
+  const Eigen::Vector3d aside(0.003, -0.002, 1);
+  EXPECT_LT((projection.ImgFromCam(aside).value() - flat.ImgFromCam(aside).value()).norm(), 1e-3);
+}
+
 TEST_P(LensTest, DerivativesAreThoseOfDualNumbers) {
   using Jet = ceres::Jet<double, 3>;
   const CameraProjection projection(GetParam());
