@@ -14,6 +14,7 @@
 #include "recolor/color_map_fit.h"
 #include "scene/image_checks.h"
 #include "session/contact_sheet.h"
+#include "session/photo_paint.h"
 
 namespace retint {
 namespace {
@@ -168,12 +169,15 @@ std::vector<PaintLayer> LayerOf(const EditedPicture& picture, const Mask& alpha)
   return {std::move(layer)};
 }
 
-const Mask* MaskOf(const RegionSelection& selection, const std::string& view) {
+// Of the view; empty where there is none.
+Mask MaskOf(const RegionSelection& selection, const std::string& view, const Workspace& workspace) {
   for (const PaintedView& painted : selection.source.painted) {
-    if (painted.name == view) return &painted.mask;
+    const std::vector<std::string> names = PaintedNames(workspace, painted);
+    const auto at = std::find(names.begin(), names.end(), view);
+    if (at != names.end()) return OnViews(workspace, painted)[size_t(at - names.begin())].mask;
   }
   const auto found = selection.masks.find(view);
-  return found == selection.masks.end() ? nullptr : &found->second;
+  return found == selection.masks.end() ? Mask() : found->second;
 }
 
 // Leaves out what of a view its photo does not show: nobody can have changed it.
@@ -191,9 +195,9 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
   const CompiledEdit compiled(before);
   std::vector<Pair> pairs;
   for (const EditedPicture& picture : op.picture->pictures) {
-    const Mask* mask = MaskOf(selection, picture.view);
-    if (!mask || !AnySet(*mask)) continue;
-    Pair pair{&picture, ViewBefore(picture, scene, sh), *mask};
+    Mask mask = MaskOf(selection, picture.view, scene.workspace());
+    if (!AnySet(mask)) continue;
+    Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask)};
     LimitToPhoto(pair.inside, picture, scene.workspace());
     for (size_t i = 0; !before.operations.empty() && i < pair.before.data.size(); i += 3) {
       const Eigen::Vector3f color = compiled.Apply(Eigen::Vector3f(&pair.before.data[i]));

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
+#include "session/photo_paint.h"
 #include "session/selection_files.h"
 
 namespace retint {
@@ -33,19 +34,14 @@ std::vector<PaintedView> EditSession::ReadBrush(std::string_view picture,
                                                 const std::filesystem::path& mask) const {
   const Pictures shown = pictures();
   const UserPicture& one = shown.RequireOne(picture);
-  return Brush(shown, one, ReadBrushMask(mask, one.width, one.height), mask);
+  return Brush(one, ReadBrushMask(mask, one.width, one.height), mask);
 }
 
-std::vector<PaintedView> EditSession::Brush(const Pictures& shown, const UserPicture& picture,
-                                            const Mask& mask,
+std::vector<PaintedView> EditSession::Brush(const UserPicture& picture, const Mask& mask,
                                             const std::filesystem::path& origin) const {
-  std::vector<PaintedView> painted;
-  for (const View* face : picture.faces) {
-    Mask on_face = shown.ToView(picture, *face, mask);
-    if (!AnySet(on_face)) continue;
-    painted.push_back(selection_.Paint(face->name, std::move(on_face)));
-    painted.back().seen = shown.Reach(picture, *face);
-  }
+  const PosedCamera camera = PosedPicture(workspace(), picture);
+  std::vector<PaintedView> painted = OnViews(workspace(), PaintedView{picture.name, camera, mask});
+  std::erase_if(painted, [](const PaintedView& view) { return !AnySet(view.mask); });
   if (painted.empty()) throw InputError(origin, "only pixels are painted that no ray leads to");
   return painted;
 }

@@ -55,8 +55,8 @@ class EditSession {
   std::vector<PaintedView> ReadBrush(std::string_view picture,
                                      const std::filesystem::path& mask) const;
   // The same of a mask of the picture's size that came from `origin`.
-  std::vector<PaintedView> Brush(const Pictures& shown, const UserPicture& picture,
-                                 const Mask& mask, const std::filesystem::path& origin) const;
+  std::vector<PaintedView> Brush(const UserPicture& picture, const Mask& mask,
+                                 const std::filesystem::path& origin) const;
   // The scene as it is now, and <folder>/<picture name>.png of a region's masks.
   void WriteSplat(const std::filesystem::path& path, Monitor& monitor) const;
   void WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor) const;

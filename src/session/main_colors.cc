@@ -8,6 +8,7 @@
 #include "recolor/main_color.h"
 #include "recolor/palette.h"
 #include "session/compare_pictures.h"
+#include "session/photo_paint.h"
 
 namespace retint {
 namespace {
@@ -27,9 +28,10 @@ size_t CountInside(const Mask& mask) {
                               [](uint8_t value) { return value >= kInside; }));
 }
 
-std::vector<MaskedView> ViewsOf(const RegionSelection& selection, const Reconstruction& model) {
+std::vector<MaskedView> ViewsOf(const std::vector<PaintedView>& painted,
+                                const RegionSelection& selection, const Reconstruction& model) {
   std::vector<MaskedView> views;
-  for (const PaintedView& view : selection.source.painted) {
+  for (const PaintedView& view : painted) {
     views.push_back({view.camera, &view.mask, CountInside(view.mask)});
   }
   if (views.empty()) {
@@ -98,10 +100,11 @@ void SetPalette(ColorOperation& op, const std::vector<float>& pixels) {
 
 }  // namespace
 
-std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Reconstruction& model,
+std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Workspace& workspace,
                                      Renderer& renderer, std::span<const float> sh) {
   renderer.SetSh(sh);
-  return PixelsOf(ViewsOf(selection, model), renderer);
+  const std::vector<PaintedView> painted = OnViews(workspace, selection.source.painted);
+  return PixelsOf(ViewsOf(painted, selection, workspace.reconstruction), renderer);
 }
 
 ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenScene& scene,
@@ -116,7 +119,7 @@ ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenS
       continue;
     }
     if (pixels.empty()) {
-      pixels = PixelsOfSelection(selection, scene.reconstruction(), scene.renderer(), sh);
+      pixels = PixelsOfSelection(selection, scene.workspace(), scene.renderer(), sh);
     }
     const std::vector<float> edited = Edited(pixels, before);
     op.kind == ColorOperationKind::kPalette ? SetPalette(op, edited) : SetMainColor(op, edited);

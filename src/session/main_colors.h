@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "colmap_io/workspace.h"
 #include "recolor/color_edit.h"
 #include "render/renderer.h"
-#include "scene/reconstruction.h"
 #include "session/open_scene.h"
 #include "session/region.h"
 
@@ -16,7 +16,7 @@ namespace retint {
 // [P, 3]: the pixels that were painted, or where the masks came from elsewhere, those of up to
 // eight views that they show in, as the coefficients `sh` [N, K, 3] render them; of each view at
 // most some ten thousands.
-std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Reconstruction& model,
+std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Workspace& workspace,
                                      Renderer& renderer, std::span<const float> sh);
 
 // `edit` with what its operations wait for (ColorEdit::NeedsMainColor), measured on those pixels

@@ -206,15 +206,15 @@ ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, 
 std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {
   const Region& region = Require(id);
   const auto index = static_cast<size_t>(&region - regions().regions.data());
-  return FindPalette(PixelsOfSelection(*region.selection, scene_.reconstruction(),
-                                       scene_.renderer(), ShAfter(regions(), index)),
+  return FindPalette(PixelsOfSelection(*region.selection, scene_.workspace(), scene_.renderer(),
+                                       ShAfter(regions(), index)),
                      count);
 }
 
 std::vector<PaletteColor> RegionStore::MeasurePalette(const RegionSelection& selection, int count) {
-  return FindPalette(PixelsOfSelection(selection, scene_.reconstruction(), scene_.renderer(),
-                                       scene_.original().sh),
-                     count);
+  return FindPalette(
+      PixelsOfSelection(selection, scene_.workspace(), scene_.renderer(), scene_.original().sh),
+      count);
 }
 
 const Region& RegionStore::Require(RegionId id) const {

@@ -11,6 +11,7 @@
 #include "scene/image_checks.h"
 #include "selection/lifted_valleys.h"
 #include "session/painted_exchange.h"
+#include "session/photo_paint.h"
 
 namespace retint {
 
@@ -39,10 +40,11 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
                                           const SelectOptions& options, Monitor& monitor) {
   options.Check();
   CheckOption(!painted.empty(), "no view is painted");
-  const std::vector<int> owners = ShareOut(painted.size(), CurrentRanks());
-  std::vector<PaintedPart> parts(painted.size());
-  for (size_t i = 0; i < painted.size(); ++i) {
-    if (owners[i] == CurrentRanks().rank()) parts[i] = SelectOne(painted[i], options, monitor);
+  const std::vector<PaintedView> views = OnViews(scene_.workspace(), painted);
+  const std::vector<int> owners = ShareOut(views.size(), CurrentRanks());
+  std::vector<PaintedPart> parts(views.size());
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (owners[i] == CurrentRanks().rank()) parts[i] = SelectOne(views[i], options, monitor);
   }
   SharePainted(owners, &parts);
   SelectionResult result;
@@ -107,12 +109,13 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
                                           const ProjectorOptions& options, Monitor& monitor,
                                           const std::vector<const View*>& wanted) {
   options.Check();
+  const std::vector<PaintedView> views = OnViews(scene_.workspace(), painted);
   const StageClock::Lap lap(scene_.clock(), "projection");
   monitor.Step("projection", 0, 1);
   const Reconstruction& reconstruction = scene_.reconstruction();
   const bool completes = options.Completes() && !painted.empty();
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
-  ProjectedMasks masks = ProjectMasks(cloud, painted, reconstruction, scene_.views(),
+  ProjectedMasks masks = ProjectMasks(cloud, views, reconstruction, scene_.views(),
                                       scene_.renderer(), options, monitor, graph, wanted);
   monitor.Step("projection", 1, 1);
   return masks;
@@ -121,6 +124,7 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
 std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> painted,
                                                       const std::vector<const View*>& wanted,
                                                       Monitor& monitor) {
+  painted = OnViews(scene_.workspace(), painted);
   for (PaintedView& view : painted) {
     for (size_t p = 0; p < view.seen.data.size(); ++p) {
       if (view.seen.data[p] == 0) view.mask.data[p] = 0;

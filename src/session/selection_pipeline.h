@@ -32,7 +32,9 @@ struct SelectionResult {
 
 struct PaintedPart;  // of it, one painted view's
 
-// Its stages render with the original coefficients and leave those in the scene's renderer.
+// Its stages render with the original coefficients and leave those in the scene's renderer. What is
+// painted on may be a distorted photo (session/photo_paint.h): its stages work on the views that
+// show it, of which the results are.
 class SelectionPipeline {
  public:
   explicit SelectionPipeline(OpenScene& scene) : scene_(scene) {}

@@ -7,6 +7,7 @@
 #include "scene/image_checks.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
+#include "session/photo_paint.h"
 #include "session/selection_pipeline.h"
 
 namespace retint {
@@ -28,12 +29,20 @@ Mask InsideBut(const Mask& mask, const Mask& other) {
   return result;
 }
 
-// Sets the pixels of `mask` to `value` where the surface in them shows `change` in `changed`.
-void CarryOver(Backend& backend, const DepthMap& depth, const PosedCamera& camera,
-               const PaintedSurface& changed, double tolerance, uint8_t value, Mask* mask) {
-  const Evidence seen = LookUpPaint(backend, camera, depth, {changed}, tolerance, 0);
+// Where the surface in a view's pixels shows the selected part of `changed`, 255.
+Mask ShownIn(Backend& backend, const DepthMap& depth, const PosedCamera& camera,
+             const std::vector<PaintedSurface>& changed, double tolerance) {
+  const Evidence seen = LookUpPaint(backend, camera, depth, changed, tolerance, 0);
+  Mask shown(depth.width, depth.height);
+  for (size_t i = 0; i < shown.data.size(); ++i) {
+    if (seen.weight.data[i] > 0 && seen.inside.data[i] >= 0.5F) shown.data[i] = 255;
+  }
+  return shown;
+}
+
+void Set(const Mask& where, uint8_t value, Mask* mask) {
   for (size_t i = 0; i < mask->data.size(); ++i) {
-    if (seen.weight.data[i] > 0 && seen.inside.data[i] >= 0.5F) mask->data[i] = value;
+    if (where.data[i] >= kInside) mask->data[i] = value;
   }
 }
 
@@ -63,6 +72,30 @@ void DropSource(const std::string& name, SelectionCloud* cloud) {
   std::erase_if(cloud->points, [&](const SelectionPoint& p) { return p.source == source; });
 }
 
+// What came of earlier paint on the same picture, whole or on the views that show it.
+void DropEarlier(const Workspace& workspace, const PaintedView& newest, SelectionSource* source) {
+  std::vector<std::string> names = PaintedNames(workspace, newest);
+  for (const std::string& name : names) {
+    DropSource(name, &source->cloud);
+    std::erase_if(source->reports,
+                  [&](const PaintedReport& report) { return report.view == name; });
+  }
+  names.push_back(newest.name);
+  std::erase_if(source->painted, [&](const PaintedView& view) {
+    return std::find(names.begin(), names.end(), view.name) != names.end();
+  });
+}
+
+// What `shares` are in the pixels of what is painted on.
+Mask RenderOn(OpenScene& scene, const PaintedView& painted, const std::vector<float>& shares,
+              const ProjectorOptions& options) {
+  std::vector<Mask> on_views;
+  for (const PaintedView& view : OnViews(scene.workspace(), painted)) {
+    on_views.push_back(RenderShares(scene.renderer(), view.camera, shares, options));
+  }
+  return FromViews(scene.workspace(), painted, std::move(on_views));
+}
+
 }  // namespace
 
 void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
@@ -77,20 +110,34 @@ void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
   if (source->painted.empty() || !(AnyInside(erased) || AnyInside(added))) return;
   Renderer& renderer = scene_.renderer();
   const Reconstruction& reconstruction = scene_.reconstruction();
+  const Workspace& workspace = scene_.workspace();
   renderer.SetSh(scene_.original().sh);
   const auto depth_of = [&](const PaintedView& view) {
     return SurfaceDepth(renderer, view.camera, reconstruction.FindView(view.name), reconstruction);
   };
-  PaintedSurface changed{round.view.name, round.view.camera, &erased, depth_of(round.view)};
-  Erase(source->cloud, round.view.camera, erased, changed.depth, tolerance);
+  const auto on_views = [&](Mask mask) {
+    return OnViews(workspace, PaintedView{round.view.name, round.view.camera, std::move(mask)});
+  };
+  const std::vector<PaintedView> erased_on = on_views(std::move(erased));
+  const std::vector<PaintedView> added_on = on_views(std::move(added));
+  std::vector<PaintedSurface> erased_in, added_in;
+  for (size_t i = 0; i < erased_on.size(); ++i) {
+    const PaintedView &gone = erased_on[i], &come = added_on[i];
+    erased_in.push_back({gone.name, gone.camera, &gone.mask, depth_of(gone)});
+    added_in.push_back({come.name, come.camera, &come.mask, erased_in.back().depth});
+    Erase(source->cloud, gone.camera, gone.mask, erased_in.back().depth, tolerance);
+  }
   double done = 0;
   for (PaintedView& view : source->painted) {
     monitor.Step("rounds", done++, static_cast<double>(source->painted.size()));
-    const DepthMap depth = depth_of(view);
-    changed.mask = &erased;
-    CarryOver(renderer.backend(), depth, view.camera, changed, tolerance, 0, &view.mask);
-    changed.mask = &added;
-    CarryOver(renderer.backend(), depth, view.camera, changed, tolerance, 255, &view.mask);
+    std::vector<Mask> gone, come;
+    for (const PaintedView& on : OnViews(workspace, view)) {
+      const DepthMap depth = depth_of(on);
+      gone.push_back(ShownIn(renderer.backend(), depth, on.camera, erased_in, tolerance));
+      come.push_back(ShownIn(renderer.backend(), depth, on.camera, added_in, tolerance));
+    }
+    Set(FromViews(workspace, view, std::move(gone)), 0, &view.mask);
+    Set(FromViews(workspace, view, std::move(come)), 255, &view.mask);
   }
 }
 
@@ -116,11 +163,7 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
     }
   }
   if (round.view.name.empty()) round.view.name = FreeViewName(reconstruction, painted);
-  const std::string& name = round.view.name;
-  std::erase_if(painted, [&](const PaintedView& view) { return view.name == name; });
-  DropSource(name, &result.source.cloud);
-  std::erase_if(result.source.reports,
-                [&](const PaintedReport& report) { return report.view == name; });
+  DropEarlier(scene_.workspace(), round.view, &result.source);
   CarryChanges(round, project.visible_tolerance, &result.source, monitor);
   const bool open = AnySet(round.undecided);
   const Mask drawn = round.view.mask, seen = round.view.seen;
@@ -142,9 +185,8 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (open) {
     // Rounds to come take for paint what was decided.
     PaintedView& view = painted.back();
-    const Mask decided = result.shares.empty()
-                             ? drawn
-                             : RenderShares(scene_.renderer(), view.camera, result.shares, project);
+    const Mask decided =
+        result.shares.empty() ? drawn : RenderOn(scene_, view, result.shares, project);
     for (size_t i = 0; i < decided.data.size(); ++i) {
       if (round.undecided.data[i] > 0) view.mask.data[i] = decided.data[i];
     }

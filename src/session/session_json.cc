@@ -161,8 +161,9 @@ PosedCamera ReadCamera(const Node& node) {
   for (const Node& value : params.List(static_cast<size_t>(info->num_params))) {
     camera.params.push_back(value.Number());
   }
-  if (!camera.IsPinhole()) node.At("model").Fail("is not a pinhole");
-  if (camera.fx() <= 0 || camera.fy() <= 0) params.Fail("focal length is not positive");
+  if (camera.IsPinhole() && (camera.fx() <= 0 || camera.fy() <= 0)) {
+    params.Fail("focal length is not positive");
+  }
   const std::vector<Node> q = node.At("rotation_wxyz").List(4);
   view.cam_from_world.rotation =
       Eigen::Quaterniond(q[0].Number(), q[1].Number(), q[2].Number(), q[3].Number());

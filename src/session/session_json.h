@@ -31,7 +31,7 @@ inline constexpr const char* kViewFiles[] = {"cameras.bin", "images.bin", "point
 Json SimilarityJson(const Sim3d& similarity);
 Sim3d ReadSimilarity(const Node& node);
 Json CameraJson(const PosedCamera& view);
-PosedCamera ReadCamera(const Node& node);  // a pinhole of 1 to 65535 pixels a side
+PosedCamera ReadCamera(const Node& node);  // 1 to 65535 pixels a side; of any model
 Json ReportJson(const PaintedReport& report);
 PaintedReport ReadReport(const Node& node);
 Json SummaryJson(const RefitSummary& summary);

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
+#include "session/photo_paint.h"
 #include "session/session_file.h"
 #include "session/session_json.h"
 
@@ -67,6 +68,7 @@ class Reader {
 
  private:
   std::map<std::string, Mask> Masks(const Node& list, const fs::path& folder);
+  PosedCamera PaintedOn(const std::string& name, const Node& node) const;
   SelectionSource Source(const Node& node, const fs::path& folder);
   std::shared_ptr<const RegionSelection> Selection(const Node& node);
   std::shared_ptr<const RegionFit> Fit(const Node& node, std::string current_key);
@@ -93,6 +95,23 @@ std::map<std::string, Mask> Reader::Masks(const Node& list, const fs::path& fold
   return masks;
 }
 
+// Of a photo the workspace's own: its paint says which pixels, whatever the lens is believed to be.
+PosedCamera Reader::PaintedOn(const std::string& name, const Node& node) const {
+  const PosedCamera camera = session_json::ReadCamera(node);
+  if (camera.camera.IsPinhole()) return camera;
+  const Workspace& workspace = session_.workspace();
+  const DistortedPhoto* photo =
+      workspace.photo_pixels ? workspace.photo_pixels->FindPhoto(name) : nullptr;
+  if (!photo) node.Fail("the workspace has no distorted photo " + name);
+  const PosedCamera own = PosedPhoto(workspace, *photo);
+  const Camera &is = own.camera, &was = camera.camera;
+  if (is.width != was.width || is.height != was.height) {
+    node.Fail("is " + SizeText(was.width, was.height) + ", the photo " + name + " is " +
+              SizeText(is.width, is.height));
+  }
+  return own;
+}
+
 SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
   SelectionSource source;
   std::set<std::string> names;
@@ -100,7 +119,7 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
     PaintedView view;
     view.name = painted.At("view").Bytes();
     if (!names.insert(view.name).second) painted.Fail("view " + view.name + " comes twice");
-    view.camera = session_json::ReadCamera(painted.At("camera"));
+    view.camera = PaintedOn(view.name, painted.At("camera"));
     const fs::path path = ViewFile(folder / "painted", view.name);
     CheckSum(painted, path);
     view.mask = ReadMask(path, view.camera.camera.width, view.camera.camera.height);

@@ -11,63 +11,21 @@
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
 #include "selection/view_depth.h"
+#include "session/photo_paint.h"
 
 namespace retint {
 namespace {
-
-ViewLayers LayersOf(EditSession& session, const UserPicture& picture, bool photo) {
-  const Pictures pictures = session.pictures();
-  const Reconstruction& model = session.reconstruction();
-  session.ShowSh(session.original().sh);
-  ViewLayers layers;
-  layers.camera = model.Posed(*picture.faces.front());
-  layers.color = pictures.Compose(picture, [&](const View& face) {
-    if (photo) return session.workspace().ReadPhoto(face);
-    return std::move(session.renderer().Render(model.Posed(face)).rgb);
-  });
-  layers.depth = pictures.ComposeDepth(picture, [&](const View& face) {
-    return SurfaceDepth(session.renderer(), model.Posed(face), &face, model);
-  });
-  if (!picture.photo) return layers;
-  const Undistortion& lens = *picture.photo->lens;
-  const Eigen::Quaterniond photo_from_face = lens.faces.front().face_from_photo.conjugate();
-  Rigid3d& pose = layers.camera.cam_from_world;
-  pose = {photo_from_face * pose.rotation, photo_from_face * pose.translation};
-  layers.camera.camera = lens.photo;
-  layers.rays = PhotoRays(lens);
-  return layers;
-}
-
-bool AnyInside(const PaintedView& view) {
-  for (size_t p = 0; p < view.mask.data.size(); ++p) {
-    if (view.mask.data[p] >= 128 && view.seen.data[p] != 0) return true;
-  }
-  return false;
-}
 
 // `mask` with what is `undecided` in it decided by the Gaussians; as it is where they cannot, since
 // no pixel that is decided has depth or the selection would be empty.
 Mask Decided(EditSession& session, const UserPicture& picture, const Mask& mask,
              const Mask& undecided, Monitor& monitor) {
-  const Pictures pictures = session.pictures();
-  Mask decided = undecided;
-  for (uint8_t& value : decided.data) value = uint8_t(255 - value);
-  std::vector<PaintedView> painted;
-  for (const View* face : picture.faces) {
-    PaintedView view{face->name, session.reconstruction().Posed(*face),
-                     pictures.ToView(picture, *face, mask),
-                     pictures.ToView(picture, *face, decided)};
-    for (uint8_t& value : view.seen.data) value = value >= 128 ? 255 : 0;
-    const Mask reach = pictures.Reach(picture, *face);
-    for (size_t p = 0; p < reach.data.size(); ++p) {
-      if (reach.data[p] == 0) view.seen.data[p] = 0;
-    }
-    if (AnyInside(view)) painted.push_back(std::move(view));
-  }
-  if (painted.empty()) return mask;
+  PaintedView painted{picture.name, PosedPicture(session.workspace(), picture), mask, undecided};
+  for (uint8_t& value : painted.seen.data) value = value < 128 ? 255 : 0;
   try {
-    const auto masks = session.selection().Decide(std::move(painted), picture.faces, monitor);
-    return pictures.ComposeMask(picture, [&](const View& face) { return masks.at(face.name); });
+    const auto masks = session.selection().Decide({std::move(painted)}, picture.faces, monitor);
+    return session.pictures().ComposeMask(picture,
+                                          [&](const View& face) { return masks.at(face.name); });
   } catch (const InputError&) {
     return mask;
   }
@@ -123,6 +81,24 @@ void ViewMaskRequest::Check() const {
   CheckOption(outside.Empty() || !inside.Empty(), "strokes outside need strokes inside");
 }
 
+ViewLayers LayersOf(EditSession& session, const UserPicture& picture, std::span<const float> sh,
+                    bool photo) {
+  const Pictures pictures = session.pictures();
+  const Reconstruction& model = session.reconstruction();
+  session.ShowSh(sh);
+  ViewLayers layers;
+  layers.camera = PosedPicture(session.workspace(), picture);
+  layers.color = pictures.Compose(picture, [&](const View& face) {
+    if (photo) return session.workspace().ReadPhoto(face);
+    return std::move(session.renderer().Render(model.Posed(face)).rgb);
+  });
+  layers.depth = pictures.ComposeDepth(picture, [&](const View& face) {
+    return SurfaceDepth(session.renderer(), model.Posed(face), &face, model);
+  });
+  if (picture.photo) layers.rays = PhotoRays(*picture.photo->lens);
+  return layers;
+}
+
 Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMaskRequest& request,
                   Monitor& monitor) {
   request.Check();
@@ -132,7 +108,7 @@ Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMa
                 "a mask of view " + picture.name + " is " + SizeText(drawn->width, drawn->height) +
                     ", the view is " + SizeText(picture.width, picture.height));
   }
-  const ViewLayers layers = LayersOf(session, picture, request.photo);
+  const ViewLayers layers = LayersOf(session, picture, session.original().sh, request.photo);
   Mask mask = Kept(request, layers, Selected(session, picture, request, layers, monitor));
   if (request.refine_edge > 0) mask = RefineEdge(layers, mask, request.refine_edge, monitor);
   if (std::none_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; })) {

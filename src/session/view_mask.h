@@ -4,6 +4,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -49,6 +50,11 @@ struct ViewMaskRequest {
   // outside and none inside.
   void Check() const;
 };
+
+// What the tools see of a picture, in its own pixels: rendered with the coefficients `sh` [N, K,
+// 3], or its photo; and the surfaces' depth.
+ViewLayers LayersOf(EditSession& session, const UserPicture& picture, std::span<const float> sh,
+                    bool photo = false);
 
 // The picture's mask, soft, 128 and above is inside. InputError when no pixel is selected; else as
 // the tools (selection/mask_tools).

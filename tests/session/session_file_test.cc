@@ -359,6 +359,12 @@ TEST_F(SessionFile, NamesTheFaultOfAValue) {
   expect([](Json& j) { j["regions"][0]["fit"]["count"] = 1000000; }, "regions[0].fit.count: is");
   expect([](Json& j) { j["draft"]["painted"][0]["camera"]["params"][0] = 0; },
          "draft.painted[0].camera.params: focal length");
+  expect(
+      [](Json& j) {
+        Json& camera = j["draft"]["painted"][0]["camera"];
+        camera["model"] = 2;
+      },
+      "draft.painted[0].camera: the workspace has no distorted photo");
   expect([](Json& j) { j["view"] = 3; }, "view: is not an object");
   expect([](Json& j) { j["splat"]["xxh64"] = "12"; }, "splat.xxh64: is not sixteen");
 }

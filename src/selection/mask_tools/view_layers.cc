@@ -58,6 +58,20 @@ Eigen::Vector3d SurfaceNormal(const ViewLayers& layers, int x, int y) {
   return normal.dot(PointInCam(layers, x, y)) > 0 ? Eigen::Vector3d(-normal) : normal;
 }
 
+Eigen::Vector3d RayAt(const ViewLayers& layers, const Eigen::Vector2d& at) {
+  if (layers.rays.Empty()) return layers.camera.camera.CamFromImg(at).value().homogeneous();
+  const auto ray = [&](int x, int y) -> Eigen::Vector3d {
+    x = std::clamp(x, 0, layers.rays.width - 1), y = std::clamp(y, 0, layers.rays.height - 1);
+    return Eigen::Vector3f(&layers.rays(x, y)).cast<double>();
+  };
+  const double x = std::clamp(at.x(), 0.0, double(layers.rays.width)) - 0.5;
+  const double y = std::clamp(at.y(), 0.0, double(layers.rays.height)) - 0.5;
+  const int left = int(std::floor(x)), top = int(std::floor(y));
+  const double fx = x - left, fy = y - top;
+  return (1 - fy) * ((1 - fx) * ray(left, top) + fx * ray(left + 1, top)) +
+         fy * ((1 - fx) * ray(left, top + 1) + fx * ray(left + 1, top + 1));
+}
+
 void CheckLayers(const ViewLayers& layers) {
   CheckOption(layers.color.NumPixels() > 0, "a view without pixels has no outline");
   CheckOption(layers.rays.Empty() || (layers.rays.width == layers.color.width &&

@@ -26,6 +26,10 @@ void CheckLayers(const ViewLayers& layers);
 Eigen::Vector3d SurfacePoint(const ViewLayers& layers, int x, int y);
 Eigen::Vector3d SurfaceNormal(const ViewLayers& layers, int x, int y);
 
+// The point that `at`, in pixels, shows at depth 1, in the camera's frame; of a picture with rays,
+// beyond its border that of the border.
+Eigen::Vector3d RayAt(const ViewLayers& layers, const Eigen::Vector2d& at);
+
 // At the middle of the view, of a picture with rays at most of its pixels; as many as it is
 // wide where the camera says nothing.
 double PixelsPerRadian(const ViewLayers& layers);
