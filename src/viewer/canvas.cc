@@ -9,6 +9,8 @@
 #include <QWheelEvent>
 #include <nlohmann/json.hpp>
 
+#include "scene/camera_projection.h"
+
 namespace retint {
 namespace {
 
@@ -89,6 +91,10 @@ void Canvas::OnScene() {
       sum += (view->cam_from_world.OriginInSource() - navigation_.center()).norm();
     }
     frustum_size_ = 0.07 * sum / static_cast<double>(std::max<size_t>(1, facts->views.size()));
+    corners_.clear();
+    for (const View* view : facts->views) {
+      if (!corners_.contains(view->camera_id)) corners_[view->camera_id] = CornersOf(*view);
+    }
     UpdateViewport();
     Request(false);
     Q_EMIT cameraChanged();
@@ -133,6 +139,7 @@ void Canvas::Request(bool moving) {
   FrameRequest request;
   request.serial = ++serial_;
   request.camera = navigation_.Rendered();
+  request.lens = Lens();
   request.what = what_;
   request.moving = moving;
   request.sh = original_ ? controller_->original_sh() : controller_->sh();
@@ -179,7 +186,7 @@ bool Canvas::GoTo(const std::string& name) {
   const auto facts = controller_->facts();
   const View* view = facts->workspace->reconstruction.FindView(name);
   if (!view) return false;
-  navigation_.GoTo(*view, facts->Posed(*view));
+  navigation_.GoTo(*view, facts->Shown(*view));
   CameraMoved();
   photos_->Photo(name);  // someone may hold P
   SayMissingPhoto();
@@ -230,8 +237,20 @@ void Canvas::Probe(const QPointF& at, ProbeFor what) {
   const PosedCamera camera = navigation_.Rendered();
   const QRectF rect = ImageRect(camera);
   if (!rect.contains(at)) return;
-  const QPointF pixel = (at - rect.topLeft()) * devicePixelRatioF();
-  renderer_->Probe(camera, {pixel.x(), pixel.y()}, what);
+  const QPointF at_pixel = (at - rect.topLeft()) * devicePixelRatioF();
+  const Eigen::Vector2d pixel(at_pixel.x(), at_pixel.y());
+  if (camera.camera.IsPinhole()) return renderer_->Probe(camera, pixel, what);
+  // Along the same ray through a pinhole.
+  const PosedCamera flat{Flattened(camera.camera), camera.cam_from_world};
+  const auto ray = CameraProjection(camera.camera).CamFromImg(pixel);
+  const auto flat_pixel = ray ? flat.camera.ImgFromCam(*ray) : std::nullopt;
+  if (flat_pixel) renderer_->Probe(flat, *flat_pixel, what);
+}
+
+std::shared_ptr<const LensPicture> Canvas::Lens() const {
+  if (!controller_->IsOpen() || !navigation_.view()) return nullptr;
+  const Camera shown = navigation_.Rendered().camera;
+  return controller_->facts()->Lens(*navigation_.view(), shown.width, shown.height);
 }
 
 void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what,
@@ -261,7 +280,7 @@ std::string Canvas::CameraState() const {
       {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
       {"translation", {t.x(), t.y(), t.z()}},
       {"focus", {f.x(), f.y(), f.z()}},
-      {"fov_y", 2 * std::atan(0.5 * camera.camera.height / camera.camera.fy())}};
+      {"fov_y", 2 * std::atan(0.5 * camera.camera.height / Flattened(camera.camera).fy())}};
   if (navigation_.view()) state["view"] = navigation_.view()->name;
   return state.dump();
 }

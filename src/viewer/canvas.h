@@ -3,6 +3,8 @@
 // draws frusta, photo, split line and labels on top. Pixels that are rendered are device pixels.
 #pragma once
 
+#include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -73,6 +75,8 @@ class Canvas : public QWidget {
   bool IsSharp() const;
   // The part of the widget that a camera's picture fills.
   QRectF ImageRect(const PosedCamera& camera) const;
+  // How the picture of navigation().Rendered() is made; null: it is rendered.
+  std::shared_ptr<const LensPicture> Lens() const;
 
   // The camera as a JSON object, for the session file. Restore: false when it is not one.
   std::string CameraState() const;
@@ -117,6 +121,7 @@ class Canvas : public QWidget {
   void FlyStep();
   bool ShowsSplit() const;  // split() where there are two sides: not of the depth
   void SayMissingPhoto();
+  std::array<Eigen::Vector3d, 4> CornersOf(const View& view) const;
   std::vector<Frustum> Frusta() const;
   const View* FrustumAt(const QPointF& at) const;
   void PaintFrusta(QPainter& painter) const;
@@ -133,6 +138,8 @@ class Canvas : public QWidget {
   KeyMap keys_;
   Navigation navigation_;
   double frustum_size_ = 1;
+  // Of the pictures of a camera: where they look, at depth 1.
+  std::map<CameraId, std::array<Eigen::Vector3d, 4>> corners_;
 
   RenderWhat what_ = RenderWhat::kRgb;
   bool frusta_ = false, split_ = false, fly_mode_ = false, cloud_shown_ = true;

@@ -6,6 +6,7 @@
 #include <QPainter>
 #include <QPainterPath>
 
+#include "scene/camera_projection.h"
 #include "viewer/canvas.h"
 
 namespace retint {
@@ -35,11 +36,32 @@ QRectF Canvas::ImageRect(const PosedCamera& camera) const {
   return {(width() - w) / 2, (height() - h) / 2, w, h};
 }
 
+std::array<Eigen::Vector3d, 4> Canvas::CornersOf(const View& view) const {
+  const auto facts = controller_->facts();
+  const Camera camera = facts->Shown(view).camera, flat = facts->Posed(view).camera;
+  std::optional<CameraProjection> lens;
+  if (!camera.IsPinhole()) lens.emplace(camera);
+  std::array<Eigen::Vector3d, 4> corners;
+  for (size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d share(i == 1 || i == 2, i >= 2);
+    const auto pixel = [&](const Camera& of) -> Eigen::Vector2d {
+      return share.cwiseProduct(Eigen::Vector2d(of.width, of.height));
+    };
+    const auto ray = lens ? lens->CamFromImg(pixel(camera)) : std::nullopt;
+    // Where no ray leads to a corner of the photo, the pinhole view's.
+    corners[i] = ray && ray->z() > 0 ? ray->hnormalized().homogeneous().eval()
+                                     : flat.CamFromImg(pixel(flat)).value().homogeneous().eval();
+  }
+  return corners;
+}
+
 std::vector<Canvas::Frustum> Canvas::Frusta() const {
   std::vector<Frustum> frusta;
   const auto facts = controller_->facts();
   if (!facts) return frusta;
   const PosedCamera shown = navigation_.Rendered();
+  std::optional<CameraProjection> lens;
+  if (!shown.camera.IsPinhole()) lens.emplace(shown.camera);
   const QRectF rect = ImageRect(shown);
   const double ratio = devicePixelRatioF();
   const double near = 0.3 * frustum_size_;
@@ -51,18 +73,18 @@ std::vector<Canvas::Frustum> Canvas::Frusta() const {
     Frustum frustum{view, {}, {}, center.z()};
     bool inside = true;
     const auto project = [&](const Eigen::Vector3d& point) {
-      const auto seen = shown.Project(point);
-      if (!seen || seen->z() < near) {
+      const Eigen::Vector3d in_cam = shown.cam_from_world * point;
+      const auto seen = lens ? lens->ImgFromCam(in_cam) : shown.camera.ImgFromCam(in_cam);
+      if (!seen || in_cam.z() < near) {
         inside = false;
         return QPointF();
       }
       return rect.topLeft() + QPointF(seen->x(), seen->y()) / ratio;
     };
     frustum.apex = project(posed.Center());
-    const double w = posed.camera.width, h = posed.camera.height;
-    const Eigen::Vector2d pixels[4] = {{0, 0}, {w, 0}, {w, h}, {0, h}};
+    const std::array<Eigen::Vector3d, 4>& corners = corners_.at(view->camera_id);
     for (size_t i = 0; i < 4; ++i) {
-      frustum.corners[i] = project(posed.Unproject(pixels[i], frustum_size_));
+      frustum.corners[i] = project(posed.cam_from_world.Inverse() * (frustum_size_ * corners[i]));
     }
     if (!inside) continue;
     const QRectF box = QPolygonF({frustum.apex, frustum.corners[0], frustum.corners[1],

@@ -225,7 +225,7 @@ void MainWindow::ExportComparison() {
                                               tr("Pictures (*.png)"));
   if (path.isEmpty()) return;
   if (!path.endsWith(".png")) path += ".png";
-  controller_->WriteComparison(Path(path), canvas_->navigation().Rendered());
+  controller_->WriteComparison(Path(path), canvas_->navigation().Rendered(), canvas_->Lens());
 }
 
 }  // namespace retint

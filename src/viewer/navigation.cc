@@ -7,6 +7,8 @@
 
 #include <Eigen/Geometry>
 
+#include "scene/camera_projection.h"
+
 namespace retint {
 namespace {
 
@@ -110,10 +112,7 @@ PosedCamera Navigation::Rendered() const {
   const double scale = std::min(double(width_) / camera.width, double(height_) / camera.height);
   const int width = std::clamp(int(std::lround(camera.width * scale)), 1, width_);
   const int height = std::clamp(int(std::lround(camera.height * scale)), 1, height_);
-  const double sx = double(width) / camera.width, sy = double(height) / camera.height;
-  return {Camera::Pinhole(camera.id, width, height, camera.fx() * sx, camera.fy() * sy,
-                          camera.cx() * sx, camera.cy() * sy),
-          posed_.cam_from_world};
+  return {Resized(camera, width, height), posed_.cam_from_world};
 }
 
 PosedCamera Navigation::Exact() const { return view_ ? posed_ : Rendered(); }
@@ -139,7 +138,7 @@ void Navigation::Leave() {
   if (!view_) return;
   const PosedCamera shown = Rendered();
   view_ = nullptr;
-  tan_half_fov_ = 0.5 * height_ / shown.camera.fy();
+  tan_half_fov_ = 0.5 * height_ / Flattened(shown.camera).fy();
 }
 
 void Navigation::RotateAbout(const Eigen::Vector3d& point,

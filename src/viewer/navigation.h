@@ -17,8 +17,9 @@ class Navigation {
   void SetScene(const Reconstruction& reconstruction);
   void SetViewport(int width, int height);  // pixels that are rendered
 
-  // What is to be rendered. A view: its exact pose and intrinsics, its aspect kept, as large as the
-  // viewport holds. Free: the whole viewport, square pixels, principal point in the middle.
+  // What is to be shown. A view: its exact pose and intrinsics, distorted where it was given so,
+  // its aspect kept, as large as the viewport holds. Free: the whole viewport, square pixels,
+  // principal point in the middle.
   PosedCamera Rendered() const;
   // Of a view, its own camera at its own size; free: Rendered().
   PosedCamera Exact() const;

@@ -8,6 +8,7 @@
 #include <QImageReader>
 
 #include "colmap_io/image_io.h"
+#include "colmap_io/photo.h"
 #include "session/contact_sheet.h"
 #include "viewer/post.h"
 #include "viewer/render_thread.h"
@@ -17,15 +18,22 @@ namespace {
 
 constexpr size_t kPhotosKept = 4;
 
-// The photo as the view shows it: small ones from a small reading of the file, pixel by pixel.
-QImage ReadUndistorted(const Workspace& workspace, const View& view, int side) {
-  if (side == 0) {
-    try {
-      return ToQImage(ToImage8(workspace.ReadPhoto(view))).convertToFormat(QImage::Format_RGB32);
-    } catch (const std::exception&) {
-      return {};
-    }
+// The whole photo of a distorted camera in the pixels that are shown; null when it cannot be read.
+QImage ReadWhole(const Workspace& workspace, const View& view, bool is_all_of_it) {
+  try {
+    const Camera& camera = workspace.PhotoCamera(view);
+    const Image photo =
+        is_all_of_it ? ReadPhotoOfSize(workspace.PhotoPath(view), camera.width, camera.height)
+                     : workspace.ReadPhoto(view);
+    return ToQImage(ToImage8(photo)).convertToFormat(QImage::Format_RGB32);
+  } catch (const std::exception&) {
+    return {};
   }
+}
+
+// A small picture of a view that shows a part of its photo: from a small reading of the file, pixel
+// by pixel.
+QImage ReadUndistorted(const Workspace& workspace, const View& view, int side) {
   const QImage photo = ReadPicture(workspace.PhotoPath(view), 4 * side);
   if (photo.isNull()) return {};
   const DistortedPhoto& of = *workspace.PhotoOf(view);
@@ -51,6 +59,15 @@ QImage ReadUndistorted(const Workspace& workspace, const View& view, int side) {
 }
 
 }  // namespace
+
+SmallView SmallViewOf(const SceneFacts& facts, const View& view) {
+  const PosedCamera shown = facts.Shown(view);
+  const double side = std::max(shown.camera.width, shown.camera.height);
+  const double scale = PhotoLoader::kThumbnailSide / side;
+  const auto scaled = [&](int size) { return std::max(1, int(std::lround(size * scale))); };
+  const auto lens = facts.Lens(view, scaled(shown.camera.width), scaled(shown.camera.height));
+  return {lens ? lens->Face(shown.cam_from_world) : Scaled(shown, scale), lens};
+}
 
 QImage ReadPicture(const std::filesystem::path& path, int side) {
   QImageReader reader(QString::fromStdString(path.string()));
@@ -121,8 +138,11 @@ void PhotoLoader::Read(const std::string& view, bool small) {
   const auto job = [this, facts = facts_, found, view, small] {
     const Workspace& workspace = *facts->workspace;
     const int side = small ? kThumbnailSide : 0;
+    const bool is_all_of_it = facts->Shown(*found).camera == workspace.PhotoCamera(*found);
     QImage image;
-    if (workspace.PhotoOf(*found)) {
+    if (workspace.PhotoOf(*found) && !small) {
+      image = ReadWhole(workspace, *found, is_all_of_it);
+    } else if (!is_all_of_it) {
       image = ReadUndistorted(workspace, *found, side);
     } else if (!workspace.has_virtual_views) {
       image = ReadPicture(workspace.PhotoPath(*found), side);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Photos of the views, read in the background: small ones for lists and frusta, whole ones to
-// compare with, undistorted where the view is. What is missing or damaged is a null picture.
+// compare with; where a view shows only a part of its photo, that part, undistorted. What is
+// missing or damaged is a null picture.
 #pragma once
 
 #include <map>
@@ -49,6 +50,13 @@ class PhotoLoader : public QObject {
   std::map<std::string, QImage> thumbnails_, photos_;
   std::set<std::string> asked_thumbnails_, asked_photos_;
 };
+
+// What to render for a view's small picture, and how that is made of it; no lens: it is it.
+struct SmallView {
+  PosedCamera camera;
+  std::shared_ptr<const LensPicture> lens;
+};
+SmallView SmallViewOf(const SceneFacts& facts, const View& view);
 
 // `path` as a picture of at most side x side pixels (0: whole); null when it cannot be read.
 QImage ReadPicture(const std::filesystem::path& path, int side);

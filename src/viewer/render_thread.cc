@@ -343,15 +343,17 @@ class RenderThread::Impl {
   void Draw(const FrameRequest& request, double budget) {
     if (!renderer_) return;
     const Stopwatch whole;
-    const double pixels = double(request.camera.camera.width) * request.camera.camera.height;
+    const PosedCamera sharp =
+        request.lens ? request.lens->Face(request.camera.cam_from_world) : request.camera;
+    const double pixels = double(sharp.camera.width) * sharp.camera.height;
     const double doubled = (request.before ? 2 : 1) * (request.cloud ? 1.5 : 1);
     auto frame = std::make_shared<Frame>();
     frame->serial = request.serial;
     frame->camera = request.camera;
     frame->what = request.what;
     frame->moving = request.moving;
-    frame->scale = request.moving ? ScaleFor(request.camera, budget, pixels * doubled) : 1;
-    const PosedCamera camera = Scaled(request.camera, frame->scale);
+    frame->scale = request.moving ? ScaleFor(sharp, budget, pixels * doubled) : 1;
+    const PosedCamera camera = Scaled(sharp, frame->scale);
     {
       const Stopwatch watch;
       renderer_->Geometry(camera);
@@ -389,9 +391,13 @@ class RenderThread::Impl {
                    request.hatching->pixels * frame->scale, frame->image);
     }
     clock_.AddPixels(watch.Milliseconds(), pixels * doubled * frame->scale * frame->scale);
+    if (request.lens) {
+      frame->image = request.lens->Bent(frame->image);
+      if (!frame->before.isNull()) frame->before = request.lens->Bent(frame->before);
+    }
     if (request.keep_depth) frame->depth = std::move(output.depth_median);
     if (frame->scale == 1 && request.what == RenderWhat::kRgb) {
-      resting_ = Resting{request.camera, pixels * doubled};
+      resting_ = Resting{sharp, pixels * doubled};
     }
     frame->milliseconds = whole.Milliseconds();
     RenderThread* owner = &owner_;

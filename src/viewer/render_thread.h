@@ -38,8 +38,9 @@ struct OverlayCloud {
 };
 
 struct FrameRequest {
-  uint64_t serial = 0;  // comes back with the frame
-  PosedCamera camera;   // size and intrinsics of the sharp frame, pinhole
+  uint64_t serial = 0;                      // comes back with the frame
+  PosedCamera camera;                       // size and intrinsics of the sharp frame
+  std::shared_ptr<const LensPicture> lens;  // of `camera` where that is not pinhole, else null
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;                        // soon rather than sharp
   ShPointer sh;                               // null: what the frame before had
@@ -54,7 +55,7 @@ struct FrameRequest {
 enum class ProbeFor { kFocus, kPivot };
 
 struct Frame {
-  QImage image;   // RGB32, the camera's size times `scale`
+  QImage image;   // RGB32, the camera's size times `scale`; through a lens, the camera's size
   QImage before;  // of FrameRequest::before, else null
   uint64_t serial = 0;
   PosedCamera camera;  // as requested
@@ -63,7 +64,7 @@ struct Frame {
   double scale = 1;         // of width and height; 1: sharp
   double milliseconds = 0;  // it took
   ShPointer sh;
-  DepthMap depth;  // median depth, the image's size, where asked for
+  DepthMap depth;  // median depth where asked for, the size of what was rendered
 };
 
 class RenderThread : public QObject {

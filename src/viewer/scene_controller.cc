@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "session/photo_paint.h"
 #include "viewer/failure_text.h"
 #include "viewer/post.h"
 #include "viewer/scene_worker.h"
@@ -38,6 +39,21 @@ bool SameFits(const RegionSet& a, const RegionSet& b) {
 }
 
 }  // namespace
+
+const DistortedPhoto* SceneFacts::PhotoOf(const View& view) const {
+  return request.options.pixels == Pixels::kPhoto ? workspace->PhotoOf(view) : nullptr;
+}
+
+PosedCamera SceneFacts::Shown(const View& view) const {
+  const DistortedPhoto* photo = PhotoOf(view);
+  return photo && photo->faces.size() == 1 ? PosedPhoto(*workspace, *photo) : Posed(view);
+}
+
+std::shared_ptr<const LensPicture> SceneFacts::Lens(const View& view, int width, int height) const {
+  const DistortedPhoto* photo = PhotoOf(view);
+  if (!photo || photo->faces.size() != 1) return nullptr;
+  return lenses->Get(photo->lens, width, height);
+}
 
 struct SceneController::State {
   RegionSet regions;

@@ -23,6 +23,7 @@
 #include <QTimer>
 
 #include "session/edit_session.h"
+#include "viewer/lens_picture.h"
 
 namespace retint {
 
@@ -55,6 +56,14 @@ struct SceneFacts {
   double load_seconds = 0;
 
   PosedCamera Posed(const View& view) const { return workspace->reconstruction.Posed(view); }
+  // The distorted photo in whose pixels one paints at this view; null: in the view's own.
+  const DistortedPhoto* PhotoOf(const View& view) const;
+  // The camera in whose pixels the view is shown: where it shows all of such a photo, the photo's.
+  PosedCamera Shown(const View& view) const;
+  // How its picture of that size is made, of such a photo; null: it is rendered as it is.
+  std::shared_ptr<const LensPicture> Lens(const View& view, int width, int height) const;
+
+  std::shared_ptr<LensPictures> lenses = std::make_shared<LensPictures>();
 };
 
 // Of a region whose color was not chosen yet, or was taken back to white.
@@ -196,7 +205,9 @@ class SceneController : public QObject {
   void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
                    std::function<void()> done = {});
   // One picture: the scene before the edits on the left, with the current colors on the right.
-  void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera);
+  // `lens` as for a FrameRequest.
+  void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
+                       std::shared_ptr<const LensPicture> lens = nullptr);
 
  Q_SIGNALS:
   void opened();

@@ -203,8 +203,8 @@ void SceneController::WriteFrames(const std::filesystem::path& folder,
       std::move(done));
 }
 
-void SceneController::WriteComparison(const std::filesystem::path& path,
-                                      const PosedCamera& camera) {
+void SceneController::WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
+                                      std::shared_ptr<const LensPicture> lens) {
   RunWrite(tr("Saving the comparison"), path, [=, sh = sh_](EditSession& session, Monitor&) {
     CheckOutput(path);
     const int width = camera.camera.width, height = camera.camera.height;
@@ -213,7 +213,8 @@ void SceneController::WriteComparison(const std::filesystem::path& path,
     int left = 0;
     for (const std::vector<float>* colors : {&session.original().sh, sh.get()}) {
       session.ShowSh(*colors);
-      const Image side = session.renderer().Render(camera).rgb;
+      Image side = session.renderer().Render(lens ? lens->Face(camera.cam_from_world) : camera).rgb;
+      if (lens) side = lens->Bent(side);
       for (int y = 0; y < height; ++y) {
         std::copy_n(side.data.begin() + std::ptrdiff_t(side.Index(0, y)), 3 * width,
                     both.data.begin() + std::ptrdiff_t(both.Index(left, y)));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/uncertainty.h"
 
+#include "session/photo_paint.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
@@ -65,7 +66,11 @@ void Uncertainty::Find() {
         ProjectedMasks projected =
             session.selection().Project(source.cloud, source.painted, options, monitor);
         std::vector<std::string> painted;
-        for (const PaintedView& view : source.painted) painted.push_back(view.name);
+        for (const PaintedView& one : source.painted) {
+          for (std::string& name : PaintedNames(session.workspace(), one)) {
+            painted.push_back(std::move(name));
+          }
+        }
         found->selection = selection->id;
         found->views = SuggestViews(session.renderer(), session.reconstruction(),
                                     session.reconstruction().ViewsByName(), painted,

@@ -27,12 +27,16 @@ std::string BytesOf(const std::string& path) {
   }
 }
 
-// One step holds the pictures of several views; a view's newest picture counts.
-void AddPicture(ColorEdit& edit, const EditedPicture& picture) {
+// One step holds the pictures of several views; a view's newest picture counts. `views` show what
+// is in this one.
+void AddPicture(ColorEdit& edit, const EditedPicture& picture,
+                const std::vector<std::string>& views) {
   for (ColorOperation& op : edit.operations) {
     if (!op.picture) continue;
     std::vector<EditedPicture> all = op.picture->pictures;
-    std::erase_if(all, [&](const EditedPicture& other) { return other.view == picture.view; });
+    std::erase_if(all, [&](const EditedPicture& other) {
+      return std::ranges::find(views, other.view) != views.end();
+    });
     // Pictures are compared together, so the others are read again.
     if (!std::ranges::all_of(all, [](const EditedPicture& one) { return IsFile(one.file); })) {
       continue;
@@ -75,17 +79,29 @@ void ViewEditor::Start(RegionId region, const std::string& name, TargetKind of) 
     Q_EMIT failed(tr("%1 cannot be written").arg(folder_.path()));
     return;
   }
-  const std::string stem = std::filesystem::path(name).stem().string();
+  const auto facts = controller_->facts();
+  const View& view = facts->workspace->RequireView(name);
+  const DistortedPhoto* photo = facts->PhotoOf(view);
+  Picture picture{region, photo ? photo->name : name, {}, {}, {}};
+  for (const View* one : facts->views) {
+    if (one == &view || (photo && facts->PhotoOf(*one) == photo))
+      picture.shown.push_back(one->name);
+  }
+  const std::string stem = std::filesystem::path(picture.view).stem().string();
   const QString path = folder + "/" + QString::fromStdString(stem) + ".png";
   controller_->Run(
       tr("Writing the view"),
       [=](EditSession& session, Monitor&) {
         session.CollectFits();
-        const View& view = session.workspace().RequireView(name);
-        WritePng(path.toStdString(), session.refits().EditedTarget(view, of));
+        const Pictures pictures = session.pictures();
+        WritePng(path.toStdString(),
+                 pictures.Compose(pictures.RequireOne(picture.view), [&](const View& face) {
+                   return session.refits().EditedTarget(face, of);
+                 }));
       },
-      [=, this] {
-        Watch(path, {region, name, BytesOf(path.toStdString()), {}});
+      [=, this]() mutable {
+        picture.bytes = BytesOf(path.toStdString());
+        Watch(path, picture);
         if (opener_(path)) {
           Q_EMIT opened(path);
         } else {
@@ -124,7 +140,7 @@ bool ViewEditor::Take(const std::string& path, Picture& picture) {
   const Region* region = controller_->regions().Find(picture.region);
   if (!region) return false;  // deleted meanwhile
   ColorEdit edit = region->edit;
-  AddPicture(edit, {picture.view, path, {}});
+  AddPicture(edit, {picture.view, path, {}}, picture.shown);
   controller_->SetEdit(picture.region, edit, region->strength);
   return true;
 }

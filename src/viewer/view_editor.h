@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include <QFileSystemWatcher>
 #include <QObject>
@@ -23,8 +24,8 @@ class ViewEditor : public QObject {
  public:
   explicit ViewEditor(SceneController* controller, QObject* parent = nullptr);
 
-  // The view `name` of the workspace, its render or its photo, with the edits of all regions so
-  // far. What is saved is the edit of `region`.
+  // The view `name` of the workspace, in its photo's own pixels, its render or its photo, with the
+  // edits of all regions so far. What is saved is the edit of `region`.
   void Start(RegionId region, const std::string& name, TargetKind of);
   // Opens a picture; false when there is no program for it. The desktop's, unless a test has its
   // own.
@@ -38,9 +39,10 @@ class ViewEditor : public QObject {
  private:
   struct Picture {
     RegionId region = 0;
-    std::string view;
-    std::string bytes;  // as it was last written or taken
-    std::string cut;    // as it was when it was no picture
+    std::string view;                // or the distorted photo that it shows
+    std::vector<std::string> shown;  // views that show it
+    std::string bytes;               // as it was last written or taken
+    std::string cut;                 // as it was when it was no picture
   };
   void Watch(const QString& path, const Picture& picture);
   void Look();

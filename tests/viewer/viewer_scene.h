@@ -24,6 +24,7 @@
 #include <QTimer>
 #include <QUrl>
 
+#include "synthetic/lens.h"
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "viewer/main_window.h"
@@ -54,12 +55,15 @@ inline std::string BackendName() {
 
 class ViewerScene {
  public:
-  explicit ViewerScene(int width = 160, int height = 120, int views = 6) {
+  // `lens`: a model that TakeThroughLens() knows; empty: pinhole photos.
+  explicit ViewerScene(int width = 160, int height = 120, int views = 6,
+                       const std::string& lens = {}) {
     UseOwnFolders(folder_.path());
     SyntheticOptions options;
     options.width = width, options.height = height, options.views = views;
     Monitor monitor;
     scene_ = MakeSyntheticScene(options, monitor);
+    if (!lens.empty()) TakeThroughLens(lens, options, &scene_, monitor);
     WriteSyntheticWorkspace(workspace(), scene_, monitor);
   }
 
@@ -180,9 +184,9 @@ inline bool Drop(MainWindow& window, const std::filesystem::path& path) {
 // What most tests of the window have: a scene for all cases, and a window on it for each.
 class ViewerTest : public QObject {
  protected:
-  void MakeScene(int width = 160, int height = 120, int views = 6) {
+  void MakeScene(int width = 160, int height = 120, int views = 6, const std::string& lens = {}) {
     qRegisterMetaType<RegionId>("retint::RegionId");
-    scene_ = std::make_unique<ViewerScene>(width, height, views);
+    scene_ = std::make_unique<ViewerScene>(width, height, views, lens);
     theme_ = std::make_unique<Theme>();
   }
   bool ShowScene() {

@@ -108,12 +108,17 @@ void MaskView::Ask() {
   asked_ = id;
   of_ = region->selection;
   camera_ = canvas_->navigation().Rendered();
-  controller_->SeeSelection(id, camera_);
+  lens_ = canvas_->Lens();
+  controller_->SeeSelection(id, Asked());
+}
+
+PosedCamera MaskView::Asked() const {
+  return lens_ ? lens_->Face(camera_.cam_from_world) : camera_;
 }
 
 void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
-  if (id != asked_ || !mask || mask->width != camera_.camera.width ||
-      mask->height != camera_.camera.height) {
+  const Camera asked = Asked().camera;
+  if (id != asked_ || !mask || mask->width != asked.width || mask->height != asked.height) {
     return;  // somebody else asked
   }
   asked_ = 0;
@@ -121,7 +126,7 @@ void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
       shown_ && id == current_->id() && SameCamera(camera_, canvas_->navigation().Rendered());
   if (!wanted) return rest_.start();
   const auto frame = canvas_->frame();
-  picture_ = Overlay(*mask, frame ? frame->image : QImage());
+  picture_ = Overlay(lens_ ? lens_->Bent(*mask) : *mask, frame ? frame->image : QImage());
   update();
   Q_EMIT ready();
 }

@@ -35,13 +35,12 @@ double Coverage(const Mask& mask) {
   return mask.data.empty() ? 0 : double(inside) / double(mask.data.size());
 }
 
-QImage RenderSmall(EditSession& session, const PosedCamera& camera, const std::vector<float>& sh) {
-  const int side = std::max(camera.camera.width, camera.camera.height);
+QImage RenderSmall(EditSession& session, const SmallView& view, const std::vector<float>& sh) {
   RenderRequest request;
   request.cache = false;  // too small for anything else
   session.ShowSh(sh);
-  const PosedCamera small = Scaled(camera, double(PhotoLoader::kThumbnailSide) / side);
-  return ToQImage(session.renderer().Render(small, request).rgb);
+  const QImage image = ToQImage(session.renderer().Render(view.camera, request).rgb);
+  return view.lens ? view.lens->Bent(image) : image;
 }
 
 // A thumbnail with its badge, the name below.
@@ -274,8 +273,8 @@ void ViewsPanel::RenderNext() {
         {},
         [=, view = name](EditSession& session, Monitor&) {
           try {
-            *picture = RenderSmall(
-                session, facts->Posed(*facts->workspace->reconstruction.FindView(view)), *sh);
+            const View& one = *facts->workspace->reconstruction.FindView(view);
+            *picture = RenderSmall(session, SmallViewOf(*facts, one), *sh);
           } catch (const std::exception&) {
             // The photo stays: nobody waits for this picture.
           }

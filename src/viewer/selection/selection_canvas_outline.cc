@@ -61,7 +61,8 @@ void SelectionCanvas::NotFound(const QString& why) {
 std::optional<Eigen::Vector3d> SelectionCanvas::SurfaceAt(const Eigen::Vector2d& at) const {
   const int x = Floor(at.x()), y = Floor(at.y());
   if (!layers_->depth.Contains(x, y) || !HasDepth(layers_->depth, x, y)) return std::nullopt;
-  return layers_->camera.Unproject(at, layers_->depth(x, y));
+  const Eigen::Vector3d in_cam = double(layers_->depth(x, y)) * RayAt(*layers_, at);
+  return layers_->camera.cam_from_world.Inverse() * in_cam;
 }
 
 // --- Wand and color ------------------------------------------------------------------------------
@@ -95,10 +96,9 @@ void SelectionCanvas::FindDrawn() {
   const uint64_t gesture = drawing_->gesture;
   if (drawing_->tool == SelectionTool::kSphere) {
     const auto center = SurfaceAt(points.front());
-    const Camera& camera = layers_->camera.camera;
-    const Eigen::Vector2d drag = points.back() - points.front();
-    const double z = (layers_->camera.cam_from_world * *center).z();
-    const double radius = z * std::hypot(drag.x() / camera.fx(), drag.y() / camera.fy());
+    const double depth = layers_->depth(Floor(points.front().x()), Floor(points.front().y()));
+    const double radius =
+        depth * (RayAt(*layers_, points.back()) - RayAt(*layers_, points.front())).norm();
     if (radius <= 0) return;
     Find(gesture, drawing_->combine, [layers = layers_, center = *center, radius](Monitor&) {
       return InSphere(*layers, center, radius);

@@ -15,6 +15,8 @@
 #include <QVBoxLayout>
 
 #include "selection/view_depth.h"
+#include "session/photo_paint.h"
+#include "session/view_mask.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -38,14 +40,53 @@ QString StageText(const QString& stage) {
 }
 
 // The selection as it stands in a view: painted there, projected there, or seen from there.
-Mask MaskOf(const RegionSelection& selection, const SelectionEntry& entry, EditSession& session) {
-  const std::string name = entry.view.toStdString();
-  for (const PaintedView& view : selection.source.painted) {
-    if (!name.empty() && view.name == name) return view.mask;
+Mask MaskOnView(const RegionSelection& selection, const PaintedView& view, EditSession& session) {
+  for (const PaintedView& painted : selection.source.painted) {
+    const auto names = PaintedNames(session.workspace(), painted);
+    const auto at = std::find(names.begin(), names.end(), view.name);
+    if (view.name.empty() || at == names.end()) continue;
+    return OnViews(session.workspace(), painted)[size_t(at - names.begin())].mask;
   }
-  const auto found = selection.masks.find(name);
+  const auto found = selection.masks.find(view.name);
   if (found != selection.masks.end()) return found->second;
-  return session.SelectionSeenFrom(selection, entry.camera);
+  return session.SelectionSeenFrom(selection, view.camera);
+}
+
+// And in the pixels that one paints in.
+Mask MaskOf(const RegionSelection& selection, const PaintedView& paper, EditSession& session) {
+  for (const PaintedView& painted : selection.source.painted) {
+    if (IsOnPhoto(paper) && IsOnPhoto(painted) && painted.name == paper.name) return painted.mask;
+  }
+  std::vector<Mask> on_views;
+  for (const PaintedView& view : OnViews(session.workspace(), paper)) {
+    on_views.push_back(MaskOnView(selection, view, session));
+  }
+  return FromViews(session.workspace(), paper, std::move(on_views));
+}
+
+ViewLayers LayersOf(const PaintedView& paper, const std::vector<float>& sh, EditSession& session) {
+  if (IsOnPhoto(paper)) {
+    const Pictures pictures = session.pictures();
+    return LayersOf(session, pictures.RequireOne(paper.name), sh);
+  }
+  session.ShowSh(sh);
+  ViewLayers layers;
+  layers.camera = paper.camera;
+  layers.color = session.renderer().Render(paper.camera).rgb;
+  const Reconstruction& reconstruction = session.reconstruction();
+  layers.depth = SurfaceDepth(session.renderer(), paper.camera, reconstruction.FindView(paper.name),
+                              reconstruction);
+  return layers;
+}
+
+// Of the view of that name, in pixels; 0 where that is not known.
+int WidthOf(const RegionSelection& selection, const std::string& view) {
+  const auto mask = selection.masks.find(view);
+  if (mask != selection.masks.end()) return mask->second.width;
+  for (const PaintedView& painted : selection.source.painted) {
+    if (painted.name == view) return painted.mask.width;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -58,12 +99,14 @@ std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
   // Wider than a mask's test: the points' depth was measured, the scene's is the Gaussians'.
   cloud->depth_tolerance = 0.05;
   // One a cell of the painted view, so that the color below shows between them.
-  const auto& painted = selection.source.painted;
+  std::vector<int> cells;
+  for (const std::string& source : selection.source.cloud.sources) {
+    cells.push_back(std::max(1, WidthOf(selection, source) / kCloudCells));
+  }
   std::set<std::array<int, 3>> taken;
   std::vector<Eigen::Vector3f> kept;
   for (const SelectionPoint& point : points) {
-    const int width = point.source < painted.size() ? painted[point.source].mask.width : 0;
-    const int cell = std::max(1, width / kCloudCells);
+    const int cell = point.source < cells.size() ? cells[point.source] : 1;
     const std::array<int, 3> at = {point.source, point.x / cell, point.y / cell};
     if (cell == 1 || taken.insert(at).second) kept.push_back(point.position);
   }
@@ -197,17 +240,12 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
   return controller_->Run(
       {},
       [frozen, sh, entry = entry_](EditSession& session, Monitor&) {
-        session.ShowSh(sh ? *sh : session.original().sh);
-        frozen->layers.camera = entry.camera;
-        frozen->layers.color = session.renderer().Render(entry.camera).rgb;
+        PaintedView paper{entry.view.toStdString(), entry.camera,
+                          Mask(entry.camera.camera.width, entry.camera.camera.height)};
+        frozen->layers = LayersOf(paper, sh ? *sh : session.original().sh, session);
         frozen->image = ToQImage(frozen->layers.color);
-        const Reconstruction& reconstruction = session.reconstruction();
-        frozen->layers.depth =
-            SurfaceDepth(session.renderer(), entry.camera,
-                         reconstruction.FindView(entry.view.toStdString()), reconstruction);
-        frozen->mask = frozen->selection
-                           ? MaskOf(*frozen->selection, entry, session)
-                           : Mask(entry.camera.camera.width, entry.camera.camera.height);
+        frozen->mask =
+            frozen->selection ? MaskOf(*frozen->selection, paper, session) : std::move(paper.mask);
       },
       [this, frozen, visit] {
         if (visit == visit_ && state_ == State::kRendering) ShowFrozen(frozen);

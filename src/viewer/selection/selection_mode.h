@@ -31,8 +31,8 @@ std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
 
 // Where selection mode is entered.
 struct SelectionEntry {
-  QString view;         // a workspace view's name; empty: `camera` stands freely
-  PosedCamera camera;   // pinhole, of the picture's size
+  QString view;  // of a view or a distorted photo of the workspace; empty: `camera` stands freely
+  PosedCamera camera;   // in whose pixels one paints: the view's, the photo's, or any pinhole
   RegionId region = 0;  // the region that the round extends and erases; 0: a new one
   QImage picture;       // shown until the sharp view has been rendered; may be null
 };

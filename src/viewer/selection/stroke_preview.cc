@@ -7,6 +7,7 @@
 
 #include "base/stopwatch.h"
 #include "selection/paint_shares.h"
+#include "session/photo_paint.h"
 #include "viewer/photo_loader.h"
 #include "viewer/post.h"
 #include "viewer/selection/selection_mode.h"
@@ -44,8 +45,7 @@ QImage Overlay(const Mask& mask, const QColor& color) {
 
 // One answer of the worker's, as it comes to be.
 struct StrokePreview::Round {
-  PosedCamera camera;
-  Mask paint;
+  PaintedView paint;
   std::shared_ptr<const RegionSelection> base;
   std::vector<std::string> views;
   QColor color;
@@ -87,8 +87,7 @@ void StrokePreview::Ask() {
   std::rotate(round->views.begin(), round->views.begin() + std::ptrdiff_t(first_),
               round->views.end());
   const SelectionEntry& entry = mode_->entry();
-  round->camera = entry.camera;
-  round->paint = mode_->canvas().editor().mask();
+  round->paint = {entry.view.toStdString(), entry.camera, mode_->canvas().editor().mask()};
   const Region* region = entry.region ? controller_->regions().Find(entry.region) : nullptr;
   if (region) round->base = region->selection;
   round->color = mode_->canvas().overlay_color();
@@ -104,21 +103,23 @@ void StrokePreview::Take(const std::shared_ptr<Round>& round) {
       [this, facts, round](EditSession& session, Monitor&) {
         const Stopwatch clock;
         try {
-          const std::span<const float> base =
+          std::span<const float> base =
               round->base ? std::span<const float>(round->base->shares) : std::span<const float>();
-          const std::vector<float> shares =
-              PaintShares(session.renderer(), round->camera, round->paint, base);
+          std::vector<float> shares;
+          for (const PaintedView& paint : OnViews(session.workspace(), round->paint)) {
+            shares = PaintShares(session.renderer(), paint.camera, paint.mask, base);
+            base = shares;
+          }
           for (const std::string& name : round->views) {
             if (clock.Milliseconds() > kRoundMs && round->shown > 0) break;
             ++round->shown;
             const View* view = facts->workspace->reconstruction.FindView(name);
             if (!view) continue;
-            const PosedCamera camera = facts->Posed(*view);
-            const double side = std::max(camera.camera.width, camera.camera.height);
+            const SmallView small = SmallViewOf(*facts, *view);
             const Mask mask =
-                RenderShares(session.renderer(), Scaled(camera, PhotoLoader::kThumbnailSide / side),
-                             shares, ProjectorOptions());
-            const QImage overlay = Overlay(mask, round->color);
+                RenderShares(session.renderer(), small.camera, shares, ProjectorOptions());
+            const QImage overlay =
+                Overlay(small.lens ? small.lens->Bent(mask) : mask, round->color);
             Post(this, [this, facts, name, overlay] {
               if (any_ && facts == controller_->facts()) {
                 Q_EMIT shown(QString::fromStdString(name), overlay);

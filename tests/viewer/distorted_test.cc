@@ -1,0 +1,498 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Scenes of distorted cameras in the real window: one looks at and paints on the photos as they
+// are.
+#include <cmath>
+
+#include <QToolButton>
+
+#include "colmap_io/image_io.h"
+#include "scene/photo_rays.h"
+#include "session/photo_paint.h"
+#include "session/session_file.h"
+#include "tests/viewer/viewer_scene.h"
+#include "viewer/panels/mask_view.h"
+#include "viewer/selection/stroke_preview.h"
+#include "viewer/view_editor.h"
+
+namespace retint {
+
+class DistortedTest : public ViewerTest {
+  Q_OBJECT
+
+ private:
+  ViewerScene::Subject subject_;
+
+  SelectionMode& selection() { return window_->selection(); }
+  SelectionCanvas& paper() { return selection().canvas(); }
+  const SyntheticView& Photo(const std::string& name) const {
+    return *std::ranges::find(scene_->scene().views, name, &SyntheticView::name);
+  }
+  Mask Truth(const std::string& view) { return scene_->Masks(subject_.object).at(view); }
+  const UserPicture& Picture(const Pictures& pictures, const std::string& name) {
+    return *pictures.Require(name).front();
+  }
+  std::shared_ptr<const RegionSelection> Selection() {
+    const Region* region = controller().regions().Find(window_->current_region());
+    return region ? region->selection : nullptr;
+  }
+
+  // A scene through a lens, in a window that stands at the subject's first view.
+  bool Open(const std::string& lens) {
+    MakeScene(200, 150, 6, lens);
+    subject_ = scene_->MostVisible();
+    if (subject_.object == 0 || !ShowScene()) return false;
+    SelectOptions select;
+    select.method = "gaussian";  // quick; stereo has tests of its own
+    selection().SetSelectOptions(select);
+    const auto& views = controller().facts()->views;
+    const auto first = std::ranges::find_if(
+        views, [&](const View* view) { return view->name.starts_with(subject_.first); });
+    return first != views.end() && canvas().GoTo((*first)->name) && WaitSharp(*window_);
+  }
+  bool EnterPainting() {
+    PressKey(*window_, Qt::Key_Return);
+    return WaitPainting(*window_);
+  }
+  bool EnterExtending() {
+    QTest::mouseClick(window_->findChild<QToolButton*>("region_extend"), Qt::LeftButton);
+    return WaitPainting(*window_);
+  }
+  bool Accept() {
+    QTest::keyClick(&paper(), Qt::Key_Return);
+    return QTest::qWaitFor([&] { return !window_->IsSelecting(); }, kWaitMs) &&
+           window_->current_region() != 0 && WaitSharp(*window_);
+  }
+  QPoint OnPaper(double x, double y) {
+    const Eigen::Vector2d at = paper().transform().ToWidget({x, y});
+    return {int(std::lround(at.x())), int(std::lround(at.y()))};
+  }
+  // Of the pixels inside a mask.
+  static Eigen::Vector2d Middle(const Mask& mask) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double count = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        if (mask(x, y) >= 128) sum += Eigen::Vector2d(x + 0.5, y + 0.5), ++count;
+      }
+    }
+    return sum / std::max(1.0, count);
+  }
+
+  // The pixel of an object of the table that lies deepest inside of it.
+  Eigen::Vector2i Deepest(const std::string& view) {
+    Eigen::Vector2i deepest(0, 0);
+    int most = -1;
+    for (const int object : scene_->scene().still_life) {
+      const Mask mask = scene_->Masks(object).at(view);
+      for (int y = 0; y < mask.height; ++y) {
+        for (int x = 0; x < mask.width; ++x) {
+          int reach = -1;
+          const auto inside = [&](int i, int j) { return mask.Contains(i, j) && mask(i, j) > 0; };
+          for (int r = 0;
+               inside(x - r, y) && inside(x + r, y) && inside(x, y - r) && inside(x, y + r); ++r) {
+            reach = r;
+          }
+          if (reach > most) most = reach, deepest = {x, y};
+        }
+      }
+    }
+    return deepest;
+  }
+
+  // Runs on the worker until it is done.
+  bool Do(SceneController::Work work) {
+    bool done = false;
+    if (!controller().Run({}, std::move(work), [&] { done = true; })) return false;
+    return QTest::qWaitFor([&] { return done; }, kWaitMs);
+  }
+
+  // Over the photos in which the object takes at least a hundred pixels, in their own pixels.
+  double MeanIou() {
+    const auto facts = controller().facts();
+    const Pictures pictures(*facts->workspace, Pixels::kPhoto);
+    const auto masks = pictures.FromViews(Selection()->masks);
+    double sum = 0;
+    int count = 0;
+    for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
+      if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
+      sum += Iou(masks.at(name), truth);
+      ++count;
+    }
+    return sum / std::max(1, count);
+  }
+
+  void WhatTheCommandLineFinds(const Mask& painted) {
+    const std::filesystem::path brush = scene_->folder() / "brush.png";
+    WritePng(brush, painted);
+    std::map<std::string, Mask> masks;
+    QVERIFY(Do([&](EditSession& session, Monitor& monitor) {
+      const auto on_views = session.ReadBrush(subject_.first, brush);
+      const SelectionResult selected =
+          session.selection().Select(on_views, selection().select_options(), monitor);
+      masks = session.selection()
+                  .Project(selected.cloud, on_views, selection().projector_options(), monitor)
+                  .masks;
+    }));
+    QCOMPARE(Selection()->masks.size(), masks.size());
+    for (const auto& [name, mask] : masks) QVERIFY(Selection()->masks.at(name).data == mask.data);
+  }
+
+  // Written, and opened again.
+  OpenedSession RoundTrip(const std::string& name) {
+    const std::filesystem::path folder = scene_->folder() / name;
+    Do([&](EditSession& session, Monitor& monitor) {
+      SessionWriter(folder).Write(TakeSnapshot(session), monitor);
+    });
+    SessionOptions options;
+    options.backend = BackendName();
+    Monitor monitor;
+    return OpenSession(folder, options, monitor);
+  }
+
+ private Q_SLOTS:
+  void cleanup() {
+    window_.reset();
+    scene_.reset();
+  }
+
+  void TheCanvasShowsThePhotosPixels_data() {
+    QTest::addColumn<QString>("lens");
+    for (const char* lens : {"SIMPLE_RADIAL", "OPENCV", "OPENCV_FISHEYE"}) {
+      QTest::newRow(lens) << lens;
+    }
+  }
+  void TheCanvasShowsThePhotosPixels() {
+    QFETCH(QString, lens);
+    QVERIFY(Open(lens.toStdString()));
+    Keep(*window_, qPrintable("distorted-canvas-" + lens));
+    const QImage render = canvas().frame()->image;
+    const Image& truth = Photo(subject_.first).photo;
+    const QImage photo =
+        ToQImage(truth).scaled(render.size(), Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
+    QCOMPARE(canvas().ImageRect(canvas().navigation().Rendered()).size().toSize(), render.size());
+    // Next to what the same render is without the lens.
+    const auto facts = controller().facts();
+    const PosedCamera flat = facts->Posed(*canvas().navigation().view());
+    Renderer renderer(facts->backend, *facts->original, {});
+    const QImage pinhole =
+        ToQImage(renderer.Render(flat).rgb)
+            .scaled(render.size(), Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
+    const double bent = Difference(render, photo), straight = Difference(pinhole, photo);
+    QVERIFY2(bent < 0.6 * straight, qPrintable(QString("%1 %2").arg(bent).arg(straight)));
+
+    // P shows the photo as it is, and the eyedropper takes its colors.
+    QTest::keyPress(&canvas(), Qt::Key_P);
+    QTRY_VERIFY_WITH_TIMEOUT(canvas().showing_photo(), kWaitMs);
+    const QRectF rect = canvas().ImageRect(canvas().navigation().Rendered());
+    const Eigen::Vector2d middle = Middle(Truth(subject_.first));
+    const QPointF at(rect.left() + middle.x() / truth.width * rect.width(),
+                     rect.top() + middle.y() / truth.height * rect.height());
+    canvas().SetPicking(true);
+    QSignalSpy picked(&canvas(), &Canvas::picked);
+    QTest::mouseClick(&canvas(), Qt::LeftButton, Qt::NoModifier, at.toPoint());
+    QCOMPARE(picked.count(), 1);
+    const int x = int((at.toPoint().x() - rect.left()) / rect.width() * truth.width);
+    const int y = int((at.toPoint().y() - rect.top()) / rect.height() * truth.height);
+    const QRgb expected = ToQImage(truth).pixel(x, y);
+    QVERIFY(Apart(picked.at(0).at(0).value<QColor>().rgb(), expected) <= 1);
+    QTest::keyRelease(&canvas(), Qt::Key_P);
+
+    // Orbiting leaves the photo's pixels, and coming back finds them again.
+    Drag(Qt::LeftButton, {40, 0});
+    QVERIFY(!canvas().navigation().view());
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(canvas().frame()->camera.camera.IsPinhole());
+    QVERIFY(canvas().GoTo(subject_.first));
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(Difference(canvas().frame()->image, render) < 0.01);
+  }
+
+  void ADiscLiesWhereItWasPainted() {
+    QVERIFY(Open("OPENCV"));
+    QVERIFY(EnterPainting());
+    const Image& photo = Photo(subject_.first).photo;
+    QCOMPARE(paper().editor().mask().width, photo.width);
+    QCOMPARE(paper().editor().mask().height, photo.height);
+    paper().SetBrush({9, 1});
+    // In a corner, where the lens moves most.
+    QTest::mouseClick(&paper(), Qt::LeftButton, Qt::NoModifier, OnPaper(22, 130));
+    const Mask disc = paper().editor().mask();
+    QVERIFY((Middle(disc) - Eigen::Vector2d(22, 130)).norm() < 1);
+    const auto pixels = double(paper().editor().CountInside());
+    QVERIFY2(std::abs(pixels - M_PI * 81) < 25, qPrintable(QString::number(pixels)));
+    QTest::keyClick(&paper(), Qt::Key_Z, Qt::ControlModifier);
+    QVERIFY(!paper().editor().AnyInside());
+    QTest::keyClick(&paper(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+    QVERIFY(paper().editor().mask().data == disc.data);
+  }
+
+  void PaintIsKeptAndSelectsAsTheCommandLineDoes_data() {
+    QTest::addColumn<QString>("lens");
+    QTest::addColumn<double>("least_iou");
+    // Measured: ...
+    QTest::newRow("OPENCV") << "OPENCV" << 0.6;
+    QTest::newRow("OPENCV_FISHEYE") << "OPENCV_FISHEYE" << 0.6;
+    QTest::newRow("EQUIRECTANGULAR") << "EQUIRECTANGULAR" << 0.5;
+  }
+  void PaintIsKeptAndSelectsAsTheCommandLineDoes() {
+    QFETCH(QString, lens);
+    QFETCH(double, least_iou);
+    QVERIFY(Open(lens.toStdString()));
+    QVERIFY(EnterPainting());
+    const Image& photo = Photo(subject_.first).photo;
+    QCOMPARE(paper().editor().mask().width, photo.width);
+    PaintFinely(paper(), Truth(subject_.first));
+    const Mask painted = paper().editor().mask();
+    const double drawn = Iou(painted, Truth(subject_.first));
+    // The strokes follow whole pixels of the window, in which a spherical photo is small.
+    QVERIFY2(drawn > 0.6, qPrintable(QString::number(drawn)));
+    Keep(*window_, qPrintable("distorted-paint-" + lens));
+    QVERIFY(Accept());
+    Keep(*window_, qPrintable("distorted-accepted-" + lens));
+    const auto& source = Selection()->source;
+    QCOMPARE(source.painted.size(), size_t{1});
+    QCOMPARE(source.painted[0].name, subject_.first);
+    QVERIFY(source.painted[0].mask.data == painted.data);
+    QVERIFY(IsOnPhoto(source.painted[0]));
+    qInfo("mean IoU %.3f", MeanIou());
+    QVERIFY2(MeanIou() > least_iou, qPrintable(QString::number(MeanIou())));
+    WhatTheCommandLineFinds(painted);
+
+    // The session file keeps the paint as it is.
+    const OpenedSession opened = RoundTrip("session.retint");
+    const auto& read = opened.session->regions().regions.front().selection->source;
+    QCOMPARE(read.painted.size(), size_t{1});
+    QVERIFY(read.painted[0].mask.data == painted.data);
+    QVERIFY(read.painted[0].camera.camera == source.painted[0].camera.camera);
+    QVERIFY(read.painted[0].camera.cam_from_world.translation ==
+            source.painted[0].camera.cam_from_world.translation);
+    Monitor monitor;
+    const auto again = opened.session->selection().Project(
+        read.cloud, read.painted, selection().projector_options(), monitor);
+    for (const auto& [name, mask] : again.masks) {
+      QVERIFY(mask.data == Selection()->masks.at(name).data);
+    }
+
+    // Who comes back sees it.
+    QVERIFY(EnterExtending());
+    QVERIFY(paper().editor().mask().data == painted.data);
+    QTest::keyClick(&paper(), Qt::Key_Escape);
+    QTRY_VERIFY(!window_->IsSelecting());
+  }
+
+  void ALaterRoundChangesTheEarlierPaint() {
+    QVERIFY(Open("SIMPLE_RADIAL"));
+    QVERIFY(EnterPainting());
+    PaintFinely(paper(), Truth(subject_.first));
+    QVERIFY(Accept());
+    const Mask painted = Selection()->source.painted[0].mask;
+    QVERIFY(canvas().GoTo(subject_.second));
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(EnterExtending());
+    QVERIFY(Iou(paper().editor().mask(), Truth(subject_.second)) > 0.5);
+    // All that lies left of its middle goes.
+    Mask left = Truth(subject_.second);
+    const double middle = Middle(left).x();
+    for (int y = 0; y < left.height; ++y) {
+      for (int x = int(middle); x < left.width; ++x) left(x, y) = 0;
+    }
+    PaintFinely(paper(), left, Qt::ControlModifier);
+    QVERIFY(Accept());
+    QCOMPARE(Selection()->source.painted.size(), size_t{2});
+    const Mask& after = Selection()->source.painted[0].mask;
+    QCOMPARE(after.width, painted.width);
+    double kept = 0, before = 0;
+    for (size_t i = 0; i < after.data.size(); ++i) {
+      before += painted.data[i] >= 128;
+      kept += painted.data[i] >= 128 && after.data[i] >= 128;
+    }
+    QVERIFY2(kept < 0.8 * before && kept > 0.2 * before,
+             qPrintable(QString::number(kept / before)));
+    controller().Undo();
+    QTRY_VERIFY_WITH_TIMEOUT(Selection()->source.painted.size() == 1, kWaitMs);
+    QVERIFY(Selection()->source.painted[0].mask.data == painted.data);
+  }
+
+  // What earlier programs saved: paint in the pixels of the pinhole view.
+  void PaintOnThePinholeViewStillOpens() {
+    QVERIFY(Open("OPENCV"));
+    const std::string name = subject_.first;
+    const Mask truth = Truth(name);
+    QVERIFY(Do([&](EditSession& session, Monitor& monitor) {
+      const View& view = session.workspace().RequireView(name);
+      PaintRound round;
+      round.view = {name, session.reconstruction().Posed(view),
+                    session.workspace().photo_pixels->ToView(view.id, truth)};
+      RegionSelection selected =
+          session.SelectRound(nullptr, std::move(round), selection().select_options(), {}, monitor);
+      session.AddRegion("old", std::move(selected.masks), std::move(selected.shares), {}, monitor,
+                        std::move(selected.source));
+    }));
+    const OpenedSession opened = RoundTrip("old.retint");
+    const auto& painted = opened.session->regions().regions.front().selection->source.painted;
+    QCOMPARE(painted.size(), size_t{1});
+    QVERIFY(!IsOnPhoto(painted[0]));
+    QVERIFY(painted[0].mask.width != truth.width);
+    // And is painted on in the photo's pixels.
+    const RegionId id = controller().regions().regions.front().id;
+    window_->SetCurrentRegion(id);
+    QVERIFY(EnterExtending());
+    QCOMPARE(selection().entry().region, id);
+    QVERIFY(Iou(paper().editor().mask(), truth) > 0.9);
+    PaintFinely(paper(), Truth(name));
+    QVERIFY(Accept());
+    QCOMPARE(Selection()->source.painted.size(), size_t{1});
+    QVERIFY(IsOnPhoto(Selection()->source.painted[0]));
+  }
+
+  // A sphere's pixels follow from the exact depth of every photo pixel and the lens's rays.
+  void ToolsWorkOnThePhoto() {
+    QVERIFY(Open("OPENCV_FISHEYE"));
+    const auto facts = controller().facts();
+    const View& view = *canvas().navigation().view();
+    const DistortedPhoto& photo = *facts->PhotoOf(view);
+    const PosedCamera camera = PosedPhoto(*facts->workspace, photo);
+    const auto rays = PhotoRays(*photo.lens);
+    const SyntheticView& truth = Photo(subject_.first);
+    const auto point = [&](int x, int y) -> Eigen::Vector3d {
+      return camera.cam_from_world.Inverse() *
+             (double(truth.depth(x, y)) * Eigen::Vector3f(&rays(x, y)).cast<double>());
+    };
+    const Eigen::Vector2i middle = Deepest(subject_.first);
+    const int x = middle.x(), y = middle.y();
+    QVERIFY(EnterPainting());
+    const auto found = [&] {
+      return QTest::qWaitFor([&] { return !paper().IsFinding(); }, kWaitMs) &&
+             paper().editor().AnyInside();
+    };
+    paper().SetTool(SelectionTool::kSphere);
+    DragAlong(&paper(),
+              {OnPaper(x + 0.5, y + 0.5), OnPaper(x + 10.5, y + 0.5), OnPaper(x + 20.5, y + 0.5)});
+    QVERIFY(found());
+    const Eigen::Vector3f a(&rays(x, y)), b(&rays(x + 20, y));
+    const double radius = double(truth.depth(x, y) * (b - a).norm());
+    Mask expected(truth.depth.width, truth.depth.height);
+    for (int j = 0; j < expected.height; ++j) {
+      for (int i = 0; i < expected.width; ++i) {
+        const bool inside = truth.depth(i, j) > 0 && (point(i, j) - point(x, y)).norm() <= radius;
+        expected(i, j) = inside ? 255 : 0;
+      }
+    }
+    const double iou = Iou(paper().editor().mask(), expected);
+    QVERIFY2(iou > 0.75, qPrintable(QString::number(iou)));
+
+    for (const SelectionTool tool : {SelectionTool::kWand, SelectionTool::kLike}) {
+      paper().SelectNone();
+      paper().SetTool(tool);
+      QTest::mouseClick(&paper(), Qt::LeftButton, Qt::NoModifier, OnPaper(x + 0.5, y + 0.5));
+      QVERIFY(found());
+      QVERIFY(paper().editor().mask()(x, y) >= 128);
+    }
+    paper().SelectNone();
+    paper().SetTool(SelectionTool::kScribble);
+    DragAlong(&paper(), {OnPaper(x - 4, y), OnPaper(x, y + 2), OnPaper(x + 5, y)});
+    QVERIFY(found());
+    QVERIFY(paper().editor().mask()(x, y) >= 128);
+    paper().RefineBorder();
+    QVERIFY(found());
+  }
+
+  // What another program gets has the photo's pixels, and so has what it saves.
+  void AViewIsEditedElsewhereAsItsPhoto_data() {
+    QTest::addColumn<QString>("lens");
+    QTest::addColumn<int>("views");  // that show a photo
+    QTest::newRow("SIMPLE_RADIAL") << "SIMPLE_RADIAL" << 1;
+    QTest::newRow("EQUIRECTANGULAR") << "EQUIRECTANGULAR" << 6;
+  }
+  void AViewIsEditedElsewhereAsItsPhoto() {
+    QFETCH(QString, lens);
+    QFETCH(int, views);
+    QVERIFY(Open(lens.toStdString()));
+    const Pictures pictures(*controller().facts()->workspace, Pixels::kPhoto);
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("plant", pictures.ToViews(scene_->Masks(subject_.object)), {});
+    QVERIFY(added.count() > 0 || added.wait(kWaitMs));
+    const auto id = added.at(0).at(0).value<RegionId>();
+    QString opened;
+    auto* editor = window_->findChild<ViewEditor*>();
+    editor->SetOpener([&](const QString& path) {
+      opened = path;
+      return true;
+    });
+    editor->Start(id, canvas().navigation().view()->name, TargetKind::kRender);
+    QTRY_VERIFY_WITH_TIMEOUT(!opened.isEmpty(), kWaitMs);
+    const QImage written(opened);
+    const Image& photo = Photo(subject_.first).photo;
+    QCOMPARE(written.size(), QSize(photo.width, photo.height));
+    const auto save = [&](const QImage& picture) {
+      QVERIFY(picture.save(opened + ".new", "PNG"));
+      std::filesystem::rename((opened + ".new").toStdString(), opened.toStdString());
+    };
+    const auto edit = [&] { return controller().regions().Find(id)->edit; };
+    QSignalSpy taken(editor, &ViewEditor::taken);
+    for (const QImage& picture : {written.rgbSwapped(), written.mirrored(true, false)}) {
+      const int before = int(taken.count());
+      save(picture);
+      QTRY_COMPARE_WITH_TIMEOUT(taken.count(), before + 1, kWaitMs);
+      QTRY_VERIFY_WITH_TIMEOUT(!edit().NeedsMainColor(), kWaitMs);
+      QCOMPARE(edit().operations.size(), size_t{1});
+      // Of the views that show the photo, those in which the region shows.
+      const auto& compared = edit().operations[0].picture->pictures;
+      QVERIFY(!compared.empty() && compared.size() <= size_t(views));
+      for (const EditedPicture& one : compared) QVERIFY(one.view.starts_with(subject_.first));
+    }
+  }
+
+  // Small pictures show the photos as they are, and so what is painted meanwhile and selected.
+  void OverlaysLieOnThePhotos() {
+    QVERIFY(Open("OPENCV"));
+    std::map<std::string, QImage> overlays;
+    auto* preview = window_->findChild<StrokePreview*>();
+    connect(preview, &StrokePreview::shown, this, [&](const QString& view, const QImage& overlay) {
+      overlays[view.toStdString()] = overlay;
+    });
+    QVERIFY(EnterPainting());
+    PaintFinely(paper(), Truth(subject_.first));
+    QTRY_VERIFY_WITH_TIMEOUT(!preview->IsBusy() && overlays.contains(subject_.first), kWaitMs);
+    const auto mask_of = [](const QImage& image, int width, int height) {
+      Mask mask(width, height);
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const QRgb pixel = image.pixel(x * image.width() / width, y * image.height() / height);
+          mask(x, y) = qAlpha(pixel) > 0 ? 255 : 0;
+        }
+      }
+      return mask;
+    };
+    const QImage overlay = overlays.at(subject_.first);
+    QCOMPARE(overlay.width(), 160);  // PhotoLoader::kThumbnailSide
+    const Mask truth = Truth(subject_.first);
+    QVERIFY(Iou(mask_of(overlay, truth.width, truth.height), truth) > 0.6);
+    QVERIFY(Accept());
+
+    auto* mask_view = window_->findChild<MaskView*>("mask_view");
+    mask_view->SetShown(true);
+    const QRectF rect = canvas().ImageRect(canvas().navigation().Rendered());
+    QTRY_VERIFY_WITH_TIMEOUT(mask_view->IsReady(), kWaitMs);
+    canvas().SetCloudShown(false);
+    QVERIFY(WaitSharp(*window_));
+    const QImage covered = canvas().grab().toImage();
+    mask_view->SetShown(false);
+    const QImage plain = canvas().grab().toImage();
+    Mask changed(truth.width, truth.height);
+    for (int y = 0; y < truth.height; ++y) {
+      for (int x = 0; x < truth.width; ++x) {
+        const QPoint at(int(rect.left() + (x + 0.5) / truth.width * rect.width()),
+                        int(rect.top() + (y + 0.5) / truth.height * rect.height()));
+        if (covered.pixel(at) != plain.pixel(at)) changed(x, y) = 255;
+      }
+    }
+    QVERIFY2(Iou(changed, truth) > 0.7, qPrintable(QString::number(Iou(changed, truth))));
+  }
+};
+
+}  // namespace retint
+
+using retint::DistortedTest;
+QTEST_MAIN(DistortedTest)
+#include "distorted_test.moc"
