@@ -86,6 +86,9 @@ void Canvas::OnScene() {
   renderer_->SetScene(facts);
   if (facts) {
     navigation_.SetScene(facts->workspace->reconstruction);
+    if (!facts->views.empty()) {
+      navigation_.SetHome(*facts->views.front(), facts->Shown(*facts->views.front()));
+    }
     double sum = 0;
     for (const View* view : facts->views) {
       sum += (view->cam_from_world.OriginInSource() - navigation_.center()).norm();

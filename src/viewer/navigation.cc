@@ -88,11 +88,13 @@ void Navigation::SetScene(const Reconstruction& reconstruction) {
   }
   if (!(radius_ > 0)) radius_ = 1;
   home_ = view_ = nullptr;
-  if (!views.empty()) {
-    GoTo(*views.front(), reconstruction.Posed(*views.front()));
-    home_ = view_;
-    home_posed_ = posed_;
-  }
+  if (!views.empty()) SetHome(*views.front(), reconstruction.Posed(*views.front()));
+}
+
+void Navigation::SetHome(const View& view, const PosedCamera& posed) {
+  GoTo(view, posed);
+  home_ = &view;
+  home_posed_ = posed;
 }
 
 void Navigation::SetViewport(int width, int height) {

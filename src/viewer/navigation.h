@@ -15,6 +15,8 @@ class Navigation {
   // Up is square to the views' right axes, since people hold cameras level more often than they
   // hold them straight ahead; where those leave it open, it is nearest to the views' own.
   void SetScene(const Reconstruction& reconstruction);
+  // Where the exploration starts, and what Reset() goes back to.
+  void SetHome(const View& view, const PosedCamera& posed);
   void SetViewport(int width, int height);  // pixels that are rendered
 
   // What is to be shown. A view: its exact pose and intrinsics, distorted where it was given so,
@@ -39,7 +41,7 @@ class Navigation {
   void SetFocus(const Eigen::Vector3d& focus);  // the camera turns to it
   void SetPivot(const Eigen::Vector3d& focus);  // the camera stays
   void Frame(const Eigen::Vector3d& center, double radius);
-  void Reset();  // to the pose SetScene() began with
+  void Reset();
 
   const Eigen::Vector3d& focus() const { return focus_; }
   const Eigen::Vector3d& up() const { return up_; }

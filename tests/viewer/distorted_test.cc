@@ -41,6 +41,9 @@ class DistortedTest : public ViewerTest {
     MakeScene(200, 150, 6, lens);
     subject_ = scene_->MostVisible();
     if (subject_.object == 0 || !ShowScene()) return false;
+    const View& home = *canvas().navigation().view();
+    const auto shown = controller().facts()->Shown(home).camera;
+    if (canvas().navigation().Exact().camera != shown) return false;
     SelectOptions select;
     select.method = "gaussian";  // quick; stereo has tests of its own
     selection().SetSelectOptions(select);
@@ -205,6 +208,8 @@ class DistortedTest : public ViewerTest {
     QVERIFY(canvas().GoTo(subject_.first));
     QVERIFY(WaitSharp(*window_));
     QVERIFY(Difference(canvas().frame()->image, render) < 0.01);
+    canvas().ResetCamera();
+    QVERIFY(!canvas().navigation().Rendered().camera.IsPinhole());
   }
 
   void ADiscLiesWhereItWasPainted() {
