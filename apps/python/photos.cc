@@ -50,8 +50,8 @@ std::vector<PaintedView> PaintPhoto(PySession& self, const std::string& name,
                                     const py::object& mask) {
   const UserPicture photo = RequirePhoto(self, name);
   const Mask paint = ToMask(mask, photo.width, photo.height);
-  return WithPhotos(self, [&](EditSession& session, const Pictures&) {
-    return session.Brush(photo, paint, name);
+  return WithPhotos(self, [&](EditSession&, const Pictures& pictures) {
+    return pictures.Brush(photo, paint, name);
   });
 }
 

@@ -167,9 +167,13 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
   SessionOptions options = OptionsOf(scene, holdout, run);
   options.cache_bytes = limits.Cache(options.cache_bytes);
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
-  JoinRanks(*session, run);
-  DescribeSession(*session, options.backend, run);
+  StartSession(*session, run);
   return session;
+}
+
+void StartSession(EditSession& session, Run& run) {
+  JoinRanks(session, run);
+  DescribeSession(session, run.globals().backend, run);
 }
 
 void DescribeSession(const EditSession& session, const std::string& backend, Run& run) {
@@ -192,7 +196,7 @@ void AddPaint(CLI::App* verb, PaintArguments& paint, bool required) {
       ->type_name("FILE");
 }
 
-std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSession& session) {
+std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& pictures) {
   if (paint.views.size() != paint.masks.size()) {
     throw OptionError("--view and --mask come in pairs, there are " +
                       std::to_string(paint.views.size()) + " and " +
@@ -200,7 +204,7 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSessio
   }
   std::vector<PaintedView> painted;
   for (size_t i = 0; i < paint.views.size(); ++i) {
-    for (PaintedView& view : session.ReadBrush(paint.views[i], paint.masks[i])) {
+    for (PaintedView& view : pictures.ReadBrush(paint.views[i], paint.masks[i])) {
       for (const PaintedView& other : painted) {
         CheckOption(other.name != view.name, "--view " + paint.views[i] + " is given twice");
       }
@@ -210,27 +214,22 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSessio
   return painted;
 }
 
-std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
-                                            const EditSession& session, Run& run) {
-  const Pictures pictures = session.pictures();
-  std::map<std::string, Mask> masks = pictures.ReadMasks(folder);
-  const size_t count = pictures.all().size();
-  if (masks.size() < count) {
-    run.Warn(folder.string() + ": " + std::to_string(count - masks.size()) + " of " +
+MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures,
+                           Run& run) {
+  MaskFolder masks = ReadMaskFolder(folder, pictures);
+  const size_t found = masks.masks.size() + masks.empty.size(), count = pictures.all().size();
+  if (found < count) {
+    run.Warn(folder.string() + ": " + std::to_string(count - found) + " of " +
              std::to_string(count) + " views have no mask and take no part");
   }
-  const bool any = std::any_of(masks.begin(), masks.end(), [](const auto& entry) {
-    return std::any_of(entry.second.data.begin(), entry.second.data.end(),
-                       [](uint8_t value) { return value > 0; });
-  });
-  if (!any) throw InputError(folder, "no mask has a selected pixel");
+  if (masks.masks.empty()) throw InputError(folder, "no mask has a selected pixel");
   return masks;
 }
 
-void WarnOfMissingPhotos(const EditSession& session, Run& run) {
-  const auto& views = session.reconstruction().views;
+void WarnOfMissingPhotos(const Workspace& workspace, Run& run) {
+  const auto& views = workspace.reconstruction.views;
   const auto missing = std::count_if(views.begin(), views.end(), [&](const auto& entry) {
-    return !session.workspace().HasPhoto(entry.second);
+    return !workspace.HasPhoto(entry.second);
   });
   if (missing > 0) {
     run.Warn("--target photo: " + std::to_string(missing) + " of " + std::to_string(views.size()) +

@@ -104,6 +104,8 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
 void JoinRanks(EditSession& session, Run& run);
 // The backend, and what is odd about the workspace.
 void DescribeSession(const EditSession& session, const std::string& backend, Run& run);
+// Both: what OpenSession() does once the scene is there.
+void StartSession(EditSession& session, Run& run);
 
 // --memory-mb and what else says how a splat larger than memory is opened.
 struct LargeArguments {
@@ -117,6 +119,8 @@ void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
 // Null where the splat is opened whole, as OpenSession() does.
 std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
                                       int holdout, size_t region_cache_bytes, Run& run);
+// OptionError where a splat that is opened in parts cannot be written to `output`.
+void CheckOutputOfParts(const std::filesystem::path& output);
 
 // --view and --mask, repeated in pairs.
 struct PaintArguments {
@@ -126,14 +130,12 @@ struct PaintArguments {
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required);
 // Reads the masks and checks them against the pictures that --view names; a picture of several
 // views becomes those that it paints. OptionError when the pairs do not match up.
-std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const EditSession& session);
+std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& pictures);
 
-// <folder>/<picture name>.png of every picture that has one, by its name; Pictures::ToViews() makes
-// them masks of views. Warns of pictures without.
-std::map<std::string, Mask> ReadMasksByName(const std::filesystem::path& folder,
-                                            const EditSession& session, Run& run);
+// <folder>/<picture name>.png of every picture that has one. Warns of pictures without.
+MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures, Run& run);
 // Warns of views without a photo, whose render is taken for it.
-void WarnOfMissingPhotos(const EditSession& session, Run& run);
+void WarnOfMissingPhotos(const Workspace& workspace, Run& run);
 
 // The options of an edit as flags, or those that a verb has of them.
 struct EditArguments {

@@ -67,9 +67,8 @@ double MeanIou(const std::map<std::string, Mask>& masks, const std::map<std::str
 
 std::map<std::string, Mask> ReadViewMasks(const std::filesystem::path& folder,
                                           const EditSession& session, Run& run) {
-  std::map<std::string, Mask> masks = ReadMasksByName(folder, session, run);
   const Pictures pictures = session.pictures();
-  return pictures.AreViews() ? masks : pictures.ToViews(masks);
+  return ReadMasksByName(folder, pictures, run).OfViews(pictures, session.scene().views());
 }
 
 // The true masks as another region of the session, with the same edit.
@@ -95,7 +94,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
   const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, arguments.holdout, run);
-  if (target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
+  if (target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
       "selection", ReadViewMasks(arguments.masks, *session, run), {}, edit, run.monitor());

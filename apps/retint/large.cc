@@ -2,6 +2,7 @@
 // How the verbs open a splat that is larger than memory.
 #include "base/error.h"
 #include "retint/common.h"
+#include "splat_io/splat_io.h"
 
 namespace retint::cli {
 
@@ -50,6 +51,12 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
       std::make_unique<LargeScene>(scene.workspace, scene.splat, session, options, run.monitor());
   if (!opened->index_built().empty()) run.Info("built the index: " + opened->index_built());
   return opened;
+}
+
+void CheckOutputOfParts(const std::filesystem::path& output) {
+  CheckOption(CodecForWriting(output).Name() == "3DGS .ply",
+              "a splat that is opened in parts is written as a patched copy: --output must be a "
+              "3DGS .ply");
 }
 
 }  // namespace retint::cli

@@ -62,9 +62,10 @@ std::string ToJson(const std::vector<PaletteColor>& palette) {
 RegionSelection ReadSelection(const Arguments& arguments, const EditSession& session, Run& run) {
   RegionSelection selection;
   if (arguments.masks.empty()) {
-    selection.source.painted = ReadPaint(arguments.paint, session);
+    selection.source.painted = ReadPaint(arguments.paint, session.pictures());
   } else {
-    selection.masks = session.pictures().ToViews(ReadMasksByName(arguments.masks, session, run));
+    selection.masks = ReadMasksByName(arguments.masks, session.pictures(), run)
+                          .OfViews(session.pictures(), session.scene().views());
   }
   return selection;
 }

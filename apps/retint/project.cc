@@ -15,6 +15,7 @@ struct Arguments {
   SceneArguments scene;
   EditArguments edit;
   PaintArguments paint;
+  LargeArguments large;
   std::filesystem::path cloud, output;
 };
 
@@ -23,22 +24,27 @@ void Project(const Arguments& arguments, Run& run) {
   if (run.Writes()) CheckOutput(arguments.output, /*as_folder=*/true);
   const SelectionCloud cloud = ReadCloud(arguments.cloud);
   if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
-  const auto session = OpenSession(arguments.scene, 0, run);
-  const auto painted = ReadPaint(arguments.paint, *session);
+  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*region_cache_bytes=*/0, run);
+  auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  const Pictures pictures = large ? large->pictures() : session->pictures();
+  const auto painted = ReadPaint(arguments.paint, pictures);
   if (painted.empty() && !cloud.sources.empty() && options.kind == ProjectorKind::kGaussians) {
     run.Warn("without --view and --mask nothing is known of what was painted: masks are rougher");
+  }
+  if (large) {
+    session = large->ForSelection(cloud, painted, {}, options, nullptr, run.monitor());
+    StartSession(*session, run);
   }
   ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
   if (!run.Writes()) return;
   const ShareAmong alone;
-  if (const Pictures pictures = session->pictures(); !pictures.AreViews()) {
-    masks.masks = pictures.FromViews(masks.masks);
-  }
+  if (!pictures.AreViews()) masks.masks = pictures.FromViews(masks.masks);
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
     WriteMasks(folder, masks.masks, run.monitor());
     if (!masks.shares.empty()) {
-      WriteShares(folder, masks.masks, masks.shares, masks.confidence);
+      const auto& part = session->scene().part();
+      WriteShares(folder, masks.masks, masks.shares, masks.confidence, part ? &*part : nullptr);
     }
   });
   staged.Commit();
@@ -47,6 +53,9 @@ void Project(const Arguments& arguments, Run& run) {
   run.Print(fmt::format(
       "wrote {} masks to {}: {} hold a selected pixel, {:.2f} % covered on average",
       masks.masks.size(), arguments.output.string(), coverage.views, 100 * coverage.mean));
+  RunReport report = session->MakeReport();
+  if (large) report.out_of_core = large->Report();
+  PrintParts(report, run);
 }
 
 }  // namespace
@@ -67,6 +76,7 @@ void AddProject(CLI::App& app, Globals& globals, Action& action) {
   AddPaint(verb, arguments->paint, /*required=*/false);
   AddPreset(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);
+  AddLarge(verb, arguments->large, /*selects=*/true);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Project(*arguments, run); }; });
 }

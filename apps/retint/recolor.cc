@@ -85,11 +85,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run);
   PrintFormatError(format, run);
-  if (report.out_of_core) {
-    run.Print(fmt::format("in parts     {} of {} Gaussians, {} of {} views",
-                          report.out_of_core->gaussians, report.gaussians,
-                          report.out_of_core->views, report.views));
-  }
+  PrintParts(report, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
                         session.scene().clock().Total() / 1000, PeakRssMb()));
   for (const auto& path : {arguments.output, arguments.report, arguments.page, arguments.comparison,
@@ -101,7 +97,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
 // What was painted: the masks that were given, else what the edit's pictures changed.
 std::vector<PaintedView> PaintOf(const Arguments& arguments, ColorEdit& edit,
                                  EditSession& session) {
-  std::vector<PaintedView> painted = ReadPaint(arguments.paint, session);
+  std::vector<PaintedView> painted = ReadPaint(arguments.paint, session.pictures());
   const bool none = painted.empty();
   for (ColorOperation& op : edit.operations) {
     if (!op.picture) continue;
@@ -133,16 +129,13 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Color
   const int holdout = arguments.color.holdout;
   *large = OpenLarge(arguments.scene, arguments.large, holdout, region_cache_bytes, run);
   if (!*large) return OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
-  CheckOption(CodecForWriting(arguments.output).Name() == "3DGS .ply",
-              "a splat that is opened in parts is written as a patched copy: --output must be a "
-              "3DGS .ply");
+  CheckOutputOfParts(arguments.output);
   CheckOption(arguments.stages.empty(),
               "--save-stages draws every view of the scene, which is not to be had in parts");
   std::vector<std::string> shown = PicturesOf(edit);
   shown.insert(shown.end(), arguments.paint.views.begin(), arguments.paint.views.end());
   auto session = (*large)->Show(shown, nullptr, run.monitor());
-  JoinRanks(*session, run);
-  DescribeSession(*session, run.globals().backend, run);
+  StartSession(*session, run);
   return session;
 }
 
@@ -169,7 +162,7 @@ void Recolor(const Arguments& arguments, Run& run) {
     for (const PaintedView& view : result.painted) cameras.push_back(view.camera);
     session = large->ForDepth(cameras, options.select, std::move(session), run.monitor());
   }
-  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
+  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
   result.selection = session->selection().Select(result.painted, options.select, run.monitor());
   if (large) {
     session = large->ForSelection(result.selection.cloud, result.painted, PicturesOf(edit),

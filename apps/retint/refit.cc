@@ -17,33 +17,72 @@ struct Arguments {
   SceneArguments scene;
   EditArguments edit;
   ColorArguments color;
+  LargeArguments large;
   std::filesystem::path masks, output, report;
 };
 
+// The scene, or what the masks' views see of a large one, and the masks with their shares.
+struct Masked {
+  std::unique_ptr<LargeScene> large;  // null of others
+  std::unique_ptr<EditSession> session;
+  std::map<std::string, Mask> masks;  // of views
+  std::vector<float> shares;          // [N], or empty: to be computed from the masks
+};
+
+Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
+  Masked opened;
+  const int holdout = arguments.color.holdout;
+  opened.large =
+      OpenLarge(arguments.scene, arguments.large, holdout, job.options.region_cache_bytes, run);
+  if (!opened.large) {
+    opened.session = OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
+  }
+  LargeScene* const large = opened.large.get();
+  if (large) CheckOutputOfParts(arguments.output);
+  const Workspace& workspace = large ? large->workspace() : opened.session->workspace();
+  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(workspace, run);
+  const Pictures pictures = large ? large->pictures() : opened.session->pictures();
+  MaskFolder masks = ReadMasksByName(arguments.masks, pictures, run);
+  std::string why_not;
+  if (large) {
+    const SparseShares shares =
+        ReadSparseShares(arguments.masks, masks.checksum, large->NumGaussians());
+    why_not = shares.why_not;
+    opened.session = large->ForMasks(masks, shares, job.options.active_threshold, run.monitor());
+    if (shares.known) opened.shares = shares.Of(opened.session->scene().part()->records);
+    StartSession(*opened.session, run);
+  } else {
+    SharesOfMasks shares =
+        ReadShares(arguments.masks, masks.checksum, opened.session->original().NumGaussians());
+    why_not = shares.why_not;
+    opened.shares = std::move(shares.shares);
+  }
+  if (!why_not.empty()) run.Warn(why_not);
+  opened.masks = std::move(masks).OfViews(pictures, opened.session->scene().views());
+  return opened;
+}
+
 void Refit(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.color.flags.Resolve();
-  const RefitJob job = Resolve(arguments.edit, run.globals()).refit;
+  RefitJob job = Resolve(arguments.edit, run.globals()).refit;
+  size_t& region_cache_bytes = job.options.region_cache_bytes;
+  region_cache_bytes = arguments.large.Limits().Cache(region_cache_bytes);
   CodecForWriting(arguments.output);
   if (run.Writes()) {
     CheckOutput(arguments.output);
     if (!arguments.report.empty()) CheckOutput(arguments.report);
   }
-  const auto session = OpenSession(arguments.scene, arguments.color.holdout, run);
-  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(*session, run);
-  auto masks = ReadMasksByName(arguments.masks, *session, run);
-  SharesOfMasks shares = ReadShares(arguments.masks, masks, session->original().NumGaussians());
-  if (!shares.why_not.empty()) run.Warn(shares.why_not);
-  if (const Pictures pictures = session->pictures(); !pictures.AreViews()) {
-    masks = pictures.ToViews(masks);
-  }
-  const RegionId region = session->AddRegion("selection", std::move(masks),
-                                             std::move(shares.shares), edit, run.monitor());
+  Masked opened = Open(arguments, job, run);
+  EditSession* const session = opened.session.get();
+  const RegionId region = session->AddRegion("selection", std::move(opened.masks),
+                                             std::move(opened.shares), edit, run.monitor());
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
   session->Refit(job, run.monitor());
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
       session->refits().Evaluate(region, session->original().sh, after, job.target, run.monitor());
   RunReport report = session->MakeReport();
+  if (opened.large) report.out_of_core = opened.large->Report();
   if (!run.Writes()) return;
   const ShareAmong alone;
   std::optional<FormatError> format;
@@ -56,7 +95,10 @@ void Refit(const Arguments& arguments, Run& run) {
     });
   }
   if (!arguments.report.empty()) {
-    report.stages_ms = session->MakeReport().stages_ms;
+    const RunReport measured = session->MakeReport();
+    report.stages_ms = measured.stages_ms;
+    report.peak_rss_mb = measured.peak_rss_mb;
+    report.peak_device_mb = measured.peak_device_mb;
     const Coverage coverage = MeasureCoverage(session->regions().Find(region)->selection->masks);
     report.mask_views = coverage.views;
     report.mean_coverage = coverage.mean;
@@ -73,6 +115,7 @@ void Refit(const Arguments& arguments, Run& run) {
   run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
   PrintQuality(quality, run);
   PrintFormatError(format, run);
+  PrintParts(report, run);
   run.Print(fmt::format("wrote        {}", arguments.output.string()));
 }
 
@@ -92,6 +135,7 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddPreset(verb, arguments->edit);
   AddRefitOptions(verb, arguments->color, arguments->edit);
+  AddLarge(verb, arguments->large, /*selects=*/true);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Refit(*arguments, run); }; });
 }

@@ -63,8 +63,7 @@ void Render(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output, /*as_folder=*/true);
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*region_cache_bytes=*/0, run);
   auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
-  const Pictures pictures(large ? large->workspace() : session->workspace(),
-                          OptionsOf(arguments.scene, 0, run).pixels);
+  const Pictures pictures = large ? large->pictures() : session->pictures();
   std::vector<const UserPicture*> views;
   if (arguments.all) {
     for (const UserPicture& picture : pictures.all()) views.push_back(&picture);

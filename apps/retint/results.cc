@@ -158,6 +158,13 @@ Image8 ComparisonPicture(const Recolored& result, Run& run) {
   return ContactSheet(rows, std::max(32, static_cast<int>(std::sqrt(kComparisonArea * shape))));
 }
 
+void PrintParts(const RunReport& report, const Run& run) {
+  if (!report.out_of_core) return;
+  run.Print(fmt::format("in parts     {} of {} Gaussians, {} of {} views",
+                        report.out_of_core->gaussians, report.gaussians, report.out_of_core->views,
+                        report.views));
+}
+
 void PrintFormatError(const std::optional<FormatError>& error, const Run& run) {
   if (!error) return;
   run.Print(fmt::format("rounding     {}: {}", error->format, DescribeFormatError(*error)));

@@ -50,6 +50,9 @@ void PrintPictures(const ColorEdit& edit, const Run& run);
 // The figures of a quality report in lines for people.
 void PrintQuality(const QualityReport& quality, const Run& run);
 
+// How much of a splat that was opened in parts took part; nothing of others.
+void PrintParts(const RunReport& report, const Run& run);
+
 // What the format of the written splat adds, if it rounds.
 void PrintFormatError(const std::optional<FormatError>& error, const Run& run);
 

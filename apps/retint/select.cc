@@ -51,8 +51,8 @@ void Select(const Arguments& arguments, Run& run) {
   if (!arguments.append.empty()) cloud = ReadCloud(arguments.append);
   SelectionResult added;
   if (!arguments.paint.masks.empty()) {
-    added =
-        session->selection().Select(ReadPaint(arguments.paint, *session), options, run.monitor());
+    added = session->selection().Select(ReadPaint(arguments.paint, session->pictures()), options,
+                                        run.monitor());
     Append(cloud, added.cloud);
   }
   const int64_t erased = EraseAll(arguments, options, *session, cloud, run);

@@ -38,7 +38,7 @@ void Suggest(const Arguments& arguments, Run& run) {
               "--complete near or all");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const auto painted = ReadPaint(arguments.paint, *session);
+  const auto painted = ReadPaint(arguments.paint, session->pictures());
   const SelectionResult selected =
       session->selection().Select(painted, options.select, run.monitor());
   const ProjectedMasks masks =

@@ -73,6 +73,15 @@ void Decode(const IndexBlock& block, std::string_view bytes, uint64_t count,
   if (at != bytes.size()) FailDamaged(path);
 }
 
+// Those that are set.
+std::vector<uint32_t> NumbersOf(const std::vector<uint8_t>& flags) {
+  std::vector<uint32_t> numbers;
+  for (size_t b = 0; b < flags.size(); ++b) {
+    if (flags[b]) numbers.push_back(static_cast<uint32_t>(b));
+  }
+  return numbers;
+}
+
 bool Reaches(const GaussianBounds& bounds, const Eigen::AlignedBox3f& box) {
   const Eigen::AlignedBox3f means(Eigen::Vector3f(bounds.low.data()),
                                   Eigen::Vector3f(bounds.high.data()));
@@ -147,17 +156,35 @@ std::vector<uint32_t> SplatIndex::Visible(std::span<const Frustum> views,
                             [&](const Frustum& view) { return view.MaySee(bounds); });
     }
   });
-  std::vector<uint32_t> numbers;
-  for (size_t b = 0; b < seen.size(); ++b) {
-    if (seen[b]) numbers.push_back(static_cast<uint32_t>(b));
-  }
-  return numbers;
+  return NumbersOf(seen);
 }
 
 uint64_t SplatIndex::CountOf(std::span<const uint32_t> blocks) const {
   uint64_t count = 0;
   for (const uint32_t b : blocks) count += blocks_[b].count;
   return count;
+}
+
+void SplatIndex::ReadBlock(const IndexBlock& block, std::string* bytes, uint32_t* to) const {
+  bytes->resize(block.bytes);
+  file_->ReadAt(block.offset, bytes->data(), bytes->size());
+  Decode(block, *bytes, count_, path(), to);
+}
+
+std::vector<uint32_t> SplatIndex::Holding(std::span<const uint32_t> records) const {
+  std::vector<bool> wanted(count_);
+  for (const uint32_t record : records) wanted.at(record) = true;
+  std::vector<uint8_t> holds(blocks_.size());
+  ParallelRanges(static_cast<int64_t>(blocks_.size()), 256, [&](int64_t begin, int64_t end) {
+    std::string bytes;
+    std::vector<uint32_t> members;
+    for (auto b = static_cast<size_t>(begin); b < static_cast<size_t>(end); ++b) {
+      members.resize(blocks_[b].count);
+      ReadBlock(blocks_[b], &bytes, members.data());
+      holds[b] = std::any_of(members.begin(), members.end(), [&](uint32_t r) { return wanted[r]; });
+    }
+  });
+  return NumbersOf(holds);
 }
 
 std::vector<uint32_t> SplatIndex::Records(std::span<const uint32_t> blocks) const {
@@ -171,10 +198,7 @@ std::vector<uint32_t> SplatIndex::Records(std::span<const uint32_t> blocks) cons
   ParallelRanges(static_cast<int64_t>(blocks.size()), 64, [&](int64_t begin, int64_t end) {
     std::string bytes;
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      const IndexBlock& block = blocks_[blocks[i]];
-      bytes.resize(block.bytes);
-      file_->ReadAt(block.offset, bytes.data(), bytes.size());
-      Decode(block, bytes, count_, path(), records.data() + first[i]);
+      ReadBlock(blocks_[blocks[i]], &bytes, records.data() + first[i]);
     }
   });
   std::sort(records.begin(), records.end());

@@ -66,11 +66,16 @@ class SplatIndex {
   // Numbers of the blocks that one of the views may see or that reach into the box; ascending.
   std::vector<uint32_t> Visible(std::span<const Frustum> views,
                                 const std::optional<Eigen::AlignedBox3f>& within = {}) const;
+  // Numbers of the blocks that hold one of these records; ascending. Reads the whole index.
+  // InputError where it is damaged.
+  std::vector<uint32_t> Holding(std::span<const uint32_t> records) const;
   uint64_t CountOf(std::span<const uint32_t> blocks) const;  // Gaussians
   // The records of these blocks, ascending. InputError where the index is damaged.
   std::vector<uint32_t> Records(std::span<const uint32_t> blocks) const;
 
  private:
+  // The records of a block, ascending, to `to`; `bytes` is scratch.
+  void ReadBlock(const IndexBlock& block, std::string* bytes, uint32_t* to) const;
   // InputError where `path` holds something else than an index, or than the beginning of one.
   static void CheckReplaceable(const std::filesystem::path& path);
 

@@ -2,9 +2,6 @@
 #include "session/edit_session.h"
 
 #include "base/error.h"
-#include "colmap_io/image_io.h"
-#include "scene/image_checks.h"
-#include "session/photo_paint.h"
 #include "session/selection_files.h"
 
 namespace retint {
@@ -28,22 +25,6 @@ void EditSession::RestoreRegions(RegionSet regions, const RefitJob& job) {
     throw InputError(std::string("refit options: ") + error.what());
   }
   store_.Restore(std::move(regions), job);
-}
-
-std::vector<PaintedView> EditSession::ReadBrush(std::string_view picture,
-                                                const std::filesystem::path& mask) const {
-  const Pictures shown = pictures();
-  const UserPicture& one = shown.RequireOne(picture);
-  return Brush(one, ReadBrushMask(mask, one.width, one.height), mask);
-}
-
-std::vector<PaintedView> EditSession::Brush(const UserPicture& picture, const Mask& mask,
-                                            const std::filesystem::path& origin) const {
-  const PosedCamera camera = PosedPicture(workspace(), picture);
-  std::vector<PaintedView> painted = OnViews(workspace(), PaintedView{picture.name, camera, mask});
-  std::erase_if(painted, [](const PaintedView& view) { return !AnySet(view.mask); });
-  if (painted.empty()) throw InputError(origin, "only pixels are painted that no ray leads to");
-  return painted;
 }
 
 RunReport EditSession::MakeReport() const {

@@ -49,14 +49,11 @@ class EditSession {
   RunReport MakeReport() const;
   // What the user sees and names, in the pixels of options().pixels.
   Pictures pictures() const { return Pictures(workspace(), options().pixels); }
-  // The brush mask at `mask`, painted on the picture of that name, as the views of it that it
-  // paints. InputError for a mask of another size or with nothing selected, OptionError where the
-  // name stands for several pictures.
+  // As Pictures::ReadBrush().
   std::vector<PaintedView> ReadBrush(std::string_view picture,
-                                     const std::filesystem::path& mask) const;
-  // The same of a mask of the picture's size that came from `origin`.
-  std::vector<PaintedView> Brush(const UserPicture& picture, const Mask& mask,
-                                 const std::filesystem::path& origin) const;
+                                     const std::filesystem::path& mask) const {
+    return pictures().ReadBrush(picture, mask);
+  }
   // The scene as it is now, and <folder>/<picture name>.png of a region's masks.
   void WriteSplat(const std::filesystem::path& path, Monitor& monitor) const;
   void WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor) const;

@@ -41,6 +41,14 @@ Eigen::AlignedBox3f BoxOf(const SelectionCloud& cloud) {
   return {box.min() - margin, box.max() + margin};
 }
 
+std::vector<const View*> LeastFirst(std::vector<std::pair<double, const View*>> views) {
+  std::stable_sort(views.begin(), views.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<const View*> sorted;
+  for (const auto& [key, view] : views) sorted.push_back(view);
+  return sorted;
+}
+
 }  // namespace
 
 size_t MemoryLimits::HostBytes() const {
@@ -101,10 +109,10 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
   report_.device_limit_mb = static_cast<double>(large_.limits.device_bytes) / kMiB;
 }
 
-std::vector<const View*> LargeScene::FacesOf(const std::vector<std::string>& pictures) const {
-  const Pictures all(*workspace_, options_.pixels);
+std::vector<const View*> LargeScene::FacesOf(const std::vector<std::string>& names) const {
+  const Pictures all = pictures();
   std::vector<const View*> faces;
-  for (const std::string& name : pictures) {
+  for (const std::string& name : names) {
     for (const UserPicture* picture : all.Require(name)) {
       faces.insert(faces.end(), picture->faces.begin(), picture->faces.end());
     }
@@ -243,11 +251,7 @@ std::vector<const View*> LargeScene::ViewsThatSee(const Eigen::AlignedBox3f& box
         box.exteriorDistance(Eigen::Vector3f(posed.Center().cast<float>())) + 1e-6F;
     seen.emplace_back(-posed.camera.fx() / distance, view);
   }
-  std::stable_sort(seen.begin(), seen.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<const View*> views;
-  for (const auto& [size, view] : seen) views.push_back(view);
-  return views;
+  return LeastFirst(std::move(seen));
 }
 
 std::unique_ptr<EditSession> LargeScene::ForSelection(const SelectionCloud& cloud,
@@ -274,7 +278,45 @@ std::unique_ptr<EditSession> LargeScene::ForSelection(const SelectionCloud& clou
       need.everything = true;
     }
   }
-  std::vector<const View*> largest = ViewsThatSee(BoxOf(cloud));
+  return OpenLargest(std::move(need), ViewsThatSee(BoxOf(cloud)), std::move(before), monitor);
+}
+
+std::unique_ptr<EditSession> LargeScene::ForMasks(const MaskFolder& masks,
+                                                  const SparseShares& shares,
+                                                  double active_threshold, Monitor& monitor) {
+  const Pictures all = pictures();
+  std::vector<std::pair<double, const View*>> selected;  // by how much is
+  std::vector<const View*> others;
+  Need need;
+  for (const UserPicture& picture : all.all()) {
+    const auto mask = masks.masks.find(picture.name);
+    if (mask != masks.masks.end()) {
+      double area = 0;
+      for (const uint8_t value : mask->second.data) area += value;
+      for (const View* face : picture.faces) selected.emplace_back(-area, face);
+      need.views.insert(need.views.end(), picture.faces.begin(), picture.faces.end());
+    } else if (std::binary_search(masks.empty.begin(), masks.empty.end(), picture.name)) {
+      others.insert(others.end(), picture.faces.begin(), picture.faces.end());
+    }
+  }
+  std::vector<const View*> largest = LeastFirst(std::move(selected));
+  std::vector<uint32_t> wanted;
+  if (!others.empty()) {
+    wanted = shares.known ? index_->Holding(shares.Above(active_threshold)) : BlocksOf(need);
+  }
+  for (const View* view : others) {
+    const Frustum frustum = FrustumOf(workspace_->reconstruction.Posed(*view));
+    const bool sees = std::any_of(wanted.begin(), wanted.end(), [&](uint32_t block) {
+      return frustum.MaySee(index_->blocks()[block].bounds);
+    });
+    if (sees) largest.push_back(view);
+  }
+  return OpenLargest({}, std::move(largest), nullptr, monitor);
+}
+
+std::unique_ptr<EditSession> LargeScene::OpenLargest(Need need, std::vector<const View*> largest,
+                                                     std::unique_ptr<EditSession> before,
+                                                     Monitor& monitor) {
   if (large_.most_views > 0 && largest.size() > static_cast<size_t>(large_.most_views)) {
     largest.resize(static_cast<size_t>(large_.most_views));
   }

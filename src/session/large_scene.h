@@ -17,6 +17,7 @@
 #include "out_of_core/splat_index.h"
 #include "recolor/refit_options.h"
 #include "session/edit_session.h"
+#include "session/selection_files.h"
 
 namespace retint {
 
@@ -55,6 +56,8 @@ class LargeScene {
              const SessionOptions& options, const LargeSceneOptions& large, Monitor& monitor);
   const std::string& index_built() const { return index_built_; }
   const Workspace& workspace() const { return *workspace_; }
+  Pictures pictures() const { return Pictures(*workspace_, options_.pixels); }
+  size_t NumGaussians() const { return static_cast<size_t>(file_->count()); }  // of the splat
 
   // Sessions of a part each. `before`, which is given up first, hands its clock on. OptionError,
   // one line that says what would do, where a part does not fit into the limits.
@@ -73,6 +76,11 @@ class LargeScene {
                                             const std::vector<std::string>& pictures,
                                             const ProjectorOptions& projector,
                                             std::unique_ptr<EditSession> before, Monitor& monitor);
+  // What `masks` select. The views whose masks have a selected pixel, and of those whose mask is
+  // empty the ones that may see a Gaussian of `shares` above the threshold or, where no shares are
+  // known, one that the first may see. Of a fit of all views the others would change no bit.
+  std::unique_ptr<EditSession> ForMasks(const MaskFolder& masks, const SparseShares& shares,
+                                        double active_threshold, Monitor& monitor);
 
   OutOfCoreReport Report() const { return report_; }
 
@@ -89,6 +97,9 @@ class LargeScene {
   // How many of the views, largest first, fit with the rest of `need`.
   size_t ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const;
   void CheckFits(const Need& need, const std::vector<uint32_t>& blocks) const;
+  // `need` and the views that see a selection, of which --most-views takes the first.
+  std::unique_ptr<EditSession> OpenLargest(Need need, std::vector<const View*> largest_first,
+                                           std::unique_ptr<EditSession> before, Monitor& monitor);
   std::unique_ptr<EditSession> Open(const Need& need, std::unique_ptr<EditSession> before,
                                     Monitor& monitor);
   std::vector<const View*> FacesOf(const std::vector<std::string>& pictures) const;

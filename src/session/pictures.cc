@@ -8,6 +8,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "scene/image_checks.h"
+#include "session/photo_paint.h"
 
 namespace retint {
 namespace {
@@ -118,7 +120,7 @@ Pictures::MasksByName Pictures::FromViews(const MasksByName& masks) const {
     result.emplace(picture.name, ComposeMask(picture, [&](const View& face) {
                      const auto found = masks.find(face.name);
                      if (found != masks.end()) return found->second;
-                     const Camera& camera = workspace_.reconstruction.cameras.at(face.camera_id);
+                     const Camera& camera = CameraOf(face);
                      return Mask(camera.width, camera.height);
                    }));
   }
@@ -145,19 +147,43 @@ Mask Pictures::Reach(const UserPicture& picture, const View& face) const {
   return picture.photo ? workspace_.photo_pixels->Reach(face.id) : Mask();
 }
 
-Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder) const {
+void Pictures::ReadMasks(const std::filesystem::path& folder,
+                         const std::function<void(const UserPicture&, Mask)>& take) const {
   if (!IsFolder(folder)) throw InputError(folder, "is not a folder");
-  MasksByName masks;
+  bool any = false;
   for (const UserPicture& picture : all_) {
     const std::filesystem::path path = ViewFile(folder, picture.name);
     if (!IsFile(path)) continue;
-    masks.emplace(picture.name, ReadMask(path, picture.width, picture.height));
+    any = true;
+    take(picture, ReadMask(path, picture.width, picture.height));
   }
-  if (masks.empty()) {
+  if (!any) {
     throw InputError(folder, "holds no mask of any view; expected e.g. " +
                                  ViewFile("", all_.front().name).string());
   }
+}
+
+Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder) const {
+  MasksByName masks;
+  ReadMasks(folder, [&](const UserPicture& picture, Mask mask) {
+    masks.emplace(picture.name, std::move(mask));
+  });
   return masks;
+}
+
+std::vector<PaintedView> Pictures::ReadBrush(std::string_view name,
+                                             const std::filesystem::path& mask) const {
+  const UserPicture& one = RequireOne(name);
+  return Brush(one, ReadBrushMask(mask, one.width, one.height), mask);
+}
+
+std::vector<PaintedView> Pictures::Brush(const UserPicture& picture, const Mask& mask,
+                                         const std::filesystem::path& origin) const {
+  std::vector<PaintedView> painted =
+      OnViews(workspace_, PaintedView{picture.name, PosedPicture(workspace_, picture), mask});
+  std::erase_if(painted, [](const PaintedView& view) { return !AnySet(view.mask); });
+  if (painted.empty()) throw InputError(origin, "only pixels are painted that no ray leads to");
+  return painted;
 }
 
 }  // namespace retint

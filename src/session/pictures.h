@@ -12,6 +12,7 @@
 
 #include "colmap_io/workspace.h"
 #include "scene/image.h"
+#include "selection/mask_projector.h"
 #include "session/open_scene.h"
 
 namespace retint {
@@ -54,12 +55,26 @@ class Pictures {
   MasksByName ToViews(const MasksByName& masks) const;
   // A picture's mask as one of its faces has it.
   Mask ToView(const UserPicture& picture, const View& face, const Mask& mask) const;
+  const Camera& CameraOf(const View& face) const {
+    return workspace_.reconstruction.cameras.at(face.camera_id);
+  }
   // The pixels of a face that lie in the picture; empty: all do.
   Mask Reach(const UserPicture& picture, const View& face) const;
 
-  // <folder>/<picture name>.png of every picture that has one. InputError when none has, or when
-  // one is not of its picture's size.
+  // <folder>/<picture name>.png of every picture that has one, by name, one after the other.
+  // InputError when none has, or when one is not of its picture's size.
+  void ReadMasks(const std::filesystem::path& folder,
+                 const std::function<void(const UserPicture&, Mask)>& take) const;
+  // The same, all of them.
   MasksByName ReadMasks(const std::filesystem::path& folder) const;
+  // The brush mask at `mask`, painted on the picture of that name, as the views of it that it
+  // paints. InputError for a mask of another size or with nothing selected, OptionError where the
+  // name stands for several pictures.
+  std::vector<PaintedView> ReadBrush(std::string_view name,
+                                     const std::filesystem::path& mask) const;
+  // The same of a mask of the picture's size that came from `origin`.
+  std::vector<PaintedView> Brush(const UserPicture& picture, const Mask& mask,
+                                 const std::filesystem::path& origin) const;
 
  private:
   const Workspace& workspace_;

@@ -14,13 +14,16 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/monitor.h"
 #include "scene/image.h"
+#include "session/pictures.h"
 
 namespace retint {
 
@@ -28,10 +31,25 @@ namespace retint {
 void WriteMasks(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
                 Monitor& monitor);
 
-// `masks` by image name; `confidence` may be empty: then there is no file of it. RunError when one
-// cannot be written.
+// The masks of a folder, as far as they take memory.
+struct MaskFolder {
+  Pictures::MasksByName masks;     // of the pictures whose masks have a selected pixel
+  std::vector<std::string> empty;  // the other pictures that have one, by name
+  uint64_t checksum = 0;           // of all of them, as above
+
+  // Of these views, those whose pictures have one; moves what it can.
+  std::map<std::string, Mask> OfViews(const Pictures& pictures,
+                                      const std::vector<const View*>& views) &&;
+};
+// InputError as Pictures::ReadMasks().
+MaskFolder ReadMaskFolder(const std::filesystem::path& folder, const Pictures& pictures);
+
+// `masks` by image name; `confidence` may be empty: then there is no file of it. Values of a `part`
+// of a splat become those of all of it: what no view of the part shows has share 0, for sure.
+// RunError when one cannot be written.
 void WriteShares(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
-                 const std::vector<float>& shares, const std::vector<float>& confidence = {});
+                 const std::vector<float>& shares, const std::vector<float>& confidence = {},
+                 const ScenePart* part = nullptr);
 
 struct SharesOfMasks {
   std::vector<float> shares;      // [num_gaussians]; empty where there are none that fit
@@ -39,9 +57,24 @@ struct SharesOfMasks {
   std::string why_not;            // why a file that is there was left aside, one line
 };
 
-// The shares that belong to `masks`. A file whose masks were changed since, or that belongs to
-// another splat, is left aside. InputError when it is damaged.
+// The shares that belong to `masks`, or to those of a checksum. A file whose masks were changed
+// since, or that belongs to another splat, is left aside. InputError when it is damaged.
 SharesOfMasks ReadShares(const std::filesystem::path& folder,
                          const std::map<std::string, Mask>& masks, size_t num_gaussians);
+SharesOfMasks ReadShares(const std::filesystem::path& folder, uint64_t checksum,
+                         size_t num_gaussians);
+
+// The same of a splat larger than memory: the shares that are not 0.
+struct SparseShares {
+  bool known = false;               // whether there are any that fit
+  std::vector<uint32_t> gaussians;  // ascending
+  std::vector<float> shares;        // [gaussians]
+  std::string why_not;              // as SharesOfMasks has it
+
+  std::vector<float> Of(std::span<const uint32_t> records) const;  // of these, ascending
+  std::vector<uint32_t> Above(double threshold) const;             // Gaussians, ascending
+};
+SparseShares ReadSparseShares(const std::filesystem::path& folder, uint64_t checksum,
+                              size_t num_gaussians);
 
 }  // namespace retint

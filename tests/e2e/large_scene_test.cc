@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
+#include "colmap_io/image_io.h"
 #include "colmap_io/workspace.h"
 #include "splat_io/splat_io.h"
 #include "tests/e2e/command.h"
@@ -42,6 +43,47 @@ class LargeSceneTest : public testing::Test {
     }
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunRetint(arguments);
+  }
+
+  CommandResult Run(const std::string& verb, std::vector<std::string> more, bool in_parts) {
+    std::vector<std::string> arguments = {verb, "--workspace", TinyWorkspace().string(), "--splat",
+                                          splat_.string()};
+    if (in_parts) arguments.insert(arguments.end(), {"--out-of-core", "on"});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunRetint(arguments);
+  }
+  CommandResult Project(const std::string& masks, const std::vector<std::string>& more,
+                        bool in_parts) {
+    std::vector<std::string> arguments = {"--view",   TinyView(),
+                                          "--mask",   TinyMask().string(),
+                                          "--cloud",  (temp_ / "cloud.ply").string(),
+                                          "--output", (temp_ / masks).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Run("project", arguments, in_parts);
+  }
+  void Select() {
+    const CommandResult run = Run("select",
+                                  {"--view", TinyView(), "--mask", TinyMask().string(), "--output",
+                                   (temp_ / "cloud.ply").string()},
+                                  false);
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+  CommandResult Refit(const std::string& masks, const std::string& output, bool in_parts,
+                      const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"--masks",  (temp_ / masks).string(),
+                                          "--tint",   "0.2,0.4,1.0",
+                                          "--output", (temp_ / output).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Run("refit", arguments, in_parts);
+  }
+  void ExpectSameFit(const std::string& masks, const std::vector<std::string>& more = {}) {
+    CommandResult run = Refit(masks, "whole.ply", false, more);
+    ASSERT_EQ(run.code, 0) << run.err;
+    run = Refit(masks, "parts.ply", true, more);
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("in parts"));
+    EXPECT_EQ(ReadFile(temp_ / "parts.ply"), ReadFile(temp_ / "whole.ply"));
+    EXPECT_NE(ReadFile(temp_ / "parts.ply"), ReadFile(splat_));
   }
 
   // The tiny scene, and behind its cameras Gaussians that no view sees.
@@ -101,6 +143,60 @@ TEST_F(LargeSceneTest, CompletesAsInCore) {
   run = Recolor("parts.ply", {"--out-of-core", "on"});
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(ReadFile(temp_ / "parts.ply"), ReadFile(temp_ / "whole.ply"));
+}
+
+TEST_F(LargeSceneTest, ProjectsAsInCore) {
+  Select();
+  for (const std::string complete : {"off", "near"}) {
+    const std::string whole = "whole-" + complete, parts = "parts-" + complete;
+    CommandResult run = Project(whole, {"--complete", complete}, false);
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.out, testing::Not(HasSubstr("in parts")));
+    run = Project(parts, {"--complete", complete}, true);
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("in parts"));
+    // A mask of each view, the shares and, of completed ones, how sure they are.
+    const std::vector<std::string> names = FilesBelow(temp_ / whole);
+    EXPECT_EQ(names.size(), complete == "off" ? 9U : 10U);
+    ASSERT_EQ(FilesBelow(temp_ / parts), names);
+    for (const std::string& name : names) {
+      EXPECT_EQ(ReadFile(temp_ / parts / name), ReadFile(temp_ / whole / name)) << name;
+    }
+  }
+}
+
+TEST_F(LargeSceneTest, RefitsMasksAsInCore) {
+  Select();
+  const CommandResult run = Project("masks", {"--complete", "off"}, true);
+  ASSERT_EQ(run.code, 0) << run.err;
+  ExpectSameFit("masks");
+  ExpectSameFit("masks", {"--target", "photo", "--holdout", "4"});
+  // A view where nothing is selected still says what must stay, whether shares are known or, as its
+  // mask was changed since, are not.
+  WritePng(temp_ / "masks" / "003.png", Mask(160, 120));
+  const CommandResult stale = Refit("masks", "stale.ply", true);
+  EXPECT_THAT(stale.err, HasSubstr("belongs to other masks"));
+  ExpectSameFit("masks");
+  std::filesystem::remove(temp_ / "masks" / "shares.bin");
+  std::filesystem::remove(temp_ / "masks" / "004.png");
+  ExpectSameFit("masks");
+}
+
+// Of a scene in a city, whose other blocks are other scenes, only what can matter takes part.
+TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
+  const auto report = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"--report", (temp_ / "report.json").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const CommandResult run = Refit("masks", "out.ply", true, arguments);
+    EXPECT_EQ(run.code, 0) << run.err;
+    return json::parse(ReadFile(temp_ / "report.json"))["out_of_core"];
+  };
+  Select();
+  ASSERT_EQ(Project("masks", {"--complete", "off"}, true).code, 0);
+  EXPECT_EQ(report({})["views"], 8);
+  EXPECT_EQ(report({"--most-views", "2"})["views"], 2);
+  for (const char* name : {"003.png", "004.png"}) std::filesystem::remove(temp_ / "masks" / name);
+  EXPECT_EQ(report({})["views"], 6);
 }
 
 TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {

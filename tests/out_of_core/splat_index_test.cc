@@ -119,6 +119,19 @@ TEST_F(SplatIndexTest, FindsWhatViewsSeeAndABoxHolds) {
     EXPECT_TRUE(std::binary_search(records.begin(), records.end(), g));
   }
   EXPECT_GT(inside, 0);
+  // And the other way around.
+  const std::vector<uint32_t> some = {7, 300, 4999};
+  const std::vector<uint32_t> holding = index.Holding(some);
+  EXPECT_LE(holding.size(), some.size());
+  const std::vector<uint32_t> held = index.Records(holding);
+  EXPECT_TRUE(std::includes(held.begin(), held.end(), some.begin(), some.end()));
+  for (const uint32_t block : holding) {
+    const std::vector<uint32_t> members = index.Records(std::span(&block, 1));
+    EXPECT_TRUE(std::any_of(some.begin(), some.end(), [&](uint32_t record) {
+      return std::binary_search(members.begin(), members.end(), record);
+    }));
+  }
+  EXPECT_THAT(index.Holding({}), testing::IsEmpty());
   CameraParams camera{};
   camera.fx = camera.fy = 64;
   camera.cx = camera.cy = 32;

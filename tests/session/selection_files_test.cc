@@ -7,6 +7,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "splat_io/splat_io.h"
+#include "tests/splat_io/random_scene.h"
 #include "tests/support/data.h"
 
 namespace retint {
@@ -15,6 +17,19 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::ThrowsMessage;
+
+// Views of the masks' names and sizes.
+Workspace WorkspaceOf(const std::map<std::string, Mask>& masks) {
+  Workspace workspace;
+  Reconstruction& model = workspace.reconstruction;
+  for (const auto& [name, mask] : masks) {
+    const auto id = static_cast<uint32_t>(model.views.size() + 1);
+    model.cameras[id] = Camera::Pinhole(id, mask.width, mask.height, 10, 10, 2, 2);
+    model.views[id].id = model.views[id].camera_id = id;
+    model.views[id].name = name;
+  }
+  return workspace;
+}
 
 class SelectionFilesTest : public testing::Test {
  protected:
@@ -86,6 +101,52 @@ TEST_F(SelectionFilesTest, SharesOfAnotherSplatAreLeftAside) {
   const SharesOfMasks read = ReadShares(folder_.path(), masks_, 5);
   EXPECT_THAT(read.shares, IsEmpty());
   EXPECT_THAT(read.why_not, HasSubstr("4 Gaussians and the splat has 5"));
+}
+
+// Of a splat larger than memory: the shares of a part are written, and read, as those of all.
+TEST_F(SelectionFilesTest, SharesOfAPartAreThoseOfTheWhole) {
+  WriteSplat(folder_ / "splat.ply", RandomScene(7, 0, 1));
+  ScenePart part;
+  part.file = std::make_shared<const PlyFile>(folder_ / "splat.ply");
+  part.records = {1, 2, 4, 6};
+  WriteShares(folder_.path(), masks_, shares_, {0.5F, 0, 0.25F, 0}, &part);
+  const SharesOfMasks read = ReadShares(folder_.path(), masks_, 7);
+  EXPECT_EQ(read.shares,
+            (std::vector<float>{0, shares_[0], shares_[1], 0, shares_[2], 0, shares_[3]}));
+  EXPECT_EQ(read.confidence, (std::vector<float>{1, 0.5F, 0, 1, 0.25F, 1, 0}));
+
+  Monitor monitor;
+  WriteMasks(folder_.path(), masks_, monitor);
+  const Workspace workspace = WorkspaceOf(masks_);
+  const Pictures pictures(workspace, Pixels::kPhoto);
+  const MaskFolder folder = ReadMaskFolder(folder_.path(), pictures);
+  const SparseShares sparse = ReadSparseShares(folder_.path(), folder.checksum, 7);
+  EXPECT_TRUE(sparse.known);
+  EXPECT_EQ(sparse.gaussians, (std::vector<uint32_t>{2, 4, 6}));
+  EXPECT_EQ(sparse.Of(part.records), shares_);
+  EXPECT_EQ(sparse.Of(std::vector<uint32_t>{0, 4, 5}), (std::vector<float>{0, 1, 0}));
+  EXPECT_EQ(sparse.Above(0.2), (std::vector<uint32_t>{4, 6}));
+  EXPECT_THAT(ReadSparseShares(folder_.path(), folder.checksum, 8).why_not,
+              HasSubstr("7 Gaussians and the splat has 8"));
+}
+
+TEST_F(SelectionFilesTest, AFolderOfMasksHoldsThoseThatSelectSomething) {
+  Monitor monitor;
+  masks_["c.png"] = Mask(3, 3);
+  WriteMasks(folder_.path(), masks_, monitor);
+  auto views_masks = masks_;
+  views_masks["none.png"] = Mask(3, 3);
+  const Workspace workspace = WorkspaceOf(views_masks);
+  std::vector<const View*> views = workspace.reconstruction.ViewsByName();
+  const Pictures pictures(workspace, Pixels::kPhoto);
+  MaskFolder folder = ReadMaskFolder(folder_.path(), pictures);
+  EXPECT_EQ(folder.masks.size(), 2U);
+  EXPECT_THAT(folder.empty, testing::ElementsAre("c.png"));
+  views.pop_back();
+  const auto of_views = std::move(folder).OfViews(pictures, views);
+  EXPECT_EQ(of_views.size(), 2U);
+  EXPECT_EQ(of_views.at("a.png").data, masks_["a.png"].data);
+  EXPECT_EQ(of_views.at("c.png").data, masks_["c.png"].data);
 }
 
 TEST_F(SelectionFilesTest, DamageIsNamed) {
