@@ -116,9 +116,19 @@ struct LargeArguments {
   MemoryLimits Limits() const;
 };
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
-// Null where the splat is opened whole, as OpenSession() does.
+// Null where the splat is opened whole, as OpenSession() does. `refit` is what follows; null: none
+// does.
 std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
-                                      int holdout, size_t region_cache_bytes, Run& run);
+                                      int holdout, const RefitOptions* refit, Run& run);
+// The edited scene to `staged`, which becomes `target`; of one that was opened in parts, the copy's
+// index too, or a warning that there is none.
+void WriteEdited(const EditSession& session, const LargeScene* large,
+                 const std::filesystem::path& staged, const std::filesystem::path& target,
+                 Run& run);
+// Before the fit of a region: what it keeps is made to fit into the limits, where there are any;
+// `large` is null of a whole scene. OptionError as RegionCacheThatFits().
+void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSession& session,
+                RegionId region, RefitOptions* refit);
 // OptionError where a splat that is opened in parts cannot be written to `output`.
 void CheckOutputOfParts(const std::filesystem::path& output);
 

@@ -35,14 +35,14 @@ void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
 }
 
 std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
-                                      int holdout, size_t region_cache_bytes, Run& run) {
+                                      int holdout, const RefitOptions* refit, Run& run) {
   LargeSceneOptions options;
   options.limits = large.Limits();
   options.index = large.index;
   options.most_views = large.most_views;
-  options.region_cache_bytes = region_cache_bytes;
-  const size_t caches =
-      options.limits.Cache(run.globals().cache_mb << 20) + options.limits.Cache(region_cache_bytes);
+  if (refit) options.refit = *refit;
+  const size_t caches = options.limits.Cache(run.globals().cache_mb << 20) +
+                        (refit ? options.limits.Cache(refit->region_cache_bytes) : 0);
   const bool needed = large.mode == "on" || (large.mode == "auto" && !scene.workspace.empty() &&
                                              IsTooLarge(scene.splat, options.limits, caches));
   if (!needed) return nullptr;
@@ -51,6 +51,29 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
       std::make_unique<LargeScene>(scene.workspace, scene.splat, session, options, run.monitor());
   if (!opened->index_built().empty()) run.Info("built the index: " + opened->index_built());
   return opened;
+}
+
+void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSession& session,
+                RegionId region, RefitOptions* refit) {
+  const MemoryLimits limits = arguments.Limits();
+  if (!large && limits.host_bytes == 0 && limits.device_bytes == 0) return;
+  EditSize size = large ? large->size() : SizeOfWhole(session);
+  size.refit = *refit;
+  refit->region_cache_bytes = RegionCacheThatFits(limits, session, region, size);
+}
+
+void WriteEdited(const EditSession& session, const LargeScene* large,
+                 const std::filesystem::path& staged, const std::filesystem::path& target,
+                 Run& run) {
+  session.WriteSplat(staged, run.monitor());
+  if (!large) return;
+  try {
+    if (large->WriteIndexOf(staged, target)) return;
+    run.Warn(SplatIndex::PathFor(target).string() +
+             " is not an index of a splat, and is not written over");
+  } catch (const RunError& error) {
+    run.Warn("the output has no index yet: " + std::string(error.what()));
+  }
 }
 
 void CheckOutputOfParts(const std::filesystem::path& output) {

@@ -24,7 +24,7 @@ void Project(const Arguments& arguments, Run& run) {
   if (run.Writes()) CheckOutput(arguments.output, /*as_folder=*/true);
   const SelectionCloud cloud = ReadCloud(arguments.cloud);
   if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
-  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*region_cache_bytes=*/0, run);
+  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
   const Pictures pictures = large ? large->pictures() : session->pictures();
   const auto painted = ReadPaint(arguments.paint, pictures);

@@ -36,14 +36,14 @@ void CheckOutputs(const Arguments& arguments) {
 
 // What the format of the splat adds.
 std::optional<FormatError> Save(const Arguments& arguments, const Recolored& result,
-                                RunReport report, Run& run) {
+                                const LargeScene* large, RunReport report, Run& run) {
   std::optional<FormatError> format;
   EditSession& session = *result.session;
   StagedOutput staged;
   {
     const StageClock::Lap lap(session.scene().clock(), "save");
     staged.Add(arguments.output, [&](const auto& path) {
-      session.WriteSplat(path, run.monitor());
+      WriteEdited(session, large, path, arguments.output, run);
       format = MeasureWritten(session.scene(), result.sh_after, path, run.monitor());
     });
     if (!arguments.comparison.empty()) {
@@ -124,10 +124,10 @@ std::vector<std::string> PicturesOf(const ColorEdit& edit) {
 
 // The scene, or the part of a large one on which is painted; `large` is null of others.
 std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const ColorEdit& edit,
-                                         size_t region_cache_bytes,
+                                         const RefitOptions& refit,
                                          std::unique_ptr<LargeScene>* large, Run& run) {
   const int holdout = arguments.color.holdout;
-  *large = OpenLarge(arguments.scene, arguments.large, holdout, region_cache_bytes, run);
+  *large = OpenLarge(arguments.scene, arguments.large, holdout, &refit, run);
   if (!*large) return OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
   CheckOutputOfParts(arguments.output);
   CheckOption(arguments.stages.empty(),
@@ -153,7 +153,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   if (run.Writes()) CheckOutputs(arguments);
 
   std::unique_ptr<LargeScene> large;
-  auto session = OpenPainted(arguments, edit, refit.region_cache_bytes, &large, run);
+  auto session = OpenPainted(arguments, edit, refit, &large, run);
   Recolored result;
   result.target = job.target;
   result.painted = PaintOf(arguments, edit, *session);
@@ -181,6 +181,7 @@ void Recolor(const Arguments& arguments, Run& run) {
                                      edit, run.monitor(), std::move(source));
   session->SetEdit(result.region, session->regions().Find(result.region)->edit,
                    arguments.color.flags.strength());
+  KeepWithin(arguments.large, large.get(), *session, result.region, &refit);
   session->Refit(job, run.monitor());
   result.sh_after = session->CurrentSh();
 
@@ -194,7 +195,7 @@ void Recolor(const Arguments& arguments, Run& run) {
                                               result.sh_after, job.target, run.monitor());
   if (!run.Writes()) return;
   const ShareAmong alone;
-  const std::optional<FormatError> format = Save(arguments, result, report, run);
+  const std::optional<FormatError> format = Save(arguments, result, large.get(), report, run);
   run.FinishProgress();
   PrintResult(arguments, report, format, *session, run);
 }

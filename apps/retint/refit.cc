@@ -32,8 +32,7 @@ struct Masked {
 Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
   Masked opened;
   const int holdout = arguments.color.holdout;
-  opened.large =
-      OpenLarge(arguments.scene, arguments.large, holdout, job.options.region_cache_bytes, run);
+  opened.large = OpenLarge(arguments.scene, arguments.large, holdout, &job.options, run);
   if (!opened.large) {
     opened.session = OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
   }
@@ -77,6 +76,7 @@ void Refit(const Arguments& arguments, Run& run) {
   const RegionId region = session->AddRegion("selection", std::move(opened.masks),
                                              std::move(opened.shares), edit, run.monitor());
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
+  KeepWithin(arguments.large, opened.large.get(), *session, region, &job.options);
   session->Refit(job, run.monitor());
   const std::vector<float> after = session->CurrentSh();
   const QualityReport quality =
@@ -90,7 +90,7 @@ void Refit(const Arguments& arguments, Run& run) {
   {
     const StageClock::Lap lap(session->scene().clock(), "save");
     staged.Add(arguments.output, [&](const auto& path) {
-      session->WriteSplat(path, run.monitor());
+      WriteEdited(*session, opened.large.get(), path, arguments.output, run);
       format = MeasureWritten(session->scene(), after, path, run.monitor());
     });
   }

@@ -61,7 +61,7 @@ void Render(const Arguments& arguments, Run& run) {
   CheckOption(arguments.all != !arguments.views.empty(),
               "give either --view NAME or --all, and not both");
   CheckOutput(arguments.output, /*as_folder=*/true);
-  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*region_cache_bytes=*/0, run);
+  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
   const Pictures pictures = large ? large->pictures() : session->pictures();
   std::vector<const UserPicture*> views;

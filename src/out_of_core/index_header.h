@@ -18,9 +18,9 @@ struct IndexHeader {
   // Of the splat file.
   uint64_t splat_bytes;
   int64_t splat_modified_ns;
-  uint64_t splat_xxh64;
-  uint64_t count;       // Gaussians
-  uint64_t first_byte;  // of its records
+  uint64_t splat_xxh64;  // 0: not known, of a copy that was not read
+  uint64_t count;        // Gaussians
+  uint64_t first_byte;   // of its records
   uint64_t record_bytes;
   // Of the index.
   uint64_t num_blocks;

@@ -24,6 +24,10 @@ std::string_view BytesOf(const T* values, size_t count) {
   throw InputError(path, "the index is damaged; remove it, and it is built again");
 }
 
+uint64_t HeaderChecksum(const IndexHeader& header) {
+  return Xxh64(BytesOf(&header, 1).substr(0, offsetof(IndexHeader, header_xxh64)));
+}
+
 void CheckHeader(const IndexHeader& header, const InputFile& file, const PlyFile& splat) {
   const std::filesystem::path& path = file.path();
   if (std::memcmp(header.magic, kIndexMagic, sizeof(kIndexMagic)) != 0) {
@@ -33,10 +37,7 @@ void CheckHeader(const IndexHeader& header, const InputFile& file, const PlyFile
     throw InputError(path, "is an index of version " + std::to_string(header.version) +
                                ", this program reads " + std::to_string(kSplatIndexVersion));
   }
-  if (header.header_xxh64 !=
-      Xxh64(BytesOf(&header, 1).substr(0, offsetof(IndexHeader, header_xxh64)))) {
-    FailDamaged(path);
-  }
+  if (header.header_xxh64 != HeaderChecksum(header)) FailDamaged(path);
   const uint64_t table = header.num_blocks * sizeof(IndexBlock);
   if (header.num_blocks > file.size() / sizeof(IndexBlock) || header.table_offset > file.size() ||
       file.size() - header.table_offset != table) {
@@ -117,15 +118,36 @@ SplatIndex::SplatIndex(const std::filesystem::path& path, const PlyFile& splat)
   if (sum != count_) FailDamaged(path);
 }
 
-void SplatIndex::CheckReplaceable(const std::filesystem::path& path) {
+bool SplatIndex::IsReplaceable(const std::filesystem::path& path) {
   std::error_code code;
-  if (!std::filesystem::exists(path, code)) return;
+  if (!std::filesystem::exists(path, code)) return true;
   const InputFile file(path);
   char head[sizeof(kIndexMagic)] = {};
   const size_t size = std::min<size_t>(file.size(), sizeof(head));
   file.ReadAt(0, head, size);
-  if (std::memcmp(head, kIndexMagic, size) == 0) return;
+  return std::memcmp(head, kIndexMagic, size) == 0;
+}
+
+void SplatIndex::CheckReplaceable(const std::filesystem::path& path) {
+  if (IsReplaceable(path)) return;
   throw InputError(path, "is not an index of a splat, and is not written over; name another file");
+}
+
+void SplatIndex::WriteFor(const PlyFile& copy, const std::filesystem::path& path) const {
+  IndexHeader header{};
+  file_->ReadAt(0, &header, sizeof(header));
+  CheckOption(copy.stamp().bytes == header.splat_bytes && copy.count() == header.count &&
+                  copy.first_byte() == header.first_byte &&
+                  copy.record_bytes() == header.record_bytes,
+              copy.path().string() + " is no copy of the splat that is indexed");
+  header.splat_modified_ns = copy.stamp().modified_ns;
+  header.splat_xxh64 = 0;
+  header.header_xxh64 = HeaderChecksum(header);
+  AtomicFile file(path);
+  file.CopyFrom(file_->descriptor(), file_->size(), [](uint64_t) {});
+  file.WriteAt(0, &header, sizeof(header));
+  file.Sync();
+  file.Commit();
 }
 
 SplatIndex SplatIndex::OpenOrBuild(const PlyFile& splat, const std::filesystem::path& path,

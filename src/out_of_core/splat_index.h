@@ -58,9 +58,16 @@ class SplatIndex {
                                 const SplatIndexOptions& options, Monitor& monitor,
                                 std::string* built);
 
+  // Writes this index as that of `copy`, a copy of its splat in which nothing but colors differs,
+  // atomically. OptionError where the copy's records are others, RunError where it cannot be
+  // written.
+  void WriteFor(const PlyFile& copy, const std::filesystem::path& path) const;
+  // Whether there is nothing at `path`, or an index, or the beginning of one.
+  static bool IsReplaceable(const std::filesystem::path& path);
+
   std::span<const IndexBlock> blocks() const { return blocks_; }
   uint64_t count() const { return count_; }
-  uint64_t splat_xxh64() const { return splat_xxh64_; }  // of the whole file
+  uint64_t splat_xxh64() const { return splat_xxh64_; }  // of the whole file; 0: not known
   const std::filesystem::path& path() const { return file_->path(); }
 
   // Numbers of the blocks that one of the views may see or that reach into the box; ascending.
@@ -76,8 +83,7 @@ class SplatIndex {
  private:
   // The records of a block, ascending, to `to`; `bytes` is scratch.
   void ReadBlock(const IndexBlock& block, std::string* bytes, uint32_t* to) const;
-  // InputError where `path` holds something else than an index, or than the beginning of one.
-  static void CheckReplaceable(const std::filesystem::path& path);
+  static void CheckReplaceable(const std::filesystem::path& path);  // InputError where it is not
 
   std::unique_ptr<InputFile> file_;
   std::vector<IndexBlock> blocks_;

@@ -88,7 +88,8 @@ size_t TilesOf(int pixels) { return size_t((pixels + kTileSize - 1) / kTileSize)
 // What the pixels of one view are compared with.
 struct Comparison {
   const RefitTarget& target;
-  const Image& made;  // by target.edited; or empty
+  const Image* photo;  // the target's; or null
+  const Image& made;   // by target.edited; or empty
   const ReportedEdit& edit;
   const Pair& pair;
 };
@@ -98,7 +99,7 @@ void ComparePixel(const Comparison& in, size_t p, ErrorSums* sums) {
   const uint8_t value = in.target.mask->data[p];
   if (value != 0 && value < kInside) return;
   const float* before = &in.pair.images[6 * p];
-  const float* source = in.target.photo ? &in.target.photo->data[3 * p] : before;
+  const float* source = in.photo ? &in.photo->data[3 * p] : before;
   if (value == 0 && source == before && in.made.Empty() &&
       std::equal(before, before + 3, before + 3)) {
     sums->outside_values += 3;  // most pixels of most views
@@ -295,7 +296,8 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
       CheckTarget(target);
       if (owners[t] != CurrentRanks().rank()) continue;
       const Image made = target.edited ? target.edited(renderer) : Image();
-      own.push_back({t, Compare({target, made, reported, pair.Render(target)})});
+      const std::shared_ptr<const Image> photo = PhotoOf(target);
+      own.push_back({t, Compare({target, photo.get(), made, reported, pair.Render(target)})});
     }
     ErrorSums all;
     for (const auto& [t, sums] : OfAllRanks(own)) {

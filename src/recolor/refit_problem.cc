@@ -97,20 +97,34 @@ std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets) {
   return ShareOut(AreasOf(targets), ranks);
 }
 
-void CheckTarget(const RefitTarget& target) {
+namespace {
+
+void CheckSize(const RefitTarget& target, int width, int height, size_t values, int channels,
+               const char* what) {
   const Camera& camera = target.camera.camera;
-  const std::string name = "view '" + target.name + "': ";
-  if (!target.mask) throw InputError(name + "has no mask");
-  const auto check = [&](int width, int height, size_t values, int channels, const char* what) {
-    if (width != camera.width || height != camera.height ||
-        values != size_t(std::max(width, 0)) * size_t(std::max(height, 0)) * size_t(channels)) {
-      throw InputError(name + what + " is " + SizeText(width, height) + ", the camera is " +
-                       SizeText(camera.width, camera.height));
-    }
-  };
-  check(target.mask->width, target.mask->height, target.mask->data.size(), 1, "mask");
-  if (!target.photo) return;
-  check(target.photo->width, target.photo->height, target.photo->data.size(), 3, "photo");
+  if (width != camera.width || height != camera.height ||
+      values != size_t(std::max(width, 0)) * size_t(std::max(height, 0)) * size_t(channels)) {
+    throw InputError("view '" + target.name + "': " + what + " is " + SizeText(width, height) +
+                     ", the camera is " + SizeText(camera.width, camera.height));
+  }
+}
+
+}  // namespace
+
+void CheckTarget(const RefitTarget& target) {
+  if (!target.mask) throw InputError("view '" + target.name + "': has no mask");
+  CheckSize(target, target.mask->width, target.mask->height, target.mask->data.size(), 1, "mask");
+}
+
+std::shared_ptr<const Image> PhotoOf(const RefitTarget& target) {
+  if (!target.photo) return nullptr;
+  std::shared_ptr<const Image> photo = target.photo();
+  CheckSize(target, photo->width, photo->height, photo->data.size(), 3, "photo");
+  return photo;
+}
+
+std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo) {
+  return [&photo] { return std::shared_ptr<const Image>(std::shared_ptr<const Image>(), &photo); };
 }
 
 UploadedEdit::UploadedEdit(Backend& backend, const CompiledEdit& edit) {
@@ -352,7 +366,8 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   backend().CopyToDevice(mask_.data(), target.mask->data.data(), pixels);
   if (target.edited || target.photo) {
     const Image made = target.edited ? target.edited(renderer_) : Image();
-    const Image& source = target.edited ? made : *target.photo;
+    const std::shared_ptr<const Image> photo = target.edited ? nullptr : PhotoOf(target);
+    const Image& source = photo ? *photo : made;
     backend().Grow(photo_, pixels * 3);
     backend().CopyToDevice(photo_.data(), source.data.data(), pixels * 3 * sizeof(float));
   }

@@ -19,8 +19,10 @@
 
 namespace retint {
 
-// InputError naming the view when mask or photo is missing or not of the view's size.
+// InputError naming the view when its mask is missing or not of the view's size.
 void CheckTarget(const RefitTarget& target);
+// A target's photo; null where it has none. InputError where it is not of the view's size.
+std::shared_ptr<const Image> PhotoOf(const RefitTarget& target);
 
 // An edit in backend memory, for its kernels.
 struct UploadedEdit {

@@ -21,12 +21,16 @@ namespace retint {
 struct RefitTarget {
   std::string name;
   PosedCamera camera;
-  const Mask* mask = nullptr;    // soft, the view's size
-  const Image* photo = nullptr;  // target photo; null: the render of the original scene
+  const Mask* mask = nullptr;  // soft, the view's size
+  // The target photo, wherever it is; empty: the render of the original scene is the target.
+  std::function<std::shared_ptr<const Image>()> photo = nullptr;
   // Makes the target itself, where that is more than a map of the colors of render or photo
   // (PaintCarrier): of the view's size, given a renderer that shows the original scene.
   std::function<Image(Renderer&)> edited = nullptr;
 };
+
+// A photo that is in memory, for RefitTarget; it outlives the target.
+std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo);
 
 // Which rank (base/ranks.h) prepares and evaluates each target, so that each has masks of about the
 // same area. Only the owner needs a target's photo.

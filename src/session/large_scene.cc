@@ -18,15 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMiB = 1024.0 * 1024.0;
-// A Gaussian of degree 3 takes 236 bytes in the model, as many on the CPU backend, and 192 in each
-// of the copies of the coefficients that an edit holds: before, after, of the fit, of the report.
-constexpr size_t kHostBytes = 1250;
-constexpr size_t kDeviceBytes = 750;
-constexpr size_t kProgramBytes = size_t{200} << 20;
-// Masks and images of a view, and its targets, a pixel.
-constexpr size_t kPixelBytes = 3;
 // A selection's box is that of its points and a little more, for Gaussians reach beyond them.
 constexpr float kBoxMargin = 0.1F;
+
+// Of a session of a whole splat, beside its Gaussians.
+constexpr size_t kWholeBytes = size_t{136} << 20;
 
 // Rounded up.
 size_t Mebibytes(size_t bytes) { return (bytes + (size_t{1} << 20) - 1) >> 20; }
@@ -51,32 +47,13 @@ std::vector<const View*> LeastFirst(std::vector<std::pair<double, const View*>> 
 
 }  // namespace
 
-size_t MemoryLimits::HostBytes() const {
-  if (host_bytes > 0) return host_bytes;
-  const auto pages = static_cast<size_t>(sysconf(_SC_PHYS_PAGES));
-  return pages * static_cast<size_t>(sysconf(_SC_PAGE_SIZE)) / 4 * 3;
-}
-
-size_t MemoryLimits::Cache(size_t wanted) const {
-  if (host_bytes > 0) wanted = std::min(wanted, host_bytes / 8);
-  if (device_bytes > 0) wanted = std::min(wanted, device_bytes / 8);
-  return wanted;
-}
-
-size_t HostBytesOf(uint64_t gaussians, size_t extra_bytes) {
-  return static_cast<size_t>(gaussians) * kHostBytes + kProgramBytes + extra_bytes;
-}
-
-size_t DeviceBytesOf(uint64_t gaussians, size_t extra_bytes) {
-  return static_cast<size_t>(gaussians) * kDeviceBytes + extra_bytes;
-}
-
 bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_bytes) {
   try {
     const PlyFile file(splat);
-    if (HostBytesOf(file.count(), cache_bytes) > limits.HostBytes()) return true;
-    return limits.device_bytes > 0 &&
-           DeviceBytesOf(file.count(), cache_bytes) > limits.device_bytes;
+    EditSize size;
+    size.gaussians = size.most_visible = file.count();
+    if (kWholeBytes + HostBytesOf(size) + cache_bytes > limits.HostBytes()) return true;
+    return limits.device_bytes > 0 && DeviceBytesOf(size) + cache_bytes > limits.device_bytes;
   } catch (const InputError&) {
     return false;
   }
@@ -87,7 +64,6 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
                        Monitor& monitor)
     : options_(options), large_(large) {
   options_.Check();
-  options_.cache_bytes = large_.limits.Cache(options.cache_bytes);
   CheckOption(
       !workspace.empty(),
       "a splat that is opened in parts needs --workspace: views are placed around a whole one");
@@ -104,9 +80,17 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
         SplatIndex::OpenOrBuild(*file_, path, build, monitor, &index_built_));
     if (!index_built_.empty()) report_.index_ms = index.Total();
   }
+  ReleaseFreedMemory();
+  base_bytes_ = ResidentBytes();
   report_.all_blocks = static_cast<int64_t>(index_->blocks().size());
   report_.memory_limit_mb = static_cast<double>(large_.limits.host_bytes) / kMiB;
   report_.device_limit_mb = static_cast<double>(large_.limits.device_bytes) / kMiB;
+}
+
+bool LargeScene::WriteIndexOf(const fs::path& copy, const fs::path& target) const {
+  if (!SplatIndex::IsReplaceable(SplatIndex::PathFor(target))) return false;
+  index_->WriteFor(PlyFile(copy), SplatIndex::PathFor(copy));
+  return true;
 }
 
 std::vector<const View*> LargeScene::FacesOf(const std::vector<std::string>& names) const {
@@ -134,19 +118,43 @@ std::vector<uint32_t> LargeScene::BlocksOf(const Need& need) const {
   return index_->Visible(frusta, need.within);
 }
 
-size_t LargeScene::ExtraBytes(const Need& need) const {
-  size_t bytes = options_.cache_bytes + large_.limits.Cache(large_.region_cache_bytes);
-  for (const View* view : need.views) {
-    const Camera& camera = workspace_->reconstruction.Posed(*view).camera;
-    bytes += kPixelBytes * static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
-  }
-  return bytes;
+uint64_t LargeScene::VisibleTo(const PosedCamera& camera) const {
+  const CameraParams params = ToCameraParams(camera);
+  const std::string key(reinterpret_cast<const char*>(&params), sizeof(params));
+  const auto found = visible_.find(key);
+  if (found != visible_.end()) return found->second;
+  const Frustum frustum(params);
+  return visible_[key] = index_->CountOf(index_->Visible(std::span(&frustum, 1)));
 }
 
-bool LargeScene::Fits(uint64_t gaussians, size_t extra_bytes) const {
+EditSize LargeScene::SizeOf(const Need& need) const {
+  EditSize size;
+  size.gaussians = index_->CountOf(BlocksOf(need));
+  if (large_.refit) {
+    size.active = need.active;
+    size.refit = *large_.refit;
+  }
+  const auto add = [&](const PosedCamera& posed) {
+    const Camera& camera = posed.camera;
+    const auto pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
+    size.pixels += pixels;
+    size.largest_pixels = std::max(size.largest_pixels, pixels);
+    size.most_visible = std::max(size.most_visible, VisibleTo(posed));
+    ++size.views;
+  };
+  for (const View* view : need.views) add(workspace_->reconstruction.Posed(*view));
+  for (const PosedCamera& camera : need.cameras) add(camera);
+  if (need.completes) {
+    size.graph_nodes =
+        need.everything ? file_->count() : index_->CountOf(index_->Visible({}, need.within));
+  }
+  return size;
+}
+
+bool LargeScene::Fits(const EditSize& size) const {
   const size_t device = large_.limits.device_bytes;
-  return HostBytesOf(gaussians, extra_bytes) <= large_.limits.HostBytes() &&
-         (device == 0 || DeviceBytesOf(gaussians, extra_bytes) <= device);
+  return HostBytes(size) <= large_.limits.HostBytes() &&
+         (device == 0 || DeviceBytesOf(size) <= device);
 }
 
 size_t LargeScene::ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const {
@@ -157,32 +165,59 @@ size_t LargeScene::ViewsThatFit(Need need, const std::vector<const View*>& large
     need.views = always;
     need.views.insert(need.views.end(), largest_first.begin(),
                       largest_first.begin() + static_cast<std::ptrdiff_t>(middle));
-    const bool fits = Fits(index_->CountOf(BlocksOf(need)), ExtraBytes(need));
+    const bool fits = Fits(SizeOf(need));
     (fits ? low : high) = fits ? middle : middle - 1;
   }
   return low;
 }
 
-void LargeScene::CheckFits(const Need& need, const std::vector<uint32_t>& blocks) const {
-  const uint64_t count = index_->CountOf(blocks);
-  const size_t extra = ExtraBytes(need);
-  if (Fits(count, extra)) return;
-  const bool on_device = HostBytesOf(count, extra) <= large_.limits.HostBytes();
-  const long wanted =
-      Mebibytes(on_device ? DeviceBytesOf(count, extra) : HostBytesOf(count, extra));
-  throw OptionError((on_device ? "--device-memory-mb " : "--memory-mb ") +
-                    std::to_string(Mebibytes(on_device ? large_.limits.device_bytes
-                                                       : large_.limits.HostBytes())) +
-                    " is too little: the views of this step, " + std::to_string(need.views.size()) +
-                    ", see " + std::to_string(count) + " of " + std::to_string(file_->count()) +
-                    " Gaussians, which take about " + std::to_string(wanted) + " MiB");
+LargeScene::Need LargeScene::EditOf(const Need& shown) const {
+  Eigen::AlignedBox3f box;
+  std::vector<Frustum> frusta;
+  for (const View* view : shown.views) {
+    frusta.push_back(FrustumOf(workspace_->reconstruction.Posed(*view)));
+  }
+  for (const IndexBlock& block : index_->blocks()) {
+    GaussianBounds means = block.bounds;  // a sky reaches everywhere
+    means.sigma = 0;
+    const bool seen = std::any_of(frusta.begin(), frusta.end(),
+                                  [&](const Frustum& view) { return view.MaySee(means); });
+    if (!seen) continue;
+    box.extend(Eigen::Vector3f(means.low.data()));
+    box.extend(Eigen::Vector3f(means.high.data()));
+  }
+  Need edit = shown;
+  if (box.isEmpty()) return edit;
+  const std::vector<const View*> views = ViewsThatSee(box);
+  edit.views.insert(edit.views.end(), views.begin(), views.end());
+  edit.within = box;
+  edit.everything = file_->count() <= kGraphOfWholeScene;
+  edit.completes = true;
+  edit.active = index_->CountOf(index_->Visible({}, box));
+  return edit;
+}
+
+void LargeScene::CheckFits(const Need& need, const std::function<std::string()>& or_else) const {
+  EditSize size = SizeOf(need);
+  if (Fits(size)) return;
+  const bool on_device = HostBytes(size) <= large_.limits.HostBytes();
+  const std::string flag = on_device ? "--device-memory-mb " : "--memory-mb ";
+  const size_t limit = on_device ? large_.limits.device_bytes : large_.limits.HostBytes();
+  const std::string seen = std::to_string(size.views) + ", see " + std::to_string(size.gaussians) +
+                           " of " + std::to_string(file_->count()) + " Gaussians";
+  if (large_.refit && need.active == 0) size = SizeOf(EditOf(need));
+  const size_t enough = on_device ? DeviceBytesOf(size) : HostBytes(size);
+  throw OptionError(flag + std::to_string(limit >> 20) +
+                    " is too little: the views of this step, " + seen + "; " + flag +
+                    std::to_string(Mebibytes(enough)) + " is enough" + (or_else ? or_else() : ""));
 }
 
 std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<EditSession> before,
                                               Monitor& monitor) {
   std::vector<uint32_t> blocks = BlocksOf(need);
   if (blocks.empty()) throw InputError(file_->path(), "the view sees no Gaussian");
-  CheckFits(need, blocks);
+  CheckFits(need);
+  size_ = SizeOf(need);
   StageClock clock = clock_;
   if (before) {
     clock = before->scene().clock();
@@ -199,7 +234,13 @@ std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<
     for (const View* view : need.views) part.views.insert(view->id);
     GaussianModel model = file_->Read(part.records, monitor);
     file_->CheckUnchanged();
-    scene = std::make_unique<OpenScene>(workspace_, std::move(model), options_, std::move(part));
+    SessionOptions options = options_;
+    const auto cache = [&](size_t wanted) {
+      return CacheBeside(large_.limits, HostBytes(size_), DeviceBytesOf(size_), wanted);
+    };
+    options.cache_bytes = cache(options.cache_bytes);
+    options.photo_bytes = cache(options.photo_bytes);
+    scene = std::make_unique<OpenScene>(workspace_, std::move(model), options, std::move(part));
   }
   scene->clock() = clock;
   const auto count = static_cast<int64_t>(index_->CountOf(blocks));
@@ -270,6 +311,7 @@ std::unique_ptr<EditSession> LargeScene::ForSelection(const SelectionCloud& clou
   }
   if (projector.Completes() && !painted.empty()) {
     const bool near = projector.completion == Completion::kNear;
+    need.completes = true;
     if (near && file_->count() > kGraphOfWholeScene) {
       std::vector<Eigen::Vector3f> points;
       for (const SelectionPoint& point : cloud.points) points.push_back(point.position);
@@ -278,7 +320,9 @@ std::unique_ptr<EditSession> LargeScene::ForSelection(const SelectionCloud& clou
       need.everything = true;
     }
   }
-  return OpenLargest(std::move(need), ViewsThatSee(BoxOf(cloud)), std::move(before), monitor);
+  const Eigen::AlignedBox3f box = BoxOf(cloud);
+  need.active = index_->CountOf(index_->Visible({}, box));
+  return OpenLargest(std::move(need), ViewsThatSee(box), std::move(before), monitor);
 }
 
 std::unique_ptr<EditSession> LargeScene::ForMasks(const MaskFolder& masks,
@@ -300,6 +344,8 @@ std::unique_ptr<EditSession> LargeScene::ForMasks(const MaskFolder& masks,
     }
   }
   std::vector<const View*> largest = LeastFirst(std::move(selected));
+  if (largest.empty()) throw InputError("no view's mask has a selected pixel");
+  const uint64_t largest_selected = VisibleTo(workspace_->reconstruction.Posed(*largest.front()));
   std::vector<uint32_t> wanted;
   if (!others.empty()) {
     wanted = shares.known ? index_->Holding(shares.Above(active_threshold)) : BlocksOf(need);
@@ -311,7 +357,9 @@ std::unique_ptr<EditSession> LargeScene::ForMasks(const MaskFolder& masks,
     });
     if (sees) largest.push_back(view);
   }
-  return OpenLargest({}, std::move(largest), nullptr, monitor);
+  Need fitted;
+  fitted.active = shares.known ? shares.Above(active_threshold).size() : largest_selected;
+  return OpenLargest(std::move(fitted), std::move(largest), nullptr, monitor);
 }
 
 std::unique_ptr<EditSession> LargeScene::OpenLargest(Need need, std::vector<const View*> largest,
@@ -322,18 +370,13 @@ std::unique_ptr<EditSession> LargeScene::OpenLargest(Need need, std::vector<cons
   }
   Need all = need;
   all.views.insert(all.views.end(), largest.begin(), largest.end());
-  try {
-    CheckFits(all, BlocksOf(all));
-  } catch (const OptionError& error) {
+  CheckFits(all, [&]() -> std::string {
+    if (need.everything) return ", or --complete near or off, which looks at less than all";
     const size_t fit = ViewsThatFit(need, largest);
-    std::string advice = "; --complete near or off looks at less than all";
-    if (!need.everything) {
-      advice = fit > 0 ? "; --most-views " + std::to_string(fit) +
-                             " takes those that see the selection largest, which fit"
-                       : "; not even one view fits";
-    }
-    throw OptionError(error.what() + advice);
-  }
+    if (fit == 0) return "";
+    return ", or --most-views " + std::to_string(fit) +
+           ", which takes those that see the selection largest";
+  });
   return Open(all, std::move(before), monitor);
 }
 

@@ -5,6 +5,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,31 +17,17 @@
 
 #include "base/monitor.h"
 #include "out_of_core/splat_index.h"
-#include "recolor/refit_options.h"
+#include "session/edit_memory.h"
 #include "session/edit_session.h"
 #include "session/selection_files.h"
 
 namespace retint {
 
-// What a run may take; 0: as much as there is.
-struct MemoryLimits {
-  size_t host_bytes = 0;    // 0: three quarters of the machine's memory
-  size_t device_bytes = 0;  // on a GPU
-  // The caches that fit beside the Gaussians, at most an eighth of either limit each.
-  size_t Cache(size_t wanted) const;
-  size_t HostBytes() const;
-};
-
-// About what an edit of so many Gaussians takes on the host and on the device, with `extra_bytes`
-// of masks, caches and the like. Measured (docs/benchmarks.md).
-size_t HostBytesOf(uint64_t gaussians, size_t extra_bytes);
-size_t DeviceBytesOf(uint64_t gaussians, size_t extra_bytes);
-
 struct LargeSceneOptions {
   MemoryLimits limits;
   std::filesystem::path index;  // empty: SplatIndex::PathFor()
   int most_views = 0;  // of those that see a selection, the ones that see it largest; 0: all
-  size_t region_cache_bytes = RefitOptions().region_cache_bytes;
+  std::optional<RefitOptions> refit;  // what follows, if anything does
 };
 
 // Whether the splat is of the format that can be opened in parts, and an edit of all of it would
@@ -82,6 +70,13 @@ class LargeScene {
   std::unique_ptr<EditSession> ForMasks(const MaskFolder& masks, const SparseShares& shares,
                                         double active_threshold, Monitor& monitor);
 
+  // Writes the index of `copy`, a copy of the splat in which nothing but colors differs, beside it.
+  // It is to go beside `target`: false, and nothing is written, where something else than an index
+  // lies there. RunError as SplatIndex::WriteFor().
+  bool WriteIndexOf(const std::filesystem::path& copy, const std::filesystem::path& target) const;
+
+  // Of the session that was opened last.
+  const EditSize& size() const { return size_; }
   OutOfCoreReport Report() const { return report_; }
 
  private:
@@ -90,13 +85,21 @@ class LargeScene {
     std::vector<PosedCamera> cameras;  // besides
     std::optional<Eigen::AlignedBox3f> within;
     bool everything = false;
+    bool completes = false;  // a selection, over everything or what is within the box
+    uint64_t active = 0;     // Gaussians to be fitted, about
   };
   std::vector<uint32_t> BlocksOf(const Need& need) const;
-  size_t ExtraBytes(const Need& need) const;
-  bool Fits(uint64_t gaussians, size_t extra_bytes) const;
+  uint64_t VisibleTo(const PosedCamera& camera) const;  // Gaussians, at most
+  EditSize SizeOf(const Need& need) const;
+  // On the host, with what is in memory already; without caches.
+  size_t HostBytes(const EditSize& size) const { return base_bytes_ + HostBytesOf(size); }
+  bool Fits(const EditSize& size) const;
   // How many of the views, largest first, fit with the rest of `need`.
   size_t ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const;
-  void CheckFits(const Need& need, const std::vector<uint32_t>& blocks) const;
+  // What the edit of something that these views show takes at most, which is not known yet.
+  Need EditOf(const Need& shown) const;
+  // OptionError, which says what would do, where it does not fit; `or_else` is added to it.
+  void CheckFits(const Need& need, const std::function<std::string()>& or_else = {}) const;
   // `need` and the views that see a selection, of which --most-views takes the first.
   std::unique_ptr<EditSession> OpenLargest(Need need, std::vector<const View*> largest_first,
                                            std::unique_ptr<EditSession> before, Monitor& monitor);
@@ -115,6 +118,9 @@ class LargeScene {
   std::string index_built_;
   StageClock clock_;
   OutOfCoreReport report_;
+  EditSize size_;
+  size_t base_bytes_ = 0;                            // in memory before anything of the splat is
+  mutable std::map<std::string, uint64_t> visible_;  // VisibleTo(), by the camera's bytes
 };
 
 }  // namespace retint

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -36,9 +37,10 @@ Workspace OpenWorkspace(const std::filesystem::path& folder, const SessionOption
 struct SessionOptions {
   std::string backend = "auto";                        // "auto", "cpu" or "cuda"
   size_t cache_bytes = RendererOptions().cache_bytes;  // of the per-view geometry cache
-  size_t history_bytes = size_t{512} << 20;            // of the undo history
-  std::array<float, 3> background = {0, 0, 0};         // behind the Gaussians, RGB
-  std::filesystem::path image_folder;                  // photos; empty: found in the workspace
+  size_t photo_bytes = SIZE_MAX;  // of photos that are targets; what is more is read again
+  size_t history_bytes = size_t{512} << 20;     // of the undo history
+  std::array<float, 3> background = {0, 0, 0};  // behind the Gaussians, RGB
+  std::filesystem::path image_folder;           // photos; empty: found in the workspace
   std::string model;  // folder of the sparse model, below the workspace; empty: the largest
   // Where the splat lies in the workspace's world. Cameras, points and depth maps are moved into
   // the splat's frame, so that the splat itself keeps every bit.

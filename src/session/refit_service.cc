@@ -10,16 +10,30 @@
 
 namespace retint {
 
-const Image& RefitService::Photo(const std::string& view) {
-  const auto found = photos_.find(view);
-  if (found != photos_.end()) return found->second;
-  return photos_.emplace(view, scene_.Picture(scene_.workspace().RequireView(view))).first->second;
+std::function<std::shared_ptr<const Image>()> RefitService::Photo(const std::string& name,
+                                                                  bool later) {
+  const View& view = scene_.workspace().RequireView(name);
+  auto found = photos_.find(name);
+  if (found == photos_.end()) {
+    const Camera& camera = scene_.reconstruction().Posed(view).camera;
+    const size_t bytes =
+        static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height) * 3 * sizeof(float);
+    if (later && photo_bytes_ + bytes > scene_.options().photo_bytes) {
+      return [this, &view] { return std::make_shared<const Image>(scene_.Picture(view)); };
+    }
+    photo_bytes_ += bytes;
+    found = photos_.emplace(name, std::make_shared<const Image>(scene_.Picture(view))).first;
+  }
+  return [photo = found->second] { return photo; };
 }
 
 std::vector<RefitTarget> RefitService::Targets(const Region& region,
                                                const std::vector<const View*>& views,
                                                TargetKind target, Monitor& monitor,
-                                               size_t most_views) {
+                                               size_t most_views, bool in_background) {
+  // A view without a photo is rendered in its place, with the original colors: of several regions
+  // and on another thread, those that the renderer must show meanwhile are others.
+  const bool later = !in_background && store_.regions().regions.size() == 1;
   std::vector<RefitTarget> targets =
       RenderTargets(scene_.reconstruction(), region.selection->masks, views);
   if (most_views > 0 && targets.size() > most_views) {
@@ -33,7 +47,7 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
   for (size_t i = 0; target == TargetKind::kPhoto && i < targets.size(); ++i) {
     if (owners[i] != CurrentRanks().rank()) continue;
     monitor.Step("load", static_cast<double>(i), static_cast<double>(targets.size()));
-    targets[i].photo = &Photo(targets[i].name);
+    targets[i].photo = Photo(targets[i].name, later);
   }
   const ColorEdit edit = region.EffectiveEdit();
   if (!edit.HasPaint()) return targets;
@@ -42,27 +56,29 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
   for (RefitTarget& one : targets) {
     one.edited = [carrier, camera = one.camera, mask = one.mask,
                   photo = one.photo](Renderer& renderer) {
-      return carrier->Target(renderer, camera, *mask, photo);
+      return carrier->Target(renderer, camera, *mask, photo ? photo().get() : nullptr);
     };
   }
   return targets;
 }
 
-RefitChainInput RefitService::ChainInput(const RefitJob& job, Monitor& monitor) {
+RefitChainInput RefitService::ChainInput(const RefitJob& job, Monitor& monitor,
+                                         bool in_background) {
   job.Check();
   RefitChainInput input;
   input.original = &scene_.original();
   input.state = store_.regions();
   input.job = job;
   for (const Region& region : input.state.regions) {
-    input.targets.push_back(Targets(region, scene_.train_views(), job.target, monitor));
+    input.targets.push_back(Targets(region, scene_.train_views(), job.target, monitor,
+                                    /*most_views=*/0, in_background));
   }
   return input;
 }
 
 void RefitService::Refit(const RefitJob& job, Monitor& monitor) {
   const StageClock::Lap lap(scene_.clock(), "refit");
-  RefitChain chain(ChainInput(job, monitor), scene_.renderer());
+  RefitChain chain(ChainInput(job, monitor, /*in_background=*/false), scene_.renderer());
   while (chain.Step(monitor)) {
   }
   store_.SetJob(job);
@@ -76,7 +92,7 @@ BackgroundOptimizer& RefitService::optimizer() {
 
 uint64_t RefitService::Start(const RefitJob& job, Monitor& monitor) {
   if (!background_renderer_) background_renderer_ = std::make_shared<std::unique_ptr<Renderer>>();
-  auto input = std::make_shared<RefitChainInput>(ChainInput(job, monitor));
+  auto input = std::make_shared<RefitChainInput>(ChainInput(job, monitor, /*in_background=*/true));
   store_.SetJob(job);
   return optimizer().Start([input, scene = &scene_, renderer = background_renderer_](
                                Monitor&) -> std::unique_ptr<OptimizerJob> {

@@ -6,7 +6,9 @@
 // publishes is fetched by NewestSnapshot(), which any thread may call.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -59,13 +61,17 @@ class RefitService {
   // Of `views`, at most so many of them (0: all). With the photos of this rank's views, where they
   // are the target.
   std::vector<RefitTarget> Targets(const Region& region, const std::vector<const View*>& views,
-                                   TargetKind target, Monitor& monitor, size_t most_views = 0);
-  const Image& Photo(const std::string& view);
-  RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor);
+                                   TargetKind target, Monitor& monitor, size_t most_views = 0,
+                                   bool in_background = false);
+  // A photo that was read already or, where there is no more room for it and `later` allows it,
+  // that is read whenever it is asked for.
+  std::function<std::shared_ptr<const Image>()> Photo(const std::string& view, bool later);
+  RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor, bool in_background);
 
   OpenScene& scene_;
   RegionStore& store_;
-  std::map<std::string, Image> photos_;  // read when they are first a target, then never changed
+  std::map<std::string, std::shared_ptr<const Image>> photos_;  // never changed
+  size_t photo_bytes_ = 0;                                      // of them
   // Used by the optimizer's thread alone; kept between jobs, whose views are mostly the same.
   std::shared_ptr<std::unique_ptr<Renderer>> background_renderer_;
   std::unique_ptr<BackgroundOptimizer> optimizer_;  // last: its thread reads the rest

@@ -109,7 +109,7 @@ TEST_F(QualityReportTest, TilesThatAreNotDrawnLoseNothing) {
   for (const PosedCamera& camera : scene_.cameras) {
     photos.push_back(RenderWith(scene_.model.sh, camera));
   }
-  for (size_t v = 0; v < targets_.size(); ++v) targets_[v].photo = &photos[v];
+  for (size_t v = 0; v < targets_.size(); ++v) targets_[v].photo = HeldPhoto(photos[v]);
   const auto drawn_whole = Evaluate(targets_, {});
   EXPECT_EQ(drawn_in_part.train.psnr_inside_before, drawn_whole.train.psnr_inside_before);
   EXPECT_EQ(drawn_in_part.train.psnr_inside_after, drawn_whole.train.psnr_inside_after);

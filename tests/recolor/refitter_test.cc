@@ -191,7 +191,7 @@ TEST_P(RefitterTest, RefusesTargetsThatDoNotFit) {
   EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("view2")));
   targets[2].mask = &scene_.masks[2];
   const Image photo(64, 47);
-  targets[2].photo = &photo;
+  targets[2].photo = HeldPhoto(photo);
   EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("photo is 64x47")));
   targets.clear();
   EXPECT_THAT(make, ThrowsMessage<OptionError>(HasSubstr("no view")));
