@@ -72,7 +72,9 @@ void WriteEdited(const EditSession& session, const LargeScene* large,
     run.Warn(SplatIndex::PathFor(target).string() +
              " is not an index of a splat, and is not written over");
   } catch (const RunError& error) {
-    run.Warn("the output has no index yet: " + std::string(error.what()));
+    run.Warn(std::string("the output has no index: ") + error.what());
+  } catch (const InputError& error) {
+    run.Warn(std::string("the output has no index: ") + error.what());
   }
 }
 

@@ -15,6 +15,7 @@ struct Arguments {
   SceneArguments scene;
   EditArguments edit;
   PaintArguments paint;
+  LargeArguments large;
   std::vector<std::filesystem::path> erase;
   std::filesystem::path output, append, report;
 };
@@ -43,10 +44,24 @@ void CheckArguments(const Arguments& arguments) {
   if (!arguments.report.empty()) CheckOutput(arguments.report);
 }
 
+// The scene, or what the depth of the painted views needs of a large one.
+std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const SelectOptions& options,
+                                         Run& run) {
+  const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
+  if (!large) return OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  auto session = large->Show(arguments.paint.views, nullptr, run.monitor());
+  DescribeSession(*session, run.globals().backend, run);
+  std::vector<PosedCamera> cameras;
+  for (const View* view : session->scene().views()) {
+    cameras.push_back(session->reconstruction().Posed(*view));
+  }
+  return large->ForDepth(cameras, options, std::move(session), run.monitor());
+}
+
 void Select(const Arguments& arguments, Run& run) {
   const SelectOptions options = Resolve(arguments.edit, run.globals()).select;
   CheckArguments(arguments);
-  const auto session = OpenSession(arguments.scene, 0, run);
+  const auto session = OpenPainted(arguments, options, run);
   SelectionCloud cloud;
   if (!arguments.append.empty()) cloud = ReadCloud(arguments.append);
   SelectionResult added;
@@ -101,6 +116,7 @@ void AddSelect(CLI::App& app, Globals& globals, Action& action) {
   AddPreset(verb, arguments->edit);
   AddDepthOptions(verb, arguments->edit, "--method");
   AddCloudOptions(verb, arguments->edit);
+  AddLarge(verb, arguments->large, /*selects=*/false);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Select(*arguments, run); }; });
 }

@@ -12,6 +12,7 @@
 #include "colmap_io/image_io.h"
 #include "colmap_io/workspace.h"
 #include "splat_io/splat_io.h"
+#include "tests/benchmarks/densify.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
 
@@ -218,14 +219,130 @@ TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
   EXPECT_NE(ReadFile(temp_ / "third.ply"), ReadFile(temp_ / "second.ply"));
 }
 
+TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
+  CommandResult run = Recolor("blue.ply", {"--complete", "off", "--out-of-core", "on"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(temp_ / "blue.ply.index"));
+  run = RunRetint({"index", (temp_ / "blue.ply").string()});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("fits the file"));
+  // As the index that is built of it has.
+  const auto render = [&](const std::string& folder) {
+    const CommandResult one =
+        RunRetint({"render", "--workspace", TinyWorkspace().string(), "--splat",
+                   (temp_ / "blue.ply").string(), "--view", "003.png", "--output",
+                   (temp_ / folder).string(), "--out-of-core", "on"});
+    EXPECT_EQ(one.code, 0) << one.err;
+    return ReadFile(temp_ / folder / "003.png");
+  };
+  const std::string picture = render("copied");
+  std::filesystem::remove(temp_ / "blue.ply.index");
+  EXPECT_EQ(render("built"), picture);
+  // What lies in its place is somebody's.
+  WriteFile(temp_ / "green.ply.index", "a list of books");
+  run = Recolor("green.ply", {"--complete", "off", "--out-of-core", "on"});
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.err, HasSubstr("is not an index"));
+  EXPECT_EQ(ReadFile(temp_ / "green.ply.index"), "a list of books");
+}
+
+// The number behind the last "--memory-mb " of a refusal.
+int Enough(const std::string& line) {
+  const std::string flag = "--memory-mb ";
+  const size_t at = line.rfind(flag);
+  EXPECT_NE(at, std::string::npos) << line;
+  return at == std::string::npos ? 0 : std::stoi(line.substr(at + flag.size()));
+}
+
 TEST_F(LargeSceneTest, SaysWhatWouldFitAndWritesNothing) {
-  const CommandResult run = Recolor("out.ply", {"--complete", "off", "--out-of-core", "on",
-                                                "--memory-mb", "100", "--progress", "none"});
+  const auto recolor = [&](int memory_mb) {
+    return Recolor("out.ply",
+                   {"--complete", "off", "--out-of-core", "on", "--memory-mb",
+                    std::to_string(memory_mb), "--progress", "none"},
+                   "report.json");
+  };
+  const CommandResult run = recolor(50);
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(CountLines(run.err), 1) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("--memory-mb 100 is too little"));
-  EXPECT_THAT(run.err, HasSubstr("MiB"));
+  EXPECT_THAT(run.err, HasSubstr("--memory-mb 50 is too little"));
   EXPECT_FALSE(std::filesystem::exists(temp_ / "out.ply"));
+  const int enough = Enough(run.err);
+  const CommandResult again = recolor(enough);
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_LE(json::parse(ReadFile(temp_ / "report.json"))["peak_rss_mb"], enough);
+}
+
+// A few blocks of a city, each the tiny scene with many small Gaussians: what views see is a part,
+// and what an edit takes is more than the program itself.
+class TiledSceneTest : public LargeSceneTest {
+ protected:
+  static constexpr size_t kTiles = 4;
+  static constexpr int kChildren = 16;
+
+  void SetUp() override {
+    const GaussianModel block = [] {
+      GaussianModel model = ReadSplat(TinyWorkspace() / "splat.ply");
+      model.source = {};
+      return Densify(model, kChildren, 1);
+    }();
+    const Reconstruction views = Workspace::Open(TinyWorkspace()).reconstruction;
+    const Rigid3d& pose = views.ViewsByName().front()->cam_from_world;
+    const Eigen::Vector3f back =
+        (pose.rotation.conjugate() * Eigen::Vector3d(0, 0, -100)).cast<float>();
+    const size_t count = block.NumGaussians(), width = size_t(block.NumShCoeffs()) * 3;
+    GaussianModel city;
+    city.Resize(kTiles * count, block.sh_degree);
+    for (size_t g = 0; g < kTiles * count; ++g) {
+      const size_t from = g % count, tile = g / count;
+      for (size_t c = 0; c < 3; ++c) {
+        city.means[3 * g + c] =
+            block.means[3 * from + c] + float(tile) * back[static_cast<Eigen::Index>(c)];
+        city.log_scales[3 * g + c] = block.log_scales[3 * from + c];
+      }
+      std::copy_n(&block.quats_wxyz[4 * from], 4, &city.quats_wxyz[4 * g]);
+      city.opacity_logits[g] = block.opacity_logits[from];
+      std::copy_n(&block.sh[from * width], width, &city.sh[g * width]);
+    }
+    WriteSplat(splat_, city);
+  }
+
+  // The report of a run within a limit; null where it is refused, `err` says why.
+  json RunWithin(int memory_mb, std::vector<std::string> more, std::string* err) {
+    std::vector<std::string> arguments = {"--complete", "off",         "--out-of-core",
+                                          "on",         "--memory-mb", std::to_string(memory_mb),
+                                          "--progress", "none"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const CommandResult run = Recolor("out.ply", arguments, "report.json");
+    *err = run.err;
+    if (run.code == 2) return {};
+    EXPECT_EQ(run.code, 0) << run.err;
+    return json::parse(ReadFile(temp_ / "report.json"));
+  }
+};
+
+TEST_F(TiledSceneTest, KeepsWithinItsMemoryOrSaysWhatIsEnough) {
+  std::string err;
+  for (const std::vector<std::string>& edit :
+       {std::vector<std::string>{}, {"--target", "photo"}, {"--gamma", "1.6"}}) {
+    const json free = RunWithin(16000, edit, &err);
+    ASSERT_TRUE(free.contains("peak_rss_mb")) << err;
+    // Much less than that first takes: it is refused, and what the line says is kept.
+    EXPECT_TRUE(RunWithin(150, edit, &err).is_null());
+    const int most = Enough(err);
+    const json within = RunWithin(most, edit, &err);
+    ASSERT_TRUE(within.contains("peak_rss_mb")) << err;
+    EXPECT_LE(within["peak_rss_mb"], most);
+    // Between the two it may be refused once more, with a figure that is kept.
+    const json between = RunWithin((150 + most) / 2, edit, &err);
+    if (!between.is_null()) {
+      EXPECT_LE(between["peak_rss_mb"], (150 + most) / 2);
+    } else {
+      const int enough = Enough(err);
+      const json kept = RunWithin(enough, edit, &err);
+      ASSERT_TRUE(kept.contains("peak_rss_mb")) << err;
+      EXPECT_LE(kept["peak_rss_mb"], enough);
+    }
+  }
 }
 
 TEST_F(LargeSceneTest, RefusesWhatIsNotToBeHadInParts) {

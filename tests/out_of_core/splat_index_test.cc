@@ -143,6 +143,33 @@ TEST_F(SplatIndexTest, FindsWhatViewsSeeAndABoxHolds) {
   EXPECT_EQ(index.CountOf(index.Visible(std::vector{Frustum(camera)})), 0U);
 }
 
+// A copy whose colors alone differ has its blocks where the original has them.
+TEST_F(SplatIndexTest, ServesACopyWithOtherColors) {
+  Write(3000);
+  const PlyFile file(splat_);
+  SplatIndex::Build(file, index_, {}, monitor_);
+  const SplatIndex index(index_, file);
+  const fs::path copy = folder_ / "copy.ply", copys = SplatIndex::PathFor(copy);
+  const std::vector<uint32_t> changed = {5};
+  file.WritePatched(copy, changed, std::vector<float>{1, 2, 3}, monitor_);
+  fs::last_write_time(copy, fs::last_write_time(splat_) + std::chrono::seconds(1));
+  const PlyFile opened(copy);
+  index.WriteFor(opened, copys);
+  std::string built;
+  const SplatIndex of_copy = SplatIndex::OpenOrBuild(opened, copys, {}, monitor_, &built);
+  EXPECT_EQ(built, "");
+  ExpectWhole(of_copy, model_, 512);
+  EXPECT_EQ(of_copy.splat_xxh64(), 0U);
+  EXPECT_THAT([&] { SplatIndex(copys, file); },
+              ThrowsMessage<InputError>(HasSubstr("was written after its index")));
+  EXPECT_TRUE(SplatIndex::IsReplaceable(copys));
+  EXPECT_TRUE(SplatIndex::IsReplaceable(folder_ / "nothing"));
+  EXPECT_FALSE(SplatIndex::IsReplaceable(copy));
+  Write(3001);
+  EXPECT_THAT([&] { index.WriteFor(PlyFile(splat_), copys); },
+              ThrowsMessage<OptionError>(HasSubstr("is no copy")));
+}
+
 TEST_F(SplatIndexTest, IsRebuiltWhereItDoesNotFit) {
   Write(500);
   std::string built;
