@@ -52,6 +52,7 @@ bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_
     const PlyFile file(splat);
     EditSize size;
     size.gaussians = size.most_visible = file.count();
+    size.active = 1;  // what a report takes counts
     if (kWholeBytes + HostBytesOf(size) + cache_bytes > limits.HostBytes()) return true;
     return limits.device_bytes > 0 && DeviceBytesOf(size) + cache_bytes > limits.device_bytes;
   } catch (const InputError&) {
@@ -172,28 +173,29 @@ size_t LargeScene::ViewsThatFit(Need need, const std::vector<const View*>& large
 }
 
 LargeScene::Need LargeScene::EditOf(const Need& shown) const {
-  Eigen::AlignedBox3f box;
+  Need edit = shown;
   std::vector<Frustum> frusta;
   for (const View* view : shown.views) {
-    frusta.push_back(FrustumOf(workspace_->reconstruction.Posed(*view)));
+    const PosedCamera posed = workspace_->reconstruction.Posed(*view);
+    frusta.push_back(FrustumOf(posed));
+    edit.active += VisibleTo(posed);
   }
+  Eigen::AlignedBox3f box;
   for (const IndexBlock& block : index_->blocks()) {
-    GaussianBounds means = block.bounds;  // a sky reaches everywhere
-    means.sigma = 0;
+    GaussianBounds middle;  // the large ones reach everywhere
+    for (size_t i = 0; i < 3; ++i) {
+      middle.low[i] = middle.high[i] = (block.bounds.low[i] + block.bounds.high[i]) / 2;
+    }
     const bool seen = std::any_of(frusta.begin(), frusta.end(),
-                                  [&](const Frustum& view) { return view.MaySee(means); });
-    if (!seen) continue;
-    box.extend(Eigen::Vector3f(means.low.data()));
-    box.extend(Eigen::Vector3f(means.high.data()));
+                                  [&](const Frustum& view) { return view.MaySee(middle); });
+    if (seen) box.extend(Eigen::Vector3f(middle.low.data()));
   }
-  Need edit = shown;
   if (box.isEmpty()) return edit;
   const std::vector<const View*> views = ViewsThatSee(box);
   edit.views.insert(edit.views.end(), views.begin(), views.end());
-  edit.within = box;
-  edit.everything = file_->count() <= kGraphOfWholeScene;
   edit.completes = true;
-  edit.active = index_->CountOf(index_->Visible({}, box));
+  edit.everything = file_->count() <= kGraphOfWholeScene;
+  edit.within = box;
   return edit;
 }
 

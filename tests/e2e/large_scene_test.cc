@@ -174,12 +174,12 @@ TEST_F(LargeSceneTest, RefitsMasksAsInCore) {
   ExpectSameFit("masks", {"--target", "photo", "--holdout", "4"});
   // A view where nothing is selected still says what must stay, whether shares are known or, as its
   // mask was changed since, are not.
-  WritePng(temp_ / "masks" / "003.png", Mask(160, 120));
+  WritePng(temp_ / "masks" / "003.png.png", Mask(160, 120));
   const CommandResult stale = Refit("masks", "stale.ply", true);
   EXPECT_THAT(stale.err, HasSubstr("belongs to other masks"));
   ExpectSameFit("masks");
   std::filesystem::remove(temp_ / "masks" / "shares.bin");
-  std::filesystem::remove(temp_ / "masks" / "004.png");
+  std::filesystem::remove(temp_ / "masks" / "004.png.png");
   ExpectSameFit("masks");
 }
 
@@ -196,7 +196,7 @@ TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
   ASSERT_EQ(Project("masks", {"--complete", "off"}, true).code, 0);
   EXPECT_EQ(report({})["views"], 8);
   EXPECT_EQ(report({"--most-views", "2"})["views"], 2);
-  for (const char* name : {"003.png", "004.png"}) std::filesystem::remove(temp_ / "masks" / name);
+  for (const char* name : {"003.png.png", "004.png.png"}) std::filesystem::remove(temp_ / "masks" / name);
   EXPECT_EQ(report({})["views"], 6);
 }
 
@@ -233,7 +233,7 @@ TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
                    (temp_ / "blue.ply").string(), "--view", "003.png", "--output",
                    (temp_ / folder).string(), "--out-of-core", "on"});
     EXPECT_EQ(one.code, 0) << one.err;
-    return ReadFile(temp_ / folder / "003.png");
+    return ReadFile(temp_ / folder / "003.png.png");
   };
   const std::string picture = render("copied");
   std::filesystem::remove(temp_ / "blue.ply.index");
@@ -323,7 +323,7 @@ class TiledSceneTest : public LargeSceneTest {
 TEST_F(TiledSceneTest, KeepsWithinItsMemoryOrSaysWhatIsEnough) {
   std::string err;
   for (const std::vector<std::string>& edit :
-       {std::vector<std::string>{}, {"--target", "photo"}, {"--gamma", "1.6"}}) {
+       {std::vector<std::string>{}, {"--target", "photo", "--gamma", "1.6"}}) {
     const json free = RunWithin(16000, edit, &err);
     ASSERT_TRUE(free.contains("peak_rss_mb")) << err;
     // Much less than that first takes: it is refused, and what the line says is kept.

@@ -88,8 +88,8 @@ struct TinyScene {
   std::vector<RefitTarget> Targets() const {
     std::vector<RefitTarget> targets;
     for (size_t v = 0; v < cameras.size(); ++v) {
-      targets.push_back({"view" + std::to_string(v), cameras[v], &masks[v],
-                         photos.empty() ? nullptr : &photos[v]});
+      targets.push_back({"view" + std::to_string(v), cameras[v], &masks[v]});
+      if (!photos.empty()) targets.back().photo = HeldPhoto(photos[v]);
     }
     return targets;
   }
