@@ -24,6 +24,7 @@ constexpr size_t kCoefficients = 192;  // one copy of them
 // Copies for the report and the output, beside the model's: after the edit, and on the backend.
 constexpr size_t kCopies = 2;
 constexpr size_t kDeviceGaussian = 750;
+constexpr size_t kCopiesBesideDevice = 4;  // of a fit's coefficients: before, start and after
 // Of a view, a Gaussian that it sees: while it is projected and sorted, and restricted to those
 // that are fitted.
 constexpr size_t kVisible = 400;
@@ -50,7 +51,9 @@ size_t Of(uint64_t count, size_t bytes) { return static_cast<size_t>(count) * by
 
 // What a stage takes for a while: the one that takes most, and the view that it works on.
 size_t WorkBytes(const EditSize& size, size_t projection) {
-  const size_t fit = Of(size.active, FitBytes(size.refit));
+  const size_t of_active =
+      size.on_device ? kCopiesBesideDevice * kCoefficients : FitBytes(size.refit);
+  const size_t fit = Of(size.active, of_active);
   const size_t report = size.active > 0 ? Of(size.gaussians, kCopies * kCoefficients) : 0;
   return Of(size.most_visible, kVisible) + size.largest_pixels * kPixel +
          std::max({projection, fit, report});
@@ -81,6 +84,7 @@ size_t MemoryLimits::Cache(size_t wanted) const {
 EditSize SizeOfWhole(const EditSession& session) {
   EditSize size;
   size.gaussians = size.most_visible = session.original().NumGaussians();
+  size.on_device = !session.scene().backend().IsHost();
   for (const View* view : session.scene().views()) {
     const Camera& camera = session.reconstruction().Posed(*view).camera;
     const auto pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);

@@ -32,6 +32,7 @@ struct EditSize {
   size_t pixels = 0;          // of all views, whose masks are held
   size_t largest_pixels = 0;  // of the largest view
   RefitOptions refit = {};
+  bool on_device = false;  // where the coefficients of the fit are then
 };
 
 // Of an edit of all that a session holds, but for what is fitted and completed.

@@ -131,6 +131,7 @@ uint64_t LargeScene::VisibleTo(const PosedCamera& camera) const {
 EditSize LargeScene::SizeOf(const Need& need) const {
   EditSize size;
   size.gaussians = index_->CountOf(BlocksOf(need));
+  size.on_device = !backend_->IsHost();
   if (large_.refit) {
     size.active = need.active;
     size.refit = *large_.refit;
