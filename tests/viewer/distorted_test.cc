@@ -234,7 +234,7 @@ class DistortedTest : public ViewerTest {
   void PaintIsKeptAndSelectsAsTheCommandLineDoes_data() {
     QTest::addColumn<QString>("lens");
     QTest::addColumn<double>("least_iou");
-    // Measured: ...
+    // Measured: 0.70, 0.71 and 0.61. The subject has thin leaves, and is small in a sphere.
     QTest::newRow("OPENCV") << "OPENCV" << 0.6;
     QTest::newRow("OPENCV_FISHEYE") << "OPENCV_FISHEYE" << 0.6;
     QTest::newRow("EQUIRECTANGULAR") << "EQUIRECTANGULAR" << 0.5;
@@ -259,7 +259,6 @@ class DistortedTest : public ViewerTest {
     QCOMPARE(source.painted[0].name, subject_.first);
     QVERIFY(source.painted[0].mask.data == painted.data);
     QVERIFY(IsOnPhoto(source.painted[0]));
-    qInfo("mean IoU %.3f", MeanIou());
     QVERIFY2(MeanIou() > least_iou, qPrintable(QString::number(MeanIou())));
     WhatTheCommandLineFinds(painted);
 
