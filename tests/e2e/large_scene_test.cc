@@ -196,7 +196,8 @@ TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
   ASSERT_EQ(Project("masks", {"--complete", "off"}, true).code, 0);
   EXPECT_EQ(report({})["views"], 8);
   EXPECT_EQ(report({"--most-views", "2"})["views"], 2);
-  for (const char* name : {"003.png.png", "004.png.png"}) std::filesystem::remove(temp_ / "masks" / name);
+  for (const char* name : {"003.png.png", "004.png.png"})
+    std::filesystem::remove(temp_ / "masks" / name);
   EXPECT_EQ(report({})["views"], 6);
 }
 
