@@ -35,6 +35,8 @@ constexpr int kInsideColors = 5, kOutsideColors = 8;
 constexpr int kLeastSamples = 50;
 constexpr double kColorSpread = 0.014;  // OKLab: no component of the colors gets narrower
 constexpr double kConnected = 1e-3;     // weight of an edge that connects
+constexpr float kReach = 5;             // radii of what was painted, from its middle
+constexpr double kWithinRadius = 0.9;   // of it; the rest may lie behind its rim
 // Solved shares below are outside, and above inside: what is merely likely must not be half edited.
 constexpr double kSurelyOutside = 0.25, kSurelyInside = 0.75;
 constexpr double kUnseenDoubt = 0.25;   // of what is inside without having been seen
@@ -169,11 +171,37 @@ class Completer {
     SolveGraph(edges_, weights, terms, solved, monitor, backend_);
   }
 
-  // What no chain of selected neighbors leads to from painted ones becomes outside.
+  // About the painted ones: what lies beyond it is no part of the same thing.
+  struct Ball {
+    Eigen::Vector3f middle;
+    float radius;
+    bool Holds(const Eigen::Vector3f& at) const { return (at - middle).norm() <= radius; }
+  };
+  Ball ReachOf(const std::vector<int>& painted) const {
+    std::vector<float> values(painted.size());
+    const auto quantile = [&](double q, const auto& value) {
+      std::transform(painted.begin(), painted.end(), values.begin(),
+                     [&](int g) { return value(surfaces_[size_t(g)].mean); });
+      const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1));
+      std::nth_element(values.begin(), at, values.end());
+      return *at;
+    };
+    Ball ball;
+    for (int axis = 0; axis < 3; ++axis) {
+      ball.middle[axis] = quantile(0.5, [&](const Eigen::Vector3f& mean) { return mean[axis]; });
+    }
+    ball.radius = kReach * quantile(kWithinRadius, [&](const Eigen::Vector3f& mean) {
+                    return (mean - ball.middle).norm();
+                  });
+    return ball;
+  }
+
+  // What no chain of selected neighbors within reach leads to from painted ones becomes outside.
   void DropUnconnected(std::vector<Solved>* solved) const {
     constexpr double kHalf = 0.5;
     std::vector<uint8_t> reached(count_, 0);
     std::vector<int> open = Members(true);
+    const Ball reach = ReachOf(open);
     for (const int g : open) reached[size_t(g)] = 1;
     constexpr size_t kOpen = 512;  // nodes a task
     while (!open.empty()) {
@@ -186,6 +214,7 @@ class Completer {
           for (size_t e = edges_.begin[g]; e < edges_.begin[g + 1]; ++e) {
             const auto other = size_t(edges_.other[e]);
             if (edges_.weight[e] < kConnected || (*solved)[other].share < kHalf) continue;
+            if (!reach.Holds(surfaces_[other].mean)) continue;
             const std::atomic_ref<uint8_t> mark(reached[other]);
             if (mark.load(std::memory_order_relaxed) || mark.exchange(1)) continue;
             found[part].push_back(int(other));

@@ -24,7 +24,7 @@ namespace retint {
 
 enum class Completion {
   kOff,   // what no painted view sees counts against the selection (unknown_weight)
-  kNear,  // completed where it is connected to what was painted
+  kNear,  // completed where it is connected to what was painted, and within five times its radius
   kAll,   // also other things that look the same
 };
 

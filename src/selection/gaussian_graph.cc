@@ -38,6 +38,7 @@ GaussianSurface SurfaceOf(const GaussianModel& model, size_t g) {
   std::array<int, 3> axes = {0, 1, 2};
   const float* const scale = &model.log_scales[3 * g];
   std::sort(axes.begin(), axes.end(), [&](int a, int b) { return scale[a] < scale[b]; });
+  surface.mean = Eigen::Vector3f(&model.means[3 * g]);
   surface.extent = std::exp(0.5f * (scale[axes[1]] + scale[axes[2]]));
   surface.flatness = 1 - std::exp(scale[axes[0]] - scale[axes[1]]);
   const float* const q = &model.quats_wxyz[4 * g];

@@ -19,6 +19,7 @@ namespace retint {
 
 // One Gaussian as a piece of surface.
 struct GaussianSurface {
+  Eigen::Vector3f mean;    // world
   Eigen::Vector3f lab;     // OKLab of the color without view dependence
   Eigen::Vector3f normal;  // the shortest axis, world
   float extent = 0;        // mean of the two longer standard deviations, world

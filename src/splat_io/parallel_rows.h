@@ -7,26 +7,46 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <numeric>
 #include <vector>
 
 #include "base/parallel.h"
 
 namespace retint {
 
-// body(i) for i in [0, count), each a task of its own.
+// body(i) for every i in `order`, which has the numbers below its size, begun in that order, each a
+// task of its own.
 template <typename Body>
-void ForEachTask(size_t count, const Body& body) {
-  std::vector<std::exception_ptr> faults(count);
-  ParallelTasks(static_cast<int64_t>(count), [&](int64_t i) {
+void ForEachTask(const std::vector<size_t>& order, const Body& body) {
+  std::vector<std::exception_ptr> faults(order.size());
+  ParallelTasks(static_cast<int64_t>(order.size()), [&](int64_t task) {
+    const size_t i = order[static_cast<size_t>(task)];
     try {
-      body(static_cast<size_t>(i));
+      body(i);
     } catch (...) {
-      faults[static_cast<size_t>(i)] = std::current_exception();
+      faults[i] = std::current_exception();
     }
   });
   for (const std::exception_ptr& fault : faults) {
     if (fault) std::rethrow_exception(fault);
   }
+}
+// The same for i in [0, count).
+template <typename Body>
+void ForEachTask(size_t count, const Body& body) {
+  std::vector<size_t> order(count);
+  std::iota(order.begin(), order.end(), size_t{0});
+  ForEachTask(order, body);
+}
+// The numbers of `tasks`, those with the most work first: a large one that begins last is waited
+// for.
+template <typename Tasks>
+std::vector<size_t> LargestFirst(const Tasks& tasks) {
+  std::vector<size_t> order(tasks.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return tasks[a].size() > tasks[b].size(); });
+  return order;
 }
 
 // A piece stays in a core's cache; the pieces between two reports are shared by the cores.

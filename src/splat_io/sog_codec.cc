@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "splat_io/sog_codec.h"
 
-#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -130,22 +129,16 @@ class Scene {
     wanted_.push_back({FileName(object, index), count_, 4 * uint64_t{count_} + 65536, &picture});
   }
 
-  // Packed files are read one after the other, and decoded all at once: the largest first, since it
-  // takes longest.
+  // Packed files are read one after the other, and decoded all at once.
   void DecodePictures(Monitor& monitor) {
     std::vector<std::string> packed;
     for (const Wanted& one : wanted_) {
       monitor.Step("load", 0.1, 1);
       packed.push_back(files_->Read(one.name));
     }
-    std::vector<size_t> order(wanted_.size());
-    std::iota(order.begin(), order.end(), size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](size_t a, size_t b) { return packed[a].size() > packed[b].size(); });
-    ForEachTask(order.size(), [&](size_t i) {
-      const Wanted& one = wanted_[order[i]];
-      *one.picture =
-          DecodeWebp(packed[order[i]], one.least_pixels, one.most_pixels, path_, one.name);
+    ForEachTask(LargestFirst(packed), [&](size_t i) {
+      const Wanted& one = wanted_[i];
+      *one.picture = DecodeWebp(packed[i], one.least_pixels, one.most_pixels, path_, one.name);
     });
     if (bands_.coefficients > 0 &&
         uint64_t(bands_.centroids.width) != kSogPaletteColumns * bands_.coefficients) {

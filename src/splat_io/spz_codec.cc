@@ -298,8 +298,7 @@ void ReadVersion4(const std::string& file, Packed& packed, Monitor& monitor,
     packed_sections.push_back(reader.ReadBytes(sizes[s], "bytes of a stream"));
   }
   std::vector<std::vector<char>> sections(streams);
-  ForEachTask(streams, [&](size_t i) {
-    const size_t s = streams - 1 - i;  // the largest, the last one, takes longest
+  ForEachTask(LargestFirst(packed_sections), [&](size_t s) {
     sections[s] = Unzstd(packed_sections[s], packed.Widths()[s] * header.count,
                          [&] { monitor.Step("load", 0.1, 1); });
   });

@@ -102,6 +102,22 @@ TEST(Completion, LeavesSeparateThingsAloneUnlessAskedForAll) {
   EXPECT_GT(Mean(Complete(world, Completion::kAll), world.far_begin, world.count()), 0.9);
 }
 
+// A thread of the ball's color leads to the other one, which is twenty of its radii away.
+TEST(Completion, EndsFarFromWhatWasPainted) {
+  World world = MakeWorld();
+  for (int i = 0; i < 360; ++i) {
+    AddGaussian(-1 - 0.05f * float(i), 0, 0, {0.7f, 0.1f, 0.1f}, &world.model);
+  }
+  for (auto* values : {&world.inside, &world.known}) values->resize(world.count(), 0);
+  world.visible.resize(world.count(), 80);
+  const size_t thread = world.far_begin + size_t(kBallPoints);
+  const auto near = Complete(world, Completion::kNear), all = Complete(world, Completion::kAll);
+  EXPECT_EQ(Mean(near, world.far_begin, thread), 0);
+  EXPECT_GT(Mean(all, world.far_begin, thread), 0.9);
+  EXPECT_GT(near[thread], 0.5f);  // where the thread begins
+  EXPECT_EQ(near[world.count() - 1], 0);
+}
+
 // A plate of one color from x = -3 to 3; known to be inside below -2 and outside above 2.
 World MakePlate() {
   World world;
