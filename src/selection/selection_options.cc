@@ -96,14 +96,15 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .help = "weight of a painted view's pixels as evidence",
                   .applies = "gaussians",
                   .flag = "--painted-weight"});
-  list.push_back(
-      {.name = "completion",
-       .member = ChoiceOf(completion, {"off", "near", "all"}),
-       .help = "sides that no painted view sees: off (outside), near (found by color and "
-               "neighborhood where they are connected to the paint) or all (also other things that "
-               "look the same)",
-       .applies = "gaussians",
-       .flag = "--complete"});
+  list.push_back({.name = "completion",
+                  .member = ChoiceOf(completion, {"off", "near", "all"}),
+                  .help =
+                      "sides that no painted view sees: off (outside), near (found by color and "
+                      "neighborhood where they are connected to the paint and within five times "
+                      "its radius) or all (also other things that "
+                      "look the same)",
+                  .applies = "gaussians",
+                  .flag = "--complete"});
   list.push_back({.name = "unknown_weight",
                   .member = &unknown_weight,
                   .range = OptionRange::Closed(0, 1),
