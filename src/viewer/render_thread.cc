@@ -22,7 +22,7 @@ namespace retint {
 namespace {
 
 constexpr size_t kCacheBytes = size_t{96} << 20;  // of view geometries: some cameras at rest
-constexpr uint8_t kInside = 128;                   // of a soft mask
+constexpr uint8_t kInside = 128;                  // of a soft mask
 constexpr double kUndecided =
     0.2;  // what is hatched. A completion takes 0.25 off what no paint saw
 constexpr double kSmallestScale = 0.25;
