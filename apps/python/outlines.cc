@@ -170,9 +170,8 @@ void BindOutlines(py::class_<PySession>& type) {
           "the world and by `like` (x, y[, tolerance]), the color of a pixel. `refine_edge`: then "
           "the border moves to edges at most so many pixels away. `this_view_alone`: what strokes "
           "leave open in the view is not decided by what other views show. `image`: 'render' or "
-          "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of the "
-          "'photo' "
-          "of that name, which its camera may have distorted.")
+          "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of "
+          "the 'photo' of that name, which its camera may have distorted.")
       .def("palette", &FindColors, py::arg("of"), py::arg("colors") = 5,
            "The main colors of Masks or of a list of Painted, as `retint palette` finds them: a "
            "list of dicts of 'hex', 'color' (RGB in [0, 1]) and 'share', most frequent first.");

@@ -101,8 +101,7 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .help =
                       "sides that no painted view sees: off (outside), near (found by color and "
                       "neighborhood where they are connected to the paint and within five times "
-                      "its radius) or all (also other things that "
-                      "look the same)",
+                      "its radius) or all (also other things that look the same)",
                   .applies = "gaussians",
                   .flag = "--complete"});
   list.push_back({.name = "unknown_weight",

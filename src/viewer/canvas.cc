@@ -250,12 +250,6 @@ void Canvas::Probe(const QPointF& at, ProbeFor what) {
   if (flat_pixel) renderer_->Probe(flat, *flat_pixel, what);
 }
 
-std::shared_ptr<const LensPicture> Canvas::Lens() const {
-  if (!controller_->IsOpen() || !navigation_.view()) return nullptr;
-  const Camera shown = navigation_.Rendered().camera;
-  return controller_->facts()->Lens(*navigation_.view(), shown.width, shown.height);
-}
-
 void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what,
                       double depth) {
   if (!controller_->IsOpen()) return;

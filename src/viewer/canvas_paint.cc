@@ -36,6 +36,12 @@ QRectF Canvas::ImageRect(const PosedCamera& camera) const {
   return {(width() - w) / 2, (height() - h) / 2, w, h};
 }
 
+std::shared_ptr<const LensPicture> Canvas::Lens() const {
+  if (!controller_->IsOpen() || !navigation_.view()) return nullptr;
+  const Camera shown = navigation_.Rendered().camera;
+  return controller_->facts()->Lens(*navigation_.view(), shown.width, shown.height);
+}
+
 std::array<Eigen::Vector3d, 4> Canvas::CornersOf(const View& view) const {
   const auto facts = controller_->facts();
   const Camera camera = facts->Shown(view).camera, flat = facts->Posed(view).camera;
