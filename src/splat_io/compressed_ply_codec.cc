@@ -97,10 +97,13 @@ uint32_t PackRotation(const std::array<float, 4>& quat_wxyz) {
 
 float ColorOf(float sh0) { return 0.5f + kShC0 * sh0; }
 
-float UnpackSh(uint8_t byte) {
-  if (byte == 0) return -4;
-  return byte == 255 ? 4 : ((static_cast<float>(byte) + 0.5f) / 256 - 0.5f) * 8;
-}
+constexpr std::array<float, 256> kShOfByte = [] {
+  std::array<float, 256> table{};
+  for (size_t i = 0; i < 256; ++i) table[i] = ((static_cast<float>(i) + 0.5f) / 256 - 0.5f) * 8;
+  table[0] = -4;
+  table[255] = 4;
+  return table;
+}();
 
 uint8_t PackSh(float sh) {
   return static_cast<uint8_t>(std::clamp(std::floor((sh / 8 + 0.5) * 256), 0.0, 255.0));
@@ -131,12 +134,12 @@ class Body {
                               static_cast<double>((color >> (24 - 8 * i)) & 255u) / 255);
       row.sh[i] = (mixed - 0.5f) / kShC0;
     }
-    row.opacity_logit = Logit((color & 255u) / 255.0);
+    row.opacity_logit = LogitOfByte(static_cast<uint8_t>(color & 255u));
     const size_t rest = layout_.ShBytes() / 3;
-    for (size_t k = 0; k < rest; ++k) {
-      for (size_t c = 0; c < 3; ++c) {
-        row.sh[3 * (k + 1) + c] =
-            UnpackSh(static_cast<uint8_t>(bytes_[layout_.ShAt(g) + c * rest + k]));
+    const char* bytes = bytes_.data() + layout_.ShAt(g);
+    for (size_t c = 0; c < 3; ++c) {
+      for (size_t k = 0; k < rest; ++k) {
+        row.sh[3 * (k + 1) + c] = kShOfByte[static_cast<uint8_t>(*bytes++)];
       }
     }
     return row;

@@ -205,7 +205,7 @@ class KsplatFile {
       row.log_scale[i] = LogScale(Number(at + record.scale_at, i));
       row.sh[i] = (static_cast<float>(At<uint8_t>(at + record.color_at + i)) / 255 - 0.5f) / kShC0;
     }
-    row.opacity_logit = Logit(At<uint8_t>(at + record.color_at + 3) / 255.0);
+    row.opacity_logit = LogitOfByte(At<uint8_t>(at + record.color_at + 3));
     for (size_t i = 0; i < 4; ++i) row.quat_wxyz[i] = Number(at + record.rotation_at, i);
     // A band after the other, in each the coefficients of red, of green, of blue.
     size_t from = 0;

@@ -55,17 +55,15 @@ class Scene {
     DecodePictures(monitor);
   }
 
-  GaussianModel Read(Monitor& monitor) const {
-    GaussianModel model;
-    model.Resize(count_, degree_);
+  GaussianModel Read(Monitor& monitor) && {
     const auto report = [&](size_t done) {
       monitor.Step("load", static_cast<double>(count_ + done), 2.0 * static_cast<double>(count_));
     };
     ForRows(count_, report, [&](size_t begin, size_t end) {
-      for (size_t g = begin; g < end; ++g) SetRow(model, g, Decode(g));
+      for (size_t g = begin; g < end; ++g) SetRow(model_, g, Decode(g));
     });
-    Tables().Keep(model.source);
-    return model;
+    Tables().Keep(model_.source);
+    return std::move(model_);
   }
 
  private:
@@ -129,14 +127,18 @@ class Scene {
     wanted_.push_back({FileName(object, index), count_, 4 * uint64_t{count_} + 65536, &picture});
   }
 
-  // Packed files are read one after the other, and decoded all at once.
+  // Packed files are read one after the other, and decoded all at once. Meanwhile the system
+  // provides the pages of what they are decoded to.
   void DecodePictures(Monitor& monitor) {
     std::vector<std::string> packed;
     for (const Wanted& one : wanted_) {
       monitor.Step("load", 0.1, 1);
       packed.push_back(files_->Read(one.name));
     }
-    ForEachTask(LargestFirst(packed), [&](size_t i) {
+    std::vector<size_t> order = LargestFirst(packed);
+    order.insert(order.begin(), wanted_.size());
+    ForEachTask(order, [&](size_t i) {
+      if (i == wanted_.size()) return model_.Resize(count_, degree_);
       const Wanted& one = wanted_[i];
       *one.picture = DecodeWebp(packed[i], one.least_pixels, one.most_pixels, path_, one.name);
     });
@@ -165,15 +167,11 @@ class Scene {
     tables.quats.assign(quats_.rgba.begin(),
                         quats_.rgba.begin() + static_cast<std::ptrdiff_t>(4 * count_));
     tables.bounds.insert(tables.bounds.end(), most_.begin(), most_.end());
-    const size_t pixels = bands_.coefficients * bands_.palette;
-    tables.palette.resize(3 * pixels);
-    ParallelRanges(int64_t(pixels), 1 << 16, [&](int64_t begin, int64_t end) {
-      for (size_t i = size_t(begin); i < size_t(end); ++i) {
-        for (size_t c = 0; c < 3; ++c) {
-          tables.palette[3 * i + c] = bands_.codebook[bands_.centroids.rgba[4 * i + c]];
-        }
-      }
-    });
+    tables.palette.reserve(3 * bands_.coefficients * bands_.palette);
+    for (size_t i = 0; i < bands_.coefficients * bands_.palette; ++i) {
+      const uint8_t* entry = &bands_.centroids.rgba[4 * i];
+      tables.palette.insert(tables.palette.end(), entry, entry + 3);
+    }
     return tables;
   }
 
@@ -194,7 +192,7 @@ class Scene {
       row.log_scale[i] = scale_table_[scale[i]];
       row.sh[i] = color_table_[color[i]];
     }
-    row.opacity_logit = Logit(color[3] / 255.0);
+    row.opacity_logit = LogitOfByte(color[3]);
     if (quat[3] < 252) {
       throw InputError(path_, "Gaussian " + std::to_string(g) + ": rotation is marked " +
                                   std::to_string(quat[3]) + ", expected 252 to 255");
@@ -225,6 +223,7 @@ class Scene {
   Json meta_;
   size_t count_ = 0;
   int degree_ = 0;
+  GaussianModel model_;
   std::vector<float> least_, most_, scale_table_, color_table_;
   RgbaPicture means_low_, means_high_, quats_, scales_, colors_;
   Bands bands_;

@@ -174,7 +174,7 @@ class Encoder {
     const size_t width = 3 * coefficients;
     const VectorPalette palette =
         FitPalette(model_.sh.data() + 3, count_, width, width + 3,
-                   known_.palette.size() % width == 0 ? known_.palette : std::vector<float>(),
+                   known_.palette.size() % width == 0 ? KnownPalette() : std::vector<float>(),
                    kSogMostPalette, monitor_);
     const std::vector<float> table =
         Padded(known_.bands.empty() ? FitTable(palette.entries)
@@ -201,6 +201,13 @@ class Encoder {
     Add("shN", "shN_labels.webp", labels);
   }
 
+  std::vector<float> KnownPalette() const {
+    std::vector<float> values;
+    values.reserve(known_.palette.size());
+    for (const uint8_t entry : known_.palette) values.push_back(known_.bands[entry]);
+    return values;
+  }
+
   const GaussianModel& model_;
   std::span<const uint32_t> order_;
   const std::filesystem::path& path_;
@@ -215,23 +222,17 @@ class Encoder {
 
 // Lengths first, which tell the parts.
 void SogTables::Keep(SourceLayout& source) const {
-  const std::array<uint64_t, 5> sizes = {bounds.size(), colors.size(), bands.size(), palette.size(),
-                                         quats.size()};
   source.packed_format = kMark;
-  size_t total = sizeof(sizes) + quats.size();
-  for (const auto* table : {&bounds, &colors, &bands, &palette}) {
-    total += table->size() * sizeof(float);
-  }
-  source.packed.resize(total);
-  char* end = source.packed.data();
-  const auto append = [&](const void* data, size_t bytes) {
-    end = std::copy_n(static_cast<const char*>(data), bytes, end);
+  source.packed.clear();
+  const auto append = [&](const auto& values) {
+    const auto* bytes = reinterpret_cast<const char*>(values.data());
+    source.packed.insert(source.packed.end(), bytes, bytes + values.size() * sizeof(values[0]));
   };
-  append(sizes.data(), sizeof(sizes));
-  for (const auto* table : {&bounds, &colors, &bands, &palette}) {
-    append(table->data(), table->size() * sizeof(float));
-  }
-  append(quats.data(), quats.size());
+  append(std::array<uint64_t, 5>{bounds.size(), colors.size(), bands.size(), palette.size(),
+                                 quats.size()});
+  for (const auto* table : {&bounds, &colors, &bands}) append(*table);
+  append(palette);
+  append(quats);
 }
 
 SogTables SogTables::Of(const GaussianModel& model) {
@@ -241,13 +242,17 @@ SogTables SogTables::Of(const GaussianModel& model) {
   if (model.source.packed_format != kMark || packed.size() < sizeof(sizes)) return tables;
   std::memcpy(sizes.data(), packed.data(), sizeof(sizes));
   const char* next = packed.data() + sizeof(sizes);
-  size_t part = 0;
-  for (auto* table : {&tables.bounds, &tables.colors, &tables.bands, &tables.palette}) {
-    table->resize(sizes[part++]);
-    std::memcpy(table->data(), next, table->size() * sizeof(float));
-    next += table->size() * sizeof(float);
-  }
-  tables.quats.assign(next, next + sizes[part]);
+  const auto take = [&](auto& values, uint64_t count) {
+    values.resize(count);
+    const size_t bytes = count * sizeof(values[0]);
+    std::copy_n(next, bytes, reinterpret_cast<char*>(values.data()));
+    next += bytes;
+  };
+  take(tables.bounds, sizes[0]);
+  take(tables.colors, sizes[1]);
+  take(tables.bands, sizes[2]);
+  take(tables.palette, sizes[3]);
+  take(tables.quats, sizes[4]);
   return tables;
 }
 

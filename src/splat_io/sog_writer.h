@@ -22,7 +22,7 @@ inline constexpr size_t kSogPaletteColumns = 64;  // sets of coefficients in a r
 struct SogTables {
   std::vector<float> bounds;         // of the positions' logarithms: 3 least, 3 most
   std::vector<float> colors, bands;  // 256 numbers each; the latter only above degree 0
-  std::vector<float> palette;        // [count, K - 1, 3]
+  std::vector<uint8_t> palette;      // [count, K - 1, 3], each a number of `bands`
   std::vector<uint8_t> quats;        // [N, 4]
 
   void Keep(SourceLayout& source) const;

@@ -23,7 +23,7 @@ SplatRow Decode(const char* record) {
     row.log_scale[i] = LogScale(LoadAs<float>(record + kScaleAt + 4 * i));
     row.sh[i] = (static_cast<float>(LoadAs<uint8_t>(record + kColorAt + i)) / 255 - 0.5f) / kShC0;
   }
-  row.opacity_logit = Logit(LoadAs<uint8_t>(record + kOpacityAt) / 255.0);
+  row.opacity_logit = LogitOfByte(LoadAs<uint8_t>(record + kOpacityAt));
   for (size_t i = 0; i < 4; ++i) {
     const int byte = LoadAs<uint8_t>(record + kRotationAt + i);
     row.quat_wxyz[i] = static_cast<float>(byte - 128) / 128;

@@ -36,6 +36,8 @@ inline float Logit(double opacity) {
   const double kept = std::clamp(opacity, 1e-6, 1 - 1e-6);
   return static_cast<float>(std::log(kept / (1 - kept)));
 }
+// The same of opacity / 255.
+float LogitOfByte(uint8_t opacity);
 inline double Sigmoid(double logit) { return 1 / (1 + std::exp(-logit)); }
 
 // Linear scales may have underflowed to 0, whose logarithm is the least normal float's here.

@@ -159,13 +159,15 @@ SplatRow Decode(Packed& packed, size_t g) {
   SplatRow row;
   row.mean = UnpackPosition(header, packed.At(kPositions, g));
   row.quat_wxyz = UnpackRotation(header, packed.At(kRotations, g));
-  row.opacity_logit = Logit(ByteOf(packed.At(kOpacities, g)) / 255.0);
+  row.opacity_logit = LogitOfByte(ByteOf(packed.At(kOpacities, g)));
+  const char *scales = packed.At(kScales, g), *colors = packed.At(kColors, g),
+             *sh = packed.At(kSh, g);
   for (size_t i = 0; i < 3; ++i) {
-    row.log_scale[i] = static_cast<float>(ByteOf(packed.At(kScales, g) + i)) / 16 - 10;
-    row.sh[i] = (static_cast<float>(ByteOf(packed.At(kColors, g) + i)) / 255 - 0.5f) / kColorScale;
+    row.log_scale[i] = static_cast<float>(ByteOf(scales + i)) / 16 - 10;
+    row.sh[i] = (static_cast<float>(ByteOf(colors + i)) / 255 - 0.5f) / kColorScale;
   }
   const size_t values = std::min<size_t>(packed.ShBytes(), 45);
-  for (size_t i = 0; i < values; ++i) row.sh[3 + i] = UnpackSh(packed.At(kSh, g)[i]);
+  for (size_t i = 0; i < values; ++i) row.sh[3 + i] = UnpackSh(sh[i]);
   return FlipAxes(row, packed.axes);
 }
 
