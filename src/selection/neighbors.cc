@@ -24,9 +24,9 @@ std::vector<Eigen::Vector3f> Centered(const std::vector<Eigen::Vector3f>& points
   for (const auto& point : points) sum += point.cast<double>();
   *center = points.empty() ? Eigen::Vector3f::Zero()
                            : (sum / static_cast<double>(points.size())).cast<float>().eval();
-  std::vector<Eigen::Vector3f> centered;
-  centered.reserve(points.size());
-  for (const auto& point : points) centered.push_back(point - *center);
+  std::vector<Eigen::Vector3f> centered(points.size());
+  std::transform(points.begin(), points.end(), centered.begin(),
+                 [&](const Eigen::Vector3f& point) { return (point - *center).eval(); });
   return centered;
 }
 
@@ -90,6 +90,7 @@ std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, 
   const auto count = static_cast<double>(points.size());
   const double variance = (squares - sum * sum / count) / (count - 1);
   const double limit = sum / count + stddev_factor * std::sqrt(std::max(0.0, variance));
+  kept.reserve(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     if (distances[i] <= limit) kept.push_back(static_cast<int>(i));
   }

@@ -31,26 +31,33 @@ struct Seen {
 
 std::vector<Seen> SeenPoints(const PosedCamera& view, const View* training_view, const Mask& mask,
                              const Reconstruction& reconstruction, int margin) {
-  std::vector<Seen> seen;
-  const auto add = [&](const SparsePoint& point) {
-    const auto projected = view.Project(point.xyz);
-    if (!projected || !(projected->x() >= 0 && projected->y() >= 0 && projected->x() < mask.width &&
-                        projected->y() < mask.height)) {
-      return;
-    }
-    if (!IsNearMask(mask, static_cast<int>(projected->x()), static_cast<int>(projected->y()),
-                    margin)) {
-      return;
-    }
-    seen.push_back({view.cam_from_world * point.xyz, projected->head<2>()});
-  };
+  std::vector<const SparsePoint*> points;
   if (training_view) {
     for (const auto& observation : training_view->observations) {
       const auto found = reconstruction.points.find(observation.point_id);
-      if (found != reconstruction.points.end()) add(found->second);
+      if (found != reconstruction.points.end()) points.push_back(&found->second);
     }
   } else {
-    for (const auto& [id, point] : reconstruction.points) add(point);
+    for (const auto& [id, point] : reconstruction.points) points.push_back(&point);
+  }
+  std::vector<std::optional<Seen>> found(points.size());
+  ParallelRanges(int64_t(points.size()), 64, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
+      const auto projected = view.Project(points[i]->xyz);
+      if (!projected || !(projected->x() >= 0 && projected->y() >= 0 &&
+                          projected->x() < mask.width && projected->y() < mask.height)) {
+        continue;
+      }
+      if (!IsNearMask(mask, static_cast<int>(projected->x()), static_cast<int>(projected->y()),
+                      margin)) {
+        continue;
+      }
+      found[i] = {view.cam_from_world * points[i]->xyz, projected->head<2>()};
+    }
+  });
+  std::vector<Seen> seen;
+  for (const auto& point : found) {
+    if (point) seen.push_back(*point);
   }
   return seen;
 }

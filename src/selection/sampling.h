@@ -13,12 +13,14 @@ namespace retint {
 // S). The engine's bits are used directly: the standard distributions differ between libraries.
 inline std::vector<size_t> SampleIndices(size_t count, size_t wanted, uint64_t seed) {
   std::mt19937_64 engine(seed);
-  std::vector<size_t> sampled;
-  sampled.reserve(wanted);
-  for (size_t i = 0; i < count && sampled.size() < wanted; ++i) {
+  std::vector<size_t> sampled(wanted);
+  size_t taken = 0;
+  for (size_t i = 0; i < count && taken < wanted; ++i) {
     const double uniform = static_cast<double>(engine() >> 11) * 0x1p-53;
-    if (uniform * double(count - i) < double(wanted - sampled.size())) sampled.push_back(i);
+    sampled[taken] = i;  // without a branch, which would be guessed wrong as often as not
+    taken += uniform * double(count - i) < double(wanted - taken);
   }
+  sampled.resize(taken);
   return sampled;
 }
 

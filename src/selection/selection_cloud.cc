@@ -51,15 +51,22 @@ void DropOutliers(const CloudOptions& options, Backend* backend,
 
 // Of the painted pixels those with depth, in order; counts all of them.
 std::vector<size_t> PixelsWithDepth(const Mask& mask, const DepthMap& depth, int64_t* painted) {
-  std::vector<size_t> pixels;
   *painted = std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t m) { return m > 0; });
-  pixels.reserve(static_cast<size_t>(*painted));
-  for (int y = 0; y < mask.height; ++y) {
-    const size_t begin = mask.Index(0, y), end = begin + static_cast<size_t>(mask.width);
-    for (size_t i = begin; i < end; ++i) {
-      if (mask.data[i] > 0 && HasDepth(depth, static_cast<int>(i - begin), y)) pixels.push_back(i);
+  constexpr int kRows = 32;  // of a band
+  std::vector<std::vector<size_t>> bands(static_cast<size_t>((mask.height + kRows - 1) / kRows));
+  ParallelTasks(int64_t(bands.size()), [&](size_t band) {
+    const int first = static_cast<int>(band) * kRows, last = std::min(first + kRows, mask.height);
+    for (int y = first; y < last; ++y) {
+      const size_t row = mask.Index(0, y);
+      for (int x = 0; x < mask.width; ++x) {
+        const size_t i = row + static_cast<size_t>(x);
+        if (mask.data[i] > 0 && HasDepth(depth, x, y)) bands[band].push_back(i);
+      }
     }
-  }
+  });
+  std::vector<size_t> pixels;
+  pixels.reserve(static_cast<size_t>(*painted));
+  for (const auto& band : bands) pixels.insert(pixels.end(), band.begin(), band.end());
   return pixels;
 }
 
@@ -113,7 +120,11 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   return cloud;
 }
 
-void Append(SelectionCloud& cloud, const SelectionCloud& other) {
+void Append(SelectionCloud& cloud, SelectionCloud other) {
+  if (cloud.points.empty() && cloud.sources.empty()) {
+    cloud = std::move(other);
+    return;
+  }
   std::vector<uint16_t> remapped;
   std::vector<std::string> sources = cloud.sources;
   for (const auto& name : other.sources) {
@@ -124,12 +135,11 @@ void Append(SelectionCloud& cloud, const SelectionCloud& other) {
   if (sources.size() > std::numeric_limits<uint16_t>::max()) {
     throw InputError("a selection cloud holds at most 65535 source views");
   }
-  std::vector<SelectionPoint> added = other.points;
-  for (auto& point : added) {
+  for (auto& point : other.points) {
     if (point.source < remapped.size()) point.source = remapped[point.source];
   }
   cloud.sources = std::move(sources);
-  cloud.points.insert(cloud.points.end(), added.begin(), added.end());
+  cloud.points.insert(cloud.points.end(), other.points.begin(), other.points.end());
 }
 
 int64_t Erase(SelectionCloud& cloud, const PosedCamera& view, const Mask& erase,

@@ -59,7 +59,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
                          Backend* backend = nullptr);
 
 // Adds the points of `other`; source indices are remapped.
-void Append(SelectionCloud& cloud, const SelectionCloud& other);
+void Append(SelectionCloud& cloud, SelectionCloud other);
 
 // Clears the points that project into set pixels of `erase` and are not hidden behind `depth`
 // (relative tolerance). Returns the number cleared.

@@ -49,8 +49,8 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
   SharePainted(owners, &parts);
   SelectionResult result;
   for (PaintedPart& part : parts) {
-    Append(result.cloud_raw, part.raw);
-    Append(result.cloud, part.cloud);
+    Append(result.cloud_raw, std::move(part.raw));
+    Append(result.cloud, std::move(part.cloud));
     result.depths.push_back(std::move(part.depth));
     result.painted.push_back(std::move(part.report));
   }

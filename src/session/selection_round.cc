@@ -173,7 +173,7 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
     SelectOptions options = select;
     options.keep_raw = false;
     SelectionResult selected = Select({round.view}, options, monitor);
-    Append(result.source.cloud, selected.cloud);
+    Append(result.source.cloud, std::move(selected.cloud));
     for (PaintedReport& report : selected.painted) {
       result.source.reports.push_back(std::move(report));
     }

@@ -121,6 +121,8 @@ class Object:
         return [self.measure("one", [(view, self.true_mask(view))]) for view in self.views]
 
     def three(self):
+        if len(self.views) < 3:  # no other view has a true mask
+            return []
         return [self.measure("three", [(v, self.true_mask(v)) for v in self.views[:3]])]
 
     def strokes(self):

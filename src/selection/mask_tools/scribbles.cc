@@ -54,7 +54,7 @@ Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
 // The pixels of a picture as a graph: each with its four neighbors and the four across.
 class PixelGraph {
  public:
-  PixelGraph(const Features4& features, const ScalarImage& valleys) : width_(features.width) {
+  PixelGraph(const Features4& features, const ScalarImage& valleys) {
     const int width = features.width, height = features.height;
     const size_t count = features.NumPixels();
     edges_.begin.reserve(count + 1);
@@ -122,7 +122,6 @@ class PixelGraph {
   }
 
  private:
-  int width_;
   EdgeMatrix edges_;
   std::vector<float> steps_;  // of each edge
 };

@@ -42,7 +42,7 @@ float UsualDepth(const ScalarImage& inverse_depth) {
 std::vector<float> Bends(const ScalarImage& inverse_depth, float far, double focal, int step,
                          std::pair<int, int> direction) {
   const int width = inverse_depth.width, height = inverse_depth.height;
-  const auto [dx, dy] = direction;
+  const int dx = direction.first, dy = direction.second;
   const auto scale = float(focal / (step * std::hypot(dx, dy)));
   std::vector<float> bends(inverse_depth.data.size());
   ParallelRanges(height, 16, [&](int64_t first, int64_t last) {
