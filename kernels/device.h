@@ -52,6 +52,9 @@ class Device {
   virtual void Fill(void* device, int byte, size_t bytes) = 0;
   virtual void Synchronize() = 0;
   virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
+  // Gives memory that was freed, and is kept for what comes next, back to the driver; waits for
+  // what is queued. Before memory of quite other sizes is taken: pieces do not fit into old holes.
+  virtual void ReleaseFreed() {}
   // Whether its memory is the host's, which may then be read and written in place.
   virtual bool IsHost() const = 0;
 

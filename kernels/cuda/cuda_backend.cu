@@ -99,6 +99,10 @@ class CudaBackend : public Backend {
     Check(cudaMemsetAsync(device, byte, bytes, stream_), "cudaMemsetAsync");
   }
   void Synchronize() override { Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize"); }
+  void ReleaseFreed() override {
+    Synchronize();
+    Check(cudaMemPoolTrimTo(pool_, 0), "cudaMemPoolTrimTo");
+  }
   bool IsHost() const override { return false; }
   size_t PeakDeviceBytes() const override {
     uint64_t peak = 0;

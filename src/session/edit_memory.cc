@@ -24,6 +24,9 @@ constexpr size_t kCoefficients = 192;  // one copy of them
 // Copies for the report and the output, beside the model's: after the edit, and on the backend.
 constexpr size_t kCopies = 2;
 constexpr size_t kDeviceGaussian = 750;
+// Of the largest view: images, and the volumes in which stereo adds up its costs, five bytes a
+// disparity (kernels/cuda/stereo_match.cu), of 128 disparities.
+constexpr size_t kDevicePixel = 110 + 5 * 128;
 constexpr size_t kCopiesBesideDevice = 4;  // of a fit's coefficients: before, start and after
 // Of a view, a Gaussian that it sees: while it is projected and sorted, and restricted to those
 // that are fitted.
@@ -48,6 +51,12 @@ size_t FitBytes(const RefitOptions& options) {
 }
 
 size_t Of(uint64_t count, size_t bytes) { return static_cast<size_t>(count) * bytes; }
+
+// The surfaces that a projection holds at a time.
+size_t SurfaceBytes(const EditSize& size) {
+  const size_t surface = Of(size.most_visible, kBatchVisible) + size.largest_pixels * kBatchPixel;
+  return std::min(kBatchBytes + surface, std::min(size.views, kBatchViews) * surface);
+}
 
 // What a stage takes for a while: the one that takes most, and the view that it works on.
 size_t WorkBytes(const EditSize& size, size_t projection) {
@@ -96,9 +105,7 @@ EditSize SizeOfWhole(const EditSession& session) {
 }
 
 size_t HostBytesOf(const EditSize& size) {
-  const size_t surface = Of(size.most_visible, kBatchVisible) + size.largest_pixels * kBatchPixel;
-  const size_t batch = std::min(kBatchBytes + surface, std::min(size.views, kBatchViews) * surface);
-  const size_t projection = Of(size.graph_nodes, kGraphNodeMaking) + batch;
+  const size_t projection = Of(size.graph_nodes, kGraphNodeMaking) + SurfaceBytes(size);
   const size_t held =
       Of(size.gaussians, kGaussian) + Of(size.graph_nodes, kGraphNode) + size.pixels * kMaskPixel;
   const size_t bytes = held + WorkBytes(size, projection);
@@ -106,8 +113,8 @@ size_t HostBytesOf(const EditSize& size) {
 }
 
 size_t DeviceBytesOf(const EditSize& size) {
-  return static_cast<size_t>(size.gaussians) * kDeviceGaussian +
-         static_cast<size_t>(size.active) * FitBytes(size.refit);
+  return Of(size.gaussians, kDeviceGaussian) + size.largest_pixels * kDevicePixel +
+         std::max(SurfaceBytes(size), Of(size.active, FitBytes(size.refit)));
 }
 
 size_t CacheBeside(const MemoryLimits& limits, size_t host_bytes, size_t device_bytes,
@@ -133,9 +140,9 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
     size.active += static_cast<double>(share) > size.refit.active_threshold;
   }
   size_t room = size.refit.region_cache_bytes;
-  const auto fit_into = [&](const char* flag, size_t limit, size_t taken) {
+  const auto fit_into = [&](const char* flag, size_t limit, size_t taken, bool is_kept_there) {
     if (taken > limit) FailFit(flag, limit, taken, size.active);
-    room = std::min(room, limit - taken);
+    if (is_kept_there) room = std::min(room, limit - taken);
   };
   ReleaseFreedMemory();
   const bool on_host = session.scene().backend().IsHost();
@@ -143,9 +150,10 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
   const size_t cached = on_host ? session.renderer().cached_bytes() : 0;
   const size_t work = static_cast<size_t>(kFragments * static_cast<double>(WorkBytes(size, 0)));
   fit_into("--memory-mb", limits.HostBytes(),
-           ResidentBytes() - cached + (on_host ? cache : 0) + work);
+           ResidentBytes() - cached + (on_host ? cache : 0) + work, on_host);
   if (limits.device_bytes > 0 && !on_host) {
-    fit_into("--device-memory-mb", limits.device_bytes, DeviceBytesOf(size) + cache);
+    fit_into("--device-memory-mb", limits.device_bytes, DeviceBytesOf(size) + cache,
+             /*is_kept_there=*/true);
   }
   const uint64_t own = room;
   for (const uint64_t one : CurrentRanks().Gather<uint64_t>(std::span(&own, 1))) {

@@ -225,6 +225,7 @@ std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<
   if (before) {
     clock = before->scene().clock();
     before.reset();
+    backend_->ReleaseFreed();
     ReleaseFreedMemory();
   }
   std::unique_ptr<OpenScene> scene;
