@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "out_of_core/splat_index.h"
 #include "retint/common.h"
+#include "session/large_scene.h"
 #include "session/report.h"
 
 namespace retint::cli {
@@ -22,14 +23,13 @@ void Index(const Arguments& arguments, Run& run) {
   const std::filesystem::path path =
       arguments.output.empty() ? SplatIndex::PathFor(arguments.splat) : arguments.output;
   CheckOutput(path);
-  SplatIndexOptions options = arguments.options;
-  options.memory_bytes = arguments.memory_mb << 20;
+  MemoryLimits limits;
+  limits.host_bytes = arguments.memory_mb << 20;
   const StageClock clock;
-  std::string why = "it was asked for";
-  if (arguments.force) SplatIndex::Build(splat, path, options, run.monitor());
   std::string built;
-  const SplatIndex index = SplatIndex::OpenOrBuild(splat, path, options, run.monitor(), &built);
-  if (!arguments.force) why = built;
+  const SplatIndex index =
+      OpenIndex(splat, path, limits, arguments.options, arguments.force, run.monitor(), &built);
+  const std::string why = arguments.force ? "it was asked for" : built;
   run.FinishProgress();
   run.Print(fmt::format("{} Gaussians of {} bytes in {} blocks", index.count(),
                         splat.record_bytes(), index.blocks().size()));
@@ -53,7 +53,8 @@ void AddIndex(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--output", arguments->output, "Index to write; else <splat>.index");
   verb->add_option("--block", arguments->options.block, "Gaussians of a block, at most")
       ->check(CLI::Range(16U, 65536U));
-  verb->add_option("--memory-mb", arguments->memory_mb, "Memory to sort in, about, MiB")
+  verb->add_option("--memory-mb", arguments->memory_mb,
+                   "Memory to keep to, MiB: what does not fit is sorted on disk")
       ->check(CLI::Range(size_t{1}, size_t{1} << 20));
   verb->add_flag("--force", arguments->force, "Build it also where one fits the file");
   verb->callback(

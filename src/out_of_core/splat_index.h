@@ -14,6 +14,7 @@
 
 #include <Eigen/Geometry>
 
+#include "base/error.h"
 #include "base/monitor.h"
 #include "out_of_core/frustum.h"
 #include "splat_io/input_file.h"
@@ -36,7 +37,17 @@ static_assert(sizeof(IndexBlock) == 56);
 
 struct SplatIndexOptions {
   uint32_t block = 512;                     // Gaussians of one, at most
-  size_t memory_bytes = size_t{512} << 20;  // of the build, about, whatever the file's size
+  size_t memory_bytes = size_t{512} << 20;  // of the build, whatever the file's size
+};
+
+// Of SplatIndex::Build(): options.memory_bytes is too little.
+class IndexMemoryError : public OptionError {
+ public:
+  IndexMemoryError(uint64_t count, size_t least_bytes);
+  size_t least_bytes() const { return least_bytes_; }  // that will do
+
+ private:
+  size_t least_bytes_;
 };
 
 class SplatIndex {
@@ -49,10 +60,12 @@ class SplatIndex {
 
   // Reads `splat` once, in its order, and writes the index, atomically. Values that are not finite
   // are an InputError, as when the file is read whole; so is a file at `path` that is no index.
-  // While it works it may put a temporary file of 20 bytes a Gaussian into the index's folder.
-  // Stage "index".
+  // IndexMemoryError before memory is taken. While it works it may put a temporary file of 20 bytes
+  // a Gaussian into the index's folder. The index is the same whatever the memory. Stage "index".
   static void Build(const PlyFile& splat, const std::filesystem::path& path,
                     const SplatIndexOptions& options, Monitor& monitor);
+  // What Build() takes at least: the table of blocks, 3 MiB, and some of the file.
+  static size_t LeastBytes(const PlyFile& splat, const SplatIndexOptions& options);
   // The index at `path`, built where it is missing or cannot be used; then `built` says why.
   static SplatIndex OpenOrBuild(const PlyFile& splat, const std::filesystem::path& path,
                                 const SplatIndexOptions& options, Monitor& monitor,

@@ -24,6 +24,17 @@ constexpr float kBoxMargin = 0.1F;
 // Of a session of a whole splat, beside its Gaussians.
 constexpr size_t kWholeBytes = size_t{136} << 20;
 
+// Of a build of an index: what is in memory already, and what threads and the allocator take.
+size_t BesideIndex() {
+  constexpr size_t kThreads = size_t{24} << 20;
+  return ResidentBytes() + kThreads;
+}
+
+size_t RoomForIndex(const MemoryLimits& limits) {
+  const size_t beside = BesideIndex(), limit = limits.HostBytes();
+  return limit > beside ? limit - beside : 0;
+}
+
 // Rounded up.
 size_t Mebibytes(size_t bytes) { return (bytes + (size_t{1} << 20) - 1) >> 20; }
 
@@ -60,6 +71,21 @@ bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_
   }
 }
 
+SplatIndex OpenIndex(const PlyFile& splat, const fs::path& path, const MemoryLimits& limits,
+                     SplatIndexOptions options, bool force, Monitor& monitor, std::string* built) {
+  options.memory_bytes = RoomForIndex(limits);
+  try {
+    if (force) SplatIndex::Build(splat, path, options, monitor);
+    return SplatIndex::OpenOrBuild(splat, path, options, monitor, built);
+  } catch (const IndexMemoryError& error) {
+    constexpr size_t kSlack = size_t{8} << 20;  // the program itself is not of one size
+    throw OptionError(
+        "--memory-mb " + std::to_string(limits.HostBytes() >> 20) + " is too little to index " +
+        std::to_string(splat.count()) + " Gaussians; --memory-mb " +
+        std::to_string(Mebibytes(BesideIndex() + kSlack + error.least_bytes())) + " is enough");
+  }
+}
+
 LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
                        const SessionOptions& options, const LargeSceneOptions& large,
                        Monitor& monitor)
@@ -76,7 +102,9 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
     StageClock index;
     const fs::path path = large_.index.empty() ? SplatIndex::PathFor(splat) : large_.index;
     SplatIndexOptions build;
-    build.memory_bytes = std::min(build.memory_bytes, large_.limits.HostBytes() / 4);
+    // The least in any case: a limit below that is refused soon, with what the whole edit takes.
+    build.memory_bytes = std::max(std::min(build.memory_bytes, RoomForIndex(large_.limits)),
+                                  SplatIndex::LeastBytes(*file_, build));
     index_ = std::make_unique<SplatIndex>(
         SplatIndex::OpenOrBuild(*file_, path, build, monitor, &index_built_));
     if (!index_built_.empty()) report_.index_ms = index.Total();

@@ -35,6 +35,13 @@ struct LargeSceneOptions {
 // not.
 bool IsTooLarge(const std::filesystem::path& splat, const MemoryLimits& limits, size_t cache_bytes);
 
+// Builds the index at `path` within what the limit leaves beside all that is in memory already, or
+// opens the one that is there and fits; `force`: builds it in any case. `built` says why it was
+// built. OptionError, one line that says which --memory-mb is enough, before memory is taken.
+SplatIndex OpenIndex(const PlyFile& splat, const std::filesystem::path& path,
+                     const MemoryLimits& limits, SplatIndexOptions options, bool force,
+                     Monitor& monitor, std::string* built);
+
 class LargeScene {
  public:
   // Opens the workspace, and the index, which is built where it must be; then `index_built` says

@@ -273,6 +273,25 @@ TEST_F(LargeSceneTest, SaysWhatWouldFitAndWritesNothing) {
   EXPECT_LE(json::parse(ReadFile(temp_ / "report.json"))["peak_rss_mb"], enough);
 }
 
+TEST_F(LargeSceneTest, IndexesWithinItsMemoryOrSaysWhatIsEnough) {
+  const auto index = [&](int memory_mb) {
+    return RunRetint({"index", splat_.string(), "--force", "--memory-mb", std::to_string(memory_mb),
+                      "--progress", "none"});
+  };
+  CommandResult run = index(1);
+  EXPECT_EQ(run.code, 2);
+  EXPECT_EQ(CountLines(run.err), 1) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("--memory-mb 1 is too little to index"));
+  EXPECT_FALSE(std::filesystem::exists(temp_ / "splat.ply.index"));
+  const int enough = Enough(run.err);
+  run = index(enough);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string peak = "peak memory ";
+  const size_t at = run.out.find(peak);
+  ASSERT_NE(at, std::string::npos) << run.out;
+  EXPECT_LE(std::stoi(run.out.substr(at + peak.size())), enough);
+}
+
 // A few blocks of a city, each the tiny scene with many small Gaussians: what views see is a part,
 // and what an edit takes is more than the program itself.
 class TiledSceneTest : public LargeSceneTest {

@@ -94,10 +94,59 @@ TEST_F(SplatIndexTest, IsTheSameWhateverTheMemory) {
   Write(30000);
   const PlyFile file(splat_);
   SplatIndexOptions options;
-  options.memory_bytes = 100'000;  // of 600,000
   SplatIndex::Build(file, index_, options, monitor_);
+  const std::string of_all = ReadFile(index_);
+  options.memory_bytes = SplatIndex::LeastBytes(file, options);
+  SplatIndex::Build(file, index_, options, monitor_);
+  EXPECT_EQ(ReadFile(index_), of_all);
   ExpectWhole(SplatIndex(index_, file), model_, options.block);
   EXPECT_EQ(Entries(), (std::vector<std::string>{"a.ply", "a.ply.index"}));
+}
+
+// Entries of 32 bytes are sorted: 3.2 MB of them, in a memory that is not so large beside the
+// 3 MiB that every build takes.
+TEST_F(SplatIndexTest, WhatItTakesAtLeastGrowsMuchSlowerThanTheFile) {
+  SplatIndexOptions options;
+  const auto least = [&](size_t count) {
+    Write(count);
+    return SplatIndex::LeastBytes(PlyFile(splat_), options);
+  };
+  const size_t of_few = least(1000), of_many = least(100'000);
+  EXPECT_LT(of_few, of_many);
+  EXPECT_LT(of_many - of_few, size_t{1} << 20);
+}
+
+// Gaussians in one place have no order along the curve but that of their records.
+TEST_F(SplatIndexTest, SortsAnyNumberInOnePlace) {
+  Write(30000);
+  for (size_t i = 0; i < model_.means.size(); ++i) model_.means[i] = model_.means[i % 3];
+  std::fill(model_.log_scales.begin(), model_.log_scales.end(), -3.0F);
+  WriteSplat(splat_, model_);
+  const PlyFile file(splat_);
+  SplatIndexOptions options;
+  options.memory_bytes = SplatIndex::LeastBytes(file, options);
+  SplatIndex::Build(file, index_, options, monitor_);
+  const SplatIndex index(index_, file);
+  ExpectWhole(index, model_, options.block);
+  EXPECT_EQ(index.blocks().size(), 59U);  // all full but the last
+}
+
+TEST_F(SplatIndexTest, RefusesTooLittleMemoryBeforeItBegins) {
+  Write(3000);
+  const PlyFile file(splat_);
+  SplatIndexOptions options;
+  options.memory_bytes = SplatIndex::LeastBytes(file, options) / 2;
+  size_t least = 0;
+  try {
+    SplatIndex::Build(file, index_, options, monitor_);
+  } catch (const IndexMemoryError& error) {
+    least = error.least_bytes();
+    EXPECT_THAT(error.what(), HasSubstr("3000 Gaussians"));
+  }
+  EXPECT_EQ(Entries(), std::vector<std::string>{"a.ply"});
+  options.memory_bytes = least;
+  SplatIndex::Build(file, index_, options, monitor_);
+  ExpectWhole(SplatIndex(index_, file), model_, options.block);
 }
 
 TEST_F(SplatIndexTest, FindsWhatViewsSeeAndABoxHolds) {
@@ -245,7 +294,8 @@ TEST_F(SplatIndexTest, AFullDiskLosesNothing) {
     const FileSizeLimit limit(10'000);  // of the index's 30,000 bytes or so
     EXPECT_THROW(SplatIndex::Build(file, index_, {}, monitor_), RunError);
     SplatIndexOptions options;
-    options.memory_bytes = 100'000;  // the temporary file does not fit
+    options.memory_bytes = SplatIndex::LeastBytes(file, options);
+    // The temporary file does not fit.
     EXPECT_THROW(SplatIndex::Build(file, index_, options, monitor_), RunError);
   }
   EXPECT_EQ(ReadFile(index_), before);
