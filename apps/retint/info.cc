@@ -17,6 +17,7 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  LargeArguments large;
   int max_views = 12;
   bool all = false;
 };
@@ -79,6 +80,56 @@ void PrintCheck(const SceneCheck& check, Run& run) {
   if (!check.mismatch.empty()) run.Warn(check.mismatch);
 }
 
+void PrintSplat(const std::filesystem::path& splat, size_t count, int sh_degree, bool has_band4,
+                Run& run) {
+  run.Print(fmt::format("splat        {}", splat.string()));
+  run.Print(fmt::format("Gaussians    {}, SH degree {}{}", count, sh_degree,
+                        has_band4 ? "; degree 4 is kept and not shown" : ""));
+}
+
+void PrintSplat(const PlyFile& splat, Run& run) {
+  PrintSplat(splat.path(), splat.count(), splat.sh_degree(), splat.has_sh_band4(), run);
+}
+
+SceneCheckOptions CheckOf(const Arguments& arguments) {
+  SceneCheckOptions options;
+  options.max_views = arguments.all ? std::numeric_limits<int>::max() : arguments.max_views;
+  options.longest_side = 0;
+  options.strict = true;
+  return options;
+}
+
+// One view's Gaussians after the other's.
+void DescribeParts(const Arguments& arguments, LargeScene& large, Run& run) {
+  run.FinishProgress();
+  PrintWorkspace(large.workspace(), run);
+  PrintSplat(large.file(), run);
+  std::unique_ptr<EditSession> session;
+  const auto show = [&](const View& view) -> EditSession& {
+    const bool is_first = !session;
+    session = large.Show(std::vector<const View*>{&view}, std::move(session), run.monitor());
+    if (is_first) DescribeSession(*session, run.globals().backend, run);
+    return *session;
+  };
+  const SceneCheck check = CheckScene(large.workspace(), show, run.monitor(), CheckOf(arguments));
+  run.FinishProgress();
+  PrintCheck(check, run);
+}
+
+// Views are placed around a whole splat: of one that is not to be opened as such and has no
+// workspace, what the header tells is all. Whether it is one.
+bool DescribedAlone(const Arguments& arguments, Run& run) {
+  const SceneArguments& scene = arguments.scene;
+  const MemoryLimits limits = arguments.large.Limits();
+  const size_t caches = limits.Cache(run.globals().cache_mb << 20);
+  const bool in_parts = arguments.large.mode == "on" ||
+                        (arguments.large.mode == "auto" && IsTooLarge(scene.splat, limits, caches));
+  if (!scene.workspace.empty() || !in_parts) return false;
+  run.Print("workspace    none: views are placed only around a splat that is opened whole");
+  PrintSplat(PlyFile(scene.splat), run);
+  return true;
+}
+
 void Info(const Arguments& arguments, Run& run) {
   const SceneArguments& scene = arguments.scene;
   CheckOption(!scene.workspace.empty() || !scene.splat.empty(),
@@ -89,18 +140,15 @@ void Info(const Arguments& arguments, Run& run) {
     for (const std::string& warning : workspace.warnings) run.Warn(warning);
     return;
   }
-  const auto session = OpenSession(scene, 0, run);
+  if (DescribedAlone(arguments, run)) return;
+  const auto large = OpenLarge(scene, arguments.large, 0, /*refit=*/nullptr, run);
+  if (large) return DescribeParts(arguments, *large, run);
+  const auto session = OpenSession(scene, 0, run, arguments.large.Limits());
   const GaussianModel& model = session->original();
   run.FinishProgress();
   PrintWorkspace(session->workspace(), run);
-  run.Print(fmt::format("splat        {}", arguments.scene.splat.string()));
-  run.Print(fmt::format("Gaussians    {}, SH degree {}{}", model.NumGaussians(), model.sh_degree,
-                        HasShBand4(model) ? "; degree 4 is kept and not shown" : ""));
-  SceneCheckOptions options;
-  options.max_views = arguments.all ? std::numeric_limits<int>::max() : arguments.max_views;
-  options.longest_side = 0;
-  options.strict = true;
-  const SceneCheck check = CheckScene(*session, run.monitor(), options);
+  PrintSplat(scene.splat, model.NumGaussians(), model.sh_degree, HasShBand4(model), run);
+  const SceneCheck check = CheckScene(*session, run.monitor(), CheckOf(arguments));
   run.FinishProgress();
   PrintCheck(check, run);
 }
@@ -116,6 +164,7 @@ void AddInfo(CLI::App& app, Globals& globals, Action& action) {
                    "Views to render and compare with their photos, evenly spread")
       ->check(CLI::Range(1, 1000000));
   verb->add_flag("--all", arguments->all, "Compare every view");
+  AddLarge(verb, arguments->large, /*selects=*/false);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Info(*arguments, run); }; });
 }

@@ -246,6 +246,7 @@ void LargeScene::CheckFits(const Need& need, const std::function<std::string()>&
 std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<EditSession> before,
                                               Monitor& monitor) {
   std::vector<uint32_t> blocks = BlocksOf(need);
+  if (blocks.empty() && need.or_any && !index_->blocks().empty()) blocks.push_back(0);
   if (blocks.empty()) throw InputError(file_->path(), "the view sees no Gaussian");
   CheckFits(need);
   size_ = SizeOf(need);
@@ -289,6 +290,15 @@ std::unique_ptr<EditSession> LargeScene::Show(const std::vector<std::string>& pi
                                               Monitor& monitor) {
   Need need;
   need.views = FacesOf(pictures);
+  return Open(need, std::move(before), monitor);
+}
+
+std::unique_ptr<EditSession> LargeScene::Show(const std::vector<const View*>& views,
+                                              std::unique_ptr<EditSession> before,
+                                              Monitor& monitor) {
+  Need need;
+  need.views = views;
+  need.or_any = true;
   return Open(need, std::move(before), monitor);
 }
 

@@ -52,6 +52,7 @@ class LargeScene {
   const std::string& index_built() const { return index_built_; }
   const Workspace& workspace() const { return *workspace_; }
   Pictures pictures() const { return Pictures(*workspace_, options_.pixels); }
+  const PlyFile& file() const { return *file_; }
   size_t NumGaussians() const { return static_cast<size_t>(file_->count()); }  // of the splat
 
   // Sessions of a part each. `before`, which is given up first, hands its clock on. OptionError,
@@ -59,6 +60,9 @@ class LargeScene {
 
   // The pictures of these names, to be looked at or painted on. InputError where they show nothing.
   std::unique_ptr<EditSession> Show(const std::vector<std::string>& pictures,
+                                    std::unique_ptr<EditSession> before, Monitor& monitor);
+  // These views. Where they see nothing, some other Gaussians stand for it.
+  std::unique_ptr<EditSession> Show(const std::vector<const View*>& views,
                                     std::unique_ptr<EditSession> before, Monitor& monitor);
   // What the depth of these views is estimated from.
   std::unique_ptr<EditSession> ForDepth(const std::vector<PosedCamera>& views,
@@ -92,6 +96,7 @@ class LargeScene {
     std::vector<PosedCamera> cameras;  // besides
     std::optional<Eigen::AlignedBox3f> within;
     bool everything = false;
+    bool or_any = false;     // of the blocks, where none of them is seen
     bool completes = false;  // a selection, over everything or what is within the box
     uint64_t active = 0;     // Gaussians to be fitted, about
   };

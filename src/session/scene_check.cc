@@ -119,21 +119,27 @@ std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) 
 }  // namespace
 
 SceneCheck CheckScene(EditSession& session, Monitor& monitor, const SceneCheckOptions& options) {
+  session.ShowSh(session.original().sh);
+  return CheckScene(
+      session.workspace(), [&](const View&) -> EditSession& { return session; }, monitor, options);
+}
+
+SceneCheck CheckScene(const Workspace& workspace,
+                      const std::function<EditSession&(const View&)>& show, Monitor& monitor,
+                      const SceneCheckOptions& options) {
   SceneCheck check;
-  const std::vector<const View*> views = session.reconstruction().ViewsByName();
+  const std::vector<const View*> views = workspace.reconstruction.ViewsByName();
   check.views = static_cast<int>(views.size());
-  const Workspace& workspace = session.workspace();
   for (const View* view : views) {
     if (!workspace.has_virtual_views && !workspace.HasPhoto(*view))
       check.missing_photos.push_back(view->name);
   }
-  session.ShowSh(session.original().sh);
   std::vector<double> psnr, coverage;
   const int count = std::min(options.max_views, check.views);
   for (int i = 0; i < count; ++i) {
     monitor.Step("check", i, count);
     const auto at = static_cast<size_t>(i) * views.size() / static_cast<size_t>(count);
-    check.comparisons.push_back(Compare(session, *views[at], options));
+    check.comparisons.push_back(Compare(show(*views[at]), *views[at], options));
     const ViewComparison& one = check.comparisons.back();
     coverage.push_back(one.coverage);
     if (!std::isnan(one.psnr)) psnr.push_back(one.psnr);

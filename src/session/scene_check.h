@@ -2,6 +2,7 @@
 // Whether a splat and a workspace belong together: do the renders show what the photos show?
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,11 @@ struct SceneCheck {
 
 // Leaves the original's coefficients in session.renderer(). Stage: "check".
 SceneCheck CheckScene(EditSession& session, Monitor& monitor,
+                      const SceneCheckOptions& options = {});
+// The same of a splat that is opened in parts: `show` hands out a session with the original's
+// coefficients that shows a view, one view after the other.
+SceneCheck CheckScene(const Workspace& workspace,
+                      const std::function<EditSession&(const View&)>& show, Monitor& monitor,
                       const SceneCheckOptions& options = {});
 
 }  // namespace retint

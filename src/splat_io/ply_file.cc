@@ -125,6 +125,7 @@ const std::filesystem::path& PlyFile::path() const { return impl_->file.path(); 
 const FileStamp& PlyFile::stamp() const { return impl_->stamp; }
 uint64_t PlyFile::count() const { return impl_->layout.count(); }
 int PlyFile::sh_degree() const { return std::min(impl_->layout.degree, 3); }
+bool PlyFile::has_sh_band4() const { return !impl_->Band4().empty(); }
 uint64_t PlyFile::first_byte() const { return impl_->layout.header.bytes; }
 uint64_t PlyFile::record_bytes() const { return impl_->layout.stride; }
 

@@ -37,6 +37,7 @@ class PlyFile {
   const FileStamp& stamp() const;
   uint64_t count() const;
   int sh_degree() const;        // of the models that are read, 0 to 3
+  bool has_sh_band4() const;    // coefficients of degree 4, which are kept and not shown
   uint64_t first_byte() const;  // of record 0
   uint64_t record_bytes() const;
 

@@ -201,6 +201,21 @@ TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
   EXPECT_EQ(report({})["views"], 6);
 }
 
+TEST_F(LargeSceneTest, DescribesAsInCore) {
+  const std::vector<std::string> all = {"--all", "--progress", "none"};
+  const CommandResult whole = Run("info", all, false), parts = Run("info", all, true);
+  ASSERT_EQ(whole.code, 0) << whole.err;
+  ASSERT_EQ(parts.code, 0) << parts.err;
+  EXPECT_THAT(whole.out, HasSubstr("8 of 8 views"));
+  EXPECT_EQ(parts.out, whole.out);
+  EXPECT_EQ(parts.err, whole.err);
+  // Of a splat alone there are no views.
+  const CommandResult alone = RunRetint({"info", "--splat", splat_.string(), "--memory-mb", "1"});
+  ASSERT_EQ(alone.code, 0) << alone.err;
+  EXPECT_THAT(alone.out, HasSubstr("SH degree 3"));
+  EXPECT_THAT(alone.out, testing::Not(HasSubstr("PSNR")));
+}
+
 TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
   const std::vector<std::string> options = {"--complete", "off",         "--out-of-core",
                                             "on",         "--log-level", "info"};
