@@ -29,15 +29,23 @@ std::string LowerExtension(const std::filesystem::path& path) {
   return text;
 }
 
-// The announced sizes of a .cube file, before anybody takes memory for them.
+// The announced sizes of a .cube file, before anybody takes memory for them. OpenColorIO tries a
+// file that is no .cube as every other format that it knows, and leaks in some: values that come
+// before a size are refused here.
 void CheckCubeSizes(const std::filesystem::path& path, const std::string& text) {
   std::istringstream lines(text);
   std::string line;
+  bool has_size = false;
   while (std::getline(lines, line)) {
     std::istringstream words(line);
     std::string key, value;
     words >> key >> value;
+    const bool is_word = !key.empty() && std::isalpha(static_cast<unsigned char>(key[0])) != 0;
+    if (!has_size && !key.empty() && key[0] != '#' && !is_word) {
+      throw InputError(path, "has values before LUT_1D_SIZE or LUT_3D_SIZE");
+    }
     if (key != "LUT_3D_SIZE" && key != "LUT_1D_SIZE") continue;
+    has_size = true;
     const long most = key == "LUT_3D_SIZE" ? kMaxColorTableSize : kMost1dSize;
     char* end = nullptr;
     const long size = std::strtol(value.c_str(), &end, 10);
@@ -46,6 +54,7 @@ void CheckCubeSizes(const std::filesystem::path& path, const std::string& text) 
                        key + " " + value + " is not a size from 2 to " + std::to_string(most));
     }
   }
+  if (!has_size) throw InputError(path, "has neither LUT_1D_SIZE nor LUT_3D_SIZE");
 }
 
 std::string OneLine(std::string_view text) {

@@ -105,7 +105,10 @@ SelectionPoint ToPoint(const Record& record, uint64_t idx, bool own, size_t num_
   // A normal that is unit to rounding keeps its bits: what was written comes back as it was.
   const float length = point.normal.norm();
   if (length > 0 && std::abs(length - 1) > 1e-6F) point.normal /= length;
-  const auto byte = [](double v) { return static_cast<uint8_t>(std::clamp(v, 0.0, 255.0)); };
+  const auto byte = [&](double v) {
+    if (std::isnan(v)) fail("color is NaN");
+    return static_cast<uint8_t>(std::clamp(v, 0.0, 255.0));
+  };
   point.color = {byte(record.red), byte(record.green), byte(record.blue)};
   point.footprint = static_cast<float>(record.footprint);
   if (!(point.footprint >= 0 && std::isfinite(point.footprint))) fail("bad footprint");

@@ -43,7 +43,7 @@ std::vector<std::string> LutSeeds() {
   for (int i = 0; i < 8; ++i) {
     cube += std::to_string(i & 1) + " " + std::to_string(i >> 1 & 1) + " 0.5\n";
   }
-  return {cube, "LUT_1D_SIZE 3\n0 0 0\n0.5 0.4 0.3\n1 1 1\n"};
+  return {cube, "LUT_1D_SIZE 3\n0 0 0\n0.5 0.4 0.3\n1 1 1\n", std::string(118, '6') + "\n"};
 }
 
 std::vector<std::string> EditSeeds() {

@@ -158,6 +158,9 @@ TEST_F(BadCloud, IsAnswered) {
   EXPECT_THAT(Fault(Ascii("2", "1 2 3\n4 5\n")), HasSubstr("value is missing"));
   EXPECT_THAT(Fault(Ascii("1", "1 nan 3\n")), HasSubstr("point 0: position is NaN"));
   EXPECT_THAT(Fault(Ascii("1", "1 1e99 3\n")), HasSubstr("point 0: position is NaN or infinite"));
+  EXPECT_THAT(Fault("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                    "property float z\nproperty float red\nend_header\n1 2 3 nan\n"),
+              HasSubstr("point 0: color is NaN"));
 }
 
 TEST_F(BadCloud, CountsBeyondTheFileTakeNoMemory) {
