@@ -11,6 +11,7 @@
 #include "retint/common.h"
 #include "retint/results.h"
 #include "selection/mask_score.h"
+#include "session/large_evaluation.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -18,6 +19,7 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  LargeArguments large;
   std::filesystem::path after, masks, true_masks, report;
   EditFlags edit;
   std::string target = "render";
@@ -26,18 +28,9 @@ struct Arguments {
 
 GaussianModel ReadAfter(const Arguments& arguments, const GaussianModel& before) {
   GaussianModel after = ReadSplat(arguments.after);
-  if (after.NumGaussians() != before.NumGaussians() || after.sh_degree != before.sh_degree) {
-    throw InputError(
-        arguments.after,
-        fmt::format("{} Gaussians of SH degree {}, but {} has {} of degree {}",
-                    after.NumGaussians(), after.sh_degree, arguments.scene.splat.string(),
-                    before.NumGaussians(), before.sh_degree));
-  }
-  if (after.means != before.means) {
-    throw InputError(arguments.after, "its Gaussians are not those of " +
-                                          arguments.scene.splat.string() +
-                                          ": the means differ or are in another order");
-  }
+  CheckSameShape({arguments.scene.splat, before.NumGaussians(), before.sh_degree},
+                 {arguments.after, after.NumGaussians(), after.sh_degree});
+  if (after.means != before.means) FailOfOtherMeans(arguments.scene.splat, arguments.after);
   return after;
 }
 
@@ -89,11 +82,10 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
   return report;
 }
 
-void Evaluate(const Arguments& arguments, Run& run) {
-  const ColorEdit edit = arguments.edit.Resolve();
-  const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
-  if (!arguments.report.empty()) CheckOutput(arguments.report);
-  const auto session = OpenSession(arguments.scene, arguments.holdout, run);
+RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, TargetKind target,
+                        Run& run) {
+  const auto session =
+      OpenSession(arguments.scene, arguments.holdout, run, arguments.large.Limits());
   if (target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
@@ -118,6 +110,40 @@ void Evaluate(const Arguments& arguments, Run& run) {
   const RunReport measured = session->MakeReport();
   report.stages_ms = measured.stages_ms;
   report.peak_rss_mb = measured.peak_rss_mb;
+  return report;
+}
+
+// Null: the splat is opened whole.
+std::unique_ptr<LargeScene> OpenParts(const Arguments& arguments, Run& run) {
+  RefitOptions none;  // two sets of coefficients are held, as by the report on a fit
+  none.region_cache_bytes = 0;
+  return OpenLarge(arguments.scene, arguments.large, arguments.holdout, &none, run);
+}
+
+RunReport EvaluateParts(const Arguments& arguments, const ColorEdit& edit, TargetKind target,
+                        LargeScene& large, Run& run) {
+  if (target == TargetKind::kPhoto) WarnOfMissingPhotos(large.workspace(), run);
+  const Pictures pictures = large.pictures();
+  LargeEvaluation evaluation;
+  evaluation.after = arguments.after;
+  evaluation.masks = ReadMasksByName(arguments.masks, pictures, run);
+  if (!arguments.true_masks.empty()) {
+    evaluation.true_masks = ReadMasksByName(arguments.true_masks, pictures, run);
+  }
+  evaluation.edit = edit;
+  evaluation.strength = arguments.edit.strength();
+  evaluation.target = target;
+  evaluation.opened = [&](EditSession& session) { StartSession(session, run); };
+  return EvaluateInParts(large, std::move(evaluation), run.monitor());
+}
+
+void Evaluate(const Arguments& arguments, Run& run) {
+  const ColorEdit edit = arguments.edit.Resolve();
+  const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  const auto large = OpenParts(arguments, run);
+  const RunReport report = large ? EvaluateParts(arguments, edit, target, *large, run)
+                                 : EvaluateWhole(arguments, edit, target, run);
   StagedOutput staged;
   if (!arguments.report.empty()) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
@@ -134,6 +160,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
                           report.true_masks->mask_iou));
     PrintQuality(report.true_masks->quality, run);
   }
+  PrintParts(report, run);
 }
 
 }  // namespace
@@ -157,6 +184,7 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
                    "Report every n-th view by name on its own; 0 none")
       ->check(CLI::Range(0, 1000000));
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  AddLarge(verb, arguments->large, /*selects=*/false);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Evaluate(*arguments, run); }; });
 }

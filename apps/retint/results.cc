@@ -12,6 +12,7 @@
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
+#include "selection/mask_score.h"
 #include "session/contact_sheet.h"
 #include "session/report_html.h"
 #include "splat_io/splat_io.h"
@@ -21,12 +22,6 @@ namespace {
 
 constexpr int kComparisonRows = 4;
 constexpr double kComparisonArea = 400 * 300;  // pixels a picture, so that tall ones stay small
-
-double MaskedFraction(const Mask& mask) {
-  const auto inside =
-      std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t value) { return value >= 128; });
-  return static_cast<double>(inside) / static_cast<double>(std::max<size_t>(1, mask.NumPixels()));
-}
 
 const std::map<std::string, Mask>& MasksOf(const Recolored& result) {
   return result.session->regions().Find(result.region)->selection->masks;

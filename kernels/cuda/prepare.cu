@@ -149,7 +149,10 @@ __global__ void __launch_bounds__(kThreads)
 
 // Depths are sorted without their last bits, a pass less. This puts those that only these tell
 // apart in order: `order` and `sorted` are stable, so that of equal ones the first index is first.
+// It takes time with the square of how many agree in the others: of many Gaussians all bits are
+// sorted.
 constexpr int kSkippedBits = 7;
+constexpr int64_t kMostSettled = int64_t{4} << 20;
 __global__ void SettleOrderKernel(int64_t rows, const uint32_t* sorted, const int32_t* order,
                                   int32_t* settled) {
   const int64_t r = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
@@ -413,11 +416,12 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
       {tiles.data(), depths.data(), indices.data(), view->ranges.data(), grid_tiles, scan,
        model.totals.data(), totals.device()});
   Check(cudaGetLastError(), "CountTilesKernel");
+  const bool settles = n <= kMostSettled;
   // All are sorted, so that the host need not wait for the number of visible ones first.
   WithTemporary(stream, "cub::DeviceRadixSort", [&](void* memory, size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(memory, bytes, depths.data(), sorted.data(),
-                                           indices.data(), order.data(), n, kSkippedBits, 31,
-                                           stream);
+                                           indices.data(), order.data(), n,
+                                           settles ? kSkippedBits : 0, 31, stream);
   });
   const ViewTotals found = totals.Wait(stream, &ViewTotals::blocks_done);
   const int64_t rows = found.rows, entries = int64_t(found.entries);
@@ -430,12 +434,15 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
   view->gaussians = Scratch<int32_t>(stream, size_t(rows));
   view->splats = Scratch<Splat>(stream, size_t(rows));
   Scratch<uint32_t> ends(stream, size_t(rows));
-  SettleOrderKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(rows, sorted.data(),
-                                                                     order.data(), indices.data());
-  Check(cudaGetLastError(), "SettleOrderKernel");
+  if (settles) {
+    SettleOrderKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(
+        rows, sorted.data(), order.data(), indices.data());
+    Check(cudaGetLastError(), "SettleOrderKernel");
+  }
   RowsKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(
-      rows, camera, indices.data(), model.mean_opacity.data(), model.covariances.data(),
-      tiles.data(), scan, view->gaussians.data(), view->splats.data(), ends.data());
+      rows, camera, settles ? indices.data() : order.data(), model.mean_opacity.data(),
+      model.covariances.data(), tiles.data(), scan, view->gaussians.data(), view->splats.data(),
+      ends.data());
   Check(cudaGetLastError(), "RowsKernel");
   BinRows(ends.data(), entries, view.get(), stream);
   view->order = Scratch<int32_t>(stream, size_t(grid_tiles));

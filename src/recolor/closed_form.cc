@@ -116,6 +116,25 @@ struct ViewShares {
   std::vector<float> values;  // [gaussians, 2]
 };
 
+// Adds what a view sees of each Gaussian, inside its mask and altogether; its geometry.
+class MaskAdder {
+ public:
+  explicit MaskAdder(Renderer& renderer) : renderer_(renderer) {}
+  std::shared_ptr<const ViewGeometry> Add(const RefitTarget& target, double* sums) {
+    Backend& backend = renderer_.backend();
+    const auto& pixels = target.mask->data;
+    backend.Grow(mask_, pixels.size());
+    backend.CopyToDevice(mask_.data(), pixels.data(), pixels.size());
+    const auto geometry = renderer_.Geometry(target.camera);
+    backend.blend().AccumulateShares(*geometry, mask_.data(), sums);
+    return geometry;
+  }
+
+ private:
+  Renderer& renderer_;
+  Buffer<uint8_t> mask_;
+};
+
 // Moves a view's own sums, all there is in `sums`, out of it.
 ViewShares TakeShares(Backend& backend, const ViewGeometry& view, double* sums) {
   ViewShares shares;
@@ -155,27 +174,38 @@ std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>
   const std::vector<int> owners = OwnersOf(targets);
   const auto sums = backend.Allocate<double>(2 * count);  // inside, altogether
   std::vector<ViewShares> kept;
-  Buffer<uint8_t> mask;
+  MaskAdder adder(renderer);
   for (size_t v = 0; v < targets.size(); ++v) {
     monitor.Step("shares", double(v), double(targets.size()));
     if (owners[v] != ranks.rank()) continue;
-    const auto& pixels = targets[v].mask->data;
-    backend.Grow(mask, pixels.size());
-    backend.CopyToDevice(mask.data(), pixels.data(), pixels.size());
-    const auto geometry = renderer.Geometry(targets[v].camera);
-    backend.blend().AccumulateShares(*geometry, mask.data(), sums.data());
+    const auto geometry = adder.Add(targets[v], sums.data());
     if (ranks.AreMany() && backend.IsHost()) {
       kept.push_back(TakeShares(backend, *geometry, sums.data()));
     }
   }
   auto found = backend.Download(sums.data(), sums.size());
   AddShares(ranks, kept, &found);
-  std::vector<float> shares(count, 0.0f);
-  for (size_t g = 0; g < count; ++g) {
-    const double inside = found[2 * g], total = found[2 * g + 1];
-    if (total > 0) shares[g] = float(std::clamp(inside / total, 0.0, 1.0));
-  }
+  std::vector<float> shares(count);
+  for (size_t g = 0; g < count; ++g) shares[g] = ShareOf(&found[2 * g]);
   return shares;
+}
+
+void AddMaskSums(Renderer& renderer, const std::vector<RefitTarget>& targets, Monitor& monitor,
+                 std::vector<double>* sums) {
+  CheckOption(sums->size() == 2 * size_t(renderer.model().count()),
+              "sums of shares are not of the renderer's model");
+  const auto on_device = renderer.backend().Upload(std::span<const double>(*sums));
+  MaskAdder adder(renderer);
+  for (size_t v = 0; v < targets.size(); ++v) {
+    monitor.Step("shares", double(v), double(targets.size()));
+    CheckTarget(targets[v]);
+    adder.Add(targets[v], on_device.data());
+  }
+  *sums = renderer.backend().Download(on_device.data(), on_device.size());
+}
+
+float ShareOf(const double* sums) {
+  return sums[1] > 0 ? float(std::clamp(sums[0] / sums[1], 0.0, 1.0)) : 0.0f;
 }
 
 }  // namespace retint

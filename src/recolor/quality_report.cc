@@ -18,21 +18,6 @@ constexpr double kPerfectPsnr = 99;
 constexpr uint8_t kInside = 128;  // mask >= 0.5
 constexpr size_t kMaxWorst = 5;
 
-struct ErrorSums {
-  double inside_before = 0, inside_after = 0, outside = 0, bleed = 0;
-  int64_t inside_values = 0, outside_values = 0, out_of_gamut = 0;
-
-  void operator+=(const ErrorSums& other) {
-    inside_before += other.inside_before;
-    inside_after += other.inside_after;
-    outside += other.outside;
-    bleed += other.bleed;
-    inside_values += other.inside_values;
-    outside_values += other.outside_values;
-    out_of_gamut += other.out_of_gamut;
-  }
-};
-
 double Psnr(double squared_errors, int64_t values) {
   if (values == 0 || squared_errors <= 0) return kPerfectPsnr;
   return std::min(kPerfectPsnr, -10 * std::log10(squared_errors / double(values)));
@@ -250,16 +235,16 @@ class PairRenderer {
 };
 
 // Of one target.
-struct ViewErrors {
+struct OwnErrors {
   size_t target = 0;
   ErrorSums sums;
 };
 
-// The last target first, as one rank meets them.
-std::vector<ViewErrors> OfAllRanks(const std::vector<ViewErrors>& own) {
-  std::vector<ViewErrors> all = CurrentRanks().Gather<ViewErrors>(own);
+// Those of all ranks, by target.
+std::vector<OwnErrors> OfAllRanks(const std::vector<OwnErrors>& own) {
+  std::vector<OwnErrors> all = CurrentRanks().Gather<OwnErrors>(own);
   std::sort(all.begin(), all.end(),
-            [](const ViewErrors& a, const ViewErrors& b) { return a.target > b.target; });
+            [](const OwnErrors& a, const OwnErrors& b) { return a.target < b.target; });
   return all;
 }
 
@@ -269,52 +254,116 @@ double Coverage(const Mask& mask) {
   return mask.data.empty() ? 0 : sum / (255.0 * double(mask.data.size()));
 }
 
+// Compares targets one after the other, by what a renderer makes of two sets of coefficients.
+class TargetMeter {
+ public:
+  TargetMeter(Renderer& renderer, std::span<const float> sh_before, std::span<const float> sh_after,
+              const ColorEdit& edit)
+      : renderer_(renderer), reported_(edit), pair_(renderer, sh_before, sh_after) {}
+
+  ErrorSums Measure(const RefitTarget& target) {
+    const Image made = target.edited ? target.edited(renderer_) : Image();
+    const std::shared_ptr<const Image> photo = PhotoOf(target);
+    return Compare({target, photo.get(), made, reported_, pair_.Render(target)});
+  }
+
+ private:
+  Renderer& renderer_;
+  ReportedEdit reported_;
+  PairRenderer pair_;
+};
+
+void CheckCoefficients(Renderer& renderer, std::span<const float> sh_before,
+                       std::span<const float> sh_after) {
+  const size_t values =
+      size_t(renderer.model().count()) * size_t(renderer.model().num_sh_coeffs()) * 3;
+  CheckOption(sh_before.size() == values && sh_after.size() == values,
+              "evaluation: the coefficients are not of the renderer's model");
+}
+
+ViewErrors ErrorsOf(const RefitTarget& target, const ErrorSums& sums) {
+  return {target.name, sums.inside_values > 0 ? Coverage(*target.mask) : 0, sums};
+}
+
+QualityNumbers Pool(const std::vector<ViewErrors>& views, bool are_heldout, QualityReport* report) {
+  ErrorSums all;
+  // The last view first, as they are measured.
+  for (size_t v = views.size(); v-- > 0;) {
+    const ViewErrors& view = views[v];
+    all += view.sums;
+    if (view.sums.inside_values == 0) continue;
+    const QualityNumbers numbers = ToNumbers(view.sums, 1);
+    report->worst.push_back(
+        {view.name, are_heldout, view.coverage, numbers.psnr_inside_after, numbers.psnr_outside});
+  }
+  return ToNumbers(all, int(views.size()));
+}
+
 }  // namespace
+
+void ErrorSums::operator+=(const ErrorSums& other) {
+  inside_before += other.inside_before;
+  inside_after += other.inside_after;
+  outside += other.outside;
+  bleed += other.bleed;
+  inside_values += other.inside_values;
+  outside_values += other.outside_values;
+  out_of_gamut += other.out_of_gamut;
+}
+
+std::vector<ViewErrors> MeasureErrors(Renderer& renderer, std::span<const float> sh_before,
+                                      std::span<const float> sh_after,
+                                      const std::vector<RefitTarget>& targets,
+                                      const ColorEdit& edit, EvaluationProgress* progress,
+                                      Monitor& monitor) {
+  CheckCoefficients(renderer, sh_before, sh_after);
+  TargetMeter meter(renderer, sh_before, sh_after, edit);
+  std::vector<ViewErrors> errors;
+  for (const RefitTarget& target : targets) {
+    monitor.Step("evaluate", double(progress->done++), double(progress->total));
+    CheckTarget(target);
+    errors.push_back(ErrorsOf(target, meter.Measure(target)));
+  }
+  return errors;
+}
+
+QualityReport ReportOn(const std::vector<ViewErrors>& train,
+                       const std::vector<ViewErrors>& heldout) {
+  QualityReport report;
+  report.train = Pool(train, false, &report);
+  report.heldout = Pool(heldout, true, &report);
+  std::stable_sort(report.worst.begin(), report.worst.end(),
+                   [](auto& a, auto& b) { return a.psnr_inside < b.psnr_inside; });
+  report.views = report.worst;
+  if (report.worst.size() > kMaxWorst) report.worst.resize(kMaxWorst);
+  return report;
+}
 
 QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
                            std::span<const float> sh_after, const std::vector<RefitTarget>& train,
                            const std::vector<RefitTarget>& heldout, const ColorEdit& edit,
                            Monitor& monitor) {
-  const ReportedEdit reported(edit);
-  const size_t values =
-      size_t(renderer.model().count()) * size_t(renderer.model().num_sh_coeffs()) * 3;
-  CheckOption(sh_before.size() == values && sh_after.size() == values,
-              "evaluation: the coefficients are not of the renderer's model");
-  QualityReport report;
-  report.sh_before = RangeOf(sh_before);
-  report.sh_after = RangeOf(sh_after);
-  PairRenderer pair(renderer, sh_before, sh_after);
+  CheckCoefficients(renderer, sh_before, sh_after);
+  TargetMeter meter(renderer, sh_before, sh_after, edit);
   const size_t total = train.size() + heldout.size();
   size_t done = 0;
-  const auto evaluate = [&](const std::vector<RefitTarget>& targets, bool is_heldout) {
+  const auto measure = [&](const std::vector<RefitTarget>& targets) {
     const std::vector<int> owners = OwnersOf(targets);
-    std::vector<ViewErrors> own;
+    std::vector<OwnErrors> own;
     // Backwards: the geometries that a fit leaves in the cache are those of the last views.
     for (size_t t = targets.size(); t-- > 0;) {
-      const RefitTarget& target = targets[t];
       monitor.Step("evaluate", double(done++), double(total));
-      CheckTarget(target);
-      if (owners[t] != CurrentRanks().rank()) continue;
-      const Image made = target.edited ? target.edited(renderer) : Image();
-      const std::shared_ptr<const Image> photo = PhotoOf(target);
-      own.push_back({t, Compare({target, photo.get(), made, reported, pair.Render(target)})});
+      CheckTarget(targets[t]);
+      if (owners[t] == CurrentRanks().rank()) own.push_back({t, meter.Measure(targets[t])});
     }
-    ErrorSums all;
-    for (const auto& [t, sums] : OfAllRanks(own)) {
-      all += sums;
-      if (sums.inside_values == 0) continue;
-      const QualityNumbers numbers = ToNumbers(sums, 1);
-      report.worst.push_back({targets[t].name, is_heldout, Coverage(*targets[t].mask),
-                              numbers.psnr_inside_after, numbers.psnr_outside});
-    }
-    return ToNumbers(all, int(targets.size()));
+    std::vector<ViewErrors> errors;
+    for (const auto& [t, sums] : OfAllRanks(own)) errors.push_back(ErrorsOf(targets[t], sums));
+    return errors;
   };
-  report.train = evaluate(train, false);
-  report.heldout = evaluate(heldout, true);
-  std::stable_sort(report.worst.begin(), report.worst.end(),
-                   [](auto& a, auto& b) { return a.psnr_inside < b.psnr_inside; });
-  report.views = report.worst;
-  if (report.worst.size() > kMaxWorst) report.worst.resize(kMaxWorst);
+  const std::vector<ViewErrors> of_train = measure(train), of_heldout = measure(heldout);
+  QualityReport report = ReportOn(of_train, of_heldout);
+  report.sh_before = RangeOf(sh_before);
+  report.sh_after = RangeOf(sh_after);
   return report;
 }
 

@@ -3,6 +3,8 @@
 // views, SH range.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +43,32 @@ struct QualityReport {
   std::vector<ViewQuality>
       views;  // that hold a masked pixel, all of them, lowest psnr_inside first
 };
+
+// What the pixels of one view add up to; squared errors, and values of pixels.
+struct ErrorSums {
+  double inside_before = 0, inside_after = 0, outside = 0, bleed = 0;
+  int64_t inside_values = 0, outside_values = 0, out_of_gamut = 0;
+  void operator+=(const ErrorSums& other);
+};
+struct ViewErrors {
+  std::string name;
+  double coverage = 0;  // of the mask
+  ErrorSums sums;
+};
+
+// EvaluateEdit() in two steps, for a splat that is opened in parts, in one process: the errors of
+// `targets`, in their order, and the report on those of all views, in the order of the views, but
+// for the ranges of SH. Stage "evaluate", of which `progress` says how much is done and there is.
+struct EvaluationProgress {
+  size_t done = 0, total = 0;  // views
+};
+std::vector<ViewErrors> MeasureErrors(Renderer& renderer, std::span<const float> sh_before,
+                                      std::span<const float> sh_after,
+                                      const std::vector<RefitTarget>& targets,
+                                      const ColorEdit& edit, EvaluationProgress* progress,
+                                      Monitor& monitor);
+QualityReport ReportOn(const std::vector<ViewErrors>& train,
+                       const std::vector<ViewErrors>& heldout);
 
 // Renders every target before and after. A perfect match is reported as 99 dB. The renderer is left
 // with `sh_before`.

@@ -91,5 +91,11 @@ void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float>
 // m_g = sum_v W^T M_v / sum_v W^T 1, [N].
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
                               Monitor& monitor);
+// Both sums, [N, 2]: adds those of `targets`, one after the other as MaskShares() does, to what is
+// in `sums`. For a splat that is opened in parts, in one process.
+void AddMaskSums(Renderer& renderer, const std::vector<RefitTarget>& targets, Monitor& monitor,
+                 std::vector<double>* sums);
+// The share that a Gaussian's two sums stand for.
+float ShareOf(const double* sums);
 
 }  // namespace retint

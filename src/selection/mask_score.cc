@@ -77,6 +77,12 @@ Eigen::Vector3f Shown(const Image& image, size_t pixel) {
 
 }  // namespace
 
+double MaskedFraction(const Mask& mask) {
+  const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
+                                    [](uint8_t value) { return value >= kInside; });
+  return double(inside) / double(std::max<size_t>(1, mask.NumPixels()));
+}
+
 std::optional<double> Iou(const Mask& mask, const Mask& truth) {
   return Overlap(mask, truth).Iou();
 }

@@ -21,6 +21,9 @@ constexpr double kMiB = 1024.0 * 1024.0;
 // A selection's box is that of its points and a little more, for Gaussians reach beyond them.
 constexpr float kBoxMargin = 0.1F;
 
+// Added to what is said to be enough: the program itself is not of one size from run to run.
+constexpr size_t kSlack = size_t{8} << 20;
+
 // Of a session of a whole splat, beside its Gaussians.
 constexpr size_t kWholeBytes = size_t{136} << 20;
 
@@ -78,7 +81,6 @@ SplatIndex OpenIndex(const PlyFile& splat, const fs::path& path, const MemoryLim
     if (force) SplatIndex::Build(splat, path, options, monitor);
     return SplatIndex::OpenOrBuild(splat, path, options, monitor, built);
   } catch (const IndexMemoryError& error) {
-    constexpr size_t kSlack = size_t{8} << 20;  // the program itself is not of one size
     throw OptionError(
         "--memory-mb " + std::to_string(limits.HostBytes() >> 20) + " is too little to index " +
         std::to_string(splat.count()) + " Gaussians; --memory-mb " +
@@ -318,6 +320,62 @@ std::unique_ptr<EditSession> LargeScene::ForDepth(const std::vector<PosedCamera>
   }
   if (BlocksOf(need) == shown) return before;
   return Open(need, std::move(before), monitor);
+}
+
+LargeScene::Need LargeScene::ComparisonOf(std::span<const View* const> views) {
+  Need need;
+  need.views.assign(views.begin(), views.end());
+  need.or_any = true;
+  need.active = 1;  // as the report on a fit does
+  return need;
+}
+
+// Few views fit mostly, however many there are: their number is doubled while it does.
+size_t LargeScene::NumToCompare(std::span<const View* const> views) const {
+  const auto fits = [&](size_t count) { return Fits(SizeOf(ComparisonOf(views.first(count)))); };
+  size_t low = 1, step = 1;
+  while (low + step <= views.size() && fits(low + step)) {
+    low += step;
+    step *= 2;
+  }
+  for (; step > 0; step /= 2) {
+    if (low + step <= views.size() && fits(low + step)) low += step;
+  }
+  return std::min(low, views.size());
+}
+
+std::unique_ptr<EditSession> LargeScene::ToCompare(std::span<const View* const> views,
+                                                   std::unique_ptr<EditSession> before,
+                                                   Monitor& monitor) {
+  return Open(ComparisonOf(views), std::move(before), monitor);
+}
+
+void LargeScene::CountWhatIsHeld() {
+  ReleaseFreedMemory();
+  base_bytes_ = std::max(base_bytes_, ResidentBytes());
+}
+
+std::vector<uint32_t> LargeScene::RecordsOf(const std::vector<const View*>& selected, size_t bytes,
+                                            const std::vector<const View*>& views) {
+  Need need;
+  need.views = selected;
+  const std::vector<uint32_t> blocks = BlocksOf(need);
+  const size_t count = index_->CountOf(blocks), held = count * (sizeof(uint32_t) + bytes);
+  const size_t limit = large_.limits.HostBytes();
+  EditSize largest;
+  for (const View* view : views) {
+    const EditSize size = SizeOf(ComparisonOf(std::span(&view, 1)));
+    if (HostBytesOf(size) > HostBytesOf(largest)) largest = size;
+  }
+  const size_t enough = HostBytes(largest) + held;
+  if (enough > limit) {
+    throw OptionError("--memory-mb " + std::to_string(limit >> 20) +
+                      " is too little: one view sees " + std::to_string(largest.gaussians) +
+                      " Gaussians, and those with a selected pixel see " + std::to_string(count) +
+                      "; --memory-mb " + std::to_string(Mebibytes(enough + kSlack)) + " is enough");
+  }
+  base_bytes_ += held;
+  return blocks.empty() ? std::vector<uint32_t>() : index_->Records(blocks);
 }
 
 std::vector<const View*> LargeScene::ViewsThatSee(const Eigen::AlignedBox3f& box) const {

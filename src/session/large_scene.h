@@ -81,6 +81,19 @@ class LargeScene {
   std::unique_ptr<EditSession> ForMasks(const MaskFolder& masks, const SparseShares& shares,
                                         double active_threshold, Monitor& monitor);
 
+  // To measure what was made of the splat, some views after the others (large_evaluation.h):
+  // How many of `views`, from the first on, fit into memory together; at least one.
+  size_t NumToCompare(std::span<const View* const> views) const;
+  // These views, with room for a second set of coefficients.
+  std::unique_ptr<EditSession> ToCompare(std::span<const View* const> views,
+                                         std::unique_ptr<EditSession> before, Monitor& monitor);
+  // What `selected` may see, ascending. OptionError, before memory is taken, where `bytes` of each
+  // of these do not fit beside any of `views`; else they count as in memory beside what is opened.
+  std::vector<uint32_t> RecordsOf(const std::vector<const View*>& selected, size_t bytes,
+                                  const std::vector<const View*>& views);
+  // What is in memory now stays there beside what is opened from now on. While nothing is.
+  void CountWhatIsHeld();
+
   // Writes the index of `copy`, a copy of the splat in which nothing but colors differs, beside it.
   // It is to go beside `target`: false, and nothing is written, where something else than an index
   // lies there. RunError as SplatIndex::WriteFor().
@@ -100,6 +113,7 @@ class LargeScene {
     bool completes = false;  // a selection, over everything or what is within the box
     uint64_t active = 0;     // Gaussians to be fitted, about
   };
+  static Need ComparisonOf(std::span<const View* const> views);
   std::vector<uint32_t> BlocksOf(const Need& need) const;
   uint64_t VisibleTo(const PosedCamera& camera) const;  // Gaussians, at most
   EditSize SizeOf(const Need& need) const;

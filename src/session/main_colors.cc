@@ -41,9 +41,8 @@ std::vector<MaskedView> ViewsOf(const std::vector<PaintedView>& painted,
     }
   }
   std::erase_if(views, [](const MaskedView& view) { return view.pixels == 0; });
-  if (views.size() <= kMostViews) return views;
   std::vector<MaskedView> some;
-  for (size_t i = 0; i < kMostViews; ++i) some.push_back(views[i * views.size() / kMostViews]);
+  for (const size_t i : ViewsMeasuredOf(views.size())) some.push_back(views[i]);
   return some;
 }
 
@@ -51,13 +50,8 @@ std::vector<MaskedView> ViewsOf(const std::vector<PaintedView>& painted,
 std::vector<float> PixelsOf(const std::vector<MaskedView>& views, Renderer& renderer) {
   std::vector<float> pixels;
   for (const MaskedView& view : views) {
-    const Image image = std::move(renderer.Render(view.camera).rgb);
-    const size_t step = view.pixels / kMostPixels + 1;
-    size_t inside = 0;
-    for (size_t p = 0; p < image.NumPixels(); ++p) {
-      if (view.mask->data[p] < kInside || inside++ % step != 0) continue;
-      pixels.insert(pixels.end(), &image.data[3 * p], &image.data[3 * p] + 3);
-    }
+    const std::vector<float> more = PixelsInside(view.camera, *view.mask, renderer);
+    pixels.insert(pixels.end(), more.begin(), more.end());
   }
   return pixels;
 }
@@ -98,7 +92,39 @@ void SetPalette(ColorOperation& op, const std::vector<float>& pixels) {
   op.values.resize(std::min(wanted, palette.size()) * kPairValues);
 }
 
+ColorEdit OperationsBefore(const ColorEdit& edit, size_t i) {
+  return {{edit.operations.begin(), edit.operations.begin() + ptrdiff_t(i)}, 1};
+}
+
+// Of the selection's pixels, what an operation asks for, after the operations before it.
+void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<float>& pixels) {
+  const std::vector<float> edited = Edited(pixels, before);
+  op.kind == ColorOperationKind::kPalette ? SetPalette(op, edited) : SetMainColor(op, edited);
+}
+
 }  // namespace
+
+std::vector<float> PixelsInside(const PosedCamera& camera, const Mask& mask, Renderer& renderer) {
+  const Image image = std::move(renderer.Render(camera).rgb);
+  const size_t step = CountInside(mask) / kMostPixels + 1;
+  std::vector<float> pixels;
+  size_t inside = 0;
+  for (size_t p = 0; p < image.NumPixels(); ++p) {
+    if (mask.data[p] < kInside || inside++ % step != 0) continue;
+    pixels.insert(pixels.end(), &image.data[3 * p], &image.data[3 * p] + 3);
+  }
+  return pixels;
+}
+
+bool IsMeasured(const Mask& mask) { return CountInside(mask) > 0; }
+
+std::vector<size_t> ViewsMeasuredOf(size_t count) {
+  std::vector<size_t> measured(std::min(count, kMostViews));
+  for (size_t i = 0; i < measured.size(); ++i) {
+    measured[i] = count <= kMostViews ? i : i * count / kMostViews;
+  }
+  return measured;
+}
 
 std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Workspace& workspace,
                                      Renderer& renderer, std::span<const float> sh) {
@@ -113,7 +139,7 @@ ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenS
   for (size_t i = 0; i < edit.operations.size(); ++i) {
     ColorOperation& op = edit.operations[i];
     if (!op.NeedsMeasuring()) continue;
-    const ColorEdit before{{edit.operations.begin(), edit.operations.begin() + ptrdiff_t(i)}, 1};
+    const ColorEdit before = OperationsBefore(edit, i);
     if (op.kind == ColorOperationKind::kPicture) {
       ComparePictures(op, before, selection, scene, sh);
       continue;
@@ -121,8 +147,15 @@ ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenS
     if (pixels.empty()) {
       pixels = PixelsOfSelection(selection, scene.workspace(), scene.renderer(), sh);
     }
-    const std::vector<float> edited = Edited(pixels, before);
-    op.kind == ColorOperationKind::kPalette ? SetPalette(op, edited) : SetMainColor(op, edited);
+    Measure(op, before, pixels);
+  }
+  return edit;
+}
+
+ColorEdit WithMainColors(ColorEdit edit, const std::vector<float>& pixels) {
+  for (size_t i = 0; i < edit.operations.size(); ++i) {
+    ColorOperation& op = edit.operations[i];
+    if (op.NeedsMeasuring()) Measure(op, OperationsBefore(edit, i), pixels);
   }
   return edit;
 }

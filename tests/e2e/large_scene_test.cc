@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A splat opened in parts: the same bytes as when it is opened whole, within limits that are kept.
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -115,6 +117,14 @@ class LargeSceneTest : public testing::Test {
   std::filesystem::path splat_ = temp_ / "splat.ply";
 };
 
+// The number behind the last "--memory-mb " of a refusal.
+int Enough(const std::string& line) {
+  const std::string flag = "--memory-mb ";
+  const size_t at = line.rfind(flag);
+  EXPECT_NE(at, std::string::npos) << line;
+  return at == std::string::npos ? 0 : std::stoi(line.substr(at + flag.size()));
+}
+
 TEST_F(LargeSceneTest, WritesTheSameBytesAsInCore) {
   const std::vector<std::string> off = {"--complete", "off"};
   CommandResult run = Recolor("whole.ply", off, "whole.json");
@@ -201,6 +211,19 @@ TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
   EXPECT_EQ(report({})["views"], 6);
 }
 
+TEST_F(LargeSceneTest, RefusesToEvaluateAnotherSplat) {
+  const auto object = std::filesystem::directory_iterator(TinyWorkspace() / "truth" / "masks");
+  GaussianModel model = ReadSplat(splat_);
+  model.means[3 * 700] += 1e-3F;
+  WriteSplat(temp_ / "moved.ply", model);
+  const CommandResult run =
+      RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before", splat_.string(),
+                 "--after", (temp_ / "moved.ply").string(), "--masks", object->path().string(),
+                 "--tint", "0.2,0.4,1.0", "--out-of-core", "on", "--progress", "none"});
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("the means differ"));
+}
+
 TEST_F(LargeSceneTest, DescribesAsInCore) {
   const std::vector<std::string> all = {"--all", "--progress", "none"};
   const CommandResult whole = Run("info", all, false), parts = Run("info", all, true);
@@ -260,14 +283,6 @@ TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
   EXPECT_EQ(run.code, 0);
   EXPECT_THAT(run.err, HasSubstr("is not an index"));
   EXPECT_EQ(ReadFile(temp_ / "green.ply.index"), "a list of books");
-}
-
-// The number behind the last "--memory-mb " of a refusal.
-int Enough(const std::string& line) {
-  const std::string flag = "--memory-mb ";
-  const size_t at = line.rfind(flag);
-  EXPECT_NE(at, std::string::npos) << line;
-  return at == std::string::npos ? 0 : std::stoi(line.substr(at + flag.size()));
 }
 
 TEST_F(LargeSceneTest, SaysWhatWouldFitAndWritesNothing) {
@@ -380,6 +395,67 @@ TEST_F(TiledSceneTest, KeepsWithinItsMemoryOrSaysWhatIsEnough) {
   }
 }
 
+// Every figure, bit for bit; of some views at a time where memory is tight.
+TEST_F(TiledSceneTest, EvaluatesAsInCore) {
+  GaussianModel model = ReadSplat(splat_);
+  for (size_t i = 0; i < model.sh.size(); i += 7) model.sh[i] += 0.1F;
+  WriteSplat(temp_ / "blue.ply", model);
+  const auto object = std::filesystem::directory_iterator(TinyWorkspace() / "truth" / "masks");
+  std::filesystem::copy(object->path(), temp_ / "masks");
+  // Masks that differ, of fewer views, and one that is empty.
+  std::filesystem::copy(object->path(), temp_ / "truth");
+  std::filesystem::remove(ViewFile(temp_ / "truth", "001.png"));
+  Mask mask = ReadMask(ViewFile(temp_ / "masks", "003.png"));
+  std::fill(mask.data.begin(), mask.data.begin() + 3000, uint8_t{255});
+  WritePng(ViewFile(temp_ / "truth", "003.png"), mask);
+  WritePng(ViewFile(temp_ / "truth", "005.png"), Mask(mask.width, mask.height));
+  const auto evaluate = [&](std::vector<std::string> more, json* report) {
+    std::vector<std::string> arguments = {"evaluate",
+                                          "--workspace",
+                                          TinyWorkspace().string(),
+                                          "--before",
+                                          splat_.string(),
+                                          "--after",
+                                          (temp_ / "blue.ply").string(),
+                                          "--masks",
+                                          (temp_ / "masks").string(),
+                                          "--true-masks",
+                                          (temp_ / "truth").string(),
+                                          "--holdout",
+                                          "3",
+                                          "--report",
+                                          (temp_ / "report.json").string(),
+                                          "--progress",
+                                          "none"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    CommandResult result = RunRetint(arguments);
+    if (result.code == 0) *report = json::parse(ReadFile(temp_ / "report.json"));
+    return result;
+  };
+  for (const std::vector<std::string>& edit :
+       {std::vector<std::string>{"--tint", "0.2,0.4,1.0"},
+        // Whose color is measured.
+        {"--to", "#3060ff", "--target", "photo", "--strength", "0.7"}}) {
+    json whole, parts;
+    CommandResult run = evaluate(edit, &whole);
+    ASSERT_EQ(run.code, 0) << run.err;
+    std::vector<std::string> tight = edit;
+    tight.insert(tight.end(), {"--out-of-core", "on", "--memory-mb", "1"});
+    run = evaluate(tight, &parts);
+    ASSERT_EQ(run.code, 2) << run.err;
+    tight.back() = std::to_string(Enough(run.err));
+    run = evaluate(tight, &parts);
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("in parts"));
+    EXPECT_LE(parts["peak_rss_mb"], std::stoi(tight.back()));
+    ASSERT_FALSE(whole["true_masks"].is_null());
+    for (const char* what :
+         {"quality", "true_masks", "refit", "masks", "sh_range", "edit", "gaussians"}) {
+      EXPECT_EQ(parts[what], whole[what]) << what;
+    }
+  }
+}
+
 TEST_F(LargeSceneTest, RefusesWhatIsNotToBeHadInParts) {
   CommandResult run = Recolor("out.spz", {"--out-of-core", "on"});
   EXPECT_EQ(run.code, 2);
@@ -388,6 +464,41 @@ TEST_F(LargeSceneTest, RefusesWhatIsNotToBeHadInParts) {
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("--save-stages"));
   EXPECT_FALSE(std::filesystem::exists(temp_ / "out.ply"));
+}
+
+// While it is edited; what was at the output stays.
+TEST_F(LargeSceneTest, NoticesThatTheSplatChanges) {
+  WriteFile(temp_ / "out.ply", "what was there");
+  const std::string bytes = ReadFile(splat_);
+  const auto recolor_while = [&](const std::function<void()>& change) {
+    bool changed = false;
+    CommandOptions options;
+    options.interrupt_when = [&](const std::string& err) {
+      if (!changed && err.find("\"stage\":\"depth\"") != std::string::npos) {
+        change();
+        changed = true;
+      }
+      return false;  // it is not interrupted
+    };
+    CommandResult run =
+        RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat", splat_.string(),
+                   "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1.0",
+                   "--output", (temp_ / "out.ply").string(), "--complete", "off", "--out-of-core",
+                   "on", "--progress", "json"},
+                  options);
+    EXPECT_TRUE(changed) << run.err;
+    EXPECT_EQ(ReadFile(temp_ / "out.ply"), "what was there");
+    EXPECT_FALSE(std::filesystem::exists(temp_ / "out.ply.index"));
+    return run;
+  };
+  CommandResult run = recolor_while([&] {
+    std::filesystem::last_write_time(
+        splat_, std::filesystem::last_write_time(splat_) + std::chrono::seconds(5));
+  });
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("changed while it was in use"));
+  run = recolor_while([&] { std::filesystem::resize_file(splat_, bytes.size() / 2); });
+  EXPECT_EQ(run.code, 3) << run.err;  // an error of reading, or the same as above
 }
 
 TEST_F(LargeSceneTest, AFullDiskUnderIndexOrOutputLosesNothing) {

@@ -297,6 +297,8 @@ TEST_F(SplatIndexTest, AFullDiskLosesNothing) {
     options.memory_bytes = SplatIndex::LeastBytes(file, options);
     // The temporary file does not fit.
     EXPECT_THROW(SplatIndex::Build(file, index_, options, monitor_), RunError);
+    // Nor does a copy's index.
+    EXPECT_THROW(SplatIndex(index_, file).WriteFor(file, folder_ / "copy.index"), RunError);
   }
   EXPECT_EQ(ReadFile(index_), before);
   EXPECT_EQ(Entries(), (std::vector<std::string>{"a.ply", "a.ply.index"}));
