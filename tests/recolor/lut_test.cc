@@ -96,7 +96,7 @@ TEST_F(LutTest, RefusesDamageInOneLine) {
   const std::pair<std::filesystem::path, std::string> cases[] = {
       {temp_ / "none.cube", "is not a file"},
       {Write("kind.txt", whole), "is not a .cube"},
-      {Write("empty.cube", ""), "is not a lookup table"},
+      {Write("empty.cube", ""), "has neither LUT_1D_SIZE nor"},
       {Write("cut.cube", whole.substr(0, whole.size() / 2)), "is not a lookup table"},
       {Write("huge.cube", "LUT_3D_SIZE 100000\n0 0 0\n"), "LUT_3D_SIZE 100000"},
       {Write("long.cube", "LUT_1D_SIZE 1000000000\n0 0 0\n"), "LUT_1D_SIZE 1000000000"},
