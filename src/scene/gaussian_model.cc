@@ -31,7 +31,7 @@ bool AllFinite(const std::vector<float>& values) {
 // Zeros behind what is there. The pages of a large array are provided beforehand: one by one, as
 // each is first written, takes several times as long.
 void Grow(std::vector<float>& values, size_t count) {
-  constexpr size_t kLarge = size_t{64} << 20;  // bytes
+  constexpr size_t kLarge = size_t{1} << 20;  // bytes
   if (count > values.capacity() && count * sizeof(float) >= kLarge) {
     values.reserve(count);
     PopulatePages(values.data() + values.size(), (count - values.size()) * sizeof(float));
