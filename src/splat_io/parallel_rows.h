@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -19,8 +20,10 @@ namespace retint {
 template <typename Body>
 void ForEachTask(const std::vector<size_t>& order, const Body& body) {
   std::vector<std::exception_ptr> faults(order.size());
-  ParallelTasks(static_cast<int64_t>(order.size()), [&](int64_t task) {
-    const size_t i = order[static_cast<size_t>(task)];
+  // The threads share tasks out in an order of their own: each takes what is next in ours.
+  std::atomic<size_t> next = 0;
+  ParallelTasks(static_cast<int64_t>(order.size()), [&](int64_t) {
+    const size_t i = order[next.fetch_add(1)];
     try {
       body(i);
     } catch (...) {

@@ -2,6 +2,8 @@
 #include "splat_io/sog_codec.h"
 
 #include <array>
+#include <atomic>
+#include <exception>
 #include <numeric>
 
 #include "splat_io/compression.h"
@@ -19,6 +21,18 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, a Gaussian
 
+// What values are made of: each of these bits is a picture, or the memory that values go to.
+enum Input : uint32_t {
+  kMemory = 1,
+  kMeansLow = 2,
+  kMeansHigh = 4,
+  kQuats = 8,
+  kScales = 16,
+  kColors = 32,
+  kCentroids = 64,
+  kLabels = 128
+};
+
 struct Bands {
   size_t palette = 0, coefficients = 0;  // of each set, above degree 0
   std::vector<float> codebook;
@@ -28,7 +42,7 @@ struct Bands {
 // The parsed meta.json and its pictures.
 class Scene {
  public:
-  Scene(const std::filesystem::path& path, Monitor& monitor) : path_(path) {
+  Scene(const std::filesystem::path& path, Monitor& monitor) : path_(path), monitor_(monitor) {
     files_ = SogFiles::Open(path);
     const std::string text = files_->Read("meta.json");
     meta_ = ParseJson(text, path_, "meta.json");
@@ -46,23 +60,41 @@ class Scene {
     most_ = Numbers(means, "maxs", 3);
     scale_table_ = Numbers(Part("scales"), "codebook", 256);
     color_table_ = Numbers(Part("sh0"), "codebook", 256);
-    Want(means, 0, means_low_);
-    Want(means, 1, means_high_);
-    Want(Part("quats"), 0, quats_);
-    Want(Part("scales"), 0, scales_);
-    Want(Part("sh0"), 0, colors_);
+    Want(means, 0, kMeansLow, means_low_);
+    Want(means, 1, kMeansHigh, means_high_);
+    Want(Part("quats"), 0, kQuats, quats_);
+    Want(Part("scales"), 0, kScales, scales_);
+    Want(Part("sh0"), 0, kColors, colors_);
     if (meta_.contains("shN")) WantBands(Part("shN"));
-    DecodePictures(monitor);
   }
 
-  GaussianModel Read(Monitor& monitor) && {
-    const auto report = [&](size_t done) {
-      monitor.Step("load", static_cast<double>(count_ + done), 2.0 * static_cast<double>(count_));
-    };
-    ForRows(count_, report, [&](size_t begin, size_t end) {
-      for (size_t g = begin; g < end; ++g) SetRow(model_, g, Decode(g));
+  // Packed files are read one after the other and decoded all at once, the largest first. Meanwhile
+  // the system provides the pages of the Gaussians. Values are made as soon as their pictures are
+  // there.
+  GaussianModel Read() && {
+    std::vector<std::string> packed;
+    for (const Wanted& one : wanted_) {
+      monitor_.Step("load", 0.1, 1);
+      packed.push_back(files_->Read(one.name));
+    }
+    std::vector<size_t> order = LargestFirst(packed);
+    order.insert(order.begin() + 1, wanted_.size());
+    if (bands_.coefficients == 0) Arrive(kCentroids);  // of which there are none
+    std::atomic<size_t> tasks = 0;
+    ForEachTask(order, [&](size_t i) {
+      monitor_.Step("load", 1.0 + static_cast<double>(tasks++), 1.0 + double(order.size()));
+      if (i == wanted_.size()) {
+        model_.Resize(count_, degree_);
+        return Arrive(kMemory);
+      }
+      const Wanted& one = wanted_[i];
+      *one.picture = DecodeWebp(packed[i], one.least_pixels, one.most_pixels, path_, one.name);
+      if (one.input == kCentroids) CheckWidth(one);
+      Arrive(one.input);
     });
-    Tables().Keep(model_.source);
+    for (const Step& step : steps_) {
+      if (step.fault) std::rethrow_exception(step.fault);
+    }
     return std::move(model_);
   }
 
@@ -120,33 +152,20 @@ class Scene {
   struct Wanted {
     std::string name;
     uint64_t least_pixels, most_pixels;
+    Input input;
     RgbaPicture* picture;
   };
 
-  void Want(const Json& object, size_t index, RgbaPicture& picture) {
-    wanted_.push_back({FileName(object, index), count_, 4 * uint64_t{count_} + 65536, &picture});
+  void Want(const Json& object, size_t index, Input input, RgbaPicture& picture) {
+    wanted_.push_back(
+        {FileName(object, index), count_, 4 * uint64_t{count_} + 65536, input, &picture});
   }
 
-  // Packed files are read one after the other, and decoded all at once. Meanwhile the system
-  // provides the pages of what they are decoded to.
-  void DecodePictures(Monitor& monitor) {
-    std::vector<std::string> packed;
-    for (const Wanted& one : wanted_) {
-      monitor.Step("load", 0.1, 1);
-      packed.push_back(files_->Read(one.name));
-    }
-    std::vector<size_t> order = LargestFirst(packed);
-    order.insert(order.begin(), wanted_.size());
-    ForEachTask(order, [&](size_t i) {
-      if (i == wanted_.size()) return model_.Resize(count_, degree_);
-      const Wanted& one = wanted_[i];
-      *one.picture = DecodeWebp(packed[i], one.least_pixels, one.most_pixels, path_, one.name);
-    });
-    if (bands_.coefficients > 0 &&
-        uint64_t(bands_.centroids.width) != kSogPaletteColumns * bands_.coefficients) {
-      throw InputError(path_, FileName(Part("shN"), 0) + " has not the width of its palette, " +
-                                  std::to_string(kSogPaletteColumns * bands_.coefficients));
-    }
+  void CheckWidth(const Wanted& centroids) const {
+    const uint64_t width = kSogPaletteColumns * bands_.coefficients;
+    if (uint64_t(bands_.centroids.width) == width) return;
+    throw InputError(
+        path_, centroids.name + " has not the width of its palette, " + std::to_string(width));
   }
 
   void WantBands(const Json& part) {
@@ -158,66 +177,126 @@ class Scene {
     const uint64_t width = kSogPaletteColumns * bands_.coefficients;
     const uint64_t height = (bands_.palette + kSogPaletteColumns - 1) / kSogPaletteColumns;
     wanted_.push_back({FileName(part, 0), width * height,
-                       width * (kSogMostPalette / kSogPaletteColumns), &bands_.centroids});
-    Want(part, 1, bands_.labels);
+                       width * (kSogMostPalette / kSogPaletteColumns), kCentroids,
+                       &bands_.centroids});
+    Want(part, 1, kLabels, bands_.labels);
   }
 
-  SogTables Tables() const {
+  // Something to do once all that it needs is there.
+  struct Step {
+    void (Scene::*work)();
+    std::atomic<uint32_t> missing;  // of Input
+    std::exception_ptr fault;
+  };
+
+  // Takes the steps that waited for `input` alone.
+  void Arrive(Input input) {
+    for (Step& step : steps_) {
+      if (step.missing.fetch_and(~uint32_t{input}) != input) continue;
+      try {
+        (this->*step.work)();
+      } catch (...) {
+        step.fault = std::current_exception();
+      }
+    }
+  }
+
+  void KeepTables() {
     SogTables tables{least_, color_table_, bands_.codebook, {}, {}};
     tables.quats.assign(quats_.rgba.begin(),
                         quats_.rgba.begin() + static_cast<std::ptrdiff_t>(4 * count_));
     tables.bounds.insert(tables.bounds.end(), most_.begin(), most_.end());
-    tables.palette.reserve(3 * bands_.coefficients * bands_.palette);
+    tables.palette.resize(3 * bands_.coefficients * bands_.palette);
     for (size_t i = 0; i < bands_.coefficients * bands_.palette; ++i) {
-      const uint8_t* entry = &bands_.centroids.rgba[4 * i];
-      tables.palette.insert(tables.palette.end(), entry, entry + 3);
+      std::copy_n(&bands_.centroids.rgba[4 * i], 3, &tables.palette[3 * i]);
     }
-    return tables;
+    tables.Keep(model_.source);
+  }
+
+  // body(g) for every Gaussian.
+  template <typename Body>
+  void ForGaussians(const Body& body) {
+    constexpr size_t kRows = 4096;
+    ForRows(
+        count_, [&](size_t) { monitor_.ThrowIfCancelled(); },
+        [&](size_t begin, size_t end) {
+          for (size_t g = begin; g < end; ++g) body(g);
+        },
+        kRows);
   }
 
   static float FromLog(double value) {
     return static_cast<float>(std::copysign(std::expm1(std::abs(value)), value));
   }
 
-  SplatRow Decode(size_t g) const {
-    const uint8_t* low = &means_low_.rgba[4 * g];
-    const uint8_t* high = &means_high_.rgba[4 * g];
-    const uint8_t* quat = &quats_.rgba[4 * g];
-    const uint8_t* scale = &scales_.rgba[4 * g];
-    const uint8_t* color = &colors_.rgba[4 * g];
-    SplatRow row;
-    for (size_t i = 0; i < 3; ++i) {
-      const double t = (low[i] | high[i] << 8) / 65535.0;
-      row.mean[i] = FromLog(least_[i] + (double{most_[i]} - least_[i]) * t);
-      row.log_scale[i] = scale_table_[scale[i]];
-      row.sh[i] = color_table_[color[i]];
-    }
-    row.opacity_logit = LogitOfByte(color[3]);
-    if (quat[3] < 252) {
-      throw InputError(path_, "Gaussian " + std::to_string(g) + ": rotation is marked " +
-                                  std::to_string(quat[3]) + ", expected 252 to 255");
-    }
-    row.quat_wxyz = DecodeSogQuat(quat);
-    if (degree_ > 0) DecodeBands(g, row);
-    return row;
+  void DecodeMeans() {
+    ForGaussians([&](size_t g) {
+      const uint8_t* low = &means_low_.rgba[4 * g];
+      const uint8_t* high = &means_high_.rgba[4 * g];
+      for (size_t i = 0; i < 3; ++i) {
+        const double t = (low[i] | high[i] << 8) / 65535.0;
+        model_.means[3 * g + i] = FromLog(least_[i] + (double{most_[i]} - least_[i]) * t);
+      }
+    });
   }
 
-  void DecodeBands(size_t g, SplatRow& row) const {
-    const size_t label = bands_.labels.rgba[4 * g] | size_t{bands_.labels.rgba[4 * g + 1]} << 8;
-    if (label >= bands_.palette) {
-      throw InputError(path_, "Gaussian " + std::to_string(g) + ": spherical harmonics are set " +
-                                  std::to_string(label) + " of " + std::to_string(bands_.palette));
-    }
-    const size_t at = label / kSogPaletteColumns * static_cast<size_t>(bands_.centroids.width) +
-                      label % kSogPaletteColumns * bands_.coefficients;
-    for (size_t k = 0; k < bands_.coefficients; ++k) {
-      for (size_t c = 0; c < 3; ++c) {
-        row.sh[3 * (k + 1) + c] = bands_.codebook[bands_.centroids.rgba[4 * (at + k) + c]];
+  void DecodeQuats() {
+    ForGaussians([&](size_t g) {
+      const uint8_t* quat = &quats_.rgba[4 * g];
+      if (quat[3] < 252) {
+        throw InputError(path_, "Gaussian " + std::to_string(g) + ": rotation is marked " +
+                                    std::to_string(quat[3]) + ", expected 252 to 255");
       }
-    }
+      const std::array<float, 4> quat_wxyz = DecodeSogQuat(quat);
+      std::copy_n(quat_wxyz.begin(), 4, &model_.quats_wxyz[4 * g]);
+    });
   }
+
+  void DecodeScales() {
+    ForGaussians([&](size_t g) {
+      for (size_t i = 0; i < 3; ++i) {
+        model_.log_scales[3 * g + i] = scale_table_[scales_.rgba[4 * g + i]];
+      }
+    });
+  }
+
+  void DecodeColors() {
+    const size_t width = ShWidth();
+    ForGaussians([&](size_t g) {
+      const uint8_t* color = &colors_.rgba[4 * g];
+      for (size_t c = 0; c < 3; ++c) model_.sh[width * g + c] = color_table_[color[c]];
+      model_.opacity_logits[g] = LogitOfByte(color[3]);
+    });
+  }
+
+  void DecodeBands() {
+    const size_t width = ShWidth(), coefficients = bands_.coefficients;
+    const auto picture_width = static_cast<size_t>(bands_.centroids.width);
+    const float* codebook = bands_.codebook.data();
+    ForGaussians([&, codebook, coefficients](size_t g) {
+      const uint8_t* pixel = &bands_.labels.rgba[4 * g];
+      const size_t label = pixel[0] | size_t{pixel[1]} << 8;
+      if (label >= bands_.palette) {
+        throw InputError(path_, "Gaussian " + std::to_string(g) + ": spherical harmonics are set " +
+                                    std::to_string(label) + " of " +
+                                    std::to_string(bands_.palette));
+      }
+      const size_t at =
+          label / kSogPaletteColumns * picture_width + label % kSogPaletteColumns * coefficients;
+      const uint8_t* set = &bands_.centroids.rgba[4 * at];
+      float* to = &model_.sh[width * g + 3];
+      for (size_t k = 0; k < coefficients; ++k, set += 4, to += 3) {
+        to[0] = codebook[set[0]];
+        to[1] = codebook[set[1]];
+        to[2] = codebook[set[2]];
+      }
+    });
+  }
+
+  size_t ShWidth() const { return 3 * static_cast<size_t>(model_.NumShCoeffs()); }
 
   std::filesystem::path path_;
+  Monitor& monitor_;
   std::unique_ptr<SogFiles> files_;
   std::vector<Wanted> wanted_;
   Json meta_;
@@ -227,6 +306,15 @@ class Scene {
   std::vector<float> least_, most_, scale_table_, color_table_;
   RgbaPicture means_low_, means_high_, quats_, scales_, colors_;
   Bands bands_;
+  // Of several faults the first of these is thrown.
+  std::array<Step, 6> steps_{{
+      {&Scene::DecodeMeans, kMemory | kMeansLow | kMeansHigh, {}},
+      {&Scene::DecodeQuats, kMemory | kQuats, {}},
+      {&Scene::DecodeScales, kMemory | kScales, {}},
+      {&Scene::DecodeColors, kMemory | kColors, {}},
+      {&Scene::KeepTables, kQuats | kCentroids, {}},
+      {&Scene::DecodeBands, kMemory | kCentroids | kLabels, {}},
+  }};
 };
 
 }  // namespace
@@ -248,7 +336,7 @@ bool SogCodec::Sniff(std::string_view head) const {
 GaussianModel SogCodec::Read(const std::filesystem::path& path, Monitor& monitor,
                              BadRows bad) const {
   monitor.Step("load", 0, 1);
-  GaussianModel model = Scene(path, monitor).Read(monitor);
+  GaussianModel model = Scene(path, monitor).Read();
   ValidateRead(model, path, bad);
   return model;
 }

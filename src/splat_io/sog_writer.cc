@@ -224,6 +224,9 @@ class Encoder {
 void SogTables::Keep(SourceLayout& source) const {
   source.packed_format = kMark;
   source.packed.clear();
+  source.packed.reserve(5 * sizeof(uint64_t) +
+                        sizeof(float) * (bounds.size() + colors.size() + bands.size()) +
+                        palette.size() + quats.size());
   const auto append = [&](const auto& values) {
     const auto* bytes = reinterpret_cast<const char*>(values.data());
     source.packed.insert(source.packed.end(), bytes, bytes + values.size() * sizeof(values[0]));
