@@ -63,11 +63,11 @@ std::vector<char> GunzipHead(std::string_view packed, size_t wanted) {
   return head;
 }
 
-std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
-                         const std::function<size_t(std::string_view header)>& limit,
-                         const std::function<void(size_t done)>& step) {
+void Gunzip(std::string_view packed, size_t header_bytes,
+            const std::function<size_t(std::string_view header)>& limit,
+            const std::function<void(size_t done)>& step, std::vector<char>& bytes) {
   Inflater inflater(packed);
-  std::vector<char> bytes;
+  bytes.clear();
   const auto grow = [&](size_t more) {
     const size_t done = bytes.size();
     bytes.resize(done + more);
@@ -79,7 +79,6 @@ std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
   // One byte more than may come, to notice it.
   const size_t most = limit(std::string_view(bytes.data(), bytes.size())) + 1;
   // Room for what usually comes, so that it need not be copied from place to place as it grows.
-  constexpr size_t kUsualRatio = 8;
   bytes.reserve(std::min(most, kUsualRatio * packed.size()));
   while (bytes.size() < most && grow(std::min(kBlockBytes, most - bytes.size()))) {
     step(bytes.size());
@@ -96,7 +95,6 @@ std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
     throw std::runtime_error(std::to_string(inflater.Left()) +
                              " bytes follow the compressed data: the file is damaged");
   }
-  return bytes;
 }
 
 std::vector<char> Gzip(std::string_view bytes, const std::function<void(size_t done)>& step) {

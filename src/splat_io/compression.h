@@ -16,12 +16,15 @@ inline size_t MostUnpacked(size_t bytes) { return 65536 + 256 * bytes; }
 // The first `wanted` bytes or fewer of a gzip stream that may be cut off or damaged.
 std::vector<char> GunzipHead(std::string_view packed, size_t wanted);
 
-// Unpacks a whole gzip stream. Once `header_bytes` are there, `limit` is told them and gives the
-// most bytes that may come out in all; `step` is called between blocks. std::runtime_error that
-// says what is wrong: damaged or truncated data, more than the limit, or bytes that follow.
-std::vector<char> Gunzip(std::string_view packed, size_t header_bytes,
-                         const std::function<size_t(std::string_view header)>& limit,
-                         const std::function<void(size_t done)>& step);
+// Unpacks a whole gzip stream into `bytes`. Once `header_bytes` are there, `limit` is told them and
+// gives the most bytes that may come out in all; `step` is called between blocks. Where the limit
+// is within kUsualRatio times what is packed, bytes that have come out stay in their place in
+// memory. std::runtime_error that says what is wrong: damaged or truncated data, more than the
+// limit, or bytes that follow.
+inline constexpr size_t kUsualRatio = 8;
+void Gunzip(std::string_view packed, size_t header_bytes,
+            const std::function<size_t(std::string_view header)>& limit,
+            const std::function<void(size_t done)>& step, std::vector<char>& bytes);
 // `step` is called between blocks with the bytes that were taken in.
 std::vector<char> Gzip(std::string_view bytes, const std::function<void(size_t done)>& step);
 

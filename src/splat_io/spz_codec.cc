@@ -2,237 +2,36 @@
 #include "splat_io/spz_codec.h"
 
 #include <array>
-#include <functional>
+#include <atomic>
+#include <chrono>
 #include <future>
 #include <limits>
 #include <stdexcept>
 
 #include "base/files.h"
 #include "scene/sh_band4.h"
-#include "splat_io/axes.h"
 #include "splat_io/compression.h"
 #include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
+#include "splat_io/spz_rows.h"
 
 namespace retint {
 namespace {
 
-constexpr const char* kMark = ".spz";  // SourceLayout::packed holds a Packed::bytes
+constexpr const char* kMark = ".spz";  // SourceLayout::packed holds an SpzData::bytes
 constexpr std::string_view kMagic = "NGSP";
-constexpr size_t kHeaderBytes = 16, kHeader4Bytes = 32;
+constexpr size_t kHeader4Bytes = 32;
 constexpr uint8_t kHasExtensions = 2;
 constexpr size_t kMostExtensions = 65536;  // bytes
 constexpr uint32_t kCoordinateSystem = 0xADBE0003;
 constexpr size_t kBlockRows = 16384;
-constexpr float kColorScale = 0.15f;
 constexpr float kLeastLogScale = -10, kMostLogScale = 255 / 16.0f - 10;
-constexpr double kFixedMost = (1 << 23) - 1;
 constexpr int kMostFractionalBits = 16;
-
-#pragma pack(push, 1)
-struct Header {
-  char magic[4] = {'N', 'G', 'S', 'P'};
-  uint32_t version = 3;
-  uint32_t count = 0;
-  uint8_t sh_degree = 0;
-  uint8_t fractional_bits = 12;
-  uint8_t flags = 0;
-  uint8_t streams = 0;  // version 4
-};
-#pragma pack(pop)
-static_assert(sizeof(Header) == kHeaderBytes);
-
-// The unpacked file: header, the sections one after the other, extensions.
-struct Packed {
-  Header header;
-  std::vector<char> bytes;
-  AxisSigns axes = kRightUpBack;
-
-  size_t PositionBytes() const { return header.version == 1 ? 6 : 9; }
-  size_t RotationBytes() const { return header.version < 3 ? 3 : 4; }
-  size_t ShBytes() const {
-    const size_t side = size_t{header.sh_degree} + 1;
-    return 3 * (side * side - 1);
-  }
-  // Bytes a Gaussian: positions, opacities, colors, scales, rotations, SH, in the file's order.
-  std::array<size_t, 6> Widths() const {
-    return {PositionBytes(), 1, 3, 3, RotationBytes(), ShBytes()};
-  }
-  size_t SectionAt(size_t section) const {
-    size_t at = kHeaderBytes;
-    for (size_t s = 0; s < section; ++s) at += Widths()[s] * header.count;
-    return at;
-  }
-  size_t Size() const { return SectionAt(6); }  // without extensions
-  char* At(size_t section, size_t g) {
-    return bytes.data() + SectionAt(section) + g * Widths()[section];
-  }
-};
-
-enum Section { kPositions, kOpacities, kColors, kScales, kRotations, kSh };
-
-uint8_t ByteOf(const char* from) { return static_cast<uint8_t>(*from); }
-
-// ---- One Gaussian, in the file's axes
-
-std::array<float, 3> UnpackPosition(const Header& header, const char* from) {
-  std::array<float, 3> position;
-  for (size_t i = 0; i < 3; ++i) {
-    if (header.version == 1) {
-      position[i] = HalfToFloat(LoadAs<uint16_t>(from + 2 * i));
-      continue;
-    }
-    // Into the upper three bytes, for the sign.
-    const auto bits = static_cast<int32_t>(uint32_t{ByteOf(from + 3 * i)} << 8 |
-                                           uint32_t{ByteOf(from + 3 * i + 1)} << 16 |
-                                           uint32_t{ByteOf(from + 3 * i + 2)} << 24);
-    position[i] = std::ldexp(static_cast<float>(bits >> 8), -header.fractional_bits);
-  }
-  return position;
-}
-
-// False where a value is beyond 24 bits.
-bool PackPosition(const std::array<float, 3>& position, int fractional_bits, char* to) {
-  for (size_t i = 0; i < 3; ++i) {
-    const double fixed = std::round(std::ldexp(double{position[i]}, fractional_bits));
-    if (std::abs(fixed) > kFixedMost) return false;
-    const auto bits = static_cast<uint32_t>(static_cast<int32_t>(fixed));
-    for (size_t b = 0; b < 3; ++b) to[3 * i + b] = static_cast<char>(bits >> (8 * b));
-  }
-  return true;
-}
-
-std::array<float, 4> UnpackRotation(const Header& header, const char* from) {
-  std::array<double, 4> xyzw;
-  if (header.version < 3) {
-    double left = 1;
-    for (size_t i = 0; i < 3; ++i) {
-      xyzw[i] = ByteOf(from + i) / 127.5 - 1;
-      left -= xyzw[i] * xyzw[i];
-    }
-    xyzw[3] = std::sqrt(std::max(0.0, left));
-  } else {
-    const auto word = LoadAs<uint32_t>(from);
-    SmallestThree packed;
-    packed.largest = static_cast<int>(word >> 30);
-    for (size_t i = 0; i < 3; ++i) {
-      const uint32_t ten = word >> (20 - 10 * i) & 1023u;
-      packed.rest[i] = (ten & 512u ? -1 : 1) * std::sqrt(0.5) * (ten & 511u) / 511;
-    }
-    xyzw = UnpackSmallestThree(packed);
-  }
-  return {static_cast<float>(xyzw[3]), static_cast<float>(xyzw[0]), static_cast<float>(xyzw[1]),
-          static_cast<float>(xyzw[2])};
-}
-
-void PackRotation(const Header& header, const std::array<float, 4>& quat_wxyz, char* to) {
-  const std::array<double, 4> q = Normalized(quat_wxyz);
-  if (header.version < 3) {
-    for (size_t i = 0; i < 3; ++i) {
-      const double positive = q[0] < 0 ? -q[i + 1] : q[i + 1];
-      to[i] = static_cast<char>(RoundTo((positive + 1) * 127.5, 255));
-    }
-    return;
-  }
-  const SmallestThree packed = PackSmallestThree({q[1], q[2], q[3], q[0]});
-  auto word = static_cast<uint32_t>(packed.largest);
-  for (const double value : packed.rest) {
-    const uint32_t magnitude = RoundTo(std::abs(value) / std::sqrt(0.5) * 511, 511);
-    word = word << 10 | (value < 0 ? 512u : 0u) | magnitude;
-  }
-  StoreAs(to, word);
-}
-
-float UnpackSh(char byte) { return static_cast<float>(static_cast<uint8_t>(byte)) / 128 - 1; }
-
-// 5 bits at degree 1 and 4 above, as the reference keeps: `k` from 1.
-char PackSh(float sh, size_t k) {
-  const int bucket = k < 4 ? 8 : 16;
-  const int fine = static_cast<int>(std::lround(std::clamp(sh, -2.0f, 2.0f) * 128)) + 128;
-  const int coarse = (std::max(fine, 0) + bucket / 2) / bucket * bucket;
-  return static_cast<char>(std::min(coarse, 255));
-}
-
-SplatRow Decode(Packed& packed, size_t g) {
-  const Header& header = packed.header;
-  SplatRow row;
-  row.mean = UnpackPosition(header, packed.At(kPositions, g));
-  row.quat_wxyz = UnpackRotation(header, packed.At(kRotations, g));
-  row.opacity_logit = LogitOfByte(ByteOf(packed.At(kOpacities, g)));
-  const char *scales = packed.At(kScales, g), *colors = packed.At(kColors, g),
-             *sh = packed.At(kSh, g);
-  for (size_t i = 0; i < 3; ++i) {
-    row.log_scale[i] = static_cast<float>(ByteOf(scales + i)) / 16 - 10;
-    row.sh[i] = (static_cast<float>(ByteOf(colors + i)) / 255 - 0.5f) / kColorScale;
-  }
-  const size_t values = std::min<size_t>(packed.ShBytes(), 45);
-  for (size_t i = 0; i < values; ++i) row.sh[3 + i] = UnpackSh(sh[i]);
-  return FlipAxes(row, packed.axes);
-}
-
-// Packs what differs from `was`, everything where that is nullptr; both in the model's axes. False
-// where the position does not fit.
-bool Encode(Packed& packed, size_t g, const SplatRow& model_row, const SplatRow* was) {
-  const SplatRow row = FlipAxes(model_row, packed.axes);
-  const Header& header = packed.header;
-  if ((!was || model_row.mean != was->mean) &&
-      !PackPosition(row.mean, header.fractional_bits, packed.At(kPositions, g))) {
-    return false;
-  }
-  if (!was || model_row.quat_wxyz != was->quat_wxyz) {
-    PackRotation(header, row.quat_wxyz, packed.At(kRotations, g));
-  }
-  if (!was || model_row.opacity_logit != was->opacity_logit) {
-    *packed.At(kOpacities, g) = static_cast<char>(RoundTo(255 * Sigmoid(row.opacity_logit), 255));
-  }
-  for (size_t i = 0; i < 3; ++i) {
-    if (!was || model_row.log_scale[i] != was->log_scale[i]) {
-      packed.At(kScales, g)[i] =
-          static_cast<char>(RoundTo((double{row.log_scale[i]} + 10) * 16, 255));
-    }
-    if (!was || model_row.sh[i] != was->sh[i]) {
-      packed.At(kColors, g)[i] =
-          static_cast<char>(RoundTo(255 * (0.5 + double{kColorScale} * row.sh[i]), 255));
-    }
-  }
-  const size_t values = std::min<size_t>(packed.ShBytes(), 45);
-  for (size_t i = 0; i < values; ++i) {
-    if (was && model_row.sh[3 + i] == was->sh[3 + i]) continue;
-    packed.At(kSh, g)[i] = PackSh(row.sh[3 + i], i / 3 + 1);
-  }
-  return true;
-}
-
-// Degree 4, in the model's axes. The parity of its functions in x, y and z: bits 0, 1, 2.
-float Band4Sign(const AxisSigns& axes, size_t value) {
-  static constexpr std::array<int, 9> kParity = {3, 6, 3, 6, 0, 5, 0, 5, 0};
-  float sign = 1;
-  for (size_t i = 0; i < 3; ++i) {
-    if (kParity[value / 3] >> i & 1) sign *= axes[i];
-  }
-  return sign;
-}
-
-ShBand4 DecodeBand4(Packed& packed, size_t g) {
-  ShBand4 values;
-  for (size_t i = 0; i < values.size(); ++i) {
-    values[i] = Band4Sign(packed.axes, i) * UnpackSh(packed.At(kSh, g)[45 + i]);
-  }
-  return values;
-}
-
-// Packs what differs from `was`, everything where that is nullptr.
-void EncodeBand4(Packed& packed, size_t g, const ShBand4& values, const ShBand4* was) {
-  for (size_t i = 0; i < values.size(); ++i) {
-    if (was && values[i] == (*was)[i]) continue;
-    packed.At(kSh, g)[45 + i] = PackSh(Band4Sign(packed.axes, i) * values[i], 16);
-  }
-}
 
 // ---- Reading
 
-void CheckHeader(const Header& header, uint32_t least_version, uint32_t most_version,
+void CheckHeader(const SpzHeader& header, uint32_t least_version, uint32_t most_version,
                  uint64_t file_bytes, const std::filesystem::path& path) {
   if (std::string_view(header.magic, 4) != kMagic) throw InputError(path, "not an .spz file");
   if (header.version < least_version || header.version > most_version) {
@@ -247,7 +46,7 @@ void CheckHeader(const Header& header, uint32_t least_version, uint32_t most_ver
     throw InputError(path, std::to_string(header.fractional_bits) +
                                " fractional bits of positions, expected 0 to 24");
   }
-  Packed layout;
+  SpzData layout;
   layout.header = header;
   if (layout.Size() > MostUnpacked(file_bytes)) {
     throw InputError(path, "truncated: the header announces " + std::to_string(header.count) +
@@ -270,11 +69,11 @@ auto NamingPath(const std::filesystem::path& path, const Work& work) {
 
 // Version 4: a header of 32 bytes, extensions, for each stream its packed and its unpacked length,
 // the streams.
-void ReadVersion4(const std::string& file, Packed& packed, Monitor& monitor,
+void ReadVersion4(const std::string& file, SpzData& packed, Monitor& monitor,
                   const std::filesystem::path& path) {
-  const Header& header = packed.header;
+  const SpzHeader& header = packed.header;
   ByteReader reader(file, path);
-  reader.ReadBytes(kHeaderBytes, "header");
+  reader.ReadBytes(kSpzHeaderBytes, "header");
   const auto table_at = reader.Read<uint32_t>("header");
   reader.ReadBytes(12, "header");
   if (table_at < kHeader4Bytes || table_at - kHeader4Bytes > kMostExtensions) {
@@ -306,7 +105,7 @@ void ReadVersion4(const std::string& file, Packed& packed, Monitor& monitor,
   });
   packed.bytes.reserve(packed.Size() + extensions.size());
   packed.bytes.assign(reinterpret_cast<const char*>(&header),
-                      reinterpret_cast<const char*>(&header) + kHeaderBytes);
+                      reinterpret_cast<const char*>(&header) + kSpzHeaderBytes);
   for (std::vector<char>& section : sections) {
     packed.bytes.insert(packed.bytes.end(), section.begin(), section.end());
     section = {};
@@ -319,7 +118,7 @@ void ReadVersion4(const std::string& file, Packed& packed, Monitor& monitor,
 }
 
 // Records of type, length, data. Only the coordinate system matters here.
-void ReadExtensions(Packed& packed, const std::filesystem::path& path) {
+void ReadExtensions(SpzData& packed, const std::filesystem::path& path) {
   const std::string_view tail(packed.bytes.data() + packed.Size(),
                               packed.bytes.size() - packed.Size());
   ByteReader reader(tail, path);
@@ -340,15 +139,75 @@ void ReadExtensions(Packed& packed, const std::filesystem::path& path) {
   }
 }
 
-// `is_whole_enough` is called with the header, at most once, when half of the data has come out: by
-// then the file is not one that merely announces much.
-Packed Unpack(const std::string& file, const std::filesystem::path& path, Monitor& monitor,
-              const std::function<void(const Header&)>& is_whole_enough) {
-  Packed packed;
-  bool told = false;
+// Makes the Gaussians of unpacked data, also beside the unpacking, which has one thread.
+class Decoder {
+ public:
+  Decoder(const SpzData& data, GaussianModel& model) : data_(data), model_(model) {}
+  ~Decoder() { stop_ = true; }  // beside_ waits for its thread
+
+  // `bytes` of the data are there and stay where they are: what is whole is decoded on another
+  // thread, if it is not busy with what was offered before.
+  void Offer(size_t bytes) {
+    if (beside_.valid()) {
+      if (beside_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+      beside_.get();
+    }
+    beside_ = std::async(std::launch::async, [this, bytes] { DecodeBeside(bytes); });
+  }
+
+  // Decodes the rest of the data, which is whole, on all cores.
+  void Finish(Monitor& monitor) {
+    stop_ = true;
+    if (beside_.valid()) beside_.get();
+    Resize();
+    for (size_t s = 0; s < done_.size(); ++s) {
+      const size_t before = done_[s], left = model_.NumGaussians() - before;
+      const double rows = static_cast<double>(model_.NumGaussians());
+      const auto report = [&](size_t more) {
+        const double sections = static_cast<double>(s) + static_cast<double>(before + more) / rows;
+        monitor.Step("load", 1 + sections / static_cast<double>(done_.size()), 2);
+      };
+      ForRows(left, report, [&](size_t begin, size_t end) {
+        DecodeSpzSection(data_, SpzData::Section(s), before + begin, before + end, model_);
+      });
+    }
+  }
+
+ private:
+  void Resize() {
+    if (model_.NumGaussians() > 0) return;
+    model_.Resize(data_.header.count, std::min<int>(data_.header.sh_degree, 3));
+  }
+
+  void DecodeBeside(size_t bytes) {
+    constexpr size_t kRows = 4096;
+    Resize();
+    for (size_t s = 0; s < done_.size(); ++s) {
+      const size_t width = data_.Widths()[s], at = data_.SectionAt(s);
+      if (width == 0 || bytes < at) return;
+      const size_t whole = std::min(model_.NumGaussians(), (bytes - at) / width);
+      while (done_[s] < whole && !stop_) {
+        const size_t end = std::min(done_[s] + kRows, whole);
+        DecodeSpzSection(data_, SpzData::Section(s), done_[s], end, model_);
+        done_[s] = end;
+      }
+    }
+  }
+
+  const SpzData& data_;
+  GaussianModel& model_;
+  std::array<size_t, SpzData::kSections> done_{};  // Gaussians, of each section
+  std::atomic<bool> stop_ = false;
+  std::future<void> beside_;
+};
+
+// Has the decoder begin once a quarter of the data has come out: by then the file is not one that
+// merely announces much.
+void Unpack(const std::string& file, const std::filesystem::path& path, Monitor& monitor,
+            SpzData& packed, Decoder& decoder) {
   const auto load_header = [&](std::string_view from) {
-    if (from.size() < kHeaderBytes) throw InputError(path, "truncated: the header is not whole");
-    std::memcpy(&packed.header, from.data(), kHeaderBytes);
+    if (from.size() < kSpzHeaderBytes) throw InputError(path, "truncated: the header is not whole");
+    std::memcpy(&packed.header, from.data(), kSpzHeaderBytes);
   };
   const auto most = [&] { return packed.Size() + kMostExtensions; };
   if (file.starts_with(kMagic)) {
@@ -360,8 +219,8 @@ Packed Unpack(const std::string& file, const std::filesystem::path& path, Monito
       packed.bytes.assign(file.begin(), file.end());
     }
   } else {
-    packed.bytes = Gunzip(
-        file, kHeaderBytes,
+    Gunzip(
+        file, kSpzHeaderBytes,
         [&](std::string_view head) {
           load_header(head);
           CheckHeader(packed.header, 1, 3, file.size(), path);
@@ -369,15 +228,18 @@ Packed Unpack(const std::string& file, const std::filesystem::path& path, Monito
         },
         [&](size_t done) {
           monitor.Step("load", 0.5 * static_cast<double>(done), static_cast<double>(most()));
-          if (told || done < most() / 2) return;
-          told = true;
-          is_whole_enough(packed.header);
-        });
+          // Extensions come last, and may name other axes.
+          const bool axes_known = (packed.header.flags & kHasExtensions) == 0;
+          if (axes_known && done >= packed.Size() / 4 && most() < kUsualRatio * file.size()) {
+            decoder.Offer(done);
+          }
+        },
+        packed.bytes);
   }
   if (packed.bytes.size() < packed.Size()) {
     throw InputError(path, "truncated: the header announces " +
                                std::to_string(packed.header.count) + " Gaussians, " +
-                               std::to_string(packed.bytes.size() - kHeaderBytes) +
+                               std::to_string(packed.bytes.size() - kSpzHeaderBytes) +
                                " bytes follow it");
   }
   if (packed.header.flags & kHasExtensions) {
@@ -386,7 +248,6 @@ Packed Unpack(const std::string& file, const std::filesystem::path& path, Monito
     throw InputError(path, std::to_string(packed.bytes.size() - packed.Size()) +
                                " bytes follow the last value: the file is damaged");
   }
-  return packed;
 }
 
 // ---- Writing
@@ -394,10 +255,10 @@ Packed Unpack(const std::string& file, const std::filesystem::path& path, Monito
 int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
 // What the model's source holds, where it may be written again with the model's values.
-bool LoadSource(const GaussianModel& model, Packed& packed) {
+bool LoadSource(const GaussianModel& model, SpzData& packed) {
   const SourceLayout& source = model.source;
-  if (source.packed_format != kMark || source.packed.size() < kHeaderBytes) return false;
-  std::memcpy(&packed.header, source.packed.data(), kHeaderBytes);
+  if (source.packed_format != kMark || source.packed.size() < kSpzHeaderBytes) return false;
+  std::memcpy(&packed.header, source.packed.data(), kSpzHeaderBytes);
   if (packed.header.version < 2 || packed.header.count != model.NumGaussians() ||
       packed.header.sh_degree != FileDegree(model) || source.packed.size() < packed.Size()) {
     return false;
@@ -407,8 +268,8 @@ bool LoadSource(const GaussianModel& model, Packed& packed) {
   return true;
 }
 
-Packed NewFile(const GaussianModel& model) {
-  Packed packed;
+SpzData NewFile(const GaussianModel& model) {
+  SpzData packed;
   packed.header.count = static_cast<uint32_t>(model.NumGaussians());
   packed.header.sh_degree = static_cast<uint8_t>(FileDegree(model));
   if (packed.header.sh_degree == 4) {  // which earlier versions do not have
@@ -418,17 +279,17 @@ Packed NewFile(const GaussianModel& model) {
   double farthest = 0;
   for (const float x : model.means) farthest = std::max(farthest, std::abs(double{x}));
   int bits = kMostFractionalBits;
-  while (bits > 0 && std::ldexp(farthest, bits) > kFixedMost) --bits;
+  while (bits > 0 && std::ldexp(farthest, bits) > kSpzFixedMost) --bits;
   packed.header.fractional_bits = static_cast<uint8_t>(bits);
   packed.bytes.assign(packed.Size(), '\0');
-  std::memcpy(packed.bytes.data(), &packed.header, kHeaderBytes);
+  std::memcpy(packed.bytes.data(), &packed.header, kSpzHeaderBytes);
   return packed;
 }
 
-void WriteVersion4(Packed& packed, Monitor& monitor, AtomicFile& file) {
+void WriteVersion4(SpzData& packed, Monitor& monitor, AtomicFile& file) {
   const size_t streams = packed.header.streams;
   const auto extensions = packed.bytes.begin() + static_cast<std::ptrdiff_t>(packed.Size());
-  file.Write(&packed.header, kHeaderBytes);
+  file.Write(&packed.header, kSpzHeaderBytes);
   file.WriteValue(static_cast<uint32_t>(kHeader4Bytes + (packed.bytes.end() - extensions)));
   file.Write(std::string(12, '\0'));
   file.Write(packed.bytes.data() + packed.Size(), packed.bytes.size() - packed.Size());
@@ -463,29 +324,19 @@ GaussianModel SpzCodec::Read(const std::filesystem::path& path, Monitor& monitor
   monitor.Step("load", 0, 1);
   const std::string file = ReadFile(path);
   GaussianModel model;
-  // Memory for the Gaussians is made ready beside the rest of the unpacking, which has one thread.
-  std::future<void> resized;
-  const auto resize = [&](const Header& header) {
-    resized = std::async(std::launch::async, [&model, count = size_t{header.count},
-                                              degree = std::min<int>(header.sh_degree, 3)] {
-      model.Resize(count, degree);
-    });
-  };
-  Packed packed = NamingPath(path, [&] { return Unpack(file, path, monitor, resize); });
-  if (!resized.valid()) resize(packed.header);
-  resized.get();
-  const size_t count = packed.header.count;
-  if (packed.header.sh_degree > 3) ShBand4Columns::AddTo(model);
-  ShBand4Columns band4(model);
-  const auto report = [&](size_t done) {
-    monitor.Step("load", static_cast<double>(count + done), 2.0 * static_cast<double>(count));
-  };
-  ForRows(count, report, [&](size_t begin, size_t end) {
-    for (size_t g = begin; g < end; ++g) {
-      SetRow(model, g, Decode(packed, g));
-      if (band4.present()) band4.Set(g, DecodeBand4(packed, g));
-    }
-  });
+  SpzData packed;
+  Decoder decoder(packed, model);
+  NamingPath(path, [&] { Unpack(file, path, monitor, packed, decoder); });
+  decoder.Finish(monitor);
+  if (packed.header.sh_degree > 3) {
+    ShBand4Columns::AddTo(model);
+    ShBand4Columns band4(model);
+    ForRows(
+        model.NumGaussians(), [&](size_t) { monitor.ThrowIfCancelled(); },
+        [&](size_t begin, size_t end) {
+          for (size_t g = begin; g < end; ++g) band4.Set(g, DecodeSpzBand4(packed, g));
+        });
+  }
   ValidateRead(model, path, bad);
   model.source.packed_format = kMark;
   model.source.packed = std::move(packed.bytes);
@@ -498,7 +349,7 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
   if (model.NumGaussians() > std::numeric_limits<int32_t>::max()) {
     throw RunError(path.string() + ": not written: too many Gaussians for an .spz");
   }
-  Packed packed;
+  SpzData packed;
   const bool patch = LoadSource(model, packed);
   if (!patch) packed = NewFile(model);
   const size_t count = packed.header.count;
@@ -514,15 +365,15 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
       monitor.Step("save", static_cast<double>(g), 2.0 * static_cast<double>(count));
     }
     SplatRow was;
-    if (patch) was = Decode(packed, g);
-    if (!Encode(packed, g, GetRow(model, g), patch ? &was : nullptr)) {
+    if (patch) was = DecodeSpzRow(packed, g);
+    if (!EncodeSpzRow(packed, g, GetRow(model, g), patch ? &was : nullptr)) {
       throw RunError(path.string() + ": not written: Gaussian " + std::to_string(g) +
                      ": mean is beyond the range of the .spz's positions");
     }
     if (!band4.present()) continue;
     ShBand4 old;
-    if (patch) old = DecodeBand4(packed, g);
-    EncodeBand4(packed, g, band4.Get(g), patch ? &old : nullptr);
+    if (patch) old = DecodeSpzBand4(packed, g);
+    EncodeSpzBand4(packed, g, band4.Get(g), patch ? &old : nullptr);
   }
   AtomicFile file(path);
   if (packed.header.version == 4) {

@@ -52,9 +52,10 @@ size_t Unpack(const std::filesystem::path& path) {
     constexpr char kGzip[] = {'\x1f', '\x8b'};
     if (bytes.compare(0, 2, kGzip, 2) != 0) return 0;
     const size_t most = MostUnpacked(bytes.size());
-    return Gunzip(
-               bytes, 1, [&](std::string_view) { return most; }, [](size_t) {})
-        .size();
+    std::vector<char> unpacked;
+    Gunzip(
+        bytes, 1, [&](std::string_view) { return most; }, [](size_t) {}, unpacked);
+    return unpacked.size();
   }
   if (extension != ".sog") return 0;
   const auto files = SogFiles::Open(path);

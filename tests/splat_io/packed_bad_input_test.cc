@@ -50,8 +50,9 @@ std::string Zipped(const std::string& bytes) {
 }
 
 std::string Unzipped(const std::string& packed) {
-  const std::vector<char> bytes = Gunzip(
-      packed, 16, [](std::string_view) { return size_t{1} << 20; }, [](size_t) {});
+  std::vector<char> bytes;
+  Gunzip(
+      packed, 16, [](std::string_view) { return size_t{1} << 20; }, [](size_t) {}, bytes);
   return {bytes.begin(), bytes.end()};
 }
 
