@@ -15,8 +15,6 @@ namespace retint {
 namespace {
 
 constexpr size_t kMapBytes = size_t{256} << 20;  // of the cached maps, if more than two
-// Pixels from a face's border in which it fades into its neighbor, as a share of its side.
-constexpr float kFade = 0.05F;
 
 // One array's pixels at continuous positions. Beyond the border the nearest pixel holds, or around
 // the sphere the other side's.
@@ -289,14 +287,9 @@ Array PhotoPixels::Compose(const DistortedPhoto& photo, const std::vector<Array>
   std::vector<float> sums(pixels * kChannels), weights(pixels);
   for (size_t f = 0; f < faces.size(); ++f) {
     const MapPtr map = Map(photo, f, /*of_photo=*/true);
-    const Array& face = faces[f];
-    const Sampler<Array> sampler(face, false);
-    const auto width = float(face.width), height = float(face.height);
-    const float fade = kFade * std::max(width, height);
+    const Sampler<Array> sampler(faces[f], false);
     ForMapped(*map, [&](size_t i, float x, float y) {
-      const float border = std::min({x, y, width - x, height - y});
-      // Never 0: at its very border a face that sees the pixel alone still counts.
-      const float weight = faces.size() == 1 ? 1 : std::clamp(border / fade, 1e-4F, 1.0F);
+      const float weight = FaceWeight(*photo.lens, f, x, y);
       const auto values = sampler.Linear(x, y);
       for (size_t c = 0; c < kChannels; ++c) sums[i * kChannels + c] += weight * values[c];
       weights[i] += weight;

@@ -67,9 +67,9 @@ py::list Suggest(PySession& self, const PyMasks& masks, int count, py::object pr
   for (const PaintedView& view : masks.source.painted) painted.push_back(view.name);
   const auto suggestions =
       self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-        return SuggestViews(session.renderer(), session.reconstruction(),
-                            session.reconstruction().ViewsByName(), painted, masks.confidence,
-                            masks.visible, count, monitor);
+        const Pictures pinhole(session.workspace(), Pixels::kPinhole);
+        return SuggestViews(session.renderer(), session.reconstruction(), pinhole.Groups(), painted,
+                            masks.confidence, masks.visible, count, monitor);
       });
   py::list list;
   for (const ViewSuggestion& one : suggestions) {

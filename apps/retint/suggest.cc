@@ -45,9 +45,9 @@ void Suggest(const Arguments& arguments, Run& run) {
       session->selection().Project(selected.cloud, painted, options.projector, run.monitor());
   std::vector<std::string> names;
   for (const PaintedView& view : painted) names.push_back(view.name);
-  const auto suggestions = SuggestViews(
-      session->renderer(), session->reconstruction(), session->reconstruction().ViewsByName(),
-      names, masks.confidence, masks.visible, arguments.count, run.monitor());
+  const auto suggestions =
+      SuggestViews(session->renderer(), session->reconstruction(), session->pictures().Groups(),
+                   names, masks.confidence, masks.visible, arguments.count, run.monitor());
   StagedOutput staged;
   if (!arguments.report.empty()) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(suggestions)); });

@@ -31,6 +31,12 @@ class InputError : public Error {
   InputError(const std::filesystem::path& path, int64_t line, std::string_view fault);
 };
 
+// Nothing is seen where a depth is needed: of what is painted, no pixel has one.
+class NoDepthError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 // Failure while running: disk full, unwritable folder, device error; exit code 4.
 class RunError : public Error {
  public:

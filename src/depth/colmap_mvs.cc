@@ -66,7 +66,7 @@ DepthRange RoughRange(Renderer& renderer, const PosedCamera& view) {
   request.depth_median = true;
   std::vector<float> depths = renderer.Render(view, request).depth_median.data;
   std::erase_if(depths, [](float depth) { return !(depth > 0); });
-  if (depths.empty()) throw InputError("the view sees no Gaussian, so that it has no depth");
+  if (depths.empty()) throw NoDepthError("the view sees no Gaussian, so that it has no depth");
   const auto quantile = [&](double q) {
     const auto nth = depths.begin() + std::ptrdiff_t(q * double(depths.size() - 1));
     std::nth_element(depths.begin(), nth, depths.end());

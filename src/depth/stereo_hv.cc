@@ -117,7 +117,7 @@ class Estimation {
     rough_ = Here(renderer_.RenderOnDevice(view_, request).depth_median);
     const auto depths = stereo_.PositiveQuantiles(rough_.data(), int64_t(pixels_), kRoughQuantiles);
     if (depths.empty()) {
-      throw InputError("the view sees no Gaussian: there is no depth to start from");
+      throw NoDepthError("the view sees no Gaussian: there is no depth to start from");
     }
     search_ = ChooseStereoSearch(view_.camera, {depths[0], depths[1], depths[2]}, options_);
     scale_ = float(view_.camera.fx() * search_.baseline);

@@ -5,6 +5,7 @@
 // is finer elsewhere, up to half more. Positions are in pixels, centers at (0.5, 0.5).
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,18 @@ struct Undistortion {
   // ray.
   bool DepthIsDistance() const { return faces.size() > 1; }
 };
+
+// What a face says of a photo's pixel that it shows at (x, y), next to the other faces that show
+// it: less near its border, so that faces which overlap fade into each other. Above 0, at most 1.
+inline float FaceWeight(const Undistortion& undistortion, size_t face, float x, float y) {
+  constexpr float kFade = 0.05F;   // of a face's longer side, from its border
+  constexpr float kLeast = 1e-4F;  // at the very border a face that sees the pixel alone counts
+  if (undistortion.faces.size() == 1) return 1;
+  const Camera& camera = undistortion.faces[face].camera;
+  const auto width = float(camera.width), height = float(camera.height);
+  const float border = std::min({x, y, width - x, height - y});
+  return std::clamp(border / (kFade * std::max(width, height)), kLeast, 1.0F);
+}
 
 // InputError, without a file, for parameters that no lens has (CameraProjection) or whose
 // distortion folds the picture: less than a third of its pixels have a ray.

@@ -86,7 +86,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   const std::vector<size_t> pixels = PixelsWithDepth(mask, depth, &counts.mask_pixels);
   if (counts.mask_pixels == 0) throw InputError("the mask of view " + view_name + " is empty");
   if (pixels.empty()) {
-    throw InputError("no pixel of the mask of view " + view_name + " has a depth");
+    throw NoDepthError("no pixel of the mask of view " + view_name + " has a depth");
   }
 
   SelectionCloud cloud;

@@ -51,8 +51,8 @@ struct CloudSummary {
 // Unprojects the painted pixels of one view: position, normal (from the depth map's gradient),
 // footprint, colour. `mask` and `depth` and `valid` (0/255, may be empty: all valid) and `image`
 // (may be empty) have the view's size. `backend` (may be null) searches for neighbours where it
-// can, with the same result. InputError for a size mismatch, an empty mask, or a mask that holds no
-// pixel with depth.
+// can, with the same result. InputError for a size mismatch or an empty mask, NoDepthError for a
+// mask that holds no pixel with depth.
 SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
                          const DepthMap& depth, const Mask& valid, const Image& image,
                          const CloudOptions& options, CloudSummary* summary = nullptr,

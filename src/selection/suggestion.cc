@@ -21,7 +21,7 @@ struct Doubt {
   double visible = 0, doubt = 0;  // pixels; in [0, 1]
 };
 
-// A view, and the pixels of it in which each doubtful Gaussian shows.
+// A group, and the pixels of its views in which each doubtful Gaussian shows.
 struct Candidate {
   std::string name;
   std::vector<float> sees;  // [doubts]
@@ -74,7 +74,7 @@ void Paint(const Candidate& candidate, std::vector<Doubt>* doubts) {
 }  // namespace
 
 std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstruction& reconstruction,
-                                         const std::vector<const View*>& views,
+                                         const std::vector<ViewGroup>& groups,
                                          const std::vector<std::string>& painted,
                                          std::span<const float> confidence,
                                          std::span<const float> visible, int count,
@@ -92,14 +92,25 @@ std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstructio
   }
   VisibilityLifter lifter(renderer);
   std::vector<Candidate> candidates;
-  double done = 0;
-  for (const View* const view : views) {
-    monitor.Step(kStage, done++, double(views.size()));
-    if (std::find(painted.begin(), painted.end(), view->name) != painted.end()) continue;
-    const std::vector<float> lifted = lifter.Lift(reconstruction.Posed(*view));
-    Candidate candidate{view->name, {}};
-    candidate.sees.reserve(doubts.size());
-    for (const Doubt& one : doubts) candidate.sees.push_back(lifted[one.gaussian]);
+  double done = 0, views = 0;
+  for (const ViewGroup& group : groups) views += double(group.views.size());
+  const auto is_painted = [&](const std::string& name) {
+    return std::find(painted.begin(), painted.end(), name) != painted.end();
+  };
+  for (const ViewGroup& group : groups) {
+    if (is_painted(group.name) ||
+        std::any_of(group.views.begin(), group.views.end(),
+                    [&](const View* view) { return is_painted(view->name); })) {
+      monitor.Step(kStage, done, views);
+      done += double(group.views.size());
+      continue;
+    }
+    Candidate candidate{group.name, std::vector<float>(doubts.size(), 0.0f)};
+    for (const View* const view : group.views) {
+      monitor.Step(kStage, done++, views);
+      const std::vector<float> lifted = lifter.Lift(reconstruction.Posed(*view));
+      for (size_t i = 0; i < doubts.size(); ++i) candidate.sees[i] += lifted[doubts[i].gaussian];
+    }
     candidates.push_back(std::move(candidate));
   }
   monitor.Step(kStage, 1, 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which view to paint next: the one whose paint would decide most of what is uncertain.
+// Which view or photo to paint next: the one whose paint would decide most of what is uncertain.
 #pragma once
 
 #include <span>
@@ -12,22 +12,28 @@
 
 namespace retint {
 
+// What is painted at once: a view or, by the photo's name, the views that show a photo.
+struct ViewGroup {
+  std::string name;
+  std::vector<const View*> views;
+};
+
 struct ViewSuggestion {
-  std::string view;
-  // What paint on this view would decide, once the views suggested before it are painted: sum over
+  std::string view;  // the group's name
+  // What paint on this group would decide, once those suggested before it are painted: sum over
   // the Gaussians of (1 - confidence) times the pixels in which they show, over all views.
   double settles = 0;
   double fraction = 0;  // of all that is uncertain
 };
 
-// The best views first. The first `count` take into account what those before them settle; the rest
-// follow by what they would settle by themselves. A Gaussian is settled in proportion to what a
-// view sees of it, and altogether from half of its visibility on, as in a completion
-// (selection/completion.h). `confidence` and `visible` are [N], as ProjectedMasks has them; none of
-// `painted`, by name, is suggested. OptionError for arrays of another size. Cancelled between
-// views.
+// The best groups first. The first `count` take into account what those before them settle; the
+// rest follow by what they would settle by themselves. A Gaussian is settled in proportion to what
+// the views of a group together see of it, and altogether from half of its visibility on, as in a
+// completion (selection/completion.h). `confidence` and `visible` are [N], as ProjectedMasks has
+// them; no group is suggested whose name, or a view's of it, is in `painted`. OptionError for
+// arrays of another size. Cancelled between views.
 std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstruction& reconstruction,
-                                         const std::vector<const View*>& views,
+                                         const std::vector<ViewGroup>& groups,
                                          const std::vector<std::string>& painted,
                                          std::span<const float> confidence,
                                          std::span<const float> visible, int count,

@@ -50,6 +50,21 @@ bool Pictures::AreViews() const {
                      [](const UserPicture& picture) { return picture.photo == nullptr; });
 }
 
+const UserPicture* Pictures::Find(std::string_view name) const {
+  const auto found = std::lower_bound(
+      all_.begin(), all_.end(), name,
+      [](const UserPicture& picture, std::string_view other) { return picture.name < other; });
+  if (found != all_.end() && found->name == name) return &*found;
+  const View* view = workspace_.reconstruction.FindView(name);
+  return view ? &Of(*view) : nullptr;
+}
+
+std::vector<ViewGroup> Pictures::Groups() const {
+  std::vector<ViewGroup> groups;
+  for (const UserPicture& picture : all_) groups.push_back({picture.name, picture.faces});
+  return groups;
+}
+
 std::vector<const UserPicture*> Pictures::Require(std::string_view name) const {
   std::vector<const UserPicture*> found;
   for (const UserPicture& picture : all_) {
@@ -77,7 +92,7 @@ const UserPicture& Pictures::RequireOne(std::string_view name) const {
 std::vector<const UserPicture*> Pictures::Showing(const std::vector<const View*>& views) const {
   std::vector<const UserPicture*> found;
   for (const View* view : views) {
-    const UserPicture* picture = &all_[picture_of_.at(view)];
+    const UserPicture* picture = &Of(*view);
     if (std::find(found.begin(), found.end(), picture) == found.end()) found.push_back(picture);
   }
   return found;

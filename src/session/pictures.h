@@ -13,6 +13,7 @@
 #include "colmap_io/workspace.h"
 #include "scene/image.h"
 #include "selection/mask_projector.h"
+#include "selection/suggestion.h"
 #include "session/open_scene.h"
 
 namespace retint {
@@ -34,6 +35,12 @@ class Pictures {
   const std::vector<UserPicture>& all() const { return all_; }  // by name
   // Whether every picture is a view's own.
   bool AreViews() const;
+  // The one that shows a view of the workspace.
+  const UserPicture& Of(const View& view) const { return all_[picture_of_.at(&view)]; }
+  // The one of that name or, failing that, the one that shows the view of that name; null for none.
+  const UserPicture* Find(std::string_view name) const;
+  // What is painted at once: a picture each.
+  std::vector<ViewGroup> Groups() const;
   // The picture of that name; of a photo whose views are wanted, each of these. InputError with the
   // nearest names when there is none.
   std::vector<const UserPicture*> Require(std::string_view name) const;

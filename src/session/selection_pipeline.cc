@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,45 @@
 #include "session/photo_paint.h"
 
 namespace retint {
+namespace {
+
+// What is known of a painted view where nothing has a depth.
+PaintedPart WithoutDepth(const PaintedView& view, const SelectOptions& options,
+                         const std::string& reason) {
+  PaintedPart part;
+  const Camera& camera = view.camera.camera;
+  part.depth.depth = DepthMap(camera.width, camera.height);
+  part.depth.valid = Mask(camera.width, camera.height);
+  part.depth.method = part.report.depth_method = options.method;
+  part.depth.reason = part.report.depth_reason = part.report.registration.reason = reason;
+  part.report.view = view.name;
+  return part;
+}
+
+bool FoundDepth(const PaintedPart& part) { return part.report.cloud.sampled > 0; }
+
+// The photo of which a view shows a part; null for a view of its own.
+const DistortedPhoto* WidePhotoOf(const Workspace& workspace, const PaintedView& painted) {
+  const View* view = workspace.reconstruction.FindView(painted.name);
+  const DistortedPhoto* photo = view ? workspace.PhotoOf(*view) : nullptr;
+  return photo && photo->faces.size() > 1 ? photo : nullptr;
+}
+
+// NoDepthError for a photo of which no painted part has depth.
+void RequireDepthInPhotos(const Workspace& workspace, const std::vector<PaintedView>& views,
+                          const std::vector<PaintedPart>& parts) {
+  std::set<const DistortedPhoto*> with_depth;
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (FoundDepth(parts[i])) with_depth.insert(WidePhotoOf(workspace, views[i]));
+  }
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (!FoundDepth(parts[i]) && !with_depth.contains(WidePhotoOf(workspace, views[i]))) {
+      throw NoDepthError(parts[i].report.depth_reason);
+    }
+  }
+}
+
+}  // namespace
 
 PaintedView SelectionPipeline::Paint(std::string_view view_name, Mask mask) const {
   const View& view = scene_.workspace().RequireView(view_name);
@@ -44,9 +85,17 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
   const std::vector<int> owners = ShareOut(views.size(), CurrentRanks());
   std::vector<PaintedPart> parts(views.size());
   for (size_t i = 0; i < views.size(); ++i) {
-    if (owners[i] == CurrentRanks().rank()) parts[i] = SelectOne(views[i], options, monitor);
+    if (owners[i] != CurrentRanks().rank()) continue;
+    try {
+      parts[i] = SelectOne(views[i], options, monitor);
+    } catch (const NoDepthError& error) {
+      // Of a photo that takes several views, what shows no surface is left out.
+      if (!WidePhotoOf(scene_.workspace(), views[i])) throw;
+      parts[i] = WithoutDepth(views[i], options, error.what());
+    }
   }
   SharePainted(owners, &parts);
+  RequireDepthInPhotos(scene_.workspace(), views, parts);
   SelectionResult result;
   for (PaintedPart& part : parts) {
     Append(result.cloud_raw, std::move(part.raw));

@@ -45,7 +45,9 @@ class SelectionPipeline {
 
   DepthEstimate EstimateDepth(const PosedCamera& view, const SelectOptions& options,
                               Monitor& monitor);
-  // Depth, cloud and registration of every painted view; the points of all are one cloud.
+  // Depth, cloud and registration of every painted view; the points of all are one cloud. Of a
+  // photo that takes several views, those in which no painted pixel has a depth give no points.
+  // NoDepthError where a view, or all that is painted of such a photo, has none.
   SelectionResult Select(const std::vector<PaintedView>& painted, const SelectOptions& options,
                          Monitor& monitor);
   // Masks of the `wanted` views, where it is empty of every view.

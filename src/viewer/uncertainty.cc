@@ -72,9 +72,9 @@ void Uncertainty::Find() {
           }
         }
         found->selection = selection->id;
-        found->views = SuggestViews(session.renderer(), session.reconstruction(),
-                                    session.reconstruction().ViewsByName(), painted,
-                                    projected.confidence, projected.visible, kSuggested, monitor);
+        found->views =
+            SuggestViews(session.renderer(), session.reconstruction(), session.pictures().Groups(),
+                         painted, projected.confidence, projected.visible, kSuggested, monitor);
         for (float& one : projected.confidence) one = 1 - one;
         found->undecided =
             std::make_shared<const std::vector<float>>(std::move(projected.confidence));

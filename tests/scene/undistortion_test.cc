@@ -106,6 +106,19 @@ TEST(UndistortionTest, ASphereTakesAWholeCube) {
   EXPECT_GT(pixel.x(), face.cx());
 }
 
+TEST(UndistortionTest, FacesFadeTowardTheirBorders) {
+  const Undistortion cube = Undistort(Make(Id::kEquirectangular, {320, 160}, 320, 160));
+  const auto side = float(cube.faces[0].camera.width);
+  EXPECT_EQ(FaceWeight(cube, 0, side / 2, side / 2), 1);
+  EXPECT_EQ(FaceWeight(cube, 0, 0.05F * side, side / 2), 1);
+  EXPECT_NEAR(FaceWeight(cube, 0, side / 2, 0.975F * side), 0.5F, 1e-4);
+  EXPECT_GT(FaceWeight(cube, 0, 0, side / 2), 0);
+  EXPECT_LT(FaceWeight(cube, 0, 0, side / 2), 0.001F);
+  // What no other face shows counts as a whole.
+  const Undistortion single = Undistort(Make(Id::kSimpleRadial, {250, 161, 119, -0.2}));
+  EXPECT_EQ(FaceWeight(single, 0, 0, 0), 1);
+}
+
 TEST(UndistortionTest, CornersBeyondTheFoldAreLeftOut) {
   // The fold lies at a bent radius of 0.6086: 152 pixels, less than the corners' 200.
   const Camera photo = Make(Id::kSimpleRadial, {250, 160, 120, -0.4});

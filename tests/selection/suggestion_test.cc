@@ -17,7 +17,7 @@ namespace {
 struct Line {
   GaussianModel model;
   Reconstruction reconstruction;
-  std::vector<const View*> views;
+  std::vector<ViewGroup> groups;  // each view by itself
 
   Line() {
     for (int i = 0; i < 3; ++i) {
@@ -32,8 +32,10 @@ struct Line {
     Add("b", 10, 4);
     Add("both", 5, 16);
     Add("c", 20, 4);
-    views = reconstruction.ViewsByName();
+    for (const View* view : reconstruction.ViewsByName()) groups.push_back({view->name, {view}});
   }
+
+  const View* Find(const std::string& name) const { return reconstruction.FindView(name); }
 
   void Add(const std::string& name, double x, double away) {
     View view;
@@ -58,7 +60,7 @@ TEST(Suggestion, RanksViewsByWhatTheySettle) {
   // The second Gaussian is uncertain altogether, the first by a tenth, the third not at all.
   const std::vector<float> confidence = {0.9f, 0, 1}, visible = {60, 60, 60};
   const auto suggestions =
-      SuggestViews(renderer, line.reconstruction, line.views, {}, confidence, visible, 1, monitor);
+      SuggestViews(renderer, line.reconstruction, line.groups, {}, confidence, visible, 1, monitor);
   ASSERT_EQ(suggestions.size(), 4u);
   EXPECT_EQ(suggestions[0].view, "b");
   EXPECT_EQ(suggestions[3].view, "c");
@@ -74,12 +76,35 @@ TEST(Suggestion, TakesIntoAccountWhatIsSettledBefore) {
   // `both` sees less of either than a and b, and is no use once they are painted.
   const std::vector<float> confidence = {0, 0, 0.5f}, visible = {100, 100, 100};
   const auto suggestions =
-      SuggestViews(renderer, line.reconstruction, line.views, {}, confidence, visible, 3, monitor);
+      SuggestViews(renderer, line.reconstruction, line.groups, {}, confidence, visible, 3, monitor);
   EXPECT_THAT(Names(suggestions), testing::ElementsAre("a", "b", "c", "both"));
   EXPECT_GT(suggestions[3].settles, 0);  // what it would settle by itself
-  EXPECT_THAT(Names(SuggestViews(renderer, line.reconstruction, line.views, {"a", "b"}, confidence,
+  EXPECT_THAT(Names(SuggestViews(renderer, line.reconstruction, line.groups, {"a", "b"}, confidence,
                                  visible, 3, monitor)),
               testing::UnorderedElementsAre("c", "both"));
+}
+
+TEST(Suggestion, TheViewsOfAPhotoAreOne) {
+  Line line;
+  Renderer renderer(CreateBackend("cpu"), line.model);
+  Monitor monitor;
+  const std::vector<ViewGroup> groups = {{"both", {line.Find("both")}},
+                                         {"photo", {line.Find("a"), line.Find("b")}},
+                                         {"c", {line.Find("c")}}};
+  const std::vector<float> confidence = {0, 0.5f, 0.25f}, visible = {40, 40, 40};
+  const auto suggest = [&](const std::vector<std::string>& painted, int count) {
+    return SuggestViews(renderer, line.reconstruction, groups, painted, confidence, visible, count,
+                        monitor);
+  };
+  const auto suggestions = suggest({}, 3);
+  ASSERT_THAT(Names(suggestions), testing::ElementsAre("photo", "c", "both"));
+  // a and b see all of the first two Gaussians: 40 and 20 of the 90 pixels that are uncertain.
+  EXPECT_NEAR(suggestions[0].settles, 60, 1e-4);
+  EXPECT_NEAR(suggestions[0].fraction, 60.0 / 90, 1e-5);
+  EXPECT_NEAR(suggestions[2].settles, 0, 1e-4);  // nothing is left for it
+  // A photo is painted when it or a part of it is.
+  EXPECT_THAT(Names(suggest({"photo"}, 3)), testing::UnorderedElementsAre("c", "both"));
+  EXPECT_THAT(Names(suggest({"b"}, 3)), testing::UnorderedElementsAre("c", "both"));
 }
 
 TEST(Suggestion, OfACertainSceneSettlesNothing) {
@@ -87,18 +112,18 @@ TEST(Suggestion, OfACertainSceneSettlesNothing) {
   Renderer renderer(CreateBackend("cpu"), line.model);
   Monitor monitor;
   const std::vector<float> confidence(3, 1.0f), visible(3, 100.0f);
-  for (const auto& one : SuggestViews(renderer, line.reconstruction, line.views, {}, confidence,
+  for (const auto& one : SuggestViews(renderer, line.reconstruction, line.groups, {}, confidence,
                                       visible, 2, monitor)) {
     EXPECT_EQ(one.settles, 0);
     EXPECT_EQ(one.fraction, 0);
   }
   const std::vector<float> few(2, 1.0f);
   EXPECT_THROW(
-      SuggestViews(renderer, line.reconstruction, line.views, {}, few, visible, 2, monitor),
+      SuggestViews(renderer, line.reconstruction, line.groups, {}, few, visible, 2, monitor),
       OptionError);
   monitor.Cancel();
   EXPECT_THROW(
-      SuggestViews(renderer, line.reconstruction, line.views, {}, confidence, visible, 2, monitor),
+      SuggestViews(renderer, line.reconstruction, line.groups, {}, confidence, visible, 2, monitor),
       Cancelled);
 }
 
