@@ -45,10 +45,16 @@ Camera MakeLens(std::string_view model, const Camera& camera) {
 
 void TakeThroughLens(std::string_view model, const SyntheticOptions& options, SyntheticScene* scene,
                      Monitor& monitor) {
+  TakeThroughLens(MakeLens(model, scene->reconstruction.cameras.begin()->second), options, scene,
+                  monitor);
+}
+
+void TakeThroughLens(Camera lens, const SyntheticOptions& options, SyntheticScene* scene,
+                     Monitor& monitor) {
   Reconstruction& reconstruction = scene->reconstruction;
   const CameraId id = reconstruction.cameras.begin()->first;
   const Camera pinhole = reconstruction.cameras.at(id);
-  const Camera lens = MakeLens(model, pinhole);
+  lens.id = id;
   const CameraProjection projection(lens);
   const bool distance = Undistort(lens).DepthIsDistance();
   const SyntheticTracer tracer(options, monitor);

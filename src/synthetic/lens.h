@@ -20,5 +20,8 @@ Camera MakeLens(std::string_view model, const Camera& camera);
 // observations. The Gaussians, the points and the poses stay.
 void TakeThroughLens(std::string_view model, const SyntheticOptions& options, SyntheticScene* scene,
                      Monitor& monitor);
+// The same through any lens whose field holds that of the scene's camera.
+void TakeThroughLens(Camera lens, const SyntheticOptions& options, SyntheticScene* scene,
+                     Monitor& monitor);
 
 }  // namespace retint

@@ -7,9 +7,6 @@
 #include <QKeyEvent>
 #include <QMouseEvent>
 #include <QWheelEvent>
-#include <nlohmann/json.hpp>
-
-#include "scene/camera_projection.h"
 
 namespace retint {
 namespace {
@@ -19,18 +16,6 @@ constexpr int kNewsMs = 250;         // between frames that only show the optimi
 constexpr int kFlyMs = 15;           // between steps of flying
 constexpr double kHatchPixels = 10;  // between the lines
 constexpr double kSplitGrab = 8;     // pixels to either side of the line
-
-// Fills `values` from the list of `count` finite numbers `object[key]`; false when that is not
-// there.
-bool ReadNumbers(const nlohmann::json& object, const char* key, double* values, size_t count) {
-  if (!object.contains(key) || !object[key].is_array() || object[key].size() != count) return false;
-  for (size_t i = 0; i < count; ++i) {
-    if (!object[key][i].is_number()) return false;
-    values[i] = object[key][i].get<double>();
-    if (!std::isfinite(values[i])) return false;
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -81,22 +66,26 @@ void Canvas::OnScene() {
   flying_.clear();
   photo_ = original_ = picking_ = false;
   frame_seconds_ = 0;
-  const auto facts = controller_->facts();
+  const auto facts = facts_ = controller_->facts();
   photos_->SetScene(facts);
   renderer_->SetScene(facts);
   if (facts) {
     navigation_.SetScene(facts->workspace->reconstruction);
-    if (!facts->views.empty()) {
-      navigation_.SetHome(*facts->views.front(), facts->Shown(*facts->views.front()));
+    const std::vector<UserPicture>& pictures = facts->pictures->all();
+    if (!pictures.empty()) {
+      const UserPicture& first = pictures.front();
+      navigation_.SetHome(*first.faces.front(), facts->Shown(first));
     }
+    const std::vector<const View*> standpoints = facts->Standpoints();
     double sum = 0;
-    for (const View* view : facts->views) {
+    for (const View* view : standpoints) {
       sum += (view->cam_from_world.OriginInSource() - navigation_.center()).norm();
     }
-    frustum_size_ = 0.07 * sum / static_cast<double>(std::max<size_t>(1, facts->views.size()));
+    frustum_size_ = 0.07 * sum / static_cast<double>(std::max<size_t>(1, standpoints.size()));
     corners_.clear();
-    for (const View* view : facts->views) {
-      if (!corners_.contains(view->camera_id)) corners_[view->camera_id] = CornersOf(*view);
+    for (const UserPicture& picture : pictures) {
+      const CameraId camera = picture.faces.front()->camera_id;
+      if (!corners_.contains(camera)) corners_[camera] = CornersOf(picture);
     }
     UpdateViewport();
     Request(false);
@@ -181,131 +170,6 @@ bool Canvas::IsSharp() const {
   return frame_ && frame_->scale == 1 && frame_->serial == serial_ && !more_news_;
 }
 
-// --- Camera
-// ---------------------------------------------------------------------------------------
-
-bool Canvas::GoTo(const std::string& name) {
-  if (!controller_->IsOpen()) return false;
-  const auto facts = controller_->facts();
-  const View* view = facts->workspace->reconstruction.FindView(name);
-  if (!view) return false;
-  navigation_.GoTo(*view, facts->Shown(*view));
-  CameraMoved();
-  photos_->Photo(name);  // someone may hold P
-  SayMissingPhoto();
-  return true;
-}
-
-void Canvas::StepView(int by) {
-  if (!controller_->IsOpen()) return;
-  const auto& views = controller_->facts()->views;
-  const auto count = static_cast<std::ptrdiff_t>(views.size());
-  auto at = std::find(views.begin(), views.end(), navigation_.view());
-  if (at == views.end()) {
-    // From a free camera: to the view that stands nearest.
-    const Eigen::Vector3d here = navigation_.Rendered().Center();
-    at = std::min_element(views.begin(), views.end(), [&](const View* a, const View* b) {
-      return (a->cam_from_world.OriginInSource() - here).norm() <
-             (b->cam_from_world.OriginInSource() - here).norm();
-    });
-    by = 0;
-  }
-  const std::ptrdiff_t index = (at - views.begin() + by % count + count) % count;
-  GoTo(views[static_cast<size_t>(index)]->name);
-}
-
-void Canvas::FrameSelection() {
-  if (!controller_->IsOpen()) return;
-  if (cloud_ && cloud_shown_ && !cloud_->points.empty()) {
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const auto& point : cloud_->points) center += point.cast<double>();
-    center /= static_cast<double>(cloud_->points.size());
-    double radius = 0;
-    for (const auto& point : cloud_->points) {
-      radius = std::max(radius, (point.cast<double>() - center).norm());
-    }
-    navigation_.Frame(center, radius);
-  } else {
-    navigation_.Frame(navigation_.center(), navigation_.radius());
-  }
-  CameraMoved();
-}
-
-void Canvas::ResetCamera() {
-  navigation_.Reset();
-  CameraMoved();
-}
-
-void Canvas::Probe(const QPointF& at, ProbeFor what) {
-  const PosedCamera camera = navigation_.Rendered();
-  const QRectF rect = ImageRect(camera);
-  if (!rect.contains(at)) return;
-  const QPointF at_pixel = (at - rect.topLeft()) * devicePixelRatioF();
-  const Eigen::Vector2d pixel(at_pixel.x(), at_pixel.y());
-  if (camera.camera.IsPinhole()) return renderer_->Probe(camera, pixel, what);
-  // Along the same ray through a pinhole.
-  const PosedCamera flat{Flattened(camera.camera), camera.cam_from_world};
-  const auto ray = CameraProjection(camera.camera).CamFromImg(pixel);
-  const auto flat_pixel = ray ? flat.camera.ImgFromCam(*ray) : std::nullopt;
-  if (flat_pixel) renderer_->Probe(flat, *flat_pixel, what);
-}
-
-void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, ProbeFor what,
-                      double depth) {
-  if (!controller_->IsOpen()) return;
-  if (what == ProbeFor::kPivot) {
-    // Of a drag that goes on; where nothing was hit it turns about the focus.
-    if (gesture_ == MouseGesture::kOrbit && depth > 0) {
-      navigation_.SetPivot(camera.Unproject(pixel, depth));
-    }
-    return;
-  }
-  if (depth <= 0) {
-    Q_EMIT hint(tr("There is nothing under the cursor to look at"));
-    return;
-  }
-  navigation_.SetFocus(camera.Unproject(pixel, depth));
-  CameraMoved();
-}
-
-std::string Canvas::CameraState() const {
-  const PosedCamera camera = navigation_.Rendered();
-  const Eigen::Quaterniond& q = camera.cam_from_world.rotation;
-  const Eigen::Vector3d& t = camera.cam_from_world.translation;
-  const Eigen::Vector3d& f = navigation_.focus();
-  nlohmann::json state = {
-      {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
-      {"translation", {t.x(), t.y(), t.z()}},
-      {"focus", {f.x(), f.y(), f.z()}},
-      {"fov_y", 2 * std::atan(0.5 * camera.camera.height / Flattened(camera.camera).fy())}};
-  if (navigation_.view()) state["view"] = navigation_.view()->name;
-  return state.dump();
-}
-
-bool Canvas::RestoreCamera(const std::string& text) {
-  const auto state = nlohmann::json::parse(text, nullptr, false);
-  if (!state.is_object() || !controller_->IsOpen()) return false;
-  if (state.contains("view") && state["view"].is_string() &&
-      GoTo(state["view"].get<std::string>())) {
-    return true;
-  }
-  double q[4], t[3], f[3];
-  if (!ReadNumbers(state, "rotation_wxyz", q, 4) || !ReadNumbers(state, "translation", t, 3) ||
-      !ReadNumbers(state, "focus", f, 3) || !state.contains("fov_y") ||
-      !state["fov_y"].is_number()) {
-    return false;
-  }
-  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-  const double fov = state["fov_y"].get<double>();
-  if (!(rotation.norm() > 1e-6) || !(fov > 0.01 && fov < 3.1)) return false;
-  const double focal = 0.5 / std::tan(0.5 * fov);
-  PosedCamera camera{Camera::Pinhole(0, 1, 1, focal, focal, 0.5, 0.5),
-                     {rotation.normalized(), Eigen::Vector3d(t[0], t[1], t[2])}};
-  navigation_.SetFree(camera, {f[0], f[1], f[2]});
-  CameraMoved();
-  return true;
-}
-
 // --- What is shown
 // --------------------------------------------------------------------------------
 
@@ -371,11 +235,11 @@ void Canvas::SetHatching(bool hatching) {
 }
 
 bool Canvas::showing_photo() const {
-  return photo_ && navigation_.view() && !photos_->Photo(navigation_.view()->name).isNull();
+  return photo_ && picture() && !photos_->Photo(picture()->name).isNull();
 }
 
 bool Canvas::lacks_photo() const {
-  return photo_ && navigation_.view() && photos_->IsUnreadable(navigation_.view()->name);
+  return photo_ && picture() && photos_->IsUnreadable(picture()->name);
 }
 
 void Canvas::SayMissingPhoto() {
@@ -417,19 +281,6 @@ void Canvas::SetHeld(const Command& command, bool down) {
   }
 }
 
-void Canvas::FlyStep() {
-  const auto axis = [this](const char* plus, const char* minus) {
-    return double(flying_.count(plus)) - double(flying_.count(minus));
-  };
-  const Eigen::Vector3d direction(axis("fly.right", "fly.left"), axis("fly.down", "fly.up"),
-                                  axis("fly.forward", "fly.back"));
-  // A window that was busy must not make the camera jump.
-  const double seconds = std::min(0.1, fly_clock_.restart() / 1000.0);
-  if (direction.isZero() || !controller_->IsOpen()) return;
-  navigation_.Fly(direction, seconds, fly_factor_);
-  CameraMoved();
-}
-
 // --- Input
 // ----------------------------------------------------------------------------------------
 
@@ -465,7 +316,7 @@ void Canvas::SetPicking(bool picking) {
 
 QColor Canvas::ColorAt(const QPointF& at) const {
   if (!frame_) return {};
-  const QImage photo = showing_photo() ? photos_->Photo(navigation_.view()->name) : QImage();
+  const QImage photo = showing_photo() ? photos_->Photo(picture()->name) : QImage();
   const bool before = photo.isNull() && ShowsSplit() && !frame_->before.isNull();
   QRectF rect = ImageRect(photo.isNull() ? frame_->camera : navigation_.Rendered());
   if (!rect.contains(at)) return {};
@@ -537,8 +388,8 @@ void Canvas::mouseReleaseEvent(QMouseEvent*) {
 void Canvas::mouseDoubleClickEvent(QMouseEvent* event) {
   if (!controller_->IsOpen() || event->button() != Qt::LeftButton) return;
   if (frusta_) {
-    if (const View* view = FrustumAt(event->position())) {
-      GoTo(view->name);
+    if (const UserPicture* at = FrustumAt(event->position())) {
+      GoTo(at->name);
       return;
     }
   }

@@ -34,8 +34,10 @@ class Canvas : public QWidget {
   Navigation& navigation() { return navigation_; }
   const Navigation& navigation() const { return navigation_; }
   void CameraMoved();
-  bool GoTo(const std::string& view);  // false: there is no such view
-  void StepView(int by);               // through the views by name, from the nearest one
+  // The view or photo whose pixels are shown; null: the camera is free.
+  const UserPicture* picture() const;
+  bool GoTo(const std::string& name);  // of one, or of a view that it shows; false: there is none
+  void StepView(int by);               // through the pictures by name, from the nearest one
   void FrameSelection();               // the cloud, else the scene
   void ResetCamera();
 
@@ -104,7 +106,7 @@ class Canvas : public QWidget {
 
  private:
   struct Frustum {
-    const View* view;
+    const UserPicture* picture;
     QPointF apex;
     std::array<QPointF, 4> corners;
     double depth;
@@ -121,9 +123,9 @@ class Canvas : public QWidget {
   void FlyStep();
   bool ShowsSplit() const;  // split() where there are two sides: not of the depth
   void SayMissingPhoto();
-  std::array<Eigen::Vector3d, 4> CornersOf(const View& view) const;
+  std::array<Eigen::Vector3d, 4> CornersOf(const UserPicture& picture) const;
   std::vector<Frustum> Frusta() const;
-  const View* FrustumAt(const QPointF& at) const;
+  const UserPicture* FrustumAt(const QPointF& at) const;
   void PaintFrusta(QPainter& painter) const;
   void PaintSplit(QPainter& painter, const QRectF& rect) const;
   void PaintLabels(QPainter& painter, const QRectF& rect) const;
@@ -136,6 +138,7 @@ class Canvas : public QWidget {
   RenderThread* renderer_;
   PhotoLoader* photos_;
   KeyMap keys_;
+  std::shared_ptr<const SceneFacts> facts_;  // of the views that navigation_ knows; null: none
   Navigation navigation_;
   double frustum_size_ = 1;
   // Of the pictures of a camera: where they look, at depth 1.

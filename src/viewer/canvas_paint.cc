@@ -37,14 +37,21 @@ QRectF Canvas::ImageRect(const PosedCamera& camera) const {
 }
 
 std::shared_ptr<const LensPicture> Canvas::Lens() const {
-  if (!controller_->IsOpen() || !navigation_.view()) return nullptr;
-  const Camera shown = navigation_.Rendered().camera;
-  return controller_->facts()->Lens(*navigation_.view(), shown.width, shown.height);
+  const UserPicture* shown = picture();
+  if (!shown) return nullptr;
+  const Camera camera = navigation_.Rendered().camera;
+  return controller_->facts()->Lens(*shown, camera.width, camera.height);
 }
 
-std::array<Eigen::Vector3d, 4> Canvas::CornersOf(const View& view) const {
+std::array<Eigen::Vector3d, 4> Canvas::CornersOf(const UserPicture& picture) const {
   const auto facts = controller_->facts();
-  const Camera camera = facts->Shown(view).camera, flat = facts->Posed(view).camera;
+  if (picture.faces.size() > 1) {
+    // What is seen all around has no corners: a board of the photo's shape, 90 degrees wide.
+    const double half = double(picture.height) / picture.width;
+    return {{{-1, -half, 1}, {1, -half, 1}, {1, half, 1}, {-1, half, 1}}};
+  }
+  const Camera camera = facts->Shown(picture).camera;
+  const Camera flat = facts->Posed(*picture.faces.front()).camera;
   std::optional<CameraProjection> lens;
   if (!camera.IsPinhole()) lens.emplace(camera);
   std::array<Eigen::Vector3d, 4> corners;
@@ -71,12 +78,13 @@ std::vector<Canvas::Frustum> Canvas::Frusta() const {
   const QRectF rect = ImageRect(shown);
   const double ratio = devicePixelRatioF();
   const double near = 0.3 * frustum_size_;
-  for (const View* view : facts->views) {
+  for (const UserPicture& picture : facts->pictures->all()) {
+    const View* view = picture.faces.front();
     if (view == navigation_.view()) continue;
-    const PosedCamera posed = facts->Posed(*view);
+    const PosedCamera posed = facts->Shown(picture);
     const Eigen::Vector3d center = shown.cam_from_world * posed.Center();
     if (center.z() < near) continue;
-    Frustum frustum{view, {}, {}, center.z()};
+    Frustum frustum{&picture, {}, {}, center.z()};
     bool inside = true;
     const auto project = [&](const Eigen::Vector3d& point) {
       const Eigen::Vector3d in_cam = shown.cam_from_world * point;
@@ -107,11 +115,11 @@ std::vector<Canvas::Frustum> Canvas::Frusta() const {
   return frusta;
 }
 
-const View* Canvas::FrustumAt(const QPointF& at) const {
+const UserPicture* Canvas::FrustumAt(const QPointF& at) const {
   const auto frusta = Frusta();
   for (auto it = frusta.rbegin(); it != frusta.rend(); ++it) {
     const auto& c = it->corners;
-    if (QPolygonF({c[0], c[1], c[2], c[3]}).containsPoint(at, Qt::OddEvenFill)) return it->view;
+    if (QPolygonF({c[0], c[1], c[2], c[3]}).containsPoint(at, Qt::OddEvenFill)) return it->picture;
   }
   return nullptr;
 }
@@ -122,7 +130,7 @@ void Canvas::PaintFrusta(QPainter& painter) const {
   for (const Frustum& frustum : Frusta()) {
     const QPolygonF quad(
         {frustum.corners[0], frustum.corners[1], frustum.corners[2], frustum.corners[3]});
-    const QImage picture = photos_->Thumbnail(frustum.view->name);
+    const QImage picture = photos_->Thumbnail(frustum.picture->name);
     QTransform transform;
     const double w = picture.width(), h = picture.height();
     if (!picture.isNull() &&
@@ -170,10 +178,10 @@ void Canvas::PaintSplit(QPainter& painter, const QRectF& rect) const {
 
 void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   painter.setRenderHint(QPainter::Antialiasing);
-  const View* view = navigation_.view();
+  const UserPicture* shown = picture();
   const double top = std::max(0.0, rect.top()) + 10;
   DrawLabel(painter, {std::max(0.0, rect.left()) + 10, top},
-            view ? QString::fromStdString(view->name) : tr("free camera"), Qt::AlignLeft);
+            shown ? QString::fromStdString(shown->name) : tr("free camera"), Qt::AlignLeft);
   QString mode;
   if (picking_) {
     mode = tr("pick a color");
@@ -211,15 +219,15 @@ void Canvas::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.fillRect(rect(), kSurround);
   if (!frame_) return;
-  const QRectF picture = ImageRect(frame_->camera);
+  const QRectF area = ImageRect(frame_->camera);
   // Smooth only where pixels do not map one to one.
   painter.setRenderHint(QPainter::SmoothPixmapTransform, frame_->scale != 1);
   if (showing_photo()) {
     painter.setRenderHint(QPainter::SmoothPixmapTransform);
-    painter.drawImage(ImageRect(navigation_.Rendered()), photos_->Photo(navigation_.view()->name));
+    painter.drawImage(ImageRect(navigation_.Rendered()), photos_->Photo(picture()->name));
   } else {
-    painter.drawImage(picture, frame_->image);
-    if (ShowsSplit() && !frame_->before.isNull()) PaintSplit(painter, picture);
+    painter.drawImage(area, frame_->image);
+    if (ShowsSplit() && !frame_->before.isNull()) PaintSplit(painter, area);
     if (frusta_) PaintFrusta(painter);
   }
   PaintLabels(painter, ImageRect(navigation_.Rendered()));

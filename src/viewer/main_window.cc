@@ -19,7 +19,6 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
-#include "session/photo_paint.h"
 #include "viewer/contrast.h"
 #include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
@@ -351,15 +350,13 @@ void MainWindow::ShowPage() {
 
 void MainWindow::EnterSelection(RegionId region) {
   if (!controller_->IsOpen() || IsSelecting()) return;
-  const auto facts = controller_->facts();
-  const View* view = canvas_->navigation().view();
-  const DistortedPhoto* photo = view ? facts->PhotoOf(*view) : nullptr;
   SelectionEntry entry;
-  if (view) entry.view = QString::fromStdString(photo ? photo->name : view->name);
-  entry.camera = photo ? PosedPhoto(*facts->workspace, *photo) : canvas_->navigation().Exact();
+  if (const UserPicture* picture = canvas_->picture()) {
+    entry.view = QString::fromStdString(picture->name);
+  }
+  entry.camera = canvas_->navigation().Exact();
   entry.region = region;
-  const bool is_whole = !photo || photo->faces.size() == 1;  // of what will be painted on
-  if (const auto frame = canvas_->frame(); frame && is_whole) entry.picture = frame->image;
+  if (const auto frame = canvas_->frame()) entry.picture = frame->image;
   if (!selection_->Enter(entry)) return;
   pages_->setCurrentWidget(selection_);
   selection_->setFocus();

@@ -58,9 +58,8 @@ std::vector<fs::path> ViewFiles(const fs::path& folder, const std::vector<std::s
 // What the pictures that show `views` are called.
 std::vector<std::string> PictureNames(const SceneFacts& facts,
                                       const std::vector<const View*>& views) {
-  const Pictures pictures(*facts.workspace, facts.request.options.pixels);
   std::vector<std::string> names;
-  for (const UserPicture* picture : pictures.Showing(views)) names.push_back(picture->name);
+  for (const UserPicture* one : facts.pictures->Showing(views)) names.push_back(one->name);
   return names;
 }
 
@@ -165,8 +164,8 @@ void MainWindow::ExportMasks() {
 
 void MainWindow::ExportViews() {
   if (!controller_->IsOpen()) return;
-  const View* view = canvas_->navigation().view();
-  const std::string shown = view ? view->name : std::string();
+  const UserPicture* picture = canvas_->picture();
+  const std::string shown = picture ? picture->name : std::string();
   auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
                                   Text(ProposedOutput("-views")), this);
   connect(dialog, &QDialog::accepted, this, [=, this] {
@@ -175,7 +174,9 @@ void MainWindow::ExportViews() {
     const fs::path folder = dialog->folder();
     std::vector<const View*> views = facts->views;
     if (dialog->choice() == ExportDialog::kShownView) {
-      views = {facts->workspace->reconstruction.FindView(shown)};
+      const UserPicture* one = facts->FindPicture(shown);
+      if (!one) return;
+      views = one->faces;
     }
     std::vector<std::string> names;
     for (const View* one : views) names.push_back(one->name);
@@ -196,7 +197,7 @@ void MainWindow::ExportTurntable() {
     // Even sizes: video encoders want them.
     const auto cameras =
         dialog->choice() == ExportDialog::kThroughViews
-            ? ViewPath(facts->workspace->reconstruction, facts->views, dialog->frames())
+            ? ViewPath(facts->workspace->reconstruction, facts->Standpoints(), dialog->frames())
             : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
                                               shown.camera.height & ~1);
     const fs::path folder = dialog->folder();

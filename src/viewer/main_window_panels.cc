@@ -111,12 +111,13 @@ void MainWindow::AddPanels() {
   connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
   auto* elsewhere = new ViewEditor(controller_, this);
   connect(regions_panel, &RegionsPanel::elsewhereWanted, this, [this, elsewhere](bool photo) {
-    const View* view = canvas_->navigation().view();
-    if (!view) {
+    const UserPicture* picture = canvas_->picture();
+    if (!picture) {
       return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
                      .arg(keys_.KeyText("view.next")));
     }
-    elsewhere->Start(current_->id(), view->name, photo ? TargetKind::kPhoto : TargetKind::kRender);
+    elsewhere->Start(current_->id(), picture->name,
+                     photo ? TargetKind::kPhoto : TargetKind::kRender);
   });
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));

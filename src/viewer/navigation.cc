@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "scene/camera_projection.h"
+#include "scene/undistortion.h"
 
 namespace retint {
 namespace {
@@ -135,12 +136,16 @@ void Navigation::SetFree(const PosedCamera& camera, const Eigen::Vector3d& focus
   focus_ = focus;
 }
 
-// The free camera takes over where the view was, at the same scale on the screen.
+// The free camera takes over where the view was, at the same scale on the screen. Of a photo that
+// no single pinhole view shows, that would be too wide: then it is 90 degrees, the longer way.
 void Navigation::Leave() {
   if (!view_) return;
   const PosedCamera shown = Rendered();
   view_ = nullptr;
   tan_half_fov_ = 0.5 * height_ / Flattened(shown.camera).fy();
+  if (!shown.camera.IsPinhole() && Undistort(posed_.camera).faces.size() > 1) {
+    tan_half_fov_ = std::min(tan_half_fov_, double(height_) / std::max(width_, height_));
+  }
 }
 
 void Navigation::RotateAbout(const Eigen::Vector3d& point,

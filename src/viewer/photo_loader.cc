@@ -9,6 +9,7 @@
 
 #include "colmap_io/image_io.h"
 #include "colmap_io/photo.h"
+#include "scene/camera_projection.h"
 #include "session/contact_sheet.h"
 #include "viewer/post.h"
 #include "viewer/render_thread.h"
@@ -19,12 +20,12 @@ namespace {
 constexpr size_t kPhotosKept = 4;
 
 // The whole photo of a distorted camera in the pixels that are shown; null when it cannot be read.
-QImage ReadWhole(const Workspace& workspace, const View& view, bool is_all_of_it) {
+QImage ReadWhole(const Workspace& workspace, const View& view, bool own_pixels) {
   try {
     const Camera& camera = workspace.PhotoCamera(view);
     const Image photo =
-        is_all_of_it ? ReadPhotoOfSize(workspace.PhotoPath(view), camera.width, camera.height)
-                     : workspace.ReadPhoto(view);
+        own_pixels ? ReadPhotoOfSize(workspace.PhotoPath(view), camera.width, camera.height)
+                   : workspace.ReadPhoto(view);
     return ToQImage(ToImage8(photo)).convertToFormat(QImage::Format_RGB32);
   } catch (const std::exception&) {
     return {};
@@ -60,13 +61,16 @@ QImage ReadUndistorted(const Workspace& workspace, const View& view, int side) {
 
 }  // namespace
 
-SmallView SmallViewOf(const SceneFacts& facts, const View& view) {
-  const PosedCamera shown = facts.Shown(view);
+SmallPicture SmallPictureOf(const SceneFacts& facts, const UserPicture& picture) {
+  const PosedCamera shown = facts.Shown(picture);
   const double side = std::max(shown.camera.width, shown.camera.height);
   const double scale = PhotoLoader::kThumbnailSide / side;
   const auto scaled = [&](int size) { return std::max(1, int(std::lround(size * scale))); };
-  const auto lens = facts.Lens(view, scaled(shown.camera.width), scaled(shown.camera.height));
-  return {lens ? lens->Face(shown.cam_from_world) : Scaled(shown, scale), lens};
+  const int width = scaled(shown.camera.width), height = scaled(shown.camera.height);
+  if (const auto lens = facts.Lens(picture, width, height)) {
+    return {{Resized(shown.camera, width, height), shown.cam_from_world}, lens};
+  }
+  return {Scaled(shown, scale), nullptr};
 }
 
 QImage ReadPicture(const std::filesystem::path& path, int side) {
@@ -108,58 +112,59 @@ void PhotoLoader::SetScene(std::shared_ptr<const SceneFacts> facts) {
   asked_photos_.clear();
 }
 
-QImage PhotoLoader::Thumbnail(const std::string& view) {
-  const auto found = thumbnails_.find(view);
+QImage PhotoLoader::Thumbnail(const std::string& name) {
+  const auto found = thumbnails_.find(name);
   if (found != thumbnails_.end()) return found->second;
-  if (facts_ && asked_thumbnails_.insert(view).second) Read(view, true);
+  if (facts_ && asked_thumbnails_.insert(name).second) Read(name, true);
   return {};
 }
 
-QImage PhotoLoader::Photo(const std::string& view) {
-  const auto found = photos_.find(view);
+QImage PhotoLoader::Photo(const std::string& name) {
+  const auto found = photos_.find(name);
   if (found != photos_.end()) return found->second;
-  if (facts_ && asked_photos_.insert(view).second) Read(view, false);
+  if (facts_ && asked_photos_.insert(name).second) Read(name, false);
   return {};
 }
 
-bool PhotoLoader::IsMissing(const std::string& view) const {
-  const auto found = thumbnails_.find(view);
+bool PhotoLoader::IsMissing(const std::string& name) const {
+  const auto found = thumbnails_.find(name);
   return found != thumbnails_.end() && found->second.isNull();
 }
 
-bool PhotoLoader::IsUnreadable(const std::string& view) const {
-  const auto found = photos_.find(view);
+bool PhotoLoader::IsUnreadable(const std::string& name) const {
+  const auto found = photos_.find(name);
   return found != photos_.end() && found->second.isNull();
 }
 
-void PhotoLoader::Read(const std::string& view, bool small) {
-  const View* found = facts_->workspace->reconstruction.FindView(view);
-  if (!found) return;
-  const auto job = [this, facts = facts_, found, view, small] {
+void PhotoLoader::Read(const std::string& name, bool small) {
+  const UserPicture* picture = facts_->FindPicture(name);
+  if (!picture) return;
+  const auto job = [this, facts = facts_, picture, name, small] {
     const Workspace& workspace = *facts->workspace;
+    const View& view = *picture->faces.front();
     const int side = small ? kThumbnailSide : 0;
-    const bool is_all_of_it = facts->Shown(*found).camera == workspace.PhotoCamera(*found);
+    const bool own_pixels = picture->photo || !workspace.PhotoOf(view);
     QImage image;
-    if (workspace.PhotoOf(*found) && !small) {
-      image = ReadWhole(workspace, *found, is_all_of_it);
-    } else if (!is_all_of_it) {
-      image = ReadUndistorted(workspace, *found, side);
+    if (workspace.PhotoOf(view) && !small) {
+      image = ReadWhole(workspace, view, own_pixels);
+    } else if (!own_pixels) {
+      image = ReadUndistorted(workspace, view, side);
     } else if (!workspace.has_virtual_views) {
-      image = ReadPicture(workspace.PhotoPath(*found), side);
+      image = ReadPicture(workspace.PhotoPath(view), side);
     }
-    Post(this, [this, facts, view, small, image] {
+    Post(this, [this, facts, name, small, image] {
       if (facts != facts_) return;  // of a scene that was closed
       if (small) {
-        thumbnails_[view] = image;
-        Q_EMIT thumbnailReady(QString::fromStdString(view));
+        thumbnails_[name] = image;
+        Q_EMIT thumbnailReady(QString::fromStdString(name));
         return;
       }
       if (photos_.size() >= kPhotosKept) {
         asked_photos_.erase(photos_.begin()->first);
         photos_.erase(photos_.begin());
       }
-      photos_[view] = image;
-      Q_EMIT photoReady(QString::fromStdString(view));
+      photos_[name] = image;
+      Q_EMIT photoReady(QString::fromStdString(name));
     });
   };
   PostToPool(pool_, job, small ? 0 : 1);  // someone waits for a whole photo

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Photos of the views, read in the background: small ones for lists and frusta, whole ones to
-// compare with; where a view shows only a part of its photo, that part, undistorted. What is
-// missing or damaged is a null picture.
+// The photos of pictures (SceneFacts), read in the background: small ones for lists and frusta,
+// whole ones to compare with; where a picture is a pinhole view of a distorted photo, that part,
+// undistorted. What is missing or damaged is a null picture.
 #pragma once
 
 #include <map>
@@ -27,23 +27,23 @@ class PhotoLoader : public QObject {
   // Forgets everything of the scene before; null: no scene.
   void SetScene(std::shared_ptr<const SceneFacts> facts);
 
-  // What has been read; else null, and photoReady() or thumbnailReady() follows (once; a photo that
-  // cannot be read stays null).
-  QImage Thumbnail(const std::string& view);  // at most kThumbnailSide wide and high
-  QImage Photo(const std::string& view);      // the few newest are kept
+  // By the picture's name. What has been read; else null, and photoReady() or thumbnailReady()
+  // follows (once; a photo that cannot be read stays null).
+  QImage Thumbnail(const std::string& name);  // at most kThumbnailSide wide and high
+  QImage Photo(const std::string& name);      // the few newest are kept
   // Whether reading the small one was tried, in vain.
-  bool IsMissing(const std::string& view) const;
+  bool IsMissing(const std::string& name) const;
   // Whether reading the whole photo was tried, in vain.
-  bool IsUnreadable(const std::string& view) const;
+  bool IsUnreadable(const std::string& name) const;
 
   static constexpr int kThumbnailSide = 160;
 
  Q_SIGNALS:
-  void thumbnailReady(const QString& view);
-  void photoReady(const QString& view);
+  void thumbnailReady(const QString& name);
+  void photoReady(const QString& name);
 
  private:
-  void Read(const std::string& view, bool small);
+  void Read(const std::string& name, bool small);
 
   QThreadPool pool_;
   std::shared_ptr<const SceneFacts> facts_;
@@ -51,12 +51,13 @@ class PhotoLoader : public QObject {
   std::set<std::string> asked_thumbnails_, asked_photos_;
 };
 
-// What to render for a view's small picture, and how that is made of it; no lens: it is it.
-struct SmallView {
+// The camera of a small picture, at most kThumbnailSide wide and high, and how that is made
+// (DrawThrough).
+struct SmallPicture {
   PosedCamera camera;
   std::shared_ptr<const LensPicture> lens;
 };
-SmallView SmallViewOf(const SceneFacts& facts, const View& view);
+SmallPicture SmallPictureOf(const SceneFacts& facts, const UserPicture& picture);
 
 // `path` as a picture of at most side x side pixels (0: whole); null when it cannot be read.
 QImage ReadPicture(const std::filesystem::path& path, int side);

@@ -127,6 +127,29 @@ void DrawHatching(const Mask& mask, double period, QImage& image) {
   }
 }
 
+// Of one picture's faces, in common colors. Where they are several, depth is the distance.
+std::vector<QImage> DepthPictures(const std::vector<PosedCamera>& cameras,
+                                  const std::vector<DepthMap>& depths) {
+  if (depths.size() == 1) return {ToQImage(DepthPicture(depths.front()))};
+  // One below the other: all faces are of one size.
+  const int width = depths.front().width, height = depths.front().height;
+  DepthMap all(width, height * int(depths.size()));
+  for (size_t f = 0; f < depths.size(); ++f) {
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const Eigen::Vector2d ray = cameras[f].camera.CamFromImg({x + 0.5, y + 0.5}).value();
+        all(x, y + height * int(f)) = depths[f](x, y) * float(std::sqrt(1 + ray.squaredNorm()));
+      }
+    }
+  }
+  const QImage picture = ToQImage(DepthPicture(all));
+  std::vector<QImage> faces;
+  for (size_t f = 0; f < depths.size(); ++f) {
+    faces.push_back(picture.copy(0, height * int(f), width, height));
+  }
+  return faces;
+}
+
 }  // namespace
 
 PosedCamera Scaled(const PosedCamera& camera, double scale) {
@@ -221,9 +244,11 @@ class RenderThread::Impl {
     Eigen::Vector2d pixel;
     ProbeFor what;
   };
+  // A picture is rendered through one camera, or through one for each face of its lens.
+  using Cameras = std::vector<PosedCamera>;
   struct Resting {
-    PosedCamera camera;
-    double pixels;  // drawn for it
+    Cameras cameras;
+    double pixels;  // drawn for them
   };
 
   void Loop() {
@@ -313,28 +338,43 @@ class RenderThread::Impl {
     shown_active_ = std::move(active);
   }
 
-  double ScaleFor(const PosedCamera& camera, double budget, double pixels) {
+  static Cameras ScaledAll(const Cameras& cameras, double scale) {
+    Cameras scaled;
+    for (const PosedCamera& camera : cameras) scaled.push_back(Scaled(camera, scale));
+    return scaled;
+  }
+
+  bool HasGeometries(const Cameras& cameras) const {
+    return std::ranges::all_of(cameras,
+                               [&](const auto& camera) { return renderer_->HasGeometry(camera); });
+  }
+
+  double ScaleFor(const Cameras& cameras, double budget, double pixels) {
     const double whole = clock_.Milliseconds(pixels);
-    if (whole > 0 && renderer_->HasGeometry(camera)) {
+    if (whole > 0 && HasGeometries(cameras)) {
       if (whole < kSharpMs) return 1;
-      if (IsReady(camera)) return ready_scale_;
+      if (IsReady(cameras)) return ready_scale_;
     }
     return clock_.ScaleFor(budget, pixels);
   }
 
-  bool IsReady(const PosedCamera& camera) const {
-    return ready_scale_ < 1 && renderer_->HasGeometry(Scaled(camera, ready_scale_));
+  bool IsReady(const Cameras& cameras) const {
+    return ready_scale_ < 1 && HasGeometries(ScaledAll(cameras, ready_scale_));
   }
 
   // The geometry of a smaller frame, for colors that will change.
   void MakeReady(const Resting& at, double budget) {
-    if (!renderer_ || clock_.Milliseconds(at.pixels) < kSharpRiskMs || IsReady(at.camera)) return;
+    if (!renderer_ || clock_.Milliseconds(at.pixels) < kSharpRiskMs || IsReady(at.cameras)) return;
     // Both must find room: the sharp frame comes after the small ones.
-    if (!renderer_->HasGeometry(at.camera)) return;
+    if (!HasGeometries(at.cameras)) return;
     try {
-      if (renderer_->Geometry(at.camera)->bytes() > kCacheBytes / 2) return;
+      size_t bytes = 0;
+      for (const PosedCamera& camera : at.cameras) bytes += renderer_->Geometry(camera)->bytes();
+      if (bytes > kCacheBytes / 2) return;
       ready_scale_ = clock_.ScaleWithin(budget / 2, at.pixels);
-      renderer_->Geometry(Scaled(at.camera, ready_scale_));
+      for (const PosedCamera& camera : ScaledAll(at.cameras, ready_scale_)) {
+        renderer_->Geometry(camera);
+      }
     } catch (const std::exception&) {
       // Nobody has asked for it: the frame that does says what is wrong.
     }
@@ -343,9 +383,10 @@ class RenderThread::Impl {
   void Draw(const FrameRequest& request, double budget) {
     if (!renderer_) return;
     const Stopwatch whole;
-    const PosedCamera sharp =
-        request.lens ? request.lens->Face(request.camera.cam_from_world) : request.camera;
-    const double pixels = double(sharp.camera.width) * sharp.camera.height;
+    const Cameras sharp =
+        request.lens ? request.lens->Faces(request.camera.cam_from_world) : Cameras{request.camera};
+    double pixels = 0;
+    for (const PosedCamera& one : sharp) pixels += double(one.camera.width) * one.camera.height;
     const double doubled = (request.before ? 2 : 1) * (request.cloud ? 1.5 : 1);
     auto frame = std::make_shared<Frame>();
     frame->serial = request.serial;
@@ -353,55 +394,63 @@ class RenderThread::Impl {
     frame->what = request.what;
     frame->moving = request.moving;
     frame->scale = request.moving ? ScaleFor(sharp, budget, pixels * doubled) : 1;
-    const PosedCamera camera = Scaled(sharp, frame->scale);
+    const Cameras cameras = ScaledAll(sharp, frame->scale);
     {
       const Stopwatch watch;
-      renderer_->Geometry(camera);
+      for (const PosedCamera& camera : cameras) renderer_->Geometry(camera);
       // A geometry from the cache says nothing about the next one.
       if (watch.Milliseconds() > 1) clock_.AddGeometry(watch.Milliseconds());
     }
     const Stopwatch watch;
+    std::vector<QImage> before;
     if (request.before && request.what == RenderWhat::kRgb) {
       Show(request.before, nullptr);
-      frame->before = ToQImage(renderer_->Render(camera).rgb);
+      for (const PosedCamera& camera : cameras) {
+        before.push_back(ToQImage(renderer_->Render(camera).rgb));
+      }
     }
     Show(request.sh, request.sh_active);
     frame->sh = shown_;
-    RenderRequest render;
-    render.rgb = request.what == RenderWhat::kRgb;
-    const bool cloud = request.cloud && !request.cloud->points.empty();
-    render.depth_median = request.what == RenderWhat::kDepth || request.keep_depth || cloud;
-    RenderOutput output = renderer_->Render(camera, render);
-    switch (request.what) {
-      case RenderWhat::kRgb:
-        frame->image = ToQImage(output.rgb);
-        break;
-      case RenderWhat::kDepth:
-        frame->image = ToQImage(DepthPicture(output.depth_median));
-        break;
-    }
-    if (cloud) {
-      DrawCloud(*request.cloud, camera, output.depth_median, frame->scale, frame->image);
-    }
-    if (request.hatching && request.what == RenderWhat::kRgb &&
-        request.hatching->shares->size() == scene_->original->NumGaussians()) {
-      ProjectorOptions shown;
-      shown.share_threshold = kUndecided;
-      DrawHatching(RenderShares(*renderer_, camera, *request.hatching->shares, shown),
-                   request.hatching->pixels * frame->scale, frame->image);
-    }
+    std::vector<QImage> faces = DrawFaces(request, cameras, frame->scale);
     clock_.AddPixels(watch.Milliseconds(), pixels * doubled * frame->scale * frame->scale);
-    if (request.lens) {
-      frame->image = request.lens->Bent(frame->image);
-      if (!frame->before.isNull()) frame->before = request.lens->Bent(frame->before);
+    frame->image = request.lens ? request.lens->Bent(faces) : std::move(faces.front());
+    if (!before.empty()) {
+      frame->before = request.lens ? request.lens->Bent(before) : std::move(before.front());
     }
-    if (request.keep_depth) frame->depth = std::move(output.depth_median);
     if (frame->scale == 1 && request.what == RenderWhat::kRgb) {
       resting_ = Resting{sharp, pixels * doubled};
     }
     frame->milliseconds = whole.Milliseconds();
     RenderThread* owner = &owner_;
     Post(owner, [owner, frame] { Q_EMIT owner->frameReady(frame); });
+  }
+
+  // With the coefficients that show, what is drawn onto the surfaces included.
+  std::vector<QImage> DrawFaces(const FrameRequest& request, const Cameras& cameras, double scale) {
+    const bool colored = request.what == RenderWhat::kRgb;
+    const bool cloud = request.cloud && !request.cloud->points.empty();
+    RenderRequest render;
+    render.rgb = colored;
+    render.depth_median = !colored || cloud;
+    std::vector<QImage> faces;
+    std::vector<DepthMap> depths;
+    for (const PosedCamera& camera : cameras) {
+      RenderOutput output = renderer_->Render(camera, render);
+      if (colored) faces.push_back(ToQImage(output.rgb));
+      depths.push_back(std::move(output.depth_median));
+    }
+    if (!colored) faces = DepthPictures(cameras, depths);
+    for (size_t f = 0; f < faces.size(); ++f) {
+      if (cloud) DrawCloud(*request.cloud, cameras[f], depths[f], scale, faces[f]);
+      if (request.hatching && colored &&
+          request.hatching->shares->size() == scene_->original->NumGaussians()) {
+        ProjectorOptions shown;
+        shown.share_threshold = kUndecided;
+        DrawHatching(RenderShares(*renderer_, cameras[f], *request.hatching->shares, shown),
+                     request.hatching->pixels * scale, faces[f]);
+      }
+    }
+    return faces;
   }
 
   // The depth in a window of a few pixels around the one asked for.

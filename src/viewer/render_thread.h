@@ -48,7 +48,6 @@ struct FrameRequest {
   ShPointer before;                           // also render these, for the split slider; null: no
   std::shared_ptr<const OverlayCloud> cloud;  // null: none
   std::optional<Hatching> hatching;           // none: nothing is hatched
-  bool keep_depth = false;                    // fill Frame::depth
 };
 
 // What the depth under the cursor is asked for: the camera turns to it, or a drag turns about it.
@@ -64,7 +63,6 @@ struct Frame {
   double scale = 1;         // of width and height; 1: sharp
   double milliseconds = 0;  // it took
   ShPointer sh;
-  DepthMap depth;  // median depth where asked for, the size of what was rendered
 };
 
 class RenderThread : public QObject {

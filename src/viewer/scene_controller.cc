@@ -40,19 +40,19 @@ bool SameFits(const RegionSet& a, const RegionSet& b) {
 
 }  // namespace
 
-const DistortedPhoto* SceneFacts::PhotoOf(const View& view) const {
-  return request.options.pixels == Pixels::kPhoto ? workspace->PhotoOf(view) : nullptr;
+PosedCamera SceneFacts::Shown(const UserPicture& picture) const {
+  return PosedPicture(*workspace, picture);
 }
 
-PosedCamera SceneFacts::Shown(const View& view) const {
-  const DistortedPhoto* photo = PhotoOf(view);
-  return photo && photo->faces.size() == 1 ? PosedPhoto(*workspace, *photo) : Posed(view);
+std::shared_ptr<const LensPicture> SceneFacts::Lens(const UserPicture& picture, int width,
+                                                    int height) const {
+  return picture.photo ? lenses->Get(picture.photo->lens, width, height) : nullptr;
 }
 
-std::shared_ptr<const LensPicture> SceneFacts::Lens(const View& view, int width, int height) const {
-  const DistortedPhoto* photo = PhotoOf(view);
-  if (!photo || photo->faces.size() != 1) return nullptr;
-  return lenses->Get(photo->lens, width, height);
+std::vector<const View*> SceneFacts::Standpoints() const {
+  std::vector<const View*> stands;
+  for (const UserPicture& picture : pictures->all()) stands.push_back(picture.faces.front());
+  return stands;
 }
 
 struct SceneController::State {
@@ -156,6 +156,7 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   facts->original = {session, &session->original()};
   facts->backend = session->renderer().shared_backend();
   facts->views = session->reconstruction().ViewsByName();
+  facts->pictures = std::make_shared<const Pictures>(session->pictures());
   facts->train = session->train_views();
   facts->heldout = session->heldout_views();
   facts->warnings = session->workspace().warnings;
@@ -323,14 +324,17 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
       [=, this] { Q_EMIT selectedAgain(id); });
 }
 
-void SceneController::SeeSelection(RegionId id, const PosedCamera& camera) {
+void SceneController::SeeSelection(RegionId id, const PosedCamera& camera,
+                                   std::shared_ptr<const LensPicture> lens) {
   const auto mask = std::make_shared<Mask>();
   Run(
       tr("Projecting the selection"),
       [=](EditSession& session, Monitor&) {
         const Region* region = session.regions().Find(id);
         if (!region) throw Cancelled();  // deleted meanwhile
-        *mask = session.SelectionSeenFrom(*region->selection, camera);
+        *mask = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
+          return session.SelectionSeenFrom(*region->selection, face);
+        });
       },
       [=, this] { Q_EMIT selectionSeen(id, mask); });
 }

@@ -52,16 +52,21 @@ struct SceneFacts {
   std::shared_ptr<Backend> backend;
   std::vector<const View*> views;           // by name; they live in `workspace`
   std::vector<const View*> train, heldout;  // the same, split
-  std::vector<std::string> warnings;        // one line each, for the user
+  // What is shown and painted on: photos in their own pixels, or the views that show them.
+  std::shared_ptr<const Pictures> pictures;
+  std::vector<std::string> warnings;  // one line each, for the user
   double load_seconds = 0;
 
   PosedCamera Posed(const View& view) const { return workspace->reconstruction.Posed(view); }
-  // The distorted photo in whose pixels one paints at this view; null: in the view's own.
-  const DistortedPhoto* PhotoOf(const View& view) const;
-  // The camera in whose pixels the view is shown: where it shows all of such a photo, the photo's.
-  PosedCamera Shown(const View& view) const;
-  // How its picture of that size is made, of such a photo; null: it is rendered as it is.
-  std::shared_ptr<const LensPicture> Lens(const View& view, int width, int height) const;
+  const UserPicture& PictureOf(const View& view) const { return pictures->Of(view); }
+  // By its name or that of a view that it shows; null for none.
+  const UserPicture* FindPicture(std::string_view name) const { return pictures->Find(name); }
+  // The camera of the picture's pixels.
+  PosedCamera Shown(const UserPicture& picture) const;
+  // How that is made at a size, of a distorted photo; null: it is rendered as it is.
+  std::shared_ptr<const LensPicture> Lens(const UserPicture& picture, int width, int height) const;
+  // Where the pictures were taken, by their names: a view of each.
+  std::vector<const View*> Standpoints() const;
 
   std::shared_ptr<LensPictures> lenses = std::make_shared<LensPictures>();
 };
@@ -139,8 +144,10 @@ class SceneController : public QObject {
   // The selection of a region anew from its paint, with other options: selectedAgain(). Of several
   // requests only the newest is finished. InputError for a region that was not painted.
   void SelectAgain(RegionId id, const SelectOptions& select, const ProjectorOptions& project);
-  // The selection of a region as a soft mask of any camera: selectionSeen().
-  void SeeSelection(RegionId id, const PosedCamera& camera);
+  // The selection of a region as a soft mask of any camera: selectionSeen(). `lens` as for a
+  // FrameRequest.
+  void SeeSelection(RegionId id, const PosedCamera& camera,
+                    std::shared_ptr<const LensPicture> lens = nullptr);
   // From masks alone, by image name.
   void AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
                           const ColorEdit& edit);

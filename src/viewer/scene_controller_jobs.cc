@@ -213,8 +213,9 @@ void SceneController::WriteComparison(const std::filesystem::path& path, const P
     int left = 0;
     for (const std::vector<float>* colors : {&session.original().sh, sh.get()}) {
       session.ShowSh(*colors);
-      Image side = session.renderer().Render(lens ? lens->Face(camera.cam_from_world) : camera).rgb;
-      if (lens) side = lens->Bent(side);
+      const Image side = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
+        return std::move(session.renderer().Render(face).rgb);
+      });
       for (int y = 0; y < height; ++y) {
         std::copy_n(side.data.begin() + std::ptrdiff_t(side.Index(0, y)), 3 * width,
                     both.data.begin() + std::ptrdiff_t(both.Index(left, y)));

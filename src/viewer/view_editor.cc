@@ -79,14 +79,10 @@ void ViewEditor::Start(RegionId region, const std::string& name, TargetKind of) 
     Q_EMIT failed(tr("%1 cannot be written").arg(folder_.path()));
     return;
   }
-  const auto facts = controller_->facts();
-  const View& view = facts->workspace->RequireView(name);
-  const DistortedPhoto* photo = facts->PhotoOf(view);
-  Picture picture{region, photo ? photo->name : name, {}, {}, {}};
-  for (const View* one : facts->views) {
-    if (one == &view || (photo && facts->PhotoOf(*one) == photo))
-      picture.shown.push_back(one->name);
-  }
+  const UserPicture* shown = controller_->facts()->FindPicture(name);
+  if (!shown) return;
+  Picture picture{region, shown->name, {}, {}, {}};
+  for (const View* face : shown->faces) picture.shown.push_back(face->name);
   const std::string stem = std::filesystem::path(picture.view).stem().string();
   const QString path = folder + "/" + QString::fromStdString(stem) + ".png";
   controller_->Run(

@@ -24,8 +24,8 @@ class ViewEditor : public QObject {
  public:
   explicit ViewEditor(SceneController* controller, QObject* parent = nullptr);
 
-  // The view `name` of the workspace, in its photo's own pixels, its render or its photo, with the
-  // edits of all regions so far. What is saved is the edit of `region`.
+  // The picture `name` (SceneFacts), its render or its photo, with the edits of all regions so far.
+  // What is saved is the edit of `region`.
   void Start(RegionId region, const std::string& name, TargetKind of);
   // Opens a picture; false when there is no program for it. The desktop's, unless a test has its
   // own.

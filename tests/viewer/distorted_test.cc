@@ -3,84 +3,19 @@
 // are.
 #include <cmath>
 
-#include <QToolButton>
-
-#include "colmap_io/image_io.h"
 #include "scene/photo_rays.h"
-#include "session/photo_paint.h"
 #include "session/session_file.h"
-#include "tests/viewer/viewer_scene.h"
+#include "tests/viewer/distorted_fixture.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/view_editor.h"
 
 namespace retint {
 
-class DistortedTest : public ViewerTest {
+class DistortedTest : public DistortedFixture {
   Q_OBJECT
 
  private:
-  ViewerScene::Subject subject_;
-
-  SelectionMode& selection() { return window_->selection(); }
-  SelectionCanvas& paper() { return selection().canvas(); }
-  const SyntheticView& Photo(const std::string& name) const {
-    return *std::ranges::find(scene_->scene().views, name, &SyntheticView::name);
-  }
-  Mask Truth(const std::string& view) { return scene_->Masks(subject_.object).at(view); }
-  const UserPicture& Picture(const Pictures& pictures, const std::string& name) {
-    return *pictures.Require(name).front();
-  }
-  std::shared_ptr<const RegionSelection> Selection() {
-    const Region* region = controller().regions().Find(window_->current_region());
-    return region ? region->selection : nullptr;
-  }
-
-  // A scene through a lens, in a window that stands at the subject's first view.
-  bool Open(const std::string& lens) {
-    MakeScene(200, 150, 6, lens);
-    subject_ = scene_->MostVisible();
-    if (subject_.object == 0 || !ShowScene()) return false;
-    const View& home = *canvas().navigation().view();
-    const auto shown = controller().facts()->Shown(home).camera;
-    if (canvas().navigation().Exact().camera != shown) return false;
-    SelectOptions select;
-    select.method = "gaussian";  // quick; stereo has tests of its own
-    selection().SetSelectOptions(select);
-    const auto& views = controller().facts()->views;
-    const auto first = std::ranges::find_if(
-        views, [&](const View* view) { return view->name.starts_with(subject_.first); });
-    return first != views.end() && canvas().GoTo((*first)->name) && WaitSharp(*window_);
-  }
-  bool EnterPainting() {
-    PressKey(*window_, Qt::Key_Return);
-    return WaitPainting(*window_);
-  }
-  bool EnterExtending() {
-    QTest::mouseClick(window_->findChild<QToolButton*>("region_extend"), Qt::LeftButton);
-    return WaitPainting(*window_);
-  }
-  bool Accept() {
-    QTest::keyClick(&paper(), Qt::Key_Return);
-    return QTest::qWaitFor([&] { return !window_->IsSelecting(); }, kWaitMs) &&
-           window_->current_region() != 0 && WaitSharp(*window_);
-  }
-  QPoint OnPaper(double x, double y) {
-    const Eigen::Vector2d at = paper().transform().ToWidget({x, y});
-    return {int(std::lround(at.x())), int(std::lround(at.y()))};
-  }
-  // Of the pixels inside a mask.
-  static Eigen::Vector2d Middle(const Mask& mask) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    double count = 0;
-    for (int y = 0; y < mask.height; ++y) {
-      for (int x = 0; x < mask.width; ++x) {
-        if (mask(x, y) >= 128) sum += Eigen::Vector2d(x + 0.5, y + 0.5), ++count;
-      }
-    }
-    return sum / std::max(1.0, count);
-  }
-
   // The pixel of an object of the table that lies deepest inside of it.
   Eigen::Vector2i Deepest(const std::string& view) {
     Eigen::Vector2i deepest(0, 0);
@@ -102,13 +37,6 @@ class DistortedTest : public ViewerTest {
     return deepest;
   }
 
-  // Runs on the worker until it is done.
-  bool Do(SceneController::Work work) {
-    bool done = false;
-    if (!controller().Run({}, std::move(work), [&] { done = true; })) return false;
-    return QTest::qWaitFor([&] { return done; }, kWaitMs);
-  }
-
   // Over the photos in which the object takes at least a hundred pixels, in their own pixels.
   double MeanIou() {
     const auto facts = controller().facts();
@@ -124,22 +52,6 @@ class DistortedTest : public ViewerTest {
     return sum / std::max(1, count);
   }
 
-  void WhatTheCommandLineFinds(const Mask& painted) {
-    const std::filesystem::path brush = scene_->folder() / "brush.png";
-    WritePng(brush, painted);
-    std::map<std::string, Mask> masks;
-    QVERIFY(Do([&](EditSession& session, Monitor& monitor) {
-      const auto on_views = session.ReadBrush(subject_.first, brush);
-      const SelectionResult selected =
-          session.selection().Select(on_views, selection().select_options(), monitor);
-      masks = session.selection()
-                  .Project(selected.cloud, on_views, selection().projector_options(), monitor)
-                  .masks;
-    }));
-    QCOMPARE(Selection()->masks.size(), masks.size());
-    for (const auto& [name, mask] : masks) QVERIFY(Selection()->masks.at(name).data == mask.data);
-  }
-
   // Written, and opened again.
   OpenedSession RoundTrip(const std::string& name) {
     const std::filesystem::path folder = scene_->folder() / name;
@@ -153,10 +65,7 @@ class DistortedTest : public ViewerTest {
   }
 
  private Q_SLOTS:
-  void cleanup() {
-    window_.reset();
-    scene_.reset();
-  }
+  void cleanup() { Close(); }
 
   void TheCanvasShowsThePhotosPixels_data() {
     QTest::addColumn<QString>("lens");
@@ -353,8 +262,7 @@ class DistortedTest : public ViewerTest {
   void ToolsWorkOnThePhoto() {
     QVERIFY(Open("OPENCV_FISHEYE"));
     const auto facts = controller().facts();
-    const View& view = *canvas().navigation().view();
-    const DistortedPhoto& photo = *facts->PhotoOf(view);
+    const DistortedPhoto& photo = *canvas().picture()->photo;
     const PosedCamera camera = PosedPhoto(*facts->workspace, photo);
     const auto rays = PhotoRays(*photo.lens);
     const SyntheticView& truth = Photo(subject_.first);
@@ -423,7 +331,7 @@ class DistortedTest : public ViewerTest {
       opened = path;
       return true;
     });
-    editor->Start(id, canvas().navigation().view()->name, TargetKind::kRender);
+    editor->Start(id, canvas().picture()->name, TargetKind::kRender);
     QTRY_VERIFY_WITH_TIMEOUT(!opened.isEmpty(), kWaitMs);
     const QImage written(opened);
     const Image& photo = Photo(subject_.first).photo;

@@ -195,6 +195,22 @@ TEST_F(NavigationTest, FrameShowsTheWholeSphere) {
   }
 }
 
+TEST_F(NavigationTest, ASpheresPhotoIsLeftForAUsualCamera) {
+  const PosedCamera photo{Camera{1, CameraModelId::kEquirectangular, 400, 200, {400, 200}},
+                          ring_.views.at(1).cam_from_world};
+  navigation_.GoTo(ring_.views.at(1), photo);
+  EXPECT_EQ(navigation_.Rendered().camera.width, 800);
+  EXPECT_EQ(navigation_.Rendered().camera.height, 400);
+  const Eigen::Vector3d from = Position();
+  navigation_.Look(0, 0);
+  const PosedCamera free = navigation_.Rendered();
+  EXPECT_EQ(navigation_.view(), nullptr);
+  EXPECT_LT((free.Center() - from).norm(), 1e-9);
+  // 800 pixels, 90 degrees.
+  EXPECT_NEAR(free.camera.fx(), 400, 1e-9);
+  EXPECT_NEAR(free.camera.fy(), 400, 1e-9);
+}
+
 TEST_F(NavigationTest, TurntableGoesRoundOnce) {
   const auto cameras = navigation_.Turntable(6, 64, 48);
   ASSERT_EQ(cameras.size(), 6u);

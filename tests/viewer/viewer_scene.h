@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -53,9 +54,12 @@ inline std::string BackendName() {
   return qEnvironmentVariable("RETINT_TEST_BACKEND", "cpu").toStdString();
 }
 
+// A lens for ViewerScene: a fisheye that sees 190 degrees, on photos twice as wide and high.
+inline const std::string kWideFisheye = "WIDE_FISHEYE";
+
 class ViewerScene {
  public:
-  // `lens`: a model that TakeThroughLens() knows; empty: pinhole photos.
+  // `lens`: a model that TakeThroughLens() knows, or kWideFisheye; empty: pinhole photos.
   explicit ViewerScene(int width = 160, int height = 120, int views = 6,
                        const std::string& lens = {}) {
     UseOwnFolders(folder_.path());
@@ -63,7 +67,17 @@ class ViewerScene {
     options.width = width, options.height = height, options.views = views;
     Monitor monitor;
     scene_ = MakeSyntheticScene(options, monitor);
-    if (!lens.empty()) TakeThroughLens(lens, options, &scene_, monitor);
+    if (lens == kWideFisheye) {
+      const double focal = 2 * width / (190 * M_PI / 180);
+      TakeThroughLens(Camera{0,
+                             CameraModelId::kOpenCVFisheye,
+                             2 * width,
+                             2 * height,
+                             {focal, focal, double(width), double(height), 0, 0, 0, 0}},
+                      options, &scene_, monitor);
+    } else if (!lens.empty()) {
+      TakeThroughLens(lens, options, &scene_, monitor);
+    }
     WriteSyntheticWorkspace(workspace(), scene_, monitor);
   }
 

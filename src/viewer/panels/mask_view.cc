@@ -108,16 +108,11 @@ void MaskView::Ask() {
   asked_ = id;
   of_ = region->selection;
   camera_ = canvas_->navigation().Rendered();
-  lens_ = canvas_->Lens();
-  controller_->SeeSelection(id, Asked());
-}
-
-PosedCamera MaskView::Asked() const {
-  return lens_ ? lens_->Face(camera_.cam_from_world) : camera_;
+  controller_->SeeSelection(id, camera_, canvas_->Lens());
 }
 
 void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
-  const Camera asked = Asked().camera;
+  const Camera& asked = camera_.camera;
   if (id != asked_ || !mask || mask->width != asked.width || mask->height != asked.height) {
     return;  // somebody else asked
   }
@@ -126,7 +121,7 @@ void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
       shown_ && id == current_->id() && SameCamera(camera_, canvas_->navigation().Rendered());
   if (!wanted) return rest_.start();
   const auto frame = canvas_->frame();
-  picture_ = Overlay(lens_ ? lens_->Bent(*mask) : *mask, frame ? frame->image : QImage());
+  picture_ = Overlay(*mask, frame ? frame->image : QImage());
   update();
   Q_EMIT ready();
 }

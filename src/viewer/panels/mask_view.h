@@ -15,7 +15,6 @@ namespace retint {
 
 class Canvas;
 class CurrentRegion;
-class LensPicture;
 class SceneController;
 
 class MaskView : public QWidget {
@@ -39,7 +38,6 @@ class MaskView : public QWidget {
 
  private:
   void Ask();
-  PosedCamera Asked() const;  // what is rendered for camera_
   void Forget();
   void Take(RegionId id, std::shared_ptr<const Mask> mask);
 
@@ -50,7 +48,6 @@ class MaskView : public QWidget {
   RegionId asked_ = 0;                         // 0: nothing is under way
   std::shared_ptr<const RegionSelection> of_;  // of what was asked for last
   PosedCamera camera_;                         // of picture_ or of what was asked for
-  std::shared_ptr<const LensPicture> lens_;    // of camera_
   QImage picture_;                             // ARGB, the mask's size; null: none
   QTimer rest_;
 };

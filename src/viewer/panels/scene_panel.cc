@@ -111,7 +111,9 @@ void ScenePanel::Show() {
   }
   add(tr("Splat"), Text(facts->request.splat));
   std::map<const Camera*, int> of_camera;
-  for (const auto& [id, view] : model.views) ++of_camera[&facts->workspace->PhotoCamera(view)];
+  for (const View* view : facts->Standpoints()) {
+    ++of_camera[&facts->workspace->PhotoCamera(*view)];
+  }
   std::map<std::pair<QString, QString>, int> cameras;  // texts, number of views
   for (const auto& [camera, count] : of_camera) {
     cameras[{CameraText(*camera), FocalText(*camera)}] += count;
@@ -127,10 +129,10 @@ void ScenePanel::Show() {
     add(tr("Focal length"), text.second);
     if (cameras.size() > 1) add(tr("… of views"), locale.toString(count));
   }
-  add(tr("Views"),
-      facts->heldout.empty()
-          ? locale.toString(qulonglong(facts->views.size()))
-          : tr("%1, %2 of them held out").arg(facts->views.size()).arg(facts->heldout.size()));
+  const size_t heldout = facts->pictures->Showing(facts->heldout).size();
+  const size_t views = facts->pictures->all().size();
+  add(tr("Views"), heldout == 0 ? locale.toString(qulonglong(views))
+                                : tr("%1, %2 of them held out").arg(views).arg(heldout));
   const double error = MeanError(model);
   QString points = locale.toString(qulonglong(model.points.size()));
   if (error >= 0) points += tr(", mean error %1 pixels").arg(error, 0, 'f', 2);

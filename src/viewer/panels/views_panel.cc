@@ -2,6 +2,8 @@
 #include "viewer/panels/views_panel.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include <QApplication>
 #include <QComboBox>
@@ -26,7 +28,8 @@ namespace {
 constexpr uint8_t kInside = 128;
 constexpr int kThumbWidth = 112;  // at least; the columns share what the list is wider
 constexpr int kThumbMargin = 12;
-constexpr int kRestMs = 800;  // of unchanged colors, before pictures of them are rendered
+constexpr int kCountedSide = 1024;  // pixels
+constexpr int kRestMs = 800;        // of unchanged colors, before pictures of them are rendered
 enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown, kOverlay };
 
 double Coverage(const Mask& mask) {
@@ -35,12 +38,34 @@ double Coverage(const Mask& mask) {
   return mask.data.empty() ? 0 : double(inside) / double(mask.data.size());
 }
 
-QImage RenderSmall(EditSession& session, const SmallView& view, const std::vector<float>& sh) {
+// Of a picture, by the masks of the views that show it; nullopt where none has one. Those of
+// several are counted in a picture of at most kCountedSide.
+std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& picture,
+                               const std::map<std::string, Mask>& masks) {
+  std::vector<Mask> faces;
+  bool any = false;
+  for (const View* face : picture.faces) {
+    const auto found = masks.find(face->name);
+    any |= found != masks.end();
+    if (found != masks.end() && picture.faces.size() == 1) return Coverage(found->second);
+    const Camera& camera = facts.workspace->reconstruction.cameras.at(face->camera_id);
+    faces.push_back(found != masks.end() ? found->second : Mask(camera.width, camera.height));
+  }
+  if (!any) return std::nullopt;
+  const int side = std::max(picture.width, picture.height);
+  const double scale = std::min(1.0, double(kCountedSide) / side);
+  const auto scaled = [&](int size) { return std::max(1, int(std::lround(size * scale))); };
+  return Coverage(facts.Lens(picture, scaled(picture.width), scaled(picture.height))->Bent(faces));
+}
+
+QImage RenderSmall(EditSession& session, const SmallPicture& picture,
+                   const std::vector<float>& sh) {
   RenderRequest request;
   request.cache = false;  // too small for anything else
   session.ShowSh(sh);
-  const QImage image = ToQImage(session.renderer().Render(view.camera, request).rgb);
-  return view.lens ? view.lens->Bent(image) : image;
+  return DrawThrough(picture.lens.get(), picture.camera, [&](const PosedCamera& face) {
+    return ToQImage(session.renderer().Render(face, request).rgb);
+  });
 }
 
 // A thumbnail with its badge, the name below.
@@ -217,10 +242,10 @@ void ViewsPanel::Fill() {
   note_->setText(facts ? QString() : tr("No scene is open."));
   note_->setVisible(!note_->text().isEmpty());
   if (!facts) return;
-  for (const View* view : facts->views) {
+  for (const UserPicture& picture : facts->pictures->all()) {
     auto* item = new QListWidgetItem(list_);
-    item->setData(kName, QString::fromStdString(view->name));
-    items_.emplace(view->name, item);
+    item->setData(kName, QString::fromStdString(picture.name));
+    items_.emplace(picture.name, item);
     Label(item);
   }
   // PhotoLoader hears of the scene from the same signal as this panel.
@@ -242,10 +267,10 @@ void ViewsPanel::AskThumbnails() {
   }
 }
 
-void ViewsPanel::ShowThumbnail(const QString& view) {
-  QListWidgetItem* item = ItemOf(view.toStdString());
-  if (!item || rendered_.contains(view.toStdString())) return;
-  const QImage picture = photos_->Thumbnail(view.toStdString());
+void ViewsPanel::ShowThumbnail(const QString& name) {
+  QListWidgetItem* item = ItemOf(name.toStdString());
+  if (!item || rendered_.contains(name.toStdString())) return;
+  const QImage picture = photos_->Thumbnail(name.toStdString());
   if (picture.isNull()) return rest_.start();  // a render serves
   item->setData(kPicture, picture);
 }
@@ -271,18 +296,17 @@ void ViewsPanel::RenderNext() {
     const auto facts = controller_->facts();
     const bool asked = controller_->Run(
         {},
-        [=, view = name](EditSession& session, Monitor&) {
+        [=, of = facts->FindPicture(name)](EditSession& session, Monitor&) {
           try {
-            const View& one = *facts->workspace->reconstruction.FindView(view);
-            *picture = RenderSmall(session, SmallViewOf(*facts, one), *sh);
+            *picture = RenderSmall(session, SmallPictureOf(*facts, *of), *sh);
           } catch (const std::exception&) {
             // The photo stays: nobody waits for this picture.
           }
         },
-        [=, this, view = name] {
+        [=, this, of = name] {
           rendering_ = false;
-          rendered_[view] = version;
-          QListWidgetItem* one = ItemOf(view);
+          rendered_[of] = version;
+          QListWidgetItem* one = ItemOf(of);
           if (one && !picture->isNull()) one->setData(kPicture, *picture);
           RenderNext();
         });
@@ -291,8 +315,8 @@ void ViewsPanel::RenderNext() {
   }
 }
 
-QListWidgetItem* ViewsPanel::ItemOf(const std::string& view) const {
-  const auto found = items_.find(view);
+QListWidgetItem* ViewsPanel::ItemOf(const std::string& name) const {
+  const auto found = items_.find(name);
   return found == items_.end() ? nullptr : found->second;
 }
 
@@ -307,9 +331,12 @@ void ViewsPanel::CountCoverage() {
   if (order_->currentIndex() >= kToPaintNext) order_->setCurrentIndex(kByName);
   Sort();
   if (!selection) return;
-  PostToPool(pool_, [this, selection] {
+  PostToPool(pool_, [this, selection, facts = controller_->facts()] {
     std::map<std::string, double> coverage;
-    for (const auto& [name, mask] : selection->masks) coverage[name] = Coverage(mask);
+    for (const UserPicture& picture : facts->pictures->all()) {
+      const auto covered = Coverage(*facts, picture, selection->masks);
+      if (covered) coverage[picture.name] = *covered;
+    }
     Post(this, [=, this] { TakeCoverage(selection->id, coverage); });
   });
 }
@@ -323,7 +350,12 @@ void ViewsPanel::TakeCoverage(uint64_t selection, std::map<std::string, double> 
 void ViewsPanel::TakeQuality(RegionId id, const QualityReport& report) {
   if (id != current_->id()) return;
   quality_.clear();
-  for (const ViewQuality& view : report.views) quality_[view.name] = view;
+  const auto facts = controller_->facts();
+  // Of a photo's views the worst, which come first.
+  for (const ViewQuality& view : report.views) {
+    const UserPicture* picture = facts->FindPicture(view.name);
+    if (picture) quality_.emplace(picture->name, view);
+  }
   Sort();
 }
 
@@ -368,33 +400,34 @@ void ViewsPanel::ChooseOrder(int order) {
 void ViewsPanel::Sort() {
   const auto facts = controller_->facts();
   if (!facts) return;
-  std::vector<const View*> views = facts->views;
-  const auto covered = [&](const View* view) {
-    const auto found = coverage_.find(view->name);
+  std::vector<const UserPicture*> pictures;
+  for (const UserPicture& picture : facts->pictures->all()) pictures.push_back(&picture);
+  const auto covered = [&](const UserPicture* picture) {
+    const auto found = coverage_.find(picture->name);
     return found == coverage_.end() ? 0.0 : found->second;
   };
-  const auto inside = [&](const View* view) {
-    const auto found = quality_.find(view->name);
+  const auto inside = [&](const UserPicture* picture) {
+    const auto found = quality_.find(picture->name);
     return found == quality_.end() ? 1e9 : found->second.psnr_inside;
   };
   // Those that were suggested one after the other, in that order; painted ones at the end.
   std::map<std::string, size_t> places;
   const auto found = uncertainty_->found();
   for (size_t i = 0; found && i < found->views.size(); ++i) places[found->views[i].view] = i;
-  const auto place = [&](const View* view) {
-    const auto at = places.find(view->name);
+  const auto place = [&](const UserPicture* picture) {
+    const auto at = places.find(picture->name);
     return at == places.end() ? places.size() : at->second;
   };
   const int order = order_->currentIndex();
-  std::stable_sort(views.begin(), views.end(), [&](const View* a, const View* b) {
+  std::ranges::stable_sort(pictures, [&](const UserPicture* a, const UserPicture* b) {
     if (order == kByCoverage) return covered(a) > covered(b);
     if (order == kWorstFirst) return inside(a) < inside(b);
     if (order == kToPaintNext) return place(a) < place(b);
     return false;
   });
   QListWidgetItem* current = list_->currentItem();
-  for (int row = 0; row < int(views.size()); ++row) {
-    QListWidgetItem* item = ItemOf(views[size_t(row)]->name);
+  for (int row = 0; row < int(pictures.size()); ++row) {
+    QListWidgetItem* item = ItemOf(pictures[size_t(row)]->name);
     if (!item) return;  // a scene that was opened just now: Fill() has not heard of it yet
     const int now = list_->row(item);
     if (now != row) list_->insertItem(row, list_->takeItem(now));
@@ -427,8 +460,9 @@ void ViewsPanel::Label(QListWidgetItem* item) {
   }
   const auto facts = controller_->facts();
   const bool heldout =
-      facts && std::any_of(facts->heldout.begin(), facts->heldout.end(),
-                           [&](const View* view) { return view->name == name.toStdString(); });
+      facts && std::any_of(facts->heldout.begin(), facts->heldout.end(), [&](const View* view) {
+        return facts->PictureOf(*view).name == name.toStdString();
+      });
   if (heldout) tip += tr("\nHeld out of the fit");
   item->setData(kBadge, badge);
   item->setToolTip(tip);
@@ -436,7 +470,7 @@ void ViewsPanel::Label(QListWidgetItem* item) {
 }
 
 void ViewsPanel::Follow() {
-  const View* shown = controller_->IsOpen() ? canvas_->navigation().view() : nullptr;
+  const UserPicture* shown = canvas_->picture();
   for (const auto& [name, item] : items_) {
     const bool is = shown && name == shown->name;
     if (item->data(kShown).toBool() != is) item->setData(kShown, is);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The training views as pictures: their photos, and once colors were changed, renders of what is
-// on the screen. While one paints, what the stroke selects is laid over them. A badge says how much
-// of each the current region's mask covers.
+// The training views as pictures (SceneFacts): their photos, and once colors were changed, renders
+// of what is on the screen. While one paints, what the stroke selects is laid over them. A badge
+// says how much of each the current region's mask covers.
 #pragma once
 
 #include <map>
@@ -45,7 +45,7 @@ class ViewsPanel : public QWidget {
 
   void Fill();  // of another scene
   void AskThumbnails();
-  void ShowThumbnail(const QString& view);
+  void ShowThumbnail(const QString& name);
   void RenderNext();  // of the pictures on the screen one that does not show the colors as they are
   void CountCoverage();
   void TakeCoverage(uint64_t selection, std::map<std::string, double> coverage);
@@ -55,9 +55,9 @@ class ViewsPanel : public QWidget {
   void ChooseOrder(int order);
   void Sort();
   void Label(QListWidgetItem* item);
-  void Follow();  // marks the view that the canvas shows
+  void Follow();  // marks the one that the canvas shows
   void Jump(QListWidgetItem* item);
-  QListWidgetItem* ItemOf(const std::string& view) const;
+  QListWidgetItem* ItemOf(const std::string& name) const;
 
   SceneController* controller_;
   Canvas* canvas_;

@@ -47,7 +47,7 @@ QImage Overlay(const Mask& mask, const QColor& color) {
 struct StrokePreview::Round {
   PaintedView paint;
   std::shared_ptr<const RegionSelection> base;
-  std::vector<std::string> views;
+  std::vector<std::string> views;  // pictures, by name
   QColor color;
   size_t shown = 0;  // of the views
 };
@@ -113,13 +113,14 @@ void StrokePreview::Take(const std::shared_ptr<Round>& round) {
           for (const std::string& name : round->views) {
             if (clock.Milliseconds() > kRoundMs && round->shown > 0) break;
             ++round->shown;
-            const View* view = facts->workspace->reconstruction.FindView(name);
-            if (!view) continue;
-            const SmallView small = SmallViewOf(*facts, *view);
+            const UserPicture* picture = facts->FindPicture(name);
+            if (!picture) continue;
+            const SmallPicture small = SmallPictureOf(*facts, *picture);
             const Mask mask =
-                RenderShares(session.renderer(), small.camera, shares, ProjectorOptions());
-            const QImage overlay =
-                Overlay(small.lens ? small.lens->Bent(mask) : mask, round->color);
+                DrawThrough(small.lens.get(), small.camera, [&](const PosedCamera& face) {
+                  return RenderShares(session.renderer(), face, shares, ProjectorOptions());
+                });
+            const QImage overlay = Overlay(mask, round->color);
             Post(this, [this, facts, name, overlay] {
               if (any_ && facts == controller_->facts()) {
                 Q_EMIT shown(QString::fromStdString(name), overlay);

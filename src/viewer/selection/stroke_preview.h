@@ -23,7 +23,7 @@ class StrokePreview : public QObject {
   Q_OBJECT
 
  public:
-  // The views whose pictures are on the screen.
+  // The views and photos whose small pictures are on the screen.
   using Visible = std::function<std::vector<std::string>()>;
 
   StrokePreview(SceneController* controller, SelectionMode* mode, QObject* parent = nullptr);
@@ -33,7 +33,7 @@ class StrokePreview : public QObject {
   bool IsBusy() const { return busy_; }
 
  Q_SIGNALS:
-  // What is selected in a view, transparent elsewhere.
+  // What is selected in a view or a photo, transparent elsewhere.
   void shown(const QString& view, const QImage& overlay);
   void finished();  // every view that was visible shows the newest paint
   void cleared();   // the mode is over, or nothing is painted
