@@ -20,4 +20,17 @@ void GiveLargeBlocksBackAtOnce();
 // then, alone, is several times faster. A hint: the memory may be used the same without.
 void PopulatePages(void* data, size_t bytes);
 
+// values.resize(count) of a std::vector or a std::string. The pages of a large one are provided
+// beforehand: one by one, as each is first written, takes several times as long.
+template <typename Container>
+void ResizePopulated(Container& values, size_t count) {
+  constexpr size_t kLarge = size_t{1} << 20;  // bytes
+  constexpr size_t kValueBytes = sizeof(typename Container::value_type);
+  if (count > values.capacity() && count * kValueBytes >= kLarge) {
+    values.reserve(count);
+    PopulatePages(values.data() + values.size(), (count - values.size()) * kValueBytes);
+  }
+  values.resize(count);
+}
+
 }  // namespace retint

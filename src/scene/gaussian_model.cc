@@ -28,17 +28,6 @@ bool AllFinite(const std::vector<float>& values) {
   return finite;
 }
 
-// Zeros behind what is there. The pages of a large array are provided beforehand: one by one, as
-// each is first written, takes several times as long.
-void Grow(std::vector<float>& values, size_t count) {
-  constexpr size_t kLarge = size_t{1} << 20;  // bytes
-  if (count > values.capacity() && count * sizeof(float) >= kLarge) {
-    values.reserve(count);
-    PopulatePages(values.data() + values.size(), (count - values.size()) * sizeof(float));
-  }
-  values.resize(count);
-}
-
 void CheckFinite(const std::vector<float>& values, size_t count, size_t width, const char* field) {
   if (values.size() != count * width) {
     throw InputError(std::string("Gaussians: ") + field + " has " + std::to_string(values.size()) +
@@ -57,11 +46,11 @@ void CheckFinite(const std::vector<float>& values, size_t count, size_t width, c
 
 void GaussianModel::Resize(size_t count, int degree) {
   sh_degree = degree;
-  Grow(means, count * 3);
-  Grow(quats_wxyz, count * 4);
-  Grow(log_scales, count * 3);
-  Grow(opacity_logits, count);
-  Grow(sh, count * static_cast<size_t>(NumShCoeffs()) * 3);
+  ResizePopulated(means, count * 3);
+  ResizePopulated(quats_wxyz, count * 4);
+  ResizePopulated(log_scales, count * 3);
+  ResizePopulated(opacity_logits, count);
+  ResizePopulated(sh, count * static_cast<size_t>(NumShCoeffs()) * 3);
 }
 
 void GaussianModel::Validate() const {

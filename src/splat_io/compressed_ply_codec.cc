@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/files.h"
+#include "base/memory.h"
 #include "base/ply_header.h"
 #include "splat_io/input_file.h"
 #include "splat_io/morton.h"
@@ -410,7 +411,7 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
   GaussianModel model;
   model.source.comments = header.comments;
   model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
-  model.source.packed.resize(layout.Bytes());
+  ResizePopulated(model.source.packed, layout.Bytes());
   file.ReadAt(header.bytes, model.source.packed.data(), layout.Bytes());
   model.Resize(layout.count, layout.sh_degree);
   const Body body(layout, model.source.packed);

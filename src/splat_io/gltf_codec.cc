@@ -235,23 +235,29 @@ class SceneReader {
     std::vector<GltfValues> sh;
     const int coefficients = (Degree(primitive) + 1) * (Degree(primitive) + 1);
     for (int k = 0; k < coefficients; ++k) sh.push_back(view(ShAttribute(k), 3));
-    const Motion motion{placed.world_from_node, ShRotation(placed.world_from_node.rotation),
-                        placed.world_from_node.rotation.vec().norm() > 1e-12,
-                        ScalesAreLogarithms(scales)};
+    const Motion motion{
+        placed.world_from_node, static_cast<float>(std::log(placed.world_from_node.scale)),
+        ShRotation(placed.world_from_node.rotation),
+        placed.world_from_node.rotation.vec().norm() > 1e-12, ScalesAreLogarithms(scales)};
     const auto report = [&](size_t done) {
       monitor.Step("load", static_cast<double>(done_ + done),
                    static_cast<double>(model_.NumGaussians()));
     };
+    const size_t sh_width = ShWidth();
     ForRows(count, report, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
-        SplatRow row;
-        means.Load(i, row.mean.data());
-        quats.Load(i, row.quat_wxyz.data());   // xyzw as yet
-        scales.Load(i, row.log_scale.data());  // linear as yet
-        opacities.Load(i, &row.opacity_logit);
-        for (size_t k = 0; k < sh.size(); ++k) sh[k].Load(i, &row.sh[3 * k]);
-        SetRow(model_, done_ + i, Activated(row, done_ + i, motion));
+        const size_t g = done_ + i;
+        means.LoadAll<3>(i, &model_.means[3 * g]);
+        quats.LoadAll<4>(i, &model_.quats_wxyz[4 * g]);   // xyzw as yet
+        scales.LoadAll<3>(i, &model_.log_scales[3 * g]);  // linear as yet
+        opacities.LoadAll<1>(i, &model_.opacity_logits[g]);
       }
+      // One after the other: a processor foresees where it will be read, but not in 16 places.
+      for (size_t k = 0; k < sh.size(); ++k) {
+        float* to = &model_.sh[sh_width * (done_ + begin) + 3 * k];
+        for (size_t i = begin; i < end; ++i, to += sh_width) sh[k].LoadAll<3>(i, to);
+      }
+      for (size_t i = begin; i < end; ++i) Activate(done_ + i, motion);
     });
     done_ += count;
   }
@@ -259,9 +265,10 @@ class SceneReader {
   // Where a primitive's Gaussians go.
   struct Motion {
     Sim3d world_from_node;
+    float log_scale;  // the logarithm of its scale
     ShRotation sh_rotation;
     bool turned;
-    bool log_scales;
+    bool log_scales;  // of the file
   };
 
   // Linear scales are never negative. A draft of the extension had logarithms, nearly all of which
@@ -281,31 +288,41 @@ class SceneReader {
     return logarithms;
   }
 
-  // `row` as the file has it, of Gaussian `g`.
-  SplatRow Activated(SplatRow row, size_t g, const Motion& motion) const {
-    if (!(row.opacity_logit >= 0 && row.opacity_logit <= 1)) {
+  // Gaussian `g`, which has the file's values, in the world, in the .ply's axes.
+  void Activate(size_t g, const Motion& motion) {
+    float& opacity = model_.opacity_logits[g];
+    if (!(opacity >= 0 && opacity <= 1)) {
       file_.Fail("Gaussian " + std::to_string(g) + ": opacity is not from 0 to 1");
     }
-    row.opacity_logit = Logit(row.opacity_logit);
-    const Sim3d& world_from_node = motion.world_from_node;
-    for (float& scale : row.log_scale) {
-      scale = (motion.log_scales ? scale : LogScale(scale)) +
-              static_cast<float>(std::log(world_from_node.scale));
+    opacity = Logit(opacity);
+    float* log_scales = &model_.log_scales[3 * g];
+    for (size_t i = 0; i < 3; ++i) {
+      const float scale = log_scales[i];
+      log_scales[i] = (motion.log_scales ? scale : LogScale(scale)) + motion.log_scale;
     }
-    const std::array<float, 4> xyzw = row.quat_wxyz;
-    row.quat_wxyz = {xyzw[3], xyzw[0], xyzw[1], xyzw[2]};
-    const Eigen::Vector3d mean =
-        world_from_node * Eigen::Vector3d(row.mean[0], row.mean[1], row.mean[2]);
-    for (int i = 0; i < 3; ++i) row.mean[size_t(i)] = static_cast<float>(mean[i]);
+    float* mean = &model_.means[3 * g];
+    const Eigen::Vector3d mean_in_world =
+        motion.world_from_node * Eigen::Vector3d(mean[0], mean[1], mean[2]);
+    for (int i = 0; i < 3; ++i) {
+      mean[i] = static_cast<float>(mean_in_world[i]) * kLeftUpFront[size_t(i)];
+    }
+    float* quat = &model_.quats_wxyz[4 * g];
+    std::rotate(quat, quat + 3, quat + 4);
+    float* sh = &model_.sh[ShWidth() * g];
     if (motion.turned) {
       const Eigen::Quaterniond q =
-          world_from_node.rotation * Eigen::Quaterniond(row.quat_wxyz[0], row.quat_wxyz[1],
-                                                        row.quat_wxyz[2], row.quat_wxyz[3]);
-      row.quat_wxyz = {float(q.w()), float(q.x()), float(q.y()), float(q.z())};
-      motion.sh_rotation.Apply(model_.sh_degree, row.sh.data());
+          motion.world_from_node.rotation * Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]);
+      quat[0] = float(q.w()), quat[1] = float(q.x()), quat[2] = float(q.y()),
+      quat[3] = float(q.z());
+      motion.sh_rotation.Apply(model_.sh_degree, sh);
     }
-    return FlipAxes(row, kLeftUpFront);
+    FlipQuat(quat, kLeftUpFront);
+    for (size_t k = 1; 3 * k < ShWidth(); ++k) {
+      for (size_t c = 0; c < 3; ++c) sh[3 * k + c] *= ShSign(k, kLeftUpFront);
+    }
   }
+
+  size_t ShWidth() const { return 3 * static_cast<size_t>(model_.NumShCoeffs()); }
 
   const GltfFile& file_;
   GaussianModel model_;

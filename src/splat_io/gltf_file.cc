@@ -8,6 +8,8 @@
 #include "base/base64.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/memory.h"
+#include "splat_io/input_file.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -15,7 +17,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr uint64_t kFloat = 5126;
 constexpr uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 struct ComponentType {
@@ -28,7 +29,7 @@ constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, 1, 127},
                                                            {5122, 2, 32767},
                                                            {5123, 2, 65535},
                                                            {5125, 4, 4294967295.0},
-                                                           {kFloat, 4, 1}}};
+                                                           {kGltfFloat, 4, 1}}};
 
 double LoadComponent(uint64_t id, const char* from) {
   switch (id) {
@@ -66,7 +67,10 @@ std::string FromPercent(std::string_view uri) {
 void GltfFile::Fail(const std::string& fault) const { throw InputError(path_, fault); }
 
 GltfFile::GltfFile(const std::filesystem::path& path) : path_(path) {
-  std::string bytes = ReadFile(path);
+  const InputFile file(path);
+  std::string bytes;
+  ResizePopulated(bytes, file.size());
+  file.ReadAt(0, bytes.data(), bytes.size());
   if (bytes.starts_with("glTF")) {
     ReadGlb(std::move(bytes));
     return;
@@ -166,7 +170,7 @@ uint64_t GltfFile::Count(uint64_t accessor) const {
 
 void GltfValues::Load(uint64_t index, float* to) const {
   const char* element = from + index * stride;
-  if (type == kFloat) {
+  if (type == kGltfFloat) {
     std::memcpy(to, element, components * sizeof(float));
     return;
   }

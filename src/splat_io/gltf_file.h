@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <string>
@@ -12,6 +13,8 @@
 #include "splat_io/json.h"
 
 namespace retint {
+
+inline constexpr uint64_t kGltfFloat = 5126;  // a component's type
 
 // The numbers of an accessor where they lie in its buffer: [count, components].
 struct GltfValues {
@@ -23,6 +26,12 @@ struct GltfValues {
 
   // Element `index` into to[0 .. components).
   void Load(uint64_t index, float* to) const;
+  // The same of kComponents of them.
+  template <size_t kComponents>
+  void LoadAll(uint64_t index, float* to) const {
+    if (type != kGltfFloat) return Load(index, to);
+    std::memcpy(to, from + index * stride, kComponents * sizeof(float));
+  }
 };
 
 class GltfFile {

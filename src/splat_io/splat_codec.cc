@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/files.h"
+#include "base/memory.h"
 #include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
@@ -74,7 +75,7 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
   GaussianModel model;
   model.Resize(count, 0);
   model.source.packed_format = kMark;
-  model.source.packed.resize(file.size());
+  ResizePopulated(model.source.packed, file.size());
   ForRows(
       count,
       [&](size_t done) {

@@ -22,6 +22,18 @@ TEST(Memory, PopulatingKeepsWhatIsThere) {
   EXPECT_EQ(values, before);
 }
 
+TEST(Memory, ResizingPopulatedKeepsWhatIsThereAndAddsZeros) {
+  for (const size_t count : {size_t{10}, size_t{1} << 20}) {
+    std::vector<float> values = {1, 2, 3};
+    ResizePopulated(values, count);
+    std::vector<float> expected(count);
+    expected[0] = 1, expected[1] = 2, expected[2] = 3;
+    EXPECT_EQ(values, expected);
+    ResizePopulated(values, 2);
+    EXPECT_EQ(values, (std::vector<float>{1, 2}));
+  }
+}
+
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 double ResidentMb() {

@@ -52,7 +52,7 @@ std::string Zipped(const std::string& bytes) {
 std::string Unzipped(const std::string& packed) {
   std::vector<char> bytes;
   Gunzip(
-      packed, 16, [](std::string_view) { return size_t{1} << 20; }, [](size_t) {}, bytes);
+      packed, 16, [](std::string_view) { return size_t{8} << 20; }, [](size_t) {}, bytes);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -202,6 +202,34 @@ TEST(SpzDamageTest, BombsAreRefused) {
   EXPECT_THAT(
       Refusal(folder / "b.spz", Zipped(Replaced(good, 8, many) + std::string(64 << 20, '\0'))),
       HasSubstr("more than"));
+}
+
+// Large enough that Gaussians are decoded while the rest is unpacked, which is not done with what
+// is not packed.
+TEST(SpzTest, DecodingBesideTheUnpackingGivesTheSame) {
+  const TempFolder folder;
+  std::string bytes = Unzipped(Written(folder, ".spz", RandomScene(60000, 3)));
+  ASSERT_GT(bytes.size(), size_t{3} << 20);
+  const auto expect_the_same = [&] {
+    SpillFile(folder / "packed.spz", Zipped(bytes));
+    SpillFile(folder / "raw.spz", bytes);
+    const GaussianModel packed = ReadSplat(folder / "packed.spz");
+    const GaussianModel raw = ReadSplat(folder / "raw.spz");
+    EXPECT_TRUE(packed.means == raw.means);
+    EXPECT_TRUE(packed.quats_wxyz == raw.quats_wxyz);
+    EXPECT_TRUE(packed.log_scales == raw.log_scales);
+    EXPECT_TRUE(packed.opacity_logits == raw.opacity_logits);
+    EXPECT_TRUE(packed.sh == raw.sh);
+  };
+  expect_the_same();
+  std::string broken = Zipped(bytes);
+  broken[broken.size() - 6] ^= 1;  // of the checksum, after all Gaussians
+  EXPECT_THAT(Refusal(folder / "broken.spz", broken), HasSubstr("the compressed data is damaged"));
+  // Other axes, which are known at the end.
+  bytes[14] = 2;
+  bytes +=
+      PlyText::Raw(uint32_t{0xADBE0003}) + PlyText::Raw(uint32_t{4}) + PlyText::Raw(uint32_t{6});
+  expect_the_same();
 }
 
 TEST(SpzDamageTest, ExtensionsAreKeptAndTheirAxesObeyed) {
