@@ -95,6 +95,7 @@ class Scene {
     for (const Step& step : steps_) {
       if (step.fault) std::rethrow_exception(step.fault);
     }
+    monitor_.Step("load", 1, 1);
     return std::move(model_);
   }
 
