@@ -107,6 +107,7 @@ const std::vector<Command>& Commands() {
       {"show.split", "Show", "Before and after, side by side", kExplore, false},
       {"show.cloud", "Show", "Points of the selection", kExplore, false},
       {"show.uncertain", "Show", "What paint has not decided, hatched", kExplore, false},
+      {"show.look_ahead", "Show", "What a stroke selects, while it is drawn", kAlways, false},
       {"show.photo", "Show", "Photo of this view (hold)", kExplore, true},
       {"show.original", "Show", "Scene before the edits (hold)", kExplore, true},
       {"selection.enter", "Edit", "Select: paint on this view", kExplore, false},

@@ -69,6 +69,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   ConnectScene();
   const QSettings settings;
   Prefer(Preferences::Load());
+  preview_->SetEnabled(settings.value("look_ahead", true).toBool());
   restoreGeometry(settings.value("geometry").toByteArray());
   restoreState(settings.value("layout").toByteArray());
   ShowPage();

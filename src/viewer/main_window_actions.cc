@@ -21,6 +21,7 @@
 #include "viewer/main_window.h"
 #include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
 #include "viewer/uncertainty.h"
 
 namespace retint {
@@ -79,6 +80,14 @@ void MainWindow::BuildActions() {
         if (canvas_->hatching()) uncertainty_->Find();
       },
       true);
+  MakeAction(
+      "show.look_ahead", tr("&Look ahead while painting"),
+      [this] {
+        preview_->SetEnabled(!preview_->enabled());
+        QSettings().setValue("look_ahead", preview_->enabled());
+        UpdateActions();
+      },
+      true);
   MakeAction("window.panels", tr("&Hide the panels"), [this] { SetPanelsShown(!panels_shown_); });
   MakeAction("window.screenshot", tr("Save a &screenshot"), [this] { SaveScreenshot(); });
   MakeAction("window.copy_picture", tr("&Copy the picture"), [this] { CopyPicture(); });
@@ -120,7 +129,8 @@ void MainWindow::BuildMenus() {
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
-             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.uncertain"});
+             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.uncertain",
+             "show.look_ahead"});
   QMenu* window = menuBar()->addMenu(tr("&Window"));
   panels_menu_ = window->addMenu(tr("&Panels"));
   add(window, {"window.panels", "window.full_screen", "window.screenshot"});
@@ -183,6 +193,7 @@ void MainWindow::UpdateActions() {
   action("show.split")->setChecked(canvas_->split());
   action("show.cloud")->setChecked(canvas_->cloud_shown());
   action("show.uncertain")->setChecked(canvas_->hatching());
+  action("show.look_ahead")->setChecked(preview_->enabled());
   for (QMenu* menu : findChildren<QMenu*>("export")) menu->setEnabled(open);
 }
 

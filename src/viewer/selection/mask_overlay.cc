@@ -3,10 +3,13 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace retint {
 namespace {
+
+constexpr uint8_t kInside = 128;  // of a soft mask
 
 // Image columns (or rows) under the device pixels first - 1 .. first + count; -1 beside the image.
 std::vector<int> Under(int first, int count, double scale, double offset, int size) {
@@ -18,50 +21,95 @@ std::vector<int> Under(int first, int count, double scale, double offset, int si
   return under;
 }
 
+// A mask under the device pixels of a rectangle, a row after the other.
+class MaskRows {
+ public:
+  MaskRows(const Mask& mask, const ImageTransform& transform, const QRect& rect)
+      : mask_(mask),
+        columns_(Under(rect.x(), rect.width(), transform.scale, transform.offset.x(), mask.width)),
+        rows_(Under(rect.y(), rect.height(), transform.scale, transform.offset.y(), mask.height)) {
+    Read(lines_[1]);
+    Read(lines_[2]);
+  }
+
+  // To the rectangle's next row; first to its first.
+  void Next() {
+    std::swap(lines_[0], lines_[1]);
+    std::swap(lines_[1], lines_[2]);
+    Read(lines_[2]);
+  }
+  // Of this row, counted from the rectangle's left: the value, 0 beside the image.
+  uint8_t operator[](int i) const { return lines_[1][size_t(i) + 1]; }
+  bool Inside(int i) const { return (*this)[i] >= kInside; }
+  bool InImage(int i) const { return rows_[read_ - 2] >= 0 && columns_[size_t(i) + 1] >= 0; }
+  // A pixel above, below or beside is outside of an inside one, or inside of an outside one.
+  bool IsEdge(int i) const {
+    const auto c = size_t(i) + 1;
+    const bool inside = Inside(i);
+    return (lines_[0][c] >= kInside) != inside || (lines_[2][c] >= kInside) != inside ||
+           (lines_[1][c - 1] >= kInside) != inside || (lines_[1][c + 1] >= kInside) != inside;
+  }
+
+ private:
+  void Read(std::vector<uint8_t>& line) {
+    line.assign(columns_.size(), 0);
+    const int y = rows_[read_++];
+    if (y < 0) return;
+    for (size_t i = 0; i < columns_.size(); ++i) {
+      if (columns_[i] >= 0) line[i] = mask_(columns_[i], y);
+    }
+  }
+
+  const Mask& mask_;
+  std::vector<int> columns_, rows_;
+  std::array<std::vector<uint8_t>, 3> lines_;  // above, this row, below; a pixel to either side
+  size_t read_ = 0;                            // of rows_
+};
+
+QRgb Tint(QColor color, double opacity) {
+  color.setAlphaF(static_cast<float>(opacity));
+  return qPremultiply(color.rgba());
+}
+
 }  // namespace
 
 QImage ComposeOverlay(const Mask& mask, const ImageTransform& transform, const QRect& rect,
                       const OverlayStyle& style) {
   QImage overlay(rect.size(), QImage::Format_ARGB32_Premultiplied);
   if (rect.isEmpty()) return overlay;
-  const int width = rect.width(), height = rect.height();
-  const auto columns = Under(rect.x(), width, transform.scale, transform.offset.x(), mask.width);
-  const auto rows = Under(rect.y(), height, transform.scale, transform.offset.y(), mask.height);
   std::array<QRgb, 256> tint;
-  for (int i = 0; i < 256; ++i) {
-    QColor color = style.color;
-    color.setAlphaF(static_cast<float>(style.opacity * i / 255));
-    tint[static_cast<size_t>(i)] = qPremultiply(color.rgba());
-  }
-  // Mask values of three device rows, with a pixel to either side.
-  std::array<std::vector<uint8_t>, 3> values;
-  const auto sample = [&](int row, std::vector<uint8_t>& line) {
-    line.assign(columns.size(), 0);
-    const int y = rows[static_cast<size_t>(row)];
-    if (y < 0) return;
-    for (size_t i = 0; i < columns.size(); ++i) {
-      if (columns[i] >= 0) line[i] = mask(columns[i], y);
-    }
-  };
-  sample(0, values[0]);
-  sample(1, values[1]);
-  for (int j = 0; j < height; ++j) {
-    sample(j + 2, values[2]);
+  for (int i = 0; i < 256; ++i) tint[size_t(i)] = Tint(style.color, style.opacity * i / 255);
+  MaskRows rows(mask, transform, rect);
+  for (int j = 0; j < rect.height(); ++j) {
+    rows.Next();
     auto* out = reinterpret_cast<QRgb*>(overlay.scanLine(j));
-    const bool in_image = rows[static_cast<size_t>(j) + 1] >= 0;
-    for (int i = 0; i < width; ++i) {
-      const auto c = static_cast<size_t>(i) + 1;
-      const bool inside = values[1][c] >= 128;
-      const bool edge = (values[0][c] >= 128) != inside || (values[2][c] >= 128) != inside ||
-                        (values[1][c - 1] >= 128) != inside || (values[1][c + 1] >= 128) != inside;
-      if (edge && style.outline && in_image && columns[c] >= 0) {
-        out[i] = inside ? qRgba(255, 255, 255, 255) : qRgba(0, 0, 0, 255);
+    for (int i = 0; i < rect.width(); ++i) {
+      if (style.outline && rows.IsEdge(i) && rows.InImage(i)) {
+        out[i] = rows.Inside(i) ? qRgba(255, 255, 255, 255) : qRgba(0, 0, 0, 255);
       } else {
-        out[i] = tint[values[1][c]];
+        out[i] = tint[rows[i]];
       }
     }
-    std::swap(values[0], values[1]);
-    std::swap(values[1], values[2]);
+  }
+  return overlay;
+}
+
+QImage ComposeVeil(const Mask& veil, const Mask& mask, const ImageTransform& transform,
+                   const QRect& rect, const OverlayStyle& style) {
+  constexpr double kFainter = 0.5;  // than the mask's tint
+  QImage overlay(rect.size(), QImage::Format_ARGB32_Premultiplied);
+  if (rect.isEmpty()) return overlay;
+  overlay.fill(Qt::transparent);
+  const QRgb line = style.color.rgba(), tint = Tint(style.color, kFainter * style.opacity);
+  MaskRows veiled(veil, transform, rect), masked(mask, transform, rect);
+  for (int j = 0; j < rect.height(); ++j) {
+    veiled.Next();
+    masked.Next();
+    auto* out = reinterpret_cast<QRgb*>(overlay.scanLine(j));
+    for (int i = 0; i < rect.width(); ++i) {
+      if (!veiled.Inside(i) || masked.Inside(i)) continue;
+      out[i] = style.outline && veiled.IsEdge(i) ? line : tint;
+    }
   }
   return overlay;
 }

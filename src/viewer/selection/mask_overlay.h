@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The mask as it is laid over the frozen view: a tint, and an outline so that color is not the
-// only signal.
+// only signal. Beside it, fainter, what else it selects.
 #pragma once
 
 #include <QColor>
@@ -22,5 +22,10 @@ struct OverlayStyle {
 // cost is that of `rect`. ARGB32 premultiplied.
 QImage ComposeOverlay(const Mask& mask, const ImageTransform& transform, const QRect& rect,
                       const OverlayStyle& style);
+
+// The same of `veil`, another mask of the image's size, where `mask` is outside: a fainter tint,
+// and a line of the color along the inside of its border.
+QImage ComposeVeil(const Mask& veil, const Mask& mask, const ImageTransform& transform,
+                   const QRect& rect, const OverlayStyle& style);
 
 }  // namespace retint

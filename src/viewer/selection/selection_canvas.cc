@@ -39,12 +39,17 @@ SelectionCanvas::SelectionCanvas(QWidget* parent) : QWidget(parent) {
     Q_EMIT hintChanged();
   });
   connect(finder_, &OutlineFinder::failed, this, &SelectionCanvas::NotFound);
+  veil_ = new SelectionVeil(this);
+  connect(veil_, &SelectionVeil::changed, this, [this](const PixelRect& part) {
+    if (!part.Empty()) update(WidgetRect(part));
+  });
   UpdateCursor();
 }
 
 void SelectionCanvas::SetView(const QImage& image, ViewLayers layers, Mask mask) {
   CancelDrawing();
   ForgetScribbles();
+  veil_->Clear();
   const bool same_size = image.size() == image_.size();
   image_ = image.convertToFormat(QImage::Format_RGB32);
   layers_ = std::make_shared<const ViewLayers>(std::move(layers));
@@ -60,6 +65,7 @@ void SelectionCanvas::SetView(const QImage& image, ViewLayers layers, Mask mask)
 void SelectionCanvas::ShowPicture(const QImage& image) {
   CancelDrawing();
   ForgetScribbles();
+  veil_->Clear();
   ready_ = false;
   image_ = image.convertToFormat(QImage::Format_RGB32);
   layers_.reset();

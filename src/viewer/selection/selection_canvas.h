@@ -17,6 +17,7 @@
 #include "viewer/selection/mask_overlay.h"
 #include "viewer/selection/outline_finder.h"
 #include "viewer/selection/selection_tools.h"
+#include "viewer/selection/selection_veil.h"
 
 class QKeyEvent;
 
@@ -37,6 +38,7 @@ class SelectionCanvas : public QWidget {
 
   MaskEditor& editor() { return editor_; }
   const MaskEditor& editor() const { return editor_; }
+  SelectionVeil& veil() { return *veil_; }  // under the overlay
   // Repaints what an edit changed and tells everyone; what is still being found is given up. Every
   // edit made from outside ends here.
   void Edited(const PixelRect& changed);
@@ -155,6 +157,7 @@ class SelectionCanvas : public QWidget {
   uint64_t gesture_ = 0;                      // the newest
   uint64_t applied_ = 0;  // the newest step of the history is what was found for it
   OutlineFinder* finder_;
+  SelectionVeil* veil_;
   std::optional<QPointF> cursor_;  // over the widget
   Qt::KeyboardModifiers modifiers_;
   std::optional<QPointF> pan_from_;

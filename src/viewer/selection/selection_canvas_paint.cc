@@ -79,9 +79,16 @@ void SelectionCanvas::PaintOverlay(QPainter& painter, const QRect& clip) {
   to_device.offset *= ratio;
   const QRect device =
       QRectF(QPointF(clip.topLeft()) * ratio, QSizeF(clip.size()) * ratio).toAlignedRect();
-  QImage overlay = ComposeOverlay(editor_.mask(), to_device, device, style_);
-  overlay.setDevicePixelRatio(ratio);
-  painter.drawImage(QPointF(device.topLeft()) / ratio, overlay);
+  const auto lay = [&](QImage overlay) {
+    overlay.setDevicePixelRatio(ratio);
+    painter.drawImage(QPointF(device.topLeft()) / ratio, overlay);
+  };
+  if (!veil_->mask().Empty()) {
+    painter.setOpacity(veil_->opacity());
+    lay(ComposeVeil(veil_->mask(), editor_.mask(), to_device, device, style_));
+    painter.setOpacity(1);
+  }
+  lay(ComposeOverlay(editor_.mask(), to_device, device, style_));
 }
 
 void SelectionCanvas::PaintDrawing(QPainter& painter) const {

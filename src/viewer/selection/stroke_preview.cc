@@ -19,6 +19,8 @@ constexpr uint8_t kInside = 128;  // of a soft mask
 // Of a round. What is left for a later one then comes first: of a large scene a stroke shows in one
 // picture after the other, and whoever accepts need not wait for all of them.
 constexpr double kRoundMs = 400;
+// Pixels of a veil, about a canvas's; what is larger is rendered smaller.
+constexpr int kVeilSide = 960;
 
 // A picture that is laid over the view's: the inside in `color`, its border opaque.
 QImage Overlay(const Mask& mask, const QColor& color) {
@@ -41,6 +43,50 @@ QImage Overlay(const Mask& mask, const QColor& color) {
   return image;
 }
 
+std::vector<float> SharesOf(EditSession& session, const PaintedView& painted,
+                            const RegionSelection* before) {
+  std::vector<float> shares;
+  std::span<const float> base;
+  if (before) base = before->shares;
+  for (const PaintedView& view : OnViews(session.workspace(), painted)) {
+    shares = PaintShares(session.renderer(), view.camera, view.mask, base);
+    base = shares;
+  }
+  return shares;
+}
+
+// By the nearest pixels.
+Mask Enlarged(const Mask& small, int width, int height) {
+  if (small.width == width && small.height == height) return small;
+  std::vector<int> columns;
+  for (int x = 0; x < width; ++x) columns.push_back(x * small.width / width);
+  Mask mask(width, height);
+  for (int y = 0; y < height; ++y) {
+    const int row = y * small.height / height;
+    for (int x = 0; x < width; ++x) mask(x, y) = small(columns[size_t(x)], row);
+  }
+  return mask;
+}
+
+Mask Lifted(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares) {
+  const int width = view.camera.width, height = view.camera.height;
+  const double scale = std::min(1.0, double(kVeilSide) / std::max(width, height));
+  return Enlarged(RenderShares(renderer, Scaled(view, scale), shares, ProjectorOptions()), width,
+                  height);
+}
+
+// What the Gaussians' shares select, in the pixels of what is painted.
+Mask VeilOf(EditSession& session, const PaintedView& painted, const std::vector<float>& shares) {
+  Renderer& renderer = session.renderer();
+  if (!IsOnPhoto(painted)) return Lifted(renderer, painted.camera, shares);
+  const Reconstruction& model = session.reconstruction();
+  std::vector<Mask> faces;
+  for (const std::string& name : PaintedNames(session.workspace(), painted)) {
+    faces.push_back(Lifted(renderer, model.Posed(*model.FindView(name)), shares));
+  }
+  return FromViews(session.workspace(), painted, std::move(faces));
+}
+
 }  // namespace
 
 // One answer of the worker's, as it comes to be.
@@ -49,7 +95,8 @@ struct StrokePreview::Round {
   std::shared_ptr<const RegionSelection> base;
   std::vector<std::string> views;  // pictures, by name
   QColor color;
-  size_t shown = 0;  // of the views
+  size_t shown = 0;           // of the views
+  std::vector<float> shares;  // of the paint, once the worker knows them
 };
 
 StrokePreview::StrokePreview(SceneController* controller, SelectionMode* mode, QObject* parent)
@@ -65,15 +112,23 @@ StrokePreview::StrokePreview(SceneController* controller, SelectionMode* mode, Q
   });
 }
 
+void StrokePreview::SetEnabled(bool enabled) {
+  enabled_ = enabled;
+  Ask();
+}
+
 void StrokePreview::Ask() {
-  const bool painting = controller_->IsOpen() && visible_ &&
+  const bool painting = controller_->IsOpen() && enabled_ &&
                         mode_->state() == SelectionMode::State::kPainting &&
                         mode_->canvas().editor().AnyInside();
   if (!painting) {
     again_ = false;
     // What is being accepted stays until it is.
-    if (mode_->state() == SelectionMode::State::kComputing) return;
-    if (std::exchange(any_, false)) Q_EMIT cleared();
+    if (enabled_ && mode_->state() == SelectionMode::State::kComputing) return;
+    if (std::exchange(any_, false)) {
+      mode_->canvas().veil().Fade();
+      Q_EMIT cleared();
+    }
     return;
   }
   if (busy_) {
@@ -81,11 +136,12 @@ void StrokePreview::Ask() {
     return;
   }
   const auto round = std::make_shared<Round>();
-  round->views = visible_();
-  if (round->views.empty()) return;
-  first_ %= round->views.size();
-  std::rotate(round->views.begin(), round->views.begin() + std::ptrdiff_t(first_),
-              round->views.end());
+  if (visible_) round->views = visible_();
+  if (!round->views.empty()) {
+    first_ %= round->views.size();
+    std::rotate(round->views.begin(), round->views.begin() + std::ptrdiff_t(first_),
+                round->views.end());
+  }
   const SelectionEntry& entry = mode_->entry();
   round->paint = {entry.view.toStdString(), entry.camera, mode_->canvas().editor().mask()};
   const Region* region = entry.region ? controller_->regions().Find(entry.region) : nullptr;
@@ -103,13 +159,13 @@ void StrokePreview::Take(const std::shared_ptr<Round>& round) {
       [this, facts, round](EditSession& session, Monitor&) {
         const Stopwatch clock;
         try {
-          std::span<const float> base =
-              round->base ? std::span<const float>(round->base->shares) : std::span<const float>();
-          std::vector<float> shares;
-          for (const PaintedView& paint : OnViews(session.workspace(), round->paint)) {
-            shares = PaintShares(session.renderer(), paint.camera, paint.mask, base);
-            base = shares;
+          if (round->shares.empty()) {
+            round->shares = SharesOf(session, round->paint, round->base.get());
+            Post(this, [this, facts, veil = VeilOf(session, round->paint, round->shares)] {
+              if (any_ && facts == controller_->facts()) mode_->canvas().veil().Show(veil);
+            });
           }
+          const std::vector<float>& shares = round->shares;
           for (const std::string& name : round->views) {
             if (clock.Milliseconds() > kRoundMs && round->shown > 0) break;
             ++round->shown;

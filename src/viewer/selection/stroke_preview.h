@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shows in other views what a stroke selects while it is drawn: PaintShares() of the paint so far,
-// rendered small, one view after the other. Where strokes come faster than pictures, the newest
-// waits and those between are dropped; nobody waits for more than one round of pictures.
+// Shows what a stroke selects while it is drawn: PaintShares() of the paint so far, rendered as the
+// veil of the view that is painted, then small in other views, one after the other. Where strokes
+// come faster than pictures, the newest waits and those between are dropped; nobody waits for more
+// than one round of pictures.
 #pragma once
 
 #include <functional>
@@ -28,6 +29,8 @@ class StrokePreview : public QObject {
 
   StrokePreview(SceneController* controller, SelectionMode* mode, QObject* parent = nullptr);
   void SetVisible(Visible visible) { visible_ = std::move(visible); }
+  bool enabled() const { return enabled_; }
+  void SetEnabled(bool enabled);  // false: shows nothing
   // How many rounds of pictures there were.
   int rounds() const { return rounds_; }
   bool IsBusy() const { return busy_; }
@@ -46,7 +49,7 @@ class StrokePreview : public QObject {
   SceneController* controller_;
   SelectionMode* mode_;
   Visible visible_;
-  bool busy_ = false, again_ = false, any_ = false;
+  bool enabled_ = true, busy_ = false, again_ = false, any_ = false;
   int rounds_ = 0;
   size_t first_ = 0;  // view that the next round begins with
 };
