@@ -24,12 +24,7 @@ class DistortedTest : public DistortedFixture {
       const Mask mask = scene_->Masks(object).at(view);
       for (int y = 0; y < mask.height; ++y) {
         for (int x = 0; x < mask.width; ++x) {
-          int reach = -1;
-          const auto inside = [&](int i, int j) { return mask.Contains(i, j) && mask(i, j) > 0; };
-          for (int r = 0;
-               inside(x - r, y) && inside(x + r, y) && inside(x, y - r) && inside(x, y + r); ++r) {
-            reach = r;
-          }
+          const int reach = ReachWithin(mask, x, y);
           if (reach > most) most = reach, deepest = {x, y};
         }
       }
@@ -380,6 +375,11 @@ class DistortedTest : public DistortedFixture {
     QCOMPARE(overlay.width(), 160);  // PhotoLoader::kThumbnailSide
     const Mask truth = Truth(subject_.first);
     QVERIFY(Iou(mask_of(overlay, truth.width, truth.height), truth) > 0.6);
+    // The veil of what is painted too: of the photo's size, and bent as the photo is.
+    const Mask& veil = paper().veil().mask();
+    QCOMPARE(veil.width, truth.width);
+    const double iou = Iou(veil, truth);
+    QVERIFY2(iou > 0.6, qPrintable(QString::number(iou)));
     QVERIFY(Accept());
 
     auto* mask_view = window_->findChild<MaskView*>("mask_view");

@@ -324,6 +324,41 @@ class SelectionCanvasTest : public CanvasFixture {
     QVERIFY(Shot().pixel(At(20, 20)) != bare);
   }
 
+  void TheVeilLiesBesideThePaint() {
+    const QRgb bare = Shot().pixel(At(7, 20));
+    Key(Qt::Key_R);
+    Drag({At(10, 10), At(30, 30)});
+    Move({1, 1});
+    const QImage plain = Shot();
+    retint::Mask veil(kWidth, kHeight);
+    for (int y = 5; y < 35; ++y) {
+      for (int x = 5; x < 35; ++x) veil(x, y) = 255;
+    }
+    canvas_->veil().Show(veil);
+    const QImage veiled = Shot();
+    for (int y = 0; y < plain.height(); ++y) {
+      for (int x = 0; x < plain.width(); ++x) {
+        if (veiled.pixel(x, y) == plain.pixel(x, y)) continue;
+        QVERIFY(veil(x / kZoom, y / kZoom) > 0 && Mask(x / kZoom, y / kZoom) < 128);
+      }
+    }
+    // Fainter than the paint, with a line along its border.
+    const QRgb beside = veiled.pixel(At(7, 20));
+    QVERIFY(qRed(beside) > qRed(bare) + 10);
+    QVERIFY(qRed(beside) < qRed(plain.pixel(At(20, 20))) - 10);
+    QCOMPARE(veiled.pixel(5 * kZoom, At(7, 20).y()), canvas_->overlay_color().rgb());
+    QTest::keyPress(canvas_.get(), Qt::Key_Backslash);
+    QCOMPARE(Shot().pixel(At(7, 20)), bare);
+    QTest::keyRelease(canvas_.get(), Qt::Key_Backslash);
+    QCOMPARE(Shot(), veiled);
+    canvas_->veil().Fade();
+    QTRY_VERIFY(canvas_->veil().mask().Empty());
+    QCOMPARE(Shot(), plain);
+    canvas_->veil().Show(veil);
+    canvas_->ShowPicture(QImage(10, 10, QImage::Format_RGB32));
+    QVERIFY(canvas_->veil().mask().Empty());
+  }
+
   // What a move repaints is what it changed: a partial update leaves the same screen as a full one.
   // An orange overlay on a fox shows nothing.
   void TheOverlayStandsOutFromWhatIsSelected() {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What paint has not decided, hatched in the picture and as an order of the views; and what a
-// stroke selects, in the pictures of the other views while it is drawn. By mouse and keys.
+// stroke selects while it is drawn, beside the paint and in the pictures of the other views. By
+// mouse and keys.
+#include <cmath>
+
 #include <QComboBox>
 #include <QLabel>
 #include <QListWidget>
@@ -43,6 +46,34 @@ class UncertainTest : public ViewerTest {
     if (!QTest::qWaitFor([&] { return !window_->IsSelecting(); }, kWaitMs)) return false;
     canvas().SetCloudShown(false);
     return window_->current_region() != 0 && WaitSharp(*window_);
+  }
+
+  // Draws around the pixel of the object that lies deepest, which stays without paint, and holds.
+  Eigen::Vector2i DrawAround() {
+    SelectionCanvas& paper = window_->selection().canvas();
+    const Mask truth = Truth(subject_.first);
+    Eigen::Vector2i deepest(0, 0);
+    int most = -1;
+    for (int y = 0; y < truth.height; ++y) {
+      for (int x = 0; x < truth.width; ++x) {
+        const int reach = ReachWithin(truth, x, y);
+        if (reach > most) most = reach, deepest = {x, y};
+      }
+    }
+    paper.SetBrush({1.5, 1});
+    QList<QPoint> path;
+    for (const double radius : {2.0, 4.0, 6.0, 8.0}) {
+      constexpr int kSteps = 24;
+      for (int step = 0; step <= kSteps; ++step) {
+        const double angle = 2 * M_PI * step / kSteps;
+        const Eigen::Vector2d at =
+            paper.transform().ToWidget({deepest.x() + 0.5 + radius * std::cos(angle),
+                                        deepest.y() + 0.5 + radius * std::sin(angle)});
+        path << QPoint(int(std::lround(at.x())), int(std::lround(at.y())));
+      }
+    }
+    DragHeld(&paper, path);
+    return deepest;
   }
 
   // Where the completion leaves a fifth and more open, as the worker sees it.
@@ -166,6 +197,66 @@ class UncertainTest : public ViewerTest {
     QTest::keyClick(&paper, Qt::Key_Escape);
     QVERIFY(!window_->IsSelecting());
     QCOMPARE(cleared.count(), 1);
+  }
+
+  void AVeilShowsWhatAStrokeSelectsBesideThePaint() {
+    QVERIFY(Enter());
+    StrokePreview& preview = window_->stroke_preview();
+    SelectionCanvas& paper = window_->selection().canvas();
+    const auto veils = [&] { return !preview.IsBusy() && !paper.veil().mask().Empty(); };
+    const auto is_gone = [&] { return paper.veil().mask().Empty(); };
+    const auto press = [&](Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+      QVERIFY(Activate(*window_));
+      QTest::keyClick(&paper, key, modifiers);
+    };
+    // While it is drawn, over the object's pixel that the paint goes around.
+    const Eigen::Vector2i at = DrawAround();
+    QTRY_VERIFY_WITH_TIMEOUT(veils(), kWaitMs);
+    QVERIFY(paper.editor().InStroke());
+    const Mask truth = Truth(subject_.first);
+    QCOMPARE(paper.veil().mask().width, truth.width);
+    QVERIFY(truth(at.x(), at.y()) > 0);
+    QVERIFY(paper.editor().mask()(at.x(), at.y()) < 128);
+    QVERIFY(paper.veil().mask()(at.x(), at.y()) >= 128);
+    Keep(*window_, "veil");
+    const Eigen::Vector2d middle = paper.transform().ToWidget(at.cast<double>().array() + 0.5);
+    const QPoint over(int(middle.x()), int(middle.y()));
+    const QRgb veiled = paper.grab().toImage().pixel(over);
+
+    // The switch hides it and the overlays of the small pictures, of the next stroke too.
+    QSignalSpy cleared(&preview, &StrokePreview::cleared);
+    press(Qt::Key_V, Qt::ShiftModifier);
+    QVERIFY(!window_->action("show.look_ahead")->isChecked());
+    QCOMPARE(cleared.count(), 1);
+    QTRY_VERIFY(is_gone());
+    QVERIFY(paper.grab().toImage().pixel(over) != veiled);
+    const int rounds = preview.rounds();
+    press(Qt::Key_Escape);
+    QTest::mouseRelease(&paper, Qt::LeftButton);
+    QVERIFY(!paper.editor().AnyInside());
+    DrawAround();
+    QVERIFY(Settle(controller()));
+    QVERIFY(is_gone());
+    QCOMPARE(preview.rounds(), rounds);
+    press(Qt::Key_V, Qt::ShiftModifier);
+    QVERIFY(window_->action("show.look_ahead")->isChecked());
+    QTRY_VERIFY_WITH_TIMEOUT(veils(), kWaitMs);
+
+    // Gone with the stroke that is given up, taken back, or left.
+    press(Qt::Key_Escape);
+    QTest::mouseRelease(&paper, Qt::LeftButton);
+    QVERIFY(!paper.editor().AnyInside());
+    QTRY_VERIFY(is_gone());
+    DrawAround();
+    QTest::mouseRelease(&paper, Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(veils(), kWaitMs);
+    press(Qt::Key_Z, Qt::ControlModifier);
+    QTRY_VERIFY(is_gone());
+    press(Qt::Key_Y, Qt::ControlModifier);
+    QTRY_VERIFY_WITH_TIMEOUT(veils(), kWaitMs);
+    press(Qt::Key_Escape);
+    QVERIFY(!window_->IsSelecting());
+    QTRY_VERIFY(is_gone());
   }
 
   void PaintAloneKeepsWhatItHardlySees() {

@@ -360,6 +360,17 @@ inline double Iou(const Mask& a, const Mask& b) {
   return either > 0 ? both / either : 1;
 }
 
+// How far a mask reaches from one of its pixels to all four sides; -1 outside.
+inline int ReachWithin(const Mask& mask, int x, int y) {
+  const auto inside = [&](int i, int j) { return mask.Contains(i, j) && mask(i, j) > 0; };
+  int reach = -1;
+  for (int r = 0; inside(x - r, y) && inside(x + r, y) && inside(x, y - r) && inside(x, y + r);
+       ++r) {
+    reach = r;
+  }
+  return reach;
+}
+
 // Mean absolute difference of two pictures in steps of 1 / 255; 255 for other sizes.
 inline double Difference(const QImage& a, const QImage& b) {
   if (a.size() != b.size() || a.isNull()) return 255;

@@ -79,7 +79,7 @@ Mask Lifted(Renderer& renderer, const PosedCamera& view, const std::vector<float
 Mask VeilOf(EditSession& session, const PaintedView& painted, const std::vector<float>& shares) {
   Renderer& renderer = session.renderer();
   if (!IsOnPhoto(painted)) return Lifted(renderer, painted.camera, shares);
-  const Reconstruction& model = session.reconstruction();
+  const Reconstruction& model = session.workspace().reconstruction;
   std::vector<Mask> faces;
   for (const std::string& name : PaintedNames(session.workspace(), painted)) {
     faces.push_back(Lifted(renderer, model.Posed(*model.FindView(name)), shares));
