@@ -21,7 +21,7 @@ std::vector<int> Under(int first, int count, double scale, double offset, int si
   return under;
 }
 
-// A mask under the device pixels of a rectangle, a row after the other.
+// A mask under the device pixels of a rectangle, row by row.
 class MaskRows {
  public:
   MaskRows(const Mask& mask, const ImageTransform& transform, const QRect& rect)
