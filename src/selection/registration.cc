@@ -23,6 +23,21 @@ namespace {
 
 constexpr int64_t kGrain = 2048;  // points a piece of a parallel loop
 
+// What make(i), a std::optional<T>, gives for i in [0, count), in order; over threads.
+template <typename T, typename Make>
+std::vector<T> Collect(size_t count, const Make& make) {
+  constexpr int64_t kPiece = 64;
+  std::vector<std::optional<T>> made(count);
+  ParallelRanges(int64_t(count), kPiece, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) made[i] = make(i);
+  });
+  std::vector<T> collected;
+  for (const auto& one : made) {
+    if (one) collected.push_back(*one);
+  }
+  return collected;
+}
+
 // A sparse point that the reference camera sees inside the dilated mask.
 struct Seen {
   Eigen::Vector3d in_cam;
@@ -31,35 +46,28 @@ struct Seen {
 
 std::vector<Seen> SeenPoints(const PosedCamera& view, const View* training_view, const Mask& mask,
                              const Reconstruction& reconstruction, int margin) {
-  std::vector<const SparsePoint*> points;
+  const auto see = [&](const SparsePoint& point) -> std::optional<Seen> {
+    const auto projected = view.Project(point.xyz);
+    if (!projected || !(projected->x() >= 0 && projected->y() >= 0 && projected->x() < mask.width &&
+                        projected->y() < mask.height)) {
+      return std::nullopt;
+    }
+    if (!IsNearMask(mask, static_cast<int>(projected->x()), static_cast<int>(projected->y()),
+                    margin)) {
+      return std::nullopt;
+    }
+    return Seen{view.cam_from_world * point.xyz, projected->head<2>()};
+  };
   if (training_view) {
-    for (const auto& observation : training_view->observations) {
-      const auto found = reconstruction.points.find(observation.point_id);
-      if (found != reconstruction.points.end()) points.push_back(&found->second);
-    }
-  } else {
-    for (const auto& [id, point] : reconstruction.points) points.push_back(&point);
+    const auto& observations = training_view->observations;
+    return Collect<Seen>(observations.size(), [&](size_t i) {
+      const auto found = reconstruction.points.find(observations[i].point_id);
+      return found == reconstruction.points.end() ? std::nullopt : see(found->second);
+    });
   }
-  std::vector<std::optional<Seen>> found(points.size());
-  ParallelRanges(int64_t(points.size()), 64, [&](int64_t begin, int64_t end) {
-    for (auto i = size_t(begin); i < size_t(end); ++i) {
-      const auto projected = view.Project(points[i]->xyz);
-      if (!projected || !(projected->x() >= 0 && projected->y() >= 0 &&
-                          projected->x() < mask.width && projected->y() < mask.height)) {
-        continue;
-      }
-      if (!IsNearMask(mask, static_cast<int>(projected->x()), static_cast<int>(projected->y()),
-                      margin)) {
-        continue;
-      }
-      found[i] = {view.cam_from_world * points[i]->xyz, projected->head<2>()};
-    }
-  });
-  std::vector<Seen> seen;
-  for (const auto& point : found) {
-    if (point) seen.push_back(*point);
-  }
-  return seen;
+  std::vector<const SparsePoint*> points;
+  for (const auto& [id, point] : reconstruction.points) points.push_back(&point);
+  return Collect<Seen>(points.size(), [&](size_t i) { return see(*points[i]); });
 }
 
 // The cloud's points that belong to this view, in its camera frame, with their source pixels.
@@ -123,18 +131,17 @@ bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Ca
 
 std::vector<RegistrationPair> PairsFromDepth(const std::vector<Seen>& seen, const Camera& camera,
                                              const DepthMap& depth) {
-  std::vector<RegistrationPair> pairs;
-  for (const auto& point : seen) {
-    const auto z = SampleDepth(depth, point.pixel);
-    if (!z) continue;
-    const Eigen::Vector2d ray = *camera.CamFromImg(point.pixel);
-    pairs.push_back({{ray.x() * *z, ray.y() * *z, *z},
-                     point.in_cam,
-                     NormalFromDepth(camera, depth, static_cast<int>(point.pixel.x()),
-                                     static_cast<int>(point.pixel.y())),
-                     false});
-  }
-  return pairs;
+  return Collect<RegistrationPair>(seen.size(), [&](size_t i) -> std::optional<RegistrationPair> {
+    const Eigen::Vector2d& pixel = seen[i].pixel;
+    const auto z = SampleDepth(depth, pixel);
+    if (!z) return std::nullopt;
+    const Eigen::Vector2d ray = *camera.CamFromImg(pixel);
+    return RegistrationPair{
+        {ray.x() * *z, ray.y() * *z, *z},
+        seen[i].in_cam,
+        NormalFromDepth(camera, depth, static_cast<int>(pixel.x()), static_cast<int>(pixel.y())),
+        false};
+  });
 }
 
 // The cloud's surface where source pixel `pixel` looks: an affine fit of position over the source
@@ -189,22 +196,20 @@ std::vector<RegistrationPair> PairsFromPixels(const SelectionCloud& cloud, const
     if (point.x >= camera.width || point.y >= camera.height) continue;
     grid[size_t(point.y) * size_t(camera.width) + point.x] = static_cast<int>(i);
   }
-  std::vector<RegistrationPair> pairs;
-  for (const auto& point : seen) {
-    auto pair = SurfaceAtPixel(cloud, local, grid, camera, point.pixel);
-    if (!pair) continue;
-    pair->sparse = point.in_cam;
-    pairs.push_back(*pair);
-  }
-  return pairs;
+  return Collect<RegistrationPair>(seen.size(), [&](size_t i) {
+    auto pair = SurfaceAtPixel(cloud, local, grid, camera, seen[i].pixel);
+    if (pair) pair->sparse = seen[i].in_cam;
+    return pair;
+  });
 }
 
 // Moves the cloud's end of each pair to the cloud point nearest to its sparse point once `at` is
 // applied.
 void FindNearest(const LocalCloud& local, const RegistrationTransform& at,
                  std::vector<RegistrationPair>* pairs) {
+  const RegistrationMap map(at);
   std::vector<Eigen::Vector3f> moved;
-  for (const auto& point : local.in_cam) moved.push_back((at * point).cast<float>());
+  for (const auto& point : local.in_cam) moved.push_back((map * point).cast<float>());
   const PointTree tree(moved);
   for (auto& pair : *pairs) {
     float distance = 0;
@@ -223,8 +228,9 @@ std::vector<RegistrationPair> PairsFromNearest(const LocalCloud& local,
   if (local.in_cam.empty()) return pairs;
   for (const auto& point : seen) pairs.push_back({point.in_cam, point.in_cam, {0, 0, 0}, false});
   FindNearest(local, at, &pairs);
+  const RegistrationMap map(at);
   std::erase_if(pairs, [&](const RegistrationPair& pair) {
-    return (at * pair.cloud - pair.sparse).norm() > max_relative * pair.sparse.z();
+    return (map * pair.cloud - pair.sparse).norm() > max_relative * pair.sparse.z();
   });
   return pairs;
 }
@@ -251,11 +257,12 @@ void HoldOut(double fraction, uint64_t seed, std::vector<RegistrationPair>* pair
 
 double Rms(const std::vector<RegistrationPair>& pairs, const RegistrationTransform& at,
            bool heldout) {
+  const RegistrationMap map(at);
   double squared = 0;
   int count = 0;
   for (const auto& pair : pairs) {
     if (pair.heldout != heldout) continue;
-    squared += (at * pair.cloud - pair.sparse).squaredNorm();
+    squared += (map * pair.cloud - pair.sparse).squaredNorm();
     ++count;
   }
   return count > 0 ? std::sqrt(squared / count) : 0;
@@ -285,11 +292,11 @@ struct Candidate {
 void Apply(const RegistrationTransform& transform, const LocalCloud& local,
            const Rigid3d& cam_from_world, SelectionCloud* cloud) {
   const Rigid3d world_from_cam = cam_from_world.Inverse();
-  const Sim3d sim = transform.Similarity();
+  const RegistrationMap map(transform);
   const auto move = [&](size_t i) {
     auto& point = cloud->points[local.idx[i]];
     const Eigen::Vector3d& before = local.in_cam[i];
-    const Eigen::Vector3d after = transform * before;
+    const Eigen::Vector3d after = map * before;
     // A plane 1 = n.x / d becomes, with 1/z' = a/z + b, 1 = (a n/d + b e_z).x'.
     Eigen::Vector3d normal = local.normals[i];
     const double offset = normal.dot(before);
@@ -297,8 +304,9 @@ void Apply(const RegistrationTransform& transform, const LocalCloud& local,
       normal = -(transform.a * normal / offset + Eigen::Vector3d(0, 0, transform.b)).normalized();
     }
     point.position = (world_from_cam * after).cast<float>();
-    point.normal = (world_from_cam.rotation * (sim.rotation * normal)).cast<float>();
-    point.footprint *= static_cast<float>(sim.scale / (transform.a + transform.b * before.z()));
+    point.normal = (world_from_cam.rotation * (map.similarity().rotation * normal)).cast<float>();
+    point.footprint *=
+        static_cast<float>(map.similarity().scale / (transform.a + transform.b * before.z()));
   };
   ParallelRanges(int64_t(local.idx.size()), kGrain, [&](int64_t begin, int64_t end) {
     for (auto i = size_t(begin); i < size_t(end); ++i) move(i);

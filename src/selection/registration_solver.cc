@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
 #include "base/median.h"
 
@@ -18,19 +18,38 @@ constexpr double kAnglePrior = 0.05;       // radians
 constexpr double kTranslationPrior = 0.1;  // of the depth
 constexpr double kSlideFactor = 3;         // sigma within the plane over sigma along the normal
 
+// [v], with [v] x = v x x.
+Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d cross;
+  cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return cross;
+}
+
 double MedianDepth(const std::vector<RegistrationPair>& pairs) {
   std::vector<double> depths;
   for (const auto& pair : pairs) depths.push_back(pair.sparse.z());
   return Median(std::move(depths));
 }
 
-struct DepthResidual {
-  double inverse_cloud, sparse, noise;
-  template <typename T>
-  bool operator()(const T* ab, T* residual) const {
-    residual[0] = ((ab[0] * inverse_cloud + ab[1]) * sparse - 1.0) / noise;
+// Linear in a and b.
+class DepthCost : public ceres::SizedCostFunction<1, 2> {
+ public:
+  DepthCost(const RegistrationPair& pair, double noise)
+      : by_a_(pair.sparse.z() / (pair.cloud.z() * noise)),
+        by_b_(pair.sparse.z() / noise),
+        wanted_(1 / noise) {}
+
+  bool Evaluate(const double* const* ab, double* residual, double** jacobians) const override {
+    residual[0] = by_a_ * ab[0][0] + by_b_ * ab[0][1] - wanted_;
+    if (jacobians && jacobians[0]) {
+      jacobians[0][0] = by_a_;
+      jacobians[0][1] = by_b_;
+    }
     return true;
   }
+
+ private:
+  double by_a_, by_b_, wanted_;
 };
 
 struct DepthPrior {
@@ -43,27 +62,62 @@ struct DepthPrior {
   }
 };
 
-// sim: log scale, angle-axis (3), translation (3).
-struct PairResidual {
-  Eigen::Vector3d cloud, center, sparse;
-  Eigen::Matrix3d weight;  // rows: directions over their sigma
-
-  template <typename T>
-  bool operator()(const T* ab, const T* sim, T* residual) const {
-    using std::exp;
-    const T along = 1.0 / (ab[0] + ab[1] * cloud.z());  // z'/z of the depth correction
-    const T moved[3] = {cloud.x() * along - center.x(), cloud.y() * along - center.y(),
-                        cloud.z() * along - center.z()};
-    T rotated[3];
-    ceres::AngleAxisRotatePoint(sim + 1, moved, rotated);
-    const T scale = exp(sim[0]);
-    T error[3];
-    for (int i = 0; i < 3; ++i) error[i] = center[i] + scale * rotated[i] + sim[4 + i] - sparse[i];
+// What is solved for, as Ceres has it, and the map that it stands for wherever Ceres evaluates.
+class Unknowns : public ceres::EvaluationCallback {
+ public:
+  explicit Unknowns(const RegistrationTransform& start) : transform_(start), map_(start) {
+    ab[0] = start.a;
+    ab[1] = start.b;
+    similarity[0] = start.log_scale;
     for (int i = 0; i < 3; ++i) {
-      residual[i] = weight(i, 0) * error[0] + weight(i, 1) * error[1] + weight(i, 2) * error[2];
+      similarity[1 + i] = start.angle_axis[i];
+      similarity[4 + i] = start.translation[i];
     }
+  }
+
+  void PrepareForEvaluation(bool, bool) override { map_ = RegistrationMap(Transform()); }
+
+  RegistrationTransform Transform() const {
+    RegistrationTransform transform = transform_;
+    transform.a = ab[0];
+    transform.b = ab[1];
+    transform.log_scale = similarity[0];
+    transform.angle_axis = Eigen::Map<const Eigen::Vector3d>(similarity + 1);
+    transform.translation = Eigen::Map<const Eigen::Vector3d>(similarity + 4);
+    return transform;
+  }
+  const RegistrationMap& map() const { return map_; }
+
+  double ab[2], similarity[7];  // log scale, angle-axis (3), translation (3)
+
+ private:
+  RegistrationTransform transform_;  // its center stays
+  RegistrationMap map_;
+};
+
+class PairCost : public ceres::SizedCostFunction<3, 2, 7> {
+ public:
+  // `weight` has rows: directions over their sigma.
+  PairCost(const RegistrationPair& pair, const Eigen::Matrix3d& weight, const Unknowns& unknowns)
+      : pair_(pair), weight_(weight), unknowns_(unknowns) {}
+
+  bool Evaluate(const double* const*, double* residual, double** jacobians) const override {
+    const RegistrationMap& map = unknowns_.map();
+    Eigen::Map<Eigen::Vector3d>{residual} = weight_ * (map * pair_.cloud - pair_.sparse);
+    if (!jacobians) return true;
+    const RegistrationMap::Derivatives by = weight_ * map.DerivativesAt(pair_.cloud);
+    if (jacobians[0]) Rows<2>{jacobians[0]} = by.leftCols<2>();
+    if (jacobians[1]) Rows<7>{jacobians[1]} = by.rightCols<7>();
     return true;
   }
+
+ private:
+  template <int columns>
+  using Rows = Eigen::Map<Eigen::Matrix<double, 3, columns, Eigen::RowMajor>>;  // as Ceres has them
+
+  const RegistrationPair& pair_;
+  Eigen::Matrix3d weight_;
+  const Unknowns& unknowns_;
 };
 
 struct SimilarityPrior {
@@ -90,9 +144,18 @@ Eigen::Matrix3d Weight(const RegistrationPair& pair, double noise) {
   return weight;
 }
 
+// Costs and losses belong to the caller, as it takes thousands of costs at once.
+ceres::Problem::Options BorrowingOptions() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
 std::string Solve(ceres::Problem& problem) {
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
+  // Nine unknowns, whose priors keep the normal equations well conditioned, and thousands of rows.
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 100;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;  // the sum's order, and so the result, does not depend on the machine
@@ -104,14 +167,6 @@ std::string Solve(ceres::Problem& problem) {
 
 }  // namespace
 
-Eigen::Vector3d RegistrationTransform::Corrected(const Eigen::Vector3d& point_in_cam) const {
-  return point_in_cam / (a + b * point_in_cam.z());
-}
-
-Eigen::Vector3d RegistrationTransform::operator*(const Eigen::Vector3d& point_in_cam) const {
-  return Similarity() * Corrected(point_in_cam);
-}
-
 Sim3d RegistrationTransform::Similarity() const {
   Sim3d sim;
   sim.scale = std::exp(log_scale);
@@ -121,11 +176,44 @@ Sim3d RegistrationTransform::Similarity() const {
   return sim;
 }
 
+// With R the rotation by w, dR x = -[R x] J dw, where
+//   J = I + (1 - cos |w|) / |w|^2 [w] + (|w| - sin |w|) / |w|^3 [w]^2
+// and [w] y = w x y (the left Jacobian of SO(3); Sola et al. 2018, "A micro Lie theory", eq. 145).
+RegistrationMap::RegistrationMap(const RegistrationTransform& transform)
+    : a_(transform.a),
+      b_(transform.b),
+      similarity_(transform.Similarity()),
+      center_(transform.center),
+      scaled_rotation_(similarity_.scale * similarity_.rotation.toRotationMatrix()) {
+  const Eigen::Matrix3d w = Cross(transform.angle_axis);
+  const double angle = transform.angle_axis.norm();
+  constexpr double kTiny = 1e-8;  // its square is below a double's rounding of 1
+  turn_by_angle_axis_ = Eigen::Matrix3d::Identity() + 0.5 * w;
+  if (angle < kTiny) return;
+  const double half = std::sin(0.5 * angle) / angle;
+  turn_by_angle_axis_ = Eigen::Matrix3d::Identity() + 2 * half * half * w +
+                        (angle - std::sin(angle)) / (angle * angle * angle) * w * w;
+}
+
+RegistrationMap::Derivatives RegistrationMap::DerivativesAt(
+    const Eigen::Vector3d& point_in_cam) const {
+  const double along = 1 / (a_ + b_ * point_in_cam.z());  // z'/z of the depth correction
+  const Eigen::Vector3d turned = scaled_rotation_ * (point_in_cam * along - center_);
+  Derivatives by;
+  by.col(0) = scaled_rotation_ * point_in_cam * (-along * along);
+  by.col(1) = by.col(0) * point_in_cam.z();
+  by.col(2) = turned;
+  by.middleCols<3>(3) = -Cross(turned) * turn_by_angle_axis_;
+  by.rightCols<3>().setIdentity();
+  return by;
+}
+
 double DepthNoise(const std::vector<RegistrationPair>& pairs, const RegistrationTransform& at) {
   constexpr double kLeast = 1e-3;
+  const RegistrationMap map(at);
   std::vector<double> ratios;
   for (const auto& pair : pairs) {
-    const double z = (at * pair.cloud).z();
+    const double z = (map * pair.cloud).z();
     if (z > 0) ratios.push_back(std::log(pair.sparse.z() / z));
   }
   const double middle = Median(ratios);
@@ -136,16 +224,14 @@ double DepthNoise(const std::vector<RegistrationPair>& pairs, const Registration
 std::string FitDepth(const std::vector<RegistrationPair>& pairs, double noise,
                      RegistrationTransform* transform) {
   double ab[2] = {transform->a, transform->b};
-  ceres::Problem problem;
+  ceres::CauchyLoss loss(1.0);
+  std::deque<DepthCost> costs;
+  ceres::AutoDiffCostFunction<DepthPrior, 2, 2> prior(new DepthPrior{MedianDepth(pairs)});
+  ceres::Problem problem(BorrowingOptions());
   for (const auto& pair : pairs) {
-    if (pair.heldout) continue;
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<DepthResidual, 1, 2>(
-                                 new DepthResidual{1 / pair.cloud.z(), pair.sparse.z(), noise}),
-                             new ceres::CauchyLoss(1.0), ab);
+    if (!pair.heldout) problem.AddResidualBlock(&costs.emplace_back(pair, noise), &loss, ab);
   }
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<DepthPrior, 2, 2>(new DepthPrior{MedianDepth(pairs)}),
-      nullptr, ab);
+  problem.AddResidualBlock(&prior, nullptr, ab);
   const std::string why = Solve(problem);
   transform->a = ab[0];
   transform->b = ab[1];
@@ -154,34 +240,25 @@ std::string FitDepth(const std::vector<RegistrationPair>& pairs, double noise,
 
 std::string FitAll(const std::vector<RegistrationPair>& pairs, double noise,
                    RegistrationTransform* transform) {
-  double ab[2] = {transform->a, transform->b};
-  double sim[7] = {transform->log_scale};
-  for (int i = 0; i < 3; ++i) {
-    sim[1 + i] = transform->angle_axis[i];
-    sim[4 + i] = transform->translation[i];
-  }
-  ceres::Problem problem;
+  Unknowns unknowns(*transform);
+  double *const ab = unknowns.ab, *const similarity = unknowns.similarity;
+  ceres::CauchyLoss loss(1.0);
+  std::deque<PairCost> costs;
+  const double depth = MedianDepth(pairs);
+  ceres::AutoDiffCostFunction<DepthPrior, 2, 2> depth_prior(new DepthPrior{depth});
+  ceres::AutoDiffCostFunction<SimilarityPrior, 7, 7> prior(new SimilarityPrior{depth});
+  ceres::Problem::Options options = BorrowingOptions();
+  options.evaluation_callback = &unknowns;
+  ceres::Problem problem(options);
   for (const auto& pair : pairs) {
     if (pair.heldout) continue;
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PairResidual, 3, 2, 7>(
-            new PairResidual{pair.cloud, transform->center, pair.sparse, Weight(pair, noise)}),
-        new ceres::CauchyLoss(1.0), ab, sim);
+    problem.AddResidualBlock(&costs.emplace_back(pair, Weight(pair, noise), unknowns), &loss, ab,
+                             similarity);
   }
-  const double depth = MedianDepth(pairs);
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<DepthPrior, 2, 2>(new DepthPrior{depth}),
-                           nullptr, ab);
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<SimilarityPrior, 7, 7>(new SimilarityPrior{depth}), nullptr,
-      sim);
+  problem.AddResidualBlock(&depth_prior, nullptr, ab);
+  problem.AddResidualBlock(&prior, nullptr, similarity);
   const std::string why = Solve(problem);
-  transform->a = ab[0];
-  transform->b = ab[1];
-  transform->log_scale = sim[0];
-  for (int i = 0; i < 3; ++i) {
-    transform->angle_axis[i] = sim[1 + i];
-    transform->translation[i] = sim[4 + i];
-  }
+  *transform = unknowns.Transform();
   return why;
 }
 

@@ -29,9 +29,28 @@ struct RegistrationTransform {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
 
-  Eigen::Vector3d Corrected(const Eigen::Vector3d& point_in_cam) const;  // the depth part alone
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point_in_cam) const;  // both
   Sim3d Similarity() const;  // the second part, cam_from_corrected
+};
+
+// A transform for many points: what they share is worked out once.
+class RegistrationMap {
+ public:
+  explicit RegistrationMap(const RegistrationTransform& transform);
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point_in_cam) const {
+    return similarity_ * (point_in_cam / (a_ + b_ * point_in_cam.z()));
+  }
+  const Sim3d& similarity() const { return similarity_; }
+
+  // Of the moved point by a, b, log_scale, angle_axis, translation.
+  using Derivatives = Eigen::Matrix<double, 3, 9>;
+  Derivatives DerivativesAt(const Eigen::Vector3d& point_in_cam) const;
+
+ private:
+  double a_, b_;
+  Sim3d similarity_;
+  Eigen::Vector3d center_;
+  Eigen::Matrix3d scaled_rotation_;
+  Eigen::Matrix3d turn_by_angle_axis_;  // see the constructor
 };
 
 // Robust spread (1.4826 * median |.|) of the pairs' depth ratio log(z_sparse / z_cloud) about its
