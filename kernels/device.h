@@ -39,6 +39,15 @@ class Buffer {
   size_t count_ = 0;
 };
 
+// Bytes on their way to the host, while the backend goes on with what is queued behind them. Their
+// backend outlives it.
+class Arrival {
+ public:
+  virtual ~Arrival() = default;
+  // Waits for the bytes and writes them. Once, from any thread.
+  virtual void Take(void* host) = 0;
+};
+
 // Copies and fills happen in the order of the operations of the same backend. Thread-safe.
 class Device {
  public:
@@ -49,6 +58,10 @@ class Device {
   virtual std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) = 0;
   virtual void CopyToDevice(void* device, const void* host, size_t bytes) = 0;
   virtual void CopyToHost(void* host, const void* device, size_t bytes) = 0;
+  // As CopyToHost, but the wait is in Arrival::Take, until when the memory must stay as it is.
+  virtual std::unique_ptr<Arrival> SendToHost(const void* device, size_t bytes) {
+    return std::make_unique<LateCopy>(*this, device, bytes);
+  }
   virtual void Fill(void* device, int byte, size_t bytes) = 0;
   virtual void Synchronize() = 0;
   virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
@@ -83,6 +96,20 @@ class Device {
     CopyToHost(host.data(), device, count * sizeof(T));
     return host;
   }
+
+ private:
+  // Copies when it is taken.
+  class LateCopy : public Arrival {
+   public:
+    LateCopy(Device& device, const void* from, size_t bytes)
+        : device_(device), from_(from), bytes_(bytes) {}
+    void Take(void* host) override { device_.CopyToHost(host, from_, bytes_); }
+
+   private:
+    Device& device_;
+    const void* from_;
+    size_t bytes_;
+  };
 };
 
 }  // namespace retint

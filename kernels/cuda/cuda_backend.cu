@@ -2,6 +2,7 @@
 #include "kernels/cuda/cuda_backend.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/cuda/device.cuh"
 #include "kernels/cuda/groups.cuh"
@@ -93,6 +94,10 @@ class CudaBackend : public Backend {
     if (StagedCopy::Pays(host, bytes)) return staged_->ToHost(host, device, bytes);
     Check(cudaMemcpyAsync(host, device, bytes, cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync");
     Synchronize();
+  }
+  std::unique_ptr<Arrival> SendToHost(const void* device, size_t bytes) override {
+    std::unique_ptr<Arrival> sent = bytes > 0 ? staged_->Send(device, bytes) : nullptr;
+    return sent ? std::move(sent) : Backend::SendToHost(device, bytes);
   }
   void Fill(void* device, int byte, size_t bytes) override {
     if (bytes == 0) return;

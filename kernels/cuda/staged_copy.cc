@@ -29,6 +29,42 @@ void CopyByAll(void* to, const void* from, size_t bytes) {
 
 }  // namespace
 
+// A part of a buffer, and when the bytes are there.
+class StagedCopy::Sent : public Arrival {
+ public:
+  Sent(StagedCopy* owner, size_t buffer, size_t at, size_t bytes)
+      : owner_(owner),
+        buffer_(buffer),
+        from_(static_cast<char*>(owner->buffers_[buffer]) + at),
+        bytes_(bytes) {}
+  ~Sent() override {
+    if (arrived_) {
+      cudaEventSynchronize(arrived_);
+      cudaEventDestroy(arrived_);
+    }
+    const std::lock_guard lock(owner_->mutex_);
+    --owner_->lent_[buffer_];
+  }
+
+  void Start(const void* device) {
+    Check(cudaEventCreateWithFlags(&arrived_, cudaEventDisableTiming), "cudaEventCreate");
+    Check(cudaMemcpyAsync(from_, device, bytes_, cudaMemcpyDeviceToHost, owner_->stream_),
+          "cudaMemcpyAsync");
+    Check(cudaEventRecord(arrived_, owner_->stream_), "cudaEventRecord");
+  }
+  void Take(void* host) override {
+    Check(cudaEventSynchronize(arrived_), "cudaEventSynchronize");
+    std::memcpy(host, from_, bytes_);
+  }
+
+ private:
+  StagedCopy* owner_;
+  size_t buffer_;
+  char* from_;
+  size_t bytes_;
+  cudaEvent_t arrived_ = nullptr;
+};
+
 StagedCopy::~StagedCopy() {
   for (size_t b = 0; b < kBuffers; ++b) {
     if (arrived_[b]) {
@@ -50,6 +86,7 @@ bool StagedCopy::Pays(const void* host, size_t bytes) {
 }
 
 bool StagedCopy::TakeBuffers() {
+  if (std::ranges::any_of(lent_, [](int arrivals) { return arrivals > 0; })) return false;
   for (size_t b = 0; b < kBuffers; ++b) {
     if (!buffers_[b] && cudaMallocHost(&buffers_[b], kBufferBytes) != cudaSuccess) {
       cudaGetLastError();  // a copy without it works as well
@@ -99,6 +136,24 @@ void StagedCopy::ToHost(void* host, const void* device, size_t bytes) {
     CopyByAll(static_cast<char*>(host) + at, buffers_[b], std::min(kBufferBytes, bytes - at));
     start(at + kBuffers * kBufferBytes, b);
   }
+}
+
+std::unique_ptr<Arrival> StagedCopy::Send(const void* device, size_t bytes) {
+  constexpr size_t kAlignment = 256;
+  std::unique_ptr<Sent> sent;
+  {
+    const std::lock_guard lock(mutex_);
+    for (size_t b = 0; b < kBuffers && !sent; ++b) {
+      if (lent_[b] == 0) lent_bytes_[b] = 0;
+      if (!buffers_[b] || bytes > kBufferBytes - lent_bytes_[b]) continue;
+      sent = std::make_unique<Sent>(this, b, lent_bytes_[b], bytes);
+      ++lent_[b];
+      const size_t end = lent_bytes_[b] + (bytes + kAlignment - 1) / kAlignment * kAlignment;
+      lent_bytes_[b] = std::min(kBufferBytes, end);
+    }
+  }
+  if (sent) sent->Start(device);  // without the lock, which its destructor takes
+  return sent;
 }
 
 }  // namespace retint::cuda

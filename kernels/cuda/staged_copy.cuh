@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Large copies between a device and ordinary host memory, whose pages may move: CUDA copies such
 // memory through a buffer of its own with a single thread. Here all threads fill and empty two
-// buffers, one of which is on its way while the other is worked on.
+// buffers, one of which is on its way while the other is worked on. Smaller copies to the host may
+// wait in them until somebody takes the bytes.
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <mutex>
 
 #include <cuda_runtime.h>
+
+#include "kernels/device.h"
 
 namespace retint::cuda {
 
@@ -24,16 +28,24 @@ class StagedCopy {
   void ToDevice(void* device, const void* host, size_t bytes);
   // On return `host` has the bytes.
   void ToHost(void* host, const void* device, size_t bytes);
+  // Queues a copy into what is free of the buffers. Null where it does not fit, or where there are
+  // no buffers yet: taking them would cost more than is gained. The StagedCopy outlives it.
+  std::unique_ptr<Arrival> Send(const void* device, size_t bytes);
 
  private:
+  class Sent;
+
   static constexpr size_t kBuffers = 2, kBufferBytes = size_t{32} << 20;
 
-  bool TakeBuffers();  // false: there is no page-locked memory to be had, and CUDA copies alone
+  // False: no page-locked memory is to be had, or some is lent to arrivals, and CUDA copies alone.
+  bool TakeBuffers();
 
   cudaStream_t stream_;
   std::mutex mutex_;
   void* buffers_[kBuffers] = {};
-  cudaEvent_t arrived_[kBuffers] = {};  // what was last queued on the buffer
+  cudaEvent_t arrived_[kBuffers] = {};  // what was last queued on the buffer, but for arrivals
+  int lent_[kBuffers] = {};             // arrivals that have a part of it
+  size_t lent_bytes_[kBuffers] = {};    // from its beginning; part of it may be free again
 };
 
 }  // namespace retint::cuda

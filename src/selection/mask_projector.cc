@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <string_view>
@@ -313,33 +314,47 @@ class ShareRenderer {
   double scale_, offset_;
 };
 
-// Masks of `views` to `masks`, a group at a time: the host takes its memory while a device still
-// draws.
+// Masks of `views` to `masks`, a group at a time: the host takes the masks of one, and the memory
+// for them, while a device draws the next.
 void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
                  const std::vector<const View*>& views, const std::vector<float>& shares,
                  const ProjectorOptions& options, const std::function<void()>& step,
                  std::map<std::string, Mask>* masks) {
-  constexpr size_t kGroup = 16;
+  constexpr size_t kGroup = 8;
+  struct Drawn {
+    const View* view;
+    Buffer<uint8_t> pixels;
+    std::unique_ptr<Arrival> arrival;
+  };
   ShareRenderer share_renderer(renderer, shares, options);
-  // Backwards: the geometries cached last are those of the last views.
-  for (size_t end = views.size(); end > 0;) {
-    const size_t count = std::min(end, kGroup);
-    std::vector<Buffer<uint8_t>> drawn(count);
-    std::vector<Mask> group(count);
-    for (size_t i = 0; i < count; ++i) {
-      step();
-      drawn[i] = share_renderer.Render(reconstruction.Posed(*views[end - 1 - i]));
-    }
-    ParallelTasks(int64_t(count), [&](size_t i) {
-      const Camera& camera = reconstruction.Posed(*views[end - 1 - i]).camera;
-      group[i] = Mask(camera.width, camera.height);
+  const auto take = [&](std::vector<Drawn>* group) {
+    std::vector<Mask> taken(group->size());
+    ParallelTasks(int64_t(taken.size()), [&](size_t i) {
+      Drawn& drawn = (*group)[i];
+      const Camera& camera = reconstruction.Posed(*drawn.view).camera;
+      taken[i] = Mask(camera.width, camera.height);
+      drawn.arrival->Take(taken[i].data.data());
+      drawn.arrival.reset();
     });
-    for (size_t i = 0; i < count; ++i) {
-      renderer.backend().CopyToHost(group[i].data.data(), drawn[i].data(), drawn[i].size());
-      (*masks)[views[end - 1 - i]->name] = std::move(group[i]);
+    for (size_t i = 0; i < taken.size(); ++i) {
+      (*masks)[(*group)[i].view->name] = std::move(taken[i]);
     }
-    end -= count;
+    group->clear();
+  };
+  std::vector<Drawn> drawn_before, drawn;
+  // Backwards: the geometries cached last are those of the last views.
+  for (size_t left = views.size(); left > 0;) {
+    for (; left > 0 && drawn.size() < kGroup; --left) {
+      step();
+      const View* const view = views[left - 1];
+      auto pixels = share_renderer.Render(reconstruction.Posed(*view));
+      auto arrival = renderer.backend().SendToHost(pixels.data(), pixels.size());
+      drawn.push_back({view, std::move(pixels), std::move(arrival)});
+    }
+    take(&drawn_before);
+    std::swap(drawn_before, drawn);
   }
+  take(&drawn_before);
 }
 
 // Those of `views` that this rank owns; all of them where it is alone.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <memory>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -87,7 +89,38 @@ TEST_P(Memory, GrowsToTheLargest) {
   EXPECT_EQ(backend_->Download(buffer.data(), 1000), std::vector<float>(1000, 0.0f));
 }
 
+// More than a device keeps ready for arrivals, so that some are copied when they are taken.
+TEST_P(Memory, SendsToTheHost) {
+  constexpr int kSent = 20;
+  constexpr size_t kBytes = (size_t{4} << 20) - 3;
+  // Large copies and arrivals share memory, and must not hurt each other.
+  const auto large = UniformVector(rng_, 3 << 20, -1, 1);
+  const auto on_backend = backend_->Upload(std::span<const float>(large));
+  std::vector<Buffer<uint8_t>> buffers;
+  std::vector<std::unique_ptr<Arrival>> arrivals;
+  for (int i = 0; i < kSent; ++i) {
+    buffers.push_back(backend_->Allocate<uint8_t>(kBytes));
+    backend_->Fill(buffers.back().data(), i + 1, kBytes);
+    arrivals.push_back(backend_->SendToHost(buffers.back().data(), kBytes));
+  }
+  EXPECT_EQ(backend_->Download(on_backend.data(), large.size()), large);
+  backend_->CopyToDevice(on_backend.data(), large.data(), large.size() * sizeof(float));
+  for (int i = kSent - 1; i >= 0; --i) {
+    if (i % 5 == 0) {  // nobody wants it
+      arrivals[size_t(i)].reset();
+      continue;
+    }
+    std::vector<uint8_t> host(kBytes + 1, 0);
+    arrivals[size_t(i)]->Take(host.data());
+    EXPECT_EQ(std::count(host.begin(), host.end() - 1, uint8_t(i + 1)), std::ptrdiff_t(kBytes));
+    EXPECT_EQ(host.back(), 0);
+  }
+  arrivals.clear();
+  EXPECT_EQ(backend_->Download(on_backend.data(), large.size()), large);
+}
+
 TEST_P(Memory, TakesNothing) {
+  backend_->SendToHost(nullptr, 0)->Take(nullptr);
   const auto buffer = backend_->Allocate<float>(0);
   EXPECT_TRUE(backend_->Download(buffer.data(), 0).empty());
 }
