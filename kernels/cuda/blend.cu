@@ -35,7 +35,9 @@ struct Features<C, true> {
   float active;
 };
 
-template <int C, bool IsRegion>
+// With limits (of one channel, see BlendParams) a pixel is done where nothing that is still to come
+// takes it over one: features lie in [0, 1], so that it gains at most its transmittance.
+template <int C, bool IsRegion, bool HasLimits = false>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
   using Payload = Features<C, IsRegion>;
   __shared__ __align__(16) Batch<Payload> batches[kWarps];
@@ -71,6 +73,13 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
             share0 += w0 * batch.payloads[i].active;
             share1 += w1 * batch.payloads[i].active;
           }
+        }
+        if constexpr (HasLimits) {
+          const auto end = [&](float* t, float sum) {
+            if (*t > 0 && (sum >= params.high || sum + *t <= params.low)) *t = -*t;
+          };
+          end(&t0, sum0[0]);
+          end(&t1, sum1[0]);
         }
       },
       [&] { return t0 > 0 || t1 > 0; });
@@ -221,6 +230,8 @@ void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream
     if (lists.tiles == 0) return;
     if (view.is_region()) {
       BlendKernel<c(), true><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    } else if (c() == 1 && params.HasLimits()) {
+      BlendKernel<1, false, true><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
     } else {
       BlendKernel<c(), false><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
     }

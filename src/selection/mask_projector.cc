@@ -47,20 +47,16 @@ class Projection {
     for (const auto& view : painted) {
       painted_.push_back(
           {view.name, view.camera, backend_.Upload(std::span<const uint8_t>(view.mask.data)), {}});
-      seen_.push_back(&view.seen);
       requests.push_back({view.camera, reconstruction.FindView(view.name)});
     }
-    SurfaceRenderer surfaces(renderer, reconstruction, std::move(requests));
-    for (size_t i = 0; i < painted_.size();) {
-      for (ViewSurface& surface : surfaces.Next()) {
-        const CameraParams& camera = surface.geometry->camera();
-        backend_.mask().MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
-                                        kSilhouetteJump, surface.depth.data()});
-        HideUnseen(*seen_[i], &surface.depth);
-        LiftPaint(surface, painted_[i].mask.data());
-        painted_[i++].depth = std::move(surface.depth);
-      }
-    }
+    RenderSurfaces(renderer, reconstruction, requests, {}, [&](size_t i, ViewSurface surface) {
+      const CameraParams& camera = surface.geometry->camera();
+      backend_.mask().MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
+                                      kSilhouetteJump, surface.depth.data()});
+      HideUnseen(painted[i].seen, &surface.depth);
+      LiftPaint(surface, painted_[i].mask.data());
+      painted_[i].depth = std::move(surface.depth);
+    });
   }
 
   bool IsPainted(const View& view) const {
@@ -264,7 +260,6 @@ class Projection {
   std::vector<LiftedRows> kept_;  // a view of this rank each
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
-  std::vector<const Mask*> seen_;  // of the painted views
   Buffer<float> sums_;  // [N, 2] W^T (K M), W^T K; [N, 3] with W^T 1 where shares are completed
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
@@ -447,18 +442,18 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
   double done = 0;
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
-  SurfaceRenderer surfaces(renderer, reconstruction, requests, lifts ? kLiftedRows : kAllPixelRows);
-  for (size_t i = 0; i < drawn.size();) {
-    for (const ViewSurface& surface : surfaces.Next(step)) {
-      step();
-      if (lifts) {
-        projection.Lift(requests[i].posed, surface);
-      } else {
-        result.masks[drawn[i]->name] = projection.Draw(surface);
-      }
-      ++i;
-    }
-  }
+  SurfaceOptions surfaces;
+  surfaces.pixel_rows = lifts ? kLiftedRows : kAllPixelRows;
+  surfaces.before_each = step;
+  RenderSurfaces(renderer, reconstruction, requests, surfaces,
+                 [&](size_t i, const ViewSurface& surface) {
+                   step();
+                   if (lifts) {
+                     projection.Lift(requests[i].posed, surface);
+                   } else {
+                     result.masks[drawn[i]->name] = projection.Draw(surface);
+                   }
+                 });
   if (lifts) {
     projection.FindShares(graph, monitor, &result);
     RenderMasks(renderer, reconstruction, masked, result.shares, options, step, &result.masks);

@@ -12,8 +12,7 @@
 namespace retint {
 namespace {
 
-constexpr size_t kBatchBytes = size_t{256} << 20;  // depths and geometries held at a time
-constexpr size_t kMostViews = 32;
+constexpr size_t kBatchViews = 8;    // of three batches that are under way
 constexpr double kMaxSpread = 0.03;  // of a depth sample's four pixels
 
 // The sparse points that a view observes, as it should see them.
@@ -86,77 +85,161 @@ DepthBias FitDepthBias(std::span<const double> rendered, std::span<const double>
   return bias;
 }
 
-SurfaceRenderer::SurfaceRenderer(Renderer& renderer, const Reconstruction& reconstruction,
-                                 std::vector<SurfaceRequest> requests, uint16_t pixel_rows)
-    : renderer_(renderer), requests_(std::move(requests)), pixel_rows_(pixel_rows) {
-  std::vector<SparseDepths> found(requests_.size());
-  ParallelTasks(int64_t(found.size()),
-                [&](size_t i) { found[i] = SparseDepthsOf(requests_[i], reconstruction); });
-  std::vector<double> pixels;
-  sparse_begin_.push_back(0);
-  for (const auto& sparse : found) {
-    pixels.insert(pixels.end(), sparse.pixels.begin(), sparse.pixels.end());
-    sparse_.insert(sparse_.end(), sparse.z.begin(), sparse.z.end());
-    sparse_begin_.push_back(sparse_.size());
-  }
-  pixels_ = renderer.backend().Upload(std::span<const double>(pixels));
-  samples_ = renderer.backend().Allocate<double>(sparse_.size());
-}
+namespace {
 
-std::vector<ViewSurface> SurfaceRenderer::Next(const std::function<void()>& before_each) {
-  constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
-  Backend& backend = renderer_.backend();
-  const size_t first = next_;
+// Views that are drawn together.
+struct SurfaceBatch {
+  size_t first = 0;  // among the requests
   std::vector<ViewSurface> surfaces;
-  for (size_t bytes = 0;
-       next_ < requests_.size() && surfaces.size() < kMostViews && bytes < kBatchBytes; ++next_) {
-    before_each();
+  Buffer<double> samples;         // [sparse points of its views]
+  std::vector<DepthBias> biases;  // [surfaces], once they are known
+};
+
+// The steps of RenderSurfaces.
+class SurfaceDrawer {
+ public:
+  SurfaceDrawer(Renderer& renderer, const Reconstruction& reconstruction,
+                const std::vector<SurfaceRequest>& requests, const SurfaceOptions& options)
+      : renderer_(renderer),
+        backend_(renderer.backend()),
+        reconstruction_(reconstruction),
+        requests_(requests),
+        options_(options),
+        sparse_(requests.size()),
+        pixels_(requests.size()) {}
+
+  // Finds the sparse points of the views that come next.
+  void FindSparse() {
+    const size_t first = found_;
+    found_ = std::max(found_, std::min(next_ + kBatchViews, requests_.size()));
+    ParallelTasks(int64_t(found_ - first), [&](size_t i) {
+      sparse_[first + i] = SparseDepthsOf(requests_[first + i], reconstruction_);
+    });
+    for (size_t i = first; i < found_; ++i) {
+      pixels_[i] = backend_.Upload(std::span<const double>(sparse_[i].pixels));
+    }
+  }
+
+  // Queues the depths of as many views as there is room for, and their samples.
+  SurfaceBatch Draw() {
+    FindSparse();
+    SurfaceBatch batch;
+    batch.first = next_;
+    size_t points = 0;
+    while (next_ < found_ && batch.surfaces.size() < kBatchViews && HasRoom()) {
+      options_.before_each();
+      batch.surfaces.push_back(DrawOne(requests_[next_].posed));
+      points += sparse_[next_++].z.size();
+    }
+    batch.samples = backend_.Allocate<double>(points);
+    double* samples = batch.samples.data();
+    for (size_t i = 0; i < batch.surfaces.size(); ++i) {
+      const ViewSurface& surface = batch.surfaces[i];
+      const CameraParams& camera = surface.geometry->camera();
+      const size_t count = sparse_[batch.first + i].z.size();
+      backend_.mask().SampleDepth({surface.depth.data(), camera.width, camera.height,
+                                   pixels_[batch.first + i].data(), int64_t(count), kMaxSpread,
+                                   samples, options_.pixel_rows});
+      samples += count;
+    }
+    return batch;
+  }
+
+  std::vector<double> Samples(const SurfaceBatch& batch) {
+    return backend_.Download(batch.samples.data(), batch.samples.size());
+  }
+
+  void Fit(const std::vector<double>& samples, SurfaceBatch* batch) {
+    std::vector<std::span<const double>> of_views;
+    for (size_t i = 0, begin = 0; i < batch->surfaces.size(); ++i) {
+      const size_t count = sparse_[batch->first + i].z.size();
+      of_views.push_back(std::span(samples).subspan(begin, count));
+      begin += count;
+    }
+    batch->biases.resize(of_views.size());
+    ParallelTasks(int64_t(of_views.size()), [&](size_t i) {
+      batch->biases[i] = FitDepthBias(of_views[i], sparse_[batch->first + i].z);
+    });
+  }
+
+  // Queues the corrections, and what is done with the surfaces.
+  void Finish(SurfaceBatch batch, const std::function<void(size_t, ViewSurface)>& visit) {
+    for (size_t i = 0; i < batch.surfaces.size(); ++i) {
+      ViewSurface& surface = batch.surfaces[i];
+      const CameraParams& camera = surface.geometry->camera();
+      backend_.mask().CorrectDepth({surface.depth.data(), camera.width, camera.height,
+                                    float(batch.biases[i].a), float(batch.biases[i].b),
+                                    options_.pixel_rows});
+      held_bytes_ -= BytesOf(surface);
+      sparse_[batch.first + i] = {};
+      pixels_[batch.first + i] = {};
+      visit(batch.first + i, std::move(surface));
+    }
+  }
+
+ private:
+  static size_t BytesOf(const ViewSurface& surface) {
+    return surface.geometry->bytes() + surface.depth.size() * sizeof(float);
+  }
+  bool HasRoom() const {
+    return held_bytes_ == 0 || held_bytes_ + largest_bytes_ <= options_.held_bytes;
+  }
+
+  ViewSurface DrawOne(const PosedCamera& posed) {
+    constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
     ViewSurface surface;
-    surface.geometry = renderer_.Geometry(requests_[next_].posed);
+    surface.geometry = renderer_.Geometry(posed);
     const CameraParams& camera = surface.geometry->camera();
-    surface.depth = backend.Allocate<float>(size_t(camera.width) * size_t(camera.height));
+    surface.depth = backend_.Allocate<float>(size_t(camera.width) * size_t(camera.height));
     DepthParams depth{};
     depth.expected = surface.depth.data();
     depth.threshold = 0.5f;
     depth.min_alpha = kOpaque;
-    depth.pixel_rows = pixel_rows_;
-    backend.blend().Depth(*surface.geometry, depth);
-    const size_t begin = sparse_begin_[next_];
-    backend.mask().SampleDepth({surface.depth.data(), camera.width, camera.height,
-                                pixels_.data() + 2 * begin,
-                                int64_t(sparse_begin_[next_ + 1] - begin), kMaxSpread,
-                                samples_.data() + begin, pixel_rows_});
-    bytes += surface.geometry->bytes() + surface.depth.size() * sizeof(float);
-    surfaces.push_back(std::move(surface));
+    depth.pixel_rows = options_.pixel_rows;
+    backend_.blend().Depth(*surface.geometry, depth);
+    held_bytes_ += BytesOf(surface);
+    largest_bytes_ = std::max(largest_bytes_, BytesOf(surface));
+    return surface;
   }
-  Correct(first, &surfaces);
-  return surfaces;
-}
 
-void SurfaceRenderer::Correct(size_t first, std::vector<ViewSurface>* surfaces) {
-  const size_t begin = sparse_begin_[first];
-  const std::vector<double> samples = renderer_.backend().Download(
-      samples_.data() + begin, sparse_begin_[first + surfaces->size()] - begin);
-  std::vector<DepthBias> biases(surfaces->size());
-  ParallelTasks(int64_t(biases.size()), [&](size_t i) {
-    const size_t from = sparse_begin_[first + i], count = sparse_begin_[first + i + 1] - from;
-    biases[i] = FitDepthBias(std::span(samples).subspan(from - begin, count),
-                             std::span(sparse_).subspan(from, count));
-  });
-  for (size_t i = 0; i < biases.size(); ++i) {
-    const ViewSurface& surface = (*surfaces)[i];
-    const CameraParams& camera = surface.geometry->camera();
-    renderer_.backend().mask().CorrectDepth({surface.depth.data(), camera.width, camera.height,
-                                             float(biases[i].a), float(biases[i].b), pixel_rows_});
+  Renderer& renderer_;
+  Backend& backend_;
+  const Reconstruction& reconstruction_;
+  const std::vector<SurfaceRequest>& requests_;
+  const SurfaceOptions& options_;
+  size_t found_ = 0, next_ = 0;                // requests whose points are known; that are drawn
+  std::vector<SparseDepths> sparse_;           // [requests], of those that are under way
+  std::vector<Buffer<double>> pixels_;         // theirs
+  size_t held_bytes_ = 0, largest_bytes_ = 0;  // of all surfaces under way; of one, so far
+};
+
+}  // namespace
+
+void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
+                    const std::vector<SurfaceRequest>& requests, const SurfaceOptions& options,
+                    const std::function<void(size_t, ViewSurface)>& visit) {
+  SurfaceDrawer drawer(renderer, reconstruction, requests, options);
+  SurfaceBatch fitted, drawn = drawer.Draw();
+  while (!fitted.surfaces.empty() || !drawn.surfaces.empty()) {
+    drawer.FindSparse();
+    const std::vector<double> samples = drawer.Samples(drawn);  // the device is waited for here
+    SurfaceBatch next = drawer.Draw();
+    drawer.Finish(std::move(fitted), visit);
+    if (next.surfaces.empty()) next = drawer.Draw();  // into the memory of what was finished
+    drawer.Fit(samples, &drawn);
+    fitted = std::move(drawn);
+    drawn = std::move(next);
   }
 }
 
 DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
                       const Reconstruction& reconstruction) {
-  SurfaceRenderer surfaces(renderer, reconstruction, {{posed, view}});
-  const ViewSurface surface = surfaces.Next()[0];
-  DepthMap depth(posed.camera.width, posed.camera.height);
-  depth.data = renderer.backend().Download(surface.depth.data(), surface.depth.size());
+  DepthMap depth;
+  depth.width = posed.camera.width;
+  depth.height = posed.camera.height;
+  RenderSurfaces(renderer, reconstruction, {{posed, view}}, {}, [&](size_t, ViewSurface surface) {
+    depth.data = renderer.backend().Download(surface.depth.data(), surface.depth.size());
+  });
   return depth;
 }
 

@@ -26,29 +26,19 @@ struct SurfaceRequest {
   const View* view = nullptr;  // null, a free camera: not corrected
 };
 
-// The surfaces of many views, a batch at a time: the depths of a batch are queued, the host waits
-// once for their samples at the sparse points, and their corrections are queued. Rows outside
-// `pixel_rows` (see kernels/common/types.h; bit 0 is set) repeat the row above.
-class SurfaceRenderer {
- public:
-  SurfaceRenderer(Renderer& renderer, const Reconstruction& reconstruction,
-                  std::vector<SurfaceRequest> requests, uint16_t pixel_rows = kAllPixelRows);
-
-  // The next surfaces, in the order of the requests: as many as fit a few hundred MB, at least one;
-  // none when all were returned. `before_each` is called before each of them.
-  std::vector<ViewSurface> Next(const std::function<void()>& before_each = [] {});
-
- private:
-  void Correct(size_t first, std::vector<ViewSurface>* surfaces);
-
-  Renderer& renderer_;
-  std::vector<SurfaceRequest> requests_;
-  uint16_t pixel_rows_;
-  size_t next_ = 0;
-  std::vector<size_t> sparse_begin_;  // [requests + 1] into what follows
-  std::vector<double> sparse_;        // depth of each sparse point in its view
-  Buffer<double> pixels_, samples_;   // [sparse, 2], [sparse]
+struct SurfaceOptions {
+  // Rows outside of these (see kernels/common/types.h; bit 0 is set) repeat the row above.
+  uint16_t pixel_rows = kAllPixelRows;
+  size_t held_bytes = size_t{256} << 20;  // depths and geometries; one surface in any case
+  std::function<void()> before_each = [] {};
 };
+
+// Calls visit(i, surface) for the requests in their order. Views are drawn a few ahead: while the
+// host finds the corrections of some by their samples at the sparse points, a device draws the next
+// and does what `visit` queues for those before. `before_each` is called before one is drawn.
+void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
+                    const std::vector<SurfaceRequest>& requests, const SurfaceOptions& options,
+                    const std::function<void(size_t, ViewSurface)>& visit);
 
 // One of them, on the host.
 DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,

@@ -344,32 +344,49 @@ TEST_F(MaskProjectorTest, DepthBiasIsFoundFromTheSparsePoints) {
   EXPECT_EQ(FitDepthBias({}, {}).a, 1);
 }
 
-TEST_F(MaskProjectorTest, SurfacesOfABatchAreThoseOfEachView) {
+TEST_F(MaskProjectorTest, SurfacesOfManyViewsAreThoseOfEach) {
   std::vector<SurfaceRequest> requests;
   for (const View* view : views) requests.push_back({world.reconstruction.Posed(*view), view});
   requests[3].view = nullptr;  // a free camera
-  int called = 0;
-  SurfaceRenderer batch(renderer, world.reconstruction, requests);
-  const auto surfaces = batch.Next([&] { ++called; });
-  ASSERT_EQ(surfaces.size(), requests.size());
-  EXPECT_EQ(called, 5);
-  EXPECT_TRUE(batch.Next().empty());
-  for (size_t i = 0; i < requests.size(); ++i) {
+  const size_t distinct = requests.size();
+  while (requests.size() < 33) requests.push_back(requests[requests.size() - distinct]);
+  std::vector<DepthMap> each;
+  for (size_t i = 0; i < distinct; ++i) {
     const auto& request = requests[i];
-    const DepthMap one = SurfaceDepth(renderer, request.posed, request.view, world.reconstruction);
-    EXPECT_EQ(renderer.backend().Download(surfaces[i].depth.data(), surfaces[i].depth.size()),
-              one.data);
+    each.push_back(SurfaceDepth(renderer, request.posed, request.view, world.reconstruction));
     // The sparse points pull the Gaussians' depth towards the truth.
     const DepthMap truth = world.Depth(request.posed);
     const DepthMap raw = SurfaceDepth(renderer, request.posed, nullptr, world.reconstruction);
     double error = 0, raw_error = 0;
     for (size_t p = 0; p < truth.data.size(); ++p) {
       if (raw.data[p] == 0) continue;
-      error += std::abs(one.data[p] / truth.data[p] - 1);
+      error += std::abs(each[i].data[p] / truth.data[p] - 1);
       raw_error += std::abs(raw.data[p] / truth.data[p] - 1);
     }
     EXPECT_LE(error, raw_error);
   }
+  for (const size_t held_bytes : {SurfaceOptions().held_bytes, size_t{1}}) {
+    size_t begun = 0, visited = 0;
+    SurfaceOptions surfaces;
+    surfaces.held_bytes = held_bytes;
+    surfaces.before_each = [&] {
+      if (held_bytes == 1) {
+        EXPECT_EQ(begun, visited);  // without room for more, one after another
+      }
+      ++begun;
+    };
+    RenderSurfaces(renderer, world.reconstruction, requests, surfaces,
+                   [&](size_t i, const ViewSurface& surface) {
+                     EXPECT_EQ(i, visited++);
+                     EXPECT_EQ(
+                         renderer.backend().Download(surface.depth.data(), surface.depth.size()),
+                         each[i % distinct].data);
+                   });
+    EXPECT_EQ(begun, requests.size());
+    EXPECT_EQ(visited, requests.size());
+  }
+  RenderSurfaces(renderer, world.reconstruction, {}, {},
+                 [](size_t, const ViewSurface&) { FAIL() << "there is none"; });
 }
 
 TEST_F(MaskProjectorTest, PaintIsLookedUpOnlyOnSurfacesThatItSees) {
