@@ -44,8 +44,8 @@ class Buffer {
 class Arrival {
  public:
   virtual ~Arrival() = default;
-  // Waits for the bytes and writes them. Once, from any thread.
-  virtual void Take(void* host) = 0;
+  // Waits for the bytes, which live as long as this. From any thread, but from one at a time.
+  virtual const void* Wait() = 0;
 };
 
 // Copies and fills happen in the order of the operations of the same backend. Thread-safe.
@@ -58,7 +58,8 @@ class Device {
   virtual std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) = 0;
   virtual void CopyToDevice(void* device, const void* host, size_t bytes) = 0;
   virtual void CopyToHost(void* host, const void* device, size_t bytes) = 0;
-  // As CopyToHost, but the wait is in Arrival::Take, until when the memory must stay as it is.
+  // As CopyToHost, but the wait is in Arrival::Wait. Until the arrival is gone the memory must stay
+  // as it is.
   virtual std::unique_ptr<Arrival> SendToHost(const void* device, size_t bytes) {
     return std::make_unique<LateCopy>(*this, device, bytes);
   }
@@ -98,17 +99,24 @@ class Device {
   }
 
  private:
-  // Copies when it is taken.
+  // The host's memory itself, or a copy that is made when it is waited for.
   class LateCopy : public Arrival {
    public:
     LateCopy(Device& device, const void* from, size_t bytes)
         : device_(device), from_(from), bytes_(bytes) {}
-    void Take(void* host) override { device_.CopyToHost(host, from_, bytes_); }
+    const void* Wait() override {
+      if (device_.IsHost()) return from_;
+      if (copy_.empty()) {
+        copy_ = device_.Download(static_cast<const std::byte*>(from_), bytes_);
+      }
+      return copy_.data();
+    }
 
    private:
     Device& device_;
     const void* from_;
     size_t bytes_;
+    std::vector<std::byte> copy_;
   };
 };
 

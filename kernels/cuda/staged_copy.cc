@@ -15,6 +15,14 @@ namespace {
 
 constexpr size_t kLeastBytes = size_t{8} << 20;
 
+// What is copied at a time: a few pieces even of a copy that a buffer would hold, so that the
+// device's part of the work does not wait for all of the host's.
+size_t PieceOf(size_t bytes, size_t buffer_bytes) {
+  constexpr size_t kLeast = size_t{4} << 20, kPieces = 4, kAlignment = 256;
+  const size_t piece = std::max(kLeast, bytes / kPieces / kAlignment * kAlignment);
+  return std::min(piece, buffer_bytes);
+}
+
 // memcpy by all threads. Isolated: a thread that waits here holds the lock, and must not take up a
 // task that copies too.
 void CopyByAll(void* to, const void* from, size_t bytes) {
@@ -35,7 +43,7 @@ class StagedCopy::Sent : public Arrival {
   Sent(StagedCopy* owner, size_t buffer, size_t at, size_t bytes)
       : owner_(owner),
         buffer_(buffer),
-        from_(static_cast<char*>(owner->buffers_[buffer]) + at),
+        at_(static_cast<char*>(owner->buffers_[buffer]) + at),
         bytes_(bytes) {}
   ~Sent() override {
     if (arrived_) {
@@ -48,19 +56,19 @@ class StagedCopy::Sent : public Arrival {
 
   void Start(const void* device) {
     Check(cudaEventCreateWithFlags(&arrived_, cudaEventDisableTiming), "cudaEventCreate");
-    Check(cudaMemcpyAsync(from_, device, bytes_, cudaMemcpyDeviceToHost, owner_->stream_),
+    Check(cudaMemcpyAsync(at_, device, bytes_, cudaMemcpyDeviceToHost, owner_->stream_),
           "cudaMemcpyAsync");
     Check(cudaEventRecord(arrived_, owner_->stream_), "cudaEventRecord");
   }
-  void Take(void* host) override {
+  const void* Wait() override {
     Check(cudaEventSynchronize(arrived_), "cudaEventSynchronize");
-    std::memcpy(host, from_, bytes_);
+    return at_;
   }
 
  private:
   StagedCopy* owner_;
   size_t buffer_;
-  char* from_;
+  char* at_;
   size_t bytes_;
   cudaEvent_t arrived_ = nullptr;
 };
@@ -105,12 +113,15 @@ void StagedCopy::ToDevice(void* device, const void* host, size_t bytes) {
     Check(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "cudaMemcpyAsync");
     return;
   }
-  for (size_t at = 0, b = 0; at < bytes; at += kBufferBytes, b = (b + 1) % kBuffers) {
-    const size_t count = std::min(kBufferBytes, bytes - at);
-    Check(cudaEventSynchronize(arrived_[b]), "cudaEventSynchronize");
-    CopyByAll(buffers_[b], static_cast<const char*>(host) + at, count);
-    Check(cudaMemcpyAsync(static_cast<char*>(device) + at, buffers_[b], count,
-                          cudaMemcpyHostToDevice, stream_),
+  const size_t piece = PieceOf(bytes, kBufferBytes);
+  for (size_t at = 0, count = 0; at < bytes; at += count) {
+    const size_t b = at / kBufferBytes % kBuffers, within = at % kBufferBytes;
+    count = std::min({piece, bytes - at, kBufferBytes - within});
+    if (within == 0) Check(cudaEventSynchronize(arrived_[b]), "cudaEventSynchronize");
+    char* const staged = static_cast<char*>(buffers_[b]) + within;
+    CopyByAll(staged, static_cast<const char*>(host) + at, count);
+    Check(cudaMemcpyAsync(static_cast<char*>(device) + at, staged, count, cudaMemcpyHostToDevice,
+                          stream_),
           "cudaMemcpyAsync");
     Check(cudaEventRecord(arrived_[b], stream_), "cudaEventRecord");
   }
@@ -123,18 +134,19 @@ void StagedCopy::ToHost(void* host, const void* device, size_t bytes) {
     Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
     return;
   }
+  const size_t piece = PieceOf(bytes, kBufferBytes);
   const auto start = [&](size_t at, size_t b) {
     if (at >= bytes) return;
     Check(cudaMemcpyAsync(buffers_[b], static_cast<const char*>(device) + at,
-                          std::min(kBufferBytes, bytes - at), cudaMemcpyDeviceToHost, stream_),
+                          std::min(piece, bytes - at), cudaMemcpyDeviceToHost, stream_),
           "cudaMemcpyAsync");
     Check(cudaEventRecord(arrived_[b], stream_), "cudaEventRecord");
   };
-  for (size_t b = 0; b < kBuffers; ++b) start(b * kBufferBytes, b);
-  for (size_t at = 0, b = 0; at < bytes; at += kBufferBytes, b = (b + 1) % kBuffers) {
+  for (size_t b = 0; b < kBuffers; ++b) start(b * piece, b);
+  for (size_t at = 0, b = 0; at < bytes; at += piece, b = (b + 1) % kBuffers) {
     Check(cudaEventSynchronize(arrived_[b]), "cudaEventSynchronize");
-    CopyByAll(static_cast<char*>(host) + at, buffers_[b], std::min(kBufferBytes, bytes - at));
-    start(at + kBuffers * kBufferBytes, b);
+    CopyByAll(static_cast<char*>(host) + at, buffers_[b], std::min(piece, bytes - at));
+    start(at + kBuffers * piece, b);
   }
 }
 

@@ -2,7 +2,7 @@
 // Large copies between a device and ordinary host memory, whose pages may move: CUDA copies such
 // memory through a buffer of its own with a single thread. Here all threads fill and empty two
 // buffers, one of which is on its way while the other is worked on. Smaller copies to the host may
-// wait in them until somebody takes the bytes.
+// lie in them as long as somebody reads them.
 #pragma once
 
 #include <cstddef>

@@ -15,6 +15,8 @@
 namespace retint {
 namespace {
 
+constexpr int64_t kGrain = 1024;  // points
+
 void RequirePinhole(const PosedCamera& view) {
   constexpr int kMaxSide = std::numeric_limits<uint16_t>::max();
   if (!view.camera.IsPinhole()) throw InputError("the view's camera model is not PINHOLE");
@@ -95,7 +97,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   const Eigen::Quaterniond world_from_cam = view.cam_from_world.rotation.conjugate();
   const std::vector<size_t> sampled = SamplePixels(pixels, options.sample_fraction, options.seed);
   cloud.points.resize(sampled.size());
-  ParallelRanges(int64_t(sampled.size()), 1024, [&](int64_t begin, int64_t end) {
+  ParallelRanges(int64_t(sampled.size()), kGrain, [&](int64_t begin, int64_t end) {
     for (auto i = size_t(begin); i < size_t(end); ++i) {
       const int x = static_cast<int>(sampled[i] % size_t(mask.width));
       const int y = static_cast<int>(sampled[i] / size_t(mask.width));
@@ -106,9 +108,6 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
       point.footprint = static_cast<float>(z / focal);
       point.confidence = valid.Empty() || valid(x, y) >= 128 ? 1.0f : 0.5f;
       point.coverage = static_cast<float>(mask(x, y)) / 255.0f;
-      if (!image.Empty()) {
-        for (int c = 0; c < 3; ++c) point.color[size_t(c)] = ToByte(image(x, y, c));
-      }
       point.x = static_cast<uint16_t>(x);
       point.y = static_cast<uint16_t>(y);
     }
@@ -116,8 +115,19 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
   counts.sampled = static_cast<int64_t>(cloud.points.size());
   DropOutliers(options, backend, &cloud.points);
   counts.kept = static_cast<int64_t>(cloud.points.size());
+  if (!image.Empty()) SetColors(image.data.data(), image.width, &cloud);
   if (summary) *summary = counts;
   return cloud;
+}
+
+void SetColors(const float* rgb, int width, SelectionCloud* cloud) {
+  ParallelRanges(int64_t(cloud->points.size()), kGrain, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
+      SelectionPoint& point = cloud->points[i];
+      const float* const pixel = rgb + 3 * (size_t(point.y) * size_t(width) + point.x);
+      for (size_t c = 0; c < 3; ++c) point.color[c] = ToByte(pixel[c]);
+    }
+  });
 }
 
 void Append(SelectionCloud& cloud, SelectionCloud other) {

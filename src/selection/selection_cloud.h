@@ -58,6 +58,9 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
                          const CloudOptions& options, CloudSummary* summary = nullptr,
                          Backend* backend = nullptr);
 
+// The points' colors in the pixels `rgb`, [H, W, 3], that all of them come from.
+void SetColors(const float* rgb, int width, SelectionCloud* cloud);
+
 // Adds the points of `other`; source indices are remapped.
 void Append(SelectionCloud& cloud, SelectionCloud other);
 

@@ -36,7 +36,7 @@ constexpr size_t kVisible = 400;
 constexpr size_t kGraphNode = 450, kGraphNodeMaking = 550;
 constexpr size_t kPixel = 110;  // of the view that is worked on: images, residuals, targets
 constexpr size_t kMaskPixel = 2;
-// Views whose surfaces are held at a time (selection/view_depth.cc).
+// Views whose surfaces are held at a time, at most (selection/view_depth.h).
 constexpr size_t kBatchBytes = 256 * kMiB, kBatchViews = 32;
 constexpr size_t kBatchVisible = 130, kBatchPixel = 5;
 

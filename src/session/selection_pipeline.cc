@@ -125,14 +125,21 @@ SelectionCloud SelectionPipeline::Unproject(const PaintedView& view, const Depth
   const StageClock::Lap lap(scene_.clock(), "cloud");
   monitor.Step("cloud", 0, 1);
   Renderer& renderer = scene_.renderer();
-  const Image image = renderer.Render(view.camera).rgb;
-  SelectionCloud cloud = MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid,
-                                   image, options.cloud, &report->cloud, &renderer.backend());
+  Backend& backend = renderer.backend();
+  const DeviceRender rendered = renderer.RenderOnDevice(view.camera);
+  // On its way while the points are found.
+  const auto arrival = backend.SendToHost(rendered.rgb.data(), rendered.rgb.size() * sizeof(float));
+  SelectionCloud cloud = MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, {},
+                                   options.cloud, &report->cloud, &backend);
+  const auto* const rgb = static_cast<const float*>(arrival->Wait());
+  SetColors(rgb, rendered.width, &cloud);
   if (options.keep_raw) {
-    CloudOptions raw = options.cloud;
-    raw.outlier_neighbors = 0;
-    Append(*all_raw,
-           MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, image, raw));
+    CloudOptions raw_options = options.cloud;
+    raw_options.outlier_neighbors = 0;
+    SelectionCloud raw =
+        MakeCloud(view.camera, view.name, view.mask, depth.depth, depth.valid, {}, raw_options);
+    SetColors(rgb, rendered.width, &raw);
+    Append(*all_raw, std::move(raw));
   }
   monitor.Step("cloud", 1, 1);
   return cloud;
