@@ -19,7 +19,7 @@ constexpr size_t kLeastBytes = size_t{8} << 20;
 // device's part of the work does not wait for all of the host's.
 size_t PieceOf(size_t bytes, size_t buffer_bytes) {
   constexpr size_t kLeast = size_t{4} << 20, kPieces = 4, kAlignment = 256;
-  const size_t piece = std::max(kLeast, bytes / kPieces / kAlignment * kAlignment);
+  const size_t piece = std::max(kLeast, (bytes / kPieces / kAlignment + 1) * kAlignment);
   return std::min(piece, buffer_bytes);
 }
 

@@ -34,29 +34,43 @@ constexpr int64_t kGrain = 16384;  // Gaussians
 class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
-             const Reconstruction& reconstruction, Renderer& renderer,
-             const ProjectorOptions& options, bool completes)
+             Renderer& renderer, const ProjectorOptions& options, bool completes)
       : backend_(renderer.backend()), options_(options), completes_(completes) {
     std::vector<CloudPoint> points(cloud.points.size());
-    std::transform(cloud.points.begin(), cloud.points.end(), points.begin(), ToCloudPoint);
+    ParallelRanges(int64_t(points.size()), kGrain, [&](int64_t first, int64_t last) {
+      std::transform(cloud.points.begin() + first, cloud.points.begin() + last,
+                     points.begin() + first, ToCloudPoint);
+    });
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
     keeps_rows_ = ranks_.AreMany() && backend_.IsHost();
     if (options.kind != ProjectorKind::kGaussians) return;
     sums_ = backend_.Allocate<float>(Channels() * static_cast<size_t>(renderer.model().count()));
-    std::vector<SurfaceRequest> requests;
     for (const auto& view : painted) {
-      painted_.push_back(
-          {view.name, view.camera, backend_.Upload(std::span<const uint8_t>(view.mask.data)), {}});
+      painted_.push_back({view.name,
+                          view.camera,
+                          &view.seen,
+                          backend_.Upload(std::span<const uint8_t>(view.mask.data)),
+                          {}});
+    }
+  }
+
+  // Surfaces that AddPainted takes, before any other view is lifted.
+  std::vector<SurfaceRequest> PaintedRequests(const Reconstruction& reconstruction) const {
+    std::vector<SurfaceRequest> requests;
+    for (const Painted& view : painted_) {
       requests.push_back({view.camera, reconstruction.FindView(view.name)});
     }
-    RenderSurfaces(renderer, reconstruction, requests, {}, [&](size_t i, ViewSurface surface) {
-      const CameraParams& camera = surface.geometry->camera();
-      backend_.mask().MarkSilhouette({painted_[i].mask.data(), camera.width, camera.height,
-                                      kSilhouetteJump, surface.depth.data()});
-      HideUnseen(painted[i].seen, &surface.depth);
-      LiftPaint(surface, painted_[i].mask.data());
-      painted_[i].depth = std::move(surface.depth);
-    });
+    return requests;
+  }
+
+  void AddPainted(size_t i, ViewSurface surface) {
+    Painted& painted = painted_[i];
+    const CameraParams& camera = surface.geometry->camera();
+    backend_.mask().MarkSilhouette(
+        {painted.mask.data(), camera.width, camera.height, kSilhouetteJump, surface.depth.data()});
+    HideUnseen(*painted.seen, &surface.depth);
+    LiftPaint(surface, painted.mask.data());
+    painted.depth = std::move(surface.depth);
   }
 
   bool IsPainted(const View& view) const {
@@ -131,6 +145,7 @@ class Projection {
   struct Painted {
     std::string name;
     PosedCamera camera;
+    const Mask* seen;
     Buffer<uint8_t> mask;
     Buffer<float> depth;
   };
@@ -429,7 +444,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   ProjectedMasks result;
   const bool lifts = options.kind == ProjectorKind::kGaussians;
   const bool completes = graph && options.Completes() && !painted.empty();
-  Projection projection(cloud, painted, reconstruction, renderer, options, completes);
+  Projection projection(cloud, painted, renderer, options, completes);
   Ranks& ranks = CurrentRanks();
   const std::vector<const View*>& all_masked = wanted.empty() ? views : wanted;
   // Lifted from, but for what is painted and known already, or drawn on.
@@ -439,23 +454,27 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   }
   const std::vector<const View*> drawn = OwnViews(all_drawn, ranks);
   const std::vector<const View*> masked = OwnViews(all_masked, ranks);
-  std::vector<SurfaceRequest> requests;
-  for (const View* view : drawn) requests.push_back({reconstruction.Posed(*view), view});
+  std::vector<SurfaceRequest> requests = projection.PaintedRequests(reconstruction);
+  const size_t first_drawn = requests.size();
+  for (const View* view : drawn) {
+    requests.push_back({reconstruction.Posed(*view), view, lifts ? kLiftedRows : kAllPixelRows});
+  }
   const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
   double done = 0;
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
   SurfaceOptions surfaces;
-  surfaces.pixel_rows = lifts ? kLiftedRows : kAllPixelRows;
-  surfaces.before_each = step;
-  RenderSurfaces(renderer, reconstruction, requests, surfaces,
-                 [&](size_t i, const ViewSurface& surface) {
-                   step();
-                   if (lifts) {
-                     projection.Lift(requests[i].posed, surface);
-                   } else {
-                     result.masks[drawn[i]->name] = projection.Draw(surface);
-                   }
-                 });
+  surfaces.before_each = [&](size_t i) {
+    if (i >= first_drawn) step();
+  };
+  RenderSurfaces(renderer, reconstruction, requests, surfaces, [&](size_t i, ViewSurface surface) {
+    if (i < first_drawn) return projection.AddPainted(i, std::move(surface));
+    step();
+    if (lifts) {
+      projection.Lift(requests[i].posed, surface);
+    } else {
+      result.masks[drawn[i - first_drawn]->name] = projection.Draw(surface);
+    }
+  });
   if (lifts) {
     projection.FindShares(graph, monitor, &result);
     RenderMasks(renderer, reconstruction, masked, result.shares, options, step, &result.masks);

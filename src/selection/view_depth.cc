@@ -127,8 +127,8 @@ class SurfaceDrawer {
     batch.first = next_;
     size_t points = 0;
     while (next_ < found_ && batch.surfaces.size() < kBatchViews && HasRoom()) {
-      options_.before_each();
-      batch.surfaces.push_back(DrawOne(requests_[next_].posed));
+      options_.before_each(next_);
+      batch.surfaces.push_back(DrawOne(requests_[next_]));
       points += sparse_[next_++].z.size();
     }
     batch.samples = backend_.Allocate<double>(points);
@@ -139,7 +139,7 @@ class SurfaceDrawer {
       const size_t count = sparse_[batch.first + i].z.size();
       backend_.mask().SampleDepth({surface.depth.data(), camera.width, camera.height,
                                    pixels_[batch.first + i].data(), int64_t(count), kMaxSpread,
-                                   samples, options_.pixel_rows});
+                                   samples, requests_[batch.first + i].pixel_rows});
       samples += count;
     }
     return batch;
@@ -169,7 +169,7 @@ class SurfaceDrawer {
       const CameraParams& camera = surface.geometry->camera();
       backend_.mask().CorrectDepth({surface.depth.data(), camera.width, camera.height,
                                     float(batch.biases[i].a), float(batch.biases[i].b),
-                                    options_.pixel_rows});
+                                    requests_[batch.first + i].pixel_rows});
       held_bytes_ -= BytesOf(surface);
       sparse_[batch.first + i] = {};
       pixels_[batch.first + i] = {};
@@ -185,17 +185,17 @@ class SurfaceDrawer {
     return held_bytes_ == 0 || held_bytes_ + largest_bytes_ <= options_.held_bytes;
   }
 
-  ViewSurface DrawOne(const PosedCamera& posed) {
+  ViewSurface DrawOne(const SurfaceRequest& request) {
     constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
     ViewSurface surface;
-    surface.geometry = renderer_.Geometry(posed);
+    surface.geometry = renderer_.Geometry(request.posed);
     const CameraParams& camera = surface.geometry->camera();
     surface.depth = backend_.Allocate<float>(size_t(camera.width) * size_t(camera.height));
     DepthParams depth{};
     depth.expected = surface.depth.data();
     depth.threshold = 0.5f;
     depth.min_alpha = kOpaque;
-    depth.pixel_rows = options_.pixel_rows;
+    depth.pixel_rows = request.pixel_rows;
     backend_.blend().Depth(*surface.geometry, depth);
     held_bytes_ += BytesOf(surface);
     largest_bytes_ = std::max(largest_bytes_, BytesOf(surface));

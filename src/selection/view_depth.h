@@ -24,18 +24,18 @@ struct ViewSurface {
 struct SurfaceRequest {
   PosedCamera posed;
   const View* view = nullptr;  // null, a free camera: not corrected
+  // Rows outside of these (see kernels/common/types.h; bit 0 is set) repeat the row above.
+  uint16_t pixel_rows = kAllPixelRows;
 };
 
 struct SurfaceOptions {
-  // Rows outside of these (see kernels/common/types.h; bit 0 is set) repeat the row above.
-  uint16_t pixel_rows = kAllPixelRows;
   size_t held_bytes = size_t{256} << 20;  // depths and geometries; one surface in any case
-  std::function<void()> before_each = [] {};
+  std::function<void(size_t)> before_each = [](size_t) {};  // of the requests, before it is drawn
 };
 
 // Calls visit(i, surface) for the requests in their order. Views are drawn a few ahead: while the
 // host finds the corrections of some by their samples at the sparse points, a device draws the next
-// and does what `visit` queues for those before. `before_each` is called before one is drawn.
+// and does what `visit` queues for those before.
 void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
                     const std::vector<SurfaceRequest>& requests, const SurfaceOptions& options,
                     const std::function<void(size_t, ViewSurface)>& visit);

@@ -89,6 +89,17 @@ TEST_P(Memory, GrowsToTheLargest) {
   EXPECT_EQ(backend_->Download(buffer.data(), 1000), std::vector<float>(1000, 0.0f));
 }
 
+// Copies of one piece, of several, and of more than a device's buffers hold at a time.
+TEST_P(Memory, CopiesInPieces) {
+  for (const size_t bytes :
+       {(size_t{9} << 20) + 1, (size_t{50} << 20) - 7, (size_t{150} << 20) + 3}) {
+    std::vector<uint8_t> values(bytes);
+    for (size_t i = 0; i < bytes; ++i) values[i] = uint8_t(i % 251);  // no piece's own length
+    const auto copy = backend_->Upload(std::span<const uint8_t>(values));
+    EXPECT_TRUE(backend_->Download(copy.data(), bytes) == values) << bytes;
+  }
+}
+
 // More than a device keeps ready for arrivals, so that some are copied when they are waited for.
 TEST_P(Memory, SendsToTheHost) {
   constexpr int kSent = 20;
