@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "base/ranks.h"
 #include "kernels/common/sh.h"
@@ -101,11 +102,15 @@ void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float>
   });
 }
 
-std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
+std::vector<float> ClosedFormSh(std::span<const float> sh, int num_coeffs,
                                 std::span<const float> shares, const ColorEdit& edit,
                                 double active_threshold) {
-  ApplyClosedForm(sh, num_coeffs, shares, edit, active_threshold);
-  return sh;
+  std::vector<float> edited;
+  edited.reserve(sh.size());
+  PopulatePages(edited.data(), sh.size_bytes());
+  edited.assign(sh.begin(), sh.end());
+  ApplyClosedForm(edited, num_coeffs, shares, edit, active_threshold);
+  return edited;
 }
 
 namespace {

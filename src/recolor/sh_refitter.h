@@ -81,7 +81,7 @@ class ShRefitter {
 // The instant preview of coefficients `sh` [N, K, 3], K = num_coeffs: C <- C (1 + m (t - 1)) and
 // the DC term's 0.5 offset, for each Gaussian of share m above the threshold. OptionError unless
 // there is one share a Gaussian.
-std::vector<float> ClosedFormSh(std::vector<float> sh, int num_coeffs,
+std::vector<float> ClosedFormSh(std::span<const float> sh, int num_coeffs,
                                 std::span<const float> shares, const ColorEdit& edit,
                                 double active_threshold = RefitOptions().active_threshold);
 // The same in place.

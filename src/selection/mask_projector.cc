@@ -124,8 +124,8 @@ class Projection {
       });
       return values;
     };
-    const std::vector<float> inside = channel(0), known = channel(1);
     if (completes_) {
+      const std::vector<float> inside = channel(0), known = channel(1);
       result->visible = channel(2);
       CompletedShares completed = CompleteShares(*graph, {inside, known, result->visible},
                                                  options_.completion, monitor, &backend_);
@@ -134,11 +134,14 @@ class Projection {
       return;
     }
     result->shares.resize(count);
-    for (size_t g = 0; g < count; ++g) {
-      if (known[g] > kLeastVisible) {
-        result->shares[g] = std::clamp(inside[g] / known[g], 0.0f, 1.0f);
+    ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {
+      for (auto g = size_t(first); g < size_t(last); ++g) {
+        const float inside = sums[channels * g], known = sums[channels * g + 1];
+        if (known > kLeastVisible) {
+          result->shares[g] = std::clamp(inside / known, 0.0f, 1.0f);
+        }
       }
-    }
+    });
   }
 
  private:

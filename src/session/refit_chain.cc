@@ -25,8 +25,8 @@ std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t
       region.fit->Apply(sh, num_coeffs);
       continue;
     }
-    sh = ClosedFormSh(std::move(sh), num_coeffs, region.selection->shares, region.EffectiveEdit(),
-                      job.options.active_threshold);
+    ApplyClosedForm(sh, num_coeffs, region.selection->shares, region.EffectiveEdit(),
+                    job.options.active_threshold);
   }
   return sh;
 }
