@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <new>
 #include <span>
 #include <string>
@@ -222,21 +223,21 @@ class Estimation {
   }
 
   void Arbitrate() {
-    estimate_.valid = Mask(view_.camera.width, view_.camera.height, 0);
     if (!options_.arbitrate) {
+      estimate_.valid = Mask(view_.camera.width, view_.camera.height, 0);
       const auto found = backend_.Download(disparity_.data(), pixels_);
       std::transform(found.begin(), found.end(), estimate_.valid.data.begin(),
                      [](float s) { return s > 0 ? 255 : 0; });
       return;
     }
     const auto rough = backend_.Allocate<float>(pixels_);
-    const auto measured = backend_.Allocate<uint8_t>(pixels_);
+    measured_ = backend_.Allocate<uint8_t>(pixels_);
     stereo_.Invert(rough_.data(), nullptr, int64_t(pixels_), scale_, rough.data());
     auto params = OverViews<StereoArbitrateParams>();
     params.rough = rough.data();
-    params.measured = measured.data();
+    params.measured = measured_.data();
     stereo_.Arbitrate(params);
-    backend_.CopyToHost(estimate_.valid.data.data(), measured.data(), pixels_);
+    valid_ = backend_.SendToHost(measured_.data(), pixels_);
   }
 
   void Refine() {
@@ -245,8 +246,12 @@ class Estimation {
 
   DepthEstimate Finish() {
     stereo_.Invert(disparity_.data(), rough_.data(), int64_t(pixels_), scale_, disparity_.data());
-    estimate_.depth = DepthMap(view_.camera.width, view_.camera.height);
-    backend_.CopyToHost(estimate_.depth.data.data(), disparity_.data(), pixels_ * sizeof(float));
+    const int width = view_.camera.width, height = view_.camera.height;
+    const auto depth = backend_.SendToHost(disparity_.data(), pixels_ * sizeof(float));
+    if (valid_) {
+      estimate_.valid = Mask::Of(width, height, static_cast<const uint8_t*>(valid_->Wait()));
+    }
+    estimate_.depth = DepthMap::Of(width, height, static_cast<const float*>(depth->Wait()));
     const auto& valid = estimate_.valid.data;
     estimate_.valid_fraction =
         double(std::count(valid.begin(), valid.end(), 255)) / double(pixels_);
@@ -271,6 +276,8 @@ class Estimation {
   StereoSearch search_;
   float scale_ = 0;                  // depth times disparity
   Buffer<float> rough_, disparity_;  // [H, W] depth of the Gaussians; of stereo
+  Buffer<uint8_t> measured_;         // [H, W] where stereo was believed
+  std::unique_ptr<Arrival> valid_;   // the same, on its way
   std::vector<Plate> shifted_;
   Plate reference_;
   DepthEstimate estimate_;

@@ -19,6 +19,14 @@ struct PixelArray {
   PixelArray() = default;
   PixelArray(int w, int h, T value = T{})
       : width(w), height(h), data(size_t(w) * size_t(h) * C, value) {}
+  // A copy of pixels in memory, [h, w, C].
+  static PixelArray Of(int w, int h, const T* pixels) {
+    PixelArray array;
+    array.width = w;
+    array.height = h;
+    array.data.assign(pixels, pixels + size_t(w) * size_t(h) * C);
+    return array;
+  }
   bool Empty() const { return data.empty(); }
   size_t NumPixels() const { return size_t(width) * size_t(height); }
   bool Contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }

@@ -345,10 +345,8 @@ void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
     ParallelTasks(int64_t(taken.size()), [&](size_t i) {
       Drawn& drawn = (*group)[i];
       const Camera& camera = reconstruction.Posed(*drawn.view).camera;
-      const auto* const pixels = static_cast<const uint8_t*>(drawn.arrival->Wait());
-      taken[i].width = camera.width;
-      taken[i].height = camera.height;
-      taken[i].data.assign(pixels, pixels + drawn.pixels.size());
+      taken[i] =
+          Mask::Of(camera.width, camera.height, static_cast<const uint8_t*>(drawn.arrival->Wait()));
       drawn.arrival.reset();
     });
     for (size_t i = 0; i < taken.size(); ++i) {

@@ -91,8 +91,9 @@ namespace {
 struct SurfaceBatch {
   size_t first = 0;  // among the requests
   std::vector<ViewSurface> surfaces;
-  Buffer<double> samples;         // [sparse points of its views]
-  std::vector<DepthBias> biases;  // [surfaces], once they are known
+  Buffer<double> samples;            // [sparse points of its views]
+  std::unique_ptr<Arrival> arrival;  // of these
+  std::vector<DepthBias> biases;     // [surfaces], once they are known
 };
 
 // The steps of RenderSurfaces.
@@ -142,19 +143,18 @@ class SurfaceDrawer {
                                    samples, requests_[batch.first + i].pixel_rows});
       samples += count;
     }
+    batch.arrival = backend_.SendToHost(batch.samples.data(), points * sizeof(double));
     return batch;
   }
 
-  std::vector<double> Samples(const SurfaceBatch& batch) {
-    return backend_.Download(batch.samples.data(), batch.samples.size());
-  }
-
-  void Fit(const std::vector<double>& samples, SurfaceBatch* batch) {
+  // Finds the corrections of what was drawn and waited for.
+  void Fit(SurfaceBatch* batch) {
+    if (batch->surfaces.empty()) return;
+    const auto* samples = static_cast<const double*>(batch->arrival->Wait());
     std::vector<std::span<const double>> of_views;
-    for (size_t i = 0, begin = 0; i < batch->surfaces.size(); ++i) {
-      const size_t count = sparse_[batch->first + i].z.size();
-      of_views.push_back(std::span(samples).subspan(begin, count));
-      begin += count;
+    for (size_t i = 0; i < batch->surfaces.size(); ++i) {
+      of_views.emplace_back(samples, sparse_[batch->first + i].z.size());
+      samples += of_views[i].size();
     }
     batch->biases.resize(of_views.size());
     ParallelTasks(int64_t(of_views.size()), [&](size_t i) {
@@ -222,11 +222,11 @@ void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
   SurfaceBatch fitted, drawn = drawer.Draw();
   while (!fitted.surfaces.empty() || !drawn.surfaces.empty()) {
     drawer.FindSparse();
-    const std::vector<double> samples = drawer.Samples(drawn);  // the device is waited for here
+    if (drawn.arrival) drawn.arrival->Wait();  // here, where a device has work for meanwhile
     SurfaceBatch next = drawer.Draw();
     drawer.Finish(std::move(fitted), visit);
     if (next.surfaces.empty()) next = drawer.Draw();  // into the memory of what was finished
-    drawer.Fit(samples, &drawn);
+    drawer.Fit(&drawn);
     fitted = std::move(drawn);
     drawn = std::move(next);
   }

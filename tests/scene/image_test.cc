@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene/image.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace retint {
@@ -15,6 +17,14 @@ TEST(PixelArrayTest, RowMajorChannelsLast) {
   image(3, 2, 2) = 9;
   EXPECT_EQ(image.data.back(), 9);
   EXPECT_EQ(image(0, 0, 1), 0.5f);
+}
+
+TEST(PixelArrayTest, CopiesPixels) {
+  const float pixels[] = {1, 2, 3, 4, 5, 6, 7};  // one more than are copied
+  const Image image = Image::Of(1, 2, pixels);
+  EXPECT_EQ(image.width, 1);
+  EXPECT_EQ(image.height, 2);
+  EXPECT_EQ(image.data, (std::vector<float>{1, 2, 3, 4, 5, 6}));
 }
 
 TEST(PixelArrayTest, ContainsItsOwnPixelsOnly) {
