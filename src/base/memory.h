@@ -16,8 +16,9 @@ void ReleaseFreedMemory();
 // libraries.
 void GiveLargeBlocksBackAtOnce();
 
-// Has the system provide the pages of memory that was just taken, by all threads; whoever fills it
-// then, alone, is several times faster. A hint: the memory may be used the same without.
+// Has the system provide the pages of memory that was just taken, by all threads, and large ones
+// where it can; whoever fills it then, alone, is several times faster. A hint: the memory may be
+// used the same without.
 void PopulatePages(void* data, size_t bytes);
 
 // values.resize(count) of a std::vector or a std::string. The pages of a large one are provided
