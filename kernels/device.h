@@ -66,6 +66,9 @@ class Device {
   virtual void Fill(void* device, int byte, size_t bytes) = 0;
   virtual void Synchronize() = 0;
   virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
+  // What this process can have of the device's memory: what is free, and what it holds already, in
+  // use or kept. 0 on the CPU.
+  virtual size_t AvailableDeviceBytes() const = 0;
   // Gives memory that was freed, and is kept for what comes next, back to the driver; waits for
   // what is queued. Before memory of quite other sizes is taken: pieces do not fit into old holes.
   virtual void ReleaseFreed() {}

@@ -113,7 +113,8 @@ struct LargeArguments {
   std::string mode = "auto";
   std::filesystem::path index;
   int most_views = 0;
-  MemoryLimits Limits() const;
+  MemoryLimits Limits(const Device& backend) const;
+  MemoryLimits Limits(const Run& run) const;  // of the backend that was asked for
 };
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
 // Null where the splat is opened whole, as OpenSession() does. `refit` is what follows; null: none
@@ -125,8 +126,8 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
 void WriteEdited(const EditSession& session, const LargeScene* large,
                  const std::filesystem::path& staged, const std::filesystem::path& target,
                  Run& run);
-// Before the fit of a region: what it keeps is made to fit into the limits, where there are any;
-// `large` is null of a whole scene. OptionError as RegionCacheThatFits().
+// Before the fit of a region: what it keeps is made to fit into the limits. A whole scene (`large`
+// is null) has one on the CPU only where it was given. OptionError as RegionCacheThatFits().
 void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSession& session,
                 RegionId region, RefitOptions* refit);
 // OptionError where a splat that is opened in parts cannot be written to `output`.

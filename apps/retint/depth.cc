@@ -40,7 +40,7 @@ void Depth(const Arguments& arguments, Run& run) {
   if (!arguments.png.empty()) CheckOutput(arguments.png);
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session = large ? large->Show({arguments.view}, nullptr, run.monitor())
-                       : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+                       : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
   if (large) DescribeSession(*session, run.globals().backend, run);
   const Pictures pictures = session->pictures();
   const auto found = pictures.Require(arguments.view);

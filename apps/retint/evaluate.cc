@@ -85,7 +85,7 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
 RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, TargetKind target,
                         Run& run) {
   const auto session =
-      OpenSession(arguments.scene, arguments.holdout, run, arguments.large.Limits());
+      OpenSession(arguments.scene, arguments.holdout, run, arguments.large.Limits(run));
   if (target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
@@ -110,6 +110,7 @@ RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, Targe
   const RunReport measured = session->MakeReport();
   report.stages_ms = measured.stages_ms;
   report.peak_rss_mb = measured.peak_rss_mb;
+  report.peak_device_mb = measured.peak_device_mb;
   return report;
 }
 

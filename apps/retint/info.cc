@@ -120,7 +120,7 @@ void DescribeParts(const Arguments& arguments, LargeScene& large, Run& run) {
 // workspace, what the header tells is all. Whether it is one.
 bool DescribedAlone(const Arguments& arguments, Run& run) {
   const SceneArguments& scene = arguments.scene;
-  const MemoryLimits limits = arguments.large.Limits();
+  const MemoryLimits limits = arguments.large.Limits(run);
   const size_t caches = limits.Cache(run.globals().cache_mb << 20);
   const bool in_parts = arguments.large.mode == "on" ||
                         (arguments.large.mode == "auto" && IsTooLarge(scene.splat, limits, caches));
@@ -143,7 +143,7 @@ void Info(const Arguments& arguments, Run& run) {
   if (DescribedAlone(arguments, run)) return;
   const auto large = OpenLarge(scene, arguments.large, 0, /*refit=*/nullptr, run);
   if (large) return DescribeParts(arguments, *large, run);
-  const auto session = OpenSession(scene, 0, run, arguments.large.Limits());
+  const auto session = OpenSession(scene, 0, run, arguments.large.Limits(run));
   const GaussianModel& model = session->original();
   run.FinishProgress();
   PrintWorkspace(session->workspace(), run);

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How the verbs open a splat that is larger than memory.
 #include "base/error.h"
+#include "base/ranks.h"
 #include "retint/common.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
 
-MemoryLimits LargeArguments::Limits() const { return {memory_mb << 20, device_memory_mb << 20}; }
+MemoryLimits LargeArguments::Limits(const Device& backend) const {
+  return MemoryLimits{memory_mb << 20, device_memory_mb << 20}.For(backend);
+}
+
+MemoryLimits LargeArguments::Limits(const Run& run) const {
+  return Limits(*OpenBackend(run.globals().backend));
+}
 
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
   constexpr const char* kGroup = "Memory";
@@ -16,7 +23,7 @@ void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
       ->check(CLI::Range(size_t{0}, size_t{1} << 24))
       ->group(kGroup);
   verb->add_option("--device-memory-mb", large.device_memory_mb,
-                   "The same of a GPU's memory; 0: as much as there is")
+                   "The same of a GPU's memory; 0: nine tenths of what is free")
       ->check(CLI::Range(size_t{0}, size_t{1} << 22))
       ->group(kGroup);
   verb->add_option("--out-of-core", large.mode,
@@ -37,14 +44,16 @@ void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
 std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
                                       int holdout, const RefitOptions* refit, Run& run) {
   LargeSceneOptions options;
-  options.limits = large.Limits();
+  options.limits = large.Limits(run);
   options.index = large.index;
   options.most_views = large.most_views;
   if (refit) options.refit = *refit;
   const size_t caches = options.limits.Cache(run.globals().cache_mb << 20) +
                         (refit ? options.limits.Cache(refit->region_cache_bytes) : 0);
-  const bool needed = large.mode == "on" || (large.mode == "auto" && !scene.workspace.empty() &&
-                                             IsTooLarge(scene.splat, options.limits, caches));
+  // Ranks that share a GPU may find different amounts of it free, and open the splat alike.
+  const bool needed =
+      large.mode == "on" || (large.mode == "auto" && !scene.workspace.empty() &&
+                             CurrentRanks().Any(IsTooLarge(scene.splat, options.limits, caches)));
   if (!needed) return nullptr;
   const SessionOptions session = OptionsOf(scene, holdout, run);
   auto opened =
@@ -55,8 +64,9 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
 
 void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSession& session,
                 RegionId region, RefitOptions* refit) {
-  const MemoryLimits limits = arguments.Limits();
-  if (!large && limits.host_bytes == 0 && limits.device_bytes == 0) return;
+  const MemoryLimits limits = arguments.Limits(session.scene().backend());
+  const bool on_host = limits.CacheSide() == MemorySide::kHost;
+  if (!large && on_host && limits.host_bytes == 0) return;
   EditSize size = large ? large->size() : SizeOfWhole(session);
   size.refit = *refit;
   refit->region_cache_bytes = RegionCacheThatFits(limits, session, region, size);

@@ -25,7 +25,8 @@ void Project(const Arguments& arguments, Run& run) {
   const SelectionCloud cloud = ReadCloud(arguments.cloud);
   if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
-  auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  auto session =
+      large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
   const Pictures pictures = large ? large->pictures() : session->pictures();
   const auto painted = ReadPaint(arguments.paint, pictures);
   if (painted.empty() && !cloud.sources.empty() && options.kind == ProjectorKind::kGaussians) {

@@ -128,7 +128,7 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Color
                                          std::unique_ptr<LargeScene>* large, Run& run) {
   const int holdout = arguments.color.holdout;
   *large = OpenLarge(arguments.scene, arguments.large, holdout, &refit, run);
-  if (!*large) return OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
+  if (!*large) return OpenSession(arguments.scene, holdout, run, arguments.large.Limits(run));
   CheckOutputOfParts(arguments.output);
   CheckOption(arguments.stages.empty(),
               "--save-stages draws every view of the scene, which is not to be had in parts");
@@ -142,7 +142,6 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Color
 void Recolor(const Arguments& arguments, Run& run) {
   EditOptions options = Resolve(arguments.edit, run.globals());
   RefitOptions& refit = options.refit.options;
-  refit.region_cache_bytes = arguments.large.Limits().Cache(refit.region_cache_bytes);
   options.select.keep_raw = !arguments.stages.empty();
   const RefitJob& job = options.refit;
   ColorEdit edit = arguments.color.flags.Resolve();
@@ -151,6 +150,7 @@ void Recolor(const Arguments& arguments, Run& run) {
                               [](const auto& op) { return op.picture != nullptr; }),
               "--view and --mask are required, or --edited, whose pictures show what is meant");
   if (run.Writes()) CheckOutputs(arguments);
+  refit.region_cache_bytes = arguments.large.Limits(run).Cache(refit.region_cache_bytes);
 
   std::unique_ptr<LargeScene> large;
   auto session = OpenPainted(arguments, edit, refit, &large, run);

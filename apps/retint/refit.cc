@@ -34,7 +34,7 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
   const int holdout = arguments.color.holdout;
   opened.large = OpenLarge(arguments.scene, arguments.large, holdout, &job.options, run);
   if (!opened.large) {
-    opened.session = OpenSession(arguments.scene, holdout, run, arguments.large.Limits());
+    opened.session = OpenSession(arguments.scene, holdout, run, arguments.large.Limits(run));
   }
   LargeScene* const large = opened.large.get();
   if (large) CheckOutputOfParts(arguments.output);
@@ -64,13 +64,13 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
 void Refit(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.color.flags.Resolve();
   RefitJob job = Resolve(arguments.edit, run.globals()).refit;
-  size_t& region_cache_bytes = job.options.region_cache_bytes;
-  region_cache_bytes = arguments.large.Limits().Cache(region_cache_bytes);
   CodecForWriting(arguments.output);
   if (run.Writes()) {
     CheckOutput(arguments.output);
     if (!arguments.report.empty()) CheckOutput(arguments.report);
   }
+  size_t& region_cache_bytes = job.options.region_cache_bytes;
+  region_cache_bytes = arguments.large.Limits(run).Cache(region_cache_bytes);
   Masked opened = Open(arguments, job, run);
   EditSession* const session = opened.session.get();
   const RegionId region = session->AddRegion("selection", std::move(opened.masks),

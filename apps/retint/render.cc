@@ -62,7 +62,8 @@ void Render(const Arguments& arguments, Run& run) {
               "give either --view NAME or --all, and not both");
   CheckOutput(arguments.output, /*as_folder=*/true);
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
-  auto session = large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  auto session =
+      large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
   const Pictures pictures = large ? large->pictures() : session->pictures();
   std::vector<const UserPicture*> views;
   if (arguments.all) {

@@ -48,7 +48,7 @@ void CheckArguments(const Arguments& arguments) {
 std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const SelectOptions& options,
                                          Run& run) {
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
-  if (!large) return OpenSession(arguments.scene, 0, run, arguments.large.Limits());
+  if (!large) return OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
   auto session = large->Show(arguments.paint.views, nullptr, run.monitor());
   DescribeSession(*session, run.globals().backend, run);
   std::vector<PosedCamera> cameras;

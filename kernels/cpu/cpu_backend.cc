@@ -43,6 +43,7 @@ class CpuBackend : public Backend {
   }
   void Synchronize() override {}
   size_t PeakDeviceBytes() const override { return 0; }
+  size_t AvailableDeviceBytes() const override { return 0; }
   bool IsHost() const override { return true; }
 
  private:

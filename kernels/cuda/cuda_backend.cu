@@ -115,6 +115,14 @@ class CudaBackend : public Backend {
           "cudaMemPoolGetAttribute");
     return size_t(peak);
   }
+  size_t AvailableDeviceBytes() const override {
+    size_t free = 0, total = 0;
+    Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
+    uint64_t held = 0;
+    Check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrReservedMemCurrent, &held),
+          "cudaMemPoolGetAttribute");
+    return free + size_t(held);
+  }
 
  private:
   int device_ = 0;

@@ -207,7 +207,13 @@ void EntrySorter::Merge(size_t buffer_bytes, const std::function<void(const Plac
 
 void EntrySorter::OpenFile() {
   if (fd_ >= 0) return;
-  std::string name = (fs::absolute(index_).parent_path() / ".retint-index-XXXXXX").string();
+  const fs::path folder = fs::absolute(index_).parent_path();
+#ifdef O_TMPFILE
+  fd_ = open(folder.c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600);
+  if (fd_ >= 0) return;
+#endif
+  // Where the file system has no such files, one has a name for a moment.
+  std::string name = (folder / ".retint-index-XXXXXX").string();
   fd_ = mkostemp(name.data(), O_CLOEXEC);
   if (fd_ < 0) Fail("make");
   unlink(name.c_str());

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <fstream>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -18,16 +20,24 @@ constexpr size_t kMiB = size_t{1} << 20;
 // Of the program's code, threads and what the allocator keeps between blocks.
 constexpr size_t kProgramBytes = 64 * kMiB;
 constexpr double kFragments = 1.08;  // of all that is taken, over what was asked for
-// A Gaussian of degree 3 in the model and on the CPU backend, with its number and flags.
-constexpr size_t kGaussian = 2 * 236 + 60;
+constexpr size_t kModel = 236;       // a Gaussian of degree 3 in the model or on the CPU backend
+constexpr size_t kNumberAndFlags = 60;
 constexpr size_t kCoefficients = 192;  // one copy of them
-// Copies for the report and the output, beside the model's: after the edit, and on the backend.
+// Copies for the report and the output, beside the model's.
 constexpr size_t kCopies = 2;
+// Beside a device: page-locked buffers of large copies (kernels/cuda/staged_copy.cuh), and as much
+// for what the driver loads when a kernel first runs.
+constexpr size_t kBesideDevice = 128 * kMiB;
+// On the device: the model, and while a view is prepared or the report made what that takes.
 constexpr size_t kDeviceGaussian = 750;
-// Of the largest view: images, and the volumes in which stereo adds up its costs, five bytes a
-// disparity (kernels/cuda/stereo_match.cu), of 128 disparities.
-constexpr size_t kDevicePixel = 110 + 5 * 128;
-constexpr size_t kCopiesBesideDevice = 4;  // of a fit's coefficients: before, start and after
+// The volumes in which stereo adds up its costs, five bytes a disparity
+// (kernels/cuda/stereo_match.cu), of 128 disparities.
+constexpr size_t kStereoPixel = 5 * 128;
+// Of the graph that is solved: at most 32 edges of 8 bytes, and the vectors
+// (kernels/cuda/graph.cu).
+constexpr size_t kDeviceGraphNode = 32 * 8 + 72;
+constexpr size_t kCopiesBesideDevice = 4;   // of a fit's coefficients: before, start and after
+constexpr size_t kVisibleBesideDevice = 8;  // of a view's rows, which Gaussian each is
 // Of a view, a Gaussian that it sees: while it is projected and sorted, and restricted to those
 // that are fitted.
 constexpr size_t kVisible = 400;
@@ -58,25 +68,56 @@ size_t SurfaceBytes(const EditSize& size) {
   return std::min(kBatchBytes + surface, std::min(size.views, kBatchViews) * surface);
 }
 
-// What a stage takes for a while: the one that takes most, and the view that it works on.
+// What a stage takes of the host for a while: the one that takes most, and the view that it works
+// on.
 size_t WorkBytes(const EditSize& size, size_t projection) {
   const size_t of_active =
       size.on_device ? kCopiesBesideDevice * kCoefficients : FitBytes(size.refit);
   const size_t fit = Of(size.active, of_active);
   const size_t report = size.active > 0 ? Of(size.gaussians, kCopies * kCoefficients) : 0;
-  return Of(size.most_visible, kVisible) + size.largest_pixels * kPixel +
-         std::max({projection, fit, report});
+  return Of(size.most_visible, size.on_device ? kVisibleBesideDevice : kVisible) +
+         size.largest_pixels * kPixel + std::max({projection, fit, report});
 }
 
-[[noreturn]] void FailFit(const char* flag, size_t limit, size_t taken, size_t active) {
-  const size_t would_do = taken / 3 * 4;  // caches grow with the limit
-  throw OptionError(std::string(flag) + " " + std::to_string(limit / kMiB) +
-                    " is too little for the fit of " + std::to_string(active) + " Gaussians; " +
-                    flag + " " + std::to_string(would_do / kMiB + 1) +
-                    " does, or a smaller selection");
+// Of a device, where `before` is what the stages before the fit take.
+size_t OnDevice(const EditSize& size, size_t before) {
+  return Of(size.gaussians, kDeviceGaussian) + size.largest_pixels * kPixel +
+         std::max(before, Of(size.active, FitBytes(size.refit)));
+}
+
+size_t WithFragments(size_t bytes) {
+  return static_cast<size_t>(kFragments * static_cast<double>(bytes));
+}
+
+std::string Mebibytes(size_t bytes) { return std::to_string((bytes + kMiB - 1) / kMiB); }
+
+// "a is", "a and b are".
+std::string Joined(const std::vector<std::string>& one_or_two) {
+  return one_or_two.size() == 1 ? one_or_two[0] + " is"
+                                : one_or_two[0] + " and " + one_or_two[1] + " are";
+}
+
+// Where a limit was given, or is the host's, caches grow with it.
+[[noreturn]] void FailFit(const MemoryLimits& limits, const MemoryBytes& taken, size_t on_cpu,
+                          size_t active) {
+  const auto with_caches = [](size_t bytes) { return bytes / 3 * 4 + kMiB; };
+  MemoryBytes enough = taken;
+  if (taken.host > limits.HostBytes()) enough.host = with_caches(taken.host);
+  if (taken.device > limits.DeviceBytes() && limits.device_bytes > 0) {
+    enough.device = with_caches(taken.device);
+  }
+  throw OptionError(TooLittle(limits, taken) + " for the fit of " + std::to_string(active) +
+                    " Gaussians; " + Enough(limits, enough, with_caches(on_cpu)) +
+                    ", or a smaller selection");
 }
 
 }  // namespace
+
+MemoryLimits MemoryLimits::For(const Device& backend) const {
+  MemoryLimits limits = *this;
+  limits.device_has = backend.AvailableDeviceBytes();
+  return limits;
+}
 
 size_t MemoryLimits::HostBytes() const {
   if (host_bytes > 0) return host_bytes;
@@ -84,10 +125,49 @@ size_t MemoryLimits::HostBytes() const {
   return pages * static_cast<size_t>(sysconf(_SC_PAGE_SIZE)) / 4 * 3;
 }
 
-size_t MemoryLimits::Cache(size_t wanted) const {
-  if (host_bytes > 0) wanted = std::min(wanted, host_bytes / 8);
-  if (device_bytes > 0) wanted = std::min(wanted, device_bytes / 8);
-  return wanted;
+size_t MemoryLimits::DeviceBytes() const {
+  if (device_has == 0) return 0;
+  return device_bytes > 0 ? device_bytes : device_has / 10 * 9;
+}
+
+size_t MemoryLimits::On(MemorySide side) const {
+  return side == MemorySide::kHost ? HostBytes() : DeviceBytes();
+}
+
+bool MemoryLimits::Hold(const MemoryBytes& bytes) const {
+  return bytes.host <= HostBytes() && bytes.device <= DeviceBytes();
+}
+
+size_t MemoryLimits::Cache(MemorySide side, size_t wanted) const {
+  const size_t given = side == MemorySide::kHost ? host_bytes : device_bytes;
+  return given > 0 ? std::min(wanted, given / 8) : wanted;
+}
+
+std::string TooLittle(const MemoryLimits& limits, const MemoryBytes& bytes) {
+  std::vector<std::string> exceeded;
+  if (bytes.host > limits.HostBytes()) {
+    exceeded.push_back("--memory-mb " + std::to_string(limits.HostBytes() / kMiB));
+  }
+  if (bytes.device > limits.DeviceBytes()) {
+    const std::string by_default = limits.device_bytes > 0 ? "" : "the default ";
+    exceeded.push_back(by_default + "--device-memory-mb " +
+                       std::to_string(limits.DeviceBytes() / kMiB));
+  }
+  return Joined(exceeded) + " too little";
+}
+
+std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t on_cpu) {
+  std::vector<std::string> needed;
+  if (bytes.host > limits.HostBytes()) needed.push_back("--memory-mb " + Mebibytes(bytes.host));
+  std::string otherwise;
+  if (bytes.device > limits.DeviceBytes()) {
+    const std::string device = Mebibytes(bytes.device);
+    const bool is_there = bytes.device <= limits.device_has;
+    needed.push_back(is_there ? "--device-memory-mb " + device
+                              : "a GPU with " + device + " MiB free");
+    if (!is_there) otherwise = ", or --backend cpu --memory-mb " + Mebibytes(on_cpu);
+  }
+  return Joined(needed) + " enough" + otherwise;
 }
 
 EditSize SizeOfWhole(const EditSession& session) {
@@ -105,25 +185,29 @@ EditSize SizeOfWhole(const EditSession& session) {
 }
 
 size_t HostBytesOf(const EditSize& size) {
-  const size_t projection = Of(size.graph_nodes, kGraphNodeMaking) + SurfaceBytes(size);
-  const size_t held =
-      Of(size.gaussians, kGaussian) + Of(size.graph_nodes, kGraphNode) + size.pixels * kMaskPixel;
-  const size_t bytes = held + WorkBytes(size, projection);
-  return kProgramBytes + static_cast<size_t>(kFragments * static_cast<double>(bytes));
+  const size_t surfaces = size.on_device ? 0 : SurfaceBytes(size);
+  const size_t projection = Of(size.graph_nodes, kGraphNodeMaking) + surfaces;
+  const size_t models = (size.on_device ? 1 : 2) * kModel;
+  const size_t held = Of(size.gaussians, models + kNumberAndFlags) +
+                      Of(size.graph_nodes, kGraphNode) + size.pixels * kMaskPixel;
+  return kProgramBytes + (size.on_device ? kBesideDevice : 0) +
+         WithFragments(held + WorkBytes(size, projection));
 }
 
 size_t DeviceBytesOf(const EditSize& size) {
-  return Of(size.gaussians, kDeviceGaussian) + size.largest_pixels * kDevicePixel +
-         std::max(SurfaceBytes(size), Of(size.active, FitBytes(size.refit)));
+  if (!size.on_device) return 0;
+  return OnDevice(size, std::max({size.largest_pixels * kStereoPixel, SurfaceBytes(size),
+                                  Of(size.graph_nodes, kDeviceGraphNode)}));
 }
 
-size_t CacheBeside(const MemoryLimits& limits, size_t host_bytes, size_t device_bytes,
-                   size_t wanted) {
+MemoryBytes FitBytesOf(const EditSize& size) {
+  return {WithFragments(WorkBytes(size, 0)), size.on_device ? OnDevice(size, 0) : 0};
+}
+
+size_t CacheBeside(const MemoryLimits& limits, MemorySide side, size_t taken, size_t wanted) {
   constexpr size_t kParts = 3;
-  const auto room = [](size_t limit, size_t taken) { return limit > taken ? limit - taken : 0; };
-  wanted = std::min(limits.Cache(wanted), room(limits.HostBytes(), host_bytes) / kParts);
-  if (limits.device_bytes == 0) return wanted;
-  return std::min(wanted, room(limits.device_bytes, device_bytes) / kParts);
+  const size_t limit = limits.On(side);
+  return std::min(limits.Cache(side, wanted), (limit > taken ? limit - taken : 0) / kParts);
 }
 
 size_t ResidentBytes() {
@@ -139,22 +223,19 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
   for (const float share : session.regions().Find(region)->selection->shares) {
     size.active += static_cast<double>(share) > size.refit.active_threshold;
   }
-  size_t room = size.refit.region_cache_bytes;
-  const auto fit_into = [&](const char* flag, size_t limit, size_t taken, bool is_kept_there) {
-    if (taken > limit) FailFit(flag, limit, taken, size.active);
-    if (is_kept_there) room = std::min(room, limit - taken);
-  };
   ReleaseFreedMemory();
-  const bool on_host = session.scene().backend().IsHost();
+  const size_t resident = ResidentBytes();
+  const MemorySide side = limits.CacheSide();
   const size_t cache = session.options().cache_bytes;  // of geometries, when it is full
-  const size_t cached = on_host ? session.renderer().cached_bytes() : 0;
-  const size_t work = static_cast<size_t>(kFragments * static_cast<double>(WorkBytes(size, 0)));
-  fit_into("--memory-mb", limits.HostBytes(),
-           ResidentBytes() - cached + (on_host ? cache : 0) + work, on_host);
-  if (limits.device_bytes > 0 && !on_host) {
-    fit_into("--device-memory-mb", limits.device_bytes, DeviceBytesOf(size) + cache,
-             /*is_kept_there=*/true);
+  MemoryBytes taken = FitBytesOf(size);
+  taken.host += resident - (size.on_device ? 0 : session.renderer().cached_bytes());
+  taken.On(side) += cache;
+  if (!limits.Hold(taken)) {
+    EditSize on_cpu = size;
+    on_cpu.on_device = false;
+    FailFit(limits, taken, resident + HostBytesOf(on_cpu) + cache, size.active);
   }
+  size_t room = std::min(size.refit.region_cache_bytes, limits.On(side) - taken.On(side));
   const uint64_t own = room;
   for (const uint64_t one : CurrentRanks().Gather<uint64_t>(std::span(&own, 1))) {
     room = std::min<size_t>(room, one);

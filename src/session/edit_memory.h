@@ -5,22 +5,47 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <span>
+#include <string>
 
 #include "recolor/refit_options.h"
 #include "session/edit_session.h"
 
 namespace retint {
 
-// What a run may take; 0: as much as there is.
+// Whose memory it is. Where a backend keeps its caches (geometries, weights and targets of a fit)
+// depends on the backend; photos are always the host's.
+enum class MemorySide { kHost, kDevice };
+
+struct MemoryBytes {
+  size_t host = 0, device = 0;
+  size_t& On(MemorySide side) { return side == MemorySide::kHost ? host : device; }
+  size_t On(MemorySide side) const { return side == MemorySide::kHost ? host : device; }
+};
+
+// What a run may take.
 struct MemoryLimits {
   size_t host_bytes = 0;    // 0: three quarters of the machine's memory
-  size_t device_bytes = 0;  // on a GPU
-  // A cache that was asked for, but at most an eighth of either limit.
-  size_t Cache(size_t wanted) const;
+  size_t device_bytes = 0;  // of a GPU; 0: nine tenths of `device_has`
+  size_t device_has = 0;    // Device::AvailableDeviceBytes() of the run's backend; 0: it has no GPU
+
+  // The same for a run with this backend.
+  MemoryLimits For(const Device& backend) const;
+  MemorySide CacheSide() const { return device_has > 0 ? MemorySide::kDevice : MemorySide::kHost; }
   size_t HostBytes() const;
+  size_t DeviceBytes() const;  // 0 without a GPU
+  size_t On(MemorySide side) const;
+  bool Hold(const MemoryBytes& bytes) const;
+  // A cache of the backend that was asked for, but at most an eighth of the limit where it lies, if
+  // one was given.
+  size_t Cache(size_t wanted) const { return Cache(CacheSide(), wanted); }
+  size_t Cache(MemorySide side, size_t wanted) const;
 };
+
+// The two halves of a refusal. The limits that `bytes` exceed, as in "--memory-mb 50 is too
+// little", and what is enough, as in "--memory-mb 96 is enough": a limit, or where the GPU has
+// less, the CPU backend within `on_cpu` bytes.
+std::string TooLittle(const MemoryLimits& limits, const MemoryBytes& bytes);
+std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t on_cpu);
 
 // How large an edit is.
 struct EditSize {
@@ -32,7 +57,7 @@ struct EditSize {
   size_t pixels = 0;          // of all views, whose masks are held
   size_t largest_pixels = 0;  // of the largest view
   RefitOptions refit = {};
-  bool on_device = false;  // where the coefficients of the fit are then
+  bool on_device = false;  // on a GPU, which then has all that the kernels work on
 };
 
 // Of an edit of all that a session holds, but for what is fitted and completed.
@@ -41,12 +66,14 @@ EditSize SizeOfWhole(const EditSession& session);
 // About what it takes at its peak, beside the caches and what is in memory before; what is behind
 // the figures is in docs/scale.md, what was measured in docs/benchmarks.md.
 size_t HostBytesOf(const EditSize& size);
-size_t DeviceBytesOf(const EditSize& size);
+size_t DeviceBytesOf(const EditSize& size);  // 0 on the CPU
+// Of it, what the fit and the report on it add on the host to what is opened; and what is on the
+// device from the fit on.
+MemoryBytes FitBytesOf(const EditSize& size);
 
-// The caches that a run can have in what is left of its limits beside `bytes`: of each what was
-// asked for, at most an eighth of the limit, and at most a third of what is left.
-size_t CacheBeside(const MemoryLimits& limits, size_t host_bytes, size_t device_bytes,
-                   size_t wanted);
+// The cache that a run can have on that side in what is left of its limit beside `taken`: what was
+// asked for, at most what MemoryLimits::Cache() says, and at most a third of what is left.
+size_t CacheBeside(const MemoryLimits& limits, MemorySide side, size_t taken, size_t wanted);
 
 // In memory now, of the process.
 size_t ResidentBytes();

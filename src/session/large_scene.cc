@@ -67,8 +67,11 @@ bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_
     EditSize size;
     size.gaussians = size.most_visible = file.count();
     size.active = 1;  // what a report takes counts
-    if (kWholeBytes + HostBytesOf(size) + cache_bytes > limits.HostBytes()) return true;
-    return limits.device_bytes > 0 && DeviceBytesOf(size) + cache_bytes > limits.device_bytes;
+    size.on_device = limits.CacheSide() == MemorySide::kDevice;
+    MemoryBytes bytes{kWholeBytes + HostBytesOf(size), DeviceBytesOf(size)};
+    if (size.on_device) bytes.host += ResidentBytes();  // its driver is in memory already
+    bytes.On(limits.CacheSide()) += cache_bytes;
+    return !limits.Hold(bytes);
   } catch (const InputError&) {
     return false;
   }
@@ -100,6 +103,7 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
   file_ = std::make_shared<const PlyFile>(splat);
   workspace_ = std::make_shared<const Workspace>(OpenWorkspace(workspace, options));
   backend_ = OpenBackend(options.backend);
+  large_.limits = large_.limits.For(*backend_);
   {
     StageClock index;
     const fs::path path = large_.index.empty() ? SplatIndex::PathFor(splat) : large_.index;
@@ -183,12 +187,6 @@ EditSize LargeScene::SizeOf(const Need& need) const {
   return size;
 }
 
-bool LargeScene::Fits(const EditSize& size) const {
-  const size_t device = large_.limits.device_bytes;
-  return HostBytes(size) <= large_.limits.HostBytes() &&
-         (device == 0 || DeviceBytesOf(size) <= device);
-}
-
 size_t LargeScene::ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const {
   const std::vector<const View*> always = need.views;
   size_t low = 0, high = largest_first.size();
@@ -197,7 +195,7 @@ size_t LargeScene::ViewsThatFit(Need need, const std::vector<const View*>& large
     need.views = always;
     need.views.insert(need.views.end(), largest_first.begin(),
                       largest_first.begin() + static_cast<std::ptrdiff_t>(middle));
-    const bool fits = Fits(SizeOf(need));
+    const bool fits = large_.limits.Hold(BytesFor(SizeOf(need)));
     (fits ? low : high) = fits ? middle : middle - 1;
   }
   return low;
@@ -232,17 +230,21 @@ LargeScene::Need LargeScene::EditOf(const Need& shown) const {
 
 void LargeScene::CheckFits(const Need& need, const std::function<std::string()>& or_else) const {
   EditSize size = SizeOf(need);
-  if (Fits(size)) return;
-  const bool on_device = HostBytes(size) <= large_.limits.HostBytes();
-  const std::string flag = on_device ? "--device-memory-mb " : "--memory-mb ";
-  const size_t limit = on_device ? large_.limits.device_bytes : large_.limits.HostBytes();
+  const MemoryBytes bytes = BytesFor(size);
+  if (large_.limits.Hold(bytes)) return;
   const std::string seen = std::to_string(size.views) + ", see " + std::to_string(size.gaussians) +
                            " of " + std::to_string(file_->count()) + " Gaussians";
   if (large_.refit && need.active == 0) size = SizeOf(EditOf(need));
-  const size_t enough = on_device ? DeviceBytesOf(size) : HostBytes(size);
-  throw OptionError(flag + std::to_string(limit >> 20) +
-                    " is too little: the views of this step, " + seen + "; " + flag +
-                    std::to_string(Mebibytes(enough)) + " is enough" + (or_else ? or_else() : ""));
+  throw OptionError(TooLittle(large_.limits, bytes) + ": the views of this step, " + seen + "; " +
+                    EnoughFor(size) + (or_else ? or_else() : ""));
+}
+
+std::string LargeScene::EnoughFor(EditSize size, size_t more) const {
+  MemoryBytes bytes = BytesFor(size);
+  size.on_device = false;
+  const size_t besides = more + kSlack;
+  bytes.host += besides;
+  return Enough(large_.limits, bytes, BytesFor(size).host + besides);
 }
 
 std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<EditSession> before,
@@ -270,11 +272,11 @@ std::unique_ptr<EditSession> LargeScene::Open(const Need& need, std::unique_ptr<
     GaussianModel model = file_->Read(part.records, monitor);
     file_->CheckUnchanged();
     SessionOptions options = options_;
-    const auto cache = [&](size_t wanted) {
-      return CacheBeside(large_.limits, HostBytes(size_), DeviceBytesOf(size_), wanted);
+    const auto cache = [&, taken = BytesFor(size_)](MemorySide side, size_t wanted) {
+      return CacheBeside(large_.limits, side, taken.On(side), wanted);
     };
-    options.cache_bytes = cache(options.cache_bytes);
-    options.photo_bytes = cache(options.photo_bytes);
+    options.cache_bytes = cache(large_.limits.CacheSide(), options.cache_bytes);
+    options.photo_bytes = cache(MemorySide::kHost, options.photo_bytes);
     scene = std::make_unique<OpenScene>(workspace_, std::move(model), options, std::move(part));
   }
   scene->clock() = clock;
@@ -332,7 +334,9 @@ LargeScene::Need LargeScene::ComparisonOf(std::span<const View* const> views) {
 
 // Few views fit mostly, however many there are: their number is doubled while it does.
 size_t LargeScene::NumToCompare(std::span<const View* const> views) const {
-  const auto fits = [&](size_t count) { return Fits(SizeOf(ComparisonOf(views.first(count)))); };
+  const auto fits = [&](size_t count) {
+    return large_.limits.Hold(BytesFor(SizeOf(ComparisonOf(views.first(count)))));
+  };
   size_t low = 1, step = 1;
   while (low + step <= views.size() && fits(low + step)) {
     low += step;
@@ -361,18 +365,18 @@ std::vector<uint32_t> LargeScene::RecordsOf(const std::vector<const View*>& sele
   need.views = selected;
   const std::vector<uint32_t> blocks = BlocksOf(need);
   const size_t count = index_->CountOf(blocks), held = count * (sizeof(uint32_t) + bytes);
-  const size_t limit = large_.limits.HostBytes();
   EditSize largest;
   for (const View* view : views) {
     const EditSize size = SizeOf(ComparisonOf(std::span(&view, 1)));
     if (HostBytesOf(size) > HostBytesOf(largest)) largest = size;
   }
-  const size_t enough = HostBytes(largest) + held;
-  if (enough > limit) {
-    throw OptionError("--memory-mb " + std::to_string(limit >> 20) +
-                      " is too little: one view sees " + std::to_string(largest.gaussians) +
+  MemoryBytes taken = BytesFor(largest);
+  taken.host += held;
+  if (!large_.limits.Hold(taken)) {
+    throw OptionError(TooLittle(large_.limits, taken) + ": one view sees " +
+                      std::to_string(largest.gaussians) +
                       " Gaussians, and those with a selected pixel see " + std::to_string(count) +
-                      "; --memory-mb " + std::to_string(Mebibytes(enough + kSlack)) + " is enough");
+                      "; " + EnoughFor(largest, held));
   }
   base_bytes_ += held;
   return blocks.empty() ? std::vector<uint32_t>() : index_->Records(blocks);

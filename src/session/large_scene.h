@@ -117,9 +117,12 @@ class LargeScene {
   std::vector<uint32_t> BlocksOf(const Need& need) const;
   uint64_t VisibleTo(const PosedCamera& camera) const;  // Gaussians, at most
   EditSize SizeOf(const Need& need) const;
-  // On the host, with what is in memory already; without caches.
-  size_t HostBytes(const EditSize& size) const { return base_bytes_ + HostBytesOf(size); }
-  bool Fits(const EditSize& size) const;
+  // With what is in memory already; without caches.
+  MemoryBytes BytesFor(const EditSize& size) const {
+    return {base_bytes_ + HostBytesOf(size), DeviceBytesOf(size)};
+  }
+  // What would do for it, and for so many more on the host; it does not fit.
+  std::string EnoughFor(EditSize size, size_t more = 0) const;
   // How many of the views, largest first, fit with the rest of `need`.
   size_t ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const;
   // What the edit of something that these views show takes at most, which is not known yet.
