@@ -97,15 +97,13 @@ std::string Joined(const std::vector<std::string>& one_or_two) {
                                 : one_or_two[0] + " and " + one_or_two[1] + " are";
 }
 
-// Where a limit was given, or is the host's, caches grow with it.
+// Caches grow with a limit: what is enough has room for that.
 [[noreturn]] void FailFit(const MemoryLimits& limits, const MemoryBytes& taken, size_t on_cpu,
                           size_t active) {
   const auto with_caches = [](size_t bytes) { return bytes / 3 * 4 + kMiB; };
   MemoryBytes enough = taken;
   if (taken.host > limits.HostBytes()) enough.host = with_caches(taken.host);
-  if (taken.device > limits.DeviceBytes() && limits.device_bytes > 0) {
-    enough.device = with_caches(taken.device);
-  }
+  if (taken.device > limits.DeviceBytes()) enough.device = with_caches(taken.device);
   throw OptionError(TooLittle(limits, taken) + " for the fit of " + std::to_string(active) +
                     " Gaussians; " + Enough(limits, enough, with_caches(on_cpu)) +
                     ", or a smaller selection");
@@ -161,10 +159,10 @@ std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t 
   if (bytes.host > limits.HostBytes()) needed.push_back("--memory-mb " + Mebibytes(bytes.host));
   std::string otherwise;
   if (bytes.device > limits.DeviceBytes()) {
-    const std::string device = Mebibytes(bytes.device);
     const bool is_there = bytes.device <= limits.device_has;
-    needed.push_back(is_there ? "--device-memory-mb " + device
-                              : "a GPU with " + device + " MiB free");
+    needed.push_back(is_there
+                         ? "--device-memory-mb " + Mebibytes(bytes.device)
+                         : "a GPU with " + Mebibytes(bytes.device / 9 * 10 + 10) + " MiB free");
     if (!is_there) otherwise = ", or --backend cpu --memory-mb " + Mebibytes(on_cpu);
   }
   return Joined(needed) + " enough" + otherwise;

@@ -70,6 +70,16 @@ TEST_P(Memory, SaysWhatDoesNotFit) {
   EXPECT_EQ(backend_->Download(copy.data(), 100), values);
 }
 
+TEST_P(Memory, SaysWhatADeviceHasForTheProcess) {
+  if (backend_->IsHost()) {
+    EXPECT_EQ(backend_->AvailableDeviceBytes(), 0u);
+    return;
+  }
+  constexpr size_t kBytes = size_t{64} << 20;
+  const auto buffer = backend_->Allocate<uint8_t>(kBytes);
+  EXPECT_GE(backend_->AvailableDeviceBytes(), kBytes);  // what it holds is part of it
+}
+
 TEST_P(Memory, SaysWhetherItIsTheHosts) {
   EXPECT_EQ(backend_->IsHost(), GetParam() != "cuda");
   if (!backend_->IsHost()) return;
