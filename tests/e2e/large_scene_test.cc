@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/workspace.h"
+#include "kernels/backend.h"
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/densify.h"
 #include "tests/e2e/command.h"
@@ -117,9 +118,8 @@ class LargeSceneTest : public testing::Test {
   std::filesystem::path splat_ = temp_ / "splat.ply";
 };
 
-// The number behind the last "--memory-mb " of a refusal.
-int Enough(const std::string& line) {
-  const std::string flag = "--memory-mb ";
+// The number behind the last flag of a refusal.
+int Enough(const std::string& line, const std::string& flag = "--memory-mb ") {
   const size_t at = line.rfind(flag);
   EXPECT_NE(at, std::string::npos) << line;
   return at == std::string::npos ? 0 : std::stoi(line.substr(at + flag.size()));
@@ -393,6 +393,24 @@ TEST_F(TiledSceneTest, KeepsWithinItsMemoryOrSaysWhatIsEnough) {
       EXPECT_LE(kept["peak_rss_mb"], enough);
     }
   }
+}
+
+TEST_F(TiledSceneTest, KeepsWithinBothMemoriesBesideAGpu) {
+  if (!CudaFault().empty()) GTEST_SKIP() << "CUDA: " << CudaFault();
+  const auto run = [&](int memory_mb, int device_mb, std::string* err) {
+    return RunWithin(memory_mb,
+                     {"--backend", "cuda", "--device-memory-mb", std::to_string(device_mb)}, err);
+  };
+  std::string err;
+  EXPECT_TRUE(run(1, 1, &err).is_null());
+  EXPECT_EQ(CountLines(err), 1) << err;
+  EXPECT_THAT(err, HasSubstr("--memory-mb 1 and --device-memory-mb 1 are too little"));
+  const int memory_mb = Enough(err), device_mb = Enough(err, "--device-memory-mb ");
+  const json within = run(memory_mb, device_mb, &err);
+  ASSERT_TRUE(within.contains("peak_device_mb")) << err;
+  EXPECT_LE(within["peak_rss_mb"], memory_mb);
+  EXPECT_LE(within["peak_device_mb"], device_mb);
+  EXPECT_GT(within["peak_device_mb"], 1);
 }
 
 // Every figure, bit for bit; of some views at a time where memory is tight.

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "out_of_core/splat_index.h"
 
+#include <fcntl.h>
+#include <sys/inotify.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -22,7 +27,10 @@ namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
 using testing::ThrowsMessage;
 
 class SplatIndexTest : public testing::Test {
@@ -101,6 +109,60 @@ TEST_F(SplatIndexTest, IsTheSameWhateverTheMemory) {
   EXPECT_EQ(ReadFile(index_), of_all);
   ExpectWhole(SplatIndex(index_, file), model_, options.block);
   EXPECT_EQ(Entries(), (std::vector<std::string>{"a.ply", "a.ply.index"}));
+}
+
+// Names that appear in a folder, however briefly.
+class NewNames {
+ public:
+  explicit NewNames(const fs::path& folder) : fd_(inotify_init1(IN_CLOEXEC | IN_NONBLOCK)) {
+    watch_ = inotify_add_watch(fd_, folder.c_str(), IN_CREATE | IN_MOVED_TO);
+  }
+  ~NewNames() { close(fd_); }
+  NewNames(const NewNames&) = delete;
+  NewNames& operator=(const NewNames&) = delete;
+  bool Works() const { return watch_ >= 0; }
+  // Since the last call.
+  std::vector<std::string> Take() const {
+    std::vector<std::string> names;
+    alignas(inotify_event) std::array<char, 4096> bytes;
+    ssize_t got = 0;
+    while ((got = read(fd_, bytes.data(), bytes.size())) > 0) {
+      for (ssize_t at = 0; at < got;) {
+        const auto* event = reinterpret_cast<const inotify_event*>(&bytes[static_cast<size_t>(at)]);
+        names.emplace_back(event->name);
+        at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+      }
+    }
+    return names;
+  }
+
+ private:
+  int fd_ = -1, watch_ = -1;
+};
+
+// A process that is killed leaves nothing, for the file never had a name.
+TEST_F(SplatIndexTest, SortsInAFileWithoutAName) {
+#ifndef O_TMPFILE
+  GTEST_SKIP() << "needs O_TMPFILE";
+#else
+  const int fd = open(folder_.path().c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600);
+  if (fd < 0) GTEST_SKIP() << "the file system has no files without a name";
+  close(fd);
+  Write(30000);
+  const PlyFile file(splat_);
+  const NewNames names(folder_.path());
+  if (!names.Works()) GTEST_SKIP() << "needs inotify";
+  SplatIndexOptions options;
+  options.memory_bytes = SplatIndex::LeastBytes(file, options);
+  SplatIndex::Build(file, index_, options, monitor_);
+  const std::vector<std::string> seen = names.Take();
+  EXPECT_THAT(seen, Contains("a.ply.index"));
+  EXPECT_THAT(seen, Not(Contains(StartsWith(".retint-index-"))));
+  // That its entries went into a file: where none can be written, they cannot be sorted.
+  const FileSizeLimit limit(10'000);
+  EXPECT_THAT([&] { SplatIndex::Build(file, index_, options, monitor_); },
+              ThrowsMessage<RunError>(HasSubstr("temporary file")));
+#endif
 }
 
 // Entries of 32 bytes are sorted: 3.2 MB of them, in a memory that is not so large beside the
