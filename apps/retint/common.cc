@@ -166,6 +166,7 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
                                          const MemoryLimits& limits) {
   SessionOptions options = OptionsOf(scene, holdout, run);
   options.cache_bytes = limits.Cache(options.cache_bytes);
+  options.photo_bytes = limits.Cache(MemorySide::kHost, options.photo_bytes);
   auto session = EditSession::Open(scene.workspace, scene.splat, options, run.monitor());
   StartSession(*session, run);
   return session;
