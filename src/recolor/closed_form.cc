@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <string>
-
-#include <Eigen/Cholesky>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/ranks.h"
-#include "kernels/common/sh.h"
+#include "recolor/direction_fit.h"
 #include "recolor/refit_problem.h"
 #include "recolor/sh_refitter.h"
 
@@ -18,8 +14,6 @@ namespace retint {
 namespace {
 
 constexpr float kY00 = 0.28209479177387814f;  // the constant SH basis function, 1 / (2 sqrt(pi))
-
-using Basis = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // An affine map of colors is one of coefficients, exact in every direction.
 void ApplyAffine(const AffineColor& map, float share, size_t coeffs, float* sh) {
@@ -38,46 +32,17 @@ void ApplyAffine(const AffineColor& map, float share, size_t coeffs, float* sh) 
   }
 }
 
-// Any other map is applied to the colors in directions all around, and the coefficients of the
-// change are their least-squares fit: one matrix for all Gaussians.
-class DirectionFit {
- public:
-  explicit DirectionFit(int num_coeffs) {
-    const int degree = int(std::lround(std::sqrt(double(num_coeffs)))) - 1;
-    const int directions = num_coeffs == 1 ? 1 : 4 * num_coeffs;
-    colors_.resize(directions, num_coeffs);
-    for (int i = 0; i < directions; ++i) {  // a Fibonacci lattice
-      const double z = 1 - (2 * i + 1.0) / directions, radius = std::sqrt(1 - z * z);
-      const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-      ShBasis(degree, float(radius * std::cos(angle)), float(radius * std::sin(angle)), float(z),
-              colors_.row(i).data());
-    }
-    const Eigen::MatrixXd basis = colors_.cast<double>();
-    fit_ = (basis.transpose() * basis).llt().solve(basis.transpose()).cast<float>();
+// Any other map is applied to the colors in directions all around.
+void ApplyAround(const DirectionFit& fit, const CompiledEdit& edit, float share, float* sh) {
+  const DirectionFit::Colors fitted =
+      fit.Fit(sh, [&](const Eigen::Vector3f& color, const Eigen::Vector3f& shown) {
+        const Eigen::Vector3f wanted = share * (edit.Apply(shown) - shown);
+        return DirectionFit::Rise(wanted, share, color, shown);
+      });
+  for (Eigen::Index i = 0; i < fitted.size(); ++i) {
+    if (fitted.data()[i] != 0) sh[i] += fitted.data()[i];
   }
-
-  void Apply(const CompiledEdit& edit, float share, float* sh) const {
-    const Eigen::Map<Basis> coefficients(sh, colors_.cols(), 3);
-    Basis change = (colors_ * coefficients).array() + 0.5f;
-    for (Eigen::Index i = 0; i < change.rows(); ++i) {
-      const Eigen::Vector3f color = change.row(i).transpose();
-      const Eigen::Vector3f shown = color.cwiseMax(0.0f);
-      const Eigen::Vector3f wanted = share * (edit.Apply(shown) - shown);
-      for (int c = 0; c < 3; ++c) {
-        // What is clamped at 0 must first rise to it.
-        change(i, c) = wanted[c] > 0 ? wanted[c] + share * (shown[c] - color[c]) : wanted[c];
-      }
-    }
-    const Basis fitted = fit_ * change;
-    for (Eigen::Index i = 0; i < fitted.size(); ++i) {
-      if (fitted.data()[i] != 0) sh[i] += fitted.data()[i];
-    }
-  }
-
- private:
-  Basis colors_;  // [directions, K]
-  Basis fit_;     // [K, directions]
-};
+}
 
 }  // namespace
 
@@ -96,7 +61,7 @@ void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float>
       if (compiled.IsAffine()) {
         ApplyAffine(compiled.affine(), share, coeffs, &sh[g * coeffs * 3]);
       } else {
-        fit.Apply(compiled, share, &sh[g * coeffs * 3]);
+        ApplyAround(fit, compiled, share, &sh[g * coeffs * 3]);
       }
     }
   });

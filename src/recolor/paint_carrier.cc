@@ -17,17 +17,11 @@ constexpr double kLeastCosine = 0.1;      // at which a painted view sees a surf
 constexpr int kNormalReach = 2;           // pixels to the neighbors that a normal is taken from
 constexpr int kMostSamples = 4;           // a side, of a pixel's footprint
 constexpr int kLightReach = 3;            // pixels: light is compared over 7 x 7 of them
-constexpr float kMostLight = 4;           // ratio
 
 struct Paint {
   float color[3] = {0, 0, 0};  // times alpha
   float alpha = 0;
 };
-
-float LightOf(const float* rgb) {
-  const float linear[3] = {LinearFromSrgb(rgb[0]), LinearFromSrgb(rgb[1]), LinearFromSrgb(rgb[2])};
-  return Luminance(linear);
-}
 
 // The layer at a position of its view, bilinear; nothing outside.
 Paint PaintAt(const PaintLayer& layer, double x, double y) {
@@ -185,15 +179,6 @@ Paint PaintOnPixel(const PaintLayer& layer, const PosedCamera& camera, const Vie
   return mean;
 }
 
-// The edit's operations up to and with the picture's, or those that follow.
-ColorEdit PartOf(const ColorEdit& edit, bool first) {
-  const auto picture = std::find_if(edit.operations.begin(), edit.operations.end(),
-                                    [](const ColorOperation& op) { return op.picture != nullptr; });
-  const auto end = picture == edit.operations.end() ? picture : picture + 1;
-  return first ? ColorEdit{{edit.operations.begin(), end}, 1}
-               : ColorEdit{{end, edit.operations.end()}, 1};
-}
-
 }  // namespace
 
 // One layer's paint on a view's pixels, and the light on the surface in both views.
@@ -211,8 +196,8 @@ struct PaintCarrier::Carried {
   // How much brighter the surface is in this view.
   float Light(size_t p) const {
     constexpr float kLeast = 1e-3f;
-    return std::clamp((here.data[p] + kLeast) / (there.data[p] + kLeast), 1 / kMostLight,
-                      kMostLight);
+    return std::clamp((here.data[p] + kLeast) / (there.data[p] + kLeast), 1 / kMostPaintLight,
+                      kMostPaintLight);
   }
 };
 
@@ -233,13 +218,7 @@ struct PaintCarrier::Source {
   }
 };
 
-PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras)
-    : before_(PartOf(edit, true)), after_(PartOf(edit, false)), strength_(edit.strength) {
-  for (const ColorOperation& op : edit.operations) {
-    if (!op.picture) continue;
-    layers_ = op.picture->layers;
-    paint_strength_ = op.strength;
-  }
+PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras) : edit_(edit) {
   for (PosedCamera& camera : cameras) sources_.push_back({std::move(camera), {}, {}});
 }
 
@@ -273,7 +252,8 @@ void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& 
       if (!at) continue;
       const double cosine = surface->normal.dot((eye - surface->point).normalized());
       if (cosine < kLeastCosine || !source.Sees(*at)) continue;
-      const Paint paint = PaintOnPixel(layers_[k], source.camera, surfaces, *surface, x, y, *at);
+      const Paint paint =
+          PaintOnPixel(edit_.picture()->layers[k], source.camera, surfaces, *surface, x, y, *at);
       if (paint.alpha <= 0) continue;
       const size_t p = mask.Index(x, y);
       carried.paint[p] = paint;
@@ -294,7 +274,7 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
   RenderOutput own = renderer.Render(view, request);
   std::vector<Paint> merged(mask.NumPixels());  // color times weight; alpha the largest
   std::vector<float> weights(mask.NumPixels(), 0.0f);
-  for (size_t k = 0; k < layers_.size(); ++k) {
+  for (size_t k = 0; k < sources_.size(); ++k) {
     Carried carried(mask.width, mask.height);
     Carry(k, view, own, mask, carried);
     for (size_t p = 0; p < merged.size(); ++p) {
@@ -314,13 +294,11 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
   for (size_t p = 0; p < mask.NumPixels(); ++p) {
     if (mask.data[p] == 0) continue;
     const Eigen::Vector3f color(&target.data[3 * p]);
-    Eigen::Vector3f edited = before_.Apply(color);
-    if (weights[p] > 0) {
-      const Eigen::Vector3f painted = Eigen::Vector3f(merged[p].color) / weights[p];
-      edited += std::min(merged[p].alpha, 1.0f) * paint_strength_ * (painted - edited);
-    }
-    edited = after_.Apply(edited);
-    const float share = strength_ * float(mask.data[p]) / 255;
+    Eigen::Vector3f painted = Eigen::Vector3f::Zero();
+    if (weights[p] > 0) painted = Eigen::Vector3f(merged[p].color) / weights[p];
+    const Eigen::Vector3f edited =
+        edit_.Apply(color, painted, weights[p] > 0 ? std::min(merged[p].alpha, 1.0f) : 0.0f);
+    const float share = edit_.strength() * float(mask.data[p]) / 255;
     for (int c = 0; c < 3; ++c) target.data[3 * p + size_t(c)] += share * (edited[c] - color[c]);
   }
   return target;

@@ -5,8 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "recolor/color_edit.h"
-#include "recolor/picture_edit.h"
+#include "recolor/painted_edit.h"
 #include "render/renderer.h"
 #include "scene/camera.h"
 #include "scene/image.h"
@@ -41,9 +40,7 @@ class PaintCarrier {
   void Carry(size_t k, const PosedCamera& view, const RenderOutput& own, const Mask& mask,
              Carried& carried) const;
 
-  std::vector<PaintLayer> layers_;
-  CompiledEdit before_, after_;  // up to and with the picture operation's color map; what follows
-  float paint_strength_ = 1, strength_;
+  PaintedEdit edit_;
   std::vector<Source> sources_;
 };
 

@@ -152,7 +152,7 @@ size_t RegionView::Bytes() const {
 RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
                            std::vector<RefitTarget> targets, const ColorEdit& edit,
                            std::vector<float> shares, const RefitOptions& options, Targets form,
-                           Monitor& monitor)
+                           Monitor& monitor, const GaussianPaint* paint)
     : renderer_(renderer),
       targets_(std::move(targets)),
       edit_(renderer.backend(), CompiledEdit(edit)),
@@ -196,7 +196,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
       active_shares[i] = shares[g];
     }
   });
-  FitStart(edit, active_shares, monitor);
+  FitStart(edit, paint, active_shares, monitor);
 }
 
 void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {

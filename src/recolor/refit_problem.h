@@ -14,6 +14,7 @@
 #include "base/ranks.h"
 #include "kernels/page_lock.h"
 #include "recolor/color_edit.h"
+#include "recolor/gaussian_paint.h"
 #include "recolor/sh_refitter.h"
 #include "render/renderer.h"
 
@@ -73,7 +74,7 @@ class RefitProblem {
   // visit.
   RefitProblem(Renderer& renderer, const GaussianModel& model, std::vector<RefitTarget> targets,
                const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
-               Targets form, Monitor& monitor);
+               Targets form, Monitor& monitor, const GaussianPaint* paint = nullptr);
 
   size_t NumViews() const { return views_.size(); }  // that see an active Gaussian
   // Those of them that this rank owns, ascending; only these may be visited.
@@ -154,7 +155,9 @@ class RefitProblem {
   void FillSlots(RegionView& view);
   // Colors of the view's rows for active coefficients, [rows, 3].
   void EvalColors(const RegionView& view, const float* sh, float* colors);
-  void FitStart(const ColorEdit& edit, std::span<const float> shares, Monitor& monitor);
+  void FitStart(const ColorEdit& edit, const GaussianPaint* paint, std::span<const float> shares,
+                Monitor& monitor);
+  void FitColors(const ColorEdit& edit, std::span<const float> starts, Monitor& monitor);
   void FitToViews(Buffer<float>& sh, Monitor& monitor);
 
   Ranks& ranks_ = CurrentRanks();

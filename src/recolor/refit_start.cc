@@ -23,12 +23,19 @@ std::vector<float> StartShares(std::span<const float> shares) {
 
 }  // namespace
 
+void RefitProblem::FitStart(const ColorEdit& edit, const GaussianPaint* paint,
+                            std::span<const float> shares, Monitor& monitor) {
+  const std::vector<float> starts = StartShares(shares);
+  FitColors(edit, starts, monitor);
+  PaintChange(original(), num_coeffs_, starts, edit, paint, 0, active_)
+      .AddTo({start_.get(), NumValues()});
+}
+
 // An affine edit has an exact closed form. Of any other, the coefficients are fitted to the edited
 // colors in the directions of the views that see the Gaussian; where these say nothing, to those
 // all around it.
-void RefitProblem::FitStart(const ColorEdit& edit, std::span<const float> shares,
-                            Monitor& monitor) {
-  const std::vector<float> starts = StartShares(shares);
+void RefitProblem::FitColors(const ColorEdit& edit, std::span<const float> starts,
+                             Monitor& monitor) {
   const size_t block = size_t(num_coeffs_) * 3;
   start_ = std::make_unique_for_overwrite<float[]>(NumValues());
   ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
@@ -40,7 +47,7 @@ void RefitProblem::FitStart(const ColorEdit& edit, std::span<const float> shares
     ApplyClosedForm(start, num_coeffs_, starts, edit, 0);  // all of these are active
     return;
   }
-  const std::vector<float> ones(shares.size(), 1.0f);
+  const std::vector<float> ones(starts.size(), 1.0f);
   ApplyClosedForm(start, num_coeffs_, ones, edit, 0);
   Buffer<float> sh = backend().Upload(std::span<const float>(start));
   FitToViews(sh, monitor);

@@ -30,11 +30,11 @@ std::string RefitSummary::BriefReport() const {
 struct ShRefitter::Impl {
   Impl(Renderer& renderer, const GaussianModel& model_in, std::vector<RefitTarget> targets,
        const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
-       Monitor& monitor)
+       Monitor& monitor, const GaussianPaint* paint)
       : model(model_in),
         entry(FindSolver(options.solver)),
         problem(renderer, model_in, std::move(targets), edit, std::move(shares), options,
-                entry.targets, monitor),
+                entry.targets, monitor, paint),
         solver(entry.make(problem, options, monitor)) {}
 
   const GaussianModel& model;
@@ -45,7 +45,8 @@ struct ShRefitter::Impl {
 
 ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
                        std::vector<RefitTarget> targets, const ColorEdit& edit,
-                       std::vector<float> shares, const RefitOptions& options, Monitor& monitor) {
+                       std::vector<float> shares, const RefitOptions& options, Monitor& monitor,
+                       const GaussianPaint* paint) {
   options.Check();
   edit.Check();
   CheckOption(!targets.empty(), "refit: there is no view to fit");
@@ -60,7 +61,7 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
                                     [](float share) { return share >= 0 && share <= 1; });
   CheckOption(in_range, "refit: a share is outside [0, 1]");
   impl_ = std::make_unique<Impl>(renderer, model, std::move(targets), edit, std::move(shares),
-                                 options, monitor);
+                                 options, monitor, paint);
 }
 
 ShRefitter::~ShRefitter() = default;

@@ -11,6 +11,7 @@
 
 #include "base/monitor.h"
 #include "recolor/color_edit.h"
+#include "recolor/gaussian_paint.h"
 #include "recolor/refit_options.h"
 #include "render/renderer.h"
 #include "scene/image.h"
@@ -54,10 +55,11 @@ class ShRefitter {
  public:
   // `shares` is m_g, [N]; empty: computed from the masks as sum_v W^T M / sum_v W^T 1.
   // `model` are the original coefficients that the edit starts from; the renderer is given them and
-  // must keep them. Both, and the targets' masks and photos, must outlive the refitter.
+  // must keep them. Both, and the targets' masks and photos, must outlive the refitter. With
+  // `paint`, the edit's on each Gaussian, the fit starts from that too.
   ShRefitter(Renderer& renderer, const GaussianModel& model, std::vector<RefitTarget> targets,
              const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
-             Monitor& monitor);
+             Monitor& monitor, const GaussianPaint* paint = nullptr);
   ~ShRefitter();
 
   bool Step(Monitor& monitor);  // one sweep or step; false when converged or out of iterations
@@ -78,9 +80,9 @@ class ShRefitter {
   std::unique_ptr<Impl> impl_;
 };
 
-// The instant preview of coefficients `sh` [N, K, 3], K = num_coeffs: C <- C (1 + m (t - 1)) and
-// the DC term's 0.5 offset, for each Gaussian of share m above the threshold. OptionError unless
-// there is one share a Gaussian.
+// The instant preview, but for paint (PaintChange), of coefficients `sh` [N, K, 3], K = num_coeffs:
+// C <- C (1 + m (t - 1)) and the DC term's 0.5 offset, for each Gaussian of share m above the
+// threshold. OptionError unless there is one share a Gaussian.
 std::vector<float> ClosedFormSh(std::span<const float> sh, int num_coeffs,
                                 std::span<const float> shares, const ColorEdit& edit,
                                 double active_threshold = RefitOptions().active_threshold);

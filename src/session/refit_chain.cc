@@ -17,7 +17,8 @@ GaussianModel WithoutExtras(const GaussianModel& model) {
 }
 
 std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                             std::vector<float> sh, int num_coeffs) {
+                             std::vector<float> sh, int num_coeffs,
+                             std::span<const int32_t> gaussians) {
   for (size_t i = first; i < last; ++i) {
     const Region& region = state.regions[i];
     if (!region.visible) continue;
@@ -25,8 +26,12 @@ std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t
       region.fit->Apply(sh, num_coeffs);
       continue;
     }
-    ApplyClosedForm(sh, num_coeffs, region.selection->shares, region.EffectiveEdit(),
-                    job.options.active_threshold);
+    const std::vector<float>& shares = region.selection->shares;
+    const ColorEdit edit = region.EffectiveEdit();
+    const double threshold = job.options.active_threshold;
+    const PaintChange paint(sh, num_coeffs, shares, edit, region.paint.get(), threshold, gaussians);
+    ApplyClosedForm(sh, num_coeffs, shares, edit, threshold);
+    paint.AddTo(sh);
   }
   return sh;
 }
@@ -77,7 +82,7 @@ void RefitChain::Begin(Monitor& monitor) {
   const Region& region = input_.state.regions[index_];
   refitter_ = std::make_unique<ShRefitter>(renderer_, Current(), input_.targets[index_],
                                            region.EffectiveEdit(), region.selection->shares,
-                                           input_.job.options, monitor);
+                                           input_.job.options, monitor, region.paint.get());
 }
 
 void RefitChain::Finish() {

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,9 +57,12 @@ class RefitChain : public OptimizerJob {
 };
 
 // Coefficients after the visible regions of `state` from `first` on, starting from `sh`,
-// [N, num_coeffs, 3]: fits where their key is up to date, else closed forms.
+// [N, num_coeffs, 3]: fits where their key is up to date, else closed forms, with paint as each
+// Gaussian takes it by itself. Of a part of the scene, to which shares and fits were reduced, also
+// which of its Gaussians they are, ascending.
 std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                             std::vector<float> sh, int num_coeffs);
+                             std::vector<float> sh, int num_coeffs,
+                             std::span<const int32_t> gaussians = {});
 // The scene without the parts of its file that no kernel reads.
 GaussianModel WithoutExtras(const GaussianModel& model);
 

@@ -105,6 +105,7 @@ size_t RegionSet::BytesBeyond(const RegionSet& other) const {
       bytes += region.selection->Bytes();
     }
     if (region.fit && !(twin && twin->fit == region.fit)) bytes += region.fit->Bytes();
+    if (region.paint && !(twin && twin->paint == region.paint)) bytes += region.paint->Bytes();
     bytes += sizeof(Region) + region.name.size();
   }
   return bytes;

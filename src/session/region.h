@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "recolor/color_edit.h"
+#include "recolor/gaussian_paint.h"
 #include "recolor/sh_refitter.h"
 #include "scene/image.h"
 #include "selection/mask_projector.h"
@@ -68,6 +69,9 @@ struct Region {
   std::string name;
   std::shared_ptr<const RegionSelection> selection;
   ColorEdit edit;
+  // Of the edit's layers on each Gaussian, found again where the layers are others. Follows from
+  // them, so that no session holds it. May be null, or of layers that the edit had before.
+  std::shared_ptr<const GaussianPaint> paint;
   float strength = 1;  // 0 nothing, 1 the whole edit
   bool visible = true;
   std::shared_ptr<const RegionFit> fit;  // null, or of another key: out of date
@@ -86,7 +90,7 @@ struct RegionSet {
   // it (selection, edit, strength), and each option of the job that applies to its solver, memory
   // among them: what does not fit into the region cache is fitted with unrounded weights.
   std::string FitKey(size_t index, const RefitJob& job) const;
-  // Bytes of selections and fits that `other` does not hold too.
+  // Bytes of selections, fits and paint that `other` does not hold too.
   size_t BytesBeyond(const RegionSet& other) const;
 };
 

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "scene/image_checks.h"
+#include "session/compare_pictures.h"
 #include "session/main_colors.h"
 #include "session/refit_chain.h"
 
@@ -71,6 +72,7 @@ RegionId RegionStore::Add(std::string name, std::map<std::string, Mask> masks,
   region.name = std::move(name);
   region.selection = std::move(selection);
   region.edit = Completed(edit, state, state.regions.size(), *region.selection);
+  FindPaint(region);
   state.regions.push_back(region);
   history_.Push("Add " + region.name, std::move(state));
   return region.id;
@@ -136,8 +138,9 @@ void RegionStore::Restore(RegionSet restored, const RefitJob& job) {
   RegionId next_region = next_region_;
   uint64_t next_selection = next_selection_;
   for (size_t i = 0; i < restored.regions.size(); ++i) {
-    const Region& region = restored.regions[i];
+    Region& region = restored.regions[i];
     CheckRegion(region);
+    FindPaint(region);
     if (restored.Find(region.id) != &region) {
       throw InputError("region " + region.name + ": its id comes twice");
     }
@@ -158,6 +161,7 @@ void RegionStore::SetEdit(RegionId id, const ColorEdit& edit, float strength,
   Region& region = Editable(state, id);
   const auto index = static_cast<size_t>(&region - state.regions.data());
   region.edit = Completed(edit, state, index, *region.selection);
+  FindPaint(region);
   region.strength = strength;
   history_.Push("Recolor " + region.name, std::move(state), merge_key);
 }
@@ -201,6 +205,16 @@ ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, 
                                  const RegionSelection& selection) {
   if (!edit.NeedsMainColor()) return edit;
   return WithMainColors(edit, selection, scene_, ShAfter(state, index));
+}
+
+void RegionStore::FindPaint(Region& region) const {
+  for (const ColorOperation& op : region.edit.operations) {
+    if (!op.picture || op.picture->layers.empty()) continue;
+    if (region.paint && region.paint->IsOf(*op.picture)) continue;
+    region.paint = std::make_shared<const GaussianPaint>(
+        FindGaussianPaint(scene_.renderer(), scene_.original(), op.picture,
+                          LayerCameras(region.edit, scene_.workspace())));
+  }
 }
 
 std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {

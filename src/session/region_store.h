@@ -60,6 +60,8 @@ class RegionStore {
   // `edit` for regions[index] of `state`, with the main colors that it asks for.
   ColorEdit Completed(const ColorEdit& edit, const RegionSet& state, size_t index,
                       const RegionSelection& selection);
+  // Finds the region's paint where it is not of the edit's layers.
+  void FindPaint(Region& region) const;
   std::shared_ptr<RegionSelection> MakeSelection(const std::string& name,
                                                  std::map<std::string, Mask> masks,
                                                  std::vector<float> shares, SelectionSource source,

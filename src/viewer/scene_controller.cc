@@ -34,8 +34,9 @@ bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
 }
 
 bool SameFits(const RegionSet& a, const RegionSet& b) {
-  return std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
-                    [](const Region& x, const Region& y) { return x.fit == y.fit; });
+  return std::equal(
+      a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
+      [](const Region& x, const Region& y) { return x.fit == y.fit && x.paint == y.paint; });
 }
 
 }  // namespace

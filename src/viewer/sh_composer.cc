@@ -71,8 +71,8 @@ class ShComposer::Touched {
       regions.regions[i].selection = parts_[i].selection;
       regions.regions[i].fit = parts_[i].fit;
     }
-    return ComposeSh(regions, request.job, 0, regions.regions.size(), sh_,
-                     original_->NumShCoeffs());
+    return ComposeSh(regions, request.job, 0, regions.regions.size(), sh_, original_->NumShCoeffs(),
+                     indices_);
   }
 
   const std::vector<int32_t>& indices() const { return indices_; }

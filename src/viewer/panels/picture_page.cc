@@ -42,8 +42,8 @@ void PicturePage::ShowMore() {
   found_->setText(text.arg(explained, 0, 'f', 1) +
                   (operation->picture->layers.empty()
                        ? QString()
-                       : " " + tr("The rest is carried to the other views as paint, by the "
-                                  "optimizer.")));
+                       : " " + tr("The rest is carried to the other views as paint, which the "
+                                  "optimizer makes sharp.")));
 }
 
 }  // namespace retint

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Changes of a Gaussian's color in directions all around it, as changes of its coefficients: their
+// least-squares fit, one matrix for all Gaussians. Internal to recolor.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "kernels/common/sh.h"
+
+namespace retint {
+
+class DirectionFit {
+ public:
+  using Colors = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  explicit DirectionFit(int num_coeffs) {
+    const int degree = int(std::lround(std::sqrt(double(num_coeffs)))) - 1;
+    const int directions = num_coeffs == 1 ? 1 : 4 * num_coeffs;
+    colors_.resize(directions, num_coeffs);
+    for (int i = 0; i < directions; ++i) {  // a Fibonacci lattice
+      const double z = 1 - (2 * i + 1.0) / directions, radius = std::sqrt(1 - z * z);
+      const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+      ShBasis(degree, float(radius * std::cos(angle)), float(radius * std::sin(angle)), float(z),
+              colors_.row(i).data());
+    }
+    const Eigen::MatrixXd basis = colors_.cast<double>();
+    fit_ = (basis.transpose() * basis).llt().solve(basis.transpose()).cast<float>();
+  }
+
+  // [K, 3], of coefficients `sh` [K, 3]: the fit of what `change` makes of the color in each
+  // direction: of the color, which may be negative, and the color that shows.
+  template <typename Change>
+  Colors Fit(const float* sh, const Change& change) const {
+    const Eigen::Map<const Colors> coefficients(sh, colors_.cols(), 3);
+    Colors changes = (colors_ * coefficients).array() + 0.5f;
+    for (Eigen::Index i = 0; i < changes.rows(); ++i) {
+      const Eigen::Vector3f color = changes.row(i).transpose();
+      changes.row(i) = change(color, Eigen::Vector3f(color.cwiseMax(0.0f))).transpose();
+    }
+    return fit_ * changes;
+  }
+
+  // The change of `color` for what shows, `shown`, to change by `wanted`. What is clamped at 0 must
+  // first rise to it.
+  static Eigen::Vector3f Rise(const Eigen::Vector3f& wanted, float share,
+                              const Eigen::Vector3f& color, const Eigen::Vector3f& shown) {
+    Eigen::Vector3f change;
+    for (int c = 0; c < 3; ++c) {
+      change[c] = wanted[c] > 0 ? wanted[c] + share * (shown[c] - color[c]) : wanted[c];
+    }
+    return change;
+  }
+
+ private:
+  Colors colors_;  // [directions, K]
+  Colors fit_;     // [K, directions]
+};
+
+}  // namespace retint
