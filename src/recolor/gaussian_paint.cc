@@ -16,7 +16,7 @@ namespace retint {
 namespace {
 
 constexpr int kChannels = 5;         // color times alpha, alpha, 1
-constexpr double kLeastSeen = 0.05;  // of a Gaussian, for it to be painted in a view
+constexpr double kLeastSeen = 0.02;  // of a Gaussian, for it to be painted in a view
 constexpr float kLeastAlpha = 1.0f / 255;
 // Of luminances that are compared: those of single dark Gaussians say little about the light.
 constexpr float kLeastLight = 0.05f;
@@ -212,7 +212,10 @@ PaintChange::PaintChange(std::span<const float> sh, int num_coeffs, std::span<co
 
 void PaintChange::AddTo(std::span<float> sh) const {
   for (size_t i = 0; i < at_.size(); ++i) {
-    for (size_t k = 0; k < block_; ++k) sh[at_[i] * block_ + k] += changes_[i * block_ + k];
+    for (size_t k = 0; k < block_; ++k) {
+      const float change = changes_[i * block_ + k];
+      if (change != 0) sh[at_[i] * block_ + k] += change;  // -0 stays
+    }
   }
 }
 

@@ -176,6 +176,80 @@ TEST(EditSession, BeforeAFitTheStateShowsItsClosedForm) {
                                                           scene.shares, kBlue, 1e-3)));
 }
 
+// Bands across the first view, as they are once a picture of it was compared.
+ColorEdit Bands(const TinyScene& scene) {
+  const int width = scene.cameras[0].camera.width, height = scene.cameras[0].camera.height;
+  PaintLayer layer{ViewName(0), 0, 0, Image8(width, height), Mask(width, height)};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      layer.alpha(x, y) = y / 8 % 2 == 0 ? 255 : 0;
+      layer.color(x, y, 0) = 255;
+    }
+  }
+  ColorOperation op = ColorOperation::Picture({});
+  op.picture = std::make_shared<PictureEdit>(PictureEdit{{}, {layer}});
+  op.Get("explained")[0] = 0;
+  op.Get("residual")[0] = 0;
+  return {{op}, 1};
+}
+
+TEST(EditSession, PaintShowsBeforeAFit) {
+  const TinyScene scene(8);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId id =
+      session->AddRegion("left", MasksOf(scene), scene.shares, ColorEdit(), monitor);
+  const std::vector<float> plain = session->CurrentSh();
+  EXPECT_TRUE(SameBits(plain, scene.model.sh));
+  session->SetEdit(id, Bands(scene));
+  const std::vector<float> painted = session->CurrentSh();
+  const auto paint = session->regions().regions[0].paint;
+  ASSERT_TRUE(paint);
+  ASSERT_FALSE(paint->gaussians.empty());
+  const double whole = Compare(*session, scene, painted, plain).inside;
+  EXPECT_GT(whole, 0.02);
+  // What the selection does not have stays, bit for bit.
+  for (size_t g = 0; g < scene.model.NumGaussians(); ++g) {
+    if (scene.shares[g] > 0) continue;
+    const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
+    ASSERT_EQ(0, std::memcmp(&painted[g * block], &plain[g * block], block * sizeof(float))) << g;
+  }
+  // Half of it, without looking at the layers again, though a copy of them is given.
+  session->SetEdit(id, Bands(scene), 0.5F);
+  EXPECT_EQ(session->regions().regions[0].paint, paint);
+  const double half = Compare(*session, scene, session->CurrentSh(), plain).inside;
+  EXPECT_GT(half, 0.3 * whole);
+  EXPECT_LT(half, 0.7 * whole);
+  session->Undo();
+  EXPECT_TRUE(SameBits(session->CurrentSh(), painted));
+  // A session that is opened again does not hold it.
+  RegionSet saved = session->regions();
+  saved.regions[0].paint = nullptr;
+  const auto opened = MakeSession(scene);
+  opened->RestoreRegions(std::move(saved), session->last_job());
+  EXPECT_TRUE(SameBits(opened->CurrentSh(), painted));
+  session->Undo();
+  EXPECT_TRUE(SameBits(session->CurrentSh(), plain));
+}
+
+// What is seen of a background fit starts with all of the preview.
+TEST(EditSession, TheFitOfPaintStartsFromWhatShows) {
+  const TinyScene scene(8);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  session->AddRegion("left", MasksOf(scene), scene.shares, Bands(scene), monitor);
+  const std::vector<float> shown = session->CurrentSh();
+  RefitJob job = ShortJob();
+  job.options.solver = Solver::kAdam;
+  job.options.adam.iterations = 1;
+  job.options.adam.learning_rate = 1e-12;  // it stays where it starts
+  session->Refit(job, monitor);
+  ASSERT_TRUE(session->regions().regions[0].fit);
+  const std::vector<float> start = session->CurrentSh();
+  EXPECT_LT(Compare(*session, scene, start, shown).inside, 1e-5);
+  EXPECT_GT(Compare(*session, scene, start, scene.model.sh).inside, 0.02);
+}
+
 TEST(EditSession, SharesAreComputedFromTheMasksWhereMissing) {
   const TinyScene scene(9);
   const auto session = MakeSession(scene);
