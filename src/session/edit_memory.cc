@@ -74,7 +74,9 @@ size_t WorkBytes(const EditSize& size, size_t projection) {
   const size_t of_active =
       size.on_device ? kCopiesBesideDevice * kCoefficients : FitBytes(size.refit);
   const size_t fit = Of(size.active, of_active);
-  const size_t report = size.active > 0 ? Of(size.gaussians, kCopies * kCoefficients) : 0;
+  // On the CPU, what the view that is worked on takes is more than the copy of a model.
+  const size_t model = size.is_whole && size.on_device ? kModel : 0;
+  const size_t report = size.active > 0 ? Of(size.gaussians, kCopies * kCoefficients + model) : 0;
   return Of(size.most_visible, size.on_device ? kVisibleBesideDevice : kVisible) +
          size.largest_pixels * kPixel + std::max({projection, fit, report});
 }
@@ -172,6 +174,7 @@ EditSize SizeOfWhole(const EditSession& session) {
   EditSize size;
   size.gaussians = size.most_visible = session.original().NumGaussians();
   size.on_device = !session.scene().backend().IsHost();
+  size.is_whole = true;
   for (const View* view : session.scene().views()) {
     const Camera& camera = session.reconstruction().Posed(*view).camera;
     const auto pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
@@ -228,12 +231,17 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
   MemoryBytes taken = FitBytesOf(size);
   taken.host += resident - (size.on_device ? 0 : session.renderer().cached_bytes());
   taken.On(side) += cache;
-  if (!limits.Hold(taken)) {
+  // Estimates are up to 1.7 times what is used. The default of a device keeps the caches small, and
+  // refuses nothing that may fit.
+  const bool holds = taken.host <= limits.HostBytes() &&
+                     (limits.device_bytes == 0 || taken.device <= limits.DeviceBytes());
+  if (!holds) {
     EditSize on_cpu = size;
     on_cpu.on_device = false;
     FailFit(limits, taken, resident + HostBytesOf(on_cpu) + cache, size.active);
   }
-  size_t room = std::min(size.refit.region_cache_bytes, limits.On(side) - taken.On(side));
+  const size_t limit = limits.On(side);
+  size_t room = std::min(size.refit.region_cache_bytes, limit - std::min(limit, taken.On(side)));
   const uint64_t own = room;
   for (const uint64_t one : CurrentRanks().Gather<uint64_t>(std::span(&own, 1))) {
     room = std::min<size_t>(room, one);

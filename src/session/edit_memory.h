@@ -58,6 +58,7 @@ struct EditSize {
   size_t largest_pixels = 0;  // of the largest view
   RefitOptions refit = {};
   bool on_device = false;  // on a GPU, which then has all that the kernels work on
+  bool is_whole = false;   // the whole splat, of which a copy is written
 };
 
 // Of an edit of all that a session holds, but for what is fitted and completed.

@@ -68,6 +68,7 @@ bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_
     size.gaussians = size.most_visible = file.count();
     size.active = 1;  // what a report takes counts
     size.on_device = limits.CacheSide() == MemorySide::kDevice;
+    size.is_whole = true;
     MemoryBytes bytes{kWholeBytes + HostBytesOf(size), DeviceBytesOf(size)};
     if (size.on_device) bytes.host += ResidentBytes();  // its driver is in memory already
     bytes.On(limits.CacheSide()) += cache_bytes;

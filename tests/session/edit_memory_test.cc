@@ -51,6 +51,16 @@ TEST(EditMemory, AModelIsTwiceOnTheHostOrOnceOnEitherSide) {
   }
 }
 
+// Where a splat is in memory whole, its output is written from a second model.
+TEST(EditMemory, ACopyOfAWholeModelCountsOnTheHostOfADevice) {
+  EditSize size = SomeEdit(true);
+  EditSize whole = size;
+  whole.is_whole = true;
+  const MemoryBytes added = Added(size, whole);
+  EXPECT_GE(added.host, 59 * sizeof(float) * size.gaussians);
+  EXPECT_EQ(added.device, 0U);
+}
+
 // 16 coefficients of three floats, of which the solver holds many copies.
 TEST(EditMemory, AFitOnADeviceCountsThere) {
   constexpr size_t kCoefficients = 48 * sizeof(float);
