@@ -73,7 +73,7 @@ struct SceneFacts {
 
 // Of a region whose color was not chosen yet, or was taken back to white.
 inline bool ChangesNothing(const ColorEdit& edit) {
-  if (!edit.IsAffine()) return false;
+  if (!edit.IsAffine() || edit.HasPaint()) return false;
   const auto [gain, offset] = edit.Affine();
   return gain == Eigen::Matrix3f::Identity() && offset.isZero(0);
 }
