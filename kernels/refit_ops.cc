@@ -32,6 +32,12 @@ void RefitOps::RegionWeightImage(const ViewGeometry& region, const uint8_t* weig
   DoRegionWeightImage(region, weights, image);
 }
 
+void RefitOps::MarkRows(const ViewGeometry& view, uint8_t* seen) { DoMarkRows(view, seen); }
+
+void RefitOps::NumberRows(const ViewGeometry& view, const int32_t* number_of, int32_t* numbers) {
+  DoNumberRows(view, number_of, numbers);
+}
+
 ImageLossValue RefitOps::ImageLoss(const ImageLossParams& params) {
   ImageLossParams checked = params;
   int32_t* const roi = checked.roi;

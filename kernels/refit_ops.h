@@ -83,7 +83,7 @@ struct EditImageParams {
   float* out;      // [H, W, 3]; may be `image`
 };
 
-// A geometry that is not a region is std::invalid_argument.
+// Of the Region operations, a geometry that is not a region is std::invalid_argument.
 class RefitOps {
  public:
   virtual ~RefitOps() = default;
@@ -94,6 +94,10 @@ class RefitOps {
   void RegionAdd(const ViewGeometry& region, float* image, const float* delta);
   // The weights of RegionTarget as an image [H, W], 0 outside the region's tiles.
   void RegionWeightImage(const ViewGeometry& region, const uint8_t* weights, float* image);
+  // seen[rows()[r]] = 1 for every row r, [N]: which Gaussians some view sees.
+  void MarkRows(const ViewGeometry& view, uint8_t* seen);
+  // numbers[r] = number_of[rows()[r]], from [N] to [rows]: what those Gaussians are numbered.
+  void NumberRows(const ViewGeometry& view, const int32_t* number_of, int32_t* numbers);
   ImageLossValue ImageLoss(const ImageLossParams& params);
   void PackBox(const PackBoxParams& params);
   void UnpackBox(const PackBoxParams& params);
@@ -105,6 +109,9 @@ class RefitOps {
   virtual void DoRegionAdd(const ViewGeometry& region, float* image, const float* delta) = 0;
   virtual void DoRegionWeightImage(const ViewGeometry& region, const uint8_t* weights,
                                    float* image) = 0;
+  virtual void DoMarkRows(const ViewGeometry& view, uint8_t* seen) = 0;
+  virtual void DoNumberRows(const ViewGeometry& view, const int32_t* number_of,
+                            int32_t* numbers) = 0;
   // The region of interest is not empty: all of the image where the caller named none.
   virtual ImageLossValue DoImageLoss(const ImageLossParams& params) = 0;
   virtual void DoPackBox(const PackBoxParams& params) = 0;

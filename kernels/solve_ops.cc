@@ -28,9 +28,9 @@ void SolveOps::SolveBlocks(const SolveBlocksParams& params) {
   DoSolveBlocks(params);
 }
 
-void SolveOps::ApplyRidge(const ApplyRidgeParams& params) {
+double SolveOps::RidgeTerm(const RidgeTermParams& params) {
   RequireBlocks(params.count, params.k);
-  DoApplyRidge(params);
+  return DoRidgeTerm(params);
 }
 
 void SolveOps::LinearCombination(const LinearCombinationParams& params) {

@@ -35,14 +35,15 @@ struct SolveBlocksParams {
   int32_t k;
 };
 
-// out[g, k, :] += scale * ridge[k] * weights[g] * x[g, k, :].
-struct ApplyRidgeParams {
+// The ridge's part of a loss, sum over g, k of ridge[k] weights[g] |x[g, k, :] - center[g, k,
+// :]|^2, and half of its gradient, which is taken off `descent`.
+struct RidgeTermParams {
   const float* weights;  // [count]
   const float* x;        // [count, K, 3]
-  float* out;            // [count, K, 3]
+  const float* center;   // [count, K, 3]
+  float* descent;        // [count, K, 3] half the negative gradient of a loss; null: only the value
   int64_t count;
   int32_t k;
-  float scale;
   float ridge[kMaxShCoeffs];
 };
 
@@ -73,7 +74,7 @@ class SolveOps {
   void AddRidge(const AddRidgeParams& params);
   void FactorBlocks(const FactorBlocksParams& params);
   void SolveBlocks(const SolveBlocksParams& params);
-  void ApplyRidge(const ApplyRidgeParams& params);
+  double RidgeTerm(const RidgeTermParams& params);
   void LinearCombination(const LinearCombinationParams& params);
   double Dot(const float* x, const float* y, int64_t count);
   void Adam(const AdamParams& params);
@@ -82,7 +83,7 @@ class SolveOps {
   virtual void DoAddRidge(const AddRidgeParams& params) = 0;
   virtual void DoFactorBlocks(const FactorBlocksParams& params) = 0;
   virtual void DoSolveBlocks(const SolveBlocksParams& params) = 0;
-  virtual void DoApplyRidge(const ApplyRidgeParams& params) = 0;
+  virtual double DoRidgeTerm(const RidgeTermParams& params) = 0;
   virtual void DoLinearCombination(const LinearCombinationParams& params) = 0;
   virtual double DoDot(const float* x, const float* y, int64_t count) = 0;
   virtual void DoAdam(const AdamParams& params) = 0;

@@ -10,6 +10,8 @@
 namespace retint {
 namespace {
 
+constexpr int64_t kRows = 1 << 14;  // a task
+
 // body(tile, x0, y0, x1, y1) for every tile of the geometry, with its pixels inside the image.
 template <typename Body>
 void VisitTile(const ViewGeometry& view, size_t tile, const Body& body) {
@@ -36,6 +38,8 @@ class CpuRefitOps : public RefitOps {
   void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
   void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
   void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
+  void DoMarkRows(const ViewGeometry& view, uint8_t* seen) override;
+  void DoNumberRows(const ViewGeometry& view, const int32_t* number_of, int32_t* numbers) override;
   ImageLossValue DoImageLoss(const ImageLossParams& params) override;
   void DoPackBox(const PackBoxParams& params) override;
   void DoUnpackBox(const PackBoxParams& params) override;
@@ -134,6 +138,19 @@ void CpuRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* w
         }
       });
     }
+  });
+}
+
+void CpuRefitOps::DoMarkRows(const ViewGeometry& view, uint8_t* seen) {
+  ParallelRanges(view.num_rows(), kRows, [&](int64_t begin, int64_t end) {
+    for (int64_t r = begin; r < end; ++r) seen[view.rows()[r]] = 1;
+  });
+}
+
+void CpuRefitOps::DoNumberRows(const ViewGeometry& view, const int32_t* number_of,
+                               int32_t* numbers) {
+  ParallelRanges(view.num_rows(), kRows, [&](int64_t begin, int64_t end) {
+    for (int64_t r = begin; r < end; ++r) numbers[r] = number_of[view.rows()[r]];
   });
 }
 

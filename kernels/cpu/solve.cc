@@ -37,7 +37,7 @@ class CpuSolveOps : public SolveOps {
   void DoAddRidge(const AddRidgeParams& params) override;
   void DoFactorBlocks(const FactorBlocksParams& params) override;
   void DoSolveBlocks(const SolveBlocksParams& params) override;
-  void DoApplyRidge(const ApplyRidgeParams& params) override;
+  double DoRidgeTerm(const RidgeTermParams& params) override;
   void DoLinearCombination(const LinearCombinationParams& params) override;
   double DoDot(const float* x, const float* y, int64_t count) override;
   void DoAdam(const AdamParams& params) override;
@@ -95,15 +95,21 @@ void CpuSolveOps::DoSolveBlocks(const SolveBlocksParams& params) {
   });
 }
 
-void CpuSolveOps::DoApplyRidge(const ApplyRidgeParams& params) {
-  ParallelRanges(params.count, kBlocks, [&](int64_t begin, int64_t end) {
+double CpuSolveOps::DoRidgeTerm(const RidgeTermParams& params) {
+  return OrderedSum(params.count, kBlocks, [&](int64_t begin, int64_t end) {
+    double sum = 0;
     for (int64_t b = begin; b < end; ++b) {
       for (int i = 0; i < params.k; ++i) {
-        const float factor = params.scale * params.ridge[i] * params.weights[b];
+        const float factor = params.ridge[i] * params.weights[b];
         const int64_t at = (b * params.k + i) * 3;
-        for (int c = 0; c < 3; ++c) params.out[at + c] += factor * params.x[at + c];
+        for (int64_t j = at; j < at + 3; ++j) {
+          const float away = params.x[j] - params.center[j];
+          if (params.descent) params.descent[j] -= factor * away;
+          sum += double(factor * away) * double(away);
+        }
       }
     }
+    return sum;
   });
 }
 

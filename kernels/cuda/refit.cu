@@ -79,6 +79,8 @@ class CudaRefitOps : public RefitOps {
   void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
   void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
   void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
+  void DoMarkRows(const ViewGeometry& view, uint8_t* seen) override;
+  void DoNumberRows(const ViewGeometry& view, const int32_t* number_of, int32_t* numbers) override;
   ImageLossValue DoImageLoss(const ImageLossParams& params) override;
   void DoPackBox(const PackBoxParams& params) override;
   void DoUnpackBox(const PackBoxParams& params) override;
@@ -140,6 +142,18 @@ void CudaRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* 
     const int64_t p = pixels.Pixel(i);
     if (p >= 0) image[p] = float(weights[i]) * (1.0f / 255);
   });
+}
+
+void CudaRefitOps::DoMarkRows(const ViewGeometry& view, uint8_t* seen) {
+  const int32_t* rows = view.rows();
+  ForEach(view.num_rows(), stream_, "MarkRows", [=] __device__(int64_t r) { seen[rows[r]] = 1; });
+}
+
+void CudaRefitOps::DoNumberRows(const ViewGeometry& view, const int32_t* number_of,
+                                int32_t* numbers) {
+  const int32_t* rows = view.rows();
+  ForEach(view.num_rows(), stream_, "NumberRows",
+          [=] __device__(int64_t r) { numbers[r] = number_of[rows[r]]; });
 }
 
 ImageLossValue CudaRefitOps::DoImageLoss(const ImageLossParams& params) {

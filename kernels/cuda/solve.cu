@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kLanes = 16;  // a block of the matrix
 constexpr int kThreads = 128;
+constexpr int kSumThreads = 256;
 
 template <int K>
 __device__ void LoadRow(const float* packed, int lane, float* row) {
@@ -121,18 +122,36 @@ __global__ void DotKernel(const float* x, const float* y, int64_t count, BlockSu
   sums.AddTo(total, sum);
 }
 
+__global__ void RidgeTermKernel(RidgeTermParams params, int64_t count, BlockSums sums,
+                                double* total) {
+  double sum = 0;
+  for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
+       i += int64_t(gridDim.x) * blockDim.x) {
+    const int64_t coefficient = i / 3, block = coefficient / params.k;
+    const float factor = params.ridge[coefficient % params.k] * params.weights[block];
+    const float away = params.x[i] - params.center[i];
+    if (params.descent) params.descent[i] -= factor * away;
+    sum += double(factor * away) * double(away);
+  }
+  sums.AddTo(total, sum);
+}
+
 class CudaSolveOps : public SolveOps {
  public:
   explicit CudaSolveOps(cudaStream_t stream) : stream_(stream) {}
   void DoAddRidge(const AddRidgeParams& params) override;
   void DoFactorBlocks(const FactorBlocksParams& params) override;
   void DoSolveBlocks(const SolveBlocksParams& params) override;
-  void DoApplyRidge(const ApplyRidgeParams& params) override;
+  double DoRidgeTerm(const RidgeTermParams& params) override;
   void DoLinearCombination(const LinearCombinationParams& params) override;
   double DoDot(const float* x, const float* y, int64_t count) override;
   void DoAdam(const AdamParams& params) override;
 
  private:
+  // What the kernel that launch(blocks, sums, total) starts over `count` values adds to *total.
+  template <typename Launch>
+  double Sum(int64_t count, const char* name, const Launch& launch);
+
   cudaStream_t stream_;
   std::mutex mutex_;  // of sums_
   BlockSumsMemory sums_;
@@ -163,11 +182,10 @@ void CudaSolveOps::DoSolveBlocks(const SolveBlocksParams& params) {
   });
 }
 
-void CudaSolveOps::DoApplyRidge(const ApplyRidgeParams& params) {
-  ForEach(params.count * params.k * 3, stream_, "ApplyRidge", [=] __device__(int64_t i) {
-    const int64_t coefficient = i / 3, block = coefficient / params.k;
-    params.out[i] +=
-        params.scale * params.ridge[coefficient % params.k] * params.weights[block] * params.x[i];
+double CudaSolveOps::DoRidgeTerm(const RidgeTermParams& params) {
+  const int64_t count = params.count * params.k * 3;
+  return Sum(count, "RidgeTerm", [&](unsigned blocks, BlockSums sums, double* total) {
+    RidgeTermKernel<<<blocks, kSumThreads, 0, stream_>>>(params, count, sums, total);
   });
 }
 
@@ -178,13 +196,20 @@ void CudaSolveOps::DoLinearCombination(const LinearCombinationParams& params) {
 }
 
 double CudaSolveOps::DoDot(const float* x, const float* y, int64_t count) {
+  return Sum(count, "Dot", [&](unsigned blocks, BlockSums sums, double* total) {
+    DotKernel<<<blocks, kSumThreads, 0, stream_>>>(x, y, count, sums, total);
+  });
+}
+
+template <typename Launch>
+double CudaSolveOps::Sum(int64_t count, const char* name, const Launch& launch) {
   Scratch<double> sum(stream_, 1);
   Check(cudaMemsetAsync(sum.data(), 0, sum.bytes(), stream_), "cudaMemsetAsync");
   if (count > 0) {
     const std::lock_guard lock(mutex_);
-    const unsigned blocks = BlocksUpTo(1024, count, 256);
-    DotKernel<<<blocks, 256, 0, stream_>>>(x, y, count, sums_.Take(blocks, stream_), sum.data());
-    Check(cudaGetLastError(), "Dot");
+    const unsigned blocks = BlocksUpTo(1024, count, kSumThreads);
+    launch(blocks, sums_.Take(blocks, stream_), sum.data());
+    Check(cudaGetLastError(), name);
   }
   return std::get<0>(ReadBack(stream_, sum.data()));
 }

@@ -128,16 +128,16 @@ double MmSolver::Dot(const Buffer<float>& x, const Buffer<float>& y) {
   return problem_.backend().solve().Dot(x.data(), y.data(), int64_t(problem_.NumValues()));
 }
 
-void MmSolver::AddRidgeTerm(const Buffer<float>& x, float scale, Buffer<float>& out) {
-  ApplyRidgeParams params{};
+double MmSolver::RidgeTerm(const Buffer<float>& point, float* descent) {
+  RidgeTermParams params{};
   params.weights = weights_.data();
-  params.x = x.data();
-  params.out = out.data();
+  params.x = point.data();
+  params.center = start_.data();
+  params.descent = descent;
   params.count = problem_.NumActive();
   params.k = problem_.num_coeffs();
-  params.scale = scale;
   std::copy_n(ridge_, kMaxShCoeffs, params.ridge);
-  problem_.backend().solve().ApplyRidge(params);
+  return problem_.backend().solve().RidgeTerm(params);
 }
 
 void MmSolver::Precondition(const Buffer<float>& rhs) {
@@ -158,8 +158,7 @@ void MmSolver::Progress(Monitor& monitor, size_t view) const {
 // Phi at `point`; with_gradient also leaves half the negative gradient in gradient_.
 double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor) {
   Backend& backend = problem_.backend();
-  const size_t values = problem_.NumValues();
-  if (with_gradient) backend.Fill(gradient_.data(), 0, values * sizeof(float));
+  if (with_gradient) backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
   backend.Fill(loss_.data(), 0, sizeof(double));
   backend.Fill(largest_residual_.data(), 0, sizeof(float));
   ViewSum gradient(problem_, ViewSum::Kind::kGradient);
@@ -194,14 +193,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
   if (!problem_.SumsInOrder()) take_loss();
   double loss = 0;
   for (const double one : problem_.ranks().Gather<double>(losses)) loss += one;
-  // The ridge: solution_ and point_'s difference serve as scratch, both are rewritten by callers.
-  Buffer<float>& ridge = solution_;
-  backend.Fill(ridge.data(), 0, values * sizeof(float));
-  AddRidgeTerm(point, 1, ridge);
-  AddRidgeTerm(start_, -1, ridge);
-  loss += Dot(ridge, point) - Dot(ridge, start_);
-  if (with_gradient) Combine(1, gradient_, -1, ridge, gradient_);
-  return loss;
+  return loss + RidgeTerm(point, with_gradient ? gradient_.data() : nullptr);
 }
 
 double MmSolver::SmallGain() const {

@@ -30,7 +30,8 @@ class MmSolver : public RefitSolver {
   void Combine(float a, const Buffer<float>& x, float b, const Buffer<float>& y,
                Buffer<float>& out);
   double Dot(const Buffer<float>& x, const Buffer<float>& y);
-  void AddRidgeTerm(const Buffer<float>& x, float scale, Buffer<float>& out);
+  // Phi's ridge at `point`; half its gradient is taken off `descent`, where that is not null.
+  double RidgeTerm(const Buffer<float>& point, float* descent);
   void Progress(Monitor& monitor, size_t view) const;
 
   bool PlainStep(Monitor& monitor);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -22,6 +23,7 @@ constexpr int kLossHalo = 10;
 constexpr double kMostRowsPerRow = 8;
 // Of what a view may keep; the rest is for its targets.
 constexpr double kWeightsShare = 0.8;
+constexpr int64_t kGaussians = 1 << 16;  // a task
 
 // Pixel bounds of a region's tiles: x0, y0, x1, y1, half-open.
 std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
@@ -89,12 +91,16 @@ float LargestChange(const CompiledEdit& edit, bool photos) {
   return photos ? largest + 2 : largest;
 }
 
+std::vector<int> OwnersByArea(const std::vector<double>& areas) {
+  const Ranks& ranks = CurrentRanks();
+  return ranks.AreMany() ? ShareOut(areas, ranks) : std::vector<int>(areas.size(), 0);
+}
+
 }  // namespace
 
 std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets) {
-  const Ranks& ranks = CurrentRanks();
-  if (!ranks.AreMany()) return std::vector<int>(targets.size(), 0);
-  return ShareOut(AreasOf(targets), ranks);
+  return CurrentRanks().AreMany() ? OwnersByArea(AreasOf(targets))
+                                  : std::vector<int>(targets.size(), 0);
 }
 
 namespace {
@@ -167,18 +173,16 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   target_unit_ = LargestChange(CompiledEdit(edit), ranks_.Any(photos)) / 32767;
 
   std::vector<uint8_t> flags(count);
-  for (size_t g = 0; g < count; ++g) flags[g] = shares[g] > options.active_threshold;
+  ParallelRanges(int64_t(count), kGaussians, [&](int64_t begin, int64_t end) {
+    for (size_t g = size_t(begin); g < size_t(end); ++g) {
+      flags[g] = shares[g] > options.active_threshold;
+    }
+  });
   active_flags_ = backend().Upload(std::span<const uint8_t>(flags));
   renderer_.SetSh(model.sh);
 
-  std::vector<uint8_t> seen(count, 0);
-  if (std::find(flags.begin(), flags.end(), 1) != flags.end()) FindViews(monitor, &seen);
-  slot_of_.assign(count, -1);
-  for (size_t g = 0; g < count; ++g) {
-    if (!seen[g]) continue;
-    slot_of_[g] = int32_t(active_.size());
-    active_.push_back(int32_t(g));
-  }
+  const bool any = std::find(flags.begin(), flags.end(), 1) != flags.end();
+  NumberActive(any ? FindViews(monitor) : std::vector<uint8_t>(count, 0));
   SplitActive();
   for (auto& slot : views_) {
     if (!slot.kept) continue;
@@ -199,9 +203,11 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
   FitStart(edit, paint, active_shares, monitor);
 }
 
-void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
-  const std::vector<int> owners = OwnersOf(targets_);
-  const std::vector<size_t> budgets = SharesOfCache(AreasOf(targets_), options_.region_cache_bytes);
+std::vector<uint8_t> RefitProblem::FindViews(Monitor& monitor) {
+  const std::vector<double> areas = AreasOf(targets_);
+  const std::vector<int> owners = OwnersByArea(areas);
+  const std::vector<size_t> budgets = SharesOfCache(areas, options_.region_cache_bytes);
+  const auto marks = backend().Allocate<uint8_t>(active_flags_.size());
   std::vector<Found> found;
   std::vector<std::shared_ptr<RegionView>> prepared(targets_.size());
   size_t held = 0;
@@ -209,9 +215,8 @@ void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
     if (owners[t] != ranks_.rank()) continue;
     monitor.Step("refit", 0, 1);
     auto view = std::make_shared<RegionView>(Prepare(targets_[t], budgets[t]));
-    const size_t rows = size_t(view->region->num_rows());
-    if (rows == 0) continue;
-    for (const int32_t g : backend().Download(view->region->rows(), rows)) (*seen)[size_t(g)] = 1;
+    if (view->region->num_rows() == 0) continue;
+    backend().refit().MarkRows(*view->region, marks.data());
     const size_t bytes = view->Bytes();
     found.push_back({t, view->region->tiles().size(), bytes});
     if (bytes > options_.region_cache_bytes - held) continue;
@@ -219,11 +224,36 @@ void RefitProblem::FindViews(Monitor& monitor, std::vector<uint8_t>* seen) {
     if (reserved_) reserved_->Set(held);
     prepared[t] = std::move(view);
   }
+  std::vector<uint8_t> seen = backend().Download(marks.data(), marks.size());
   if (ranks_.AreMany()) {
-    AddSeen(seen);
+    AddSeen(&seen);
     found = ranks_.Gather<Found>(found);
   }
   KeepViews(found, owners, budgets, &prepared);
+  return seen;
+}
+
+// active_: those that are seen, in their order.
+void RefitProblem::NumberActive(const std::vector<uint8_t>& seen) {
+  const int64_t count = int64_t(seen.size()), pieces = (count + kGaussians - 1) / kGaussians;
+  const auto end_of = [&](int64_t piece) { return std::min((piece + 1) * kGaussians, count); };
+  std::vector<int64_t> first(size_t(pieces + 1), 0);  // each piece's first number
+  ParallelTasks(pieces, [&](int64_t p) {
+    first[size_t(p + 1)] =
+        std::count(seen.begin() + p * kGaussians, seen.begin() + end_of(p), uint8_t{1});
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  active_.resize(size_t(first.back()));
+  std::vector<int32_t> slot_of(seen.size(), -1);
+  ParallelTasks(pieces, [&](int64_t p) {
+    int64_t next = first[size_t(p)];
+    for (int64_t g = p * kGaussians; g < end_of(p); ++g) {
+      if (!seen[size_t(g)]) continue;
+      slot_of[size_t(g)] = int32_t(next);
+      active_[size_t(next++)] = int32_t(g);
+    }
+  });
+  slot_of_ = backend().Upload(std::span<const int32_t>(slot_of));
 }
 
 // Those of all ranks, a bit a Gaussian.
@@ -431,10 +461,8 @@ void RefitProblem::PrepareBoxes(const RefitTarget& target, RegionView& view) {
 }
 
 void RefitProblem::FillSlots(RegionView& view) {
-  const size_t rows = size_t(view.region->num_rows());
-  std::vector<int32_t> slots = backend().Download(view.region->rows(), rows);
-  for (auto& entry : slots) entry = slot_of_[size_t(entry)];
-  view.slots = backend().Upload(std::span<const int32_t>(slots));
+  view.slots = backend().Allocate<int32_t>(size_t(view.region->num_rows()));
+  backend().refit().NumberRows(*view.region, slot_of_.data(), view.slots.data());
 }
 
 std::shared_ptr<const RegionView> RefitProblem::Visit(size_t index) {

@@ -139,10 +139,11 @@ class RefitProblem {
     uint64_t target, tiles, bytes;
   };
 
-  // Restricts the views of this rank, and learns of the others'; Gaussians that one sees into
-  // `seen`.
-  void FindViews(Monitor& monitor, std::vector<uint8_t>* seen);
+  // Restricts the views of this rank, and learns of the others'. [N]: which Gaussians one of all
+  // sees.
+  std::vector<uint8_t> FindViews(Monitor& monitor);
   void AddSeen(std::vector<uint8_t>* seen);
+  void NumberActive(const std::vector<uint8_t>& seen);
   void KeepViews(const std::vector<Found>& found, const std::vector<int>& owners,
                  const std::vector<size_t>& budgets,
                  std::vector<std::shared_ptr<RegionView>>* prepared);
@@ -171,7 +172,8 @@ class RefitProblem {
   std::vector<size_t> own_views_;
   std::vector<int32_t> part_begins_;
   std::vector<std::shared_ptr<const RowsByPart>> by_part_;  // [views], null: not asked for yet
-  std::vector<int32_t> active_, slot_of_;  // slot_of_[gaussian], -1 when not active
+  std::vector<int32_t> active_;
+  Buffer<int32_t> slot_of_;  // [N] index among the active Gaussians, -1 for the others
   // Hundreds of megabytes, maybe: not filled with zeros first, which one thread would do.
   std::unique_ptr<float[]> original_, start_;
   Buffer<uint8_t> active_flags_;  // [N]

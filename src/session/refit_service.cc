@@ -43,8 +43,9 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
     }
     targets = std::move(some);
   }
-  const std::vector<int> owners = OwnersOf(targets);
-  for (size_t i = 0; target == TargetKind::kPhoto && i < targets.size(); ++i) {
+  const std::vector<int> owners =
+      target == TargetKind::kPhoto ? OwnersOf(targets) : std::vector<int>{};
+  for (size_t i = 0; i < owners.size(); ++i) {
     if (owners[i] != CurrentRanks().rank()) continue;
     monitor.Step("load", static_cast<double>(i), static_cast<double>(targets.size()));
     targets[i].photo = Photo(targets[i].name, later);

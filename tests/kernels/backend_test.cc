@@ -171,7 +171,7 @@ TEST_P(Memory, RefusesBadArguments) {
   EXPECT_THROW(backend_->sh().EvalSh(*uploaded, eval), std::invalid_argument);
   for (const int k : {0, 5, 25}) {
     EXPECT_THROW(backend_->solve().AddRidge({nullptr, nullptr, 0, k, {}}), std::invalid_argument);
-    EXPECT_THROW(backend_->solve().ApplyRidge({nullptr, nullptr, nullptr, 0, k, 1, {}}),
+    EXPECT_THROW(backend_->solve().RidgeTerm({nullptr, nullptr, nullptr, nullptr, 0, k, {}}),
                  std::invalid_argument);
     EXPECT_THROW(backend_->solve().FactorBlocks({nullptr, 0, k}), std::invalid_argument);
     EXPECT_THROW(backend_->solve().SolveBlocks({nullptr, nullptr, nullptr, 0, k}),

@@ -403,24 +403,26 @@ TEST_P(Parity, SolvesBlocks) {
       }
     }
     const auto rhs = UniformVector(rng_, values, -1, 1), start = UniformVector(rng_, values, -1, 1);
-    std::vector<float> weights[2], solutions[2], products[2];
+    std::vector<float> weights[2], solutions[2], descents[2];
+    double terms[2];
     for (int i = 0; i < 2; ++i) {
       const auto owner = MakeBackend(i == 0 ? "cpu" : "cuda");
       Backend& backend = *owner;
       Guarded<float> a(backend, blocks), w(backend, n), b(backend, rhs), x(backend, values);
-      Guarded<float> out(backend, start);
+      Guarded<float> out(backend, start), center(backend, start);
       AddRidgeParams add{a.data(), w.data(), int64_t(n), k, {}};
-      ApplyRidgeParams apply{w.data(), b.data(), out.data(), int64_t(n), k, 0.75f, {}};
-      for (int j = 0; j < k; ++j) add.ridge[j] = apply.ridge[j] = 0.01f * float(j + 1);
+      RidgeTermParams term{w.data(), b.data(), center.data(), out.data(), int64_t(n), k, {}};
+      for (int j = 0; j < k; ++j) add.ridge[j] = term.ridge[j] = 0.01f * float(j + 1);
       backend.solve().AddRidge(add);
       backend.solve().FactorBlocks({a.data(), int64_t(n), k});
       backend.solve().SolveBlocks({a.data(), b.data(), x.data(), int64_t(n), k});
-      backend.solve().ApplyRidge(apply);
-      weights[i] = w.Read(), solutions[i] = x.Read(), products[i] = out.Read();
+      terms[i] = backend.solve().RidgeTerm(term);
+      weights[i] = w.Read(), solutions[i] = x.Read(), descents[i] = out.Read();
     }
     EXPECT_LE(RelativeError(weights[1], weights[0]), 1e-6) << k;      // a division
     EXPECT_LE(RelativeError(solutions[1], solutions[0]), 1e-5) << k;  // some hundred operations
-    EXPECT_LE(RelativeError(products[1], products[0]), 1e-6) << k;    // a product and a sum
+    EXPECT_LE(RelativeError(descents[1], descents[0]), 1e-6) << k;    // a product and two sums
+    EXPECT_NEAR(terms[1], terms[0], 1e-6 * terms[0]) << k;  // terms in float, a double sum
   }
 }
 

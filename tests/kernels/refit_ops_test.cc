@@ -200,6 +200,26 @@ TEST_P(RefitOp, AddsOnItsTiles) {
   EXPECT_EQ(image.Read(), expected);
 }
 
+TEST_P(RefitOp, MarksAndNumbersRows) {
+  const size_t rows = size_t(region_->num_rows()), gaussians = size_t(uploaded_->count());
+  const std::vector<int32_t> of_rows = backend_->Download(region_->rows(), rows);
+  ASSERT_GT(rows, 0u);
+  ASSERT_LT(rows, gaussians);
+  std::vector<uint8_t> marked(gaussians, 0);
+  marked[1] = 7;  // not active, and left alone
+  Guarded<uint8_t> seen(*backend_, marked);
+  for (const int32_t g : of_rows) marked[size_t(g)] = 1;
+  backend_->refit().MarkRows(*region_, seen.data());
+  EXPECT_EQ(seen.Read(), marked);
+
+  std::vector<int32_t> number_of, expected;
+  for (size_t g = 0; g < gaussians; ++g) number_of.push_back(int32_t(3 * g) - 1);
+  for (const int32_t g : of_rows) expected.push_back(number_of[size_t(g)]);
+  Guarded<int32_t> by_gaussian(*backend_, number_of), numbers(*backend_, rows);
+  backend_->refit().NumberRows(*region_, by_gaussian.data(), numbers.data());
+  EXPECT_EQ(numbers.Read(), expected);
+}
+
 TEST_P(RefitOp, PacksBoxes) {
   const int32_t box[4] = {5, 7, 60, 41};
   const size_t row = size_t(box[2] - box[0]) * 3, count = row * size_t(box[3] - box[1]);

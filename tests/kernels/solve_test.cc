@@ -95,15 +95,25 @@ TEST_P(SolveOp, AddsRidges) {
   }
   const auto x = UniformVector(rng_, size_t(count * k * 3), -1, 1);
   const auto start = UniformVector(rng_, x.size(), -1, 1);
-  Guarded<float> in(*backend_, x), sum(*backend_, start), weight_in(*backend_, w);
-  ApplyRidgeParams apply{weight_in.data(), in.data(), sum.data(), count, k, -2, {}};
-  std::copy_n(params.ridge, k, apply.ridge);
-  backend_->solve().ApplyRidge(apply);
-  const auto applied = sum.Read();
+  const auto middle = UniformVector(rng_, x.size(), -1, 1);
+  Guarded<float> in(*backend_, x), center(*backend_, middle), descent(*backend_, start);
+  Guarded<float> weight_in(*backend_, w);
+  RidgeTermParams term{weight_in.data(), in.data(), center.data(), descent.data(), count, k, {}};
+  std::copy_n(params.ridge, k, term.ridge);
+  const double value = backend_->solve().RidgeTerm(term);
+  const auto taken = descent.Read();
+  double expected = 0;
   for (size_t i = 0; i < x.size(); ++i) {
     const size_t g = i / size_t(k * 3), row = i / 3 % size_t(k);
-    EXPECT_NEAR(applied[i], start[i] - 2 * params.ridge[row] * w[g] * x[i], 1e-5);
+    const double factor = double(params.ridge[row]) * double(w[g]);
+    const double away = double(x[i]) - double(middle[i]);
+    EXPECT_NEAR(taken[i], double(start[i]) - factor * away, 1e-5);
+    expected += factor * away * away;
   }
+  // Each term is rounded to floats, the sum is not.
+  EXPECT_NEAR(value, expected, 1e-6 * expected);
+  term.descent = nullptr;
+  EXPECT_EQ(backend_->solve().RidgeTerm(term), value);
 }
 
 TEST_P(SolveOp, AdamFollowsItsFormula) {
