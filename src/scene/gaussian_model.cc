@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <utility>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -46,11 +48,16 @@ void CheckFinite(const std::vector<float>& values, size_t count, size_t width, c
 
 void GaussianModel::Resize(size_t count, int degree) {
   sh_degree = degree;
-  ResizePopulated(means, count * 3);
-  ResizePopulated(quats_wxyz, count * 4);
-  ResizePopulated(log_scales, count * 3);
-  ResizePopulated(opacity_logits, count);
-  ResizePopulated(sh, count * static_cast<size_t>(NumShCoeffs()) * 3);
+  const std::pair<std::vector<float>*, size_t> arrays[] = {
+      {&sh, static_cast<size_t>(NumShCoeffs()) * 3},
+      {&quats_wxyz, 4},
+      {&means, 3},
+      {&log_scales, 3},
+      {&opacity_logits, 1}};
+  ParallelTasks(std::ssize(arrays), [&](int64_t i) {
+    const auto& [values, width] = arrays[i];
+    ResizePopulated(*values, count * width);
+  });
 }
 
 void GaussianModel::Validate() const {

@@ -17,6 +17,7 @@ namespace {
 
 constexpr const char* kMark = "compressed .ply ";  // and the number of floats of a chunk
 constexpr size_t kChunkRows = 256;
+constexpr size_t kChunksAPiece = 16;  // read and decoded at a time
 constexpr size_t kVertexBytes = 16;
 constexpr size_t kPosition = 0, kScale = 6, kColor = 12;  // bounds in a chunk: 3 least, 3 most
 constexpr std::array<const char*, 18> kChunkColumns = {
@@ -46,6 +47,17 @@ struct Layout {
 
 // ---- One Gaussian
 
+// i / most: a division takes as long as reading ten such tables.
+template <size_t kMost>
+const std::array<double, kMost + 1>& Shares() {
+  static const std::array<double, kMost + 1> shares = [] {
+    std::array<double, kMost + 1> table;
+    for (size_t i = 0; i < table.size(); ++i) table[i] = static_cast<double>(i) / kMost;
+    return table;
+  }();
+  return shares;
+}
+
 float Mix(float low, float high, double t) { return static_cast<float>(low * (1 - t) + high * t); }
 
 // `value` on the way from `low` to `high`, in `most` steps.
@@ -56,14 +68,14 @@ uint32_t Step(double value, double low, double high, uint32_t most) {
 constexpr std::array<uint32_t, 3> kBits = {11, 10, 11};
 constexpr std::array<uint32_t, 3> kShift = {21, 11, 0};
 
-std::array<float, 3> Unpack(uint32_t word, const Bounds& bounds, size_t which) {
-  std::array<float, 3> values;
+void Unpack(uint32_t word, const Bounds& bounds, size_t which, float* to) {
+  static const auto& of_11_bits = Shares<2047>();
+  static const auto& of_10_bits = Shares<1023>();
+  const double shares[] = {of_11_bits[word >> 21], of_10_bits[(word >> 11) & 1023u],
+                           of_11_bits[word & 2047u]};
   for (size_t i = 0; i < 3; ++i) {
-    const uint32_t most = (1u << kBits[i]) - 1;
-    values[i] = Mix(bounds[which + i], bounds[which + 3 + i],
-                    static_cast<double>((word >> kShift[i]) & most) / most);
+    to[i] = Mix(bounds[which + i], bounds[which + 3 + i], shares[i]);
   }
-  return values;
 }
 
 uint32_t Pack(const std::array<float, 3>& values, const Bounds& bounds, size_t which) {
@@ -75,16 +87,15 @@ uint32_t Pack(const std::array<float, 3>& values, const Bounds& bounds, size_t w
   return word;
 }
 
-std::array<float, 4> UnpackRotation(uint32_t word) {
+void UnpackRotation(uint32_t word, float* to) {
   SmallestThree packed;
   packed.largest = static_cast<int>(word >> 30);
+  static const auto& shares = Shares<1023>();
   for (size_t i = 0; i < 3; ++i) {
-    packed.rest[i] = (((word >> (20 - 10 * i)) & 1023u) / 1023.0 - 0.5) * std::sqrt(2.0);
+    packed.rest[i] = (shares[(word >> (20 - 10 * i)) & 1023u] - 0.5) * std::sqrt(2.0);
   }
   const std::array<double, 4> unit = UnpackSmallestThree(packed);
-  std::array<float, 4> quat;
-  for (size_t i = 0; i < 4; ++i) quat[i] = static_cast<float>(unit[i]);
-  return quat;
+  for (size_t i = 0; i < 4; ++i) to[i] = static_cast<float>(unit[i]);
 }
 
 uint32_t PackRotation(const std::array<float, 4>& quat_wxyz) {
@@ -124,26 +135,29 @@ class Body {
     std::memcpy(bytes_.data() + layout_.ChunkAt(chunk), bounds.data(), layout_.chunk_floats * 4);
   }
 
-  SplatRow Decode(size_t g, const Bounds& bounds) const {
-    SplatRow row;
-    row.mean = Unpack(Word(g, 0), bounds, kPosition);
-    row.quat_wxyz = UnpackRotation(Word(g, 1));
-    row.log_scale = Unpack(Word(g, 2), bounds, kScale);
+  void Decode(size_t g, const Bounds& bounds, const RowPlaces& to) const {
+    Unpack(Word(g, 0), bounds, kPosition, to.mean);
+    UnpackRotation(Word(g, 1), to.quat_wxyz);
+    Unpack(Word(g, 2), bounds, kScale, to.log_scale);
     const uint32_t color = Word(g, 3);
+    static const auto& shares = Shares<255>();
     for (size_t i = 0; i < 3; ++i) {
-      const float mixed = Mix(bounds[kColor + i], bounds[kColor + 3 + i],
-                              static_cast<double>((color >> (24 - 8 * i)) & 255u) / 255);
-      row.sh[i] = (mixed - 0.5f) / kShC0;
+      const float mixed =
+          Mix(bounds[kColor + i], bounds[kColor + 3 + i], shares[(color >> (24 - 8 * i)) & 255u]);
+      to.sh[i] = (mixed - 0.5f) / kShC0;
     }
-    row.opacity_logit = LogitOfByte(static_cast<uint8_t>(color & 255u));
-    const size_t rest = layout_.ShBytes() / 3;
+    *to.opacity_logit = LogitOfByte(static_cast<uint8_t>(color & 255u));
     const char* bytes = bytes_.data() + layout_.ShAt(g);
-    for (size_t c = 0; c < 3; ++c) {
-      for (size_t k = 0; k < rest; ++k) {
-        row.sh[3 * (k + 1) + c] = kShOfByte[static_cast<uint8_t>(*bytes++)];
-      }
+    switch (layout_.sh_degree) {
+      case 1:
+        return DecodeSh<3>(bytes, to.sh + 3);
+      case 2:
+        return DecodeSh<8>(bytes, to.sh + 3);
+      case 3:
+        return DecodeSh<15>(bytes, to.sh + 3);
+      default:
+        return;
     }
-    return row;
   }
 
   // Packs what differs from `was`, within `bounds`; everything where `was` is nullptr.
@@ -181,6 +195,16 @@ class Body {
   }
   void SetWord(size_t g, size_t which, uint32_t word) {
     StoreAs(bytes_.data() + layout_.VertexAt(g) + 4 * which, word);
+  }
+
+  // From [3, kRest] to [kRest, 3].
+  template <size_t kRest>
+  static void DecodeSh(const char* from, float* to) {
+    for (size_t k = 0; k < kRest; ++k) {
+      for (size_t c = 0; c < 3; ++c) {
+        to[3 * k + c] = kShOfByte[static_cast<uint8_t>(from[c * kRest + k])];
+      }
+    }
   }
 
   Layout layout_;
@@ -346,8 +370,8 @@ void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, 
   const auto [begin, end] = ChunkRange(layout, chunk);
   const Bounds old_bounds = body.ChunkBounds(chunk);
   Bounds bounds = old_bounds;
-  std::vector<SplatRow> was;
-  for (size_t g = begin; g < end; ++g) was.push_back(body.Decode(g, old_bounds));
+  std::vector<SplatRow> was(end - begin);
+  for (size_t g = begin; g < end; ++g) body.Decode(g, old_bounds, RowPlaces(was[g - begin]));
   bool moved = false, scaled = false, colored = false;
   for (size_t g = begin; g < end; ++g) {
     SplatRow row = GetRow(model, g);
@@ -412,20 +436,27 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
   model.source.comments = header.comments;
   model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
   ResizePopulated(model.source.packed, layout.Bytes());
-  file.ReadAt(header.bytes, model.source.packed.data(), layout.Bytes());
   model.Resize(layout.count, layout.sh_degree);
   const Body body(layout, model.source.packed);
   const auto report = [&](size_t chunk) {
     monitor.Step("load", static_cast<double>(chunk), static_cast<double>(layout.NumChunks()));
   };
+  const auto read = [&](size_t begin, size_t end) {
+    file.ReadAt(header.bytes + begin, model.source.packed.data() + begin, end - begin);
+  };
   const auto decode = [&](size_t first, size_t last) {
+    const size_t first_row = ChunkRange(layout, first).first;
+    const size_t last_row = ChunkRange(layout, last - 1).second;
+    read(layout.ChunkAt(first), layout.ChunkAt(last));
+    read(layout.VertexAt(first_row), layout.VertexAt(last_row));
+    read(layout.ShAt(first_row), layout.ShAt(last_row));
     for (size_t chunk = first; chunk < last; ++chunk) {
       const Bounds bounds = body.ChunkBounds(chunk);
       const auto [begin, end] = ChunkRange(layout, chunk);
-      for (size_t g = begin; g < end; ++g) SetRow(model, g, body.Decode(g, bounds));
+      for (size_t g = begin; g < end; ++g) body.Decode(g, bounds, RowPlaces(model, g));
     }
   };
-  ForRows(layout.NumChunks(), report, decode, kRowsAPiece / kChunkRows);
+  ForRows(layout.NumChunks(), report, decode, kChunksAPiece);
   ValidateRead(model, path, bad);
   return model;
 }

@@ -23,6 +23,7 @@ using Json = nlohmann::json;
 
 constexpr const char* kExtension = "KHR_gaussian_splatting";
 constexpr size_t kBlockRows = 8192;
+constexpr size_t kRowsRead = 2048;  // of an attribute at a time
 constexpr size_t kMostDepth = 256;  // of nodes
 
 std::string Attribute(const std::string& name) { return std::string(kExtension) + ":" + name; }
@@ -244,21 +245,18 @@ class SceneReader {
                    static_cast<double>(model_.NumGaussians()));
     };
     const size_t sh_width = ShWidth();
-    ForRows(count, report, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        const size_t g = done_ + i;
-        means.LoadAll<3>(i, &model_.means[3 * g]);
-        quats.LoadAll<4>(i, &model_.quats_wxyz[4 * g]);   // xyzw as yet
-        scales.LoadAll<3>(i, &model_.log_scales[3 * g]);  // linear as yet
-        opacities.LoadAll<1>(i, &model_.opacity_logits[g]);
-      }
-      // One after the other: a processor foresees where it will be read, but not in 16 places.
+    const auto load = [&](size_t begin, size_t end) {
+      const size_t g = done_ + begin;
+      means.Load<3>(begin, end, &model_.means[3 * g], 3);
+      quats.Load<4>(begin, end, &model_.quats_wxyz[4 * g], 4);   // xyzw as yet
+      scales.Load<3>(begin, end, &model_.log_scales[3 * g], 3);  // linear as yet
+      opacities.Load<1>(begin, end, &model_.opacity_logits[g], 1);
       for (size_t k = 0; k < sh.size(); ++k) {
-        float* to = &model_.sh[sh_width * (done_ + begin) + 3 * k];
-        for (size_t i = begin; i < end; ++i, to += sh_width) sh[k].LoadAll<3>(i, to);
+        sh[k].Load<3>(begin, end, &model_.sh[sh_width * g + 3 * k], sh_width);
       }
       for (size_t i = begin; i < end; ++i) Activate(done_ + i, motion);
-    });
+    };
+    ForRows(count, report, load, kRowsRead);
     done_ += count;
   }
 
@@ -275,10 +273,13 @@ class SceneReader {
   // are.
   bool ScalesAreLogarithms(const GltfValues& scales) {
     bool logarithms = false;
-    for (uint64_t i = 0; i < scales.count && !logarithms; ++i) {
-      float scale[3];
-      scales.Load(i, scale);
-      logarithms = scale[0] < 0 || scale[1] < 0 || scale[2] < 0;
+    std::vector<float> some(3 * kRowsRead);
+    for (uint64_t begin = 0; begin < scales.count && !logarithms; begin += kRowsRead) {
+      const uint64_t end = std::min<uint64_t>(begin + kRowsRead, scales.count);
+      scales.Load<3>(begin, end, some.data(), 3);
+      logarithms =
+          std::any_of(some.begin(), some.begin() + static_cast<ptrdiff_t>(3 * (end - begin)),
+                      [](float scale) { return scale < 0; });
     }
     if (logarithms) {
       model_.source.notes.push_back(

@@ -8,8 +8,6 @@
 #include "base/base64.h"
 #include "base/error.h"
 #include "base/files.h"
-#include "base/memory.h"
-#include "splat_io/input_file.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -66,66 +64,89 @@ std::string FromPercent(std::string_view uri) {
 
 void GltfFile::Fail(const std::string& fault) const { throw InputError(path_, fault); }
 
-GltfFile::GltfFile(const std::filesystem::path& path) : path_(path) {
-  const InputFile file(path);
-  std::string bytes;
-  ResizePopulated(bytes, file.size());
-  file.ReadAt(0, bytes.data(), bytes.size());
-  if (bytes.starts_with("glTF")) {
-    ReadGlb(std::move(bytes));
-    return;
-  }
-  json_ = ParseJson(bytes, path_, "the glTF");
-  LoadBuffers("");
+const char* GltfBuffer::Bytes(uint64_t offset, size_t bytes, std::vector<char>& room) const {
+  if (!file_) return bytes_.data() + offset;
+  room.resize(bytes);
+  file_->ReadAt(at_ + offset, room.data(), bytes);
+  return room.data();
 }
 
-void GltfFile::ReadGlb(std::string file) {
-  const std::string& bytes = files_.emplace_back(std::move(file));
-  ByteReader reader(bytes, path_);
-  reader.ReadBytes(4, "header");
-  const auto version = reader.Read<uint32_t>("header");
+GltfFile::GltfFile(const std::filesystem::path& path) : path_(path) {
+  const auto file = std::make_shared<const InputFile>(path);
+  std::string magic(std::min<uint64_t>(4, file->size()), '\0');
+  file->ReadAt(0, magic.data(), magic.size());
+  if (magic == "glTF") {
+    ReadGlb(file);
+  } else {
+    json_ = ParseJson(ReadFile(path), path_, "the glTF");
+    LoadBuffers(std::nullopt);
+  }
+}
+
+void GltfFile::ReadGlb(const std::shared_ptr<const InputFile>& file) {
+  uint64_t at = 0;
+  const auto read = [&](uint64_t bytes, const std::string& what) {
+    if (bytes > file->size() - at) {
+      Fail("truncated: its " + what + " needs " + std::to_string(bytes) + " bytes, only " +
+           std::to_string(file->size() - at) + " bytes follow offset " + std::to_string(at));
+    }
+    std::string data(bytes, '\0');
+    file->ReadAt(at, data.data(), bytes);
+    at += bytes;
+    return data;
+  };
+  const std::string header = read(12, "header");
+  const auto version = LoadAs<uint32_t>(header.data() + 4);
   if (version != 2) {
     Fail("glTF version " + std::to_string(version) + " is not supported; supported: 2");
   }
-  const auto length = reader.Read<uint32_t>("header");
-  if (length != bytes.size()) {
+  const auto length = LoadAs<uint32_t>(header.data() + 8);
+  if (length != file->size()) {
     Fail("truncated or damaged: announces " + std::to_string(length) + " bytes, has " +
-         std::to_string(bytes.size()));
+         std::to_string(file->size()));
   }
-  std::string_view binary;
-  for (bool first = true; reader.Remaining() > 0; first = false) {
-    const auto chunk_bytes = reader.Read<uint32_t>("chunk");
-    const auto type = reader.Read<uint32_t>("chunk");
-    const std::string_view chunk = reader.ReadBytes(chunk_bytes, "bytes of a chunk");
+  std::optional<GltfBuffer> binary;
+  for (bool first = true; at < file->size(); first = false) {
+    const std::string chunk = read(8, "chunk's header");
+    const uint64_t bytes = LoadAs<uint32_t>(chunk.data());
+    const auto type = LoadAs<uint32_t>(chunk.data() + 4);
     if (first != (type == kJsonChunk)) Fail("its chunks are in a wrong order");
     if (first) {
-      json_ = ParseJson(chunk, path_, "its JSON");
-    } else if (type == kBinaryChunk && binary.empty()) {
-      binary = chunk;
+      json_ = ParseJson(read(bytes, "JSON"), path_, "its JSON");
+      continue;
     }
+    if (bytes > file->size() - at) {
+      Fail("truncated: a chunk of " + std::to_string(bytes) + " bytes is not whole");
+    }
+    if (type == kBinaryChunk && !binary) binary.emplace(file, at, bytes);
+    at += bytes;
   }
-  LoadBuffers(binary);
+  LoadBuffers(std::move(binary));
 }
 
-void GltfFile::LoadBuffers(std::string_view binary_chunk) {
+void GltfFile::LoadBuffers(std::optional<GltfBuffer> binary) {
   const auto found = json_.find("buffers");
   const size_t count = found != json_.end() && found->is_array() ? found->size() : 0;
   for (size_t i = 0; i < count; ++i) {
     const Json& buffer = Item("buffers", i);
     const auto uri = buffer.find("uri");
     if (uri != buffer.end() && !uri->is_string()) Fail("a buffer's uri is no text");
-    std::string_view bytes = i == 0 ? binary_chunk : std::string_view();
-    if (uri != buffer.end()) bytes = files_.emplace_back(LoadUri(uri->get<std::string>()));
-    const uint64_t length = Whole(buffer, "byteLength", 0);
-    if (bytes.size() < length) {
-      Fail("truncated: buffer " + std::to_string(i) + " announces " + std::to_string(length) +
-           " bytes, has " + std::to_string(bytes.size()));
+    if (uri != buffer.end()) {
+      buffers_.push_back(LoadUri(uri->get<std::string>()));
+    } else if (i == 0 && binary) {
+      buffers_.push_back(*std::move(binary));
+    } else {
+      buffers_.emplace_back(std::string());
     }
-    buffers_.push_back(bytes);
+    const uint64_t length = Whole(buffer, "byteLength", 0);
+    if (buffers_.back().size() < length) {
+      Fail("truncated: buffer " + std::to_string(i) + " announces " + std::to_string(length) +
+           " bytes, has " + std::to_string(buffers_.back().size()));
+    }
   }
 }
 
-std::string GltfFile::LoadUri(const std::string& uri) const {
+GltfBuffer GltfFile::LoadUri(const std::string& uri) const {
   if (uri.starts_with("data:")) {
     const size_t comma = uri.find(";base64,");
     std::string bytes;
@@ -133,18 +154,19 @@ std::string GltfFile::LoadUri(const std::string& uri) const {
         !DecodeBase64(std::string_view(uri).substr(comma + 8), bytes)) {
       Fail("a buffer's data is not base64");
     }
-    return bytes;
+    return GltfBuffer(std::move(bytes));
   }
   const std::filesystem::path name = FromPercent(uri);
   const bool outside = name.is_absolute() || name.empty() || uri.find(':') != std::string::npos ||
                        std::find(name.begin(), name.end(), "..") != name.end();
   if (outside) Fail("a buffer is named outside of its folder");
-  return ReadFile(path_.parent_path() / name);
+  const auto file = std::make_shared<const InputFile>(path_.parent_path() / name);
+  return GltfBuffer(file, 0, file->size());
 }
 
 uint64_t GltfFile::BufferBytes() const {
   uint64_t bytes = 0;
-  for (const std::string_view buffer : buffers_) bytes += buffer.size();
+  for (const GltfBuffer& buffer : buffers_) bytes += buffer.size();
   return bytes;
 }
 
@@ -168,14 +190,9 @@ uint64_t GltfFile::Count(uint64_t accessor) const {
   return Whole(Item("accessors", accessor), "count", 0);
 }
 
-void GltfValues::Load(uint64_t index, float* to) const {
-  const char* element = from + index * stride;
-  if (type == kGltfFloat) {
-    std::memcpy(to, element, components * sizeof(float));
-    return;
-  }
+void GltfValues::LoadElement(const char* from, float* to) const {
   for (uint64_t c = 0; c < components; ++c) {
-    double value = LoadComponent(type, element + c * bytes);
+    double value = LoadComponent(type, from + c * bytes);
     if (most > 0) value = std::max(value / most, -1.0);
     to[c] = static_cast<float>(value);
   }
@@ -200,7 +217,7 @@ GltfValues GltfFile::View(uint64_t accessor, int components) const {
   const Json& view = Item("bufferViews", Whole(object, "bufferView", 0));
   const uint64_t index = Whole(view, "buffer", 0);
   if (index >= buffers_.size()) Fail(name + " is in a buffer that is missing");
-  const std::string_view buffer = buffers_[index];
+  const GltfBuffer& buffer = buffers_[index];
   const uint64_t view_at = Whole(view, "byteOffset", 0), view_bytes = Whole(view, "byteLength", 0);
   const uint64_t at = Whole(object, "byteOffset", 0), count = Count(accessor);
   const uint64_t element = component->bytes * static_cast<uint64_t>(components);
@@ -211,20 +228,14 @@ GltfValues GltfFile::View(uint64_t accessor, int components) const {
       count - 1 > (view_bytes - at - element) / stride) {
     Fail(name + " of " + std::to_string(count) + " elements does not fit into its buffer");
   }
-  return {buffer.data() + view_at + at,
+  return {&buffer,
+          view_at + at,
           count,
           static_cast<uint64_t>(components),
           stride,
           id,
           component->bytes,
           normalized ? component->most : 0};
-}
-
-std::vector<float> GltfFile::Values(uint64_t accessor, int components) const {
-  const GltfValues view = View(accessor, components);
-  std::vector<float> values(view.count * view.components);
-  for (uint64_t e = 0; e < view.count; ++e) view.Load(e, &values[e * view.components]);
-  return values;
 }
 
 }  // namespace retint

@@ -6,32 +6,65 @@
 #include <cstring>
 #include <deque>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "splat_io/input_file.h"
 #include "splat_io/json.h"
 
 namespace retint {
 
 inline constexpr uint64_t kGltfFloat = 5126;  // a component's type
 
+// The bytes of a buffer: in memory, or of a file, from which they are read when they are wanted.
+class GltfBuffer {
+ public:
+  explicit GltfBuffer(std::string bytes) : bytes_(std::move(bytes)), size_(bytes_.size()) {}
+  // `size` bytes from `at` on, which the file has.
+  GltfBuffer(std::shared_ptr<const InputFile> file, uint64_t at, uint64_t size)
+      : file_(std::move(file)), at_(at), size_(size) {}
+
+  uint64_t size() const { return size_; }
+  // `bytes` from `offset` on, which it has; in `room` unless they are in memory anyway. InputError
+  // when the file was cut off in the meantime.
+  const char* Bytes(uint64_t offset, size_t bytes, std::vector<char>& room) const;
+
+ private:
+  std::string bytes_;
+  std::shared_ptr<const InputFile> file_;
+  uint64_t at_ = 0, size_ = 0;
+};
+
 // The numbers of an accessor where they lie in its buffer: [count, components].
 struct GltfValues {
-  const char* from = nullptr;
+  const GltfBuffer* buffer = nullptr;
+  uint64_t at = 0;  // of the first element
   uint64_t count = 0, components = 0;
   uint64_t stride = 0;           // bytes from one element to the next
   uint64_t type = 0, bytes = 0;  // of a component
   double most = 0;               // what a normalized integer is divided by; 0: it stands for itself
 
-  // Element `index` into to[0 .. components).
-  void Load(uint64_t index, float* to) const;
-  // The same of kComponents of them.
+  // Elements [begin, end) to to[0 .. kComponents), to[to_stride ..] and on.
   template <size_t kComponents>
-  void LoadAll(uint64_t index, float* to) const {
-    if (type != kGltfFloat) return Load(index, to);
-    std::memcpy(to, from + index * stride, kComponents * sizeof(float));
+  void Load(uint64_t begin, uint64_t end, float* to, size_t to_stride) const {
+    if (begin == end) return;
+    std::vector<char> room;
+    const char* from =
+        buffer->Bytes(at + begin * stride, (end - begin - 1) * stride + components * bytes, room);
+    for (uint64_t i = begin; i < end; ++i, from += stride, to += to_stride) {
+      if (type == kGltfFloat) {
+        std::memcpy(to, from, kComponents * sizeof(float));
+      } else {
+        LoadElement(from, to);
+      }
+    }
   }
+
+ private:
+  void LoadElement(const char* from, float* to) const;
 };
 
 class GltfFile {
@@ -39,7 +72,7 @@ class GltfFile {
   // .glb or .gltf, by content. InputError when it is damaged, or a buffer is missing or shorter
   // than announced.
   explicit GltfFile(const std::filesystem::path& path);
-  // Its buffers are views of what it holds.
+  // What View() gives points to its buffers.
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 
@@ -57,21 +90,18 @@ class GltfFile {
   // Its values, valid as long as the file. InputError where it has another number of components,
   // lies outside of its buffer, or is sparse.
   GltfValues View(uint64_t accessor, int components) const;
-  // The same as floats, [count, components], normalized integers as what they stand for.
-  std::vector<float> Values(uint64_t accessor, int components) const;
 
   [[noreturn]] void Fail(const std::string& fault) const;
 
  private:
-  void ReadGlb(std::string file);
-  // `binary_chunk` lies in files_.
-  void LoadBuffers(std::string_view binary_chunk);
-  std::string LoadUri(const std::string& uri) const;
+  void ReadGlb(const std::shared_ptr<const InputFile>& file);
+  // `binary` is the chunk of a .glb.
+  void LoadBuffers(std::optional<GltfBuffer> binary);
+  GltfBuffer LoadUri(const std::string& uri) const;
 
   std::filesystem::path path_;
   nlohmann::json json_;
-  std::deque<std::string> files_;  // that the buffers lie in; never moved
-  std::vector<std::string_view> buffers_;
+  std::deque<GltfBuffer> buffers_;  // never moved
 };
 
 }  // namespace retint

@@ -3,15 +3,23 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 
 namespace retint {
+namespace {
+
+constexpr size_t kBlockBytes = size_t{1} << 20;
+
+}  // namespace
 
 InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)) {
   // O_NONBLOCK: opening a named pipe must not wait for its writer.
@@ -37,6 +45,33 @@ void InputFile::ReadAt(uint64_t offset, void* data, size_t bytes) const {
     to += got;
     offset += static_cast<uint64_t>(got);
     bytes -= static_cast<size_t>(got);
+  }
+}
+
+ReadAhead::ReadAhead(const std::filesystem::path& path) {
+  try {
+    file_ = std::make_unique<const InputFile>(path);
+    if (file_->size() <= kBlockBytes) return;
+    reader_ = std::thread([this] { Read(); });
+  } catch (const InputError&) {
+  } catch (const std::system_error&) {  // no more threads
+  }
+}
+
+ReadAhead::~ReadAhead() {
+  stop_ = true;
+  if (reader_.joinable()) reader_.join();
+}
+
+void ReadAhead::Read() {
+  std::vector<char> block(kBlockBytes);
+#ifdef RWF_NOWAIT
+  const iovec last{block.data(), 1};
+  const auto end = static_cast<off_t>(file_->size() - 1);
+  if (preadv2(file_->descriptor(), &last, 1, end, RWF_NOWAIT) == 1) return;
+#endif
+  for (off_t at = 0; !stop_; at += static_cast<off_t>(block.size())) {
+    if (pread(file_->descriptor(), block.data(), block.size(), at) <= 0) return;
   }
 }
 

@@ -3,9 +3,12 @@
 // file.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <thread>
 
 namespace retint {
 
@@ -27,6 +30,25 @@ class InputFile {
   std::filesystem::path path_;
   uint64_t size_ = 0;
   int fd_ = -1;
+};
+
+// Has the system read a file from the disk, from its begin to its end, as long as this lives: a
+// disk is fastest that way, while codecs make memory ready and then read in many places. Does
+// nothing where the system has the file's end in its memory. A hint: what fails here is told by
+// those who read the file.
+class ReadAhead {
+ public:
+  explicit ReadAhead(const std::filesystem::path& path);
+  ~ReadAhead();
+  ReadAhead(const ReadAhead&) = delete;
+  ReadAhead& operator=(const ReadAhead&) = delete;
+
+ private:
+  void Read();
+
+  std::unique_ptr<const InputFile> file_;
+  std::atomic<bool> stop_ = false;
+  std::thread reader_;
 };
 
 }  // namespace retint

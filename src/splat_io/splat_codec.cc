@@ -14,27 +14,38 @@ namespace {
 
 constexpr size_t kRecordBytes = 32;
 constexpr size_t kScaleAt = 12, kColorAt = 24, kOpacityAt = 27, kRotationAt = 28;
-constexpr size_t kBlockRecords = 8192;
+constexpr size_t kBlockRecords = 8192;   // written at a time
+constexpr size_t kRecordsAPiece = 2048;  // read at a time
 constexpr const char* kMark = ".splat";  // of SourceLayout::packed_format
 
-SplatRow Decode(const char* record) {
-  SplatRow row;
+float Sh0OfByte(uint8_t color) {
+  static const std::array<float, 256> values = [] {
+    std::array<float, 256> table;
+    for (size_t i = 0; i < table.size(); ++i) {
+      table[i] = (static_cast<float>(i) / 255 - 0.5f) / kShC0;
+    }
+    return table;
+  }();
+  return values[color];
+}
+
+void Decode(const char* record, const RowPlaces& to) {
   for (size_t i = 0; i < 3; ++i) {
-    row.mean[i] = LoadAs<float>(record + 4 * i);
-    row.log_scale[i] = LogScale(LoadAs<float>(record + kScaleAt + 4 * i));
-    row.sh[i] = (static_cast<float>(LoadAs<uint8_t>(record + kColorAt + i)) / 255 - 0.5f) / kShC0;
+    to.mean[i] = LoadAs<float>(record + 4 * i);
+    to.log_scale[i] = LogScale(LoadAs<float>(record + kScaleAt + 4 * i));
+    to.sh[i] = Sh0OfByte(LoadAs<uint8_t>(record + kColorAt + i));
   }
-  row.opacity_logit = LogitOfByte(LoadAs<uint8_t>(record + kOpacityAt));
+  *to.opacity_logit = LogitOfByte(LoadAs<uint8_t>(record + kOpacityAt));
   for (size_t i = 0; i < 4; ++i) {
     const int byte = LoadAs<uint8_t>(record + kRotationAt + i);
-    row.quat_wxyz[i] = static_cast<float>(byte - 128) / 128;
+    to.quat_wxyz[i] = static_cast<float>(byte - 128) / 128;
   }
-  return row;
 }
 
 // Only the values of `row` that `record` does not already stand for.
 void Encode(const SplatRow& row, char* record) {
-  const SplatRow was = Decode(record);
+  SplatRow was;
+  Decode(record, RowPlaces(was));
   for (size_t i = 0; i < 3; ++i) {
     if (row.mean[i] != was.mean[i]) StoreAs(record + 4 * i, row.mean[i]);
     if (row.log_scale[i] != was.log_scale[i]) {
@@ -85,8 +96,11 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
         char* records = model.source.packed.data();
         file.ReadAt(begin * kRecordBytes, records + begin * kRecordBytes,
                     (end - begin) * kRecordBytes);
-        for (size_t g = begin; g < end; ++g) SetRow(model, g, Decode(records + g * kRecordBytes));
-      });
+        for (size_t g = begin; g < end; ++g) {
+          Decode(records + g * kRecordBytes, RowPlaces(model, g));
+        }
+      },
+      kRecordsAPiece);
   ValidateRead(model, path, bad);
   return model;
 }

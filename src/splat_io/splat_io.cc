@@ -168,6 +168,7 @@ const SplatCodec& CodecForWriting(const std::filesystem::path& path) {
 }
 
 GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor, BadRows bad) {
+  const ReadAhead ahead(path);
   std::string head;
   {
     const InputFile file(path);

@@ -71,20 +71,6 @@ SmallestThree PackSmallestThree(const std::array<double, 4>& unit) {
   return packed;
 }
 
-std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed) {
-  std::array<double, 4> unit{};
-  double left = 1;
-  size_t next = 0;
-  for (int i = 0; i < 4; ++i) {
-    if (i == packed.largest) continue;
-    unit[static_cast<size_t>(i)] = packed.rest[next];
-    left -= packed.rest[next] * packed.rest[next];
-    ++next;
-  }
-  unit[static_cast<size_t>(packed.largest)] = std::sqrt(std::max(0.0, left));
-  return unit;
-}
-
 void ValidateRead(const GaussianModel& model, const std::filesystem::path& path, BadRows bad) {
   if (bad == BadRows::kDrop) return;
   try {

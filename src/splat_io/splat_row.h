@@ -28,6 +28,24 @@ struct SplatRow {
   std::array<float, 48> sh{};  // [K, 3], the first 3 K values; the rest is zero
 };
 
+// Where the values of one Gaussian go: in a model, or in a row.
+struct RowPlaces {
+  float *mean, *quat_wxyz, *log_scale, *opacity_logit, *sh;
+
+  explicit RowPlaces(SplatRow& row)
+      : mean(row.mean.data()),
+        quat_wxyz(row.quat_wxyz.data()),
+        log_scale(row.log_scale.data()),
+        opacity_logit(&row.opacity_logit),
+        sh(row.sh.data()) {}
+  RowPlaces(GaussianModel& model, size_t g)
+      : mean(&model.means[3 * g]),
+        quat_wxyz(&model.quats_wxyz[4 * g]),
+        log_scale(&model.log_scales[3 * g]),
+        opacity_logit(&model.opacity_logits[g]),
+        sh(&model.sh[3 * static_cast<size_t>(model.NumShCoeffs()) * g]) {}
+};
+
 SplatRow GetRow(const GaussianModel& model, size_t g);
 void SetRow(GaussianModel& model, size_t g, const SplatRow& row);
 
@@ -61,7 +79,18 @@ struct SmallestThree {
   std::array<double, 3> rest{};  // the others in their order
 };
 SmallestThree PackSmallestThree(const std::array<double, 4>& unit);
-std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed);
+inline std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed) {
+  std::array<double, 4> unit{};
+  double left = 1;
+  const auto largest = static_cast<size_t>(packed.largest);
+  for (size_t i = 0; i < 3; ++i) {
+    // Without a branch, which no processor foresees.
+    unit[i + (i >= largest ? 1 : 0)] = packed.rest[i];
+    left -= packed.rest[i] * packed.rest[i];
+  }
+  unit[largest] = std::sqrt(std::max(0.0, left));
+  return unit;
+}
 
 // GaussianModel::Validate() naming the file that the model was read from; nothing where bad rows
 // are to be dropped.

@@ -65,11 +65,14 @@ TEST_F(GltfTest, IsLeftUpFrontWithLinearScales) {
   WriteSplat(folder_ / "a.glb", model);
   const GltfFile file(folder_ / "a.glb");
   const Json& primitive = file.json()["meshes"][0]["primitives"][0];
-  const auto values = [&](const std::string& attribute, int components) {
-    return file.Values(primitive["attributes"][attribute].get<uint64_t>(), components);
+  const auto values = [&](const std::string& attribute) {
+    const GltfValues view = file.View(primitive["attributes"][attribute].get<uint64_t>(), 3);
+    std::vector<float> numbers(3 * view.count);
+    view.Load<3>(0, view.count, numbers.data(), 3);
+    return numbers;
   };
-  EXPECT_THAT(values("POSITION", 3), ElementsAre(-model.means[0], -model.means[1], model.means[2]));
-  EXPECT_FLOAT_EQ(values("KHR_gaussian_splatting:SCALE", 3)[1], std::exp(model.log_scales[1]));
+  EXPECT_THAT(values("POSITION"), ElementsAre(-model.means[0], -model.means[1], model.means[2]));
+  EXPECT_FLOAT_EQ(values("KHR_gaussian_splatting:SCALE")[1], std::exp(model.log_scales[1]));
   EXPECT_EQ(primitive["mode"], 0);
   EXPECT_EQ(file.json()["extensionsUsed"], Json::array({"KHR_gaussian_splatting"}));
   const Json& position = file.json()["accessors"][0];
@@ -206,6 +209,32 @@ TEST_F(GltfTest, BuffersBesideTheFileAreRead) {
   EXPECT_THAT(Refusal(document), HasSubstr("outside of its folder"));
   document["buffers"][0]["uri"] = "http://example.org/a.bin";
   EXPECT_THAT(Refusal(document), HasSubstr("outside of its folder"));
+}
+
+// As other programs lay it out: a Gaussian's values side by side.
+TEST_F(GltfTest, InterleavedValuesAreRead) {
+  const GaussianModel model = RandomScene(5000, 1);  // more than are read at a time
+  Json document = Document(model);
+  std::string text = document["buffers"][0]["uri"], bytes;
+  ASSERT_TRUE(DecodeBase64(std::string_view(text).substr(text.find(',') + 1), bytes));
+  const size_t count = model.NumGaussians(), row = bytes.size() / count;
+  std::string rows(bytes.size(), '\0');
+  size_t column = 0;
+  for (Json& accessor : document["accessors"]) {
+    const Json& view = document["bufferViews"][accessor["bufferView"].get<size_t>()];
+    const size_t at = view["byteOffset"], width = view["byteLength"].get<size_t>() / count;
+    for (size_t g = 0; g < count; ++g) {
+      bytes.copy(rows.data() + g * row + column, width, at + g * width);
+    }
+    accessor["bufferView"] = 0;
+    accessor["byteOffset"] = column;
+    column += width;
+  }
+  document["bufferViews"] =
+      Json::array({{{"buffer", 0}, {"byteLength", rows.size()}, {"byteStride", row}}});
+  document["buffers"][0]["uri"] = "rows.bin";
+  SpillFile(folder_ / "rows.bin", rows);
+  ExpectNear(model, Read(document), kRounding);
 }
 
 TEST_F(GltfTest, FaultsAreNamed) {
