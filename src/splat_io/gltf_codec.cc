@@ -247,12 +247,13 @@ class SceneReader {
     const size_t sh_width = ShWidth();
     const auto load = [&](size_t begin, size_t end) {
       const size_t g = done_ + begin;
-      means.Load<3>(begin, end, &model_.means[3 * g], 3);
-      quats.Load<4>(begin, end, &model_.quats_wxyz[4 * g], 4);   // xyzw as yet
-      scales.Load<3>(begin, end, &model_.log_scales[3 * g], 3);  // linear as yet
-      opacities.Load<1>(begin, end, &model_.opacity_logits[g], 1);
+      std::vector<char> room;
+      means.Load<3>(begin, end, &model_.means[3 * g], 3, room);
+      quats.Load<4>(begin, end, &model_.quats_wxyz[4 * g], 4, room);   // xyzw as yet
+      scales.Load<3>(begin, end, &model_.log_scales[3 * g], 3, room);  // linear as yet
+      opacities.Load<1>(begin, end, &model_.opacity_logits[g], 1, room);
       for (size_t k = 0; k < sh.size(); ++k) {
-        sh[k].Load<3>(begin, end, &model_.sh[sh_width * g + 3 * k], sh_width);
+        sh[k].Load<3>(begin, end, &model_.sh[sh_width * g + 3 * k], sh_width, room);
       }
       for (size_t i = begin; i < end; ++i) Activate(done_ + i, motion);
     };
@@ -274,9 +275,10 @@ class SceneReader {
   bool ScalesAreLogarithms(const GltfValues& scales) {
     bool logarithms = false;
     std::vector<float> some(3 * kRowsRead);
+    std::vector<char> room;
     for (uint64_t begin = 0; begin < scales.count && !logarithms; begin += kRowsRead) {
       const uint64_t end = std::min<uint64_t>(begin + kRowsRead, scales.count);
-      scales.Load<3>(begin, end, some.data(), 3);
+      scales.Load<3>(begin, end, some.data(), 3, room);
       logarithms =
           std::any_of(some.begin(), some.begin() + static_cast<ptrdiff_t>(3 * (end - begin)),
                       [](float scale) { return scale < 0; });

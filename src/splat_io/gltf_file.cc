@@ -66,7 +66,7 @@ void GltfFile::Fail(const std::string& fault) const { throw InputError(path_, fa
 
 const char* GltfBuffer::Bytes(uint64_t offset, size_t bytes, std::vector<char>& room) const {
   if (!file_) return bytes_.data() + offset;
-  room.resize(bytes);
+  if (room.size() < bytes) room.resize(bytes);
   file_->ReadAt(at_ + offset, room.data(), bytes);
   return room.data();
 }

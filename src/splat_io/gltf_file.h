@@ -47,11 +47,11 @@ struct GltfValues {
   uint64_t type = 0, bytes = 0;  // of a component
   double most = 0;               // what a normalized integer is divided by; 0: it stands for itself
 
-  // Elements [begin, end) to to[0 .. kComponents), to[to_stride ..] and on.
+  // Elements [begin, end) to to[0 .. kComponents), to[to_stride ..] and on. `room` is for bytes.
   template <size_t kComponents>
-  void Load(uint64_t begin, uint64_t end, float* to, size_t to_stride) const {
+  void Load(uint64_t begin, uint64_t end, float* to, size_t to_stride,
+            std::vector<char>& room) const {
     if (begin == end) return;
-    std::vector<char> room;
     const char* from =
         buffer->Bytes(at + begin * stride, (end - begin - 1) * stride + components * bytes, room);
     for (uint64_t i = begin; i < end; ++i, from += stride, to += to_stride) {

@@ -38,6 +38,8 @@ def main():
     parser = wb.arguments(__doc__, ["sample", "fox", "flower"])
     parser.set_defaults(objects="ball,box,plant")
     parser.add_argument("--tint", default="#3060ff", help="the edit")
+    parser.add_argument("--lines", default=",".join(str(n) for n in range(len(LINES))),
+                        help="their numbers, from 0, which the fox needs as its yardstick")
     parser.add_argument("--holdout", type=int, default=8, help="every n-th view")
     options = parser.parse_args()
     run = wb.Runner(options)
@@ -74,14 +76,16 @@ def main():
         (folder / "after.ply").unlink()
         return json.loads((folder / "evaluated.json").read_text())["true_masks"]["quality"]
 
-    jobs = [(p, n) for p in paints for n in range(len(LINES))]
+    lines = [int(n) for n in options.lines.split(",")]
+    jobs = [(p, n) for p in paints for n in lines]
     recolored = run.each(recolor, jobs)
     measured = run.each(evaluate, [j for j, r in zip(jobs, recolored) if r])
     by_job = dict(zip([j for j, r in zip(jobs, recolored) if r], measured))
 
     for scene in dict.fromkeys(p.scene for p in paints):
         rows = []
-        for number, (line, *_) in enumerate(LINES):
+        for number in lines:
+            line = LINES[number][0]
             of_scene = [(r, by_job[j]) for j, r in zip(jobs, recolored)
                         if j[0].scene == scene and j[1] == number and by_job.get(j)]
             heldout = [q["heldout"] or q["train"] for _, q in of_scene]

@@ -68,7 +68,8 @@ TEST_F(GltfTest, IsLeftUpFrontWithLinearScales) {
   const auto values = [&](const std::string& attribute) {
     const GltfValues view = file.View(primitive["attributes"][attribute].get<uint64_t>(), 3);
     std::vector<float> numbers(3 * view.count);
-    view.Load<3>(0, view.count, numbers.data(), 3);
+    std::vector<char> room;
+    view.Load<3>(0, view.count, numbers.data(), 3, room);
     return numbers;
   };
   EXPECT_THAT(values("POSITION"), ElementsAre(-model.means[0], -model.means[1], model.means[2]));
