@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tile loops in Highway, compiled once a target and chosen at run time. A tile's row is one or
-// more vectors; a splat visits only the rows that its ellipse reaches, and the exponent is compared
-// before it is raised, so that most vectors cost a few instructions.
+// more vectors. Some entries of a list are laid out together, with the rows that each reaches; then
+// some rows at a time meet those entries that reach them, while their sums stay in registers.
 #include <cstddef>
-#include <type_traits>
 
 #include <hwy/cache_control.h>
 
@@ -18,128 +17,186 @@
 // After foreach_target.
 #include <hwy/highway.h>
 
+#include "kernels/cpu/weight_kernels-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace retint {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using RowTag = hn::CappedTag<float, kTileSize>;
-using HalfTag = hn::CappedTag<float, 8>;
 using Row = hn::Vec<RowTag>;
+using Pixels = hn::Mask<RowTag>;
 
-// 2^e for e in [log2(1 / 255), 0], relative error below 2e-6; garbage, but no trap, outside.
-// Chebyshev interpolation of 2^(e / 8), raised to the eighth power: cheaper than splitting off the
-// integer part.
+// 2^e for e in [log2(1 / 255), 0], relative error below 3e-6; garbage, but no trap, outside. The
+// fraction of e, in [-1/2, 1/2], goes through the best polynomial of degree four, and its integer
+// is added to the result's exponent. Adding kRound leaves that integer in a float's low bits.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Exp2(D d, V e) {
-  V p = hn::Set(d, 2.88963928e-08f);
-  p = hn::MulAdd(p, e, hn::Set(d, 2.24833502e-06f));
-  p = hn::MulAdd(p, e, hn::Set(d, 0.00010800414f));
-  p = hn::MulAdd(p, e, hn::Set(d, 0.00375279621f));
-  p = hn::MulAdd(p, e, hn::Set(d, 0.0866428912f));
-  p = hn::MulAdd(p, e, hn::Set(d, 0.99999994f));
-  p = hn::Mul(p, p);
-  p = hn::Mul(p, p);
-  return hn::Mul(p, p);
+  constexpr float kRound = 12582912;  // 1.5 * 2^23
+  const hn::RebindToSigned<D> di;
+  const V rounded = hn::Add(e, hn::Set(d, kRound));
+  const V fraction = hn::Sub(e, hn::Sub(rounded, hn::Set(d, kRound)));
+  V p = hn::Set(d, 0.00957010211f);
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.0559178591f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.240247443f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.693121791f));
+  p = hn::MulAdd(p, fraction, hn::Set(d, 0.999999285f));
+  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::BitCast(di, rounded))));
 }
 
-// The rows [first, last] of a tile that a splat may reach.
-struct RowRange {
-  int first, last;
-};
-
-HWY_INLINE RowRange RowsOf(const Splat& splat, int y0) {
-  const float center = splat.y - float(y0) - 0.5f;
-  const float top = center - splat.half_height, bottom = center + splat.half_height;
-  RowRange rows;
-  rows.first = top <= 0 ? 0 : top >= kTileSize ? kTileSize : int(top);
-  rows.last = bottom >= kTileSize - 1 ? kTileSize - 1 : bottom < 0 ? -1 : int(bottom);
-  return rows;
-}
-
-// Bit y is set while row y of the tile has a live pixel.
-HWY_INLINE uint32_t LiveRows(const float* transmittance) {
-  const RowTag d;
-  uint32_t live = 0;
-  for (int y = 0; y < kTileSize; ++y) {
-    for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-      const Row t = hn::Load(d, transmittance + y * kTileSize + int(x));
-      if (!hn::AllTrue(d, hn::Lt(t, hn::Zero(d)))) live |= 1u << y;
-    }
-  }
-  return live;
-}
-
-// A splat's exponent at row y and column x is bx[x] * dy[y] + (ax2[x] + cdy2[y]).
-struct SplatRows {
-  HWY_ALIGN float dy[kTileSize];
-  HWY_ALIGN float cdy2[kTileSize];
-};
-
-HWY_INLINE void FillRows(const Splat& splat, int y0, SplatRows* rows) {
-  const RowTag d;
-  for (size_t y = 0; y < kTileSize; y += hn::Lanes(d)) {
-    const Row dy = hn::Iota(d, float(y0 + int(y)) + 0.5f - splat.y);
-    hn::Store(dy, d, rows->dy + y);
-    hn::Store(hn::Mul(hn::Mul(hn::Set(d, splat.c), dy), dy), d, rows->cdy2 + y);
-  }
-}
-
-// BlendStep for the vectors of a splat: hit(first pixel, weights, T before, T after) where a live
-// pixel has alpha >= kMinAlpha. `live`: see LiveRows.
-template <class Hit>
-HWY_INLINE void VisitSplat(const Splat& splat, const TileList& list, uint32_t live,
-                           float* HWY_RESTRICT transmittance, const Hit& hit) {
-  const RowTag d;
-  const RowRange range = RowsOf(splat, list.y0);
-  SplatRows rows;
-  FillRows(splat, list.y0, &rows);
-  for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-    const Row dx = hn::Iota(d, float(list.x0 + int(x)) + 0.5f - splat.x);
-    const Row bx = hn::Mul(hn::Set(d, splat.b), dx);
-    const Row ax2 =
-        hn::MulAdd(hn::Mul(hn::Set(d, splat.a), dx), dx, hn::Set(d, splat.log2_opacity));
-    for (int y = range.first; y <= range.last; ++y) {
-      if (!(live >> y & 1)) continue;
-      const Row exponent =
-          hn::MulAdd(bx, hn::Set(d, rows.dy[y]), hn::Add(ax2, hn::Set(d, rows.cdy2[y])));
-      const size_t pixel = size_t(y) * kTileSize + x;
-      const Row before = hn::Load(d, transmittance + pixel);
-      const auto near =
-          hn::And(hn::Ge(exponent, hn::Set(d, kLog2MinAlpha)), hn::Gt(before, hn::Zero(d)));
-      if (hn::AllFalse(d, near)) continue;
-      const Row alpha = hn::IfThenElseZero(near, hn::Min(hn::Set(d, kMaxAlpha), Exp2(d, exponent)));
-      Row weight = hn::Mul(alpha, before);
-      Row after = hn::NegMulAdd(alpha, before, before);
-      const auto ends = hn::And(near, hn::Lt(after, hn::Set(d, kMinTransmittance)));
-      if (HWY_UNLIKELY(!hn::AllFalse(d, ends))) {
-        weight = hn::IfThenZeroElse(ends, weight);
-        after = hn::IfThenElse(ends, hn::Neg(before), after);
-      }
-      hn::Store(after, d, transmittance + pixel);
-      hit(pixel, weight, before, after);
-    }
-  }
-}
-
+constexpr size_t kLanes = hn::MaxLanes(RowTag());
+constexpr size_t kRowVectors = kTileSize / kLanes;
+// Rows whose sums stay in registers together.
+constexpr size_t kGroupRows = kRowVectors == 1 ? 2 : 1;
+constexpr size_t kVectors = kGroupRows * kRowVectors;
+constexpr int kChunk = 32;        // entries that are done together, a bit each
 constexpr int64_t kPrefetch = 6;  // entries ahead
 
-// visit(entry, splat, live rows) over the list until every pixel is done; returns where it ended.
-// prefetch(entry) comes some entries earlier.
-template <class Visit, class Prefetch>
-HWY_INLINE int64_t ForEachSplat(const TileList& list, const float* transmittance,
-                                const Visit& visit, const Prefetch& prefetch) {
-  uint32_t live = 0;
-  for (int64_t i = 0; i < list.count; ++i) {
-    if (i % 16 == 0) {
-      live = LiveRows(transmittance);
-      if (live == 0) return i;
-    }
+// Some entries of a list. An exponent at row y and column x is bx[x] * dy[y] + (ax2[x] + cdy2[y]).
+struct Chunk {
+  HWY_ALIGN float bx[kChunk][kTileSize];
+  HWY_ALIGN float ax2[kChunk][kTileSize];
+  HWY_ALIGN float dy[kChunk][kTileSize];
+  HWY_ALIGN float cdy2[kChunk][kTileSize];
+  HWY_ALIGN uint32_t reach[kTileSize];  // bit i: entry i may reach the row
+};
+
+// An exponent grows along a row up to dx = -b / (2 a) dy and falls beyond: a row is reached where
+// it is large enough at the tile's column that is nearest to that.
+HWY_INLINE void LoadChunk(const TileList& list, int64_t first, int count, Chunk* chunk) {
+  const RowTag d;
+  const hn::RebindToUnsigned<RowTag> du;
+  hn::Vec<decltype(du)> reach[kRowVectors];
+  for (auto& rows : reach) rows = hn::Zero(du);
+  // A hair below what a pixel asks for, and below what rounding makes of it: a row too many costs
+  // little, as its pixels are looked at.
+  constexpr float kSlack = 1e-2f, kRounding = 1e-6f;
+  for (int i = 0; i < count; ++i) {
     // Lists jump about in memory.
-    const int64_t ahead = i + kPrefetch < list.count ? i + kPrefetch : i;
+    const int64_t ahead = first + i + kPrefetch < list.count ? first + i + kPrefetch : first + i;
     hwy::Prefetch(&list.splats[list.entries[ahead]]);
-    prefetch(ahead);
-    visit(i, list.splats[list.entries[i]], live);
+    const Splat& splat = list.splats[list.entries[first + i]];
+    const Row a = hn::Set(d, splat.a), b = hn::Set(d, splat.b), c = hn::Set(d, splat.c);
+    const Row log2_opacity = hn::Set(d, splat.log2_opacity);
+    const float left = float(list.x0) + 0.5f - splat.x;
+    const float right = left + float(kTileSize - 1);
+    const Row leftmost = hn::Set(d, left), rightmost = hn::Set(d, right);
+    const Row least =
+        hn::Set(d, kLog2MinAlpha - kSlack + kRounding * splat.a * (left * left + right * right));
+    const Row slope = hn::Set(d, -0.5f * splat.b / splat.a);
+    for (size_t v = 0; v < kRowVectors; ++v) {
+      const int at = int(v * kLanes);
+      const Row dx = hn::Iota(d, float(list.x0 + at) + 0.5f - splat.x);
+      hn::Store(hn::Mul(b, dx), d, chunk->bx[i] + at);
+      hn::Store(hn::MulAdd(hn::Mul(a, dx), dx, log2_opacity), d, chunk->ax2[i] + at);
+      const Row dy = hn::Iota(d, float(list.y0 + at) + 0.5f - splat.y);
+      const Row cdy2 = hn::Mul(hn::Mul(c, dy), dy);
+      hn::Store(dy, d, chunk->dy[i] + at);
+      hn::Store(cdy2, d, chunk->cdy2[i] + at);
+      const Row top = hn::Min(hn::Max(hn::Mul(slope, dy), leftmost), rightmost);
+      const Row exponent = hn::MulAdd(hn::MulAdd(a, top, hn::Mul(b, dy)), top,
+                                      hn::MulAdd(hn::Set(d, 1 - kRounding), cdy2, log2_opacity));
+      const auto reaches = hn::RebindMask(du, hn::Ge(exponent, least));
+      reach[v] = hn::Or(reach[v], hn::IfThenElseZero(reaches, hn::Set(du, uint32_t{1} << i)));
+    }
+  }
+  for (size_t v = 0; v < kRowVectors; ++v) hn::Store(reach[v], du, chunk->reach + v * kLanes);
+}
+
+// Rows of a tile that are blended together. Where there are fewer, one is repeated whose pixels
+// are all done.
+struct RowGroup {
+  size_t rows[kGroupRows];
+  size_t Pixel(size_t v) const {
+    return rows[v / kRowVectors] * kTileSize + v % kRowVectors * kLanes;
+  }
+  uint32_t Reach(const Chunk& chunk) const {
+    uint32_t entries = 0;
+    for (const size_t y : rows) entries |= chunk.reach[y];
+    return entries;
+  }
+};
+
+// The rows that have a live pixel, in groups; returns how many there are.
+HWY_INLINE size_t LiveGroups(const float* transmittance, RowGroup* groups) {
+  const RowTag d;
+  size_t live[kTileSize + 1], count = 0, done = 0;
+  for (size_t y = 0; y < kTileSize; ++y) {
+    bool any = false;
+    for (size_t x = 0; x < kTileSize; x += kLanes) {
+      const Row t = hn::Load(d, transmittance + y * kTileSize + x);
+      any = any || !hn::AllTrue(d, hn::Lt(t, hn::Zero(d)));
+    }
+    live[count] = y;
+    count += any;
+    if (!any) done = y;
+  }
+  size_t num_groups = 0;
+  for (size_t i = 0; i < count; i += kGroupRows, ++num_groups) {
+    for (size_t r = 0; r < kGroupRows; ++r) {
+      groups[num_groups].rows[r] = i + r < count ? live[i + r] : done;
+    }
+  }
+  return num_groups;
+}
+
+// BlendStep for the vectors of a group with the entries of a chunk: hit(entry, vector, weights, T
+// before, T after, &which pixels are live) where a pixel of the group has alpha >= kMinAlpha.
+template <class Hit>
+HWY_INLINE void VisitGroup(const Chunk& chunk, const RowGroup& group,
+                           float* HWY_RESTRICT transmittance, const Hit& hit) {
+  const RowTag d;
+  Row t[kVectors];
+  Pixels live[kVectors];
+  for (size_t v = 0; v < kVectors; ++v) {
+    t[v] = hn::Load(d, transmittance + group.Pixel(v));
+    live[v] = hn::Gt(t[v], hn::Zero(d));
+    t[v] = hn::Abs(t[v]);
+  }
+  for (uint32_t left = group.Reach(chunk); left != 0; left &= left - 1) {
+    const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+    Row exponent[kVectors];
+    Pixels near[kVectors];
+    for (size_t v = 0; v < kVectors; ++v) {
+      const size_t x = v % kRowVectors * kLanes, y = group.rows[v / kRowVectors];
+      exponent[v] =
+          hn::MulAdd(hn::Load(d, chunk.bx[i] + x), hn::Set(d, chunk.dy[i][y]),
+                     hn::Add(hn::Load(d, chunk.ax2[i] + x), hn::Set(d, chunk.cdy2[i][y])));
+      near[v] = hn::And(hn::Ge(exponent[v], hn::Set(d, kLog2MinAlpha)), live[v]);
+    }
+    Pixels any = near[0];
+    for (size_t v = 1; v < kVectors; ++v) any = hn::Or(any, near[v]);
+    if (hn::AllFalse(d, any)) continue;
+    for (size_t v = 0; v < kVectors; ++v) {
+      const Row alpha = hn::Min(hn::Set(d, kMaxAlpha), Exp2(d, exponent[v]));
+      const Row after = hn::NegMulAdd(alpha, t[v], t[v]);
+      const Pixels ends = hn::And(near[v], hn::Lt(after, hn::Set(d, kMinTransmittance)));
+      const Pixels blended = hn::AndNot(ends, near[v]);
+      const Row weight = hn::IfThenElseZero(blended, hn::Mul(alpha, t[v])), before = t[v];
+      live[v] = hn::AndNot(ends, live[v]);
+      t[v] = hn::IfThenElse(blended, after, t[v]);
+      hit(i, v, weight, before, t[v], live[v]);
+    }
+  }
+  for (size_t v = 0; v < kVectors; ++v) {
+    hn::Store(hn::IfThenElse(live[v], t[v], hn::Neg(t[v])), d, transmittance + group.Pixel(v));
+  }
+}
+
+// visit(first entry, count, chunk, groups, number of groups) over the list until every pixel is
+// done; returns where it ended.
+template <class Visit>
+HWY_INLINE int64_t ForEachChunk(const TileList& list, const float* transmittance,
+                                const Visit& visit) {
+  Chunk chunk;
+  RowGroup groups[kTileSize];
+  for (int64_t first = 0; first < list.count; first += kChunk) {
+    const size_t num_groups = LiveGroups(transmittance, groups);
+    if (num_groups == 0) return first;
+    const int count = int(list.count - first < kChunk ? list.count - first : kChunk);
+    LoadChunk(list, first, count, &chunk);
+    visit(first, count, chunk, groups, num_groups);
   }
   return list.count;
 }
@@ -149,27 +206,54 @@ HWY_INLINE int32_t RowIndex(const TileList& list, int64_t entry) {
   return list.splat_rows ? list.splat_rows[splat] : splat;
 }
 
+// The features of a chunk's entries, fetched ahead.
+template <int C>
+HWY_INLINE void FindFeatures(const TileList& list, int64_t first, int count, const float* features,
+                             const float** from) {
+  static constexpr float kNothing[C] = {};
+  for (int i = 0; i < count; ++i) {
+    const int32_t row = RowIndex(list, first + i);
+    from[i] = row < 0 ? kNothing : features + int64_t(row) * C;
+    hwy::Prefetch(from[i]);
+  }
+}
+
+// Adds weights times features of a chunk's entries to the sums of a group.
+template <int C>
+HWY_INLINE void BlendGroup(const Chunk& chunk, const RowGroup& group, const float* const* from,
+                           float* HWY_RESTRICT sums, float* HWY_RESTRICT transmittance) {
+  const RowTag d;
+  Row sum[C][kVectors];
+  for (int c = 0; c < C; ++c) {
+    for (size_t v = 0; v < kVectors; ++v) {
+      sum[c][v] = hn::Load(d, sums + c * kTilePixels + group.Pixel(v));
+    }
+  }
+  VisitGroup(chunk, group, transmittance,
+             [&](size_t i, size_t v, Row weight, Row, Row, Pixels&) HWY_ATTR {
+               for (int c = 0; c < C; ++c) {
+                 sum[c][v] = hn::MulAdd(weight, hn::Set(d, from[i][c]), sum[c][v]);
+               }
+             });
+  for (int c = 0; c < C; ++c) {
+    for (size_t v = 0; v < kVectors; ++v) {
+      hn::Store(sum[c][v], d, sums + c * kTilePixels + group.Pixel(v));
+    }
+  }
+}
+
 template <int C>
 void BlendTileC(const TileList& list, const float* HWY_RESTRICT features, float* HWY_RESTRICT sums,
                 float* HWY_RESTRICT transmittance) {
-  const RowTag d;
-  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
-    static constexpr float kNothing[C] = {};
-    const int32_t row = RowIndex(list, i);
-    const float* from = row < 0 ? kNothing : features + int64_t(row) * C;
-    Row feature[C];
-    for (int c = 0; c < C; ++c) feature[c] = hn::Set(d, from[c]);
-    VisitSplat(splat, list, live, transmittance, [&](size_t pixel, Row weight, Row, Row) HWY_ATTR {
-      float* at = sums + pixel;
-      for (int c = 0; c < C; ++c, at += kTilePixels) {
-        hn::Store(hn::MulAdd(weight, feature[c], hn::Load(d, at)), d, at);
-      }
-    });
-  };
-  const auto prefetch = [&](int64_t i) HWY_ATTR {
-    if (!list.splat_rows) hwy::Prefetch(features + int64_t(list.entries[i]) * C);
-  };
-  ForEachSplat(list, transmittance, visit, prefetch);
+  const float* from[kChunk];
+  ForEachChunk(list, transmittance,
+               [&](int64_t first, int count, const Chunk& chunk, const RowGroup* groups,
+                   size_t num_groups) HWY_ATTR {
+                 FindFeatures<C>(list, first, count, features, from);
+                 for (size_t g = 0; g < num_groups; ++g) {
+                   BlendGroup<C>(chunk, groups[g], from, sums, transmittance);
+                 }
+               });
 }
 
 // A pixel is done as soon as nothing that may still come takes it from one side of a limit to the
@@ -178,72 +262,92 @@ void BlendTileBetween(const TileList& list, const float* HWY_RESTRICT features, 
                       float high, float* HWY_RESTRICT sums, float* HWY_RESTRICT transmittance) {
   const RowTag d;
   const Row lowest = hn::Set(d, low), highest = hn::Set(d, high);
-  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
-    const int32_t row = RowIndex(list, i);
-    const Row feature = hn::Set(d, row < 0 ? 0.0f : features[row]);
-    VisitSplat(
-        splat, list, live, transmittance, [&](size_t pixel, Row weight, Row, Row after) HWY_ATTR {
-          const Row sum = hn::MulAdd(weight, feature, hn::Load(d, sums + pixel));
-          hn::Store(sum, d, sums + pixel);
-          const auto settled = hn::Or(hn::Ge(sum, highest), hn::Le(hn::Add(sum, after), lowest));
-          hn::Store(hn::IfThenElse(settled, hn::Neg(hn::Abs(after)), after), d,
-                    transmittance + pixel);
-        });
-  };
-  const auto prefetch = [&](int64_t i) HWY_ATTR {
-    if (!list.splat_rows) hwy::Prefetch(features + list.entries[i]);
-  };
-  ForEachSplat(list, transmittance, visit, prefetch);
+  const float* from[kChunk];
+  ForEachChunk(
+      list, transmittance,
+      [&](int64_t first, int count, const Chunk& chunk, const RowGroup* groups,
+          size_t num_groups) HWY_ATTR {
+        FindFeatures<1>(list, first, count, features, from);
+        for (size_t g = 0; g < num_groups; ++g) {
+          const RowGroup& group = groups[g];
+          Row sum[kVectors];
+          for (size_t v = 0; v < kVectors; ++v) sum[v] = hn::Load(d, sums + group.Pixel(v));
+          VisitGroup(chunk, group, transmittance,
+                     [&](size_t i, size_t v, Row weight, Row, Row after, Pixels& live) HWY_ATTR {
+                       sum[v] = hn::MulAdd(weight, hn::Set(d, *from[i]), sum[v]);
+                       const auto settled =
+                           hn::Or(hn::Ge(sum[v], highest), hn::Le(hn::Add(sum[v], after), lowest));
+                       live = hn::AndNot(settled, live);
+                     });
+          for (size_t v = 0; v < kVectors; ++v) hn::Store(sum[v], d, sums + group.Pixel(v));
+        }
+      });
 }
+
+// The sums over the lanes of N vectors that lie one after the other, as the lanes of one.
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE Row SumsOfLanes(const float* vectors) { return hn::Load(RowTag(), vectors); }
+#else
+template <size_t N = kLanes>
+HWY_INLINE Row SumsOfLanes(const float* vectors) {
+  const RowTag d;
+  if constexpr (N == 1) {
+    return hn::Load(d, vectors);
+  } else {
+    const Row low = SumsOfLanes<N / 2>(vectors);
+    const Row high = SumsOfLanes<N / 2>(vectors + N / 2 * kLanes);
+    return hn::Add(hn::ConcatEven(d, high, low), hn::ConcatOdd(d, high, low));
+  }
+}
+#endif
 
 template <int C>
 void TransposeTileC(const TileList& list, const float* HWY_RESTRICT residual,
                     float* HWY_RESTRICT partials, float* HWY_RESTRICT transmittance) {
   const RowTag d;
-  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
-    Row sum[C];
-    for (int c = 0; c < C; ++c) sum[c] = hn::Zero(d);
-    VisitSplat(splat, list, live, transmittance, [&](size_t pixel, Row weight, Row, Row) HWY_ATTR {
-      const float* at = residual + pixel;
-      for (int c = 0; c < C; ++c, at += kTilePixels) {
-        sum[c] = hn::MulAdd(weight, hn::Load(d, at), sum[c]);
+  HWY_ALIGN float sums[C][kChunk][kLanes];
+  HWY_ALIGN float totals[C][kChunk];
+  const auto visit = [&](int64_t first, int count, const Chunk& chunk, const RowGroup* groups,
+                         size_t num_groups) HWY_ATTR {
+    for (int c = 0; c < C; ++c) {
+      for (int i = 0; i < kChunk; ++i) hn::Store(hn::Zero(d), d, sums[c][i]);
+    }
+    for (int i = 0; i < count; ++i) {
+      const uint32_t slot = list.slots[first + i];
+      if (slot != kNoSlot) hwy::Prefetch(partials + int64_t(slot) * C);
+    }
+    for (size_t g = 0; g < num_groups; ++g) {
+      Row wanted[C][kVectors];
+      for (int c = 0; c < C; ++c) {
+        for (size_t v = 0; v < kVectors; ++v) {
+          wanted[c][v] = hn::Load(d, residual + c * kTilePixels + groups[g].Pixel(v));
+        }
       }
-    });
-    if (list.slots[i] == kNoSlot) return;
-    float* out = partials + int64_t(list.slots[i]) * C;
-    for (int c = 0; c < C; ++c) out[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
+      Row sum[C];
+      VisitGroup(chunk, groups[g], transmittance,
+                 [&](size_t i, size_t v, Row weight, Row, Row, Pixels&) HWY_ATTR {
+                   for (int c = 0; c < C; ++c) {
+                     if (v == 0) sum[c] = hn::Load(d, sums[c][i]);
+                     sum[c] = hn::MulAdd(weight, wanted[c][v], sum[c]);
+                     if (v == kVectors - 1) hn::Store(sum[c], d, sums[c][i]);
+                   }
+                 });
+    }
+    for (int c = 0; c < C; ++c) {
+      for (size_t i = 0; i < kChunk; i += kLanes) {
+        hn::Store(SumsOfLanes(sums[c][i]), d, totals[c] + i);
+      }
+    }
+    for (int i = 0; i < count; ++i) {
+      if (list.slots[first + i] == kNoSlot) continue;
+      float* const out = partials + int64_t(list.slots[first + i]) * C;
+      for (int c = 0; c < C; ++c) out[c] = totals[c][i];
+    }
   };
-  const auto prefetch = [&](int64_t i) HWY_ATTR {
-    if (list.slots[i] != kNoSlot) hwy::Prefetch(partials + int64_t(list.slots[i]) * C);
-  };
-  for (int64_t i = ForEachSplat(list, transmittance, visit, prefetch); i < list.count; ++i) {
+  for (int64_t i = ForEachChunk(list, transmittance, visit); i < list.count; ++i) {
     if (list.slots[i] == kNoSlot) continue;
-    float* out = partials + int64_t(list.slots[i]) * C;
+    float* const out = partials + int64_t(list.slots[i]) * C;
     for (int c = 0; c < C; ++c) out[c] = 0;
-  }
-}
-
-// Calls body with `channels` as a compile-time constant.
-template <class Body>
-HWY_INLINE void WithChannels(int channels, const Body& body) {
-  static_assert(kMaxChannels == 8);
-  switch (channels) {
-    case 1:
-      return body(std::integral_constant<int, 1>());
-    case 2:
-      return body(std::integral_constant<int, 2>());
-    case 3:
-      return body(std::integral_constant<int, 3>());
-    case 4:
-      return body(std::integral_constant<int, 4>());
-    case 5:
-      return body(std::integral_constant<int, 5>());
-    case 6:
-      return body(std::integral_constant<int, 6>());
-    case 7:
-      return body(std::integral_constant<int, 7>());
-    default:
-      return body(std::integral_constant<int, 8>());
   }
 }
 
@@ -266,20 +370,29 @@ void DepthTileOf(const TileList& list, float threshold, float* HWY_RESTRICT sums
                  float* HWY_RESTRICT median, float* HWY_RESTRICT transmittance) {
   const RowTag d;
   const Row limit = hn::Set(d, threshold);
-  const auto visit = [&](int64_t, const Splat& splat, uint32_t live) HWY_ATTR {
-    const Row depth = hn::Set(d, splat.depth);
-    const auto hit = [&](size_t pixel, Row weight, Row before, Row after) HWY_ATTR {
-      hn::Store(hn::MulAdd(weight, depth, hn::Load(d, sums + pixel)), d, sums + pixel);
-      if constexpr (kMedian) {
-        const auto crosses = hn::And(hn::And(hn::Ge(before, limit), hn::Lt(after, limit)),
-                                     hn::Gt(weight, hn::Zero(d)));
-        const Row old = hn::Load(d, median + pixel);
-        hn::Store(hn::IfThenElse(crosses, depth, old), d, median + pixel);
+  const float* from[kChunk];
+  const auto visit = [&](int64_t first, int count, const Chunk& chunk, const RowGroup* groups,
+                         size_t num_groups) HWY_ATTR {
+    for (int i = 0; i < count; ++i) from[i] = &list.splats[list.entries[first + i]].depth;
+    for (size_t g = 0; g < num_groups; ++g) {
+      if constexpr (!kMedian) {
+        BlendGroup<1>(chunk, groups[g], from, sums, transmittance);
+        continue;
       }
-    };
-    VisitSplat(splat, list, live, transmittance, hit);
+      VisitGroup(chunk, groups[g], transmittance,
+                 [&](size_t i, size_t v, Row weight, Row before, Row after, Pixels&) HWY_ATTR {
+                   const size_t pixel = groups[g].Pixel(v);
+                   const Row depth = hn::Set(d, *from[i]);
+                   hn::Store(hn::MulAdd(weight, depth, hn::Load(d, sums + pixel)), d, sums + pixel);
+                   const auto crosses =
+                       hn::And(hn::And(hn::Ge(before, limit), hn::Lt(after, limit)),
+                               hn::Gt(weight, hn::Zero(d)));
+                   const Row old = hn::Load(d, median + pixel);
+                   hn::Store(hn::IfThenElse(crosses, depth, old), d, median + pixel);
+                 });
+    }
   };
-  ForEachSplat(list, transmittance, visit, [](int64_t) {});
+  ForEachChunk(list, transmittance, visit);
 }
 
 void DepthTile(const TileList& list, float threshold, float* sums, float* median,
@@ -288,243 +401,27 @@ void DepthTile(const TileList& list, float threshold, float* sums, float* median
   find(list, threshold, sums, median, transmittance);
 }
 
-// Appends one entry's weights (rows outside `touched` are zero, whatever `weights` holds).
-HWY_INLINE void AppendEntry(int32_t row, const float* HWY_RESTRICT weights, uint32_t touched,
-                            WeightTile* tile) {
-  const HalfTag d;
-  const hn::Rebind<uint16_t, HalfTag> d16;
-  const hn::RebindToSigned<HalfTag> di;
-  hn::Vec<HalfTag> largest = hn::Zero(d);
-  for (int half = 0; half < 32; ++half) {
-    if (!(touched >> (half / 2) & 1)) continue;
-    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-      largest = hn::Max(largest, hn::Load(d, weights + 8 * half + int(x)));
-    }
-  }
-  const float peak = hn::GetLane(hn::MaxOfLanes(d, largest));
-  if (!(peak > 0)) return;
-  WeightEntry entry{row, 0, kNoSlot, peak / 65535};
-  const auto inverse = hn::Set(d, 65535 / peak);
-  size_t size = tile->weights.size();
-  tile->weights.resize(size + kTilePixels);
-  for (int half = 0; half < 32; ++half) {
-    if (!(touched >> (half / 2) & 1)) continue;
-    uint16_t* out = tile->weights.data() + size;
-    bool any = false;
-    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-      const auto steps = hn::NearestInt(hn::Mul(hn::Load(d, weights + 8 * half + int(x)), inverse));
-      any = any || !hn::AllTrue(di, hn::Eq(steps, hn::Zero(di)));
-      hn::StoreU(hn::DemoteTo(d16, steps), d16, out + x);
-    }
-    if (!any) continue;
-    entry.half_rows |= 1u << half;
-    size += 8;
-  }
-  tile->weights.resize(size);
-  tile->entries.push_back(entry);
-}
-
 void WeightsOfTile(const TileList& list, WeightTile* tile, float* HWY_RESTRICT transmittance) {
   const RowTag d;
-  HWY_ALIGN float weights[kTilePixels];
-  const auto visit = [&](int64_t i, const Splat& splat, uint32_t live) HWY_ATTR {
-    const int32_t row = RowIndex(list, i);
-    uint32_t touched = 0;
-    const auto hit = [&](size_t pixel, Row weight, Row, Row) HWY_ATTR {
-      if (row < 0) return;
-      const size_t y = pixel / kTileSize;
-      if (!(touched >> y & 1)) {
-        for (size_t x = 0; x < kTileSize; x += hn::Lanes(d)) {
-          hn::Store(hn::Zero(d), d, weights + y * kTileSize + x);
-        }
-        touched |= 1u << y;
-      }
-      hn::Store(weight, d, weights + pixel);
-    };
-    VisitSplat(splat, list, live, transmittance, hit);
-    if (touched != 0) AppendEntry(row, weights, touched, tile);
-  };
-  ForEachSplat(list, transmittance, visit, [](int64_t) {});
-}
-
-// Which half rows of an entry hold a weight of `threshold` steps or more.
-template <class Step>
-HWY_INLINE uint32_t LargeHalfRows(uint32_t half_rows, const Step* steps, float threshold) {
-  const HalfTag d;
-  const hn::Rebind<Step, HalfTag> ds;
-  const hn::RebindToSigned<HalfTag> di;
-  const auto limit = hn::Set(d, threshold);
-  uint32_t large = 0;
-  for (uint32_t left = half_rows; left != 0; left &= left - 1, steps += 8) {
-    bool any = false;
-    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-      const auto weight = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(ds, steps + x)));
-      any = any || !hn::AllFalse(d, hn::Ge(weight, limit));
+  HWY_ALIGN float weights[kChunk][kTilePixels];
+  const auto visit = [&](int64_t first, int count, const Chunk& chunk, const RowGroup* groups,
+                         size_t num_groups) HWY_ATTR {
+    uint32_t touched[kChunk] = {};  // rows
+    for (size_t g = 0; g < num_groups; ++g) {
+      uint32_t rows = 0;
+      for (const size_t y : groups[g].rows) rows |= 1u << y;
+      VisitGroup(chunk, groups[g], transmittance,
+                 [&](size_t i, size_t v, Row weight, Row, Row, Pixels&) HWY_ATTR {
+                   hn::Store(weight, d, weights[i] + groups[g].Pixel(v));
+                   touched[i] |= rows;
+                 });
     }
-    if (any) large |= left & (0 - left);
-  }
-  return large;
-}
-
-template <class Step>
-void CompactFrom(const WeightTile& tile, const Step* const all_steps, float min_weight,
-                 uint32_t half_rows, WeightTile* compact) {
-  const HalfTag d;
-  const hn::Rebind<Step, HalfTag> ds;
-  const hn::RebindToSigned<HalfTag> di;
-  const hn::Rebind<uint8_t, HalfTag> d8;
-  HWY_ALIGN float kept[kTilePixels] = {};
-  HWY_ALIGN float dropped[kTilePixels] = {};
-  // body(half, steps of its 8 weights)
-  const auto for_each_half = [&](uint32_t left, const Step* steps, const auto& body) HWY_ATTR {
-    for (; left != 0; left &= left - 1, steps += 8) {
-      body(hwy::Num0BitsBelowLS1Bit_Nonzero32(left), steps);
+    for (int i = 0; i < count; ++i) {
+      const int32_t row = RowIndex(list, first + i);
+      if (row >= 0 && touched[i] != 0) AppendEntry(row, weights[i], touched[i], tile);
     }
   };
-  const auto load = [&](const Step* steps) HWY_ATTR {
-    return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(ds, steps)));
-  };
-
-  std::vector<uint32_t> keep(tile.entries.size());
-  size_t num_entries = 0, num_halves = 0;
-  const Step* steps = all_steps;
-  for (size_t e = 0; e < keep.size(); ++e) {
-    const WeightEntry& entry = tile.entries[e];
-    const auto scale = hn::Set(d, entry.scale);
-    keep[e] = half_rows & LargeHalfRows(entry.half_rows, steps, min_weight / entry.scale);
-    num_entries += keep[e] != 0;
-    num_halves += hwy::PopCount(keep[e]);
-    for_each_half(entry.half_rows, steps, [&](size_t half, const Step* from) HWY_ATTR {
-      float* to = (keep[e] >> half & 1 ? kept : dropped) + 8 * half;
-      for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-        hn::Store(hn::MulAdd(load(from + x), scale, hn::Load(d, to + x)), d, to + x);
-      }
-    });
-    steps += 8 * hwy::PopCount(entry.half_rows);
-  }
-  float* const factor = dropped;
-  auto largest_sum = hn::Zero(d);
-  for (size_t p = 0; p < kTilePixels; p += hn::Lanes(d)) {
-    const auto own = hn::Load(d, kept + p), sum = hn::Add(own, hn::Load(d, dropped + p));
-    largest_sum = hn::Max(largest_sum, sum);
-    const auto grown = hn::Div(sum, hn::Max(own, hn::Set(d, 1e-12f)));
-    hn::Store(hn::Min(grown, hn::Set(d, kMostTakenOver)), d, factor + p);
-  }
-
-  *compact = {};
-  if (hn::GetLane(hn::MaxOfLanes(d, largest_sum)) < kFaint) return;
-  compact->entries.reserve(num_entries);
-  compact->compact.resize(8 * num_halves);
-  uint8_t* out = compact->compact.data();
-  steps = all_steps;
-  for (size_t e = 0; e < keep.size(); ++e) {
-    const WeightEntry& entry = tile.entries[e];
-    const Step* const first = steps;
-    steps += 8 * hwy::PopCount(entry.half_rows);
-    if (keep[e] == 0) continue;
-    auto largest = hn::Zero(d);
-    for_each_half(entry.half_rows, first, [&](size_t half, const Step* from) HWY_ATTR {
-      if (!(keep[e] >> half & 1)) return;
-      for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-        largest = hn::Max(largest, hn::Mul(load(from + x), hn::Load(d, factor + 8 * half + x)));
-      }
-    });
-    const float peak = hn::GetLane(hn::MaxOfLanes(d, largest));
-    const auto inverse = hn::Set(d, 255 / peak);
-    for_each_half(entry.half_rows, first, [&](size_t half, const Step* from) HWY_ATTR {
-      if (!(keep[e] >> half & 1)) return;
-      for (size_t x = 0; x < 8; x += hn::Lanes(d), out += hn::Lanes(d)) {
-        const auto weight = hn::Mul(load(from + x), hn::Load(d, factor + 8 * half + x));
-        hn::StoreU(hn::DemoteTo(d8, hn::NearestInt(hn::Mul(weight, inverse))), d8, out);
-      }
-    });
-    compact->entries.push_back({entry.row, keep[e], kNoSlot, entry.scale * peak / 255});
-  }
-}
-
-void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
-                 WeightTile* compact) {
-  if (tile.compact.empty()) {
-    CompactFrom(tile, tile.weights.data(), min_weight, half_rows, compact);
-  } else {
-    CompactFrom(tile, tile.compact.data(), min_weight, half_rows, compact);
-  }
-}
-
-// visit(offset of the half row's vector in the tile, weights in steps) for an entry's weights.
-template <class Step, class Visit>
-HWY_INLINE const Step* VisitWeights(const WeightEntry& entry, const Step* weights,
-                                    const Visit& visit) {
-  const HalfTag d;
-  const hn::Rebind<Step, HalfTag> ds;
-  const hn::RebindToSigned<HalfTag> di;
-  for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, weights += 8) {
-    const size_t half = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-      const auto steps = hn::PromoteTo(di, hn::LoadU(ds, weights + x));
-      visit(8 * half + x, hn::ConvertTo(d, steps));
-    }
-  }
-  return weights;
-}
-
-template <int C, class Step>
-void BlendWeightsC(const WeightTile& tile, const Step* weights, const float* HWY_RESTRICT features,
-                   float* HWY_RESTRICT sums) {
-  const HalfTag d;
-  for (const WeightEntry& entry : tile.entries) {
-    hn::Vec<HalfTag> feature[C];
-    for (int c = 0; c < C; ++c) {
-      feature[c] = hn::Set(d, entry.scale * features[int64_t(entry.row) * C + c]);
-    }
-    weights = VisitWeights(entry, weights, [&](size_t at, hn::Vec<HalfTag> weight) HWY_ATTR {
-      float* out = sums + at;
-      for (int c = 0; c < C; ++c, out += kTilePixels) {
-        hn::Store(hn::MulAdd(weight, feature[c], hn::Load(d, out)), d, out);
-      }
-    });
-  }
-}
-
-template <int C, class Step>
-void TransposeWeightsC(const WeightTile& tile, const Step* weights,
-                       const float* HWY_RESTRICT residual, float* HWY_RESTRICT partials) {
-  const HalfTag d;
-  for (const WeightEntry& entry : tile.entries) {
-    hn::Vec<HalfTag> sum[C];
-    for (int c = 0; c < C; ++c) sum[c] = hn::Zero(d);
-    weights = VisitWeights(entry, weights, [&](size_t at, hn::Vec<HalfTag> weight) HWY_ATTR {
-      const float* in = residual + at;
-      for (int c = 0; c < C; ++c, in += kTilePixels) {
-        sum[c] = hn::MulAdd(weight, hn::Load(d, in), sum[c]);
-      }
-    });
-    float* out = partials + int64_t(entry.slot) * C;
-    for (int c = 0; c < C; ++c) out[c] = entry.scale * hn::GetLane(hn::SumOfLanes(d, sum[c]));
-  }
-}
-
-void BlendWeights(const WeightTile& tile, const float* features, int channels, float* sums) {
-  WithChannels(channels, [&](auto c) HWY_ATTR {
-    constexpr int kChannels = decltype(c)::value;
-    if (tile.compact.empty()) {
-      BlendWeightsC<kChannels>(tile, tile.weights.data(), features, sums);
-    } else {
-      BlendWeightsC<kChannels>(tile, tile.compact.data(), features, sums);
-    }
-  });
-}
-
-void TransposeWeights(const WeightTile& tile, const float* residual, int channels,
-                      float* partials) {
-  WithChannels(channels, [&](auto c) HWY_ATTR {
-    constexpr int kChannels = decltype(c)::value;
-    if (tile.compact.empty()) {
-      TransposeWeightsC<kChannels>(tile, tile.weights.data(), residual, partials);
-    } else {
-      TransposeWeightsC<kChannels>(tile, tile.compact.data(), residual, partials);
-    }
-  });
+  ForEachChunk(list, transmittance, visit);
 }
 
 const TileKernels* Kernels() {

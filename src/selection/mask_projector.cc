@@ -23,9 +23,10 @@ namespace retint {
 namespace {
 
 constexpr std::string_view kStage = "projection";
-// Of views that are not painted every second row of pixels is lifted: a Gaussian's share is a mean
-// over many.
-constexpr uint16_t kLiftedRows = 0x5555;
+// Of views that are not painted every second row of pixels is lifted, of many views every fourth: a
+// Gaussian's share is a mean over many pixels.
+constexpr size_t kManyViews = 32;
+uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x1111; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
 constexpr int64_t kGrain = 16384;  // Gaussians
@@ -88,7 +89,7 @@ class Projection {
   }
 
   // Adds what a view that is not painted says of the Gaussians.
-  void Lift(const PosedCamera& posed, const ViewSurface& surface) {
+  void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows) {
     DrawCloud(surface);
     std::vector<PaintedImage> painted;
     for (const auto& view : painted_) {
@@ -103,7 +104,7 @@ class Projection {
     evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : unknown);
     evidence.coverage = coverage_mask_.data();
     evidence.scale = 1;
-    evidence.pixel_rows = kLiftedRows;
+    evidence.pixel_rows = pixel_rows;
     LiftEvidence(*surface.geometry, evidence);
     if (keeps_rows_) {
       KeepLifted(*surface.geometry);
@@ -457,8 +458,9 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const std::vector<const View*> masked = OwnViews(all_masked, ranks);
   std::vector<SurfaceRequest> requests = projection.PaintedRequests(reconstruction);
   const size_t first_drawn = requests.size();
+  const uint16_t pixel_rows = lifts ? LiftedRows(all_drawn.size()) : kAllPixelRows;
   for (const View* view : drawn) {
-    requests.push_back({reconstruction.Posed(*view), view, lifts ? kLiftedRows : kAllPixelRows});
+    requests.push_back({reconstruction.Posed(*view), view, pixel_rows});
   }
   const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
   double done = 0;
@@ -471,7 +473,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     if (i < first_drawn) return projection.AddPainted(i, std::move(surface));
     step();
     if (lifts) {
-      projection.Lift(requests[i].posed, surface);
+      projection.Lift(requests[i].posed, surface, pixel_rows);
     } else {
       result.masks[drawn[i - first_drawn]->name] = projection.Draw(surface);
     }
