@@ -84,6 +84,12 @@ void SyntheticOptions::Describe(OptionList& list) {
                   .help = "cameras all around the table, which then stands in the open, without "
                           "walls",
                   .flag = "--around"});
+  list.push_back({.name = "detail",
+                  .member = &detail,
+                  .range = OptionRange::Closed(1, 4),
+                  .help = "how many times finer the Gaussians are than the photos show: they are "
+                          "made from photos of this many times the size",
+                  .flag = "--detail"});
   list.push_back({.name = "point_noise",
                   .member = &point_noise,
                   .range = OptionRange::Closed(0, 10),
@@ -173,15 +179,22 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
   // The Gaussians reach a little beyond the images: some views are traced wider for them.
   std::vector<TracedView> views, wide_views;
   const size_t stride = std::clamp<size_t>(size_t(options.views) / 6, 1, 4);
-  const int padding = std::max(2, options.width * 2 / 25);
-  const auto cameras = MakeArc(options);
+  SyntheticOptions detailed = options;
+  detailed.width *= options.detail;
+  detailed.height *= options.detail;
+  const auto padding_of = [](const SyntheticOptions& of) { return std::max(2, of.width * 2 / 25); };
+  const auto cameras = MakeArc(options), detailed_cameras = MakeArc(detailed);
   RepaintObjects(world, options, cameras);  // after the light is baked
   scene.reconstruction.cameras[1] = cameras.front().camera;
   for (size_t i = 0; i < cameras.size(); ++i) {
     monitor.Step("photos", double(i), double(cameras.size()));
     const bool wide = i % stride == 0 || i + 1 == cameras.size();
-    wide_views.push_back(TraceView(world, lighting, cameras[i], wide ? padding : 0));
-    views.push_back(Crop(wide_views.back()));
+    const auto trace = [&](const SyntheticOptions& of, const PosedCamera& camera) {
+      return TraceView(world, lighting, camera, wide ? padding_of(of) : 0);
+    };
+    wide_views.push_back(trace(detailed, detailed_cameras[i]));
+    views.push_back(options.detail == 1 ? Crop(wide_views.back())
+                                        : Crop(trace(options, cameras[i])));
     char name[16];
     std::snprintf(name, sizeof(name), "%03d.png", int(i));
     views.back().truth.name = name;

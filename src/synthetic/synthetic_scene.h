@@ -30,6 +30,8 @@ struct SyntheticOptions {
   int width = 640, height = 480;  // pixels
   int views = 24;                 // on an arc about the table
   bool around = false;            // all around it, in the open: no walls
+  // The Gaussians are as small as photos of `detail` times the size would show.
+  int detail = 1;
   uint64_t seed = 0;
   double point_noise = 0.5;  // pixels, standard deviation of the sparse points' observations
   int sparse_points = 6000;  // at most; small images carry fewer

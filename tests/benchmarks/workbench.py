@@ -12,6 +12,7 @@ import json
 import pathlib
 import shlex
 import statistics
+import struct
 import subprocess
 import sys
 import threading
@@ -45,6 +46,8 @@ def arguments(description, scenes):
     parser.add_argument("--objects", default="ball,box,candlestick,pot,plant,pear",
                         help="of the synthetic scenes")
     parser.add_argument("--size", default="400x300x12", help="of synthetic photos, and how many")
+    parser.add_argument("--detail", type=int, default=1,
+                        help="how many times finer the synthetic splats are than their photos")
     parser.add_argument("--jobs", type=int, default=2, help="runs side by side")
     parser.add_argument("--threads", type=int, default=1, help="of each run")
     parser.add_argument("--backend", default="cpu", help="cpu, cuda or auto")
@@ -142,7 +145,7 @@ def make_scenes(options, run):
         folder = options.work / name.replace(" ", "-") / "workspace"
         if not (folder / "splat.ply").exists():
             run("synth", "--output", folder, "--width", width, "--height", height,
-                "--views", views, *SYNTHETIC[name])
+                "--views", views, "--detail", options.detail, *SYNTHETIC[name])
 
     run.each(make, [name for name in names if name in SYNTHETIC])
     paints = []
@@ -250,6 +253,28 @@ def read_depth(path):
     depth = array.array("f")
     depth.frombytes(rest)
     return int(width), int(height), depth
+
+
+def read_cameras(workspace):
+    """{image name: (focal lengths and center, rotation w x y z, translation)} of the pinhole views
+    that `retint synth` writes (COLMAP's binary files)."""
+    folder = pathlib.Path(workspace) / "sparse" / "0"
+    data, cameras, at = (folder / "cameras.bin").read_bytes(), {}, 8
+    while at < len(data):
+        number, model = struct.unpack_from("<ii", data, at)
+        if model != 1:
+            raise Failed(f"{folder / 'cameras.bin'}: camera {number} is no PINHOLE")
+        cameras[number] = struct.unpack_from("<4d", data, at + 24)
+        at += 24 + 32
+    data, views, at = (folder / "images.bin").read_bytes(), {}, 8
+    while at < len(data):
+        pose = struct.unpack_from("<7d", data, at + 4)
+        camera, = struct.unpack_from("<i", data, at + 60)
+        end = data.index(b"\0", at + 64)
+        points, = struct.unpack_from("<Q", data, end + 1)
+        views[data[at + 64:end].decode()] = cameras[camera], pose[:4], pose[4:]
+        at = end + 9 + 24 * points
+    return views
 
 
 def depth_errors(found, truth, mask=None):

@@ -30,27 +30,31 @@ PosedCamera CameraAt(double azimuth) {
 struct Patch {
   double half, z;
   Vector3f color;
+  double opacity_logit = 5;
 };
 
 // Squares of flat Gaussians across the z axis.
 GaussianModel Squares(const std::vector<Patch>& patches) {
-  std::vector<std::pair<Vector3d, Vector3f>> discs;
+  struct Disc {
+    Vector3d center;
+    Patch patch;
+  };
+  std::vector<Disc> discs;
   for (const Patch& patch : patches) {
     const int count = int(std::lround(2 * patch.half / kSpacing)) + 1;
     for (int i = 0; i < count * count; ++i) {
       discs.push_back(
-          {{i % count * kSpacing - patch.half, i / count * kSpacing - patch.half, patch.z},
-           patch.color});
+          {{i % count * kSpacing - patch.half, i / count * kSpacing - patch.half, patch.z}, patch});
     }
   }
   GaussianModel model;
   model.Resize(discs.size(), 1);
   std::fill(model.sh.begin(), model.sh.end(), 0.0f);
   for (size_t g = 0; g < discs.size(); ++g) {
-    SetGaussian(model, g, discs[g].first, 0.7 * kSpacing, 5);
+    SetGaussian(model, g, discs[g].center, 0.7 * kSpacing, discs[g].patch.opacity_logit);
     model.log_scales[3 * g + 2] = float(std::log(1e-3));
     for (int c = 0; c < 3; ++c) {
-      model.sh[g * 12 + size_t(c)] = (discs[g].second[c] - 0.5f) / 0.28209479f;
+      model.sh[g * 12 + size_t(c)] = (discs[g].patch.color[c] - 0.5f) / 0.28209479f;
     }
   }
   return model;
@@ -125,8 +129,9 @@ double NextEdge(const Image& image, int y, int x) {
   return -1;
 }
 
-TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
-  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+// Stripes that are carried to another view, against the true ones; pixels at the square's border
+// aside, which it covers only in part.
+void ExpectStripesInPlace(Scene& scene) {
   const PosedCamera painted = CameraAt(0.1), other = CameraAt(-0.4);
   const ColorEdit edit =
       EditOf({PaintOf(painted, [&](int x, int y) { return Stripes(painted, x, y); })});
@@ -141,7 +146,6 @@ TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
     for (int x = 0; x < kWidth; ++x) {
       if (mask(x, y) == 0) continue;
       const Vector3f expected = Stripes(other, x, y);
-      // A pixel at the border is covered by the square only in part.
       const bool whole = IsInside(other, x - 2, y) && IsInside(other, x + 2, y) &&
                          IsInside(other, x, y - 2) && IsInside(other, x, y + 2);
       for (int c = 0; c < 3; ++c) {
@@ -152,9 +156,8 @@ TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
     }
   }
   ASSERT_GT(count, 1000);
-  // The depth of Gaussians that are three pixels apart puts the paint off by up to half a pixel,
-  // which at edges this close to one another costs down to 25.6 dB.
-  EXPECT_GT(-10 * std::log10(squares / count), 25);
+  // Paint by the mean depth, which what shines through moves, has 29 dB.
+  EXPECT_GT(-10 * std::log10(squares / count), 33);
   int edges = 0;
   for (int y = kHeight / 2 - 20; y <= kHeight / 2 + 20; y += 10) {
     for (double at = NextEdge(truth, y, 55); at > 0 && at < 105;
@@ -163,6 +166,17 @@ TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
     }
   }
   EXPECT_GE(edges, 10);
+}
+
+TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  ExpectStripesInPlace(scene);
+}
+
+// A surface lets a little of what lies behind it through. That must not move its paint.
+TEST(PaintCarrierTest, WhatShinesThroughDoesNotMoveThePaint) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}, 3}, {3.0, 6.0, {0.5f, 0.5f, 0.5f}}});
+  ExpectStripesInPlace(scene);
 }
 
 TEST(PaintCarrierTest, WhatThePaintedViewDoesNotSeeStays) {

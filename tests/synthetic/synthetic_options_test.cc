@@ -59,6 +59,24 @@ TEST(SyntheticTest, RepaintsObjectsAndNothingElse) {
   EXPECT_THROW(options.Check(), OptionError);
 }
 
+TEST(SyntheticTest, DetailMakesFinerGaussiansOfTheSamePhotos) {
+  SyntheticOptions options = TinyOptions();
+  options.floaters = 0;
+  const SyntheticScene plain = Make(options);
+  options.detail = 2;
+  const SyntheticScene fine = Make(options);
+  for (size_t v = 0; v < plain.views.size(); ++v) {
+    ExpectSameBytes(plain.views[v].photo.data, fine.views[v].photo.data);
+    ExpectSameBytes(plain.views[v].depth.data, fine.views[v].depth.data);
+  }
+  // Half the size in both directions is four times as many; where texture is even, discs are as
+  // large as they may be in pixels.
+  EXPECT_GT(double(fine.model.NumGaussians()), 2.5 * double(plain.model.NumGaussians()));
+
+  options.detail = 0;
+  EXPECT_THROW(options.Check(), OptionError);
+}
+
 // Everything but the Gaussians' places and sizes.
 void ExpectSamePhotosAndColors(const SyntheticScene& a, const SyntheticScene& b) {
   ASSERT_EQ(a.views.size(), b.views.size());
