@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/checksum.h"
+#include "base/parallel.h"
 #include "recolor/edit_text.h"
 
 namespace retint {
@@ -60,9 +61,13 @@ size_t RegionFit::Bytes() const {
 
 void RegionFit::Apply(std::vector<float>& all, int num_coeffs) const {
   const size_t block = static_cast<size_t>(num_coeffs) * 3;
-  for (size_t i = 0; i < indices.size(); ++i) {
-    std::copy_n(sh.data() + i * block, block, all.data() + static_cast<size_t>(indices[i]) * block);
-  }
+  constexpr int64_t kGaussians = 1024;  // a task
+  ParallelRanges(static_cast<int64_t>(indices.size()), kGaussians, [&](int64_t begin, int64_t end) {
+    for (size_t i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      std::copy_n(sh.data() + i * block, block,
+                  all.data() + static_cast<size_t>(indices[i]) * block);
+    }
+  });
 }
 
 const Region* RegionSet::Find(RegionId id) const {

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "depth/depth_picture.h"
 #include "selection/mask_projector.h"
@@ -163,15 +164,20 @@ PosedCamera Scaled(const PosedCamera& camera, double scale) {
 }
 
 QImage ToQImage(const Image& image) {
+  constexpr int64_t kRows = 32;  // a task
   QImage result(image.width, image.height, QImage::Format_RGB32);
-  for (int y = 0; y < image.height; ++y) {
-    QRgb* row = reinterpret_cast<QRgb*>(result.scanLine(y));
-    const float* from = image.data.data() + image.Index(0, y);
-    for (int x = 0; x < image.width; ++x, from += 3) {
-      const auto byte = [](float v) { return int(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F); };
-      row[x] = qRgb(byte(from[0]), byte(from[1]), byte(from[2]));
+  uchar* const pixels = result.bits();
+  const qsizetype line = result.bytesPerLine();
+  ParallelRanges(image.height, kRows, [&](int64_t begin, int64_t end) {
+    const auto byte = [](float v) { return int(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F); };
+    for (int64_t y = begin; y < end; ++y) {
+      QRgb* row = reinterpret_cast<QRgb*>(pixels + y * line);
+      const float* from = image.data.data() + image.Index(0, int(y));
+      for (int x = 0; x < image.width; ++x, from += 3) {
+        row[x] = qRgb(byte(from[0]), byte(from[1]), byte(from[2]));
+      }
     }
-  }
+  });
   return result;
 }
 

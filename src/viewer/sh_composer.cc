@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "base/parallel.h"
 #include "session/refit_chain.h"
 #include "viewer/failure_text.h"
 
@@ -14,13 +15,17 @@ namespace {
 constexpr size_t kBuffersKept = 3;   // free ones
 constexpr size_t kBuffersReady = 2;  // made before they are asked for, unless they are large
 constexpr size_t kReadyBytes = size_t{256} << 20;
+constexpr int64_t kGaussians = 1024;  // a task
 
+// The blocks of these Gaussians in `from`, to the same place in `to`.
 void CopyBlocks(const std::vector<int32_t>& indices, size_t block, const std::vector<float>& from,
                 std::vector<float>& to) {
-  for (const int32_t index : indices) {
-    const size_t at = static_cast<size_t>(index) * block;
-    std::copy_n(from.data() + at, block, to.data() + at);
-  }
+  ParallelRanges(static_cast<int64_t>(indices.size()), kGaussians, [&](int64_t begin, int64_t end) {
+    for (size_t i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const size_t at = static_cast<size_t>(indices[i]) * block;
+      std::copy_n(from.data() + at, block, to.data() + at);
+    }
+  });
 }
 
 }  // namespace
@@ -47,7 +52,7 @@ class ShComposer::Touched {
       slots[g] = static_cast<int32_t>(indices_.size());
       indices_.push_back(static_cast<int32_t>(g));
     }
-    const size_t block = Block();
+    const size_t block = static_cast<size_t>(original_->NumShCoeffs()) * 3;
     sh_.resize(indices_.size() * block);
     for (size_t i = 0; i < indices_.size(); ++i) {
       std::copy_n(original_->sh.data() + static_cast<size_t>(indices_[i]) * block, block,
@@ -64,19 +69,19 @@ class ShComposer::Touched {
                       });
   }
 
-  // [indices, K, 3].
-  std::vector<float> Compose(const Request& request) {
+  // What all regions together make of these Gaussians.
+  RegionFit Compose(const Request& request) {
     RegionSet regions = request.regions;
     for (size_t i = 0; i < parts_.size(); ++i) {
       regions.regions[i].selection = parts_[i].selection;
       regions.regions[i].fit = parts_[i].fit;
     }
-    return ComposeSh(regions, request.job, 0, regions.regions.size(), sh_, original_->NumShCoeffs(),
-                     indices_);
+    RegionFit composed;
+    composed.indices = indices_;
+    composed.sh = ComposeSh(regions, request.job, 0, regions.regions.size(), sh_,
+                            original_->NumShCoeffs(), indices_);
+    return composed;
   }
-
-  const std::vector<int32_t>& indices() const { return indices_; }
-  size_t Block() const { return static_cast<size_t>(original_->NumShCoeffs()) * 3; }
 
  private:
   struct Part {
@@ -142,21 +147,18 @@ class ShComposer::Buffers : public std::enable_shared_from_this<Buffers> {
     }
   }
 
-  // The original's coefficients with the blocks of `indices` replaced.
-  std::shared_ptr<const Buffer> Fill(const std::vector<int32_t>& indices,
-                                     const std::vector<float>& blocks, size_t block) {
+  // The original's coefficients with those of `composed` in their place.
+  std::shared_ptr<const Buffer> Fill(RegionFit composed) {
+    const int num_coeffs = original_->NumShCoeffs();
     std::unique_ptr<Buffer> buffer = Take();
     if (buffer) {
-      CopyBlocks(buffer->active, block, original_->sh, buffer->sh);
+      CopyBlocks(buffer->active, static_cast<size_t>(num_coeffs) * 3, original_->sh, buffer->sh);
     } else {
       buffer = std::make_unique<Buffer>();
       buffer->sh = original_->sh;
     }
-    buffer->active = indices;
-    for (size_t i = 0; i < indices.size(); ++i) {
-      std::copy_n(blocks.data() + i * block, block,
-                  buffer->sh.data() + static_cast<size_t>(indices[i]) * block);
-    }
+    composed.Apply(buffer->sh, num_coeffs);
+    buffer->active = std::move(composed.indices);
     return {buffer.release(), [pool = shared_from_this()](const Buffer* done) {
               pool->Return(std::unique_ptr<Buffer>(const_cast<Buffer*>(done)));
             }};
@@ -215,8 +217,7 @@ ShComposer::Result ShComposer::Work(const Request& request) {
   if (!buffers_ || buffers_->original() != request.original) {
     buffers_ = std::make_shared<Buffers>(request.original);
   }
-  const auto buffer =
-      buffers_->Fill(touched_->indices(), touched_->Compose(request), touched_->Block());
+  const auto buffer = buffers_->Fill(touched_->Compose(request));
   return {{buffer, &buffer->sh}, {buffer, &buffer->active}, request.generation, {}};
 }
 
