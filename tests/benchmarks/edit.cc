@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint_bench_edit: a whole edit from one painted view to its preview, in a process that has only
 // opened the scene: depth, cloud, registration, masks on all views, closed form. One JSON line a
-// round; the first is what a user waits for, in later ones the views' geometries are kept.
+// round; the first is what a user waits for, in later ones the views' geometries are kept. Then a
+// line for each pointwise operation: its preview with masks and geometry at hand.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -10,7 +12,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/median.h"
 #include "colmap_io/image_io.h"
+#include "recolor/edit_text.h"
 #include "session/edit_session.h"
 #include "tests/benchmarks/main.h"
 
@@ -29,7 +33,51 @@ struct Flags {
   int rounds = 3;
 };
 
-void Round(EditSession& session, const Flags& flags, int round) {
+// What the operations' options take. `to` and `palette` name the colors that they replace, so that
+// nothing is measured.
+constexpr const char* kOperations[][2] = {{"tint", "#3060ff"},
+                                          {"matrix", "0,1,0,0,0,0,1,0,1,0,0,0"},
+                                          {"exposure", "0.7"},
+                                          {"contrast", "1.3"},
+                                          {"gamma", "1.4"},
+                                          {"white_balance", "50,10"},
+                                          {"saturation", "1.5"},
+                                          {"invert", ""},
+                                          {"gray", ""},
+                                          {"adjust", "hue=90,chroma=0.9"},
+                                          {"recolor", "#3060ff,from=#b07040"},
+                                          {"gradient", "#101030,#a04020,#fff0d0"},
+                                          {"palette", "#b07040=#3060ff,#405030"}};
+
+// Closed form, upload and render, as after a change of a parameter; the medians of some, and their
+// worst.
+void Previews(EditSession& session, const PosedCamera& camera, const std::vector<float>& shares) {
+  constexpr int kRepeats = 9;
+  const GaussianModel& model = session.original();
+  for (const auto& [name, text] : kOperations) {
+    const ColorEdit edit{{ParseOperation(*FindOperationType(name), text)}, 1};
+    std::vector<double> form, show, whole;
+    for (int i = 0; i <= kRepeats; ++i) {
+      const double start = Now();
+      const auto sh = ClosedFormSh(model.sh, model.NumShCoeffs(), shares, edit);
+      const double shown = Now();
+      session.ShowSh(sh);
+      session.renderer().Render(camera);
+      const double end = Now();
+      if (i == 0) continue;  // the first
+      form.push_back(shown - start);
+      show.push_back(end - shown);
+      whole.push_back(end - start);
+    }
+    std::printf(
+        "{\"benchmark\": \"preview\", \"operation\": \"%s\", \"closed_form_ms\": %.2f, "
+        "\"show_ms\": %.2f, \"whole_ms\": %.2f, \"worst_ms\": %.2f}\n",
+        name, Median(form), Median(show), Median(whole),
+        *std::max_element(whole.begin(), whole.end()));
+  }
+}
+
+std::vector<float> Round(EditSession& session, const Flags& flags, int round) {
   Monitor monitor;
   const View& view = session.workspace().RequireView(flags.view);
   const Camera camera = session.reconstruction().Posed(view).camera;
@@ -63,6 +111,7 @@ void Round(EditSession& session, const Flags& flags, int round) {
       session.renderer().backend().Description().c_str(), masks.masks.size(), round,
       after[0] - before[0], after[1] - before[1], after[2] - before[2], coloring - projecting,
       end - coloring, end - start);
+  return masks.shares;
 }
 
 int Main(int argc, char** argv) {
@@ -80,7 +129,10 @@ int Main(int argc, char** argv) {
   options.backend = flags.backend;
   Monitor monitor;
   const auto session = EditSession::Open(flags.workspace, flags.splat, options, monitor);
-  for (int round = 0; round < flags.rounds; ++round) Round(*session, flags, round);
+  std::vector<float> shares;
+  for (int round = 0; round < flags.rounds; ++round) shares = Round(*session, flags, round);
+  const View& view = session->workspace().RequireView(flags.view);
+  if (!shares.empty()) Previews(*session, session->reconstruction().Posed(view), shares);
   return 0;
 }
 
