@@ -103,6 +103,8 @@ struct DepthParams {
   float threshold;  // 0.5
   uint16_t pixel_rows = kAllPixelRows;
   float min_alpha = 0;  // `expected` is 0 in pixels less opaque
+  // [N] backend memory: Gaussians that are not 0 here are taken not to be there. Null: all are.
+  const uint8_t* left_out = nullptr;
 };
 
 class BlendOps {

@@ -268,17 +268,33 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   });
 }
 
+// The view's splats, those left out too faint to show.
+LargeVector<Splat> Without(const CpuViewGeometry& view, const uint8_t* left_out) {
+  constexpr float kInvisible = -100;  // of log2_opacity
+  LargeVector<Splat> splats(view.splats);
+  ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
+    for (auto row = size_t(begin); row < size_t(end); ++row) {
+      if (left_out[view.row_gaussians[row]]) splats[row].log2_opacity = kInvisible;
+    }
+  });
+  return splats;
+}
+
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
                 const DepthParams& params) {
   const int width = view.camera().width;
   for (float* image : {params.median, params.expected, params.alpha}) {
     if (image) FillOutside(view, 1, nullptr, image);
   }
+  LargeVector<Splat> kept;
+  if (params.left_out) kept = Without(view, params.left_out);
   const auto find = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+    TileList list = TileListOf(view, i);
+    if (params.left_out) list.splats = kept.data();
     std::fill_n(scratch.values, kTilePixels, 0.0f);
     if (params.median) std::fill_n(scratch.median, kTilePixels, 0.0f);
-    kernels.depth(TileListOf(view, i), params.threshold, scratch.values,
-                  params.median ? scratch.median : nullptr, scratch.transmittance);
+    kernels.depth(list, params.threshold, scratch.values, params.median ? scratch.median : nullptr,
+                  scratch.transmittance);
     const auto store = [&](const float* plane, float* image) {
       if (image) StoreTile(rect, params.pixel_rows, plane, 1, width, image);
     };

@@ -160,9 +160,9 @@ __global__ void __launch_bounds__(kTileThreads)
 }
 
 template <int row_step>
-__global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, DepthParams params) {
-  struct Nothing {};
-  __shared__ __align__(16) Batch<Nothing> batches[kWarps];
+__global__ void __launch_bounds__(kTileThreads)
+    DepthKernel(TileLists lists, const int32_t* gaussians, DepthParams params) {
+  __shared__ __align__(16) Batch<bool> batches[kWarps];  // whether it is left out
   const int index = lists.Index();
   const Lane lane = LaneOf<row_step>(lists, index);
   float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
@@ -174,9 +174,13 @@ __global__ void __launch_bounds__(kTileThreads) DepthKernel(TileLists lists, Dep
     if (weight > 0 && before >= params.threshold && *t < params.threshold) *median = s.depth;
   };
   WalkTile(
-      lists, index, lane, &batches[threadIdx.x / 32], [](int, Nothing*) {},
-      [&](const Batch<Nothing>& batch, int count) {
+      lists, index, lane, &batches[threadIdx.x / 32],
+      [&](int row, bool* left_out) {
+        *left_out = params.left_out && params.left_out[gaussians[row]];
+      },
+      [&](const Batch<bool>& batch, int count) {
         for (int i = 0; i < count; ++i) {
+          if (batch.payloads[i]) continue;
           const Splat s = batch.splats[i];
           const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
           step(s, SplatExponent(s, dx, dy), &t0, &sum0, &median0);
@@ -269,9 +273,9 @@ void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& pa
 void Depth(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream) {
   const TileLists lists = ListsOf(view);
   if (IsEverySecondRow(params.pixel_rows)) {
-    DepthKernel<2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    DepthKernel<2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, view.rows(), params);
   } else {
-    DepthKernel<1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+    DepthKernel<1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, view.rows(), params);
   }
   Check(cudaGetLastError(), "DepthKernel");
 }

@@ -81,10 +81,12 @@ class Completer {
         count_(graph.NumNodes()) {
     share_.resize(count_);
     trust_.resize(count_);
+    solid_.resize(count_);
     Each(count_, [&](size_t i) {
       const Proof proof = ProofOf(evidence, graph.GaussianOf(i));
+      solid_[i] = !graph.Floats(graph.GaussianOf(i));
       share_[i] = proof.share;
-      trust_[i] = kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
+      trust_[i] = solid_[i] * kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
     });
   }
 
@@ -159,8 +161,9 @@ class Completer {
           const auto other = size_t(edges_.other[e]);
           const double alike = 1 - std::abs(prior[g] - prior[other]);
           const double valley = double(std::max(surfaces_[g].valley, surfaces_[other].valley));
-          const double weight =
-              edges_.weight[e] * alike * alike * std::exp(-kValley * valley) + kLeastWeight;
+          const double weight = solid_[g] * solid_[other] * edges_.weight[e] * alike * alike *
+                                    std::exp(-kValley * valley) +
+                                kLeastWeight;
           weights[e] = float(kSmoothness * weight);
         }
         terms[g].Add(trust_[g], share_[g]);
@@ -234,6 +237,7 @@ class Completer {
   const EdgeMatrix& edges_;
   size_t count_;
   std::vector<double> share_, trust_;  // m_g; of m_g
+  std::vector<double> solid_;          // 0 of a floater, else 1
 };
 
 }  // namespace

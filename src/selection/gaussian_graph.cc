@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <numeric>
 #include <string_view>
+#include <utility>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -116,11 +117,13 @@ EdgeMatrix Connect(const std::vector<Neighbor>& nearest,
 }  // namespace
 
 GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor,
-                             std::optional<Eigen::AlignedBox3f> within,
-                             std::span<const float> valleys)
-    : num_gaussians_(model.NumGaussians()), within_(within) {
-  CheckOption(valleys.empty() || valleys.size() == num_gaussians_,
-              "a graph needs the valley of every Gaussian or of none");
+                             std::optional<Eigen::AlignedBox3f> within, LiftedSurfaces lifted)
+    : num_gaussians_(model.NumGaussians()), within_(within), floating_(std::move(lifted.floating)) {
+  const std::vector<float>& valleys = lifted.valleys;
+  for (const auto* values : {&valleys, &std::as_const(floating_)}) {
+    CheckOption(values->empty() || values->size() == num_gaussians_,
+                "a graph needs what was lifted of every Gaussian or of none");
+  }
   monitor.Step(kStage, 0, 3);
   const auto mean = [&](size_t g) {
     return Eigen::Map<const Eigen::Vector3f>(&model.means[3 * g]);

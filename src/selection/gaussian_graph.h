@@ -14,6 +14,7 @@
 #include "base/monitor.h"
 #include "scene/gaussian_model.h"
 #include "selection/graph_solver.h"
+#include "selection/lifted_surfaces.h"
 
 namespace retint {
 
@@ -31,14 +32,16 @@ struct GaussianSurface {
 // 900 while it is made.
 class GaussianGraph {
  public:
+  static constexpr float kFloating = 0.5f;
+
   // Every Gaussian and its 16 nearest by position; an edge's weight falls with the difference of
   // the colors without view dependence (OKLab), with the distance in units of the two extents, and
   // with the angle between the two where they are flat. `within`: only Gaussians whose means lie in
-  // that box are nodes. `valleys` of every Gaussian, as LiftValleys() finds them; empty: unknown.
-  // OptionError where they are of another number. Cancelled between its steps.
+  // that box are nodes. `lifted` of every Gaussian; empty: unknown. OptionError where it is of
+  // another number. Cancelled between its steps.
   GaussianGraph(const GaussianModel& model, Monitor& monitor,
                 std::optional<Eigen::AlignedBox3f> within = std::nullopt,
-                std::span<const float> valleys = {});
+                LiftedSurfaces lifted = {});
 
   size_t NumGaussians() const { return num_gaussians_; }  // of the scene
   size_t NumNodes() const { return surfaces_.size(); }
@@ -46,6 +49,10 @@ class GaussianGraph {
   size_t GaussianOf(size_t i) const { return members_.empty() ? i : size_t(members_[i]); }
   const std::vector<GaussianSurface>& surfaces() const { return surfaces_; }
   const EdgeMatrix& edges() const { return edges_; }  // weights in (0, 1]
+  // Of every Gaussian of the scene, [N] (LiftedSurfaces); empty: unknown.
+  const std::vector<float>& floating() const { return floating_; }
+  // Whether Gaussian `g` hangs before the surfaces: it is a floater and no piece of any.
+  bool Floats(size_t g) const { return !floating_.empty() && floating_[g] > kFloating; }
   // Whether the graph holds all that one within `box` (nullopt: of the whole scene) would.
   bool Covers(const std::optional<Eigen::AlignedBox3f>& box) const;
 
@@ -53,6 +60,7 @@ class GaussianGraph {
   size_t num_gaussians_;
   std::optional<Eigen::AlignedBox3f> within_;
   std::vector<int> members_;  // of the nodes; empty: the whole scene
+  std::vector<float> floating_;
   std::vector<GaussianSurface> surfaces_;
   EdgeMatrix edges_;
 };

@@ -284,15 +284,34 @@ class Projection {
   Buffer<uint8_t> coverage_mask_;
 };
 
+// The shares, drawn to the threshold the more surely a Gaussian floats: it then changes no sum from
+// below the threshold to above it, nor back.
+std::vector<float> Votes(const std::vector<float>& shares, const ProjectorOptions& options,
+                         const std::vector<float>& floating) {
+  constexpr float kRamp = 0.1f;  // to both sides of what is called floating
+  const auto neutral = float(options.share_threshold);
+  std::vector<float> votes(shares.size());
+  ParallelRanges(int64_t(votes.size()), kGrain, [&](int64_t first, int64_t last) {
+    for (auto g = size_t(first); g < size_t(last); ++g) {
+      const float solid =
+          std::clamp(0.5f + (GaussianGraph::kFloating - floating[g]) / (2 * kRamp), 0.0f, 1.0f);
+      votes[g] = neutral + solid * (shares[g] - neutral);
+    }
+  });
+  return votes;
+}
+
 // W m of the shares as masks.
 class ShareRenderer {
  public:
   ShareRenderer(Renderer& renderer, const std::vector<float>& shares,
-                const ProjectorOptions& options)
+                const ProjectorOptions& options, const GaussianGraph* graph)
       : renderer_(renderer), backend_(renderer.backend()) {
     CheckOption(static_cast<int64_t>(shares.size()) == renderer.model().count(),
                 "a mask needs one share a Gaussian");
-    shares_ = backend_.Upload(std::span<const float>(shares));
+    const bool any_floats = graph && !graph->floating().empty();
+    shares_ = backend_.Upload(
+        std::span<const float>(any_floats ? Votes(shares, options, graph->floating()) : shares));
     const double half = 0.5 * std::min(options.share_threshold, 1 - options.share_threshold);
     low_ = float(options.share_threshold - half);
     high_ = float(options.share_threshold + half);
@@ -332,15 +351,15 @@ class ShareRenderer {
 // for them, while a device draws the next.
 void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
                  const std::vector<const View*>& views, const std::vector<float>& shares,
-                 const ProjectorOptions& options, const std::function<void()>& step,
-                 std::map<std::string, Mask>* masks) {
+                 const ProjectorOptions& options, const GaussianGraph* graph,
+                 const std::function<void()>& step, std::map<std::string, Mask>* masks) {
   constexpr size_t kGroup = 8;
   struct Drawn {
     const View* view;
     Buffer<uint8_t> pixels;
     std::unique_ptr<Arrival> arrival;
   };
-  ShareRenderer share_renderer(renderer, shares, options);
+  ShareRenderer share_renderer(renderer, shares, options, graph);
   const auto take = [&](std::vector<Drawn>* group) {
     std::vector<Mask> taken(group->size());
     ParallelTasks(int64_t(taken.size()), [&](size_t i) {
@@ -394,6 +413,14 @@ void ShareMasks(const Reconstruction& reconstruction, const std::vector<const Vi
   }
 }
 
+// 1 of each Gaussian that floats, else 0, [N]; empty where none does.
+Buffer<uint8_t> Floaters(const GaussianGraph& graph, Backend& backend) {
+  std::vector<uint8_t> floats(graph.NumGaussians());
+  bool any = false;
+  for (size_t g = 0; g < floats.size(); ++g) any |= floats[g] = graph.Floats(g);
+  return any ? backend.Upload(std::span<const uint8_t>(floats)) : Buffer<uint8_t>();
+}
+
 void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                 const std::vector<const View*>& views) {
   if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
@@ -429,8 +456,8 @@ void Finish(ProjectedMasks* result) {
 }  // namespace
 
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
-                  const ProjectorOptions& options) {
-  const auto drawn = ShareRenderer(renderer, shares, options).Render(view);
+                  const ProjectorOptions& options, const GaussianGraph* graph) {
+  const auto drawn = ShareRenderer(renderer, shares, options, graph).Render(view);
   Mask mask(view.camera.width, view.camera.height);
   renderer.backend().CopyToHost(mask.data.data(), drawn.data(), drawn.size());
   return mask;
@@ -466,6 +493,9 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   double done = 0;
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
   SurfaceOptions surfaces;
+  const Buffer<uint8_t> floaters =
+      completes ? Floaters(*graph, renderer.backend()) : Buffer<uint8_t>();
+  surfaces.left_out = floaters.data();
   surfaces.before_each = [&](size_t i) {
     if (i >= first_drawn) step();
   };
@@ -480,7 +510,8 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   });
   if (lifts) {
     projection.FindShares(graph, monitor, &result);
-    RenderMasks(renderer, reconstruction, masked, result.shares, options, step, &result.masks);
+    RenderMasks(renderer, reconstruction, masked, result.shares, options,
+                completes ? graph : nullptr, step, &result.masks);
   }
   ShareMasks(reconstruction, all_masked, ranks, &result.masks);
   Finish(&result);

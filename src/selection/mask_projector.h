@@ -15,6 +15,9 @@
 //     completed where too little of it was seen (selection/completion.h).
 //  3. Masks. W_v m, view-consistent by construction; 0.5 (128) where it reaches share_threshold,
 //     0 and 1 at half of it away on either side.
+// Floaters (selection/lifted_surfaces.h), which only a completion's graph knows, hide no surface
+// from the look-up, are no part of the completion, and have no say in masks: there their share is
+// share_threshold, so that those behind them decide.
 // What each part brings, in figures, is in docs/benchmarks.md.
 #pragma once
 
@@ -72,9 +75,10 @@ struct ProjectedMasks {
   double mean_coverage = 0;           // mean over views of the masked fraction
 };
 
-// W m of `shares`, [N], as a soft mask of any camera: 128 where it reaches share_threshold.
+// W m of `shares`, [N], as a soft mask of any camera: 128 where it reaches share_threshold. What
+// floats by `graph` takes no part; null: nothing does.
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
-                  const ProjectorOptions& options);
+                  const ProjectorOptions& options, const GaussianGraph* graph = nullptr);
 
 // Projects `cloud` to every view of `views`. The depth test compares with each view's own rendered
 // depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud

@@ -194,6 +194,7 @@ class SurfaceDrawer {
     DepthParams depth{};
     depth.expected = surface.depth.data();
     depth.threshold = 0.5f;
+    depth.left_out = options_.left_out;
     depth.min_alpha = kOpaque;
     depth.pixel_rows = request.pixel_rows;
     backend_.blend().Depth(*surface.geometry, depth);

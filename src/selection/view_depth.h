@@ -31,6 +31,8 @@ struct SurfaceRequest {
 struct SurfaceOptions {
   size_t held_bytes = size_t{256} << 20;  // depths and geometries; one surface in any case
   std::function<void(size_t)> before_each = [](size_t) {};  // of the requests, before it is drawn
+  // [N] backend memory, of the Gaussians that hide no surface (DepthParams); null: all may.
+  const uint8_t* left_out = nullptr;
 };
 
 // Calls visit(i, surface) for the requests in their order. Views are drawn a few ahead: while the

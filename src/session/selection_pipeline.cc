@@ -11,7 +11,7 @@
 #include "base/error.h"
 #include "base/ranks.h"
 #include "scene/image_checks.h"
-#include "selection/lifted_valleys.h"
+#include "selection/lifted_surfaces.h"
 #include "session/painted_exchange.h"
 #include "session/photo_paint.h"
 
@@ -202,9 +202,9 @@ const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Co
   }
   if (!graph_ || !graph_->Covers(within)) {
     graph_.reset();  // before the new one takes memory
-    const std::vector<float> valleys =
-        LiftValleys(scene_.renderer(), scene_.reconstruction(), scene_.views(), monitor);
-    graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor, within, valleys);
+    LiftedSurfaces lifted = LiftSurfaces(scene_.renderer(), scene_.original(),
+                                         scene_.reconstruction(), scene_.views(), monitor);
+    graph_ = std::make_unique<GaussianGraph>(scene_.original(), monitor, within, std::move(lifted));
   }
   return *graph_;
 }

@@ -88,10 +88,10 @@ void DropEarlier(const Workspace& workspace, const PaintedView& newest, Selectio
 
 // What `shares` are in the pixels of what is painted on.
 Mask RenderOn(OpenScene& scene, const PaintedView& painted, const std::vector<float>& shares,
-              const ProjectorOptions& options) {
+              const ProjectorOptions& options, const GaussianGraph* graph) {
   std::vector<Mask> on_views;
   for (const PaintedView& view : OnViews(scene.workspace(), painted)) {
-    on_views.push_back(RenderShares(scene.renderer(), view.camera, shares, options));
+    on_views.push_back(RenderShares(scene.renderer(), view.camera, shares, options, graph));
   }
   return FromViews(scene.workspace(), painted, std::move(on_views));
 }
@@ -185,8 +185,9 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (open) {
     // Rounds to come take for paint what was decided.
     PaintedView& view = painted.back();
-    const Mask decided =
-        result.shares.empty() ? drawn : RenderOn(scene_, view, result.shares, project);
+    const Mask decided = result.shares.empty()
+                             ? drawn
+                             : RenderOn(scene_, view, result.shares, project, graph_.get());
     for (size_t i = 0; i < decided.data.size(); ++i) {
       if (round.undecided.data[i] > 0) view.mask.data[i] = decided.data[i];
     }
@@ -196,7 +197,7 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
 }
 
 Mask SelectionPipeline::SeenFrom(const RegionSelection& selection, const PosedCamera& camera) {
-  return RenderShares(scene_.renderer(), camera, selection.shares, {});
+  return RenderShares(scene_.renderer(), camera, selection.shares, {}, graph_.get());
 }
 
 }  // namespace retint

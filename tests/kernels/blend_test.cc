@@ -180,6 +180,35 @@ TEST_P(BlendOp, DepthMatchesReference) {
   }
 }
 
+// Depth without some Gaussians is that of a model that does not have them.
+TEST_P(BlendOp, DepthLeavesGaussiansOut) {
+  const Scene scene = MakeScene({160, 90, 400});
+  const size_t count = size_t(scene.uploaded->count());
+  std::vector<uint8_t> left_out(count), none(count, 0);
+  for (size_t g = 0; g < count; ++g) left_out[g] = g % 3 == 0;
+  const auto depths = [&](const ViewGeometry& view, const uint8_t* flags) {
+    Guarded<float> median(*backend_, scene.pixels), expected(*backend_, scene.pixels);
+    DepthParams depth{};
+    depth.median = median.data();
+    depth.expected = expected.data();
+    depth.threshold = 0.5f;
+    depth.min_alpha = 0.2f;
+    depth.left_out = flags;
+    backend_->blend().Depth(view, depth);
+    return std::pair(median.Read(), expected.Read());
+  };
+  Guarded<uint8_t> some(*backend_, left_out), all(*backend_, none);
+  const auto whole = depths(*scene.view, nullptr);
+  EXPECT_EQ(depths(*scene.view, all.data()), whole);
+  const auto without = depths(*scene.view, some.data());
+  EXPECT_NE(without, whole);
+  TestModel faint = scene.model;
+  for (size_t g = 0; g < count; g += 3) faint.logits[g] = -50;
+  const auto model = backend_->blend().UploadModel(faint.arrays());
+  const auto view = backend_->blend().PrepareView(*model, scene.view->camera());
+  EXPECT_EQ(depths(*view, nullptr), without);
+}
+
 // Any rows, and every second, which backends may have loops for.
 TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
   for (const uint16_t kept : {0x9305, 0x5555}) {

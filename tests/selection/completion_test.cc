@@ -154,7 +154,7 @@ TEST(Completion, EndsThingsOfOneColorAtAValley) {
     for (size_t g = 0; g < world.count(); ++g) {
       if (std::abs(world.x(g) - valley_at) < 0.15f) valleys[g] = 1;
     }
-    const GaussianGraph graph(world.model, monitor, std::nullopt, valleys);
+    const GaussianGraph graph(world.model, monitor, std::nullopt, {valleys, {}});
     return CompleteShares(graph, world.evidence(), Completion::kNear, monitor).shares;
   };
   // The valley is three rows wide on a way of forty: most of the difference falls there, wherever
@@ -164,6 +164,34 @@ TEST(Completion, EndsThingsOfOneColorAtAValley) {
     EXPECT_GT(MeanBetween(world, shares, -1.95f, at - 0.25f), 0.8) << at;
     EXPECT_LT(MeanBetween(world, shares, at + 0.25f, 1.95f), 0.2) << at;
   }
+}
+
+// As many floaters as there is plate, of its color and known to be outside, hang where nothing else
+// is known to be.
+TEST(Completion, LearnsNothingFromWhatFloats) {
+  World world = MakePlate();
+  const size_t plate = world.count();
+  for (size_t g = 0; g < plate; ++g) {
+    AddGaussian(world.x(g), 0.05f, 0.1f, {0.52f, 0.52f, 0.52f}, &world.model);
+    world.visible.push_back(80);
+    world.known.push_back(80);
+    world.inside.push_back(0);
+  }
+  Monitor monitor;
+  const auto inside_half = [&](float floats) {
+    std::vector<float> floating(world.count(), 0);
+    std::fill(floating.begin() + std::ptrdiff_t(plate), floating.end(), floats);
+    const GaussianGraph graph(world.model, monitor, std::nullopt, {{}, floating});
+    auto shares = CompleteShares(graph, world.evidence(), Completion::kNear, monitor).shares;
+    double sum = 0, count = 0;
+    for (size_t g = 0; g < plate; ++g) {
+      if (world.x(g) < -1.95f || world.x(g) > -0.5f) continue;
+      sum += double(shares[g]), ++count;
+    }
+    return sum / count;
+  };
+  EXPECT_LT(inside_half(0), 0.3);
+  EXPECT_GT(inside_half(1), 0.6);
 }
 
 TEST(Completion, KeepsWhatPaintProves) {

@@ -71,12 +71,26 @@ TEST(GaussianGraph, KnowsTheValleyOfEveryNode) {
   std::vector<float> valleys(100);
   for (size_t g = 0; g < valleys.size(); ++g) valleys[g] = float(g) / 100;
   const Eigen::AlignedBox3f box(Eigen::Vector3f(20.5f, -1, -1), Eigen::Vector3f(60.5f, 1, 1));
-  const GaussianGraph graph(Row(100, 50), monitor, box, valleys);
+  const GaussianGraph graph(Row(100, 50), monitor, box, {valleys, {}});
   EXPECT_EQ(graph.surfaces()[0].valley, valleys[21]);
   EXPECT_EQ(graph.surfaces()[39].valley, valleys[60]);
   EXPECT_EQ(GaussianGraph(Row(100, 50), monitor).surfaces()[5].valley, 0);
   valleys.pop_back();
-  EXPECT_THROW(GaussianGraph(Row(100, 50), monitor, std::nullopt, valleys), OptionError);
+  EXPECT_THROW(GaussianGraph(Row(100, 50), monitor, std::nullopt, {valleys, {}}), OptionError);
+}
+
+TEST(GaussianGraph, KnowsWhatFloatsInTheWholeScene) {
+  Monitor monitor;
+  std::vector<float> floating(100, 0.1f);
+  floating[3] = 0.9f;  // outside of the box
+  floating[30] = 0.6f;
+  const Eigen::AlignedBox3f box(Eigen::Vector3f(20.5f, -1, -1), Eigen::Vector3f(60.5f, 1, 1));
+  const GaussianGraph graph(Row(100, 50), monitor, box, {{}, floating});
+  EXPECT_EQ(graph.floating(), floating);
+  for (size_t g = 0; g < 100; ++g) EXPECT_EQ(graph.Floats(g), g == 3 || g == 30) << g;
+  EXPECT_FALSE(GaussianGraph(Row(100, 50), monitor).Floats(3));
+  floating.pop_back();
+  EXPECT_THROW(GaussianGraph(Row(100, 50), monitor, std::nullopt, {{}, floating}), OptionError);
 }
 
 TEST(GaussianGraph, SurroundingsLeaveOutStrayPoints) {

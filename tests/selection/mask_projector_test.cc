@@ -191,6 +191,26 @@ TEST_F(MaskProjectorTest, GaussiansSelectTheBallInEveryView) {
   EXPECT_NEAR(projected.mean_coverage, 0.15, 0.05);  // the ball covers 2,800 of 19,200 pixels
 }
 
+// Fog of floaters hangs before the ball, so dense that the ball is less than half of what its
+// pixels show: the masks are those without it.
+TEST_F(MaskProjectorTest, WhatFloatsBeforeTheBallHasNoSay) {
+  TinyGaussians foggy(world);
+  for (int i = 0; i < 98; ++i) {  // two layers
+    foggy.AddFloater({0.35 * (i % 7 - 3), 0.35 * (i / 7 % 7 - 3), i < 49 ? 2.4 : 2.8}, 0.15);
+  }
+  const auto project = [&](const GaussianModel& model, bool knows) {
+    Renderer other(CreateBackend("cpu"), model);
+    LiftedSurfaces lifted;
+    if (knows) lifted = LiftSurfaces(other, model, world.reconstruction, views, monitor);
+    const GaussianGraph graph(model, monitor, std::nullopt, std::move(lifted));
+    return ProjectMasks(Cloud(2), {Paint(2)}, world.reconstruction, views, other, options, monitor,
+                        &graph);
+  };
+  const double clear = Worst(project(gaussians.model, true)).iou;
+  EXPECT_LT(Worst(project(foggy.model, false)).iou, 0.7);
+  EXPECT_GT(Worst(project(foggy.model, true)).iou, clear - 0.02);
+}
+
 TEST_F(MaskProjectorTest, GaussiansWorkFromACloudAlone) {
   const Overlap worst = Worst(Project(ProjectorKind::kGaussians, Cloud(2), {}));
   EXPECT_GT(worst.iou, 0.8);

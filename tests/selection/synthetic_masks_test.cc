@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "depth/factory.h"
-#include "selection/lifted_valleys.h"
+#include "selection/lifted_surfaces.h"
 #include "selection/mask_projector.h"
 #include "selection/mask_score.h"
 #include "selection/registration.h"
@@ -45,7 +45,7 @@ class SyntheticMasks : public testing::TestWithParam<int> {
     }
     graph_ = std::make_unique<GaussianGraph>(
         scene_.model, monitor_, std::nullopt,
-        LiftValleys(*renderer_, scene_.reconstruction, views_, monitor_));
+        LiftSurfaces(*renderer_, scene_.model, scene_.reconstruction, views_, monitor_));
   }
 
   // Painted in the view `painted`: mean IoU over the other views that show enough of the object,

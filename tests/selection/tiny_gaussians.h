@@ -30,6 +30,13 @@ struct TinyGaussians {
     on_ball.push_back(ball);
   }
 
+  // A round one that lets two thirds of the light through.
+  void AddFloater(const Eigen::Vector3d& at, double size) {
+    Add(at, Eigen::Vector3d::UnitZ(), size, false);
+    model.log_scales.back() = float(std::log(size));
+    model.opacity_logits.back() = float(std::log(1.0 / 2));
+  }
+
   explicit TinyGaussians(const TinyWorld& world) {
     constexpr int kBall = 4000;
     for (int i = 0; i < kBall; ++i) {  // a Fibonacci lattice

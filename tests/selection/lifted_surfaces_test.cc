@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "selection/lifted_valleys.h"
+#include "selection/lifted_surfaces.h"
 
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "selection/gaussian_graph.h"
 #include "tests/selection/tiny_gaussians.h"
 
 namespace retint {
@@ -20,14 +21,15 @@ TinyWorld TouchingWorld() {
   return world;
 }
 
-TEST(LiftedValleys, LieWhereOneThingStandsOnAnother) {
+TEST(LiftedSurfaces, HaveValleysWhereOneThingStandsOnAnother) {
   const TinyWorld world = TouchingWorld();
   const TinyGaussians gaussians(world);
   Renderer renderer(CreateBackend("cpu"), gaussians.model);
   std::vector<const View*> views;
   for (const auto& [id, view] : world.reconstruction.views) views.push_back(&view);
   Monitor monitor;
-  const auto valleys = LiftValleys(renderer, world.reconstruction, views, monitor);
+  const auto valleys =
+      LiftSurfaces(renderer, gaussians.model, world.reconstruction, views, monitor).valleys;
   ASSERT_EQ(valleys.size(), gaussians.model.NumGaussians());
   // By the distance from the circle in which the ball meets the wall.
   const double ring = std::sqrt(1 - kSunk * kSunk) * world.ball_radius;
@@ -51,16 +53,41 @@ TEST(LiftedValleys, LieWhereOneThingStandsOnAnother) {
   EXPECT_LT(far / fars, 0.3 * near / nears);  // the top of the ball bends, but outward
 }
 
-TEST(LiftedValleys, AreNoneOfWhatNoViewSees) {
+// Two floaters of a third of the light, of which views see each before the ball or the wall; all
+// else is a surface, and the ball's rim is one before the wall.
+TEST(LiftedSurfaces, FloatWhereTheyHangBeforeSurfaces) {
+  const TinyWorld world = TinyWorld::Make(5, 0, 0, 3);
+  TinyGaussians gaussians(world);
+  const size_t surfaces = gaussians.model.NumGaussians();
+  gaussians.AddFloater({0.1, 0, 2.5}, 0.15);
+  gaussians.AddFloater({-0.8, 0.3, 3}, 0.2);
+  Renderer renderer(CreateBackend("cpu"), gaussians.model);
+  Monitor monitor;
+  const auto floating = LiftSurfaces(renderer, gaussians.model, world.reconstruction,
+                                     world.reconstruction.ViewsByName(), monitor)
+                            .floating;
+  ASSERT_EQ(floating.size(), surfaces + 2);
+  EXPECT_GT(floating[surfaces], 0.8f);
+  EXPECT_GT(floating[surfaces + 1], 0.8f);
+  size_t wrong = 0;
+  for (size_t g = 0; g < surfaces; ++g) wrong += floating[g] > GaussianGraph::kFloating;
+  EXPECT_LE(wrong, surfaces / 50);  // on the rim, and what hardly any view sees
+}
+
+TEST(LiftedSurfaces, AreNoneOfWhatNoViewSees) {
   const TinyWorld world = TouchingWorld();
   TinyGaussians gaussians(world);
   gaussians.Add({0, 0, -50}, Eigen::Vector3d::UnitZ(), 0.1, false);  // behind every camera
   Renderer renderer(CreateBackend("cpu"), gaussians.model);
   const View& view = world.reconstruction.views.at(1);
   Monitor monitor;
-  EXPECT_EQ(LiftValleys(renderer, world.reconstruction, {&view}, monitor).back(), 0);
+  const LiftedSurfaces lifted =
+      LiftSurfaces(renderer, gaussians.model, world.reconstruction, {&view}, monitor);
+  EXPECT_EQ(lifted.valleys.back(), 0);
+  EXPECT_EQ(lifted.floating.back(), 0);
   monitor.Cancel();
-  EXPECT_THROW(LiftValleys(renderer, world.reconstruction, {&view}, monitor), Cancelled);
+  EXPECT_THROW(LiftSurfaces(renderer, gaussians.model, world.reconstruction, {&view}, monitor),
+               Cancelled);
 }
 
 }  // namespace
