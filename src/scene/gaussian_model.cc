@@ -47,6 +47,7 @@ void CheckFinite(const std::vector<float>& values, size_t count, size_t width, c
 }  // namespace
 
 void GaussianModel::Resize(size_t count, int degree) {
+  constexpr size_t kLarge = 1 << 16;
   sh_degree = degree;
   const std::pair<std::vector<float>*, size_t> arrays[] = {
       {&sh, static_cast<size_t>(NumShCoeffs()) * 3},
@@ -54,10 +55,17 @@ void GaussianModel::Resize(size_t count, int degree) {
       {&means, 3},
       {&log_scales, 3},
       {&opacity_logits, 1}};
-  ParallelTasks(std::ssize(arrays), [&](int64_t i) {
+  const auto resize = [&](int64_t i) {
     const auto& [values, width] = arrays[i];
     ResizePopulated(*values, count * width);
-  });
+  };
+  // Side by side where they are large. Few rows are also made inside of loops over threads, where a
+  // wait for such tasks would take up another piece of the loop, within that another, and so on.
+  if (count >= kLarge) {
+    ParallelTasks(std::ssize(arrays), resize);
+  } else {
+    for (int64_t i = 0; i < std::ssize(arrays); ++i) resize(i);
+  }
 }
 
 void GaussianModel::Validate() const {

@@ -20,7 +20,8 @@ class Browser:
     """One page. Commands and answers go through file descriptors 3 and 4, ended by a zero byte."""
 
     def __init__(self, program, graphics=("--disable-gpu",)):
-        self.profile = tempfile.TemporaryDirectory()
+        # The browser's other processes may write there for a moment after it has ended.
+        self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()
 
