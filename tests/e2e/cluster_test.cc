@@ -115,7 +115,7 @@ TEST_P(Cluster, RanksWriteTheBytesOfOneProcess) {
   ExpectSameAsAlone(GetParam(), {"--tint", "0.2,0.4,1.0", "--holdout", "3"});
 }
 
-INSTANTIATE_TEST_SUITE_P(Ranks, Cluster, testing::Values(1, 2, 3, 8));
+INSTANTIATE_TEST_SUITE_P(Ranks, Cluster, testing::Values(1, 2, 3, 4, 8));
 
 TEST(ClusterEdits, PhotosAndALookupAreFittedAlike) {
   SKIP_WITHOUT_MPIRUN();
