@@ -32,6 +32,7 @@ struct GaussianSurface {
 // 900 while it is made.
 class GaussianGraph {
  public:
+  // A Gaussian of which more than this hangs before surfaces is a floater (LiftedSurfaces).
   static constexpr float kFloating = 0.5f;
 
   // Every Gaussian and its 16 nearest by position; an edge's weight falls with the difference of
