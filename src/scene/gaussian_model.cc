@@ -2,30 +2,26 @@
 #include "scene/gaussian_model.h"
 
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <span>
 #include <utility>
 
 #include "base/error.h"
+#include "base/finite.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 
 namespace retint {
 namespace {
 
-bool AllFinite(const std::vector<float>& values) {
+bool AllFiniteByAllThreads(std::span<const float> values) {
   constexpr int64_t kPiece = int64_t{1} << 18;
   std::atomic<bool> finite = true;
-  ParallelRanges(static_cast<int64_t>(values.size()), kPiece, [&](int64_t begin, int64_t end) {
-    // All exponent bits are set in what is NaN or infinite. Without a branch, so that it
-    // vectorizes.
-    uint32_t any = 0;
-    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      any |= (std::bit_cast<uint32_t>(values[i]) & 0x7f800000u) == 0x7f800000u ? 1u : 0u;
-    }
-    if (any != 0) finite.store(false, std::memory_order_relaxed);
+  ParallelRanges(std::ssize(values), kPiece, [&](int64_t begin, int64_t end) {
+    const auto piece = values.subspan(static_cast<size_t>(begin), static_cast<size_t>(end - begin));
+    if (!AllFinite(piece)) finite.store(false, std::memory_order_relaxed);
   });
   return finite;
 }
@@ -35,7 +31,7 @@ void CheckFinite(const std::vector<float>& values, size_t count, size_t width, c
     throw InputError(std::string("Gaussians: ") + field + " has " + std::to_string(values.size()) +
                      " values, expected " + std::to_string(count * width));
   }
-  if (AllFinite(values)) return;
+  if (AllFiniteByAllThreads(values)) return;
   for (size_t i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) {
       throw InputError("Gaussian " + std::to_string(i / width) + ": " + field +

@@ -53,7 +53,7 @@ std::vector<size_t> LargestFirst(const Tasks& tasks) {
 }
 
 // A piece stays in a core's cache; the pieces between two reports are shared by the cores.
-inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 8;
+inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 32;
 
 // body(begin, end) for pieces of [0, count); report(done) between some of them and at the end, on
 // this thread.

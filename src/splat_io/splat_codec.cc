@@ -2,11 +2,15 @@
 #include "splat_io/splat_codec.h"
 
 #include <array>
+#include <atomic>
+#include <span>
 
 #include "base/files.h"
+#include "base/finite.h"
 #include "base/memory.h"
 #include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
+#include "splat_io/row_vectors.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -15,10 +19,10 @@ namespace {
 constexpr size_t kRecordBytes = 32;
 constexpr size_t kScaleAt = 12, kColorAt = 24, kOpacityAt = 27, kRotationAt = 28;
 constexpr size_t kBlockRecords = 8192;   // written at a time
-constexpr size_t kRecordsAPiece = 2048;  // read at a time
+constexpr size_t kRecordsAPiece = 2048;  // read at a time, and decoded in a core's cache
 constexpr const char* kMark = ".splat";  // of SourceLayout::packed_format
 
-float Sh0OfByte(uint8_t color) {
+const std::array<float, 256>& Sh0OfBytes() {
   static const std::array<float, 256> values = [] {
     std::array<float, 256> table;
     for (size_t i = 0; i < table.size(); ++i) {
@@ -26,26 +30,30 @@ float Sh0OfByte(uint8_t color) {
     }
     return table;
   }();
-  return values[color];
+  return values;
 }
 
-void Decode(const char* record, const RowPlaces& to) {
-  for (size_t i = 0; i < 3; ++i) {
-    to.mean[i] = LoadAs<float>(record + 4 * i);
-    to.log_scale[i] = LogScale(LoadAs<float>(record + kScaleAt + 4 * i));
-    to.sh[i] = Sh0OfByte(LoadAs<uint8_t>(record + kColorAt + i));
+// `to`: the first of the rows, in a model of degree 0.
+void Decode(const char* records, size_t count, const RowPlaces& to) {
+  const std::array<float, 256>& sh0_of = Sh0OfBytes();
+  const std::array<float, 256>& logit_of = LogitsOfBytes();
+  for (size_t g = 0; g < count; ++g) {
+    const char* record = records + g * kRecordBytes;
+    std::memcpy(to.mean + 3 * g, record, 3 * sizeof(float));
+    std::memcpy(to.log_scale + 3 * g, record + kScaleAt, 3 * sizeof(float));
+    for (size_t i = 0; i < 3; ++i)
+      to.sh[3 * g + i] = sh0_of[LoadAs<uint8_t>(record + kColorAt + i)];
+    to.opacity_logit[g] = logit_of[LoadAs<uint8_t>(record + kOpacityAt)];
+    for (size_t i = 0; i < 4; ++i) {
+      const int byte = LoadAs<uint8_t>(record + kRotationAt + i);
+      to.quat_wxyz[4 * g + i] = static_cast<float>(byte - 128) * (1.0f / 128);
+    }
   }
-  *to.opacity_logit = LogitOfByte(LoadAs<uint8_t>(record + kOpacityAt));
-  for (size_t i = 0; i < 4; ++i) {
-    const int byte = LoadAs<uint8_t>(record + kRotationAt + i);
-    to.quat_wxyz[i] = static_cast<float>(byte - 128) / 128;
-  }
+  LogScales(to.log_scale, 3 * count);
 }
 
-// Only the values of `row` that `record` does not already stand for.
-void Encode(const SplatRow& row, char* record) {
-  SplatRow was;
-  Decode(record, RowPlaces(was));
+// Only the values of `row` that are not those of `was`, which `record` already stands for.
+void Encode(const SplatRow& row, const SplatRow& was, char* record) {
   for (size_t i = 0; i < 3; ++i) {
     if (row.mean[i] != was.mean[i]) StoreAs(record + 4 * i, row.mean[i]);
     if (row.log_scale[i] != was.log_scale[i]) {
@@ -87,6 +95,7 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
   model.Resize(count, 0);
   model.source.packed_format = kMark;
   ResizePopulated(model.source.packed, file.size());
+  std::atomic<bool> finite = true;
   ForRows(
       count,
       [&](size_t done) {
@@ -96,12 +105,14 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
         char* records = model.source.packed.data();
         file.ReadAt(begin * kRecordBytes, records + begin * kRecordBytes,
                     (end - begin) * kRecordBytes);
-        for (size_t g = begin; g < end; ++g) {
-          Decode(records + g * kRecordBytes, RowPlaces(model, g));
+        Decode(records + begin * kRecordBytes, end - begin, RowPlaces(model, begin));
+        // Nothing else can be infinite.
+        for (const std::vector<float>* values : {&model.means, &model.log_scales}) {
+          if (!AllFinite(std::span(*values).subspan(3 * begin, 3 * (end - begin)))) finite = false;
         }
       },
       kRecordsAPiece);
-  ValidateRead(model, path, bad);
+  if (!finite) ValidateRead(model, path, bad);
   return model;
 }
 
@@ -113,6 +124,7 @@ void DotSplatCodec::Write(const std::filesystem::path& path, const GaussianModel
       model.source.packed_format == kMark && model.source.packed.size() == count * kRecordBytes;
   AtomicFile file(path);
   std::vector<char> block;
+  GaussianModel was;
   for (size_t first = 0; first < count; first += kBlockRecords) {
     monitor.Step("save", static_cast<double>(first), static_cast<double>(count));
     const size_t end = std::min(count, first + kBlockRecords);
@@ -120,8 +132,10 @@ void DotSplatCodec::Write(const std::filesystem::path& path, const GaussianModel
     if (patch) {
       std::memcpy(block.data(), model.source.packed.data() + first * kRecordBytes, block.size());
     }
+    was.Resize(end - first, 0);
+    Decode(block.data(), end - first, RowPlaces(was, 0));
     for (size_t g = first; g < end; ++g) {
-      Encode(GetRow(model, g), block.data() + (g - first) * kRecordBytes);
+      Encode(GetRow(model, g), GetRow(was, g - first), block.data() + (g - first) * kRecordBytes);
     }
     file.Write(block.data(), block.size());
   }

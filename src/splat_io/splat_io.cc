@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/finite.h"
 #include "splat_io/compressed_ply_codec.h"
 #include "splat_io/gltf_codec.h"
 #include "splat_io/input_file.h"
@@ -80,12 +81,6 @@ void KeepRows(std::vector<T>& values, size_t width, const std::vector<size_t>& k
   values = std::move(kept);
 }
 
-bool AllFinite(const std::vector<float>& values, size_t width, size_t g) {
-  const auto row = values.begin() + static_cast<std::ptrdiff_t>(g * width);
-  return std::all_of(row, row + static_cast<std::ptrdiff_t>(width),
-                     [](float value) { return std::isfinite(value); });
-}
-
 void DropBadRows(GaussianModel& model, const std::filesystem::path& path) {
   const size_t count = model.NumGaussians();
   const size_t sh_width = static_cast<size_t>(model.NumShCoeffs()) * 3;
@@ -97,7 +92,8 @@ void DropBadRows(GaussianModel& model, const std::filesystem::path& path) {
   std::vector<size_t> keep;
   for (size_t g = 0; g < count; ++g) {
     const bool good = std::all_of(std::begin(arrays), std::end(arrays), [&](const auto& array) {
-      return AllFinite(*array.first, array.second, g);
+      const auto& [values, width] = array;
+      return AllFinite(std::span(*values).subspan(g * width, width));
     });
     if (good) keep.push_back(g);
   }

@@ -30,13 +30,13 @@ void SetRow(GaussianModel& model, size_t g, const SplatRow& row) {
   std::copy_n(row.sh.begin(), sh_values, &model.sh[g * sh_values]);
 }
 
-float LogitOfByte(uint8_t opacity) {
+const std::array<float, 256>& LogitsOfBytes() {
   static const std::array<float, 256> logits = [] {
     std::array<float, 256> table;
     for (size_t i = 0; i < table.size(); ++i) table[i] = Logit(static_cast<double>(i) / 255.0);
     return table;
   }();
-  return logits[opacity];
+  return logits;
 }
 
 float HalfToFloat(uint16_t half) {

@@ -54,8 +54,9 @@ inline float Logit(double opacity) {
   const double kept = std::clamp(opacity, 1e-6, 1 - 1e-6);
   return static_cast<float>(std::log(kept / (1 - kept)));
 }
-// The same of opacity / 255.
-float LogitOfByte(uint8_t opacity);
+// The same of i / 255, for every i.
+const std::array<float, 256>& LogitsOfBytes();
+inline float LogitOfByte(uint8_t opacity) { return LogitsOfBytes()[opacity]; }
 inline double Sigmoid(double logit) { return 1 / (1 + std::exp(-logit)); }
 
 // Linear scales may have underflowed to 0, whose logarithm is the least normal float's here.
