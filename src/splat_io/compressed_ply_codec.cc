@@ -43,6 +43,9 @@ struct Layout {
   size_t VertexAt(size_t g) const { return ChunkAt(NumChunks()) + g * kVertexBytes; }
   size_t ShAt(size_t g) const { return VertexAt(count) + g * ShBytes(); }
   size_t Bytes() const { return ShAt(count); }
+  // The part that SourceLayout::packed keeps. Each byte of spherical harmonics has a float of its
+  // own and is found again from that.
+  size_t KeptBytes() const { return VertexAt(count); }
 };
 
 // ---- One Gaussian
@@ -87,6 +90,34 @@ uint8_t PackSh(float sh) {
   return static_cast<uint8_t>(std::clamp(std::floor((sh / 8 + 0.5) * 256), 0.0, 255.0));
 }
 
+// From [3, kRest] to [kRest, 3], beyond the first three values of each row.
+template <size_t kRest>
+void DecodeSh(const char* from, size_t count, float* sh) {
+  for (size_t g = 0; g < count; ++g, from += 3 * kRest, sh += 3 * (kRest + 1)) {
+    for (size_t k = 0; k < kRest; ++k) {
+      for (size_t c = 0; c < 3; ++c) {
+        sh[3 * (k + 1) + c] = kShOfByte[static_cast<uint8_t>(from[c * kRest + k])];
+      }
+    }
+  }
+}
+
+// The higher bands of `count` Gaussians; `sh` is the first one's.
+void DecodeSh(const char* bytes, size_t count, int degree, float* sh) {
+  if (degree == 1) DecodeSh<3>(bytes, count, sh);
+  if (degree == 2) DecodeSh<8>(bytes, count, sh);
+  if (degree == 3) UnpackShOfDegree3(bytes, count, sh);
+}
+
+void EncodeSh(const float* sh, size_t rest, char* bytes) {
+  for (size_t k = 0; k < rest; ++k) {
+    for (size_t c = 0; c < 3; ++c) {
+      bytes[c * rest + k] = static_cast<char>(PackSh(sh[3 * (k + 1) + c]));
+    }
+  }
+}
+
+// Chunks and vertices.
 class Body {
  public:
   Body(Layout layout, std::vector<char>& bytes) : layout_(layout), bytes_(bytes) {}
@@ -101,22 +132,16 @@ class Body {
     std::memcpy(bytes_.data() + layout_.ChunkAt(chunk), bounds.data(), layout_.chunk_floats * 4);
   }
 
-  // Gaussians [begin, end) of one chunk, `to` being the first one's places.
-  void Decode(size_t begin, size_t end, const ChunkBounds& bounds, const RowPlaces& to) const {
-    const size_t sh_values = 3 + layout_.ShBytes();
+  // The vertices [begin, end) of one chunk, `to` being the first one's places in a model of
+  // `sh_degree`.
+  void Decode(size_t begin, size_t end, const ChunkBounds& bounds, const RowPlaces& to,
+              int sh_degree) const {
+    const size_t sh_values = 3 * static_cast<size_t>((sh_degree + 1) * (sh_degree + 1));
     UnpackVertices(bytes_.data() + layout_.VertexAt(begin), end - begin, bounds, to, sh_values);
-    if (layout_.sh_degree == 3) {
-      return UnpackShOfDegree3(bytes_.data() + layout_.ShAt(begin), end - begin, to.sh);
-    }
-    for (size_t g = begin; g < end; ++g) {
-      const char* bytes = bytes_.data() + layout_.ShAt(g);
-      float* sh = to.sh + sh_values * (g - begin) + 3;
-      if (layout_.sh_degree == 1) DecodeSh<3>(bytes, sh);
-      if (layout_.sh_degree == 2) DecodeSh<8>(bytes, sh);
-    }
   }
 
-  // Packs what differs from `was`, within `bounds`; everything where `was` is nullptr.
+  // Packs what differs from `was`, within `bounds`, but for higher bands; everything where `was` is
+  // nullptr.
   void Encode(size_t g, const SplatRow& row, const SplatRow* was, const ChunkBounds& bounds) {
     if (!was || row.mean != was->mean) SetWord(g, 0, Pack(row.mean, bounds, kPosition));
     if (!was || row.quat_wxyz != was->quat_wxyz) SetWord(g, 1, PackRotation(row.quat_wxyz));
@@ -135,14 +160,6 @@ class Body {
       color = (color & ~255u) | RoundTo(255 * Sigmoid(row.opacity_logit), 255);
     }
     SetWord(g, 3, color);
-    const size_t rest = layout_.ShBytes() / 3;
-    for (size_t k = 0; k < rest; ++k) {
-      for (size_t c = 0; c < 3; ++c) {
-        const size_t i = 3 * (k + 1) + c;
-        if (was && row.sh[i] == was->sh[i]) continue;
-        bytes_[layout_.ShAt(g) + c * rest + k] = static_cast<char>(PackSh(row.sh[i]));
-      }
-    }
   }
 
  private:
@@ -151,16 +168,6 @@ class Body {
   }
   void SetWord(size_t g, size_t which, uint32_t word) {
     StoreAs(bytes_.data() + layout_.VertexAt(g) + 4 * which, word);
-  }
-
-  // From [3, kRest] to [kRest, 3].
-  template <size_t kRest>
-  static void DecodeSh(const char* from, float* to) {
-    for (size_t k = 0; k < kRest; ++k) {
-      for (size_t c = 0; c < 3; ++c) {
-        to[3 * k + c] = kShOfByte[static_cast<uint8_t>(from[c * kRest + k])];
-      }
-    }
   }
 
   Layout layout_;
@@ -332,8 +339,8 @@ void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, 
   const ChunkBounds old_bounds = body.BoundsOf(chunk);
   ChunkBounds bounds = old_bounds;
   GaussianModel unpacked;
-  unpacked.Resize(end - begin, layout.sh_degree);
-  body.Decode(begin, end, old_bounds, RowPlaces(unpacked, 0));
+  unpacked.Resize(end - begin, 0);
+  body.Decode(begin, end, old_bounds, RowPlaces(unpacked, 0), 0);
   std::vector<SplatRow> was(end - begin);
   for (size_t i = 0; i < was.size(); ++i) was[i] = GetRow(unpacked, i);
   bool moved = false, scaled = false, colored = false;
@@ -360,9 +367,26 @@ void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, 
   }
 }
 
+// The higher bands, [3, rest] bytes a Gaussian, in `order`, where there is one.
+void WriteSh(const GaussianModel& model, const std::vector<uint32_t>& order, size_t rest,
+             AtomicFile& file) {
+  constexpr size_t kBlockRows = 8192;  // written at a time
+  const size_t count = model.NumGaussians();
+  std::vector<char> block;
+  for (size_t first = 0; first < count; first += kBlockRows) {
+    const size_t rows = std::min(kBlockRows, count - first);
+    block.resize(rows * 3 * rest);
+    for (size_t i = 0; i < rows; ++i) {
+      const size_t g = order.empty() ? first + i : order[first + i];
+      EncodeSh(&model.sh[g * 3 * (rest + 1)], rest, block.data() + i * 3 * rest);
+    }
+    file.Write(block.data(), block.size());
+  }
+}
+
 bool ComesFrom(const GaussianModel& model, const Layout& layout) {
   return model.source.packed_format == kMark + std::to_string(layout.chunk_floats) &&
-         model.source.packed.size() == layout.Bytes();
+         model.source.packed.size() == layout.KeptBytes();
 }
 
 Layout LayoutFor(const GaussianModel& model) {
@@ -399,7 +423,7 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
   GaussianModel model;
   model.source.comments = header.comments;
   model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
-  ResizePopulated(model.source.packed, layout.Bytes());
+  ResizePopulated(model.source.packed, layout.KeptBytes());
   model.Resize(layout.count, layout.sh_degree);
   const Body body(layout, model.source.packed);
   const auto report = [&](size_t chunk) {
@@ -414,11 +438,16 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
     const size_t last_row = ChunkRange(layout, last - 1).second;
     read(layout.ChunkAt(first), layout.ChunkAt(last));
     read(layout.VertexAt(first_row), layout.VertexAt(last_row));
-    read(layout.ShAt(first_row), layout.ShAt(last_row));
+    thread_local std::vector<char> sh;
+    sh.resize(layout.ShAt(last_row) - layout.ShAt(first_row));
+    file.ReadAt(header.bytes + layout.ShAt(first_row), sh.data(), sh.size());
     for (size_t chunk = first; chunk < last; ++chunk) {
       const ChunkBounds bounds = body.BoundsOf(chunk);
       const auto [begin, end] = ChunkRange(layout, chunk);
-      body.Decode(begin, end, bounds, RowPlaces(model, begin));
+      const RowPlaces to(model, begin);
+      body.Decode(begin, end, bounds, to, layout.sh_degree);
+      DecodeSh(sh.data() + (begin - first_row) * layout.ShBytes(), end - begin, layout.sh_degree,
+               to.sh);
       if (!AreModest(bounds)) modest = false;
     }
   };
@@ -432,7 +461,7 @@ void CompressedPlyCodec::Write(const std::filesystem::path& path, const Gaussian
   ValidateWrite(model, path);
   const Layout layout = LayoutFor(model);
   const bool patch = ComesFrom(model, layout);
-  std::vector<char> bytes = patch ? model.source.packed : std::vector<char>(layout.Bytes());
+  std::vector<char> bytes = patch ? model.source.packed : std::vector<char>(layout.KeptBytes());
   Body body(layout, bytes);
   const std::vector<uint32_t> order = patch ? std::vector<uint32_t>() : WriteOrder(model);
   for (size_t chunk = 0; chunk < layout.NumChunks(); ++chunk) {
@@ -446,6 +475,8 @@ void CompressedPlyCodec::Write(const std::filesystem::path& path, const Gaussian
   AtomicFile file(path);
   file.Write(HeaderText(model, layout));
   file.Write(bytes.data(), bytes.size());
+  const size_t rest = layout.ShBytes() / 3;
+  if (rest > 0) WriteSh(model, order, rest, file);
   file.Commit();
 }
 
