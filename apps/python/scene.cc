@@ -193,7 +193,7 @@ void BindWorkspace(py::module_& module) {
 
 struct SplatArray {
   const char* name;
-  std::vector<float> GaussianModel::*member;
+  FloatArray GaussianModel::*member;
   std::vector<py::ssize_t> (*shape)(const GaussianModel& model);
   const char* doc;
 };
@@ -264,7 +264,7 @@ PySplat FromArrays(const Floats& means, const Floats& quats, const Floats& scale
   RequireShape(sh, {count, (degree + 1) * (degree + 1), 3}, "sh");
   auto model = std::make_shared<GaussianModel>();
   const auto copy = [](const Floats& values) {
-    return std::vector<float>(values.data(), values.data() + values.size());
+    return FloatArray(values.data(), values.data() + values.size());
   };
   model->sh_degree = degree;
   model->means = copy(means);

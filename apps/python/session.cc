@@ -262,7 +262,8 @@ py::array CurrentSh(PySession& self) {
 PySplat CurrentSplat(PySession& self) {
   return self.Use([](EditSession& session) {
     auto model = std::make_shared<GaussianModel>(session.original());
-    model->sh = session.CurrentSh();
+    const std::vector<float> sh = session.CurrentSh();
+    model->sh.assign(sh.begin(), sh.end());
     return PySplat{std::move(model)};
   });
 }

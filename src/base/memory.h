@@ -2,6 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <new>
+#include <utility>
+#include <vector>
 
 namespace retint {
 
@@ -21,17 +25,35 @@ void GiveLargeBlocksBackAtOnce();
 // used the same without.
 void PopulatePages(void* data, size_t bytes);
 
-// values.resize(count) of a std::vector or a std::string. The pages of a large one are provided
-// beforehand: one by one, as each is first written, takes several times as long.
+// Leaves values unset where std::allocator zeroes them, for large arrays that are filled next.
+template <typename T>
+struct UnsetAllocator : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = UnsetAllocator<U>;
+  };
+  template <typename U>
+  void construct(U* value) noexcept {
+    ::new (static_cast<void*>(value)) U;
+  }
+  template <typename U, typename... Arguments>
+  void construct(U* value, Arguments&&... arguments) {
+    ::new (static_cast<void*>(value)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+template <typename T>
+using UnsetVector = std::vector<T, UnsetAllocator<T>>;
+
+// values.reserve(count) of a std::vector or a std::string. A large one has its pages at once: one
+// by one, as each is first written, they take several times as long.
 template <typename Container>
-void ResizePopulated(Container& values, size_t count) {
+void ReservePopulated(Container& values, size_t count) {
   constexpr size_t kLarge = size_t{1} << 20;  // bytes
   constexpr size_t kValueBytes = sizeof(typename Container::value_type);
   if (count > values.capacity() && count * kValueBytes >= kLarge) {
     values.reserve(count);
     PopulatePages(values.data() + values.size(), (count - values.size()) * kValueBytes);
   }
-  values.resize(count);
 }
 
 }  // namespace retint

@@ -118,7 +118,8 @@ std::vector<float> ShRefitter::ActiveSh() const {
 }
 
 std::vector<float> ShRefitter::Sh() const {
-  std::vector<float> sh = impl_->model.sh;
+  const FloatArray& all = impl_->model.sh;
+  std::vector<float> sh(all.begin(), all.end());
   const auto values = ActiveSh();
   const size_t block = size_t(impl_->problem.num_coeffs()) * 3;
   size_t slot = 0;

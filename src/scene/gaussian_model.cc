@@ -26,7 +26,7 @@ bool AllFiniteByAllThreads(std::span<const float> values) {
   return finite;
 }
 
-void CheckFinite(const std::vector<float>& values, size_t count, size_t width, const char* field) {
+void CheckFinite(std::span<const float> values, size_t count, size_t width, const char* field) {
   if (values.size() != count * width) {
     throw InputError(std::string("Gaussians: ") + field + " has " + std::to_string(values.size()) +
                      " values, expected " + std::to_string(count * width));
@@ -40,28 +40,40 @@ void CheckFinite(const std::vector<float>& values, size_t count, size_t width, c
   }
 }
 
-}  // namespace
-
-void GaussianModel::Resize(size_t count, int degree) {
+// resize(array, size) for each array of `count` Gaussians.
+template <typename Resize>
+void ForEachArray(GaussianModel& model, size_t count, const Resize& resize) {
   constexpr size_t kLarge = 1 << 16;
-  sh_degree = degree;
-  const std::pair<std::vector<float>*, size_t> arrays[] = {
-      {&sh, static_cast<size_t>(NumShCoeffs()) * 3},
-      {&quats_wxyz, 4},
-      {&means, 3},
-      {&log_scales, 3},
-      {&opacity_logits, 1}};
-  const auto resize = [&](int64_t i) {
+  const std::pair<FloatArray*, size_t> arrays[] = {
+      {&model.sh, static_cast<size_t>(model.NumShCoeffs()) * 3},
+      {&model.quats_wxyz, 4},
+      {&model.means, 3},
+      {&model.log_scales, 3},
+      {&model.opacity_logits, 1}};
+  const auto task = [&](int64_t i) {
     const auto& [values, width] = arrays[i];
-    ResizePopulated(*values, count * width);
+    ReservePopulated(*values, count * width);
+    resize(*values, count * width);
   };
   // Side by side where they are large. Few rows are also made inside of loops over threads, where a
   // wait for such tasks would take up another piece of the loop, within that another, and so on.
   if (count >= kLarge) {
-    ParallelTasks(std::ssize(arrays), resize);
+    ParallelTasks(std::ssize(arrays), task);
   } else {
-    for (int64_t i = 0; i < std::ssize(arrays); ++i) resize(i);
+    for (int64_t i = 0; i < std::ssize(arrays); ++i) task(i);
   }
+}
+
+}  // namespace
+
+void GaussianModel::Resize(size_t count, int degree) {
+  sh_degree = degree;
+  ForEachArray(*this, count, [](FloatArray& values, size_t size) { values.resize(size, 0); });
+}
+
+void GaussianModel::ResizeUnset(size_t count, int degree) {
+  sh_degree = degree;
+  ForEachArray(*this, count, [](FloatArray& values, size_t size) { values.resize(size); });
 }
 
 void GaussianModel::Validate() const {

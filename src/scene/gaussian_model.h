@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/memory.h"
+
 namespace retint {
 
 // A column of the source file that Retint does not interpret, carried through as bytes.
@@ -27,22 +29,27 @@ struct SourceLayout {
   std::vector<std::string> trailing_header;  // header lines of PLY elements after the Gaussians
   std::vector<char> trailing_bytes;          // and their data, uninterpreted
   std::string packed_format;       // of a format that stores rounded values: the codec's own mark
-  std::vector<char> packed;        // and the file's data; unedited values keep their bytes in it
+  UnsetVector<char> packed;        // and the file's data; unedited values keep their bytes in it
   std::vector<std::string> notes;  // what the file holds that the model cannot; sentences
 };
 
+// resize(n) leaves new values unset; resize(n, 0) does not.
+using FloatArray = UnsetVector<float>;
+
 struct GaussianModel {
-  int sh_degree = 0;                  // 0-3
-  std::vector<float> means;           // [N, 3] world
-  std::vector<float> quats_wxyz;      // [N, 4] not normalised
-  std::vector<float> log_scales;      // [N, 3] scale = exp(.)
-  std::vector<float> opacity_logits;  // [N] opacity = sigmoid(.)
-  std::vector<float> sh;  // [N, K, 3], K = (sh_degree + 1)^2; colour = max(0, 0.5 + sum_k Y_k sh_k)
+  int sh_degree = 0;          // 0-3
+  FloatArray means;           // [N, 3] world
+  FloatArray quats_wxyz;      // [N, 4] not normalised
+  FloatArray log_scales;      // [N, 3] scale = exp(.)
+  FloatArray opacity_logits;  // [N] opacity = sigmoid(.)
+  FloatArray sh;  // [N, K, 3], K = (sh_degree + 1)^2; colour = max(0, 0.5 + sum_k Y_k sh_k)
   SourceLayout source;
 
   size_t NumGaussians() const { return opacity_logits.size(); }
   int NumShCoeffs() const { return (sh_degree + 1) * (sh_degree + 1); }
-  void Resize(size_t count, int degree);
+  void Resize(size_t count, int degree);  // values that are new are 0
+  // The same, but values that are new are not set: for a reader that sets every one of them.
+  void ResizeUnset(size_t count, int degree);
   // Throws InputError naming the Gaussian and field when a value is NaN or infinite or the arrays
   // disagree in length.
   void Validate() const;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,7 +32,7 @@ struct Difference {
 };
 
 // As std::minmax_element finds it: of equal values the first least and the last largest.
-ShRange RangeOf(const std::vector<float>& sh) {
+ShRange RangeOf(std::span<const float> sh) {
   if (sh.empty()) return {};
   const auto [low, high] = std::minmax_element(sh.begin(), sh.end());
   return {*low, *high};
@@ -217,7 +218,7 @@ class Evaluator {
         }
       }
     }
-    const std::vector<float> after = after_.Read(scene.part()->records, monitor_).sh;
+    const FloatArray after = after_.Read(scene.part()->records, monitor_).sh;
     after_.CheckUnchanged();
     const std::vector<ViewErrors> errors = MeasureErrors(
         scene.renderer(), scene.original().sh, after, targets, edit_, &progress_, monitor_);

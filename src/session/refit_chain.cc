@@ -73,7 +73,8 @@ const GaussianModel& RefitChain::Current() {
 }
 
 std::vector<float> RefitChain::CurrentSh() const {
-  std::vector<float> sh = working_.sh.empty() ? input_.original->sh : working_.sh;
+  const FloatArray& all = working_.sh.empty() ? input_.original->sh : working_.sh;
+  std::vector<float> sh(all.begin(), all.end());
   for (const auto& fit : left_) fit->Apply(sh, input_.original->NumShCoeffs());
   return sh;
 }

@@ -59,7 +59,7 @@ size_t RegionFit::Bytes() const {
   return indices.size() * sizeof(int32_t) + sh.size() * sizeof(float);
 }
 
-void RegionFit::Apply(std::vector<float>& all, int num_coeffs) const {
+void RegionFit::Apply(std::span<float> all, int num_coeffs) const {
   const size_t block = static_cast<size_t>(num_coeffs) * 3;
   constexpr int64_t kGaussians = 1024;  // a task
   ParallelRanges(static_cast<int64_t>(indices.size()), kGaussians, [&](int64_t begin, int64_t end) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,7 @@ struct RegionFit {
   RefitSummary summary;
   size_t Bytes() const;
   // Overwrites the active Gaussians' blocks of `all`, [N, K, 3].
-  void Apply(std::vector<float>& all, int num_coeffs) const;
+  void Apply(std::span<float> all, int num_coeffs) const;
 };
 
 enum class TargetKind {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kMark = "compressed .ply ";  // and the number of floats of a chunk
 constexpr size_t kChunkRows = 256;
-constexpr size_t kChunksAPiece = 4;  // read and decoded at a time, in a core's cache
+constexpr size_t kChunksAPiece = 4, kPiecesABatch = 32;  // a piece stays in a core's cache
 constexpr size_t kVertexBytes = 16;
 constexpr size_t kPosition = 0, kScale = 6, kColor = 12;  // bounds in a chunk: 3 least, 3 most
 constexpr std::array<const char*, 18> kChunkColumns = {
@@ -120,7 +120,7 @@ void EncodeSh(const float* sh, size_t rest, char* bytes) {
 // Chunks and vertices.
 class Body {
  public:
-  Body(Layout layout, std::vector<char>& bytes) : layout_(layout), bytes_(bytes) {}
+  Body(Layout layout, UnsetVector<char>& bytes) : layout_(layout), bytes_(bytes) {}
 
   ChunkBounds BoundsOf(size_t chunk) const {
     ChunkBounds bounds{};
@@ -171,7 +171,7 @@ class Body {
   }
 
   Layout layout_;
-  std::vector<char>& bytes_;
+  UnsetVector<char>& bytes_;
 };
 
 // ---- Header
@@ -423,8 +423,9 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
   GaussianModel model;
   model.source.comments = header.comments;
   model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
-  ResizePopulated(model.source.packed, layout.KeptBytes());
-  model.Resize(layout.count, layout.sh_degree);
+  ReservePopulated(model.source.packed, layout.KeptBytes());
+  model.source.packed.resize(layout.KeptBytes());
+  model.ResizeUnset(layout.count, layout.sh_degree);
   const Body body(layout, model.source.packed);
   const auto report = [&](size_t chunk) {
     monitor.Step("load", static_cast<double>(chunk), static_cast<double>(layout.NumChunks()));
@@ -451,7 +452,7 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
       if (!AreModest(bounds)) modest = false;
     }
   };
-  ForRows(layout.NumChunks(), report, decode, kChunksAPiece);
+  ForRows(layout.NumChunks(), report, decode, kChunksAPiece, kPiecesABatch);
   if (!modest) ValidateRead(model, path, bad);
   return model;
 }
@@ -461,7 +462,8 @@ void CompressedPlyCodec::Write(const std::filesystem::path& path, const Gaussian
   ValidateWrite(model, path);
   const Layout layout = LayoutFor(model);
   const bool patch = ComesFrom(model, layout);
-  std::vector<char> bytes = patch ? model.source.packed : std::vector<char>(layout.KeptBytes());
+  UnsetVector<char> bytes = model.source.packed;
+  if (!patch) bytes.assign(layout.KeptBytes(), 0);
   Body body(layout, bytes);
   const std::vector<uint32_t> order = patch ? std::vector<uint32_t>() : WriteOrder(model);
   for (size_t chunk = 0; chunk < layout.NumChunks(); ++chunk) {

@@ -65,7 +65,7 @@ std::vector<char> GunzipHead(std::string_view packed, size_t wanted) {
 
 void Gunzip(std::string_view packed, size_t header_bytes,
             const std::function<size_t(std::string_view header)>& limit,
-            const std::function<void(size_t done)>& step, std::vector<char>& bytes) {
+            const std::function<void(size_t done)>& step, UnsetVector<char>& bytes) {
   Inflater inflater(packed);
   bytes.clear();
   const auto grow = [&](size_t more) {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/memory.h"
+
 namespace retint {
 
 // What a file of `bytes` may hold unpacked: real scenes shrink to a half or a fourth; scenes of
@@ -24,7 +26,7 @@ std::vector<char> GunzipHead(std::string_view packed, size_t wanted);
 inline constexpr size_t kUsualRatio = 8;
 void Gunzip(std::string_view packed, size_t header_bytes,
             const std::function<size_t(std::string_view header)>& limit,
-            const std::function<void(size_t done)>& step, std::vector<char>& bytes);
+            const std::function<void(size_t done)>& step, UnsetVector<char>& bytes);
 // `step` is called between blocks with the bytes that were taken in.
 std::vector<char> Gzip(std::string_view bytes, const std::function<void(size_t done)>& step);
 

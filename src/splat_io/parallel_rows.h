@@ -53,14 +53,14 @@ std::vector<size_t> LargestFirst(const Tasks& tasks) {
 }
 
 // A piece stays in a core's cache; the pieces between two reports are shared by the cores.
-inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 32;
+inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 8;
 
 // body(begin, end) for pieces of [0, count); report(done) between some of them and at the end, on
 // this thread.
 template <typename Report, typename Body>
 void ForRows(size_t count, const Report& report, const Body& body,
-             size_t rows_a_piece = kRowsAPiece) {
-  const size_t batch = kPiecesAReport * rows_a_piece;
+             size_t rows_a_piece = kRowsAPiece, size_t pieces_a_report = kPiecesAReport) {
+  const size_t batch = pieces_a_report * rows_a_piece;
   for (size_t first = 0; first < count; first += batch) {
     report(first);
     const size_t rows = std::min(batch, count - first);

@@ -19,7 +19,7 @@ namespace retint {
 
 // One array of the model and the column of each of its values, in the array's order.
 struct PlyField {
-  std::vector<float> GaussianModel::*values;
+  FloatArray GaussianModel::*values;
   std::vector<std::string> columns;
 };
 

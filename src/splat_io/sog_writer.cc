@@ -113,7 +113,8 @@ class Encoder {
   }
 
   void AddScales() {
-    const std::vector<float> table = Padded(FitTable(model_.log_scales));
+    const std::vector<float> table =
+        Padded(FitTable({model_.log_scales.begin(), model_.log_scales.end()}));
     const TableLookup lookup(table);
     RgbaPicture picture = PictureFor(count_, path_);
     for (size_t at = 0; at < count_; ++at) {
@@ -241,7 +242,7 @@ void SogTables::Keep(SourceLayout& source) const {
 SogTables SogTables::Of(const GaussianModel& model) {
   SogTables tables;
   std::array<uint64_t, 5> sizes;
-  const std::vector<char>& packed = model.source.packed;
+  const UnsetVector<char>& packed = model.source.packed;
   if (model.source.packed_format != kMark || packed.size() < sizeof(sizes)) return tables;
   std::memcpy(sizes.data(), packed.data(), sizeof(sizes));
   const char* next = packed.data() + sizeof(sizes);

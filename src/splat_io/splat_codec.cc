@@ -92,9 +92,10 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
   }
   const size_t count = file.size() / kRecordBytes;
   GaussianModel model;
-  model.Resize(count, 0);
+  model.ResizeUnset(count, 0);
   model.source.packed_format = kMark;
-  ResizePopulated(model.source.packed, file.size());
+  ReservePopulated(model.source.packed, file.size());
+  model.source.packed.resize(file.size());
   std::atomic<bool> finite = true;
   ForRows(
       count,
@@ -107,7 +108,7 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
                     (end - begin) * kRecordBytes);
         Decode(records + begin * kRecordBytes, end - begin, RowPlaces(model, begin));
         // Nothing else can be infinite.
-        for (const std::vector<float>* values : {&model.means, &model.log_scales}) {
+        for (const FloatArray* values : {&model.means, &model.log_scales}) {
           if (!AllFinite(std::span(*values).subspan(3 * begin, 3 * (end - begin)))) finite = false;
         }
       },

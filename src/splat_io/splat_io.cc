@@ -70,9 +70,9 @@ const SplatCodec* CodecByExtension(const std::string& lower_name) {
 }
 
 // Rows of `width` values, those of `keep`.
-template <typename T>
-void KeepRows(std::vector<T>& values, size_t width, const std::vector<size_t>& keep) {
-  std::vector<T> kept;
+template <typename Values>
+void KeepRows(Values& values, size_t width, const std::vector<size_t>& keep) {
+  Values kept;
   kept.reserve(keep.size() * width);
   for (const size_t g : keep) {
     const auto row = values.begin() + static_cast<std::ptrdiff_t>(g * width);
@@ -84,11 +84,11 @@ void KeepRows(std::vector<T>& values, size_t width, const std::vector<size_t>& k
 void DropBadRows(GaussianModel& model, const std::filesystem::path& path) {
   const size_t count = model.NumGaussians();
   const size_t sh_width = static_cast<size_t>(model.NumShCoeffs()) * 3;
-  const std::pair<std::vector<float>*, size_t> arrays[] = {{&model.means, 3},
-                                                           {&model.quats_wxyz, 4},
-                                                           {&model.log_scales, 3},
-                                                           {&model.opacity_logits, 1},
-                                                           {&model.sh, sh_width}};
+  const std::pair<FloatArray*, size_t> arrays[] = {{&model.means, 3},
+                                                   {&model.quats_wxyz, 4},
+                                                   {&model.log_scales, 3},
+                                                   {&model.opacity_logits, 1},
+                                                   {&model.sh, sh_width}};
   std::vector<size_t> keep;
   for (size_t g = 0; g < count; ++g) {
     const bool good = std::all_of(std::begin(arrays), std::end(arrays), [&](const auto& array) {

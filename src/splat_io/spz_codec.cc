@@ -390,8 +390,7 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 
 std::vector<std::string> SpzCodec::Losses(const GaussianModel& model) const {
   std::vector<std::string> losses = CommonLosses(model, 4, Name());
-  const auto clamped = [&](const std::vector<float>& values, size_t width, float least,
-                           float most) {
+  const auto clamped = [&](std::span<const float> values, size_t width, float least, float most) {
     size_t gaussians = 0;
     for (size_t g = 0; g < model.NumGaussians(); ++g) {
       const auto from = values.begin() + static_cast<std::ptrdiff_t>(g * width);

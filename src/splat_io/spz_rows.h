@@ -36,7 +36,7 @@ struct SpzData {
   enum Section { kPositions, kOpacities, kColors, kScales, kRotations, kSh, kSections };
 
   SpzHeader header;
-  std::vector<char> bytes;
+  UnsetVector<char> bytes;
   AxisSigns axes = kRightUpBack;
 
   // Bytes a Gaussian, of each section.

@@ -22,16 +22,29 @@ TEST(Memory, PopulatingKeepsWhatIsThere) {
   EXPECT_EQ(values, before);
 }
 
-TEST(Memory, ResizingPopulatedKeepsWhatIsThereAndAddsZeros) {
+TEST(Memory, ReservingPopulatedKeepsWhatIsThere) {
   for (const size_t count : {size_t{10}, size_t{1} << 20}) {
     std::vector<float> values = {1, 2, 3};
-    ResizePopulated(values, count);
+    ReservePopulated(values, count);
+    EXPECT_EQ(values, (std::vector<float>{1, 2, 3}));
+    EXPECT_GE(values.capacity(), count);
+    values.resize(count);
     std::vector<float> expected(count);
     expected[0] = 1, expected[1] = 2, expected[2] = 3;
     EXPECT_EQ(values, expected);
-    ResizePopulated(values, 2);
-    EXPECT_EQ(values, (std::vector<float>{1, 2}));
   }
+}
+
+TEST(Memory, AnUnsetVectorIsResizedAsItsAllocatorSays) {
+  UnsetVector<float> values(3, 7.0f);
+  const float* const data = values.data();
+  values.resize(1);
+  values.resize(3);
+  EXPECT_EQ(values.data(), data);
+  EXPECT_EQ(values, (UnsetVector<float>{7, 7, 7}));  // left as it was
+  values.resize(1);
+  values.resize(3, 0);
+  EXPECT_EQ(values, (UnsetVector<float>{7, 0, 0}));
 }
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

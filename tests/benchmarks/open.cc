@@ -76,7 +76,7 @@ size_t Unpack(const std::filesystem::path& path) {
     constexpr char kGzip[] = {'\x1f', '\x8b'};
     if (bytes.compare(0, 2, kGzip, 2) != 0) return 0;
     const size_t most = MostUnpacked(bytes.size());
-    std::vector<char> unpacked;
+    UnsetVector<char> unpacked;
     Gunzip(
         bytes, 1, [&](std::string_view) { return most; }, [](size_t) {}, unpacked);
     return unpacked.size();

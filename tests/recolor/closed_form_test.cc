@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstring>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -32,7 +33,7 @@ ColorEdit MixingEdit() {
   return ColorEdit::FromAffine(map);
 }
 
-Image RenderSh(const GaussianModel& model, const std::vector<float>& sh, const PosedCamera& view) {
+Image RenderSh(const GaussianModel& model, std::span<const float> sh, const PosedCamera& view) {
   Renderer renderer(CreateBackend("cpu"), model);
   renderer.SetSh(sh);
   return renderer.Render(view).rgb;

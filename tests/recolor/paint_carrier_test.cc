@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -302,13 +303,13 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   Monitor monitor;
   const std::vector<float> shares = MaskShares(scene.renderer, targets, monitor);
   const RefitOptions options;
-  std::vector<float> preview = scene.model.sh;
+  std::vector<float> preview(scene.model.sh.begin(), scene.model.sh.end());
   const auto preview_of = [&](const ColorEdit& one, std::span<const int32_t> gaussians,
                               std::span<const float> sh, std::span<const float> of) {
     return PaintChange(sh, 4, of, one, &paint, options.active_threshold, gaussians);
   };
   preview_of(edit, {}, preview, shares).AddTo(preview);
-  const auto shown = [&](const std::vector<float>& sh) {
+  const auto shown = [&](std::span<const float> sh) {
     scene.renderer.SetSh(sh);
     return scene.renderer.Render(other).rgb;
   };
@@ -341,7 +342,7 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   }
   // Nothing of it is done at no strength, and nothing of other layers.
   ColorEdit none = edit.WithStrength(0);
-  std::vector<float> same = scene.model.sh;
+  std::vector<float> same(scene.model.sh.begin(), scene.model.sh.end());
   preview_of(none, {}, same, shares).AddTo(same);
   EXPECT_EQ(same, scene.model.sh);
   const ColorEdit another = EditOf({PaintOf(painted, [&](int, int) { return kDark; })});
@@ -395,10 +396,10 @@ TEST(GaussianPaintTest, LightMovesWithTheViewer) {
   const ColorEdit edit = EditOf({PaintOf(painted, [&](int, int) { return blue; })});
   const GaussianPaint paint =
       FindGaussianPaint(scene.renderer, scene.model, edit.operations[0].picture, {painted});
-  std::vector<float> sh = scene.model.sh;
+  std::vector<float> sh(scene.model.sh.begin(), scene.model.sh.end());
   const std::vector<float> shares(scene.model.NumGaussians(), 1.0f);
   PaintChange(sh, 4, shares, edit, &paint, 0).AddTo(sh);
-  const auto middle = [&](const std::vector<float>& of, const PosedCamera& view) {
+  const auto middle = [&](std::span<const float> of, const PosedCamera& view) {
     scene.renderer.SetSh(of);
     return LinearFromSrgb(scene.renderer.Render(view).rgb(kWidth / 2, kHeight / 2, 2));
   };

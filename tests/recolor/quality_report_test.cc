@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ class QualityReportTest : public testing::Test {
                          const std::vector<RefitTarget>& heldout) {
     return EvaluateEdit(renderer_, scene_.model.sh, after_, train, heldout, edit_, monitor_);
   }
-  Image RenderWith(const std::vector<float>& sh, const PosedCamera& camera) {
+  Image RenderWith(std::span<const float> sh, const PosedCamera& camera) {
     renderer_.SetSh(sh);
     Image image = renderer_.Render(camera).rgb;
     renderer_.SetSh(scene_.model.sh);
@@ -85,7 +86,7 @@ TEST_F(QualityReportTest, MatchesANaiveComputation) {
 }
 
 TEST_F(QualityReportTest, NothingChangedIsPerfectOutside) {
-  after_ = scene_.model.sh;
+  after_.assign(scene_.model.sh.begin(), scene_.model.sh.end());
   const auto report = Evaluate(targets_, {});
   EXPECT_EQ(report.train.psnr_outside, 99);
   EXPECT_EQ(report.train.bleed, 0);
@@ -98,7 +99,7 @@ TEST_F(QualityReportTest, NothingChangedIsPerfectOutside) {
 // Tiles in which nothing changes and nothing should are not drawn. With the original renders as
 // photos all tiles are, and every figure is the same to the last bit.
 TEST_F(QualityReportTest, TilesThatAreNotDrawnLoseNothing) {
-  after_ = scene_.model.sh;
+  after_.assign(scene_.model.sh.begin(), scene_.model.sh.end());
   const size_t block = size_t(scene_.model.NumShCoeffs()) * 3;
   for (size_t i = 0; i < block; ++i) after_[i] += 0.05f;  // of the first Gaussian alone
   scene_.FillMasks(0);

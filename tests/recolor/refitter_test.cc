@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <span>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
+bool SameBits(std::span<const float> a, std::span<const float> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
@@ -136,7 +137,7 @@ TEST_P(RefitterTest, PhotosPullTowardsThemselves) {
   options_.adam.closed_form_start = false;
   SetIterations(40);
   auto refitter = Make(ColorEdit(), scene_.shares);
-  const auto error = [&](const std::vector<float>& sh) {
+  const auto error = [&](std::span<const float> sh) {
     renderer_.SetSh(sh);
     double sum = 0;
     for (size_t v = 0; v < scene_.cameras.size(); ++v) {

@@ -189,7 +189,7 @@ TEST(Renderer, SetShChangesColoursAndKeepsTheGeometry) {
   Renderer renderer(CreateBackend("cpu"), model);
   const Image before = renderer.Render(Front()).rgb;
   const auto geometry = renderer.Geometry(Front());
-  const std::vector<float> original = model.sh;
+  const FloatArray original = model.sh;
   for (float& value : model.sh) value *= 0.5f;
   renderer.SetSh(model.sh);
   EXPECT_EQ(renderer.Geometry(Front()), geometry);

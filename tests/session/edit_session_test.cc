@@ -2,6 +2,7 @@
 #include "session/edit_session.h"
 
 #include <cstring>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -14,7 +15,7 @@ namespace {
 const ColorEdit kBlue = ColorEdit::Tint({0.2F, 0.4F, 1.0F});
 const ColorEdit kRed = ColorEdit::Tint({1.0F, 0.1F, 0.1F});
 
-bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
+bool SameBits(std::span<const float> a, std::span<const float> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
@@ -28,8 +29,8 @@ RefitJob ShortJob(int iterations = 3) {
 struct Difference {
   double inside = 0, outside = 0;
 };
-Difference Compare(EditSession& session, const TinyScene& scene, const std::vector<float>& a,
-                   const std::vector<float>& b) {
+Difference Compare(EditSession& session, const TinyScene& scene, std::span<const float> a,
+                   std::span<const float> b) {
   Difference difference;
   double inside = 0, outside = 0;
   for (const View* view : session.reconstruction().ViewsByName()) {

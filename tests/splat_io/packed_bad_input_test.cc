@@ -50,7 +50,7 @@ std::string Zipped(const std::string& bytes) {
 }
 
 std::string Unzipped(const std::string& packed) {
-  std::vector<char> bytes;
+  UnsetVector<char> bytes;
   Gunzip(
       packed, 16, [](std::string_view) { return size_t{8} << 20; }, [](size_t) {}, bytes);
   return {bytes.begin(), bytes.end()};

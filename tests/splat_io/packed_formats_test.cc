@@ -108,7 +108,7 @@ TEST_P(PackedFormatTest, WrittenAgainHasTheSameBytes) {
 std::string Data(const std::filesystem::path& path) {
   const std::string file = ReadFile(path);
   if (!file.starts_with("\x1f\x8b")) return file;
-  std::vector<char> bytes;
+  UnsetVector<char> bytes;
   Gunzip(
       file, 16, [](std::string_view) { return size_t{1} << 20; }, [](size_t) {}, bytes);
   return {bytes.begin(), bytes.end()};

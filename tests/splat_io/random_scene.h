@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@ namespace retint {
 
 inline GaussianModel RandomScene(size_t count, int degree, unsigned seed = 1) {
   std::mt19937 random(seed);
-  const auto fill = [&](std::vector<float>& values, float least, float most) {
+  const auto fill = [&](std::span<float> values, float least, float most) {
     std::uniform_real_distribution<float> draw(least, most);
     for (float& value : values) value = draw(random);
   };

@@ -2,6 +2,7 @@
 // Files that other people's programs wrote.
 #include <algorithm>
 #include <cctype>
+#include <span>
 
 #include <gmock/gmock.h>
 
@@ -67,7 +68,7 @@ TEST(SplatIoTest, TwoFormatsOfOneSceneAgree) {
   ASSERT_EQ(spz.NumGaussians(), 152746u);
   EXPECT_EQ(ply.sh_degree, 0);
   EXPECT_EQ(spz.sh_degree, 0);
-  const auto mean = [](const std::vector<float>& values, size_t width, size_t i) {
+  const auto mean = [](std::span<const float> values, size_t width, size_t i) {
     double sum = 0;
     for (size_t g = 0; g < values.size() / width; ++g) sum += values[g * width + i];
     return sum / double(values.size() / width);

@@ -129,7 +129,7 @@ void ExpectScene(const GaussianModel& model) {
   EXPECT_NEAR(model.quats_wxyz[7], std::sqrt(1 - 2 * a * a - c * c), 1e-6);
   EXPECT_NEAR(1 / (1 + std::exp(-double(model.opacity_logits[0]))), 51 / 255.0, 1e-6);
   const auto band = [](int i) { return -0.5f + static_cast<float>(i) / 256; };
-  const std::vector<float> expected = {
+  const FloatArray expected = {
       -2,        0,         -2 + 255 / 64.0f, band(1), band(2), band(3), band(4), band(5),
       band(6),   band(7),   band(8),          band(9), -1,      -1,      -1,      band(128),
       band(129), band(130), band(0),          band(0), band(0), band(0), band(0), band(0)};

@@ -49,10 +49,10 @@ inline PosedCamera CameraOf(const SyntheticScene& scene, size_t view) {
   return scene.reconstruction.Posed(*scene.reconstruction.FindView(scene.views[view].name));
 }
 
-template <typename T>
-void ExpectSameBytes(const std::vector<T>& a, const std::vector<T>& b) {
+template <typename Values>
+void ExpectSameBytes(const Values& a, const Values& b) {
   ASSERT_EQ(a.size(), b.size());
-  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(T)), 0);
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])), 0);
 }
 
 }  // namespace retint
