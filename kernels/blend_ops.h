@@ -78,7 +78,8 @@ struct BlendParams {
   std::span<const int32_t> tiles = {};
   // Of one channel with features in [0, 1], without background and alpha: what a value is matters
   // between these two alone. Any value up to the first may be any other one up to it, and any from
-  // the second on any other one from it on.
+  // the second on any other one from it on. A tile of which rows 0, 5, 10 and 15 have values on one
+  // side of a limit alone may have such values throughout.
   float low = -std::numeric_limits<float>::infinity();
   float high = std::numeric_limits<float>::infinity();
   bool HasLimits() const { return std::isfinite(low) || std::isfinite(high); }

@@ -28,6 +28,7 @@ void MaskOps::CorrectDepth(const CorrectDepthParams& params) {
 void MaskOps::DrawCloud(const DrawCloudParams& params) {
   RequireImage(params.camera.width, params.camera.height);
   RequireCount(params.count);
+  RequireFirstRow(params.pixel_rows);
   DoDrawCloud(params);
 }
 

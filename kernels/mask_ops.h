@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The mask projection's steps (src/selection), so that a view's images never leave backend memory.
-// In depth maps, [H, W], 0 is no depth, and rows outside `pixel_rows` (bit 0 is set) are taken to
-// be as the wanted one above.
+// In depth maps, [H, W], 0 is no depth. Rows outside `pixel_rows` (bit 0 is set) are not read.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +11,8 @@
 namespace retint {
 
 // Depth at continuous pixels (x, y), bilinear in 1/z, exact on planes. 0 outside the image, or
-// where the four pixels around lack depth or disagree by more than `max_spread` of the nearest.
+// where the four pixels around lack depth or disagree by more than `max_spread` of the nearest. A
+// row that is not wanted is taken to be as the wanted one above.
 struct SampleDepthParams {
   const float* depth;  // [H, W]
   int32_t width, height;
@@ -23,7 +23,7 @@ struct SampleDepthParams {
   uint16_t pixel_rows = kAllPixelRows;
 };
 
-// 1 / z' = a / z + b, in place; 0 where that is near or below 0. All rows are written.
+// 1 / z' = a / z + b, in place; 0 where that is near or below 0.
 struct CorrectDepthParams {
   float* depth;  // [H, W]
   int32_t width, height;
@@ -43,7 +43,8 @@ struct DrawCloudParams {
   float square_pixels, disc_scale;
   const float* depth;  // [H, W]
   float depth_tolerance;
-  float* coverage;  // [H, W], overwritten
+  float* coverage;  // [H, W], overwritten; 0 outside `pixel_rows`
+  uint16_t pixel_rows = kAllPixelRows;
 };
 
 // mask = 255 clamp(scale * image + offset, 0, 1), rounded; then closed: the maximum over a disc of

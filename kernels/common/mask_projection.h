@@ -11,9 +11,13 @@
 
 namespace retint {
 
+RETINT_HD bool IsWantedRow(uint16_t pixel_rows, int64_t y) {
+  return pixel_rows >> (y % kTileSize) & 1;
+}
+
 // Row y where it is wanted, else the nearest one above that is (bit 0 of `pixel_rows` is set).
 RETINT_HD int WantedRow(uint16_t pixel_rows, int y) {
-  while (!(pixel_rows >> (y % kTileSize) & 1)) --y;
+  while (!IsWantedRow(pixel_rows, y)) --y;
   return y;
 }
 
@@ -47,7 +51,10 @@ RETINT_HD float CorrectedDepth(float z, float a, float b) {
   return z > 0 && divisor > 0.1f ? z / divisor : 0;
 }
 
-RETINT_HD uint8_t ToByte(double value) { return uint8_t(fmin(fmax(value, 0.0), 1.0) * 255 + 0.5); }
+// Compared, since on a host fmin and fmax are calls; 0 of what is no number.
+RETINT_HD uint8_t ToByte(double value) {
+  return value > 0 ? uint8_t((value < 1 ? value : 1) * 255 + 0.5) : uint8_t(0);
+}
 
 // Half the width of a disc of `radius` pixels, `dy` rows from its middle.
 RETINT_HD int DiscReach(int radius, int dy) {
@@ -130,7 +137,7 @@ RETINT_HD float CoverageAt(const PixelRays& rays, const CloudSplat& splat, int x
   const float squared = glm::dot(away, away), reach = splat.radius + 0.5f * splat.footprint;
   if (!(squared < reach * reach)) return 0;
   const float fade = (splat.radius - sqrtf(squared)) / splat.footprint + 0.5f;
-  return splat.coverage * fminf(1.0f, fmaxf(0.0f, fade));
+  return fade > 0 ? splat.coverage * (fade < 1 ? fade : 1) : 0;
 }
 
 // Whether MarkSilhouette marks pixel (x, y).
@@ -187,8 +194,8 @@ RETINT_HD glm::vec2 EvidenceAt(const PixelRays& rays, int x, int y, float z,
     }
   }
   const float covered = float(coverage) / 255.0f;
-  inside = fmaxf(inside, covered);
-  weight = fmaxf(weight, covered);
+  inside = inside < covered ? covered : inside;
+  weight = weight < covered ? covered : weight;
   return {weight * inside, weight};
 }
 

@@ -107,15 +107,10 @@ void CpuMaskOps::DoSampleDepth(const SampleDepthParams& params) {
 
 void CpuMaskOps::DoCorrectDepth(const CorrectDepthParams& params) {
   const int64_t width = params.width;
-  // Tile by tile, so that a row is read before those that repeat it are written.
-  ParallelRanges((params.height + kTileSize - 1) / kTileSize, 4, [&](int64_t begin, int64_t end) {
-    for (int64_t y = begin * kTileSize; y < std::min<int64_t>(end * kTileSize, params.height);
-         ++y) {
+  ParallelRanges(params.height, 64, [&](int64_t begin, int64_t end) {
+    for (int64_t y = begin; y < end; ++y) {
+      if (!IsWantedRow(params.pixel_rows, y)) continue;
       float* const row = params.depth + y * width;
-      if (!(params.pixel_rows >> (y % kTileSize) & 1)) {
-        std::copy_n(row - width, width, row);
-        continue;
-      }
       for (int64_t x = 0; x < width; ++x) row[x] = CorrectedDepth(row[x], params.a, params.b);
     }
   });
@@ -132,6 +127,7 @@ void CpuMaskOps::DoDrawCloud(const DrawCloudParams& params) {
               0.0f);
     for (const CloudSplat* const splat : bands.splats[size_t(band)]) {
       for (int y = std::max(top, splat->y0); y < std::min(bottom, splat->y1); ++y) {
+        if (!IsWantedRow(params.pixel_rows, y)) continue;
         for (int x = splat->x0; x < splat->x1; ++x) {
           const int64_t pixel = int64_t(y) * width + x;
           float& covered = params.coverage[pixel];
@@ -187,7 +183,7 @@ void CpuMaskOps::DoEvidence(const EvidenceParams& params) {
   ParallelRanges(params.camera.height, 8, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
       float* out = params.residual + channels * y * width;
-      if (!(params.pixel_rows >> (y % kTileSize) & 1)) {
+      if (!IsWantedRow(params.pixel_rows, y)) {
         std::fill_n(out, channels * width, 0.0f);
         continue;
       }

@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "kernels/common/tiles.h"
 #include "kernels/cpu/geometry.h"
+#include "kernels/cpu/reached_tiles.h"
 
 namespace retint {
 namespace {
@@ -30,22 +31,34 @@ struct Piece {
   std::vector<int32_t> tiles;
 };
 
-// Appends the tiles with a pixel centre inside the ellipse alpha >= kMinAlpha.
-void AppendTiles(const TileGrid& grid, const Reach& reach, double x, double y,
-                 std::vector<int32_t>* tiles) {
-  const TileRows rows = ReachedRows(grid, reach, y);
-  for (int row = rows.first; row <= rows.last; ++row) {
-    int first, last;
-    if (!ReachedColumns(grid, reach, x, y, rows, row, &first, &last)) continue;
-    for (int column = first; column <= last; ++column) {
-      tiles->push_back(row * grid.tiles_x + column);
+// Finds the tiles with a pixel centre inside the ellipse alpha >= kMinAlpha.
+class TileFinder {
+ public:
+  explicit TileFinder(const TileGrid& grid)
+      : grid_(grid), first_(size_t(grid.tiles_y + kRowSlack)), last_(first_.size()) {}
+
+  void Append(const Reach& reach, double x, double y, std::vector<int32_t>* tiles) {
+    const TileRows rows = ReachedRows(grid_, reach, y);
+    if (rows.first > rows.last) return;
+    reached_columns_(grid_, reach, x, y, rows, first_.data(), last_.data());
+    for (int row = rows.first; row <= rows.last; ++row) {
+      const auto i = size_t(row - rows.first);
+      for (int column = first_[i]; column <= last_[i]; ++column) {
+        tiles->push_back(row * grid_.tiles_x + column);
+      }
     }
   }
-}
+
+ private:
+  const TileGrid& grid_;
+  const ReachedColumnsFunction reached_columns_ = ReachedColumnsOfTarget();
+  std::vector<int32_t> first_, last_;  // of a splat's rows
+};
 
 Piece ProjectPiece(const CpuModel& model, const CameraParams& camera, const TileGrid& grid,
                    int64_t begin, int64_t end) {
   Piece piece;
+  TileFinder finder(grid);
   for (int64_t g = begin; g < end; ++g) {
     const float* mean = &model.means[size_t(g) * 3];
     VisibleSplat visible{};
@@ -57,7 +70,7 @@ Piece ProjectPiece(const CpuModel& model, const CameraParams& camera, const Tile
     const Reach reach = ReachOf(splat);
     splat.half_height = float(reach.half_height);
     const size_t first = piece.tiles.size();
-    AppendTiles(grid, reach, splat.x, splat.y, &piece.tiles);
+    finder.Append(reach, splat.x, splat.y, &piece.tiles);
     if (piece.tiles.size() == first) continue;
     visible.gaussian = int32_t(g);
     visible.first_tile = uint32_t(first);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -149,6 +150,32 @@ TileList CutAfterLastFeature(TileList list, const float* features, int channels)
   return list;
 }
 
+// The values of one channel between limits. Some rows tell of most tiles what the others show.
+void BlendBetween(const TileKernels& kernels, const TileList& list, const TileRect& rect,
+                  const CameraParams& camera, const BlendParams& params, TileScratch& scratch) {
+  constexpr uint16_t kProbed = 1 << 0 | 1 << 5 | 1 << 10 | 1 << 15;
+  const auto blend = [&](uint16_t pixel_rows) {
+    InitTransmittance(camera, rect.x0, rect.y0, pixel_rows, scratch.transmittance);
+    kernels.blend_between(list, params.features, params.low, params.high, scratch.values,
+                          scratch.transmittance);
+  };
+  const auto probed = uint16_t(params.pixel_rows & kProbed);
+  blend(probed);
+  float least = std::numeric_limits<float>::infinity(), most = -least;
+  for (int y = 0; y < rect.height; ++y) {
+    if (!(probed >> y & 1)) continue;
+    const float* const row = scratch.values + y * kTileSize;
+    const auto [smallest, largest] = std::minmax_element(row, row + rect.width);
+    least = std::min(least, *smallest);
+    most = std::max(most, *largest);
+  }
+  if (least <= most && (most <= params.low || least >= params.high)) {
+    std::fill_n(scratch.values, kTilePixels, least);
+  } else {
+    blend(uint16_t(params.pixel_rows & ~kProbed));
+  }
+}
+
 }  // namespace
 
 ScratchPool::Lease ScratchPool::Take(size_t count) {
@@ -215,8 +242,7 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
       TileList list = TileListOf(view, i);
       if (!needs_transmittance) list = CutAfterLastFeature(list, params.features, channels);
       if (params.HasLimits()) {
-        kernels.blend_between(list, params.features, params.low, params.high, scratch.values,
-                              scratch.transmittance);
+        BlendBetween(kernels, list, rect, view.camera(), params, scratch);
       } else {
         kernels.blend(list, params.features, channels, scratch.values, scratch.transmittance);
       }

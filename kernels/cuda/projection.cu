@@ -38,6 +38,7 @@ __global__ void __launch_bounds__(kDrawThreads) DrawCloudKernel(DrawCloudParams 
   const int width = splat.x1 - splat.x0, area = width * (splat.y1 - splat.y0);
   for (int p = int(threadIdx.x % 32); p < area; p += 32) {
     const int x = splat.x0 + p % width, y = splat.y0 + p / width;
+    if (!IsWantedRow(params.pixel_rows, y)) continue;
     const int64_t pixel = int64_t(y) * params.camera.width + x;
     if (params.coverage[pixel] >= splat.coverage) continue;
     const float covered =
@@ -95,16 +96,10 @@ void CudaMaskOps::DoSampleDepth(const SampleDepthParams& params) {
 }
 
 void CudaMaskOps::DoCorrectDepth(const CorrectDepthParams& params) {
-  // The thread of a wanted row also writes those that repeat it.
   ForPixels(params.width, params.height, stream_, "CorrectDepth",
             [=] __device__(int, int y, int64_t i) {
-              if (!(params.pixel_rows >> (y % kTileSize) & 1)) return;
-              const float z = CorrectedDepth(params.depth[i], params.a, params.b);
-              do {
-                params.depth[i] = z;
-                i += params.width;
-                ++y;
-              } while (y < params.height && !(params.pixel_rows >> (y % kTileSize) & 1));
+              if (!IsWantedRow(params.pixel_rows, y)) return;
+              params.depth[i] = CorrectedDepth(params.depth[i], params.a, params.b);
             });
 }
 
@@ -158,7 +153,7 @@ void CudaMaskOps::DoEvidence(const EvidenceParams& params) {
   ForPixels(params.camera.width, params.camera.height, stream_, "Evidence",
             [=] __device__(int x, int y, int64_t i) {
               float2 out = {0, 0};
-              const bool wanted = pixel_rows >> (y % kTileSize) & 1;
+              const bool wanted = IsWantedRow(pixel_rows, y);
               if (wanted) {
                 const glm::vec2 evidence =
                     EvidenceAt(rays, x, y, depth ? depth[i] : 0, views, count, tolerance, unknown,

@@ -12,10 +12,15 @@
 
 namespace retint {
 
+// A part of a view's pixel grid.
+struct GridRect {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
 struct DepthEstimate {
   DepthMap depth;  // z along the viewing axis, world units; 0 where unknown
   Mask valid;      // 255 measured by the method itself, 0 filled from the rough depth or unknown
-  double valid_fraction = 0;  // of all pixels
+  double valid_fraction = 0;  // of all pixels that were asked for
   std::string method;         // the name in DepthMethods()
   std::string reason;         // one line: what was done, or why pixels are not valid
   std::string warning;        // one line: what was asked for and not done; empty: nothing
@@ -25,6 +30,12 @@ class DepthEstimator {
  public:
   virtual ~DepthEstimator() = default;
   virtual DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) = 0;
+  // The same, where only the pixels of `part`, which lies in the view, are asked for: others may be
+  // left to the rough depth.
+  virtual DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& /*part*/,
+                                     Monitor& monitor) {
+    return Estimate(view, monitor);
+  }
   // Every camera through which Estimate() will look at the scene, given a renderer that shows
   // `view` as it is.
   virtual std::vector<PosedCamera> Cameras(const PosedCamera& view, Monitor&) { return {view}; }

@@ -30,13 +30,24 @@ Image8 Quantize(const std::vector<float>& rgb, int width, int height) {
   return out;
 }
 
-Image8 Crop(const Image8& image, const GridRect& rect) {
-  Image8 out(rect.width, rect.height);
+template <typename T, int C>
+PixelArray<T, C> Crop(const PixelArray<T, C>& image, const GridRect& rect) {
+  PixelArray<T, C> out(rect.width, rect.height);
   for (int y = 0; y < rect.height; ++y) {
-    std::copy_n(&image(rect.x, rect.y + y), size_t(rect.width) * 3, &out(0, y));
+    std::copy_n(&image(rect.x, rect.y + y), size_t(rect.width) * C, &out(0, y));
   }
   return out;
 }
+
+// `part` into its place.
+template <typename T>
+void Place(const T* part, const GridRect& rect, PixelArray<T, 1>* image) {
+  for (int y = 0; y < rect.height; ++y) {
+    std::copy_n(part + size_t(y) * size_t(rect.width), rect.width, &(*image)(rect.x, rect.y + y));
+  }
+}
+
+GridRect WholeOf(const PosedCamera& view) { return {0, 0, view.camera.width, view.camera.height}; }
 
 // A render of a part of the reference's plane, and its luma.
 struct Plate {
@@ -49,22 +60,28 @@ struct Plate {
 // which may be another.
 class Estimation {
  public:
-  Estimation(Renderer& renderer, Backend& backend, const PosedCamera& view,
+  Estimation(Renderer& renderer, Backend& backend, const PosedCamera& view, const GridRect& part,
              const StereoHvOptions& options, Monitor& monitor)
       : renderer_(renderer),
         backend_(backend),
         stereo_(backend.stereo()),
+        whole_(view),
+        part_(part),
         view_(view),
         options_(options),
         monitor_(monitor),
         shifts_(ShiftsOf(options)),
         pixels_(size_t(view.camera.width) * size_t(view.camera.height)),
-        steps_(3 + 2 * double(shifts_.size())) {}
+        steps_(3 + 2 * double(shifts_.size())) {
+    estimate_.depth = DepthMap(view.camera.width, view.camera.height);
+    estimate_.valid = Mask(view.camera.width, view.camera.height);
+  }
 
   // By census where `census`, and by `matcher` where not or where the search is too long for it.
   DepthEstimate Run(bool census, const StereoMatcher& matcher) {
     Advance();
     FindSearch();
+    KeepPart();
     if (census && !FitCensus(search_.range)) {
       census = false;
       estimate_.warning = "a search of " + std::to_string(search_.range.count) +
@@ -111,17 +128,37 @@ class Estimation {
     return backend_.Upload(std::span<const float>(host));
   }
 
+  // False where nothing has a rough depth.
+  bool ChooseSearch(const StereoHvOptions& options) {
+    const auto depths = stereo_.PositiveQuantiles(rough_.data(), int64_t(pixels_), kRoughQuantiles);
+    if (depths.empty()) return false;
+    search_ = ChooseStereoSearch(view_.camera, {depths[0], depths[1], depths[2]}, options);
+    return true;
+  }
+
   void FindSearch() {
     RenderRequest request;
     request.rgb = false;
     request.depth_median = true;
     rough_ = Here(renderer_.RenderOnDevice(view_, request).depth_median);
-    const auto depths = stereo_.PositiveQuantiles(rough_.data(), int64_t(pixels_), kRoughQuantiles);
-    if (depths.empty()) {
+    if (!ChooseSearch(options_)) {
       throw NoDepthError("the view sees no Gaussian: there is no depth to start from");
     }
-    search_ = ChooseStereoSearch(view_.camera, {depths[0], depths[1], depths[2]}, options_);
     scale_ = float(view_.camera.fx() * search_.baseline);
+  }
+
+  // From here on the view is its part.
+  void KeepPart() {
+    const int width = view_.camera.width, height = view_.camera.height;
+    if (part_.width == width && part_.height == height) return;
+    backend_.CopyToHost(estimate_.depth.data.data(), rough_.data(), pixels_ * sizeof(float));
+    view_ = CropCamera(whole_, part_);
+    pixels_ = size_t(part_.width) * size_t(part_.height);
+    const DepthMap rough = Crop(estimate_.depth, part_);
+    rough_ = backend_.Upload(std::span<const float>(rough.data));
+    StereoHvOptions options = options_;
+    options.baseline = search_.baseline;
+    ChooseSearch(options);
   }
 
   Plate MakePlate(const PosedCamera& camera, const GridRect& rect) {
@@ -224,10 +261,11 @@ class Estimation {
 
   void Arbitrate() {
     if (!options_.arbitrate) {
-      estimate_.valid = Mask(view_.camera.width, view_.camera.height, 0);
       const auto found = backend_.Download(disparity_.data(), pixels_);
-      std::transform(found.begin(), found.end(), estimate_.valid.data.begin(),
+      std::vector<uint8_t> valid(pixels_);
+      std::transform(found.begin(), found.end(), valid.begin(),
                      [](float s) { return s > 0 ? 255 : 0; });
+      Place(valid.data(), part_, &estimate_.valid);
       return;
     }
     const auto rough = backend_.Allocate<float>(pixels_);
@@ -246,12 +284,9 @@ class Estimation {
 
   DepthEstimate Finish() {
     stereo_.Invert(disparity_.data(), rough_.data(), int64_t(pixels_), scale_, disparity_.data());
-    const int width = view_.camera.width, height = view_.camera.height;
     const auto depth = backend_.SendToHost(disparity_.data(), pixels_ * sizeof(float));
-    if (valid_) {
-      estimate_.valid = Mask::Of(width, height, static_cast<const uint8_t*>(valid_->Wait()));
-    }
-    estimate_.depth = DepthMap::Of(width, height, static_cast<const float*>(depth->Wait()));
+    if (valid_) Place(static_cast<const uint8_t*>(valid_->Wait()), part_, &estimate_.valid);
+    Place(static_cast<const float*>(depth->Wait()), part_, &estimate_.depth);
     const auto& valid = estimate_.valid.data;
     estimate_.valid_fraction =
         double(std::count(valid.begin(), valid.end(), 255)) / double(pixels_);
@@ -266,11 +301,13 @@ class Estimation {
   Renderer& renderer_;
   Backend& backend_;
   StereoOps& stereo_;
-  const PosedCamera& view_;
+  const PosedCamera& whole_;
+  const GridRect part_;
+  PosedCamera view_;  // the whole, then its part
   const StereoHvOptions& options_;
   Monitor& monitor_;
   const std::vector<Shift> shifts_;
-  const size_t pixels_;
+  size_t pixels_;
   const double steps_;
   double done_ = 0;
   StereoSearch search_;
@@ -319,18 +356,24 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
 StereoHvEstimator::~StereoHvEstimator() = default;
 
 std::vector<PosedCamera> StereoHvEstimator::Cameras(const PosedCamera& view, Monitor& monitor) {
-  return Estimation(renderer_, renderer_.backend(), view, options_, monitor).Cameras(census_);
+  return Estimation(renderer_, renderer_.backend(), view, WholeOf(view), options_, monitor)
+      .Cameras(census_);
 }
 
 DepthEstimate StereoHvEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {
+  return EstimatePart(view, WholeOf(view), monitor);
+}
+
+DepthEstimate StereoHvEstimator::EstimatePart(const PosedCamera& view, const GridRect& part,
+                                              Monitor& monitor) {
   try {
-    return Estimation(renderer_, renderer_.backend(), view, options_, monitor)
+    return Estimation(renderer_, renderer_.backend(), view, part, options_, monitor)
         .Run(census_, *matcher_);
   } catch (const std::bad_alloc&) {
     // The volumes of costs do not fit on the device: the host has room.
   }
   const auto host = CreateBackend("cpu");
-  return Estimation(renderer_, *host, view, options_, monitor).Run(census_, *matcher_);
+  return Estimation(renderer_, *host, view, part, options_, monitor).Run(census_, *matcher_);
 }
 
 }  // namespace retint

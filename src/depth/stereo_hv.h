@@ -72,6 +72,9 @@ class StereoHvEstimator : public DepthEstimator {
   // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
   // InputError when the view sees no Gaussian. Where a device has no room, the host does it all.
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
+  // The baseline is that of the whole view; what is rendered, searched and matched is of the part.
+  DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& part,
+                             Monitor& monitor) override;
   std::vector<PosedCamera> Cameras(const PosedCamera& view, Monitor& monitor) override;
 
  private:

@@ -22,12 +22,7 @@ struct Motion {
 };
 Motion MotionOf(Shift shift);
 
-// A part of the reference view's pixel grid; may reach beyond the image.
-struct GridRect {
-  int x = 0, y = 0, width = 0, height = 0;
-};
-
-// The view that sees `rect` of `view`'s image plane.
+// The view that sees `rect` of `view`'s image plane; it may reach beyond the image.
 PosedCamera CropCamera(const PosedCamera& view, const GridRect& rect);
 PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline);
 // The image grown by a few pixels all round, and by `padding` on the side from which content enters

@@ -24,6 +24,8 @@ constexpr float kOpaque = 0.5f;         // a pixel less opaque than this shows n
 constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
 constexpr float kBehind = 0.3f;         // of a pixel's light that is left behind its surface
 constexpr double kDepthNoise = 0.03;    // relative
+// Every second row of pixels is lifted: what is found are means over many.
+constexpr uint16_t kLiftedRows = 0x5555;
 // Of the residual: V, 1, h, h ln D, h (ln D)^2.
 constexpr int kChannels = 5;
 
@@ -79,15 +81,18 @@ void FindResidual(ShrunkView* view) {
   const ScalarImage valleys =
       SurfaceValleys(view->inverse_depth, std::sqrt(camera.fx() * camera.fy()));
   view->residual.resize(kChannels * valleys.data.size());
-  for (size_t p = 0; p < valleys.data.size(); ++p) {
-    float* const residual = &view->residual[kChannels * p];
-    const float behind = view->behind_host[p];
-    residual[0] = valleys.data[p];
-    residual[1] = 1;
-    if (!(behind > 0)) continue;
-    residual[2] = 1;
-    residual[3] = std::log(behind);
-    residual[4] = residual[3] * residual[3];
+  for (int y = 0; y < camera.height; ++y) {
+    if (!(kLiftedRows >> (y % kTileSize) & 1)) continue;
+    for (size_t p = valleys.Index(0, y); p < valleys.Index(0, y + 1); ++p) {
+      float* const residual = &view->residual[kChannels * p];
+      const float behind = view->behind_host[p];
+      residual[0] = valleys.data[p];
+      residual[1] = 1;
+      if (!(behind > 0)) continue;
+      residual[2] = 1;
+      residual[3] = std::log(behind);
+      residual[4] = residual[3] * residual[3];
+    }
   }
 }
 
@@ -119,6 +124,7 @@ void Lift(Renderer& renderer, const GaussianModel& model, const ShrunkView& view
   BlendTransposeParams lift{};
   lift.residual = residual.data();
   lift.channels = kChannels;
+  lift.pixel_rows = kLiftedRows;
   lift.result = backend.Grow(*scratch, kChannels * rows);
   backend.blend().BlendTranspose(*view.geometry, lift);
   const std::vector<float> lifted = backend.Download(lift.result, kChannels * rows);

@@ -23,10 +23,10 @@ namespace retint {
 namespace {
 
 constexpr std::string_view kStage = "projection";
-// Of views that are not painted every second row of pixels is lifted, of many views every fourth: a
+// Of views that are not painted every second row of pixels is lifted, of many views every eighth: a
 // Gaussian's share is a mean over many pixels.
 constexpr size_t kManyViews = 32;
-uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x1111; }
+uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
 constexpr int64_t kGrain = 16384;  // Gaussians
@@ -82,7 +82,7 @@ class Projection {
   // Quads or surfels as a mask.
   Mask Draw(const ViewSurface& surface) {
     const CameraParams& camera = surface.geometry->camera();
-    DrawCloud(surface);
+    DrawCloud(surface, kAllPixelRows, Quads() ? 0 : options_.close_radius);
     Mask mask(camera.width, camera.height);
     backend_.CopyToHost(mask.data.data(), coverage_mask_.data(), mask.data.size());
     return mask;
@@ -90,7 +90,7 @@ class Projection {
 
   // Adds what a view that is not painted says of the Gaussians.
   void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows) {
-    DrawCloud(surface);
+    DrawCloud(surface, pixel_rows, 0);
     std::vector<PaintedImage> painted;
     for (const auto& view : painted_) {
       painted.push_back(LookedUpFrom(posed, view.camera, view.depth.data(), view.mask.data()));
@@ -163,22 +163,23 @@ class Projection {
     return out;
   }
 
+  bool Quads() const { return options_.kind == ProjectorKind::kQuads; }
+
   // The cloud's coverage of a view, closed, into coverage_mask_.
-  void DrawCloud(const ViewSurface& surface) {
-    const bool quads = options_.kind == ProjectorKind::kQuads;
+  void DrawCloud(const ViewSurface& surface, uint16_t pixel_rows, int close_radius) {
     DrawCloudParams draw{};
     draw.camera = surface.geometry->camera();
     draw.points = points_.data();
     draw.count = static_cast<int64_t>(points_.size());
-    draw.square_pixels = quads ? static_cast<float>(options_.quad_pixels) : 0;
+    draw.square_pixels = Quads() ? static_cast<float>(options_.quad_pixels) : 0;
     draw.disc_scale = static_cast<float>(options_.surfel_scale);
     draw.depth = surface.depth.data();
     draw.depth_tolerance = static_cast<float>(options_.depth_tolerance);
     draw.coverage = backend_.Grow(coverage_, surface.depth.size());
+    draw.pixel_rows = pixel_rows;
     backend_.mask().DrawCloud(draw);
     backend_.mask().MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
-                              quads ? 0 : options_.close_radius,
-                              backend_.Grow(coverage_mask_, surface.depth.size())});
+                              close_radius, backend_.Grow(coverage_mask_, surface.depth.size())});
   }
 
   // No evidence where the painter saw nothing.

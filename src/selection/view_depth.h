@@ -24,7 +24,7 @@ struct ViewSurface {
 struct SurfaceRequest {
   PosedCamera posed;
   const View* view = nullptr;  // null, a free camera: not corrected
-  // Rows outside of these (see kernels/common/types.h; bit 0 is set) repeat the row above.
+  // The rows that have a depth (see kernels/common/types.h; bit 0 is set).
   uint16_t pixel_rows = kAllPixelRows;
 };
 

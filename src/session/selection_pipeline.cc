@@ -2,6 +2,7 @@
 #include "session/selection_pipeline.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <string>
@@ -29,6 +30,32 @@ PaintedPart WithoutDepth(const PaintedView& view, const SelectOptions& options,
   part.depth.reason = part.report.depth_reason = part.report.registration.reason = reason;
   part.report.view = view.name;
   return part;
+}
+
+// The paint's box, with what the cloud and its registration look at beside it: `margin` pixels, and
+// what a matcher needs to see around a pixel.
+GridRect Around(const Mask& paint, int margin) {
+  constexpr int kMatched = 32;
+  int left = paint.width, right = 0, top = paint.height, bottom = 0;
+  for (int y = 0; y < paint.height; ++y) {
+    const auto row = paint.data.begin() + std::ptrdiff_t(paint.Index(0, y));
+    const auto is_painted = [](uint8_t value) { return value > 0; };
+    const auto first = std::find_if(row, row + paint.width, is_painted);
+    if (first == row + paint.width) continue;
+    const auto last = std::find_if(std::reverse_iterator(row + paint.width),
+                                   std::reverse_iterator(row), is_painted);
+    left = std::min(left, int(first - row));
+    right = std::max(right, int(last.base() - row));
+    top = std::min(top, y);
+    bottom = y + 1;
+  }
+  if (bottom == 0) return {0, 0, paint.width, paint.height};
+  const int grown = margin + kMatched;
+  left = std::max(0, left - grown);
+  top = std::max(0, top - grown);
+  right = std::min(paint.width, right + grown);
+  bottom = std::min(paint.height, bottom + grown);
+  return {left, top, right - left, bottom - top};
 }
 
 bool FoundDepth(const PaintedPart& part) { return part.report.cloud.sampled > 0; }
@@ -67,12 +94,17 @@ PaintedView SelectionPipeline::Paint(std::string_view view_name, Mask mask) cons
 
 DepthEstimate SelectionPipeline::EstimateDepth(const PosedCamera& view,
                                                const SelectOptions& options, Monitor& monitor) {
+  return EstimatePart(view, {0, 0, view.camera.width, view.camera.height}, options, monitor);
+}
+
+DepthEstimate SelectionPipeline::EstimatePart(const PosedCamera& view, const GridRect& part,
+                                              const SelectOptions& options, Monitor& monitor) {
   const StageClock::Lap lap(scene_.clock(), "depth");
   monitor.Step("depth", 0, 1);
   scene_.renderer().SetSh(scene_.original().sh);
   DepthEstimate estimate =
       MakeDepthEstimator(options.method, scene_.renderer(), &scene_.workspace(), options.depth)
-          ->Estimate(view, monitor);
+          ->EstimatePart(view, part, monitor);
   monitor.Step("depth", 1, 1);
   return estimate;
 }
@@ -110,7 +142,8 @@ PaintedPart SelectionPipeline::SelectOne(const PaintedView& view, const SelectOp
                                          Monitor& monitor) {
   PaintedPart part;
   part.report.view = view.name;
-  part.depth = EstimateDepth(view.camera, options, monitor);
+  part.depth =
+      EstimatePart(view.camera, Around(view.mask, options.registration.margin), options, monitor);
   part.report.depth_method = part.depth.method;
   part.report.depth_reason = part.depth.reason;
   part.report.valid_fraction = part.depth.valid_fraction;

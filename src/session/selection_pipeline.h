@@ -24,7 +24,7 @@ inline constexpr size_t kGraphOfWholeScene = 1'000'000;
 
 // What Select() computed from the painted views, stage by stage.
 struct SelectionResult {
-  std::vector<DepthEstimate> depths;  // one a painted view
+  std::vector<DepthEstimate> depths;  // one a painted view, measured about its paint
   SelectionCloud cloud_raw;           // every sampled pixel, unfiltered and unregistered
   SelectionCloud cloud;
   std::vector<PaintedReport> painted;
@@ -72,6 +72,8 @@ class SelectionPipeline {
   Mask SeenFrom(const RegionSelection& selection, const PosedCamera& camera);
 
  private:
+  DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& part,
+                             const SelectOptions& options, Monitor& monitor);
   PaintedPart SelectOne(const PaintedView& view, const SelectOptions& options, Monitor& monitor);
   // The filtered cloud of one painted view; where wanted, its raw points are added to `all_raw`.
   SelectionCloud Unproject(const PaintedView& view, const DepthEstimate& depth,

@@ -116,6 +116,28 @@ TEST_P(OnPlanes, MeasuresThemToAFewTenthsOfAPercent) {
 class OnBackends : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(StereoHv, OnBackends, ::testing::Values("cpu", "cuda"));
 
+TEST_P(OnBackends, MeasuresThePartThatIsAskedFor) {
+  const auto backend = BackendOrNull(GetParam());
+  if (!backend) GTEST_SKIP() << CudaFault();
+  const PlaneScene plane{4, 0.2, 0.1};
+  const DepthMap truth = plane.ExactDepth(View().camera);
+  Renderer renderer(backend, plane.Model(4.5, 0.06, 2));
+  Monitor monitor;
+  const GridRect part{61, 40, 100, 90};
+  const auto estimate = StereoHvEstimator(renderer).EstimatePart(View(), part, monitor);
+  ASSERT_EQ(estimate.depth.NumPixels(), truth.NumPixels());
+  ASSERT_EQ(estimate.valid.NumPixels(), truth.NumPixels());
+  EXPECT_GT(estimate.valid_fraction, 0.97);
+  EXPECT_LT(MedianRelativeError(estimate, truth), 0.003);
+  for (int y = 0; y < truth.height; ++y) {
+    for (int x = 0; x < truth.width; ++x) {
+      EXPECT_NEAR(estimate.depth(x, y), truth(x, y), 0.5) << x << "," << y;
+      const bool inside = x >= 61 && x < 161 && y >= 40 && y < 130;
+      if (!inside) ASSERT_EQ(estimate.valid(x, y), 0) << x << "," << y;
+    }
+  }
+}
+
 TEST_P(OnBackends, ThePapersTwoPairsAndMinimumWorkToo) {
   const auto backend = BackendOrNull(GetParam());
   if (!backend) GTEST_SKIP() << CudaFault();

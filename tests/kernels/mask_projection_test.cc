@@ -94,11 +94,12 @@ class MaskProjectionOp : public BackendTest {
     return points;
   }
   std::vector<float> Draw(const CameraParams& camera, const std::vector<CloudPoint>& points,
-                          const std::vector<float>& depth, float square, float scale) {
+                          const std::vector<float>& depth, float square, float scale,
+                          uint16_t rows = kAllPixelRows) {
     Guarded<CloudPoint> cloud(*backend_, points);
     Guarded<float> front(*backend_, depth), coverage(*backend_, kPixels);
     backend_->mask().DrawCloud({camera, cloud.data(), int64_t(points.size()), square, scale,
-                                front.data(), 0.02f, coverage.data()});
+                                front.data(), 0.02f, coverage.data(), rows});
     return coverage.Read();
   }
   std::vector<uint8_t> MakeMask(const std::vector<float>& image, int width, int height,
@@ -176,7 +177,7 @@ TEST_P(MaskProjectionOp, DepthOfUnwantedRowsIsThatOfTheRowAbove) {
   backend_->mask().CorrectDepth({corrected.data(), kWidth, kHeight, a, b, kSomeRows});
   std::vector<double> wanted;
   for (const float z : repeated) wanted.push_back(1 / (double(a) / double(z) + double(b)));
-  EXPECT_LE(WorstDifference(corrected.Read(), wanted), 1e-5);
+  EXPECT_LE(WorstDifference(Repeated(corrected.Read(), kSomeRows), wanted), 1e-5);
 
   EXPECT_THROW(Sample(depth, pixels, 0xfffe), std::invalid_argument);
   EXPECT_THROW(backend_->mask().CorrectDepth({corrected.data(), kWidth, kHeight, a, b, 0xfffe}),
@@ -239,6 +240,19 @@ TEST_P(MaskProjectionOp, DrawsDiscsAndSquares) {
   expect(0, 1.5f);
   expect(3, 0);
   expect(4.3f, 1);
+}
+
+TEST_P(MaskProjectionOp, DrawsInWantedRowsAlone) {
+  const CameraParams camera = TestCamera(kWidth, kHeight);
+  const auto points = RandomCloud(400);
+  const auto depth = PlaneDepth();
+  const auto some = Draw(camera, points, Spoiled(depth, kSomeRows), 0, 1.5f, kSomeRows);
+  auto expected = Draw(camera, points, depth, 0, 1.5f);
+  for (size_t p = 0; p < kPixels; ++p) {
+    if (!(kSomeRows >> (p / kWidth % 16) & 1)) expected[p] = 0;
+  }
+  EXPECT_EQ(some, expected);
+  EXPECT_THROW(Draw(camera, points, depth, 0, 1.5f, 0xfffe), std::invalid_argument);
 }
 
 TEST_P(MaskProjectionOp, DrawsNothingOfAnEmptyCloud) {

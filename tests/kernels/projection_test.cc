@@ -6,6 +6,7 @@
 #include "kernels/common/blend.h"
 #include "kernels/common/tiles.h"
 #include "kernels/cpu/geometry.h"
+#include "kernels/cpu/reached_tiles.h"
 #include "tests/kernels/test_scene.h"
 
 namespace retint {
@@ -46,6 +47,38 @@ TEST(Projection, TileListsAreExact) {
   EXPECT_GT(needed, 1000u);
   // Ellipses that slip between pixel centres, and the slack, cost a little.
   EXPECT_LE(double(listed.size()), 1.03 * double(needed));
+}
+
+TEST(Projection, RowsOfTilesTogetherReachTheColumnsOfEachAlone) {
+  std::mt19937 rng = TestRng();
+  const TestModel model = RandomModel(rng, 3000);
+  const auto backend = MakeBackend("cpu");
+  const auto uploaded = backend->blend().UploadModel(model.arrays());
+  const CameraParams camera = TestCamera(333, 222);
+  const auto geometry = backend->blend().PrepareView(*uploaded, camera);
+  const TileGrid grid(camera);
+  std::vector<int32_t> firsts(size_t(grid.tiles_y + kRowSlack)), lasts(firsts.size());
+  int reached = 0, missed = 0;
+  for (Splat splat : dynamic_cast<const CpuViewGeometry&>(*geometry).splats) {
+    splat.x += Uniform(rng, -100, 100);  // some beyond the borders
+    const Reach reach = ReachOf(splat);
+    const TileRows rows = ReachedRows(grid, reach, splat.y);
+    ReachedColumnsOfTarget()(grid, reach, splat.x, splat.y, rows, firsts.data(), lasts.data());
+    for (int row = rows.first; row <= rows.last; ++row) {
+      const auto i = size_t(row - rows.first);
+      int first = 0, last = -1;
+      if (!ReachedColumns(grid, reach, splat.x, splat.y, rows, row, &first, &last)) {
+        EXPECT_GT(firsts[i], lasts[i]);
+        ++missed;
+        continue;
+      }
+      EXPECT_EQ(firsts[i], first);
+      EXPECT_EQ(lasts[i], last);
+      ++reached;
+    }
+  }
+  EXPECT_GT(reached, 1000);
+  EXPECT_GT(missed, 10);
 }
 
 TEST(Projection, SlotsGroupTheEntriesOfARow) {
