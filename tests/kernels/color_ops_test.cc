@@ -267,7 +267,7 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
     for (size_t i = 0; i < colors.size(); ++i) {
       ASSERT_TRUE(std::isfinite(edited[i])) << what << which << " value " << i;
       worst = std::max(worst, std::abs(double(edited[i]) - double(expected[i])));
-      if (mask[i / 3] == 0) ASSERT_EQ(edited[i], colors[i]) << what << which << " value " << i;
+      ASSERT_TRUE(mask[i / 3] != 0 || edited[i] == colors[i]) << what << which << " value " << i;
     }
     EXPECT_LE(worst, kTolerance) << what << which;
   };
@@ -280,8 +280,8 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
     map.program = &program;
     check(map, "operation ", int(&op - ops));
     program.strength = 0.3f;
-    program.ops[program.count++] = ops[2];
-    check(map, "a power after operation ", int(&op - ops));
+    program.ops[program.count++] = ops[0];
+    check(map, "a matrix after operation ", int(&op - ops));
   }
   ColorMap affine{};
   for (float& value : affine.delta) value = uniform(rng);
