@@ -30,10 +30,33 @@ std::shared_ptr<const ViewGeometry> BlendOps::PrepareView(const Model& model,
 
 std::shared_ptr<const ViewGeometry> BlendOps::Restrict(const ViewGeometry& view,
                                                        const uint8_t* active, size_t budget_bytes,
-                                                       float min_weight) {
+                                                       float min_weight, const RegionBlend* blend) {
   RequireWholeView(view);
   Require(min_weight >= 0, "the least weight of a region must not be negative");
-  return DoRestrict(view, active, budget_bytes, min_weight);
+  return blend ? DoRestrictAndBlend(view, active, budget_bytes, min_weight, *blend)
+               : DoRestrict(view, active, budget_bytes, min_weight);
+}
+
+std::shared_ptr<const ViewGeometry> BlendOps::DoRestrictAndBlend(const ViewGeometry& view,
+                                                                 const uint8_t* active,
+                                                                 size_t budget_bytes,
+                                                                 float min_weight,
+                                                                 const RegionBlend& blend) {
+  auto region = DoRestrict(view, active, budget_bytes, min_weight);
+  BlendRegion(view, *region, blend);
+  return region;
+}
+
+void BlendOps::BlendRegion(const ViewGeometry& view, const ViewGeometry& region,
+                           const RegionBlend& blend) {
+  if (region.tiles().empty()) return;
+  BlendParams params{};
+  params.features = blend.colors;
+  params.channels = 3;
+  params.image = blend.image;
+  params.pixel_rows = region.pixel_rows();
+  params.tiles = region.tiles();
+  DoBlend(view, params);
 }
 
 std::vector<int32_t> BlendOps::TouchedTiles(const ViewGeometry& view, const uint8_t* active) {

@@ -108,6 +108,13 @@ struct DepthParams {
   const uint8_t* left_out = nullptr;
 };
 
+// What Restrict() may blend as well: where a backend looks for weights, it meets all that a pixel
+// shows.
+struct RegionBlend {
+  const float* colors;  // [rows of the whole view, 3]
+  float* image;         // [H, W, 3], written in the region's tiles and rows; undefined in others
+};
+
 class BlendOps {
  public:
   virtual ~BlendOps() = default;
@@ -128,7 +135,8 @@ class BlendOps {
   // pixel rows are left out as well (see ViewGeometry::pixel_rows), then weights up to 4
   // min_weight.
   std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view, const uint8_t* active,
-                                               size_t budget_bytes, float min_weight = 0);
+                                               size_t budget_bytes, float min_weight = 0,
+                                               const RegionBlend* blend = nullptr);
   // The tiles of a whole view that active Gaussians touch, as Restrict finds them: the others are
   // rendered alike whatever color these have.
   std::vector<int32_t> TouchedTiles(const ViewGeometry& view, const uint8_t* active);
@@ -150,6 +158,13 @@ class BlendOps {
   virtual std::shared_ptr<const ViewGeometry> DoRestrict(const ViewGeometry& view,
                                                          const uint8_t* active, size_t budget_bytes,
                                                          float min_weight) = 0;
+  // Restricts, then blends.
+  virtual std::shared_ptr<const ViewGeometry> DoRestrictAndBlend(const ViewGeometry& view,
+                                                                 const uint8_t* active,
+                                                                 size_t budget_bytes,
+                                                                 float min_weight,
+                                                                 const RegionBlend& blend);
+  void BlendRegion(const ViewGeometry& view, const ViewGeometry& region, const RegionBlend& blend);
   virtual std::vector<int32_t> DoTouchedTiles(const ViewGeometry& view, const uint8_t* active) = 0;
   virtual void DoBlend(const ViewGeometry& view, const BlendParams& params) = 0;
   virtual void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) = 0;

@@ -22,6 +22,13 @@ void RefitOps::RegionResidual(const ViewGeometry& region, const RegionResidualPa
   DoRegionResidual(region, params);
 }
 
+bool RefitOps::RegionSweep(const ViewGeometry& region, const RegionSweepParams& params) {
+  RequireRegion(region);
+  RequireUnit(params.unit);
+  Require(params.weights != nullptr, "a sweep needs the weights of the pixels");
+  return DoRegionSweep(region, params);
+}
+
 void RefitOps::RegionAdd(const ViewGeometry& region, float* image, const float* delta) {
   RequireRegion(region);
   DoRegionAdd(region, image, delta);

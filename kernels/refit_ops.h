@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "kernels/blend_ops.h"
-#include "kernels/common/color_map.h"
+#include "kernels/common/color_ops.h"
 
 namespace retint {
 
@@ -38,6 +38,16 @@ struct RegionResidualParams {
   // [1] backend memory, or null: CUDA raises it to the largest |residual|, for
   // BlendTransposeParams::largest. The CPU has no use for it and leaves it as it is.
   float* largest = nullptr;
+};
+
+// Blend(change), RegionResidual and BlendTranspose of what that left, in one.
+struct RegionSweepParams {
+  const float* change;     // [rows, 3]
+  const int16_t* target;   // as of RegionResidualParams
+  float unit;              // above 0
+  const uint8_t* weights;  // as there, not null
+  double* loss;            // [1] backend memory, accumulated
+  float* result;           // [rows, 3]; may be `change`; null: the loss alone
 };
 
 // L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), SSIM with an 11x11 Gaussian
@@ -90,6 +100,8 @@ class RefitOps {
 
   void RegionTarget(const ViewGeometry& region, const RegionTargetParams& params);
   void RegionResidual(const ViewGeometry& region, const RegionResidualParams& params);
+  // False, and nothing was done, where the backend has no such pass over the region.
+  bool RegionSweep(const ViewGeometry& region, const RegionSweepParams& params);
   // image += delta on the region's tiles, both [H, W, 3].
   void RegionAdd(const ViewGeometry& region, float* image, const float* delta);
   // The weights of RegionTarget as an image [H, W], 0 outside the region's tiles.
@@ -106,6 +118,7 @@ class RefitOps {
  protected:
   virtual void DoRegionTarget(const ViewGeometry& region, const RegionTargetParams& params) = 0;
   virtual void DoRegionResidual(const ViewGeometry& region, const RegionResidualParams& params) = 0;
+  virtual bool DoRegionSweep(const ViewGeometry&, const RegionSweepParams&) { return false; }
   virtual void DoRegionAdd(const ViewGeometry& region, float* image, const float* delta) = 0;
   virtual void DoRegionWeightImage(const ViewGeometry& region, const uint8_t* weights,
                                    float* image) = 0;

@@ -191,8 +191,12 @@ void Recolor(const Arguments& arguments, Run& run) {
   report.painted = result.selection.painted;
   report.mask_views = coverage.views;
   report.mean_coverage = coverage.mean;
+  // The line that is printed is not worth what the figures of a file are.
+  constexpr int kRowStepOfLine = 4;
+  const bool is_kept = !arguments.report.empty() || !arguments.page.empty();
   report.quality = session->refits().Evaluate(result.region, session->original().sh,
-                                              result.sh_after, job.target, run.monitor());
+                                              result.sh_after, job.target, run.monitor(),
+                                              /*most_views=*/0, is_kept ? 1 : kRowStepOfLine);
   if (!run.Writes()) return;
   const ShareAmong alone;
   const std::optional<FormatError> format = Save(arguments, result, large.get(), report, run);

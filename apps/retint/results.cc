@@ -192,13 +192,15 @@ void PrintPictures(const ColorEdit& edit, const Run& run) {
 }
 
 void PrintQuality(const QualityReport& quality, const Run& run) {
+  const std::string rows =
+      quality.row_step > 1 ? fmt::format(", in one row of pixels of {}", quality.row_step) : "";
   const auto line = [&](const char* name, const QualityNumbers& numbers) {
     if (numbers.views == 0) return;
     run.Print(
         fmt::format("{:<13}{} views: inside {:.1f} -> {:.1f} dB, outside {:.1f} dB, "
-                    "bleed {:.5f}",
+                    "bleed {:.5f}{}",
                     name, numbers.views, numbers.psnr_inside_before, numbers.psnr_inside_after,
-                    numbers.psnr_outside, numbers.bleed));
+                    numbers.psnr_outside, numbers.bleed, rows));
   };
   line("fitted", quality.train);
   line("held out", quality.heldout);

@@ -48,6 +48,20 @@ class CpuBlendOps : public BlendOps {
     return RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes, min_weight);
   }
 
+  std::shared_ptr<const ViewGeometry> DoRestrictAndBlend(const ViewGeometry& view,
+                                                         const uint8_t* active, size_t budget_bytes,
+                                                         float min_weight,
+                                                         const RegionBlend& blend) override {
+    // Only compact weights are found in one pass for good.
+    if (min_weight == 0) {
+      return BlendOps::DoRestrictAndBlend(view, active, budget_bytes, min_weight, blend);
+    }
+    auto region =
+        RestrictOnCpu(kernels_, CpuViewOf(view), active, budget_bytes, min_weight, &blend);
+    if (CpuViewOf(*region).weights.empty()) BlendRegion(view, *region, blend);
+    return region;
+  }
+
   std::vector<int32_t> DoTouchedTiles(const ViewGeometry& view, const uint8_t* active) override {
     return TouchedTilesOnCpu(CpuViewOf(view), active);
   }

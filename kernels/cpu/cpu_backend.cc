@@ -19,7 +19,9 @@ class CpuBackend : public Backend {
     blend_ = MakeCpuBlendOps(options.scalar ? ScalarTileKernels() : SimdTileKernels());
     sh_ = MakeCpuShOps();
     solve_ = MakeCpuSolveOps();
-    refit_ = MakeCpuRefitOps(options.scalar ? ScalarLossKernels() : SimdLossKernels());
+    refit_ = MakeCpuRefitOps(options.scalar ? ScalarLossKernels() : SimdLossKernels(),
+                             options.scalar ? ScalarTileKernels() : SimdTileKernels(),
+                             options.scalar ? EditColorsOneByOne : EditColors);
     mask_ = MakeCpuMaskOps();
     stereo_ = MakeCpuStereoOps(options.scalar ? ScalarStereoKernels() : SimdStereoKernels());
   }

@@ -9,6 +9,7 @@
 #include "kernels/cpu/image_loss.h"
 #include "kernels/cpu/stereo_match.h"
 #include "kernels/cpu/tile_kernels.h"
+#include "kernels/edit_colors.h"
 #include "kernels/mask_ops.h"
 #include "kernels/refit_ops.h"
 #include "kernels/sh_ops.h"
@@ -19,7 +20,8 @@ namespace retint {
 std::unique_ptr<BlendOps> MakeCpuBlendOps(const TileKernels& kernels);
 std::unique_ptr<ShOps> MakeCpuShOps();
 std::unique_ptr<SolveOps> MakeCpuSolveOps();
-std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& kernels);
+std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& loss, const TileKernels& tiles,
+                                          EditColorsKernel edit_colors);
 std::unique_ptr<MaskOps> MakeCpuMaskOps();
 std::unique_ptr<StereoOps> MakeCpuStereoOps(const StereoKernels& kernels);
 

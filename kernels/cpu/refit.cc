@@ -6,6 +6,7 @@
 #include "kernels/common/quantize.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/groups.h"
+#include "kernels/cpu/tiles.h"
 
 namespace retint {
 namespace {
@@ -31,11 +32,13 @@ void ForBoxRows(const int32_t* box, const Body& body) {
 
 class CpuRefitOps : public RefitOps {
  public:
-  explicit CpuRefitOps(const LossKernels& kernels) : kernels_(kernels) {}
+  CpuRefitOps(const LossKernels& loss, const TileKernels& tiles, EditColorsKernel edit_colors)
+      : loss_(loss), tiles_(tiles), edit_colors_(edit_colors) {}
 
  protected:
   void DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override;
   void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
+  bool DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) override;
   void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
   void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
   void DoMarkRows(const ViewGeometry& view, uint8_t* seen) override;
@@ -46,7 +49,10 @@ class CpuRefitOps : public RefitOps {
   void DoEditImage(const EditImageParams& params) override;
 
  private:
-  const LossKernels& kernels_;
+  const LossKernels& loss_;
+  const TileKernels& tiles_;
+  EditColorsKernel edit_colors_;
+  ScratchPool scratch_;
 };
 
 void CpuRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) {
@@ -64,16 +70,16 @@ void CpuRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetPar
     VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
       for (int y = y0; y < y1; ++y) {
         if (!(view.pixel_rows() >> (y - y0) & 1)) continue;
-        for (int x = x0; x < x1; ++x) {
-          const size_t pixel = size_t(y) * width + size_t(x);
-          const int within = (y - y0) * kTileSize + (x - x0);
-          if (weights) weights[within] = weight_of[params.mask[pixel]];
-          float edited[3];
-          ApplyColorMap(params.map, params.mask[pixel], source + 3 * pixel, edited);
-          int16_t* out = tile + within * 3;
-          for (int c = 0; c < 3; ++c) {
-            out[c] = ToSignedSteps(edited[c] - params.render[3 * pixel + size_t(c)], scale);
-          }
+        const size_t first = size_t(y) * width + size_t(x0);
+        const int within = (y - y0) * kTileSize, count = x1 - x0;
+        float edited[3 * kTileSize];
+        edit_colors_(params.map, params.mask + first, source + 3 * first, count, edited);
+        for (int j = 0; j < 3 * count; ++j) {
+          tile[3 * within + j] =
+              ToSignedSteps(edited[j] - params.render[3 * first + size_t(j)], scale);
+        }
+        for (int x = 0; weights && x < count; ++x) {
+          weights[within + x] = weight_of[params.mask[first + size_t(x)]];
         }
       }
     });
@@ -108,6 +114,27 @@ void CpuRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidua
     });
     return sum;
   });
+}
+
+// Where a region has explicit weights; they stay in a core's cache from the blend to its transpose.
+bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) {
+  const auto& region = dynamic_cast<const CpuViewGeometry&>(view);
+  if (region.weights.empty()) return false;
+  auto partials = scratch_.Take(params.result ? size_t(region.num_slots()) * 3 : 0);
+  *params.loss += OrderedSum(int64_t(region.weights.size()), 4, [&](int64_t begin, int64_t end) {
+    double loss = 0;
+    for (size_t i = size_t(begin); i < size_t(end); ++i) {
+      const WeightTile& weights = region.weights[i];
+      alignas(64) float values[3 * kTilePixels] = {};
+      tiles_.blend_weights(weights, params.change, 3, values);
+      loss += tiles_.residual(params.target + i * kTilePixels * 3, params.unit,
+                              params.weights + i * kTilePixels, region.pixel_rows(), values);
+      if (params.result) tiles_.transpose_weights(weights, values, 3, partials.data());
+    }
+    return loss;
+  });
+  if (params.result) SumPartials(region, partials.data(), 3, params.result);
+  return true;
 }
 
 void CpuRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) {
@@ -155,7 +182,7 @@ void CpuRefitOps::DoNumberRows(const ViewGeometry& view, const int32_t* number_o
 }
 
 ImageLossValue CpuRefitOps::DoImageLoss(const ImageLossParams& params) {
-  const ImageLossValue value = ImageLossOnCpu(kernels_, params);
+  const ImageLossValue value = ImageLossOnCpu(loss_, params);
   if (!params.loss) return value;
   *params.loss += value.loss;
   return {};
@@ -182,18 +209,17 @@ void CpuRefitOps::DoUnpackBox(const PackBoxParams& params) {
 
 void CpuRefitOps::DoEditImage(const EditImageParams& params) {
   ForBoxRows(params.box, [&](int y) {
-    for (int x = params.box[0]; x < params.box[2]; ++x) {
-      const size_t pixel = size_t(y) * size_t(params.width) + size_t(x);
-      ApplyColorMap(params.map, params.mask[pixel], params.image + 3 * pixel,
-                    params.out + 3 * pixel);
-    }
+    const size_t first = size_t(y) * size_t(params.width) + size_t(params.box[0]);
+    edit_colors_(params.map, params.mask + first, params.image + 3 * first,
+                 params.box[2] - params.box[0], params.out + 3 * first);
   });
 }
 
 }  // namespace
 
-std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& kernels) {
-  return std::make_unique<CpuRefitOps>(kernels);
+std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& loss, const TileKernels& tiles,
+                                          EditColorsKernel edit_colors) {
+  return std::make_unique<CpuRefitOps>(loss, tiles, edit_colors);
 }
 
 }  // namespace retint

@@ -97,19 +97,31 @@ uint32_t HalfRowsOf(uint16_t pixel_rows) {
 class WeightSource {
  public:
   WeightSource(const TileKernels& kernels, const CpuViewGeometry& view,
-               const std::vector<int64_t>& lengths, const std::vector<int32_t>& row_of)
-      : kernels_(kernels), view_(view), lengths_(lengths), row_of_(row_of) {}
+               const std::vector<int64_t>& lengths, const std::vector<int32_t>& row_of,
+               const RegionBlend* blend)
+      : kernels_(kernels), view_(view), lengths_(lengths), row_of_(row_of), blend_(blend) {}
 
   // Of the pixel rows asked for.
   void Exact(size_t tile, uint16_t pixel_rows, WeightTile* weights) const {
     alignas(64) float transmittance[kTilePixels];
-    TileList list = TileListOf(view_, tile);
-    list.count = lengths_[tile];
-    list.splat_rows = row_of_.data();
-    InitTransmittance(view_.camera(), list.x0, list.y0, pixel_rows, transmittance);
-    weights->entries.clear();
-    weights->weights.clear();
-    kernels_.weights(list, weights, transmittance);
+    kernels_.weights(ListOf(tile, pixel_rows, weights, transmittance), nullptr, weights, nullptr,
+                     transmittance);
+  }
+  // The same, and what RegionBlend asks for.
+  void ExactAndBlend(size_t tile, uint16_t pixel_rows, WeightTile* weights) const {
+    if (!blend_) return Exact(tile, pixel_rows, weights);
+    alignas(64) float transmittance[kTilePixels];
+    alignas(64) float sums[3 * kTilePixels] = {};
+    TileList list = ListOf(tile, pixel_rows, weights, transmittance);
+    list.count = view_.tile_begin[tile + 1] - view_.tile_begin[tile];
+    kernels_.weights(list, blend_->colors, weights, sums, transmittance);
+    StoreTile(view_, tile, pixel_rows, sums, 3, blend_->image);
+  }
+  // Which half rows of each entry Compact() keeps of all.
+  void FindLarge(const WeightTile& weights, float min_weight,
+                 std::vector<uint32_t>* half_rows) const {
+    half_rows->resize(weights.entries.size());
+    kernels_.large_half_rows(weights, min_weight, half_rows->data());
   }
   void Compact(const WeightTile& weights, const Thinning& thinning, float min_weight,
                WeightTile* compact) const {
@@ -118,10 +130,22 @@ class WeightSource {
   }
 
  private:
+  TileList ListOf(size_t tile, uint16_t pixel_rows, WeightTile* weights,
+                  float* transmittance) const {
+    TileList list = TileListOf(view_, tile);
+    list.count = lengths_[tile];
+    list.splat_rows = row_of_.data();
+    InitTransmittance(view_.camera(), list.x0, list.y0, pixel_rows, transmittance);
+    weights->entries.clear();
+    weights->weights.clear();
+    return list;
+  }
+
   const TileKernels& kernels_;
   const CpuViewGeometry& view_;
   const std::vector<int64_t>& lengths_;
   const std::vector<int32_t>& row_of_;
+  const RegionBlend* blend_;
 };
 
 // Exact weights of every region tile, or nothing when they exceed the budget (which does not depend
@@ -143,13 +167,11 @@ std::vector<WeightTile> ExactWeights(const WeightSource& source, const std::vect
   return weights;
 }
 
-// 8x8 quarters of the tile that hold any weight of an entry, over the entries.
-uint64_t CountQuarters(const WeightTile& tile) {
+// 8x8 quarters of a tile that hold any of an entry's half rows.
+uint64_t CountQuarters(uint32_t half_rows) {
   constexpr uint32_t kQuarters[] = {0x5555, 0xaaaa, 0x55550000, 0xaaaa0000};
   uint64_t count = 0;
-  for (const WeightEntry& entry : tile.entries) {
-    for (const uint32_t quarter : kQuarters) count += (entry.half_rows & quarter) != 0;
-  }
+  for (const uint32_t quarter : kQuarters) count += (half_rows & quarter) != 0;
   return count;
 }
 
@@ -158,12 +180,17 @@ size_t GuessThinning(const WeightSource& source, const std::vector<size_t>& tile
   const size_t samples = (tiles.size() + kThinningStride - 1) / kThinningStride;
   std::vector<std::array<uint64_t, kNumRowThinnings>> counts(samples);
   ParallelRanges(int64_t(samples), 4, [&](int64_t begin, int64_t end) {
-    WeightTile exact, compact;
+    WeightTile exact;
+    std::vector<uint32_t> large;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
       source.Exact(tiles[i * kThinningStride], kAllPixelRows, &exact);
+      source.FindLarge(exact, min_weight, &large);
+      counts[i] = {};
       for (size_t level = 0; level < kNumRowThinnings; ++level) {
-        source.Compact(exact, kThinnings[level], min_weight, &compact);
-        counts[i][level] = CountQuarters(compact);
+        const uint32_t half_rows = HalfRowsOf(kThinnings[level].pixel_rows);
+        for (const uint32_t of_entry : large) {
+          counts[i][level] += CountQuarters(of_entry & half_rows);
+        }
       }
     }
   });
@@ -190,7 +217,7 @@ std::vector<WeightTile> CompactWeights(const WeightSource& source, const std::ve
   ParallelRanges(int64_t(tiles.size()), 4, [&](int64_t begin, int64_t end) {
     WeightTile work;
     for (size_t i = size_t(begin); i < size_t(end); ++i) {
-      source.Exact(tiles[i], kThinnings[level].pixel_rows, &work);
+      source.ExactAndBlend(tiles[i], kThinnings[level].pixel_rows, &work);
       source.Compact(work, kThinnings[level], min_weight, &weights[i]);
     }
   });
@@ -275,7 +302,7 @@ void CopyLists(const CpuViewGeometry& view, const std::vector<size_t>& tiles,
 std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,
                                                   const uint8_t* active, size_t budget_bytes,
-                                                  float min_weight) {
+                                                  float min_weight, const RegionBlend* blend) {
   auto region = std::make_shared<CpuViewGeometry>();
   region->SetRegion();
   const std::vector<int32_t> row_of = ActiveRows(view, active, &region->row_gaussians);
@@ -290,7 +317,7 @@ std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
   }
   region->tile_ids.shrink_to_fit();
   uint16_t pixel_rows = kAllPixelRows;
-  const WeightSource source(kernels, view, lengths, row_of);
+  const WeightSource source(kernels, view, lengths, row_of, blend);
   auto weights = min_weight > 0 ? CompactWeights(source, tiles, min_weight, budget_bytes,
                                                  size_t(region->num_rows()), &pixel_rows)
                                 : ExactWeights(source, tiles, budget_bytes);

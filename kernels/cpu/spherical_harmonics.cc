@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "kernels/common/sh.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/groups.h"
+#include "kernels/cpu/sh_kernels.h"
 
 namespace retint {
 namespace {
@@ -20,6 +22,85 @@ int64_t GaussianOf(const int32_t* rows, int64_t entry) { return rows ? rows[entr
 int64_t SlotOf(const int32_t* rows, const int32_t* slots, int64_t entry) {
   return slots ? slots[entry] : GaussianOf(rows, entry);
 }
+
+using Floats __attribute__((vector_size(16))) = float;
+using Integers __attribute__((vector_size(16))) = int;
+
+// A number of each of four Gaussians, as ShBasis() takes it.
+struct Four {
+  Floats x;
+  Four() = default;
+  explicit Four(float value) : x{value, value, value, value} {}
+  explicit Four(Floats value) : x(value) {}
+};
+Four operator-(Four a, Four b) { return Four(a.x - b.x); }
+Four operator*(Four a, Four b) { return Four(a.x * b.x); }
+
+// Rows of one number of each Gaussian become rows of one Gaussian each.
+void Transpose(const Four* rows, float* const* to) {
+  const auto pairs = [](Four a, Four b, Integers of) { return __builtin_shuffle(a.x, b.x, of); };
+  constexpr Integers kLow = {0, 4, 1, 5}, kHigh = {2, 6, 3, 7};
+  const Floats halves[4] = {pairs(rows[0], rows[1], kLow), pairs(rows[2], rows[3], kLow),
+                            pairs(rows[0], rows[1], kHigh), pairs(rows[2], rows[3], kHigh)};
+  for (int i = 0; i < 4; ++i) {
+    const Integers half = i % 2 == 0 ? Integers{0, 1, 4, 5} : Integers{2, 3, 6, 7};
+    const Floats row = __builtin_shuffle(halves[i / 2 * 2], halves[i / 2 * 2 + 1], half);
+    std::memcpy(to[i], &row, sizeof(row));
+  }
+}
+
+// The bases of a group's Gaussians in the directions from `center`, as ShBasisTowards().
+template <typename Float>
+void FindBases(int degree, const float* const* means, const float* center, ShGroup<Float>* group) {
+  Floats to[3] = {}, inverse;
+  for (int i = 0; i < group->count; ++i) {
+    for (int c = 0; c < 3; ++c) to[c][i] = means[i][c] - center[c];
+  }
+  const Floats squares = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
+  for (int i = 0; i < 4; ++i) {
+    if (!(squares[i] > 0)) to[2][i] = 1;
+    inverse[i] = squares[i] > 0 ? 1 / std::sqrt(squares[i]) : 1.0f;
+  }
+  Four basis[kMaxShCoeffs] = {};
+  ShBasis(degree, Four(to[0] * inverse), Four(to[1] * inverse), Four(to[2] * inverse), basis);
+  for (int k = 0; k < (degree + 1) * (degree + 1); k += 4) {
+    float* const rows[] = {group->bases[0] + k, group->bases[1] + k, group->bases[2] + k,
+                           group->bases[3] + k};
+    Transpose(basis + k, rows);
+  }
+}
+
+// Collects Gaussians and hands on full groups, and what is left at the end.
+template <typename Float, typename Body>
+class Grouper {
+ public:
+  Grouper(const CpuModel& model, const float* center, const Body& body)
+      : model_(model), center_(center), body_(body) {}
+  ~Grouper() { Flush(); }
+  Grouper(const Grouper&) = delete;
+  Grouper& operator=(const Grouper&) = delete;
+
+  void Add(int64_t gaussian, int64_t entry, Float* block) {
+    means_[group_.count] = &model_.means[size_t(gaussian) * 3];
+    group_.blocks[group_.count] = block;
+    group_.entries[group_.count] = entry;
+    if (++group_.count == group_.kSize) Flush();
+  }
+
+ private:
+  void Flush() {
+    if (group_.count == 0) return;
+    FindBases(model_.sh_degree(), means_, center_, &group_);
+    body_(group_);
+    group_.count = 0;
+  }
+
+  const CpuModel& model_;
+  const float* center_;
+  const Body& body_;
+  const float* means_[ShGroup<Float>::kSize];
+  ShGroup<Float> group_;
+};
 
 // Rows come in order of depth, so their Gaussians and blocks lie anywhere:
 // without prefetching, memory latency is all there is.
@@ -34,14 +115,14 @@ void PrefetchEntry(const CpuModel& model, const Params& params, int64_t entry, c
   }
 }
 
-// body(entry, block, basis) for entries [0, count) with a slot, `block` being its part of `blocks`;
-// missing(entry) for the others.
+// body(group) for entries [0, count) with a slot, with their parts of `blocks`; missing(entry) for
+// the others.
 template <typename Params, typename Float, typename Body, typename Missing>
-void ForEachBasis(const CpuModel& model, const Params& params, Float* blocks, int64_t block_size,
+void ForEachGroup(const CpuModel& model, const Params& params, Float* blocks, int64_t block_size,
                   const Body& body, const Missing& missing) {
   constexpr int64_t kAhead = 8;
   ParallelRanges(params.count, kGrain, [&](int64_t begin, int64_t end) {
-    float basis[kMaxShCoeffs];
+    Grouper<Float, Body> grouper(model, params.center, body);
     for (int64_t i = begin; i < end; ++i) {
       if (i + kAhead < end) PrefetchEntry(model, params, i + kAhead, blocks, block_size);
       const int64_t slot = SlotOf(params.rows, params.slots, i);
@@ -49,9 +130,7 @@ void ForEachBasis(const CpuModel& model, const Params& params, Float* blocks, in
         missing(i);
         continue;
       }
-      const int64_t gaussian = GaussianOf(params.rows, i);
-      ShBasisTowards(model.sh_degree(), &model.means[size_t(gaussian) * 3], params.center, basis);
-      body(i, blocks + slot * block_size, basis);
+      grouper.Add(GaussianOf(params.rows, i), i, blocks + slot * block_size);
     }
   });
 }
@@ -70,79 +149,51 @@ std::vector<int32_t> EntriesOf(const Model& model, const EvalShParams& params) {
   return entries;
 }
 
-// sum_k basis[k] * coefficients[k, :], the channels side by side in a vector: each sum is added in
-// the order in which it would be alone.
-void Dot(const float* basis, const float* coefficients, int k, float* out) {
-  using Vector __attribute__((vector_size(16))) = float;
-  Vector sum = {};
-  for (int i = 0; i + 1 < k; ++i, coefficients += 3) {
-    Vector coefficient;  // and the first value of the next one
-    std::memcpy(&coefficient, coefficients, sizeof(Vector));
-    sum += basis[i] * coefficient;
-  }
-  sum += basis[k - 1] * Vector{coefficients[0], coefficients[1], coefficients[2], 0};
-  for (int c = 0; c < 3; ++c) out[c] = sum[c];
-}
-
 class CpuShOps : public ShOps {
  protected:
   void DoEvalSh(const Model& model, const EvalShParams& params) override;
   void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) override;
   void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override;
+
+ private:
+  const ShKernels& kernels_ = NativeShKernels();
 };
 
 void CpuShOps::DoEvalSh(const Model& model, const EvalShParams& params) {
   const int k = model.num_sh_coeffs();
-  const auto eval = [&](int64_t i, const float* sh, const float* basis) {
-    float* color = params.colors + params.stride * i;
-    Dot(basis, sh, k, color);
-    for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c] + 0.5f);
+  const auto eval = [&](const ShGroup<const float>& group) {
+    kernels_.eval(group, k, params.colors, params.stride);
   };
   const std::vector<int32_t> entries = EntriesOf(model, params);
   if (entries.empty()) {
-    ForEachBasis(CpuModelOf(model), params, params.sh, 3 * k, eval,
+    ForEachGroup(CpuModelOf(model), params, params.sh, 3 * k, eval,
                  [&](int64_t i) { std::fill_n(params.colors + params.stride * i, 3, 0.0f); });
     return;
   }
-  const float* const means = CpuModelOf(model).means.data();
   ParallelRanges(model.count(), kGrain, [&](int64_t begin, int64_t end) {
-    float basis[kMaxShCoeffs];
+    Grouper<const float, decltype(eval)> grouper(CpuModelOf(model), params.center, eval);
     for (int64_t g = begin; g < end; ++g) {
       const int32_t entry = entries[size_t(g)];
-      if (entry < 0) continue;
-      ShBasisTowards(model.sh_degree(), means + 3 * g, params.center, basis);
-      eval(entry, params.sh + 3 * k * g, basis);
+      if (entry >= 0) grouper.Add(g, entry, params.sh + 3 * k * g);
     }
   });
 }
 
 void CpuShOps::DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) {
   const int k = model.num_sh_coeffs();
-  ForEachBasis(
+  ForEachGroup(
       CpuModelOf(model), params, params.gradient, 3 * k,
-      [&](int64_t i, float* out, const float* basis) {
-        float g[3];
-        for (int c = 0; c < 3; ++c) {
-          const bool open = !params.colors || params.colors[3 * i + c] > 0;
-          g[c] = open ? params.color_gradients[3 * i + c] : 0.0f;
-        }
-        for (int j = 0; j < k; ++j) {
-          for (int c = 0; c < 3; ++c) out[3 * j + c] += basis[j] * g[c];
-        }
+      [&](const ShGroup<float>& group) {
+        kernels_.eval_transpose(group, k, params.color_gradients, params.colors);
       },
       [](int64_t) {});
 }
 
 void CpuShOps::DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) {
   const int k = model.num_sh_coeffs();
-  ForEachBasis(
+  ForEachGroup(
       CpuModelOf(model), params, params.blocks, k * (k + 1) / 2,
-      [&](int64_t i, float* block, const float* basis) {
-        for (int row = 0; row < k; ++row) {
-          const float scaled = params.weights[i] * basis[row];
-          for (int column = 0; column <= row; ++column) *block++ += scaled * basis[column];
-        }
-      },
+      [&](const ShGroup<float>& group) { kernels_.accumulate(group, k, params.weights); },
       [](int64_t) {});
 }
 

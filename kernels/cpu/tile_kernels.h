@@ -37,8 +37,13 @@ struct TileKernels {
   // sums += W z; median, where not null, = z of the splat at which T falls below `threshold`.
   void (*depth)(const TileList& list, float threshold, float* sums, float* median,
                 float* transmittance);
-  // Explicit weights of the active entries that have any; slot is left kNoSlot.
-  void (*weights)(const TileList& list, WeightTile* tile, float* transmittance);
+  // Explicit weights of the active entries that have any; slot is left kNoSlot. Where `colors` is
+  // not null, [splats, 3], also sums += W colors, of all entries.
+  void (*weights)(const TileList& list, const float* colors, WeightTile* tile, float* sums,
+                  float* transmittance);
+  // half_rows[entry] = those with a weight of `min_weight` or more; none in a tile in which no
+  // pixel's weights sum to kFaint.
+  void (*large_half_rows)(const WeightTile& tile, float min_weight, uint32_t* half_rows);
   // compact = tile's half rows that are in `half_rows` and have a weight of `min_weight` or more,
   // in 8 bits of each entry's largest. They take over what is left out beside them, up to
   // kMostTakenOver times their own, so that a pixel's weights sum to what they did. `compact` is
@@ -49,6 +54,11 @@ struct TileKernels {
   void (*blend_weights)(const WeightTile& tile, const float* features, int channels, float* sums);
   void (*transpose_weights)(const WeightTile& tile, const float* residual, int channels,
                             float* partials);
+  // sums = weights / 255 (target unit - sums) of three channels in the pixel rows asked for;
+  // returns the sum of weights / 255 (target unit - sums)^2. target [kTilePixels, 3], weights
+  // [kTilePixels].
+  double (*residual)(const int16_t* target, float unit, const uint8_t* weights, uint16_t pixel_rows,
+                     float* sums);
 };
 
 const TileKernels& ScalarTileKernels();

@@ -91,7 +91,8 @@ void AppendWeights(int32_t row, const float* weights, WeightTile* tile) {
   tile->entries.push_back(entry);
 }
 
-void WeightsOfTile(const TileList& list, WeightTile* tile, float* transmittance) {
+void WeightsOfTile(const TileList& list, const float* colors, WeightTile* tile, float* sums,
+                   float* transmittance) {
   float weights[kTilePixels] = {};
   int64_t current = -1;
   const auto flush = [&] {
@@ -101,6 +102,9 @@ void WeightsOfTile(const TileList& list, WeightTile* tile, float* transmittance)
     current = -1;
   };
   ForEachWeight(list, transmittance, [&](int64_t entry, int pixel, float weight) {
+    for (int c = 0; colors && c < 3; ++c) {
+      sums[c * kTilePixels + pixel] += weight * colors[int64_t(list.entries[entry]) * 3 + c];
+    }
     if (RowOf(list, entry) < 0) return;
     if (entry != current) flush();
     current = entry;
@@ -184,6 +188,20 @@ void CompactFrom(const WeightTile& tile, const Step* steps, float min_weight, ui
   });
 }
 
+void FindLargeHalfRows(const WeightTile& tile, float min_weight, uint32_t* half_rows) {
+  float sums[kTilePixels] = {};
+  std::fill_n(half_rows, tile.entries.size(), 0u);
+  ForEachHalfRow(tile, tile.weights.data(),
+                 [&](const WeightEntry& entry, int half, const uint16_t* from) {
+                   if (float(*std::max_element(from, from + 8)) >= min_weight / entry.scale) {
+                     half_rows[&entry - tile.entries.data()] |= 1u << half;
+                   }
+                   for (int i = 0; i < 8; ++i) sums[8 * half + i] += float(from[i]) * entry.scale;
+                 });
+  if (*std::max_element(sums, sums + kTilePixels) >= kFaint) return;
+  std::fill_n(half_rows, tile.entries.size(), 0u);
+}
+
 void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
                  WeightTile* compact) {
   if (tile.compact.empty()) {
@@ -215,12 +233,28 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
   });
 }
 
+double Residual(const int16_t* target, float unit, const uint8_t* weights, uint16_t pixel_rows,
+                float* sums) {
+  double loss = 0;
+  for (int p = 0; p < kTilePixels; ++p) {
+    if (!(pixel_rows >> (p / kTileSize) & 1)) continue;
+    const float weight = float(weights[p]) * (1.0f / 255);
+    for (int c = 0; c < 3; ++c) {
+      float& sum = sums[c * kTilePixels + p];
+      const float r = float(target[3 * p + c]) * unit - sum;
+      sum = weight * r;
+      loss += double(sum * r);
+    }
+  }
+  return loss;
+}
+
 }  // namespace
 
 const TileKernels& ScalarTileKernels() {
-  static constexpr TileKernels kKernels = {BlendTile,    BlendTileBetween, TransposeTile,
-                                           DepthTile,    WeightsOfTile,    CompactTile,
-                                           BlendWeights, TransposeWeights};
+  static constexpr TileKernels kKernels = {
+      BlendTile,         BlendTileBetween, TransposeTile, DepthTile,        WeightsOfTile,
+      FindLargeHalfRows, CompactTile,      BlendWeights,  TransposeWeights, Residual};
   return kKernels;
 }
 

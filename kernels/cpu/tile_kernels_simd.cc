@@ -401,20 +401,40 @@ void DepthTile(const TileList& list, float threshold, float* sums, float* median
   find(list, threshold, sums, median, transmittance);
 }
 
-void WeightsOfTile(const TileList& list, WeightTile* tile, float* HWY_RESTRICT transmittance) {
+template <bool kBlends>
+void WeightsOf(const TileList& list, const float* HWY_RESTRICT colors, WeightTile* tile,
+               float* HWY_RESTRICT sums, float* HWY_RESTRICT transmittance) {
   const RowTag d;
   HWY_ALIGN float weights[kChunk][kTilePixels];
+  const float* from[kChunk];
   const auto visit = [&](int64_t first, int count, const Chunk& chunk, const RowGroup* groups,
                          size_t num_groups) HWY_ATTR {
     uint32_t touched[kChunk] = {};  // rows
+    for (int i = 0; kBlends && i < count; ++i) {
+      from[i] = colors + int64_t(list.entries[first + i]) * 3;
+      hwy::Prefetch(from[i]);
+    }
     for (size_t g = 0; g < num_groups; ++g) {
+      const RowGroup& group = groups[g];
       uint32_t rows = 0;
-      for (const size_t y : groups[g].rows) rows |= 1u << y;
-      VisitGroup(chunk, groups[g], transmittance,
+      for (const size_t y : group.rows) rows |= 1u << y;
+      Row sum[3][kVectors];
+      for (size_t v = 0; kBlends && v < 3 * kVectors; ++v) {
+        sum[v / kVectors][v % kVectors] =
+            hn::Load(d, sums + v / kVectors * kTilePixels + group.Pixel(v % kVectors));
+      }
+      VisitGroup(chunk, group, transmittance,
                  [&](size_t i, size_t v, Row weight, Row, Row, Pixels&) HWY_ATTR {
-                   hn::Store(weight, d, weights[i] + groups[g].Pixel(v));
+                   hn::Store(weight, d, weights[i] + group.Pixel(v));
                    touched[i] |= rows;
+                   for (int c = 0; kBlends && c < 3; ++c) {
+                     sum[c][v] = hn::MulAdd(weight, hn::Set(d, from[i][c]), sum[c][v]);
+                   }
                  });
+      for (size_t v = 0; kBlends && v < 3 * kVectors; ++v) {
+        hn::Store(sum[v / kVectors][v % kVectors], d,
+                  sums + v / kVectors * kTilePixels + group.Pixel(v % kVectors));
+      }
     }
     for (int i = 0; i < count; ++i) {
       const int32_t row = RowIndex(list, first + i);
@@ -424,10 +444,16 @@ void WeightsOfTile(const TileList& list, WeightTile* tile, float* HWY_RESTRICT t
   ForEachChunk(list, transmittance, visit);
 }
 
+void WeightsOfTile(const TileList& list, const float* colors, WeightTile* tile, float* sums,
+                   float* transmittance) {
+  const auto find = colors ? WeightsOf<true> : WeightsOf<false>;
+  find(list, colors, tile, sums, transmittance);
+}
+
 const TileKernels* Kernels() {
-  static constexpr TileKernels kKernels = {BlendTile,    BlendTileBetween, TransposeTile,
-                                           DepthTile,    WeightsOfTile,    CompactTile,
-                                           BlendWeights, TransposeWeights};
+  static constexpr TileKernels kKernels = {
+      BlendTile,         BlendTileBetween, TransposeTile, DepthTile,        WeightsOfTile,
+      FindLargeHalfRows, CompactTile,      BlendWeights,  TransposeWeights, Residual};
   return &kKernels;
 }
 

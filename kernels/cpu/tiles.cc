@@ -282,16 +282,28 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
     }
   };
   ForEachTile(view, params.pixel_rows, {}, transpose);
-  ParallelRanges(view.num_rows(), 4096, [&](int64_t begin, int64_t end) {
-    for (int64_t row = begin; row < end; ++row) {
-      float sums[kMaxChannels] = {};
-      for (int64_t slot = view.row_begin[size_t(row)]; slot < view.row_begin[size_t(row) + 1];
-           ++slot) {
-        for (int c = 0; c < channels; ++c) sums[c] += partials.data()[slot * channels + c];
+  SumPartials(view, partials.data(), channels, params.result);
+}
+
+void SumPartials(const CpuViewGeometry& view, const float* partials, int channels, float* result) {
+  WithChannels(channels, [&](auto count) {
+    ParallelRanges(view.num_rows(), 4096, [&](int64_t begin, int64_t end) {
+      for (int64_t row = begin; row < end; ++row) {
+        float sums[kMaxChannels] = {};
+        for (int64_t slot = view.row_begin[size_t(row)]; slot < view.row_begin[size_t(row) + 1];
+             ++slot) {
+          for (int c = 0; c < count; ++c) sums[c] += partials[slot * count + c];
+        }
+        std::copy_n(sums, int(count), result + row * count);
       }
-      std::copy_n(sums, channels, params.result + row * channels);
-    }
+    });
   });
+}
+
+void StoreTile(const CpuViewGeometry& view, size_t i, uint16_t pixel_rows, const float* planes,
+               int channels, float* image) {
+  StoreTile(RectOf(view, view.tile_ids[i]), pixel_rows, planes, channels, view.camera().width,
+            image);
 }
 
 // The view's splats, those left out too faint to show.

@@ -42,8 +42,16 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const D
 std::shared_ptr<const ViewGeometry> RestrictOnCpu(const TileKernels& kernels,
                                                   const CpuViewGeometry& view,
                                                   const uint8_t* active, size_t budget_bytes,
-                                                  float min_weight);
+                                                  float min_weight,
+                                                  const RegionBlend* blend = nullptr);
 std::vector<int32_t> TouchedTilesOnCpu(const CpuViewGeometry& view, const uint8_t* active);
+
+// result = the sums of each row's partials, [slots, channels], see CpuViewGeometry::slots.
+void SumPartials(const CpuViewGeometry& view, const float* partials, int channels, float* result);
+// The pixel rows that are wanted of a whole view's or a region's i-th tile, planar, into an
+// interleaved image.
+void StoreTile(const CpuViewGeometry& view, size_t i, uint16_t pixel_rows, const float* planes,
+               int channels, float* image);
 
 // The list of the geometry's i-th tile.
 TileList TileListOf(const CpuViewGeometry& view, size_t i);

@@ -8,6 +8,7 @@
 #define RETINT_WEIGHT_KERNELS_INL_H_
 #endif
 
+#include <algorithm>
 #include <cstddef>
 #include <type_traits>
 #include <vector>
@@ -102,6 +103,42 @@ HWY_INLINE uint32_t LargeHalfRows(uint32_t half_rows, const Step* steps, float t
   return large;
 }
 
+// visit(offset of the half row's vector in the tile, weights in steps) for an entry's weights.
+template <class Step, class Visit>
+HWY_INLINE const Step* VisitWeights(const WeightEntry& entry, const Step* weights,
+                                    const Visit& visit) {
+  const HalfTag d;
+  const hn::Rebind<Step, HalfTag> ds;
+  const hn::RebindToSigned<HalfTag> di;
+  for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, weights += 8) {
+    const size_t half = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
+      const auto steps = hn::PromoteTo(di, hn::LoadU(ds, weights + x));
+      visit(8 * half + x, hn::ConvertTo(d, steps));
+    }
+  }
+  return weights;
+}
+
+void FindLargeHalfRows(const WeightTile& tile, float min_weight, uint32_t* half_rows) {
+  const HalfTag d;
+  HWY_ALIGN float sums[kTilePixels] = {};
+  const uint16_t* steps = tile.weights.data();
+  for (const WeightEntry& entry : tile.entries) {
+    *half_rows++ = LargeHalfRows(entry.half_rows, steps, min_weight / entry.scale);
+    const auto scale = hn::Set(d, entry.scale);
+    steps = VisitWeights(entry, steps, [&](size_t at, hn::Vec<HalfTag> weight) HWY_ATTR {
+      hn::Store(hn::MulAdd(weight, scale, hn::Load(d, sums + at)), d, sums + at);
+    });
+  }
+  auto largest_sum = hn::Zero(d);
+  for (size_t p = 0; p < kTilePixels; p += hn::Lanes(d)) {
+    largest_sum = hn::Max(largest_sum, hn::Load(d, sums + p));
+  }
+  if (hn::GetLane(hn::MaxOfLanes(d, largest_sum)) >= kFaint) return;
+  std::fill_n(half_rows - tile.entries.size(), tile.entries.size(), 0u);
+}
+
 template <class Step>
 void CompactFrom(const WeightTile& tile, const Step* const all_steps, float min_weight,
                  uint32_t half_rows, WeightTile* compact) {
@@ -187,21 +224,32 @@ void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
   }
 }
 
-// visit(offset of the half row's vector in the tile, weights in steps) for an entry's weights.
-template <class Step, class Visit>
-HWY_INLINE const Step* VisitWeights(const WeightEntry& entry, const Step* weights,
-                                    const Visit& visit) {
+double Residual(const int16_t* target, float unit, const uint8_t* weights, uint16_t pixel_rows,
+                float* sums) {
   const HalfTag d;
-  const hn::Rebind<Step, HalfTag> ds;
+  const hn::Rebind<int16_t, HalfTag> d16;
+  const hn::Rebind<uint8_t, HalfTag> d8;
   const hn::RebindToSigned<HalfTag> di;
-  for (uint32_t left = entry.half_rows; left != 0; left &= left - 1, weights += 8) {
-    const size_t half = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-    for (size_t x = 0; x < 8; x += hn::Lanes(d)) {
-      const auto steps = hn::PromoteTo(di, hn::LoadU(ds, weights + x));
-      visit(8 * half + x, hn::ConvertTo(d, steps));
+  const auto scale = hn::Set(d, unit), step = hn::Set(d, 1.0f / 255);
+  auto loss = hn::Zero(d);
+  for (int y = 0; y < kTileSize; ++y) {
+    if (!(pixel_rows >> y & 1)) continue;
+    for (size_t p = size_t(y) * kTileSize; p < size_t(y + 1) * kTileSize; p += hn::Lanes(d)) {
+      hn::Vec<decltype(d16)> wanted[3];
+      hn::LoadInterleaved3(d16, target + 3 * p, wanted[0], wanted[1], wanted[2]);
+      const auto weight =
+          hn::Mul(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, weights + p))), step);
+      for (size_t c = 0; c < 3; ++c) {
+        float* const at = sums + c * kTilePixels + p;
+        const auto goal = hn::ConvertTo(d, hn::PromoteTo(di, wanted[c]));
+        const auto r = hn::MulSub(goal, scale, hn::Load(d, at));
+        const auto weighted = hn::Mul(weight, r);
+        hn::Store(weighted, d, at);
+        loss = hn::MulAdd(weighted, r, loss);
+      }
     }
   }
-  return weights;
+  return double(hn::GetLane(hn::SumOfLanes(d, loss)));
 }
 
 template <int C, class Step>

@@ -34,11 +34,15 @@ void ApplyAffine(const AffineColor& map, float share, size_t coeffs, float* sh) 
 
 // Any other map is applied to the colors in directions all around.
 void ApplyAround(const DirectionFit& fit, const CompiledEdit& edit, float share, float* sh) {
-  const DirectionFit::Colors fitted =
-      fit.Fit(sh, [&](const Eigen::Vector3f& color, const Eigen::Vector3f& shown) {
-        const Eigen::Vector3f wanted = share * (edit.Apply(shown) - shown);
-        return DirectionFit::Rise(wanted, share, color, shown);
-      });
+  DirectionFit::Colors colors = fit.ColorsOf(sh);
+  const DirectionFit::Colors shown = colors.cwiseMax(0.0f);
+  DirectionFit::Colors edited = shown;
+  edit.ApplyToAll({edited.data(), size_t(edited.size())});
+  for (Eigen::Index i = 0; i < colors.size(); ++i) {
+    const float color = colors.data()[i], old = shown.data()[i];
+    colors.data()[i] = DirectionFit::Rise(share * (edited.data()[i] - old), share, color, old);
+  }
+  const DirectionFit::Colors fitted = fit.FitTo(colors);
   for (Eigen::Index i = 0; i < fitted.size(); ++i) {
     if (fitted.data()[i] != 0) sh[i] += fitted.data()[i];
   }

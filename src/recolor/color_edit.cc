@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "kernels/edit_colors.h"
 #include "recolor/edit_text.h"
 #include "recolor/palette.h"
 
@@ -372,6 +373,23 @@ Eigen::Vector3f CompiledEdit::Apply(const Eigen::Vector3f& color) const {
 
 Eigen::Vector3f CompiledEdit::Apply(const Eigen::Vector3f& color, float mask) const {
   return color + mask * (Apply(color) - color);
+}
+
+void CompiledEdit::ApplyToAll(std::span<float> colors) const {
+  EditColors(Map(), nullptr, colors.data(), int64_t(colors.size() / 3), colors.data());
+}
+
+ColorMap CompiledEdit::Map() const {
+  ColorMap map{};
+  if (!affine_) {
+    map.program = &program_;
+    return map;
+  }
+  for (int c = 0; c < 3; ++c) {
+    for (int d = 0; d < 3; ++d) map.delta[3 * c + d] = map_.gain(c, d) - (c == d ? 1.0f : 0.0f);
+    map.offset[c] = map_.offset[c];
+  }
+  return map;
 }
 
 ColorEdit ParseTint(std::string_view text) {

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "kernels/common/color_map.h"
+#include "kernels/common/color_ops.h"
 #include "recolor/color_operation.h"
 
 namespace retint {
@@ -61,9 +61,13 @@ class CompiledEdit {
   // f(color), and mixed by a mask value in [0, 1].
   Eigen::Vector3f Apply(const Eigen::Vector3f& color) const;
   Eigen::Vector3f Apply(const Eigen::Vector3f& color, float mask) const;
+  // f of many colors in place, [*, 3]; much faster than one by one.
+  void ApplyToAll(std::span<float> colors) const;
 
   bool IsAffine() const { return affine_; }
   const AffineColor& affine() const { return map_; }  // where it is one
+  // f as the kernels take it. It refers to this edit, in host memory.
+  ColorMap Map() const;
   // Where it is not affine: the operations without the edit's strength, reading
   // tables().
   const ColorProgram& program() const { return program_; }

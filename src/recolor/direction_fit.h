@@ -35,23 +35,32 @@ class DirectionFit {
   // direction: of the color, which may be negative, and the color that shows.
   template <typename Change>
   Colors Fit(const float* sh, const Change& change) const {
-    const Eigen::Map<const Colors> coefficients(sh, colors_.cols(), 3);
-    Colors changes = (colors_ * coefficients).array() + 0.5f;
+    Colors changes = ColorsOf(sh);
     for (Eigen::Index i = 0; i < changes.rows(); ++i) {
       const Eigen::Vector3f color = changes.row(i).transpose();
-      changes.row(i) = change(color, Eigen::Vector3f(color.cwiseMax(0.0f))).transpose();
+      const Eigen::Vector3f changed = change(color, Eigen::Vector3f(color.cwiseMax(0.0f)));
+      for (int c = 0; c < 3; ++c) changes(i, c) = changed[c];
     }
     return fit_ * changes;
   }
 
+  // The same in two steps: the colors in all directions, [directions, 3], and the fit of what is
+  // made of them.
+  Colors ColorsOf(const float* sh) const {
+    const Eigen::Map<const Colors> coefficients(sh, colors_.cols(), 3);
+    return (colors_ * coefficients).array() + 0.5f;
+  }
+  Colors FitTo(const Colors& changes) const { return fit_ * changes; }
+
   // The change of `color` for what shows, `shown`, to change by `wanted`. What is clamped at 0 must
   // first rise to it.
+  static float Rise(float wanted, float share, float color, float shown) {
+    return wanted > 0 ? wanted + share * (shown - color) : wanted;
+  }
   static Eigen::Vector3f Rise(const Eigen::Vector3f& wanted, float share,
                               const Eigen::Vector3f& color, const Eigen::Vector3f& shown) {
     Eigen::Vector3f change;
-    for (int c = 0; c < 3; ++c) {
-      change[c] = wanted[c] > 0 ? wanted[c] + share * (shown[c] - color[c]) : wanted[c];
-    }
+    for (int c = 0; c < 3; ++c) change[c] = Rise(wanted[c], share, color[c], shown[c]);
     return change;
   }
 

@@ -155,6 +155,21 @@ void MmSolver::Progress(Monitor& monitor, size_t view) const {
   monitor.Step("refit", double(iterations_) + double(view) / views, double(limit_));
 }
 
+void MmSolver::SweepInSteps(const RegionView& view, const RegionSweepParams& sweep) {
+  float* const image = problem_.scratch().images[0].data();
+  problem_.Blend(view, sweep.change, image);
+  RegionResidualParams residual{};
+  residual.target = sweep.target;
+  residual.unit = sweep.unit;
+  residual.image = image;
+  residual.residual = image;
+  residual.loss = sweep.loss;
+  residual.weights = sweep.weights;
+  residual.largest = largest_residual_.data();
+  problem_.backend().refit().RegionResidual(*view.region, residual);
+  if (sweep.result) problem_.BlendBack(view, image, sweep.result, largest_residual_.data());
+}
+
 // Phi at `point`; with_gradient also leaves half the negative gradient in gradient_.
 double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor) {
   Backend& backend = problem_.backend();
@@ -173,20 +188,17 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     RefitScratch& scratch = problem_.scratch();
     float* colors = scratch.features[0].data();
     float* change = scratch.features[1].data();
-    float* image = scratch.images[0].data();
-    problem_.BlendChange(*view, point.data(), colors, change, image);
-    RegionResidualParams residual{};
-    residual.target = view->target.data();
-    residual.unit = problem_.target_unit();
-    residual.image = image;
-    residual.residual = image;
-    residual.loss = loss_.data();
-    residual.weights = view->weights.data();
-    residual.largest = largest_residual_.data();
-    backend.refit().RegionResidual(*view->region, residual);
+    problem_.FindChange(*view, point.data(), colors, change);
+    RegionSweepParams sweep{};
+    sweep.change = change;
+    sweep.target = view->target.data();
+    sweep.unit = problem_.target_unit();
+    sweep.weights = view->weights.data();
+    sweep.loss = loss_.data();
+    sweep.result = with_gradient ? change : nullptr;
+    if (!backend.refit().RegionSweep(*view->region, sweep)) SweepInSteps(*view, sweep);
     if (problem_.SumsInOrder()) take_loss();
     if (!with_gradient) continue;
-    problem_.BlendBack(*view, image, change, largest_residual_.data());
     gradient.Add(v, *view, change, colors, gradient_);
   }
   if (with_gradient) gradient.Finish(gradient_);

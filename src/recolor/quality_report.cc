@@ -27,35 +27,41 @@ float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
 
 double Square(float value) { return double(value) * double(value); }
 
-// What an edit makes of one color of a view.
-struct EditedColor {
-  Eigen::Vector3f full;  // f(color), not mixed by the mask
-  bool leaves_gamut = false;
-};
-
 // The edit, and what it would be without soft clipping.
 class ReportedEdit {
  public:
   explicit ReportedEdit(const ColorEdit& edit)
       : edit_(edit), unclipped_(edit.WithoutSoftClip()), clips_(edit != edit.WithoutSoftClip()) {}
 
-  EditedColor Apply(const Eigen::Vector3f& color) const {
-    const Eigen::Vector3f full = edit_.Apply(color);
-    const Eigen::Vector3f shown = color.cwiseMax(0.0f).cwiseMin(1.0f);
+  // Colors, [*, 3], become f(color), not mixed by a mask.
+  void Apply(std::vector<float>* colors) const { edit_.ApplyToAll(*colors); }
+
+  // How many of the colors, as a screen shows them, leave the gamut. `edited`: what Apply() made of
+  // them; or empty.
+  int64_t CountLeaving(const std::vector<float>& colors, const std::vector<float>& edited) const {
     // The edit costs more than all else that is done to a pixel: mostly once is enough.
-    const bool known = !clips_ && shown == color;
-    return {full, LeavesGamut(known ? full : unclipped_.Apply(shown))};
-  }
-  // Of a color that a screen shows.
-  bool LeavesGamutFrom(const Eigen::Vector3f& color) const {
-    return LeavesGamut(unclipped_.Apply(color.cwiseMax(0.0f).cwiseMin(1.0f)));
+    const bool is_known = !clips_ && !edited.empty();
+    std::vector<float> others;
+    int64_t count = 0;
+    for (size_t i = 0; i < colors.size(); i += 3) {
+      const float shown[3] = {Shown(colors[i]), Shown(colors[i + 1]), Shown(colors[i + 2])};
+      if (is_known && std::equal(shown, shown + 3, &colors[i])) {
+        count += LeavesGamut(&edited[i]);
+      } else {
+        others.insert(others.end(), shown, shown + 3);
+      }
+    }
+    unclipped_.ApplyToAll(others);
+    for (size_t i = 0; i < others.size(); i += 3) count += LeavesGamut(&others[i]);
+    return count;
   }
 
  private:
   // By more than the rounding of eight bits.
-  static bool LeavesGamut(const Eigen::Vector3f& edited) {
+  static bool LeavesGamut(const float* edited) {
     constexpr float kRounding = 0.5f / 255;
-    return edited.minCoeff() < -kRounding || edited.maxCoeff() > 1 + kRounding;
+    const auto [least, most] = std::minmax({edited[0], edited[1], edited[2]});
+    return least < -kRounding || most > 1 + kRounding;
   }
 
   CompiledEdit edit_, unclipped_;
@@ -80,43 +86,58 @@ struct Comparison {
 };
 
 // As a viewer shows them: values are clamped to [0, 1] before they are compared.
-void ComparePixel(const Comparison& in, size_t p, ErrorSums* sums) {
-  const uint8_t value = in.target.mask->data[p];
-  if (value != 0 && value < kInside) return;
-  const float* before = &in.pair.images[6 * p];
-  const float* source = in.photo ? &in.photo->data[3 * p] : before;
-  if (value == 0 && source == before && in.made.Empty() &&
-      std::equal(before, before + 3, before + 3)) {
+void ComparePixel(const float* wanted, const float* images, bool is_inside, ErrorSums* sums) {
+  for (size_t c = 0; c < 3; ++c) {
+    const float goal = Shown(wanted[c]), old = Shown(images[c]), now = Shown(images[3 + c]);
+    if (is_inside) {
+      sums->inside_before += Square(old - goal);
+      sums->inside_after += Square(now - goal);
+    } else {
+      sums->outside += Square(now - goal);
+      sums->bleed += std::abs(now - old);
+    }
+  }
+  (is_inside ? sums->inside_values : sums->outside_values) += 3;
+}
+
+void CompareOutside(const Comparison& in, size_t p, ErrorSums* sums) {
+  const float* images = &in.pair.images[6 * p];
+  const bool is_made = !in.made.Empty();
+  if (!in.photo && !is_made && std::equal(images, images + 3, images + 3)) {
     sums->outside_values += 3;  // most pixels of most views
     return;
   }
-  const Eigen::Vector3f original(source[0], source[1], source[2]);
-  Eigen::Vector3f wanted = original;  // outside, unless it was made
-  if (!in.made.Empty()) {
-    wanted = Eigen::Vector3f(&in.made.data[3 * p]);
-    if (value != 0) sums->out_of_gamut += in.edit.LeavesGamutFrom(original);
-  } else if (value != 0) {
-    const EditedColor edited = in.edit.Apply(original);
-    wanted = original + float(value) / 255.0f * (edited.full - original);
-    sums->out_of_gamut += edited.leaves_gamut;
+  const float* source = in.photo ? &in.photo->data[3 * p] : images;
+  ComparePixel(is_made ? &in.made.data[3 * p] : source, images, false, sums);
+}
+
+// The edit is applied to all pixels of a row at once.
+void CompareInside(const Comparison& in, const std::vector<size_t>& pixels, ErrorSums* sums) {
+  std::vector<float> colors, edited;
+  colors.reserve(3 * pixels.size());
+  for (const size_t p : pixels) {
+    const float* source = in.photo ? &in.photo->data[3 * p] : &in.pair.images[6 * p];
+    colors.insert(colors.end(), source, source + 3);
   }
-  for (size_t c = 0; c < 3; ++c) {
-    const float goal = Shown(wanted[Eigen::Index(c)]);
-    const float old = Shown(before[c]), now = Shown(before[3 + c]);
-    if (value == 0) {
-      sums->outside += Square(now - goal);
-      sums->bleed += std::abs(now - old);
-      ++sums->outside_values;
-    } else {
-      sums->inside_before += Square(old - goal);
-      sums->inside_after += Square(now - goal);
-      ++sums->inside_values;
+  if (in.made.Empty()) {
+    edited = colors;
+    in.edit.Apply(&edited);
+  }
+  sums->out_of_gamut += in.edit.CountLeaving(colors, edited);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const size_t p = pixels[i];
+    const float share = float(in.target.mask->data[p]) / 255.0f;
+    for (size_t c = 3 * i; c < 3 * i + 3 && in.made.Empty(); ++c) {
+      edited[c] = colors[c] + share * (edited[c] - colors[c]);
     }
+    ComparePixel(in.made.Empty() ? &edited[3 * i] : &in.made.data[3 * p], &in.pair.images[6 * p],
+                 true, sums);
   }
 }
 
 ErrorSums CompareRow(const Comparison& in, size_t y) {
   ErrorSums sums;
+  std::vector<size_t> inside;
   const size_t width = size_t(in.target.mask->width);
   const uint8_t* is_drawn = &in.pair.is_drawn[y / kTileSize * TilesOf(in.target.mask->width)];
   for (size_t x = 0; x < width; x += kTileSize, ++is_drawn) {
@@ -125,15 +146,22 @@ ErrorSums CompareRow(const Comparison& in, size_t y) {
       sums.outside_values += int64_t(3 * (end - x));
       continue;
     }
-    for (size_t p = y * width + x; p < y * width + end; ++p) ComparePixel(in, p, &sums);
+    for (size_t p = y * width + x; p < y * width + end; ++p) {
+      const uint8_t value = in.target.mask->data[p];
+      if (value >= kInside) inside.push_back(p);
+      if (value == 0) CompareOutside(in, p, &sums);
+    }
   }
+  CompareInside(in, inside, &sums);
   return sums;
 }
 
 // The sum does not depend on the number of threads.
-ErrorSums Compare(const Comparison& in) {
+ErrorSums Compare(const Comparison& in, uint16_t pixel_rows) {
   std::vector<ErrorSums> rows(size_t(in.target.mask->height));
-  ParallelTasks(int64_t(rows.size()), [&](size_t y) { rows[y] = CompareRow(in, y); });
+  ParallelTasks(int64_t(rows.size()), [&](size_t y) {
+    if (pixel_rows >> (y % kTileSize) & 1) rows[y] = CompareRow(in, y);
+  });
   ErrorSums sums;
   for (const ErrorSums& row : rows) sums += row;
   return sums;
@@ -173,7 +201,7 @@ class PairRenderer {
   }
 
   // Valid until the next call.
-  Pair Render(const RefitTarget& target) {
+  Pair Render(const RefitTarget& target, uint16_t pixel_rows) {
     Backend& backend = renderer_.backend();
     const auto geometry = renderer_.Geometry(target.camera);
     const CameraParams& params = geometry->camera();
@@ -197,6 +225,7 @@ class PairRenderer {
     blend.features = colors_.data();
     blend.channels = 6;
     blend.image = images_.data();
+    blend.pixel_rows = pixel_rows;
     if (tiles.size() < is_drawn_.size()) blend.tiles = tiles;
     backend.blend().Blend(*geometry, blend);
     if (backend.IsHost()) return {{images_.data(), values}, is_drawn_};
@@ -261,10 +290,12 @@ class TargetMeter {
               const ColorEdit& edit)
       : renderer_(renderer), reported_(edit), pair_(renderer, sh_before, sh_after) {}
 
-  ErrorSums Measure(const RefitTarget& target) {
+  // In rows of pixels that are wanted of each tile.
+  ErrorSums Measure(const RefitTarget& target, uint16_t pixel_rows = kAllPixelRows) {
     const Image made = target.edited ? target.edited(renderer_) : Image();
     const std::shared_ptr<const Image> photo = PhotoOf(target);
-    return Compare({target, photo.get(), made, reported_, pair_.Render(target)});
+    return Compare({target, photo.get(), made, reported_, pair_.Render(target, pixel_rows)},
+                   pixel_rows);
   }
 
  private:
@@ -272,6 +303,13 @@ class TargetMeter {
   ReportedEdit reported_;
   PairRenderer pair_;
 };
+
+// Every `step`-th row of a tile, other ones in every view.
+uint16_t PixelRows(int step, size_t view) {
+  uint16_t rows = 0;
+  for (size_t y = view % size_t(step); y < kTileSize; y += size_t(step)) rows |= uint16_t(1 << y);
+  return rows;
+}
 
 void CheckCoefficients(Renderer& renderer, std::span<const float> sh_before,
                        std::span<const float> sh_after) {
@@ -342,7 +380,7 @@ QualityReport ReportOn(const std::vector<ViewErrors>& train,
 QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
                            std::span<const float> sh_after, const std::vector<RefitTarget>& train,
                            const std::vector<RefitTarget>& heldout, const ColorEdit& edit,
-                           Monitor& monitor) {
+                           Monitor& monitor, int row_step) {
   CheckCoefficients(renderer, sh_before, sh_after);
   TargetMeter meter(renderer, sh_before, sh_after, edit);
   const size_t total = train.size() + heldout.size();
@@ -354,7 +392,8 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
     for (size_t t = targets.size(); t-- > 0;) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(targets[t]);
-      if (owners[t] == CurrentRanks().rank()) own.push_back({t, meter.Measure(targets[t])});
+      if (owners[t] != CurrentRanks().rank()) continue;
+      own.push_back({t, meter.Measure(targets[t], PixelRows(row_step, t))});
     }
     std::vector<ViewErrors> errors;
     for (const auto& [t, sums] : OfAllRanks(own)) errors.push_back(ErrorsOf(targets[t], sums));
@@ -362,6 +401,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
   };
   const std::vector<ViewErrors> of_train = measure(train), of_heldout = measure(heldout);
   QualityReport report = ReportOn(of_train, of_heldout);
+  report.row_step = row_step;
   report.sh_before = RangeOf(sh_before);
   report.sh_after = RangeOf(sh_after);
   return report;

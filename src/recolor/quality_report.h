@@ -40,6 +40,7 @@ struct QualityReport {
   QualityNumbers train, heldout;
   std::vector<ViewQuality> worst;  // up to 5, lowest psnr_inside first
   ShRange sh_before, sh_after;
+  int row_step = 1;  // of which rows of pixels were measured, see EvaluateEdit()
   std::vector<ViewQuality>
       views;  // that hold a masked pixel, all of them, lowest psnr_inside first
 };
@@ -71,10 +72,11 @@ QualityReport ReportOn(const std::vector<ViewErrors>& train,
                        const std::vector<ViewErrors>& heldout);
 
 // Renders every target before and after. A perfect match is reported as 99 dB. The renderer is left
-// with `sh_before`.
+// with `sh_before`. `row_step`, 1, 2, 4, 8 or 16: measures every so many rows of pixels only, other
+// ones in every view.
 QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
                            std::span<const float> sh_after, const std::vector<RefitTarget>& train,
                            const std::vector<RefitTarget>& heldout, const ColorEdit& edit,
-                           Monitor& monitor);
+                           Monitor& monitor, int row_step = 1);
 
 }  // namespace retint

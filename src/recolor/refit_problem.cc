@@ -135,11 +135,7 @@ std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo) {
 
 UploadedEdit::UploadedEdit(Backend& backend, const CompiledEdit& edit) {
   if (edit.IsAffine()) {
-    const auto& [gain, offset] = edit.affine();
-    for (int c = 0; c < 3; ++c) {
-      for (int d = 0; d < 3; ++d) map.delta[3 * c + d] = gain(c, d) - (c == d ? 1.0f : 0.0f);
-      map.offset[c] = offset[c];
-    }
+    map = edit.Map();
     return;
   }
   ColorProgram resident = edit.program();
@@ -351,36 +347,42 @@ size_t RefitProblem::NumKeptViews() const {
 
 double RefitProblem::NumTargetValues() const { return target_values_ / kMostRowsPerRow; }
 
-void RefitProblem::RenderOriginal(const ViewGeometry& geometry, const ViewGeometry& region) {
-  const CameraParams& camera = geometry.camera();
-  const size_t rows = size_t(geometry.num_rows());
+const float* RefitProblem::OriginalColors(const ViewGeometry& geometry) {
   EvalShParams eval{};
   eval.rows = geometry.rows();
   eval.count = geometry.num_rows();
   eval.sh = model().sh();
-  std::copy_n(camera.center, 3, eval.center);
-  eval.colors = backend().Grow(scratch_.features[0], rows * 3);
+  std::copy_n(geometry.camera().center, 3, eval.center);
+  eval.colors = backend().Grow(scratch_.features[0], size_t(geometry.num_rows()) * 3);
   backend().sh().EvalSh(model(), eval);
+  return eval.colors;
+}
+
+void RefitProblem::RenderOriginal(const ViewGeometry& geometry, const ViewGeometry& region) {
   BlendParams blend{};
-  blend.features = eval.colors;
+  blend.features = OriginalColors(geometry);
   blend.channels = 3;
   blend.image = scratch_.images[0].data();
   blend.pixel_rows = region.pixel_rows();
-  if (form_ == Targets::kRegions) blend.tiles = region.tiles();  // kBoxes' loss reaches beyond
   backend().blend().Blend(geometry, blend);
 }
 
 RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   const auto geometry = renderer_.Geometry(target.camera);
   const CameraParams& camera = geometry->camera();
-  RegionView view;
-  const float min_weight = form_ == Targets::kRegions ? float(options_.mm.min_weight) : 0;
-  view.region = backend().blend().Restrict(*geometry, active_flags_.data(), budget, min_weight);
-  const size_t rows = size_t(view.region->num_rows());
-  if (rows == 0) return view;
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
   for (auto& image : scratch_.images) backend().Grow(image, pixels * 3);
-  RenderOriginal(*geometry, *view.region);
+  RegionView view;
+  if (form_ == Targets::kRegions) {
+    const RegionBlend original = {OriginalColors(*geometry), scratch_.images[0].data()};
+    view.region = backend().blend().Restrict(*geometry, active_flags_.data(), budget,
+                                             float(options_.mm.min_weight), &original);
+  } else {
+    view.region = backend().blend().Restrict(*geometry, active_flags_.data(), budget);
+  }
+  const size_t rows = size_t(view.region->num_rows());
+  if (rows == 0) return view;
+  if (form_ == Targets::kBoxes) RenderOriginal(*geometry, *view.region);  // beyond the region too
   for (auto& features : scratch_.features) backend().Grow(features, rows * 3);
 
   view.base_colors = backend().Allocate<float>(rows * 3);
@@ -484,8 +486,8 @@ void RefitProblem::EvalColors(const RegionView& view, const float* sh, float* co
   backend().sh().EvalSh(model(), eval);
 }
 
-void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* colors,
-                               float* change, float* image) {
+void RefitProblem::FindChange(const RegionView& view, const float* sh, float* colors,
+                              float* change) {
   EvalColors(view, sh, colors);
   LinearCombinationParams difference{};
   difference.x = colors;
@@ -495,12 +497,21 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
   difference.out = change;
   difference.count = view.region->num_rows() * 3;
   backend().solve().LinearCombination(difference);
+}
+
+void RefitProblem::Blend(const RegionView& view, const float* change, float* image) {
   BlendParams blend{};
   blend.features = change;
   blend.channels = 3;
   blend.image = image;
   blend.keep_outside = true;
   backend().blend().Blend(*view.region, blend);
+}
+
+void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* colors,
+                               float* change, float* image) {
+  FindChange(view, sh, colors, change);
+  Blend(view, change, image);
 }
 
 void RefitProblem::BlendBack(const RegionView& view, const float* residual, float* change,

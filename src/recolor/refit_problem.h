@@ -114,8 +114,12 @@ class RefitProblem {
   // The weights as an image, [H, W] into `image` (zero outside the region).
   void WeightImage(const RegionView& view, float* image);
   // What active coefficients `sh` change in the region, against the original ones: their colours
-  // into `colors`, the difference into `change` (both [rows, 3]), and its blend into `image`
-  // ([H, W, 3], where the region has pixels; what lies outside is kept).
+  // into `colors`, the difference into `change` (both [rows, 3]).
+  void FindChange(const RegionView& view, const float* sh, float* colors, float* change);
+  // The blend of `change` into `image` ([H, W, 3], where the region has pixels; what lies outside
+  // is kept).
+  void Blend(const RegionView& view, const float* change, float* image);
+  // Both.
   void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
                    float* image);
   // change [rows, 3] = the transpose of BlendChange's blend applied to `residual`, [H, W, 3], for
@@ -149,7 +153,9 @@ class RefitProblem {
                  std::vector<std::shared_ptr<RegionView>>* prepared);
   void SplitActive();
   RegionView Prepare(const RefitTarget& target, size_t budget);
-  // The original colors of what the targets are made of, into scratch_.images[0].
+  // The colors of a whole view's rows, into scratch_.features[0].
+  const float* OriginalColors(const ViewGeometry& geometry);
+  // The original render, into scratch_.images[0].
   void RenderOriginal(const ViewGeometry& geometry, const ViewGeometry& region);
   void PrepareRegionTarget(const RefitTarget& target, RegionView& view);
   void PrepareBoxes(const RefitTarget& target, RegionView& view);

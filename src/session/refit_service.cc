@@ -152,13 +152,13 @@ RefitSummary RefitService::Summary() const {
 
 QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_before,
                                      std::span<const float> sh_after, TargetKind target,
-                                     Monitor& monitor, size_t most_views) {
+                                     Monitor& monitor, size_t most_views, int row_step) {
   const Region& region = store_.Require(id);
   const auto targets = [&](const std::vector<const View*>& views) {
     return Targets(region, views, target, monitor, most_views);
   };
   return EvaluateEdit(scene_.renderer(), sh_before, sh_after, targets(scene_.train_views()),
-                      targets(scene_.heldout_views()), region.EffectiveEdit(), monitor);
+                      targets(scene_.heldout_views()), region.EffectiveEdit(), monitor, row_step);
 }
 
 Image RefitService::EditedTarget(const View& view, TargetKind target) {

@@ -47,10 +47,11 @@ class RefitService {
   RefitSummary Summary() const;
 
   // What a region's edit did between two sets of coefficients, [N, K, 3] each: against its targets
-  // on the training and the held-out views; of each at most so many, spread evenly (0: all).
+  // on the training and the held-out views; of each at most so many, spread evenly (0: all), and
+  // of their pixels every `row_step`-th row, see EvaluateEdit().
   QualityReport Evaluate(RegionId id, std::span<const float> sh_before,
                          std::span<const float> sh_after, TargetKind target, Monitor& monitor,
-                         size_t most_views = 0);
+                         size_t most_views = 0, int row_step = 1);
   // What the visible regions' edits make of a picture of one view: every edit painted over it in
   // order. Not clamped.
   Image Edited(const View& view, Image picture) const;

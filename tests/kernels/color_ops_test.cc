@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/common/color_ops.h"
+#include "kernels/edit_colors.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -214,6 +215,78 @@ TEST(ColorOpsTest, SoftClipBringsEveryColorIn) {
   const float luma = 0.2126f * 0.9f - 0.7152f * 0.2f + 0.0722f * 0.3f;
   SoftClipColor(0.8f, saturated);
   EXPECT_NEAR(0.2126f * saturated[0] + 0.7152f * saturated[1] + 0.0722f * saturated[2], luma, 1e-6);
+}
+
+// Every operation for several colors at a time as for one. A channel near black may be what is left
+// of large ones, and the encoding's slope there is 12.92: an error of 3e-7 grows a hundredfold.
+TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
+  constexpr size_t kColors = 20011;  // no whole vectors
+  constexpr double kTolerance = 3e-5;
+  std::mt19937 rng(11);
+  std::uniform_real_distribution<float> uniform(0, 1), beyond(-0.2f, 1.3f);
+  std::vector<float> tables(3 * 17 + 3 * 125 + 3 * kPaletteRow);
+  for (float& value : tables) value = uniform(rng);
+  ColorOp gradient = Op(ColorOpCode::kGradient, {}), table = Op(ColorOpCode::kTable, {}),
+          palette = Op(ColorOpCode::kPalette, {0.5f});
+  gradient.size = 17;
+  table.table = 3 * 17;
+  table.size = 5;
+  palette.table = 3 * 17 + 3 * 125;
+  palette.size = 3;
+  const auto recolor = [](float limit, float kept) {
+    return Op(ColorOpCode::kRecolor, {1.9f, 0.78f, 0.53f, 0.03f, 0.2f, 0.9f, -0.2f, 0.3f, 0.9f,
+                                      0.8f, 0.3f, 0.25f, 0.7f, limit, kept});
+  };
+  const ColorOp ops[] = {
+      Op(ColorOpCode::kMatrix, {1, 0.2f, 0.1f, 0.1f, 0, 1, 0, 0, 0.3f, 0, 0.5f, 0.1f}),
+      Op(ColorOpCode::kLinearMatrix, {1, 0.2f, 0.1f, 0.1f, 1, 0, 0.3f, 0, 0.5f}, 0.4f),
+      Op(ColorOpCode::kPower, {1 / 2.2f}),
+      Op(ColorOpCode::kAdjust,
+         {0.8f, 0.6f, 1.3f, 0.9f, 0, 7, 0.1f, 0.02f, 0.3f, 0.1f, 0.9f, 0.05f}),
+      Op(ColorOpCode::kAdjust, {0.8f, 0.6f, 1.3f, 0.9f, -1, 2, 0.3f, -1, 2, -1, 2, 0}),
+      recolor(2.5f, 0),
+      recolor(0.5f, 0.5f),
+      gradient,
+      table,
+      Op(ColorOpCode::kSoftClip, {0.8f}),
+      palette};
+  std::vector<float> colors(3 * kColors);
+  for (size_t i = 0; i < colors.size(); ++i) {
+    constexpr float kEdges[] = {0, 1, 0.04045f, 1e-30f};
+    colors[i] = i < 3 * 64 ? kEdges[(i / 3) >> (2 * (i % 3)) & 3]
+                : i % 2    ? uniform(rng)
+                           : beyond(rng);
+  }
+  std::vector<uint8_t> mask(kColors);
+  for (uint8_t& value : mask) value = rng() % 4 ? uint8_t(rng()) : 0;
+  const auto check = [&](const ColorMap& map, const char* what, int which) {
+    std::vector<float> expected(colors.size()), edited = colors;
+    EditColorsOneByOne(map, mask.data(), colors.data(), kColors, expected.data());
+    EditColors(map, mask.data(), edited.data(), kColors, edited.data());
+    double worst = 0;
+    for (size_t i = 0; i < colors.size(); ++i) {
+      ASSERT_TRUE(std::isfinite(edited[i])) << what << which << " value " << i;
+      worst = std::max(worst, std::abs(double(edited[i]) - double(expected[i])));
+      ASSERT_TRUE(mask[i / 3] != 0 || edited[i] == colors[i]) << what << which << " value " << i;
+    }
+    EXPECT_LE(worst, kTolerance) << what << which;
+  };
+  for (const ColorOp& op : ops) {
+    ColorProgram program{};
+    program.strength = 1;
+    program.tables = tables.data();
+    program.ops[program.count++] = op;
+    ColorMap map{};
+    map.program = &program;
+    check(map, "operation ", int(&op - ops));
+    program.strength = 0.3f;
+    program.ops[program.count++] = ops[0];
+    check(map, "a matrix after operation ", int(&op - ops));
+  }
+  ColorMap affine{};
+  for (float& value : affine.delta) value = uniform(rng);
+  for (float& value : affine.offset) value = uniform(rng);
+  check(affine, "affine ", 0);
 }
 
 }  // namespace

@@ -135,6 +135,53 @@ TEST_P(RefitOp, TargetsAndResiduals) {
   }
 }
 
+// One pass over a region's weights is what its three steps are.
+TEST_P(RefitOp, SweepsAsInSteps) {
+  Guarded<float> render(*backend_, image_);
+  Guarded<uint8_t> mask(*backend_, mask_);
+  Guarded<int16_t> target(*backend_, TileValues());
+  std::vector<uint8_t> pixel_weights(TileValues() / 3);
+  ForTilePixels([&](size_t position, int pixel) {
+    pixel_weights[position] = pixel < 0 ? uint8_t{0} : uint8_t(rng_());
+  });
+  Guarded<uint8_t> weights(*backend_, pixel_weights);
+  backend_->refit().RegionTarget(*region_,
+                                 {render.data(), nullptr, mask.data(), map_, kUnit, target.data()});
+  const size_t values = size_t(region_->num_rows()) * 3;
+  Guarded<float> change(*backend_, UniformVector(rng_, values, -1, 1)), result(*backend_, values),
+      image(*backend_, kValues), expected(*backend_, values);
+  Guarded<double> loss(*backend_, std::vector<double>{5.0}),
+      expected_loss(*backend_, std::vector<double>{5.0});
+  RegionSweepParams sweep{change.data(),  target.data(), kUnit,
+                          weights.data(), loss.data(),   result.data()};
+  if (!backend_->refit().RegionSweep(*region_, sweep)) GTEST_SKIP() << "the backend has no sweep";
+  BlendParams blend{};
+  blend.features = change.data();
+  blend.channels = 3;
+  blend.image = image.data();
+  backend_->blend().Blend(*region_, blend);
+  backend_->refit().RegionResidual(*region_, {target.data(), kUnit, image.data(), image.data(),
+                                              expected_loss.data(), weights.data()});
+  BlendTransposeParams transpose{};
+  transpose.residual = image.data();
+  transpose.channels = 3;
+  transpose.result = expected.data();
+  backend_->blend().BlendTranspose(*region_, transpose);
+  const std::vector<float> wanted = expected.Read();
+  const double largest = *std::max_element(wanted.begin(), wanted.end());
+  ASSERT_GT(largest, 0);
+  EXPECT_LE(WorstDifference(result.Read(), std::vector<double>(wanted.begin(), wanted.end())),
+            1e-5 * largest);
+  EXPECT_NEAR(loss.Read()[0], expected_loss.Read()[0], 1e-5 * expected_loss.Read()[0]);
+  sweep.result = nullptr;
+  backend_->refit().RegionSweep(*region_, sweep);  // the loss alone, added
+  EXPECT_NEAR(loss.Read()[0], 2 * expected_loss.Read()[0] - 5, 2e-5 * expected_loss.Read()[0]);
+  sweep.result = change.data();
+  const std::vector<float> apart = result.Read();
+  backend_->refit().RegionSweep(*region_, sweep);
+  EXPECT_EQ(change.Read(), apart);
+}
+
 TEST_P(RefitOp, TargetsSaturate) {
   std::vector<float> extreme(kValues, 100.0f);
   for (size_t i = 1; i < kValues; i += 3) extreme[i] = -100;

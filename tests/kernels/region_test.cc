@@ -278,6 +278,43 @@ TEST_P(RegionOp, CompactWeightsGiveUpRowsToFit) {
   }
 }
 
+// What Restrict() blends on its way is the whole view's blend in the region's tiles and rows.
+TEST_P(RegionOp, BlendsOnTheWay) {
+  Make(200, 150, 20000, 0.5f);
+  const auto colors = UniformVector(rng_, rows_.size() * 3, 0, 1);
+  const auto expected = RunBlend(*backend_, *view_, colors, 3).image;
+  Guarded<float> device_colors(*backend_, colors);
+  const size_t full =
+      backend_->blend().Restrict(*view_, device_active_.data(), kAmple, 1e-3f)->bytes();
+  const struct {
+    size_t budget;
+    float min_weight;
+  } kinds[] = {{kAmple, 1e-3f}, {full / 2, 1e-3f}, {kNoBudget, 1e-3f}, {kAmple, 0}};
+  for (const auto& [budget, min_weight] : kinds) {
+    Guarded<float> image(*backend_, std::vector<float>(pixels_ * 3, 7.0f));
+    const RegionBlend blend = {device_colors.data(), image.data()};
+    const auto region =
+        backend_->blend().Restrict(*view_, device_active_.data(), budget, min_weight, &blend);
+    const auto plain =
+        backend_->blend().Restrict(*view_, device_active_.data(), budget, min_weight);
+    EXPECT_EQ(region->bytes(), plain->bytes());
+    EXPECT_EQ(region->pixel_rows(), plain->pixel_rows());
+    ASSERT_FALSE(region->tiles().empty());
+    const auto actual = image.Read();
+    for (const int32_t tile : region->tiles()) {
+      for (int p = 0; p < kTileSize * kTileSize; ++p) {
+        const int x = tile % region->tiles_x() * kTileSize + p % kTileSize;
+        const int y = tile / region->tiles_x() * kTileSize + p / kTileSize;
+        if (x >= 200 || y >= 150 || !(region->pixel_rows() >> (p / kTileSize) & 1)) continue;
+        for (int c = 0; c < 3; ++c) {
+          const size_t at = size_t(3 * (y * 200 + x) + c);
+          ASSERT_NEAR(actual[at], expected[at], 1e-5) << budget << ' ' << x << ' ' << y;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(RegionOp, MayBeEmpty) {
   Make(50, 50, 100, 0.0f);
   for (const auto& region :

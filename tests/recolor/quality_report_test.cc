@@ -23,6 +23,9 @@ class QualityReportTest : public testing::Test {
                          const std::vector<RefitTarget>& heldout) {
     return EvaluateEdit(renderer_, scene_.model.sh, after_, train, heldout, edit_, monitor_);
   }
+  QualityReport EvaluateRows(int step) {
+    return EvaluateEdit(renderer_, scene_.model.sh, after_, targets_, {}, edit_, monitor_, step);
+  }
   Image RenderWith(std::span<const float> sh, const PosedCamera& camera) {
     renderer_.SetSh(sh);
     Image image = renderer_.Render(camera).rgb;
@@ -117,6 +120,32 @@ TEST_F(QualityReportTest, TilesThatAreNotDrawnLoseNothing) {
   EXPECT_EQ(drawn_in_part.train.psnr_outside, drawn_whole.train.psnr_outside);
   EXPECT_EQ(drawn_in_part.train.bleed, drawn_whole.train.bleed);
   EXPECT_LT(drawn_whole.train.psnr_outside, 99);
+}
+
+// Every fourth row of pixels, from another one in every view: with masks on just these rows the
+// inside is measured to the last bit, and nothing outside. With masks on the rows below, no inside.
+TEST_F(QualityReportTest, MeasuresOtherRowsInEveryView) {
+  const auto mask_rows = [&](size_t shift) {
+    for (size_t v = 0; v < scene_.masks.size(); ++v) {
+      for (int y = 0; y < 48; ++y) {
+        const bool is_in = size_t(y) % 4 == (v + shift) % 4;
+        for (int x = 0; x < 64; ++x) scene_.masks[v](x, y) = is_in ? 255 : 0;
+      }
+    }
+    targets_ = scene_.Targets();
+  };
+  mask_rows(0);
+  const auto full = Evaluate(targets_, {}), part = EvaluateRows(4);
+  EXPECT_EQ(full.row_step, 1);
+  EXPECT_EQ(part.row_step, 4);
+  EXPECT_EQ(part.train.psnr_inside_before, full.train.psnr_inside_before);
+  EXPECT_EQ(part.train.psnr_inside_after, full.train.psnr_inside_after);
+  EXPECT_EQ(part.train.psnr_outside, 99);
+  EXPECT_LT(full.train.psnr_outside, 99);
+  mask_rows(1);
+  const auto shifted = EvaluateRows(4);
+  EXPECT_EQ(shifted.train.psnr_inside_before, 99);
+  EXPECT_LT(shifted.train.psnr_outside, 99);
 }
 
 TEST_F(QualityReportTest, ListsTheWorstViewsFirst) {

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The operations of color_ops.h on one pixel or on several side by side: as color_spaces-inl.h,
+// which comes first, and with GradientAt() and TableColor().
+
+// 0 at `low` and below, 1 at `high` and above; a step where both are the same.
+RETINT_HD Real SmoothStep(float low, float high, Real x) {
+  const Real t = (x - low) / (high - low);
+  const Truth is_below = high > low ? x <= low : x < low;
+  return Select(is_below, 0, Select(x >= high, 1, t * t * (3 - 2 * t)));
+}
+
+// 1 inside [low, high], falling to 0 over `edge` outside.
+RETINT_HD Real SoftRange(float low, float high, float edge, Real x) {
+  return SmoothStep(low - edge, low, x) * (1 - SmoothStep(high, high + edge, x));
+}
+
+// Hue turned, chroma and lightness multiplied, in OKLCh, for the colors of a range.
+// values: cosine and sine of the hue's turn; factors of chroma and lightness; hues: begin in
+// (-pi, pi], extent (2 pi: all hues), soft edge, radians; chroma: low, high; lightness: low, high;
+// soft edge of both.
+RETINT_HD void AdjustColor(const float* values, Real* color) {
+  const OkLab lab = OkLabFromSrgb(color);
+  const Real chroma = sqrtf(lab.a * lab.a + lab.b * lab.b);
+  Real share = SoftRange(values[7], values[8], values[11], chroma) *
+               SoftRange(values[9], values[10], values[11], lab.lightness);
+  constexpr float kTurn = 6.28318530718f;
+  if (values[5] < kTurn) {
+    // The hue of a gray means nothing: it belongs to no range.
+    constexpr float kGray = 0.04f;
+    const float extent = values[5], edge = values[6];
+    Real hue = atan2f(lab.b, lab.a) - values[4];
+    hue -= kTurn * floorf(hue / kTurn);  // from the range's begin, [0, 2 pi)
+    const Real outside = Select(hue <= extent, 0, fminf(hue - extent, kTurn - hue));
+    share *= (1 - SmoothStep(0, edge, outside)) * SmoothStep(0, kGray, chroma);
+  }
+  if (!Any(share > 0)) return;
+  const OkLab turned = {lab.lightness * values[3],
+                        values[2] * (values[0] * lab.a - values[1] * lab.b),
+                        values[2] * (values[1] * lab.a + values[0] * lab.b)};
+  Real full[3];
+  SrgbFromOkLab(turned, full);
+  for (int c = 0; c < 3; ++c) color[c] += share * (full[c] - color[c]);
+}
+
+// Gives a surface of one main color another: the dichromatic model of reflection (Shafer 1985) in
+// the scene's light. A pixel is gloss, which is white, and body: shade times the main color, where
+// texture and tinted light make the channels differ from it. Gloss stays, shade (the body's
+// luminance over the main color's) multiplies the target, and the channels differ by a power of
+// what they did.
+// Gloss is told by the channels that the main color absorbs; a small share of it may as well be a
+// paler texture, and counts less. What is brighter than any body of the region counts as gloss.
+// values: main color over its luminance; target; (1 - p) / |1 - p|^2, p the projection of white
+// onto the main color; how far gloss can be told, 0 to 1; luminances of main color and target;
+// exponent of the differences; shade above which the excess is gloss; share of the lightness that
+// is kept.
+RETINT_HD void RecolorColor(const float* values, Real* color) {
+  constexpr float kSureGloss = 0.2f;  // share of a pixel's luminance from which it is gloss alone
+  constexpr float kLeast = 1e-6f, kLeastRatio = 1e-3f;
+  const float* base = values;
+  const float* target = values + 3;
+  const float* white = values + 6;
+  const float from = values[10], to = values[11], limit = values[13];
+  Real body[3], gloss = 0;
+  for (int c = 0; c < 3; ++c) {
+    body[c] = SceneFromDisplay(LinearFromSrgb(color[c])) / from;
+    gloss += body[c] * white[c];
+  }
+  gloss = fmaxf(fminf(gloss, fminf(body[0], fminf(body[1], body[2]))), 0.0f);
+  gloss *= values[9] * SmoothStep(0, kSureGloss, gloss / fmaxf(Luminance(body), kLeast));
+  for (int c = 0; c < 3; ++c) body[c] -= gloss;
+  const Real shade = fmaxf(Luminance(body), kLeast);
+  Real fitted = shade;
+  if (Any(shade > limit)) {  // at most a quarter more
+    const Real most = limit * (1 + 0.25f * tanhf(4 * (shade / limit - 1)));
+    fitted = Select(shade > limit, most, shade);
+    gloss += shade - fitted;
+  }
+  Real out[3];
+  for (int c = 0; c < 3; ++c) {
+    out[c] = target[c] * powf(fmaxf(body[c] / (shade * base[c]), kLeastRatio), values[12]);
+  }
+  const Real scale = fitted * to / fmaxf(Luminance(out), kLeast);
+  for (int c = 0; c < 3; ++c) {
+    out[c] = SrgbFromLinear(DisplayFromScene(scale * out[c] + gloss * from));
+  }
+  const Truth fits = (out[0] <= 1) & (out[1] <= 1) & (out[2] <= 1);
+  if (values[14] > 0 || Any(!fits)) {
+    OkLab lab = OkLabFromSrgb(out);
+    if (values[14] > 0) {
+      lab.lightness += values[14] * (OkLabFromSrgb(color).lightness - lab.lightness);
+    }
+    CompressChroma(1, &lab);
+    Real shown[3];
+    SrgbFromOkLab(lab, shown);
+    for (int c = 0; c < 3; ++c) {
+      out[c] = values[14] > 0 ? shown[c] : Select(fits, out[c], shown[c]);
+    }
+  }
+  for (int c = 0; c < 3; ++c) color[c] = out[c];
+}
+
+// Colors by lightness, `size` of them from black to white.
+RETINT_HD void GradientColor(const float* table, int size, Real* color) {
+  GradientAt(table, size, Clamp01(OkLabFromSrgb(color).lightness), color);
+}
+
+// Where a color lies among main colors, at most about 1 long each way: its lightness, and a and b
+// over it, which are the same for a surface in more or less light (OKLab is the cube root of
+// light). Near black, where they would be noise, they shrink to 0.
+RETINT_HD void PaletteCoordinates(const OkLab& lab, float lightness_weight, Real* place) {
+  constexpr float kColor = 0.7f;  // a lightness at which distances are those of OKLab
+  constexpr float kDark = 0.25f;
+  const Real scale = kColor / fmaxf(lab.lightness, kDark);
+  place[0] = lightness_weight * lab.lightness;
+  place[1] = scale * lab.a;
+  place[2] = scale * lab.b;
+}
+
+// Moves `size` main colors, and every other color by a mean of their moves: each counts by the
+// inverse third power of its distance, see PaletteCoordinates (Shepard 1968; a higher power turns
+// more suddenly between two colors). One move takes lightness L to L' = s L + o and a, b to
+// s (a, b) + L' (u, v): in more or less light a color then keeps hue and saturation. What leaves
+// the gamut loses chroma. table: [size, 7] of L, a, b, s, o, u, v.
+RETINT_HD void MovePalette(const float* table, int size, float lightness_weight, Real* color) {
+  constexpr float kNear = 1e-6f;  // squared distance, so that a main color itself has a weight
+  const OkLab lab = OkLabFromSrgb(color);
+  Real place[3], other[3];
+  PaletteCoordinates(lab, lightness_weight, place);
+  Real total = 0, changed = 0, lightness = 0, chroma = 0, turned[2] = {0, 0};
+  for (int i = 0; i < size; ++i) {
+    const float* row = table + kPaletteRow * i;
+    PaletteCoordinates({row[0], row[1], row[2]}, lightness_weight, other);
+    const Real d[3] = {place[0] - other[0], place[1] - other[1], place[2] - other[2]};
+    const Real near = 1 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + kNear);
+    const Real weight = near * sqrtf(near);
+    const Real moved = row[3] * lab.lightness + row[4];
+    total += weight;
+    if (row[3] != 1 || row[4] != 0 || row[5] != 0 || row[6] != 0) changed += weight;
+    lightness += weight * moved;
+    chroma += weight * row[3];
+    turned[0] += weight * moved * row[5];
+    turned[1] += weight * moved * row[6];
+  }
+  const Real scale = 1 / total;
+  OkLab mean = {scale * lightness, scale * (chroma * lab.a + turned[0]),
+                scale * (chroma * lab.b + turned[1])};
+  OkLab fitted = mean;
+  CompressChroma(1, &fitted);
+  mean.a += scale * changed * (fitted.a - mean.a);
+  mean.b += scale * changed * (fitted.b - mean.b);
+  SrgbFromOkLab(mean, color);
+}
+
+// Draws colors outside [0, 1] towards the gray of their luma until they fit. Smooth: colors whose
+// distance from that gray is below `knee` of the way to the border stay, the others are compressed
+// into the rest.
+RETINT_HD void SoftClipColor(float knee, Real* color) {
+  const Real luma = 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
+  const Real gray = fminf(fmaxf(luma, 0.001f), 0.999f);
+  Real reach = 0;
+  for (int c = 0; c < 3; ++c) {
+    const Real room = Select(color[c] > gray, 1 - gray, -gray);
+    reach = fmaxf(reach, (color[c] - gray) / room);
+  }
+  if (!Any(reach > knee)) return;
+  const Real beyond = (reach - knee) / (1 - knee);
+  const Real fitted = knee + (1 - knee) * beyond / (1 + beyond);
+  for (int c = 0; c < 3; ++c) {
+    const Real drawn = gray + (color[c] - gray) * (fitted / reach);
+    color[c] = Select(reach > knee, drawn, color[c]);
+  }
+}
+
+RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, Real* color) {
+  const Real in[3] = {color[0], color[1], color[2]};
+  const float* v = op.values;
+  switch (op.code) {
+    case ColorOpCode::kMatrix:
+      for (int c = 0; c < 3; ++c) {
+        color[c] = v[4 * c] * in[0] + v[4 * c + 1] * in[1] + v[4 * c + 2] * in[2] + v[4 * c + 3];
+      }
+      break;
+    case ColorOpCode::kLinearMatrix: {
+      const Real r = LinearFromSrgb(in[0]), g = LinearFromSrgb(in[1]), b = LinearFromSrgb(in[2]);
+      for (int c = 0; c < 3; ++c) {
+        color[c] = SrgbFromLinear(v[3 * c] * r + v[3 * c + 1] * g + v[3 * c + 2] * b);
+      }
+      break;
+    }
+    case ColorOpCode::kPower:
+      for (int c = 0; c < 3; ++c) color[c] = copysignf(powf(fabsf(in[c]), v[0]), in[c]);
+      break;
+    case ColorOpCode::kAdjust:
+      AdjustColor(v, color);
+      break;
+    case ColorOpCode::kRecolor:
+      RecolorColor(v, color);
+      break;
+    case ColorOpCode::kGradient:
+      GradientColor(tables + op.table, op.size, color);
+      break;
+    case ColorOpCode::kTable:
+      TableColor(tables + op.table, op.size, color);
+      break;
+    case ColorOpCode::kSoftClip:
+      SoftClipColor(v[0], color);
+      break;
+    case ColorOpCode::kPalette:
+      MovePalette(tables + op.table, op.size, v[0], color);
+      break;
+  }
+  if (op.strength == 1) return;
+  for (int c = 0; c < 3; ++c) color[c] = in[c] + op.strength * (color[c] - in[c]);
+}
+
+// f(color), in place.
+RETINT_HD void RunColorProgram(const ColorProgram& program, Real* color) {
+  const Real in[3] = {color[0], color[1], color[2]};
+  for (int i = 0; i < program.count; ++i) ApplyColorOp(program.ops[i], program.tables, color);
+  if (program.strength == 1) return;
+  for (int c = 0; c < 3; ++c) color[c] = in[c] + program.strength * (color[c] - in[c]);
+}
+
+// `edited` may be `color`, both [3]; `share` is the mask's. A share of 0 keeps every bit of the
+// color.
+RETINT_HD void ApplyColorMap(const ColorMap& map, Real share, const Real* color, Real* edited) {
+  const Real r = color[0], g = color[1], b = color[2];
+  if (map.program) {
+    Real full[3] = {r, g, b};
+    if (Any(share > 0)) RunColorProgram(*map.program, full);
+    for (int c = 0; c < 3; ++c) {
+      edited[c] = Select(share > 0, color[c] + share * (full[c] - color[c]), color[c]);
+    }
+    return;
+  }
+  for (int c = 0; c < 3; ++c) {
+    const float* row = map.delta + 3 * c;
+    edited[c] = color[c] + share * (row[0] * r + row[1] * g + row[2] * b + map.offset[c]);
+  }
+}
