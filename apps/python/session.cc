@@ -262,8 +262,7 @@ py::array CurrentSh(PySession& self) {
 PySplat CurrentSplat(PySession& self) {
   return self.Use([](EditSession& session) {
     auto model = std::make_shared<GaussianModel>(session.original());
-    const std::vector<float> sh = session.CurrentSh();
-    model->sh.assign(sh.begin(), sh.end());
+    model->sh = session.CurrentSh();
     return PySplat{std::move(model)};
   });
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "retint/common.h"
+#include "scene/gaussian_model.h"
 #include "session/format_error.h"
 
 namespace retint::cli {
@@ -18,7 +19,7 @@ struct Recolored {
   SelectionResult selection;
   RegionId region = 0;
   TargetKind target = TargetKind::kRender;
-  std::vector<float> sh_after;
+  FloatArray sh_after;
 };
 
 // depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, masks/, targets/, result/ in

@@ -71,12 +71,10 @@ void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float>
   });
 }
 
-std::vector<float> ClosedFormSh(std::span<const float> sh, int num_coeffs,
-                                std::span<const float> shares, const ColorEdit& edit,
-                                double active_threshold) {
-  std::vector<float> edited;
-  edited.reserve(sh.size());
-  PopulatePages(edited.data(), sh.size_bytes());
+FloatArray ClosedFormSh(std::span<const float> sh, int num_coeffs, std::span<const float> shares,
+                        const ColorEdit& edit, double active_threshold) {
+  FloatArray edited;
+  ReservePopulated(edited, sh.size());
   edited.assign(sh.begin(), sh.end());
   ApplyClosedForm(edited, num_coeffs, shares, edit, active_threshold);
   return edited;

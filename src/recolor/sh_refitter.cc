@@ -107,19 +107,17 @@ RefitSummary ShRefitter::Summary(std::span<const float> active_sh) const {
 
 const std::vector<double>& ShRefitter::losses() const { return impl_->solver->losses(); }
 
-std::vector<float> ShRefitter::ActiveSh() const {
+FloatArray ShRefitter::ActiveSh() const {
   const Buffer<float>& values = impl_->solver->coefficients();
-  std::vector<float> sh;
-  sh.reserve(values.size());
-  PopulatePages(sh.data(), values.size() * sizeof(float));
+  FloatArray sh;
+  ReservePopulated(sh, values.size());
   sh.resize(values.size());
   impl_->problem.backend().CopyToHost(sh.data(), values.data(), sh.size() * sizeof(float));
   return sh;
 }
 
-std::vector<float> ShRefitter::Sh() const {
-  const FloatArray& all = impl_->model.sh;
-  std::vector<float> sh(all.begin(), all.end());
+FloatArray ShRefitter::Sh() const {
+  FloatArray sh = impl_->model.sh;
   const auto values = ActiveSh();
   const size_t block = size_t(impl_->problem.num_coeffs()) * 3;
   size_t slot = 0;

@@ -14,6 +14,7 @@
 #include "recolor/gaussian_paint.h"
 #include "recolor/refit_options.h"
 #include "render/renderer.h"
+#include "scene/gaussian_model.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
 
@@ -70,9 +71,9 @@ class ShRefitter {
   const std::vector<double>& losses() const;  // so far, as in the summary
 
   // The coefficients of the active Gaussians, [active, K, 3].
-  std::vector<float> ActiveSh() const;
+  FloatArray ActiveSh() const;
   // The whole model's, [N, K, 3], with the active ones replaced. Inactive ones bit for bit.
-  std::vector<float> Sh() const;
+  FloatArray Sh() const;
   std::span<const int32_t> active() const;  // indices of the active Gaussians, ascending
 
  private:
@@ -83,9 +84,9 @@ class ShRefitter {
 // The instant preview, but for paint (PaintChange), of coefficients `sh` [N, K, 3], K = num_coeffs:
 // C <- C (1 + m (t - 1)) and the DC term's 0.5 offset, for each Gaussian of share m above the
 // threshold. OptionError unless there is one share a Gaussian.
-std::vector<float> ClosedFormSh(std::span<const float> sh, int num_coeffs,
-                                std::span<const float> shares, const ColorEdit& edit,
-                                double active_threshold = RefitOptions().active_threshold);
+FloatArray ClosedFormSh(std::span<const float> sh, int num_coeffs, std::span<const float> shares,
+                        const ColorEdit& edit,
+                        double active_threshold = RefitOptions().active_threshold);
 // The same in place.
 void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float> shares,
                      const ColorEdit& edit, double active_threshold);

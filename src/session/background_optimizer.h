@@ -13,18 +13,19 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "scene/gaussian_model.h"
 #include "session/region.h"
 
 namespace retint {
 
 // A state of the coefficients between two steps. Immutable once published.
 struct ShSnapshot {
-  uint64_t job = 0;                              // which Start() it belongs to
-  int steps = 0;                                 // taken so far
-  bool finished = false;                         // nothing better will come from this job
-  RegionId region = 0;                           // being fitted, 0: none
-  std::vector<double> losses;                    // of that region so far, RefitSummary::losses
-  std::shared_ptr<const std::vector<float>> sh;  // [N, K, 3]
+  uint64_t job = 0;                      // which Start() it belongs to
+  int steps = 0;                         // taken so far
+  bool finished = false;                 // nothing better will come from this job
+  RegionId region = 0;                   // being fitted, 0: none
+  std::vector<double> losses;            // of that region so far, RefitSummary::losses
+  std::shared_ptr<const FloatArray> sh;  // [N, K, 3]
   // Of the regions whose fit is complete, by region.
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits;
 };

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/gaussian_model.h"
 #include "session/open_scene.h"
 #include "session/pictures.h"
 #include "session/refit_service.h"
@@ -111,7 +112,7 @@ class EditSession {
   bool CollectFits() { return refits_.CollectFits(); }
   void DropFits() { refits_.DropFits(); }
   const RefitJob& last_job() const { return store_.job(); }
-  std::vector<float> CurrentSh() const { return refits_.CurrentSh(); }
+  FloatArray CurrentSh() const { return refits_.CurrentSh(); }
 
  private:
   std::unique_ptr<OpenScene> scene_;

@@ -164,9 +164,8 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
   const auto index = static_cast<size_t>(region - regions.regions.data());
   const GaussianModel& original = session.original();
   const RefitJob& job = session.last_job();
-  const std::vector<float> before = ComposeSh(
-      regions, job, 0, index, {original.sh.begin(), original.sh.end()}, original.NumShCoeffs());
-  const std::vector<float> after =
+  const FloatArray before = ComposeSh(regions, job, 0, index, original.sh, original.NumShCoeffs());
+  const FloatArray after =
       ComposeSh(regions, job, index, index + 1, before, original.NumShCoeffs());
   return session.refits().Evaluate(id, before, after, target, monitor, most_views);
 }

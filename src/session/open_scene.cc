@@ -242,10 +242,10 @@ void OpenScene::WritePatched(const fs::path& path, std::span<const float> sh,
   part_->file->WritePatched(path, records, changed, monitor);
 }
 
-void OpenScene::WriteSplat(const fs::path& path, std::vector<float> sh, Monitor& monitor) const {
+void OpenScene::WriteSplat(const fs::path& path, FloatArray sh, Monitor& monitor) const {
   if (part_) return WritePatched(path, sh, monitor);
   GaussianModel edited = model_;
-  edited.sh.assign(sh.begin(), sh.end());
+  edited.sh = std::move(sh);
   // Degree 4 was not there when the new colors were fitted.
   ShBand4Columns band4(edited);
   const size_t block = static_cast<size_t>(model_.NumShCoeffs()) * 3;

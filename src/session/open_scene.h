@@ -114,7 +114,7 @@ class OpenScene {
   Image Picture(const View& view);
   // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged. Of
   // a part it is a copy of the file, in which the records that changed are patched.
-  void WriteSplat(const std::filesystem::path& path, std::vector<float> sh, Monitor& monitor) const;
+  void WriteSplat(const std::filesystem::path& path, FloatArray sh, Monitor& monitor) const;
   // Backend, counts, times and peaks; the stages' own parts are the caller's.
   RunReport MakeReport() const;
 

@@ -16,9 +16,8 @@ GaussianModel WithoutExtras(const GaussianModel& model) {
   return copy;
 }
 
-std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                             std::vector<float> sh, int num_coeffs,
-                             std::span<const int32_t> gaussians) {
+FloatArray ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
+                     FloatArray sh, int num_coeffs, std::span<const int32_t> gaussians) {
   for (size_t i = first; i < last; ++i) {
     const Region& region = state.regions[i];
     if (!region.visible) continue;
@@ -72,9 +71,8 @@ const GaussianModel& RefitChain::Current() {
   return working_;
 }
 
-std::vector<float> RefitChain::CurrentSh() const {
-  const FloatArray& all = working_.sh.empty() ? input_.original->sh : working_.sh;
-  std::vector<float> sh(all.begin(), all.end());
+FloatArray RefitChain::CurrentSh() const {
+  FloatArray sh = working_.sh.empty() ? input_.original->sh : working_.sh;
   for (const auto& fit : left_) fit->Apply(sh, input_.original->NumShCoeffs());
   return sh;
 }
@@ -108,12 +106,12 @@ ShSnapshot RefitChain::Snapshot() const {
     snapshot.losses = refitter_->losses();
   }
   // What is not fitted yet shows its closed form, so that the first snapshot is the whole preview.
-  std::vector<float> sh = refitter_ ? refitter_->Sh() : CurrentSh();
+  FloatArray sh = refitter_ ? refitter_->Sh() : CurrentSh();
   const size_t next = refitter_ ? index_ + 1 : index_;
   const auto& regions = input_.state.regions;
   sh = ComposeSh(input_.state, input_.job, next, regions.size(), std::move(sh),
                  input_.original->NumShCoeffs());
-  snapshot.sh = std::make_shared<const std::vector<float>>(std::move(sh));
+  snapshot.sh = std::make_shared<const FloatArray>(std::move(sh));
   return snapshot;
 }
 

@@ -43,7 +43,7 @@ class RefitChain : public OptimizerJob {
   // What the regions before index_ left: the original where none of them was fitted, so that a
   // single region costs no copy of the scene.
   const GaussianModel& Current();
-  std::vector<float> CurrentSh() const;
+  FloatArray CurrentSh() const;
 
   RefitChainInput input_;
   Renderer& renderer_;
@@ -60,9 +60,8 @@ class RefitChain : public OptimizerJob {
 // [N, num_coeffs, 3]: fits where their key is up to date, else closed forms, with paint as each
 // Gaussian takes it by itself. Of a part of the scene, to which shares and fits were reduced, also
 // which of its Gaussians they are, ascending.
-std::vector<float> ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                             std::vector<float> sh, int num_coeffs,
-                             std::span<const int32_t> gaussians = {});
+FloatArray ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
+                     FloatArray sh, int num_coeffs, std::span<const int32_t> gaussians = {});
 // The scene without the parts of its file that no kernel reads.
 GaussianModel WithoutExtras(const GaussianModel& model);
 

@@ -126,7 +126,7 @@ bool RefitService::CollectFits() {
   return any;
 }
 
-std::vector<float> RefitService::CurrentSh() const {
+FloatArray RefitService::CurrentSh() const {
   return store_.ShAfter(store_.regions(), store_.regions().regions.size());
 }
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "recolor/quality_report.h"
+#include "scene/gaussian_model.h"
 #include "session/background_optimizer.h"
 #include "session/open_scene.h"
 #include "session/refit_chain.h"
@@ -42,7 +43,7 @@ class RefitService {
 
   // The coefficients of the current state, [N, K, 3]: the original's, then each visible region's
   // fit, or where that is out of date its closed form. With no visible region the original's bits.
-  std::vector<float> CurrentSh() const;
+  FloatArray CurrentSh() const;
   // The last refit's summaries: counts summed over the visible regions.
   RefitSummary Summary() const;
 

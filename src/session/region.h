@@ -15,6 +15,7 @@
 #include "recolor/color_edit.h"
 #include "recolor/gaussian_paint.h"
 #include "recolor/sh_refitter.h"
+#include "scene/gaussian_model.h"
 #include "scene/image.h"
 #include "selection/mask_projector.h"
 #include "selection/selection_cloud.h"
@@ -44,7 +45,7 @@ struct RegionSelection {
 struct RegionFit {
   std::string key;               // of everything that it was computed from, see FitKey
   std::vector<int32_t> indices;  // active Gaussians, ascending
-  std::vector<float> sh;         // [indices, K, 3], absolute values
+  FloatArray sh;                 // [indices, K, 3], absolute values
   RefitSummary summary;
   size_t Bytes() const;
   // Overwrites the active Gaussians' blocks of `all`, [N, K, 3].

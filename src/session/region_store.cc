@@ -196,10 +196,9 @@ void RegionStore::Remove(RegionId id) {
   history_.Push("Remove " + name, std::move(state));
 }
 
-std::vector<float> RegionStore::ShAfter(const RegionSet& state, size_t count) const {
+FloatArray RegionStore::ShAfter(const RegionSet& state, size_t count) const {
   const GaussianModel& original = scene_.original();
-  return ComposeSh(state, job_, 0, count, {original.sh.begin(), original.sh.end()},
-                   original.NumShCoeffs());
+  return ComposeSh(state, job_, 0, count, original.sh, original.NumShCoeffs());
 }
 
 ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, size_t index,

@@ -50,7 +50,7 @@ class RegionStore {
   void SetJob(const RefitJob& job) { job_ = job; }
   // The coefficients, [N, K, 3], that the first `count` regions of `state` make of the original's:
   // each visible region's fit, or where that is out of date its closed form.
-  std::vector<float> ShAfter(const RegionSet& state, size_t count) const;
+  FloatArray ShAfter(const RegionSet& state, size_t count) const;
   // Up to `count` main colors of a region as it is before its own edit, or of a selection in the
   // original scene, most frequent first. OptionError for a count out of range, see FindPalette.
   std::vector<PaletteColor> MeasurePalette(RegionId id, int count);

@@ -134,7 +134,7 @@ Image8 Page::Shrunk(const Image8& image) const {
 }
 
 void Page::Render(Monitor& monitor) {
-  const std::vector<float> after = session_.CurrentSh();
+  const FloatArray after = session_.CurrentSh();
   const auto& heldout = session_.heldout_views();
   for (const View* view : session_.scene().views()) {
     ViewPictures one;

@@ -178,7 +178,8 @@ std::shared_ptr<const RegionFit> Reader::Fit(const Node& node, std::string curre
                                std::to_string(index_bytes + count * block * sizeof(float)));
   }
   fit->indices = Values<int32_t>(std::string_view(bytes).substr(0, index_bytes));
-  fit->sh = Values<float>(std::string_view(bytes).substr(index_bytes));
+  const auto values = Values<float>(std::string_view(bytes).substr(index_bytes));
+  fit->sh.assign(values.begin(), values.end());
   for (size_t i = 0; i < count; ++i) {
     const int64_t index = fit->indices[i], before = i == 0 ? -1 : fit->indices[i - 1];
     if (index <= before || index >= static_cast<int64_t>(model.NumGaussians())) {

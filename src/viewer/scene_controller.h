@@ -22,6 +22,7 @@
 #include <QString>
 #include <QTimer>
 
+#include "scene/gaussian_model.h"
 #include "session/edit_session.h"
 #include "viewer/lens_picture.h"
 
@@ -31,7 +32,7 @@ class SceneWorker;
 class ShComposer;
 
 // A scene's coefficients, [N, K, 3]; immutable, shared by everyone who shows them.
-using ShPointer = std::shared_ptr<const std::vector<float>>;
+using ShPointer = std::shared_ptr<const FloatArray>;
 // The Gaussians where a scene's coefficients may differ from the original's; null: anywhere.
 using ActivePointer = std::shared_ptr<const std::vector<int32_t>>;
 

@@ -211,7 +211,7 @@ void SceneController::WriteComparison(const std::filesystem::path& path, const P
     Image both(2 * width + kBetween, height);
     std::fill(both.data.begin(), both.data.end(), 1.0F);
     int left = 0;
-    for (const std::vector<float>* colors : {&session.original().sh, sh.get()}) {
+    for (const FloatArray* colors : {&session.original().sh, sh.get()}) {
       session.ShowSh(*colors);
       const Image side = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
         return std::move(session.renderer().Render(face).rgb);

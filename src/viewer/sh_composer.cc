@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <new>
+#include <span>
 #include <utility>
 
 #include "base/parallel.h"
@@ -18,8 +19,8 @@ constexpr size_t kReadyBytes = size_t{256} << 20;
 constexpr int64_t kGaussians = 1024;  // a task
 
 // The blocks of these Gaussians in `from`, to the same place in `to`.
-void CopyBlocks(const std::vector<int32_t>& indices, size_t block, const std::vector<float>& from,
-                std::vector<float>& to) {
+void CopyBlocks(const std::vector<int32_t>& indices, size_t block, std::span<const float> from,
+                std::span<float> to) {
   ParallelRanges(static_cast<int64_t>(indices.size()), kGaussians, [&](int64_t begin, int64_t end) {
     for (size_t i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       const size_t at = static_cast<size_t>(indices[i]) * block;
@@ -114,7 +115,7 @@ class ShComposer::Touched {
   std::shared_ptr<const GaussianModel> original_;
   double threshold_ = 0;
   std::vector<int32_t> indices_;  // ascending
-  std::vector<float> sh_;         // of the original
+  FloatArray sh_;                 // of the original
   std::vector<Part> parts_;
 };
 
@@ -122,7 +123,7 @@ class ShComposer::Touched {
 class ShComposer::Buffers : public std::enable_shared_from_this<Buffers> {
  public:
   struct Buffer {
-    std::vector<float> sh;
+    FloatArray sh;
     std::vector<int32_t> active;  // differs from the original here
   };
 

@@ -28,7 +28,7 @@ class ShComposer {
     uint64_t generation = 0;
   };
   struct Result {
-    std::shared_ptr<const std::vector<float>> sh;        // [N, K, 3]; null: it failed
+    std::shared_ptr<const FloatArray> sh;                // [N, K, 3]; null: it failed
     std::shared_ptr<const std::vector<int32_t>> active;  // where it may differ from the original
     uint64_t generation = 0;
     std::string failure = {};  // why there is no `sh`, for people

@@ -22,8 +22,8 @@ GaussianModel IsolatedGaussian() {
   return model;
 }
 
-std::vector<float> Preview(const GaussianModel& model, const std::vector<float>& shares,
-                           const ColorEdit& edit) {
+FloatArray Preview(const GaussianModel& model, const std::vector<float>& shares,
+                   const ColorEdit& edit) {
   return ClosedFormSh(model.sh, model.NumShCoeffs(), shares, edit);
 }
 

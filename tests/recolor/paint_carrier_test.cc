@@ -303,7 +303,7 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   Monitor monitor;
   const std::vector<float> shares = MaskShares(scene.renderer, targets, monitor);
   const RefitOptions options;
-  std::vector<float> preview(scene.model.sh.begin(), scene.model.sh.end());
+  FloatArray preview = scene.model.sh;
   const auto preview_of = [&](const ColorEdit& one, std::span<const int32_t> gaussians,
                               std::span<const float> sh, std::span<const float> of) {
     return PaintChange(sh, 4, of, one, &paint, options.active_threshold, gaussians);
@@ -342,7 +342,7 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   }
   // Nothing of it is done at no strength, and nothing of other layers.
   ColorEdit none = edit.WithStrength(0);
-  std::vector<float> same(scene.model.sh.begin(), scene.model.sh.end());
+  FloatArray same = scene.model.sh;
   preview_of(none, {}, same, shares).AddTo(same);
   EXPECT_EQ(same, scene.model.sh);
   const ColorEdit another = EditOf({PaintOf(painted, [&](int, int) { return kDark; })});
@@ -396,7 +396,7 @@ TEST(GaussianPaintTest, LightMovesWithTheViewer) {
   const ColorEdit edit = EditOf({PaintOf(painted, [&](int, int) { return blue; })});
   const GaussianPaint paint =
       FindGaussianPaint(scene.renderer, scene.model, edit.operations[0].picture, {painted});
-  std::vector<float> sh(scene.model.sh.begin(), scene.model.sh.end());
+  FloatArray sh = scene.model.sh;
   const std::vector<float> shares(scene.model.NumGaussians(), 1.0f);
   PaintChange(sh, 4, shares, edit, &paint, 0).AddTo(sh);
   const auto middle = [&](std::span<const float> of, const PosedCamera& view) {

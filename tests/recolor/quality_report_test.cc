@@ -37,7 +37,7 @@ class QualityReportTest : public testing::Test {
   Renderer renderer_ = scene_.MakeRenderer();
   Monitor monitor_;
   const ColorEdit edit_ = ColorEdit::Tint({0.3f, 0.9f, 1.5f});
-  std::vector<float> after_;
+  FloatArray after_;
   std::vector<RefitTarget> targets_;
 };
 
@@ -89,7 +89,7 @@ TEST_F(QualityReportTest, MatchesANaiveComputation) {
 }
 
 TEST_F(QualityReportTest, NothingChangedIsPerfectOutside) {
-  after_.assign(scene_.model.sh.begin(), scene_.model.sh.end());
+  after_ = scene_.model.sh;
   const auto report = Evaluate(targets_, {});
   EXPECT_EQ(report.train.psnr_outside, 99);
   EXPECT_EQ(report.train.bleed, 0);
@@ -102,7 +102,7 @@ TEST_F(QualityReportTest, NothingChangedIsPerfectOutside) {
 // Tiles in which nothing changes and nothing should are not drawn. With the original renders as
 // photos all tiles are, and every figure is the same to the last bit.
 TEST_F(QualityReportTest, TilesThatAreNotDrawnLoseNothing) {
-  after_.assign(scene_.model.sh.begin(), scene_.model.sh.end());
+  after_ = scene_.model.sh;
   const size_t block = size_t(scene_.model.NumShCoeffs()) * 3;
   for (size_t i = 0; i < block; ++i) after_[i] += 0.05f;  // of the first Gaussian alone
   scene_.FillMasks(0);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <QFrame>
@@ -64,7 +65,7 @@ Mask MaskOf(const RegionSelection& selection, const PaintedView& paper, EditSess
   return FromViews(session.workspace(), paper, std::move(on_views));
 }
 
-ViewLayers LayersOf(const PaintedView& paper, const std::vector<float>& sh, EditSession& session) {
+ViewLayers LayersOf(const PaintedView& paper, std::span<const float> sh, EditSession& session) {
   if (IsOnPhoto(paper)) {
     const Pictures pictures = session.pictures();
     return LayersOf(session, pictures.RequireOne(paper.name), sh);
