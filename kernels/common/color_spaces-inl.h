@@ -81,7 +81,8 @@ RETINT_HD Truth IsShown(Real x) { return (x >= -kGamutRounding) & (x <= 1 + kGam
 // Whether a screen shows the color; `rgb` [3] is its linear light.
 RETINT_HD Truth IsInGamut(const OkLab& lab, Real* rgb) {
   LinearFromOkLab(lab, rgb);
-  return IsShown(rgb[0]) & IsShown(rgb[1]) & IsShown(rgb[2]);
+  const Truth red = IsShown(rgb[0]), green = IsShown(rgb[1]), blue = IsShown(rgb[2]);
+  return red & green & blue;
 }
 
 // How far along the way from its gray to the color the gamut reaches, at most `most`: at 1 the

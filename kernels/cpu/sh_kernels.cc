@@ -47,17 +47,16 @@ void Eval(const ShGroup<const float>& group, int k, float* colors, int stride) {
 
 // block[k, :] += Y_k gradient: four coefficients are three rows of floats.
 HWY_INLINE void AddProduct(const float* basis, const float* gradient, int k, float* block) {
-  using Integers __attribute__((vector_size(16))) = int;
   const Floats g = {gradient[0], gradient[1], gradient[2], 0};
-  const Floats g0 = __builtin_shuffle(g, Integers{0, 1, 2, 0});
-  const Floats g1 = __builtin_shuffle(g, Integers{1, 2, 0, 1});
-  const Floats g2 = __builtin_shuffle(g, Integers{2, 0, 1, 2});
+  const Floats g0 = __builtin_shufflevector(g, g, 0, 1, 2, 0);
+  const Floats g1 = __builtin_shufflevector(g, g, 1, 2, 0, 1);
+  const Floats g2 = __builtin_shufflevector(g, g, 2, 0, 1, 2);
   int i = 0;
   for (; i + 4 <= k; i += 4, block += 12) {
     const Floats b = Load(basis + i);
-    Store(Load(block) + __builtin_shuffle(b, Integers{0, 0, 0, 1}) * g0, block);
-    Store(Load(block + 4) + __builtin_shuffle(b, Integers{1, 1, 2, 2}) * g1, block + 4);
-    Store(Load(block + 8) + __builtin_shuffle(b, Integers{2, 3, 3, 3}) * g2, block + 8);
+    Store(Load(block) + __builtin_shufflevector(b, b, 0, 0, 0, 1) * g0, block);
+    Store(Load(block + 4) + __builtin_shufflevector(b, b, 1, 1, 2, 2) * g1, block + 4);
+    Store(Load(block + 8) + __builtin_shufflevector(b, b, 2, 3, 3, 3) * g2, block + 8);
   }
   for (; i < k; ++i, block += 3) {
     for (int c = 0; c < 3; ++c) block[c] += basis[i] * gradient[c];

@@ -24,7 +24,6 @@ int64_t SlotOf(const int32_t* rows, const int32_t* slots, int64_t entry) {
 }
 
 using Floats __attribute__((vector_size(16))) = float;
-using Integers __attribute__((vector_size(16))) = int;
 
 // A number of each of four Gaussians, as ShBasis() takes it.
 struct Four {
@@ -38,15 +37,16 @@ Four operator*(Four a, Four b) { return Four(a.x * b.x); }
 
 // Rows of one number of each Gaussian become rows of one Gaussian each.
 void Transpose(const Four* rows, float* const* to) {
-  const auto pairs = [](Four a, Four b, Integers of) { return __builtin_shuffle(a.x, b.x, of); };
-  constexpr Integers kLow = {0, 4, 1, 5}, kHigh = {2, 6, 3, 7};
-  const Floats halves[4] = {pairs(rows[0], rows[1], kLow), pairs(rows[2], rows[3], kLow),
-                            pairs(rows[0], rows[1], kHigh), pairs(rows[2], rows[3], kHigh)};
-  for (int i = 0; i < 4; ++i) {
-    const Integers half = i % 2 == 0 ? Integers{0, 1, 4, 5} : Integers{2, 3, 6, 7};
-    const Floats row = __builtin_shuffle(halves[i / 2 * 2], halves[i / 2 * 2 + 1], half);
-    std::memcpy(to[i], &row, sizeof(row));
-  }
+  const Floats a = rows[0].x, b = rows[1].x, c = rows[2].x, d = rows[3].x;
+  const Floats low_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+  const Floats low_cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+  const Floats high_ab = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Floats high_cd = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  const Floats columns[] = {__builtin_shufflevector(low_ab, low_cd, 0, 1, 4, 5),
+                            __builtin_shufflevector(low_ab, low_cd, 2, 3, 6, 7),
+                            __builtin_shufflevector(high_ab, high_cd, 0, 1, 4, 5),
+                            __builtin_shufflevector(high_ab, high_cd, 2, 3, 6, 7)};
+  for (int i = 0; i < 4; ++i) std::memcpy(to[i], &columns[i], sizeof(Floats));
 }
 
 // The bases of a group's Gaussians in the directions from `center`, as ShBasisTowards().
