@@ -133,7 +133,8 @@ TEST_P(OnBackends, MeasuresThePartThatIsAskedFor) {
     for (int x = 0; x < truth.width; ++x) {
       EXPECT_NEAR(estimate.depth(x, y), truth(x, y), 0.5) << x << "," << y;
       const bool inside = x >= 61 && x < 161 && y >= 40 && y < 130;
-      if (!inside) ASSERT_EQ(estimate.valid(x, y), 0) << x << "," << y;
+      if (inside) continue;
+      ASSERT_EQ(estimate.valid(x, y), 0) << x << "," << y;
     }
   }
 }

@@ -407,9 +407,12 @@ TEST_F(MaskProjectorTest, SurfacesOfManyViewsAreThoseOfEach) {
                        EXPECT_EQ(depth, each[i % distinct].data);
                        return;
                      }
-                     const auto width = std::ptrdiff_t(requests[i].posed.camera.width);
-                     for (auto row = depth.begin(); row != depth.end(); row += 2 * width) {
-                       EXPECT_TRUE(std::equal(row, row + width, row + width));  // rows are repeated
+                     // Corrected by what the sparse points say of these rows.
+                     const std::vector<float>& all = each[i % distinct].data;
+                     const auto width = size_t(requests[i].posed.camera.width);
+                     for (size_t p = 0; p < depth.size(); ++p) {
+                       if (p / width % 2 != 0) continue;
+                       ASSERT_NEAR(depth[p], all[p], 0.01f * all[p]);
                      }
                    });
     EXPECT_EQ(begun, requests.size());
