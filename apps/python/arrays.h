@@ -38,9 +38,9 @@ py::object Keeper(std::shared_ptr<T> shared) {
 }
 
 // The values of a vector as an array of that shape; the array owns them.
-template <typename T>
-py::array Owned(std::vector<T> values, std::vector<py::ssize_t> shape) {
-  auto shared = std::make_shared<std::vector<T>>(std::move(values));
+template <typename T, typename Allocator>
+py::array Owned(std::vector<T, Allocator> values, std::vector<py::ssize_t> shape) {
+  auto shared = std::make_shared<std::vector<T, Allocator>>(std::move(values));
   const T* data = shared->data();
   return ViewOf(data, std::move(shape), {}, Keeper(std::move(shared)), /*writeable=*/true);
 }

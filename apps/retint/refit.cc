@@ -78,7 +78,7 @@ void Refit(const Arguments& arguments, Run& run) {
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
   KeepWithin(arguments.large, opened.large.get(), *session, region, &job.options);
   session->Refit(job, run.monitor());
-  const std::vector<float> after = session->CurrentSh();
+  const FloatArray after = session->CurrentSh();
   const QualityReport quality =
       session->refits().Evaluate(region, session->original().sh, after, job.target, run.monitor());
   RunReport report = session->MakeReport();

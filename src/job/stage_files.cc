@@ -108,8 +108,9 @@ RegionFit ReadFit(const fs::path& folder, const GaussianModel& model) {
   ByteReader reader(bytes, folder / "fit.bin");
   RegionFit fit;
   fit.indices = ReadValues<int32_t>(reader, count, "indices");
-  fit.sh = ReadValues<float>(reader, count * static_cast<size_t>(model.NumShCoeffs()) * 3,
-                             "coefficients");
+  const auto sh = ReadValues<float>(reader, count * static_cast<size_t>(model.NumShCoeffs()) * 3,
+                                    "coefficients");
+  fit.sh.assign(sh.begin(), sh.end());
   if (reader.Remaining() > 0 || SumOf(fit) != root.At("xxh64").Hex()) {
     throw InputError(folder / "fit.bin", "is damaged");
   }

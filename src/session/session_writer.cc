@@ -76,9 +76,9 @@ void Sync(const fs::path& folder) {
   if (!good) throw RunError(folder.string() + ": cannot write: " + std::strerror(reason));
 }
 
-template <typename T>
-void WriteValues(AtomicFile& file, const std::vector<T>& values) {
-  file.Write(values.data(), values.size() * sizeof(T));
+template <typename Values>
+void WriteValues(AtomicFile& file, const Values& values) {
+  file.Write(values.data(), values.size() * sizeof(values[0]));
 }
 
 std::string HexBytes(std::string_view bytes) {

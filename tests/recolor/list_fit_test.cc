@@ -44,7 +44,7 @@ QualityNumbers Fit(TinyScene& scene, const ColorEdit& edit, const RefitOptions& 
   Monitor monitor;
   ShRefitter refitter(renderer, scene.model, scene.Targets(), edit, scene.shares, options, monitor);
   refitter.Run(monitor);
-  const std::vector<float> sh = refitter.Sh();
+  const FloatArray sh = refitter.Sh();
   return EvaluateEdit(renderer, scene.model.sh, sh, scene.Targets(), {}, edit, monitor).train;
 }
 

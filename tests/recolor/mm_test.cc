@@ -21,7 +21,7 @@ RefitOptions Exhaustive(MmAcceleration acceleration, int sweeps) {
 }
 
 RefitSummary Refit(TinyScene& scene, const ColorEdit& edit, const RefitOptions& options,
-                   std::vector<float>* sh = nullptr) {
+                   FloatArray* sh = nullptr) {
   Renderer renderer = scene.MakeRenderer();
   Monitor monitor;
   ShRefitter refitter(renderer, scene.model, scene.Targets(), edit, scene.shares, options, monitor);
@@ -97,7 +97,7 @@ TEST(MmTest, RecoversAKnownEdit) {
   for (const auto& camera : scene.cameras) scene.photos.push_back(truth.Render(camera).rgb);
   RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 200);
   options.mm.ridge_dc = options.mm.ridge_rest = 1e-7;
-  std::vector<float> sh;
+  FloatArray sh;
   const auto summary = Refit(scene, ColorEdit(), options, &sh);
   EXPECT_GT(summary.changed_gaussians, 20);
   Renderer renderer = scene.MakeRenderer();
@@ -122,7 +122,7 @@ TEST(MmTest, AgreesWithAndWithoutKeptRegions) {
   TinyScene scene(25);
   const ColorEdit edit = ColorEdit::Tint({0.4f, 0.9f, 1.1f});
   RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 8);
-  std::vector<float> kept, streamed;
+  FloatArray kept, streamed;
   Refit(scene, edit, options, &kept);
   options.region_cache_bytes = 0;
   Refit(scene, edit, options, &streamed);
@@ -145,7 +145,7 @@ TEST(MmTest, OutsideWeightTradesOutsideForInside) {
   for (const double weight : {0.2, 1.0, 4.0}) {
     RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 60);
     options.mm.outside_weight = weight;
-    std::vector<float> sh;
+    FloatArray sh;
     Refit(scene, edit, options, &sh);
     Renderer renderer = scene.MakeRenderer();
     Monitor monitor;
@@ -160,7 +160,7 @@ TEST(MmTest, OutsideWeightTradesOutsideForInside) {
 
 TEST(MmTest, IsDeterministic) {
   TinyScene scene(26);
-  std::vector<float> first, second;
+  FloatArray first, second;
   const ColorEdit edit = ColorEdit::Tint({0.4f, 0.9f, 1.1f});
   Refit(scene, edit, RefitOptions(), &first);
   Refit(scene, edit, RefitOptions(), &second);
@@ -191,7 +191,7 @@ TEST(MmTest, NoLimitRunsUntilItHasConverged) {
   EXPECT_EQ(limited.iterations, 12);
   EXPECT_FALSE(limited.converged);
   EXPECT_EQ(limited.reason, "all sweeps done");
-  std::vector<float> free_sh, far_sh;
+  FloatArray free_sh, far_sh;
   options.mm.iterations = 0;
   const RefitSummary free = Refit(scene, edit, options, &free_sh);
   EXPECT_GT(free.iterations, 12);

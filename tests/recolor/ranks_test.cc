@@ -24,7 +24,8 @@ struct FitCase {
 };
 
 struct Fitted {
-  std::vector<float> shares, sh;
+  std::vector<float> shares;
+  FloatArray sh;
   RefitSummary summary;
   QualityReport quality;
 };

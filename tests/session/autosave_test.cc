@@ -37,7 +37,7 @@ class AutosaveTest : public ::testing::Test {
     snapshot.saved = Session();
     return snapshot;
   }
-  std::vector<float> LoadSh(const fs::path& path) const {
+  FloatArray LoadSh(const fs::path& path) const {
     SessionOptions options;
     options.backend = "cpu";
     Monitor monitor;

@@ -49,14 +49,14 @@ class CountingJob : public OptimizerJob {
   ShSnapshot Snapshot() const override {
     if (copies) ++*copies;
     ShSnapshot snapshot;
-    snapshot.sh = std::make_shared<const std::vector<float>>(sh_);
+    snapshot.sh = std::make_shared<const FloatArray>(sh_);
     return snapshot;
   }
 
   std::atomic<int>*copies = nullptr, *taken = nullptr;  // counted for a test
 
  private:
-  std::vector<float> sh_;
+  FloatArray sh_;
   int steps_, taken_ = 0, fail_at_;
   std::atomic<int>* alive_;
 };

@@ -56,7 +56,7 @@ TEST(EditSession, ARegionRecolorsWhatItSelectsAndLeavesTheRest) {
   Monitor monitor;
   session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->Refit(ShortJob(), monitor);
-  const std::vector<float> after = session->CurrentSh();
+  const FloatArray after = session->CurrentSh();
   const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
   for (size_t g = 0; g < scene.shares.size(); ++g) {
     if (scene.shares[g] > 0) continue;
@@ -86,10 +86,10 @@ TEST(EditSession, UndoAndRedoRestoreEveryFitExactly) {
   Monitor monitor;
   const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->Refit(ShortJob(), monitor);
-  const std::vector<float> blue = session->CurrentSh();
+  const FloatArray blue = session->CurrentSh();
   session->SetEdit(region, kRed);
   session->Refit(ShortJob(), monitor);
-  const std::vector<float> red = session->CurrentSh();
+  const FloatArray red = session->CurrentSh();
   EXPECT_FALSE(SameBits(blue, red));
   session->Undo();
   EXPECT_TRUE(SameBits(session->CurrentSh(), blue));
@@ -117,7 +117,7 @@ TEST(EditSession, HidingShowsTheOriginalAndShowingTheFitAgain) {
   Monitor monitor;
   const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->Refit(ShortJob(), monitor);
-  const std::vector<float> fitted = session->CurrentSh();
+  const FloatArray fitted = session->CurrentSh();
   session->SetVisible(region, false);
   EXPECT_TRUE(SameBits(session->CurrentSh(), scene.model.sh));
   session->SetVisible(region, true);
@@ -135,10 +135,10 @@ TEST(EditSession, RegionsComposeInOrder) {
   }();
   const RegionId left = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->Refit(ShortJob(), monitor);
-  const std::vector<float> one = session->CurrentSh();
+  const FloatArray one = session->CurrentSh();
   session->AddRegion("right", OtherMasksOf(scene), other, kRed, monitor);
   session->Refit(ShortJob(), monitor);
-  const std::vector<float> both = session->CurrentSh();
+  const FloatArray both = session->CurrentSh();
   const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
   for (size_t g = 0; g < scene.shares.size(); ++g) {
     const bool is_left = scene.shares[g] > 0;
@@ -200,10 +200,10 @@ TEST(EditSession, PaintShowsBeforeAFit) {
   Monitor monitor;
   const RegionId id =
       session->AddRegion("left", MasksOf(scene), scene.shares, ColorEdit(), monitor);
-  const std::vector<float> plain = session->CurrentSh();
+  const FloatArray plain = session->CurrentSh();
   EXPECT_TRUE(SameBits(plain, scene.model.sh));
   session->SetEdit(id, Bands(scene));
-  const std::vector<float> painted = session->CurrentSh();
+  const FloatArray painted = session->CurrentSh();
   const auto paint = session->regions().regions[0].paint;
   ASSERT_TRUE(paint);
   ASSERT_FALSE(paint->gaussians.empty());
@@ -239,14 +239,14 @@ TEST(EditSession, TheFitOfPaintStartsFromWhatShows) {
   const auto session = MakeSession(scene);
   Monitor monitor;
   session->AddRegion("left", MasksOf(scene), scene.shares, Bands(scene), monitor);
-  const std::vector<float> shown = session->CurrentSh();
+  const FloatArray shown = session->CurrentSh();
   RefitJob job = ShortJob();
   job.options.solver = Solver::kAdam;
   job.options.adam.iterations = 1;
   job.options.adam.learning_rate = 1e-12;  // it stays where it starts
   session->Refit(job, monitor);
   ASSERT_TRUE(session->regions().regions[0].fit);
-  const std::vector<float> start = session->CurrentSh();
+  const FloatArray start = session->CurrentSh();
   EXPECT_LT(Compare(*session, scene, start, shown).inside, 1e-5);
   EXPECT_GT(Compare(*session, scene, start, scene.model.sh).inside, 0.02);
 }
@@ -272,7 +272,7 @@ TEST(EditSession, ACancelledRefitLeavesTheStateAsItWas) {
   const auto session = MakeSession(scene);
   Monitor monitor;
   session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  const std::vector<float> before = session->CurrentSh();
+  const FloatArray before = session->CurrentSh();
   int calls = 0;
   Monitor* cancel = nullptr;
   Monitor cancelling([&](const Progress& progress) {

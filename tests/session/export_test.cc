@@ -28,7 +28,7 @@ class Export : public ::testing::Test {
 
 TEST_F(Export, ViewsShowTheEdit) {
   const auto views = session_->reconstruction().ViewsByName();
-  const std::vector<float> sh = session_->CurrentSh();
+  const FloatArray sh = session_->CurrentSh();
   ExportViews(*session_, {views[1], views[3]}, sh, folder_ / "out", monitor_);
   EXPECT_FALSE(fs::exists(folder_ / "out" / "view0.png"));
   const Image expected = session_->scene().Render(*views[3], sh);

@@ -273,7 +273,7 @@ TEST_F(SessionFile, SavingAgainWritesOnlyWhatIsNew) {
 
 TEST_F(SessionFile, MovesWithItsScene) {
   Save();
-  const std::vector<float> expected = session_->CurrentSh();
+  const FloatArray expected = session_->CurrentSh();
   const TempFolder elsewhere;
   fs::rename(folder_ / "ws", elsewhere / "ws");
   fs::rename(File(), elsewhere / "edit.retint");
@@ -472,7 +472,7 @@ TEST_F(SessionFile, AnyDamageToTheManifestIsAnswered) {
 
 TEST_F(SessionFile, AFullDiskLeavesTheOldSession) {
   Save();
-  const std::vector<float> saved = Load().session->CurrentSh();
+  const FloatArray saved = Load().session->CurrentSh();
   session_->Undo();
   Monitor monitor;
   RefitJob job = session_->last_job();
@@ -534,11 +534,11 @@ TEST_F(SessionFile, RefusesToSaveWhatItCannot) {
 
 TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
   Save();
-  const std::vector<float> one = session_->CurrentSh();
+  const FloatArray one = session_->CurrentSh();
   const SessionSnapshot first = Snapshot();
   session_->RemoveRegion(1);
   const SessionSnapshot second = Snapshot();
-  const std::vector<float> two = session_->CurrentSh();
+  const FloatArray two = session_->CurrentSh();
   std::atomic<bool> stop = false;
   std::thread writer([&] {
     Monitor monitor;
@@ -548,7 +548,7 @@ TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
   int seen_one = 0, seen_two = 0, other = 0;
   for (int i = 0; i < 30; ++i) {
     try {
-      const std::vector<float> sh = Load().session->CurrentSh();
+      const FloatArray sh = Load().session->CurrentSh();
       (SameBits(sh, one) ? seen_one : SameBits(sh, two) ? seen_two : other) += 1;
     } catch (const InputError&) {
       // Overtaken four times in a row.

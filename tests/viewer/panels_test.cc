@@ -313,7 +313,7 @@ class PanelsTest : public PanelsFixture {
     window_->sessions().Save(*folder_ / "edit.retint");
     QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
     QTRY_VERIFY(!window_->IsModified());
-    const std::vector<float> before = *Controller().sh();
+    const FloatArray before = *Controller().sh();
     Select(0);
     QTest::keyClick(List(), Qt::Key_Delete);
     QCOMPARE(SessionRegions().regions.size(), size_t(1));

@@ -50,7 +50,7 @@ class RegionsPanelTest : public PanelsFixture {
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), Regions()[1].id);
     QTRY_VERIFY(Controller().sh() != both);
-    const std::vector<float> alone = *Controller().sh();
+    const FloatArray alone = *Controller().sh();
     QVERIFY(SessionRegions().regions[0].visible);  // not an edit
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), RegionId(0));
