@@ -273,6 +273,10 @@ void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const Cp
   // No other row has a weight.
   const uint16_t pixel_rows = explicit_weights ? view.pixel_rows() : params.pixel_rows;
   const auto transpose = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+    // Rows that are not wanted take part with weights of 0, and not a number times 0 is none.
+    if (!explicit_weights && pixel_rows != kAllPixelRows) {
+      std::fill_n(scratch.values, channels * kTilePixels, 0.0f);
+    }
     LoadTile(rect, pixel_rows, params.residual, channels, width, scratch.values);
     if (explicit_weights) {
       kernels.transpose_weights(view.weights[i], scratch.values, channels, partials.data());

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -190,7 +191,7 @@ Scene LoadScene(const std::string& name, const Flags& flags) {
   return scene;
 }
 
-void WritePictures(Scene& scene, Renderer& renderer, const std::vector<float>& sh,
+void WritePictures(Scene& scene, Renderer& renderer, std::span<const float> sh,
                    const std::string& label, const Flags& flags) {
   if (flags.output.empty()) return;
   for (const size_t v : {size_t{0}, scene.train.size() / 2, scene.train.size() - 1}) {

@@ -10,7 +10,7 @@
 namespace retint {
 namespace {
 
-std::vector<float> FitSh(TinyScene& scene, const RefitOptions& options, RefitSummary* summary) {
+FloatArray FitSh(TinyScene& scene, const RefitOptions& options, RefitSummary* summary) {
   Renderer renderer = scene.MakeRenderer();
   Monitor monitor;
   ShRefitter refitter(renderer, scene.model, scene.Targets(), ColorEdit::Tint({0.3f, 0.8f, 1.2f}),

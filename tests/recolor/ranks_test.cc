@@ -61,9 +61,9 @@ Fitted Fit(const TinyScene& scene, const FitCase& one) {
 }
 
 // Bytes, so that a NaN or a -0 counts.
-template <typename T>
-bool SameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+template <typename Values>
+bool SameBytes(const Values& a, const Values& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
 }
 
 void ExpectSame(const QualityNumbers& a, const QualityNumbers& b) {

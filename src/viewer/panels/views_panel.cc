@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include <QApplication>
 #include <QComboBox>
@@ -59,7 +60,7 @@ std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& pictu
 }
 
 QImage RenderSmall(EditSession& session, const SmallPicture& picture,
-                   const std::vector<float>& sh) {
+                   std::span<const float> sh) {
   RenderRequest request;
   request.cache = false;  // too small for anything else
   session.ShowSh(sh);
