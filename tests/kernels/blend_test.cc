@@ -212,7 +212,7 @@ TEST_P(BlendOp, DepthLeavesGaussiansOut) {
 // Any rows, every second, which backends may have loops for, and an odd number of them.
 TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
   for (const uint16_t kept : {0x9305, 0x5555, 0x0421}) {
-    const Scene scene = MakeScene({160, 90, 400});
+    const Scene scene = MakeScene({160, 96, 400});
     constexpr size_t kWidth = 160;
     const auto wanted = [&](size_t p) { return (kept >> (p / kWidth % kTileSize) & 1) != 0; };
     const auto features = UniformVector(rng_, scene.rows.size() * 3, 0, 1);
