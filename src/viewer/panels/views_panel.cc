@@ -59,8 +59,7 @@ std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& pictu
   return Coverage(facts.Lens(picture, scaled(picture.width), scaled(picture.height))->Bent(faces));
 }
 
-QImage RenderSmall(EditSession& session, const SmallPicture& picture,
-                   std::span<const float> sh) {
+QImage RenderSmall(EditSession& session, const SmallPicture& picture, std::span<const float> sh) {
   RenderRequest request;
   request.cache = false;  // too small for anything else
   session.ShowSh(sh);
