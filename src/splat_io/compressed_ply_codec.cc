@@ -19,7 +19,8 @@ namespace {
 
 constexpr const char* kMark = "compressed .ply ";  // and the number of floats of a chunk
 constexpr size_t kChunkRows = 256;
-constexpr size_t kChunksAPiece = 4, kPiecesABatch = 32;  // a piece stays in a core's cache
+constexpr size_t kChunksAPiece = 4;  // a piece stays in a core's cache
+constexpr size_t kLeastPiecesAReport = 32, kMostReports = 64;
 constexpr size_t kVertexBytes = 16;
 constexpr size_t kPosition = 0, kScale = 6, kColor = 12;  // bounds in a chunk: 3 least, 3 most
 constexpr std::array<const char*, 18> kChunkColumns = {
@@ -452,7 +453,10 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
       if (!AreModest(bounds)) modest = false;
     }
   };
-  ForRows(layout.NumChunks(), report, decode, kChunksAPiece, kPiecesABatch);
+  // Threads wait for each other at a report.
+  const size_t pieces = layout.NumChunks() / kChunksAPiece;
+  ForRows(layout.NumChunks(), report, decode, kChunksAPiece,
+          std::max(kLeastPiecesAReport, pieces / kMostReports));
   if (!modest) ValidateRead(model, path, bad);
   return model;
 }
