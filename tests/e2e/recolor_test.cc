@@ -387,6 +387,23 @@ TEST(Recolor, EvaluateGivesFiguresByTrueMasksToo) {
             own["true_masks"]["quality"]["train"]["psnr_inside_after"].get<double>());
 }
 
+// Figures that are only printed are of some rows of pixels, and say so; those of a file are of all.
+TEST(Recolor, SaysWhereItMeasuresSomeRowsOnly) {
+  TempFolder temp;
+  const std::string some = "in one row of pixels of 4";
+  const CommandResult printed = RunRetint(RecolorArguments(temp));
+  ASSERT_EQ(printed.code, 0) << printed.err;
+  EXPECT_THAT(printed.out + printed.err, testing::HasSubstr(some));
+  for (const auto& [option, file] :
+       {std::pair("--report", "r.json"), {"--report-html", "r.html"}}) {
+    const CommandResult kept =
+        RunRetint(Join(RecolorArguments(temp), {option, (temp / file).string()}));
+    ASSERT_EQ(kept.code, 0) << kept.err;
+    EXPECT_THAT(kept.out + kept.err, testing::HasSubstr("fitted"));
+    EXPECT_THAT(kept.out + kept.err, testing::Not(testing::HasSubstr(some)));
+  }
+}
+
 TEST(Recolor, ReplacesAnEarlierResult) {
   TempFolder temp;
   WriteFile(temp / "out.ply", "an earlier result");
