@@ -9,6 +9,7 @@
 // feature, so Blend gives W_A c_A and BlendTranspose gives W_A^T r, on the region's tiles only.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -54,6 +55,9 @@ class ViewGeometry {
   // Bit y: row y of every tile has its weights. Only compact regions leave rows out, and keep every
   // second, fourth or eighth; Blend writes zeros there, BlendTranspose does not read them.
   uint16_t pixel_rows() const { return pixel_rows_; }
+  int num_pixel_rows() const { return std::popcount(pixel_rows_); }
+  // From one of them to the next; the first is row 0.
+  int pixel_row_step() const { return kTileSize / num_pixel_rows(); }
   int tiles_x() const { return (camera_.width + kTileSize - 1) / kTileSize; }
   int tiles_y() const { return (camera_.height + kTileSize - 1) / kTileSize; }
 

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The refit's steps on the pixels of a region or of a box, so that a sweep never leaves backend
-// memory. A region's pixels are those of its tiles, in the order of tiles(), kTileSize^2 pixels
-// each, row-major; positions past the image's edge hold 0.
+// memory. A region's pixels are those of its tiles, in the order of tiles(): of each tile the rows
+// of pixel_rows(), kTileSize pixels each, row-major; positions past the image's edge hold 0.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "kernels/blend_ops.h"
 #include "kernels/common/color_ops.h"
 
 namespace retint {
+
+inline size_t NumRegionPixels(const ViewGeometry& region) {
+  return region.tiles().size() * size_t(region.num_pixel_rows() * kTileSize);
+}
 
 // How a region's pixels should change: target = edited(source) - render, in steps of `unit`,
 // saturating (common/quantize.h).
@@ -19,22 +24,21 @@ struct RegionTargetParams {
   const uint8_t* mask;  // [H, W]
   ColorMap map;
   float unit;       // above 0
-  int16_t* target;  // [tiles, kTileSize^2, 3]; of no meaning in rows that the region left out
+  int16_t* target;  // [pixels, 3]
   // Where not null, also the pixels' weights m inside_weight + (1 - m) outside_weight, m = mask /
-  // 255, in steps of 1 / 255: [tiles, kTileSize^2], 0 past the image's edge and in rows that the
-  // region left out.
+  // 255, in steps of 1 / 255: [pixels].
   uint8_t* weights = nullptr;
   float inside_weight = 1, outside_weight = 1;
 };
 
-// r = target * unit - image on the region's tiles: residual = weight * r, loss[0] += weight * r^2.
+// r = target * unit - image on the region's pixels: residual = weight * r, loss[0] += weight * r^2.
 struct RegionResidualParams {
-  const int16_t* target;  // [tiles, kTileSize^2, 3]
+  const int16_t* target;  // [pixels, 3]
   float unit;
   const float* image;      // [H, W, 3]
   float* residual;         // [H, W, 3]; may be `image`
   double* loss;            // [1] backend memory, accumulated
-  const uint8_t* weights;  // [tiles, kTileSize^2] in steps of 1 / 255, or null: all 1
+  const uint8_t* weights;  // [pixels] in steps of 1 / 255, or null: all 1
   // [1] backend memory, or null: CUDA raises it to the largest |residual|, for
   // BlendTransposeParams::largest. The CPU has no use for it and leaves it as it is.
   float* largest = nullptr;
@@ -102,9 +106,9 @@ class RefitOps {
   void RegionResidual(const ViewGeometry& region, const RegionResidualParams& params);
   // False, and nothing was done, where the backend has no such pass over the region.
   bool RegionSweep(const ViewGeometry& region, const RegionSweepParams& params);
-  // image += delta on the region's tiles, both [H, W, 3].
+  // image += delta on the region's pixels, both [H, W, 3].
   void RegionAdd(const ViewGeometry& region, float* image, const float* delta);
-  // The weights of RegionTarget as an image [H, W], 0 outside the region's tiles.
+  // The weights of RegionTarget as an image [H, W], 0 outside the region's pixels.
   void RegionWeightImage(const ViewGeometry& region, const uint8_t* weights, float* image);
   // seen[rows()[r]] = 1 for every row r, [N]: which Gaussians some view sees.
   void MarkRows(const ViewGeometry& view, uint8_t* seen);

@@ -21,4 +21,14 @@ void ShOps::AccumulateBlocks(const Model& model, const AccumulateBlocksParams& p
   DoAccumulateBlocks(model, params);
 }
 
+void ShOps::EditSh(const EditShParams& params) {
+  RequireCount(params.count);
+  Require(params.k == 1 || params.k == 4 || params.k == 9 || params.k == 16,
+          "spherical harmonics have 1, 4, 9 or 16 coefficients");
+  const bool fits = params.basis && params.fit && params.directions >= 1 &&
+                    params.directions <= kMaxEditDirections;
+  Require(!params.map.program || fits, "an edit that is not affine needs its directions");
+  DoEditSh(params);
+}
+
 }  // namespace retint

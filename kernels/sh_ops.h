@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "kernels/blend_ops.h"
+#include "kernels/common/color_ops.h"
 
 namespace retint {
 
@@ -48,6 +49,24 @@ struct AccumulateBlocksParams {
   float* blocks;  // [slots, K (K + 1) / 2]
 };
 
+// A color edit of Gaussians each by itself, [count]. An affine map's is exact (common/sh_edit.h).
+// Any other is applied to what shows of the colors 0.5 + B C in `directions` directions, and the
+// coefficients take the least-squares fit F of what these colors must change by: C += F change.
+// Where that is 0, no bit changes.
+struct EditShParams {
+  float* sh;            // [count, k, 3], C of each
+  const float* shares;  // [count] how much of the edit it takes
+  double threshold;     // those of a share not above stay as they are
+  int64_t count;
+  int32_t k;  // coefficients: 1, 4, 9 or 16
+  ColorMap map;
+  // Of a map with a program; backend memory.
+  const float* basis = nullptr;  // B [directions, k]
+  const float* fit = nullptr;    // F [k, directions]
+  int32_t directions = 0;        // kMaxEditDirections at most
+};
+inline constexpr int kMaxEditDirections = 4 * kMaxShCoeffs;
+
 class ShOps {
  public:
   virtual ~ShOps() = default;
@@ -55,11 +74,13 @@ class ShOps {
   void EvalSh(const Model& model, const EvalShParams& params);
   void EvalShTranspose(const Model& model, const EvalShTransposeParams& params);
   void AccumulateBlocks(const Model& model, const AccumulateBlocksParams& params);
+  void EditSh(const EditShParams& params);
 
  protected:
   virtual void DoEvalSh(const Model& model, const EvalShParams& params) = 0;
   virtual void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) = 0;
   virtual void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) = 0;
+  virtual void DoEditSh(const EditShParams& params) = 0;
 };
 
 }  // namespace retint

@@ -17,7 +17,7 @@ class CpuBackend : public Backend {
   explicit CpuBackend(const CpuOptions& options)
       : target_(options.scalar ? "scalar" : std::string(SimdTargetName()) + " (Highway)") {
     blend_ = MakeCpuBlendOps(options.scalar ? ScalarTileKernels() : SimdTileKernels());
-    sh_ = MakeCpuShOps();
+    sh_ = MakeCpuShOps(options.scalar ? EditColorsOneByOne : EditColors);
     solve_ = MakeCpuSolveOps();
     refit_ = MakeCpuRefitOps(options.scalar ? ScalarLossKernels() : SimdLossKernels(),
                              options.scalar ? ScalarTileKernels() : SimdTileKernels(),

@@ -13,13 +13,18 @@ namespace {
 
 constexpr int64_t kRows = 1 << 14;  // a task
 
-// body(tile, x0, y0, x1, y1) for every tile of the geometry, with its pixels inside the image.
+// body(first, pixel, count) for the pixel rows of a region's tile: the number of the row's first
+// pixel in the region and in the image, and how many of its pixels lie inside the image.
 template <typename Body>
-void VisitTile(const ViewGeometry& view, size_t tile, const Body& body) {
-  const int id = view.tiles()[tile];
-  const int x0 = id % view.tiles_x() * kTileSize, y0 = id / view.tiles_x() * kTileSize;
-  body(x0, y0, std::min(x0 + kTileSize, view.camera().width),
-       std::min(y0 + kTileSize, view.camera().height));
+void ForTileRows(const ViewGeometry& region, size_t tile, const Body& body) {
+  const int id = region.tiles()[tile], step = region.pixel_row_step();
+  const int x0 = id % region.tiles_x() * kTileSize, y0 = id / region.tiles_x() * kTileSize;
+  const int width = region.camera().width, count = std::min(kTileSize, width - x0);
+  size_t first = tile * size_t(region.num_pixel_rows() * kTileSize);
+  for (int y = y0; y < std::min(y0 + kTileSize, region.camera().height); y += step) {
+    body(first, size_t(y) * size_t(width) + size_t(x0), count);
+    first += kTileSize;
+  }
 }
 
 // body(y) for the rows of a box.
@@ -56,61 +61,49 @@ class CpuRefitOps : public RefitOps {
 };
 
 void CpuRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) {
-  const size_t width = size_t(view.camera().width);
   const float* source = params.source ? params.source : params.render;
   const float scale = 1 / params.unit;
   uint8_t weight_of[256];
   for (int m = 0; m < 256; ++m)
     weight_of[m] = PixelWeight(uint8_t(m), params.inside_weight, params.outside_weight);
   ParallelTasks(int64_t(view.tiles().size()), [&](int64_t i) {
-    int16_t* tile = params.target + i * kTilePixels * 3;
-    std::fill_n(tile, kTilePixels * 3, int16_t(0));
-    uint8_t* weights = params.weights ? params.weights + i * kTilePixels : nullptr;
-    if (weights) std::fill_n(weights, kTilePixels, uint8_t(0));
-    VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
-      for (int y = y0; y < y1; ++y) {
-        if (!(view.pixel_rows() >> (y - y0) & 1)) continue;
-        const size_t first = size_t(y) * width + size_t(x0);
-        const int within = (y - y0) * kTileSize, count = x1 - x0;
-        float edited[3 * kTileSize];
-        edit_colors_(params.map, params.mask + first, source + 3 * first, count, edited);
-        for (int j = 0; j < 3 * count; ++j) {
-          tile[3 * within + j] =
-              ToSignedSteps(edited[j] - params.render[3 * first + size_t(j)], scale);
-        }
-        for (int x = 0; weights && x < count; ++x) {
-          weights[within + x] = weight_of[params.mask[first + size_t(x)]];
-        }
+    const int64_t of_tile = view.num_pixel_rows() * kTileSize;
+    std::fill_n(params.target + i * of_tile * 3, of_tile * 3, int16_t(0));
+    if (params.weights) std::fill_n(params.weights + i * of_tile, of_tile, uint8_t(0));
+    ForTileRows(view, size_t(i), [&](size_t first, size_t pixel, int count) {
+      const uint8_t* mask = params.mask + pixel;
+      const float* render = params.render + 3 * pixel;
+      float edited[3 * kTileSize];
+      edit_colors_(params.map, mask, source + 3 * pixel, count, edited);
+      int16_t* target = params.target + 3 * first;
+      for (int j = 0; j < 3 * count; ++j) target[j] = ToSignedSteps(edited[j] - render[j], scale);
+      for (int x = 0; params.weights && x < count; ++x) {
+        params.weights[first + size_t(x)] = weight_of[mask[x]];
       }
     });
   });
 }
 
 void CpuRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
-  const size_t width = size_t(view.camera().width);
   *params.loss += OrderedSum(int64_t(view.tiles().size()), 1, [&](int64_t i, int64_t) {
-    const int16_t* tile = params.target + i * kTilePixels * 3;
-    const uint8_t* tile_weights = params.weights ? params.weights + i * kTilePixels : nullptr;
     double sum = 0;
-    VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
-      for (int y = y0; y < y1; ++y) {
-        if (!(view.pixel_rows() >> (y - y0) & 1)) continue;
-        const size_t at = (size_t(y) * width + size_t(x0)) * 3;
-        const int first = (y - y0) * kTileSize;
-        float weights[kTileSize * 3];
-        for (int x = 0; x < kTileSize; ++x) {
-          const float weight = tile_weights ? float(tile_weights[first + x]) * (1.0f / 255) : 1.0f;
-          weights[3 * x] = weights[3 * x + 1] = weights[3 * x + 2] = weight;
-        }
-        const int16_t* target = tile + first * 3;
-        float row = 0;
-        for (int j = 0; j < (x1 - x0) * 3; ++j) {
-          const float r = float(target[j]) * params.unit - params.image[at + size_t(j)];
-          params.residual[at + size_t(j)] = weights[j] * r;
-          row += weights[j] * r * r;
-        }
-        sum += double(row);
+    ForTileRows(view, size_t(i), [&](size_t first, size_t pixel, int count) {
+      const uint8_t* of_pixels = params.weights ? params.weights + first : nullptr;
+      float weights[kTileSize * 3];
+      for (int x = 0; x < kTileSize; ++x) {
+        const float weight = of_pixels ? float(of_pixels[x]) * (1.0f / 255) : 1.0f;
+        weights[3 * x] = weights[3 * x + 1] = weights[3 * x + 2] = weight;
       }
+      const int16_t* target = params.target + 3 * first;
+      const float* image = params.image + 3 * pixel;
+      float* residual = params.residual + 3 * pixel;
+      float row = 0;
+      for (int j = 0; j < 3 * count; ++j) {
+        const float r = float(target[j]) * params.unit - image[j];
+        residual[j] = weights[j] * r;
+        row += weights[j] * r * r;
+      }
+      sum += double(row);
     });
     return sum;
   });
@@ -120,6 +113,7 @@ void CpuRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidua
 bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) {
   const auto& region = dynamic_cast<const CpuViewGeometry&>(view);
   if (region.weights.empty()) return false;
+  const size_t of_tile = size_t(view.num_pixel_rows() * kTileSize);
   auto partials = scratch_.Take(params.result ? size_t(region.num_slots()) * 3 : 0);
   *params.loss += OrderedSum(int64_t(region.weights.size()), 4, [&](int64_t begin, int64_t end) {
     double loss = 0;
@@ -127,8 +121,8 @@ bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParam
       const WeightTile& weights = region.weights[i];
       alignas(64) float values[3 * kTilePixels] = {};
       tiles_.blend_weights(weights, params.change, 3, values);
-      loss += tiles_.residual(params.target + i * kTilePixels * 3, params.unit,
-                              params.weights + i * kTilePixels, region.pixel_rows(), values);
+      loss += tiles_.residual(params.target + i * of_tile * 3, params.unit,
+                              params.weights + i * of_tile, region.pixel_row_step(), values);
       if (params.result) tiles_.transpose_weights(weights, values, 3, partials.data());
     }
     return loss;
@@ -138,14 +132,10 @@ bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParam
 }
 
 void CpuRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) {
-  const size_t width = size_t(view.camera().width);
   ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
-        for (int y = y0; y < y1; ++y) {
-          const size_t at = (size_t(y) * width + size_t(x0)) * 3;
-          for (size_t j = at; j < at + size_t(x1 - x0) * 3; ++j) image[j] += delta[j];
-        }
+      ForTileRows(view, size_t(i), [&](size_t, size_t pixel, int count) {
+        for (size_t j = 3 * pixel; j < 3 * (pixel + size_t(count)); ++j) image[j] += delta[j];
       });
     }
   });
@@ -153,15 +143,12 @@ void CpuRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const floa
 
 void CpuRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights,
                                       float* image) {
-  const size_t width = size_t(view.camera().width);
-  std::fill_n(image, width * size_t(view.camera().height), 0.0f);
+  std::fill_n(image, size_t(view.camera().width) * size_t(view.camera().height), 0.0f);
   ParallelRanges(int64_t(view.tiles().size()), 16, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      VisitTile(view, size_t(i), [&](int x0, int y0, int x1, int y1) {
-        for (int y = y0; y < y1; ++y) {
-          const uint8_t* in = weights + i * kTilePixels + (y - y0) * kTileSize;
-          float* out = image + size_t(y) * width;
-          for (int x = x0; x < x1; ++x) out[x] = float(*in++) * (1.0f / 255);
+      ForTileRows(view, size_t(i), [&](size_t first, size_t pixel, int count) {
+        for (size_t x = 0; x < size_t(count); ++x) {
+          image[pixel + x] = float(weights[first + x]) * (1.0f / 255);
         }
       });
     }

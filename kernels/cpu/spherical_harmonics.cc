@@ -5,9 +5,11 @@
 #include <vector>
 
 #include <hwy/cache_control.h>
+#include <Eigen/Core>
 
 #include "base/parallel.h"
 #include "kernels/common/sh.h"
+#include "kernels/common/sh_edit.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/groups.h"
 #include "kernels/cpu/sh_kernels.h"
@@ -150,12 +152,17 @@ std::vector<int32_t> EntriesOf(const Model& model, const EvalShParams& params) {
 }
 
 class CpuShOps : public ShOps {
+ public:
+  explicit CpuShOps(EditColorsKernel edit_colors) : edit_colors_(edit_colors) {}
+
  protected:
   void DoEvalSh(const Model& model, const EvalShParams& params) override;
   void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) override;
   void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override;
+  void DoEditSh(const EditShParams& params) override;
 
  private:
+  EditColorsKernel edit_colors_;
   const ShKernels& kernels_ = NativeShKernels();
 };
 
@@ -197,8 +204,45 @@ void CpuShOps::DoAccumulateBlocks(const Model& model, const AccumulateBlocksPara
       [](int64_t) {});
 }
 
+// [directions, k] or [k, directions], or of three channels.
+using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+void EditAround(const EditShParams& params, EditColorsKernel edit_colors, float share, float* sh) {
+  const Eigen::Map<const Rows> basis(params.basis, params.directions, params.k);
+  const Eigen::Map<const Rows> fit(params.fit, params.k, params.directions);
+  Rows colors = (basis * Eigen::Map<const Rows>(sh, params.k, 3)).array() + 0.5f;
+  const Rows shown = colors.cwiseMax(0.0f);
+  Rows edited = shown;
+  edit_colors(params.map, nullptr, edited.data(), params.directions, edited.data());
+  for (Eigen::Index i = 0; i < colors.size(); ++i) {
+    float& color = colors.data()[i];
+    color = ChangeToShow(share * (edited.data()[i] - shown.data()[i]), share, color);
+  }
+  const Rows change = fit * colors;
+  for (Eigen::Index i = 0; i < change.size(); ++i) {
+    if (change.data()[i] != 0) sh[i] += change.data()[i];
+  }
+}
+
+void CpuShOps::DoEditSh(const EditShParams& params) {
+  ParallelRanges(params.count, 256, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const float share = params.shares[i];
+      if (!(share > params.threshold)) continue;
+      float* const sh = params.sh + i * params.k * 3;
+      if (params.map.program) {
+        EditAround(params, edit_colors_, share, sh);
+      } else {
+        for (int k = 0; k < params.k; ++k) EditCoefficient(params.map, share, k, sh + 3 * k);
+      }
+    }
+  });
+}
+
 }  // namespace
 
-std::unique_ptr<ShOps> MakeCpuShOps() { return std::make_unique<CpuShOps>(); }
+std::unique_ptr<ShOps> MakeCpuShOps(EditColorsKernel edit_colors) {
+  return std::make_unique<CpuShOps>(edit_colors);
+}
 
 }  // namespace retint

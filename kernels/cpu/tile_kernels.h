@@ -54,10 +54,10 @@ struct TileKernels {
   void (*blend_weights)(const WeightTile& tile, const float* features, int channels, float* sums);
   void (*transpose_weights)(const WeightTile& tile, const float* residual, int channels,
                             float* partials);
-  // sums = weights / 255 (target unit - sums) of three channels in the pixel rows asked for;
-  // returns the sum of weights / 255 (target unit - sums)^2. target [kTilePixels, 3], weights
-  // [kTilePixels].
-  double (*residual)(const int16_t* target, float unit, const uint8_t* weights, uint16_t pixel_rows,
+  // sums = weights / 255 (target unit - sums) of three channels in every `row_step`-th pixel row
+  // from the first on; returns the sum of weights / 255 (target unit - sums)^2. `target` and
+  // `weights` have these rows alone, [rows, kTileSize, 3] and [rows, kTileSize].
+  double (*residual)(const int16_t* target, float unit, const uint8_t* weights, int row_step,
                      float* sums);
 };
 

@@ -233,15 +233,15 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
   });
 }
 
-double Residual(const int16_t* target, float unit, const uint8_t* weights, uint16_t pixel_rows,
+double Residual(const int16_t* target, float unit, const uint8_t* weights, int row_step,
                 float* sums) {
   double loss = 0;
-  for (int p = 0; p < kTilePixels; ++p) {
-    if (!(pixel_rows >> (p / kTileSize) & 1)) continue;
-    const float weight = float(weights[p]) * (1.0f / 255);
+  for (int i = 0; i < kTilePixels / row_step; ++i) {
+    const int p = i / kTileSize * row_step * kTileSize + i % kTileSize;
+    const float weight = float(weights[i]) * (1.0f / 255);
     for (int c = 0; c < 3; ++c) {
       float& sum = sums[c * kTilePixels + p];
-      const float r = float(target[3 * p + c]) * unit - sum;
+      const float r = float(target[3 * i + c]) * unit - sum;
       sum = weight * r;
       loss += double(sum * r);
     }

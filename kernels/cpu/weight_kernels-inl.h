@@ -224,7 +224,7 @@ void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
   }
 }
 
-double Residual(const int16_t* target, float unit, const uint8_t* weights, uint16_t pixel_rows,
+double Residual(const int16_t* target, float unit, const uint8_t* weights, int row_step,
                 float* sums) {
   const HalfTag d;
   const hn::Rebind<int16_t, HalfTag> d16;
@@ -232,13 +232,14 @@ double Residual(const int16_t* target, float unit, const uint8_t* weights, uint1
   const hn::RebindToSigned<HalfTag> di;
   const auto scale = hn::Set(d, unit), step = hn::Set(d, 1.0f / 255);
   auto loss = hn::Zero(d);
-  for (int y = 0; y < kTileSize; ++y) {
-    if (!(pixel_rows >> y & 1)) continue;
-    for (size_t p = size_t(y) * kTileSize; p < size_t(y + 1) * kTileSize; p += hn::Lanes(d)) {
+  size_t i = 0;
+  for (int y = 0; y < kTileSize; y += row_step) {
+    for (size_t x = 0; x < size_t(kTileSize); x += hn::Lanes(d), i += hn::Lanes(d)) {
+      const size_t p = size_t(y) * kTileSize + x;
       hn::Vec<decltype(d16)> wanted[3];
-      hn::LoadInterleaved3(d16, target + 3 * p, wanted[0], wanted[1], wanted[2]);
+      hn::LoadInterleaved3(d16, target + 3 * i, wanted[0], wanted[1], wanted[2]);
       const auto weight =
-          hn::Mul(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, weights + p))), step);
+          hn::Mul(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, weights + i))), step);
       for (size_t c = 0; c < 3; ++c) {
         float* const at = sums + c * kTilePixels + p;
         const auto goal = hn::ConvertTo(d, hn::PromoteTo(di, wanted[c]));

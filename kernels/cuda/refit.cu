@@ -13,35 +13,26 @@
 namespace retint::cuda {
 namespace {
 
-constexpr int kTilePixels = kTileSize * kTileSize;
-
-// Pixels of a region, numbered tile by tile; -1 past the image's edge.
+// Where the pixels of a region lie in the image; -1 past its edge.
 struct RegionPixels {
   const int32_t* tile_ids;
-  int tiles_x, width, height;
-  uint16_t pixel_rows;
-
-  // Whether pixel i lies in a row that the region left out.
-  __device__ bool IsLeftOut(int64_t i) const {
-    return !(pixel_rows >> (i % kTilePixels / kTileSize) & 1);
-  }
+  int tiles_x, width, height, rows, row_step;
 
   __device__ int64_t Pixel(int64_t i) const {
-    const int tile = tile_ids[i / kTilePixels], within = int(i % kTilePixels);
+    const int of_tile = rows * kTileSize;
+    const int tile = tile_ids[i / of_tile], within = int(i % of_tile);
     const int x = tile % tiles_x * kTileSize + within % kTileSize;
-    const int y = tile / tiles_x * kTileSize + within / kTileSize;
+    const int y = tile / tiles_x * kTileSize + within / kTileSize * row_step;
     return x < width && y < height ? int64_t(y) * width + x : -1;
   }
 };
 
 RegionPixels PixelsOf(const CudaViewGeometry& view) {
-  return {view.tile_ids.data(), view.tiles_x(), view.camera().width, view.camera().height,
-          view.pixel_rows()};
+  return {view.tile_ids.data(), view.tiles_x(),        view.camera().width,
+          view.camera().height, view.num_pixel_rows(), view.pixel_row_step()};
 }
 
-int64_t CountOf(const CudaViewGeometry& view) {
-  return int64_t(view.tile_ids.size()) * kTilePixels;
-}
+int64_t CountOf(const CudaViewGeometry& view) { return int64_t(NumRegionPixels(view)); }
 
 __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidualParams params,
                                BlockSums sums) {
@@ -50,7 +41,7 @@ __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidua
   for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
        i += int64_t(gridDim.x) * blockDim.x) {
     const int64_t pixel = pixels.Pixel(i);
-    if (pixel < 0 || pixels.IsLeftOut(i)) continue;
+    if (pixel < 0) continue;
     const float weight = params.weights ? float(params.weights[i]) * (1.0f / 255) : 1.0f;
     for (int c = 0; c < 3; ++c) {
       const float r = float(params.target[3 * i + c]) * params.unit - params.image[3 * pixel + c];
@@ -99,9 +90,8 @@ void CudaRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetPa
   ForEach(CountOf(Own(view)), stream_, "RegionTarget", [=] __device__(int64_t i) {
     const int64_t p = pixels.Pixel(i);
     if (params.weights) {
-      const bool counts = p >= 0 && !pixels.IsLeftOut(i);
       params.weights[i] =
-          counts ? PixelWeight(params.mask[p], params.inside_weight, params.outside_weight) : 0;
+          p >= 0 ? PixelWeight(params.mask[p], params.inside_weight, params.outside_weight) : 0;
     }
     float edited[3] = {}, render[3] = {};
     if (p >= 0) {

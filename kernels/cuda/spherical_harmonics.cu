@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "kernels/common/sh.h"
+#include "kernels/common/sh_edit.h"
 
 #include <type_traits>
 
@@ -152,12 +153,44 @@ void WithCoefficients(int k, const Function& function) {
   }
 }
 
+// A warp a Gaussian: its lanes share the directions, then the coefficients.
+constexpr int kEditWarps = 4;
+
+__global__ void __launch_bounds__(32 * kEditWarps) EditAroundKernel(EditShParams params) {
+  __shared__ float changes[kEditWarps][3 * kMaxEditDirections];
+  const int warp = threadIdx.x / 32, lane = threadIdx.x % 32;
+  const int64_t i = int64_t(blockIdx.x) * kEditWarps + warp;
+  if (i >= params.count) return;
+  const float share = params.shares[i];
+  if (!(share > params.threshold)) return;
+  float* const sh = params.sh + i * params.k * 3;
+  float* const change = changes[warp];
+  for (int d = lane; d < params.directions; d += 32) {
+    const float3 sum = Contract(params.basis + d * params.k, sh, params.k);
+    const float color[3] = {sum.x + 0.5f, sum.y + 0.5f, sum.z + 0.5f};
+    const float shown[3] = {fmaxf(0.0f, color[0]), fmaxf(0.0f, color[1]), fmaxf(0.0f, color[2])};
+    float edited[3];
+    ApplyColorMap(params.map, 1.0f, shown, edited);
+    for (int c = 0; c < 3; ++c) {
+      change[3 * d + c] = ChangeToShow(share * (edited[c] - shown[c]), share, color[c]);
+    }
+  }
+  __syncwarp();
+  for (int j = lane; j < 3 * params.k; j += 32) {
+    const float* fit = params.fit + j / 3 * params.directions;
+    float sum = 0;
+    for (int d = 0; d < params.directions; ++d) sum += fit[d] * change[3 * d + j % 3];
+    if (sum != 0) sh[j] += sum;
+  }
+}
+
 class CudaShOps : public ShOps {
  public:
   explicit CudaShOps(cudaStream_t stream) : stream_(stream) {}
   void DoEvalSh(const Model& model, const EvalShParams& params) override;
   void DoEvalShTranspose(const Model& model, const EvalShTransposeParams& params) override;
   void DoAccumulateBlocks(const Model& model, const AccumulateBlocksParams& params) override;
+  void DoEditSh(const EditShParams& params) override;
 
  private:
   cudaStream_t stream_;
@@ -196,6 +229,21 @@ void CudaShOps::DoAccumulateBlocks(const Model& model, const AccumulateBlocksPar
   WithCoefficients(entries.k, [&](auto k) {
     BlocksKernel<k()><<<Blocks(params.count, kBatch), kBatch, 0, stream_>>>(entries, params);
     Check(cudaGetLastError(), "AccumulateBlocks");
+  });
+}
+
+void CudaShOps::DoEditSh(const EditShParams& params) {
+  if (params.count <= 0) return;
+  if (params.map.program) {
+    EditAroundKernel<<<Blocks(params.count, kEditWarps), 32 * kEditWarps, 0, stream_>>>(params);
+    Check(cudaGetLastError(), "EditSh");
+    return;
+  }
+  ForEach(params.count * params.k, stream_, "EditSh", [=] __device__(int64_t i) {
+    const float share = params.shares[i / params.k];
+    if (share > params.threshold) {
+      EditCoefficient(params.map, share, int(i % params.k), params.sh + 3 * i);
+    }
   });
 }
 

@@ -13,70 +13,101 @@
 namespace retint {
 namespace {
 
-constexpr float kY00 = 0.28209479177387814f;  // the constant SH basis function, 1 / (2 sqrt(pi))
+constexpr int64_t kPiece = 1 << 18;  // Gaussians on a device at a time: 48 MiB of degree 3
 
-// An affine map of colors is one of coefficients, exact in every direction.
-void ApplyAffine(const AffineColor& map, float share, size_t coeffs, float* sh) {
-  const Eigen::Matrix3f delta = map.gain - Eigen::Matrix3f::Identity();
-  // The affine part of delta (0.5 + Y C) + offset that does not depend on the direction.
-  const Eigen::Vector3f constant = (0.5f * delta.rowwise().sum() + map.offset) / kY00;
-  for (size_t k = 0; k < coeffs; ++k) {
-    float* value = sh + 3 * k;
-    const Eigen::Vector3f old(value[0], value[1], value[2]);
-    Eigen::Vector3f change = delta * old;
-    if (k == 0) change += constant;
-    for (int c = 0; c < 3; ++c) {
-      // Adding 0 would turn -0 into 0: an identity edit changes no bit.
-      if (change[c] != 0) value[c] += share * change[c];
+// What an edit does to Gaussians of a backend's memory, one after the other.
+class ShEditor {
+ public:
+  ShEditor(Backend& backend, int num_coeffs, const ColorEdit& edit, double active_threshold)
+      : backend_(backend), edit_(backend, CompiledEdit(edit)) {
+    params_.k = num_coeffs;
+    params_.threshold = active_threshold;
+    params_.map = edit_.map;
+    if (!edit_.map.program) return;
+    const DirectionFit around(num_coeffs);
+    basis_ = backend.Upload(around.basis());
+    fit_ = backend.Upload(around.fit());
+    params_.basis = basis_.data();
+    params_.fit = fit_.data();
+    params_.directions = around.directions();
+  }
+  void Edit(float* sh, const float* shares, int64_t count) {
+    params_.sh = sh;
+    params_.shares = shares;
+    params_.count = count;
+    backend_.sh().EditSh(params_);
+  }
+
+ private:
+  Backend& backend_;
+  UploadedEdit edit_;
+  Buffer<float> basis_, fit_;
+  EditShParams params_{};
+};
+
+// By way of the memory of a device, which sees the Gaussians that change alone.
+void EditOnDevice(Backend& backend, std::span<float> sh, size_t block,
+                  std::span<const float> shares, double threshold, ShEditor& editor) {
+  std::vector<int64_t> active;
+  for (size_t g = 0; g < shares.size(); ++g) {
+    if (shares[g] > threshold) active.push_back(int64_t(g));
+  }
+  const bool all = active.size() == shares.size();
+  FloatArray piece;
+  std::vector<float> of_piece;
+  Buffer<float> device_sh, device_shares;
+  for (size_t first = 0; first < active.size(); first += kPiece) {
+    const size_t count = std::min(active.size() - first, size_t(kPiece));
+    const auto at = [&](int64_t i) { return size_t(active[first + size_t(i)]); };
+    const auto for_each = [&](const auto& body) {
+      ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) body(i);
+      });
+    };
+    float* values = sh.data() + first * block;
+    const float* kept = shares.data() + first;
+    if (!all) {
+      piece.resize(count * block);
+      of_piece.resize(count);
+      values = piece.data(), kept = of_piece.data();
+      for_each([&](int64_t i) {
+        std::copy_n(&sh[at(i) * block], block, &piece[size_t(i) * block]);
+        of_piece[size_t(i)] = shares[at(i)];
+      });
     }
-  }
-}
-
-// Any other map is applied to the colors in directions all around.
-void ApplyAround(const DirectionFit& fit, const CompiledEdit& edit, float share, float* sh) {
-  DirectionFit::Colors colors = fit.ColorsOf(sh);
-  const DirectionFit::Colors shown = colors.cwiseMax(0.0f);
-  DirectionFit::Colors edited = shown;
-  edit.ApplyToAll({edited.data(), size_t(edited.size())});
-  for (Eigen::Index i = 0; i < colors.size(); ++i) {
-    const float color = colors.data()[i], old = shown.data()[i];
-    colors.data()[i] = DirectionFit::Rise(share * (edited.data()[i] - old), share, color, old);
-  }
-  const DirectionFit::Colors fitted = fit.FitTo(colors);
-  for (Eigen::Index i = 0; i < fitted.size(); ++i) {
-    if (fitted.data()[i] != 0) sh[i] += fitted.data()[i];
+    const size_t bytes = count * block * sizeof(float);
+    backend.CopyToDevice(backend.Grow(device_sh, count * block), values, bytes);
+    backend.CopyToDevice(backend.Grow(device_shares, count), kept, count * sizeof(float));
+    editor.Edit(device_sh.data(), device_shares.data(), int64_t(count));
+    backend.CopyToHost(values, device_sh.data(), bytes);
+    if (all) continue;
+    for_each([&](int64_t i) { std::copy_n(&piece[size_t(i) * block], block, &sh[at(i) * block]); });
   }
 }
 
 }  // namespace
 
-void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float> shares,
-                     const ColorEdit& edit, double active_threshold) {
-  const size_t coeffs = size_t(num_coeffs);
-  CheckOption(sh.size() == shares.size() * coeffs * 3,
+void ApplyClosedForm(Backend& backend, std::span<float> sh, int num_coeffs,
+                     std::span<const float> shares, const ColorEdit& edit,
+                     double active_threshold) {
+  const size_t block = size_t(num_coeffs) * 3;
+  CheckOption(sh.size() == shares.size() * block,
               "closed form: one share a Gaussian is needed, got " + std::to_string(shares.size()) +
-                  " for " + std::to_string(sh.size() / std::max<size_t>(coeffs * 3, 1)));
-  const CompiledEdit compiled(edit);
-  const DirectionFit fit(num_coeffs);
-  ParallelRanges(int64_t(shares.size()), 256, [&](int64_t begin, int64_t end) {
-    for (size_t g = size_t(begin); g < size_t(end); ++g) {
-      const float share = shares[g];
-      if (!(share > active_threshold)) continue;
-      if (compiled.IsAffine()) {
-        ApplyAffine(compiled.affine(), share, coeffs, &sh[g * coeffs * 3]);
-      } else {
-        ApplyAround(fit, compiled, share, &sh[g * coeffs * 3]);
-      }
-    }
-  });
+                  " for " + std::to_string(sh.size() / std::max<size_t>(block, 1)));
+  ShEditor editor(backend, num_coeffs, edit, active_threshold);
+  if (!backend.IsHost()) {
+    return EditOnDevice(backend, sh, block, shares, active_threshold, editor);
+  }
+  editor.Edit(sh.data(), shares.data(), int64_t(shares.size()));
 }
 
-FloatArray ClosedFormSh(std::span<const float> sh, int num_coeffs, std::span<const float> shares,
-                        const ColorEdit& edit, double active_threshold) {
+FloatArray ClosedFormSh(Backend& backend, std::span<const float> sh, int num_coeffs,
+                        std::span<const float> shares, const ColorEdit& edit,
+                        double active_threshold) {
   FloatArray edited;
   ReservePopulated(edited, sh.size());
   edited.assign(sh.begin(), sh.end());
-  ApplyClosedForm(edited, num_coeffs, shares, edit, active_threshold);
+  ApplyClosedForm(backend, edited, num_coeffs, shares, edit, active_threshold);
   return edited;
 }
 

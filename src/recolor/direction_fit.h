@@ -5,11 +5,13 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "kernels/common/sh.h"
+#include "kernels/common/sh_edit.h"
 
 namespace retint {
 
@@ -31,11 +33,17 @@ class DirectionFit {
     fit_ = (basis.transpose() * basis).llt().solve(basis.transpose()).cast<float>();
   }
 
+  // As ShOps::EditSh takes them: [directions, K] and [K, directions].
+  std::span<const float> basis() const { return {colors_.data(), size_t(colors_.size())}; }
+  std::span<const float> fit() const { return {fit_.data(), size_t(fit_.size())}; }
+  int directions() const { return int(colors_.rows()); }
+
   // [K, 3], of coefficients `sh` [K, 3]: the fit of what `change` makes of the color in each
   // direction: of the color, which may be negative, and the color that shows.
   template <typename Change>
   Colors Fit(const float* sh, const Change& change) const {
-    Colors changes = ColorsOf(sh);
+    const Eigen::Map<const Colors> coefficients(sh, colors_.cols(), 3);
+    Colors changes = (colors_ * coefficients).array() + 0.5f;
     for (Eigen::Index i = 0; i < changes.rows(); ++i) {
       const Eigen::Vector3f color = changes.row(i).transpose();
       const Eigen::Vector3f changed = change(color, Eigen::Vector3f(color.cwiseMax(0.0f)));
@@ -44,23 +52,11 @@ class DirectionFit {
     return fit_ * changes;
   }
 
-  // The same in two steps: the colors in all directions, [directions, 3], and the fit of what is
-  // made of them.
-  Colors ColorsOf(const float* sh) const {
-    const Eigen::Map<const Colors> coefficients(sh, colors_.cols(), 3);
-    return (colors_ * coefficients).array() + 0.5f;
-  }
-  Colors FitTo(const Colors& changes) const { return fit_ * changes; }
-
-  // The change of `color` for what shows, `shown`, to change by `wanted`. What is clamped at 0 must
-  // first rise to it.
-  static float Rise(float wanted, float share, float color, float shown) {
-    return wanted > 0 ? wanted + share * (shown - color) : wanted;
-  }
+  // ChangeToShow() of each channel.
   static Eigen::Vector3f Rise(const Eigen::Vector3f& wanted, float share,
-                              const Eigen::Vector3f& color, const Eigen::Vector3f& shown) {
+                              const Eigen::Vector3f& color) {
     Eigen::Vector3f change;
-    for (int c = 0; c < 3; ++c) change[c] = Rise(wanted[c], share, color[c], shown[c]);
+    for (int c = 0; c < 3; ++c) change[c] = ChangeToShow(wanted[c], share, color[c]);
     return change;
   }
 

@@ -158,8 +158,8 @@ class OneChange {
       const float whole = share * edit_.strength();
       const Eigen::Vector3f with = whole * (edit_.Apply(shown, lit, painted.alpha) - shown);
       const Eigen::Vector3f without = whole * (edit_.Apply(shown, lit, 0) - shown);
-      return Eigen::Vector3f(DirectionFit::Rise(with, whole, color, shown) -
-                             DirectionFit::Rise(without, whole, color, shown));
+      return Eigen::Vector3f(DirectionFit::Rise(with, whole, color) -
+                             DirectionFit::Rise(without, whole, color));
     });
   }
 

@@ -13,6 +13,8 @@ namespace {
 constexpr const char* kSmallGain = "a sweep lowered the loss by less than the tolerance";
 constexpr double kArmijo = 1e-4;  // of the promised decrease that a step must bring
 constexpr double kShortestStep = 1e-3;
+constexpr double kLongestStep = 4;  // beyond the trial, in steps to it
+constexpr double kClamped = 0.05;   // of the promised decrease, by which a parabola may be missed
 
 }  // namespace
 
@@ -243,11 +245,13 @@ bool MmSolver::PlainStep(Monitor& monitor) {
 }
 
 // L-BFGS with the majoriser as its first guess of the curvature (Nocedal & Wright 2006, algorithm
-// 7.4; preconditioned). Evaluates the trial point current_, then takes the next step from it.
+// 7.4; preconditioned). Evaluates the trial point current_, goes from there to the minimum along
+// the direction, and takes the next step from that.
 bool MmSolver::LbfgsStep(Monitor& monitor) {
-  const double loss = Evaluate(current_, true, monitor);
+  double loss = Evaluate(current_, true, monitor);
   ++iterations_;
   const bool first = !started_;
+  if (!first) loss = GoToMinimum(loss);
   if (!first && loss > accepted_loss_ - kArmijo * length_ * slope_) return ShortenStep(loss);
   const double before = accepted_loss_;
   if (!first) RememberPair();
@@ -264,6 +268,20 @@ bool MmSolver::LbfgsStep(Monitor& monitor) {
     return FinishChecked(true, kSmallGain, monitor);
   }
   return iterations_ < limit_ || FinishChecked(false, "all sweeps done", monitor);
+}
+
+// Where no color is clamped the loss is a parabola along the direction and the gradient a line, so
+// both are known at the minimum without another look. Returns the loss there, or stays where it is.
+double MmSolver::GoToMinimum(double loss) {
+  const double curvature = (slope_ - Dot(gradient_, direction_)) / length_;
+  const double parabola = accepted_loss_ + length_ * (length_ * curvature - 2 * slope_);
+  const double best = slope_ / curvature;
+  const bool is_parabola = std::abs(loss - parabola) < kClamped * length_ * slope_;
+  if (!is_parabola || !(best > 0) || best > kLongestStep * length_) return loss;
+  const float share = float(best / length_);
+  Combine(1 - share, previous_, share, current_, current_);
+  Combine(1 - share, accepted_gradient_, share, gradient_, gradient_);
+  return accepted_loss_ - best * slope_;
 }
 
 // The trial was worse than promised: go back to the minimum of the parabola through it.

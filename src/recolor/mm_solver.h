@@ -37,6 +37,7 @@ class MmSolver : public RefitSolver {
 
   bool PlainStep(Monitor& monitor);
   bool LbfgsStep(Monitor& monitor);
+  double GoToMinimum(double loss);
   bool ShortenStep(double loss);
   void RememberPair();
   void NextDirection();

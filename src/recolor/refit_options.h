@@ -23,7 +23,7 @@ struct MmOptions {
   double ridge_rest = 1e-3;     // of the higher bands, pulling towards the closed-form start
   double outside_weight = 0.8;  // of a pixel's squared error at mask 0; it is 1 at mask 255
   double min_weight = 1e-3;     // blending weights below are left out of the regions
-  double tolerance = 3e-3;      // stop when a sweep gains less than this share of the first loss
+  double tolerance = 5e-3;      // stop when a sweep gains less than this share of the first loss
   void Describe(OptionList& list);
   void Check() const;
 };

@@ -2,7 +2,6 @@
 #include "recolor/refit_problem.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -413,7 +412,7 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
 }
 
 void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& view) {
-  const size_t pixels = view.region->tiles().size() * kTilePixels;
+  const size_t pixels = NumRegionPixels(*view.region);
   view.target = backend().Allocate<int16_t>(pixels * 3);
   view.weights = backend().Allocate<uint8_t>(pixels);
   RegionTargetParams params{};
@@ -425,9 +424,8 @@ void RefitProblem::PrepareRegionTarget(const RefitTarget& target, RegionView& vi
   params.target = view.target.data();
   params.weights = view.weights.data();
   // Rows that the region left out pass their weight on to the ones that stay.
-  const int kept_rows = std::popcount(view.region->pixel_rows());
   // Weights are stored up to 1: the larger of the two kinds has what the rows leave of it.
-  const float largest = float(double(kTileSize) / kept_rows / kMostRowsPerRow);
+  const float largest = float(view.region->pixel_row_step() / kMostRowsPerRow);
   const float outside = float(options_.mm.outside_weight);
   params.inside_weight = largest / std::max(outside, 1.0f);
   params.outside_weight = params.inside_weight * outside;

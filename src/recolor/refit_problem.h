@@ -40,7 +40,7 @@ struct RegionView {
   Buffer<float> base_colors;  // [rows, 3] colours of the original coefficients
   // mm: what the region's pixels should change by, see RegionTargetParams.
   Buffer<int16_t> target;
-  Buffer<uint8_t> weights;  // [tiles, kTileSize^2] of the pixels
+  Buffer<uint8_t> weights;  // [pixels]
   // adam: the original render (and the photo, where that is the target) around the region.
   std::array<int32_t, 4> roi{}, box{};  // x0, y0, x1, y1: the region's bounds; the loss's support
   Buffer<uint16_t> render, photo;

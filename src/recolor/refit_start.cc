@@ -44,11 +44,11 @@ void RefitProblem::FitColors(const ColorEdit& edit, std::span<const float> start
   });
   const std::span<float> start(start_.get(), NumValues());
   if (edit.IsAffine() || active_.empty()) {
-    ApplyClosedForm(start, num_coeffs_, starts, edit, 0);  // all of these are active
+    ApplyClosedForm(backend(), start, num_coeffs_, starts, edit, 0);  // all of these are active
     return;
   }
   const std::vector<float> ones(starts.size(), 1.0f);
-  ApplyClosedForm(start, num_coeffs_, ones, edit, 0);
+  ApplyClosedForm(backend(), start, num_coeffs_, ones, edit, 0);
   Buffer<float> sh = backend().Upload(std::span<const float>(start));
   FitToViews(sh, monitor);
   backend().CopyToHost(start.data(), sh.data(), start.size_bytes());

@@ -81,15 +81,15 @@ class ShRefitter {
   std::unique_ptr<Impl> impl_;
 };
 
-// The instant preview, but for paint (PaintChange), of coefficients `sh` [N, K, 3], K = num_coeffs:
-// C <- C (1 + m (t - 1)) and the DC term's 0.5 offset, for each Gaussian of share m above the
-// threshold. OptionError unless there is one share a Gaussian.
-FloatArray ClosedFormSh(std::span<const float> sh, int num_coeffs, std::span<const float> shares,
-                        const ColorEdit& edit,
+// The instant preview, but for paint (PaintChange), of coefficients `sh` [N, K, 3], K = num_coeffs,
+// in host memory: ShOps::EditSh of each Gaussian of a share above the threshold, computed by
+// `backend`. OptionError unless there is one share a Gaussian.
+FloatArray ClosedFormSh(Backend& backend, std::span<const float> sh, int num_coeffs,
+                        std::span<const float> shares, const ColorEdit& edit,
                         double active_threshold = RefitOptions().active_threshold);
 // The same in place.
-void ApplyClosedForm(std::span<float> sh, int num_coeffs, std::span<const float> shares,
-                     const ColorEdit& edit, double active_threshold);
+void ApplyClosedForm(Backend& backend, std::span<float> sh, int num_coeffs,
+                     std::span<const float> shares, const ColorEdit& edit, double active_threshold);
 
 // m_g = sum_v W^T M_v / sum_v W^T 1, [N].
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,

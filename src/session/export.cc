@@ -164,9 +164,11 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
   const auto index = static_cast<size_t>(region - regions.regions.data());
   const GaussianModel& original = session.original();
   const RefitJob& job = session.last_job();
-  const FloatArray before = ComposeSh(regions, job, 0, index, original.sh, original.NumShCoeffs());
+  Backend& backend = session.renderer().backend();
+  const FloatArray before =
+      ComposeSh(backend, regions, job, 0, index, original.sh, original.NumShCoeffs());
   const FloatArray after =
-      ComposeSh(regions, job, index, index + 1, before, original.NumShCoeffs());
+      ComposeSh(backend, regions, job, index, index + 1, before, original.NumShCoeffs());
   return session.refits().Evaluate(id, before, after, target, monitor, most_views);
 }
 

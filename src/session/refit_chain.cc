@@ -16,8 +16,9 @@ GaussianModel WithoutExtras(const GaussianModel& model) {
   return copy;
 }
 
-FloatArray ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                     FloatArray sh, int num_coeffs, std::span<const int32_t> gaussians) {
+FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& job, size_t first,
+                     size_t last, FloatArray sh, int num_coeffs,
+                     std::span<const int32_t> gaussians) {
   for (size_t i = first; i < last; ++i) {
     const Region& region = state.regions[i];
     if (!region.visible) continue;
@@ -29,7 +30,7 @@ FloatArray ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, 
     const ColorEdit edit = region.EffectiveEdit();
     const double threshold = job.options.active_threshold;
     const PaintChange paint(sh, num_coeffs, shares, edit, region.paint.get(), threshold, gaussians);
-    ApplyClosedForm(sh, num_coeffs, shares, edit, threshold);
+    ApplyClosedForm(backend, sh, num_coeffs, shares, edit, threshold);
     paint.AddTo(sh);
   }
   return sh;
@@ -109,7 +110,7 @@ ShSnapshot RefitChain::Snapshot() const {
   FloatArray sh = refitter_ ? refitter_->Sh() : CurrentSh();
   const size_t next = refitter_ ? index_ + 1 : index_;
   const auto& regions = input_.state.regions;
-  sh = ComposeSh(input_.state, input_.job, next, regions.size(), std::move(sh),
+  sh = ComposeSh(renderer_.backend(), input_.state, input_.job, next, regions.size(), std::move(sh),
                  input_.original->NumShCoeffs());
   snapshot.sh = std::make_shared<const FloatArray>(std::move(sh));
   return snapshot;

@@ -60,8 +60,9 @@ class RefitChain : public OptimizerJob {
 // [N, num_coeffs, 3]: fits where their key is up to date, else closed forms, with paint as each
 // Gaussian takes it by itself. Of a part of the scene, to which shares and fits were reduced, also
 // which of its Gaussians they are, ascending.
-FloatArray ComposeSh(const RegionSet& state, const RefitJob& job, size_t first, size_t last,
-                     FloatArray sh, int num_coeffs, std::span<const int32_t> gaussians = {});
+FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& job, size_t first,
+                     size_t last, FloatArray sh, int num_coeffs,
+                     std::span<const int32_t> gaussians = {});
 // The scene without the parts of its file that no kernel reads.
 GaussianModel WithoutExtras(const GaussianModel& model);
 

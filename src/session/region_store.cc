@@ -198,7 +198,8 @@ void RegionStore::Remove(RegionId id) {
 
 FloatArray RegionStore::ShAfter(const RegionSet& state, size_t count) const {
   const GaussianModel& original = scene_.original();
-  return ComposeSh(state, job_, 0, count, original.sh, original.NumShCoeffs());
+  return ComposeSh(scene_.renderer().backend(), state, job_, 0, count, original.sh,
+                   original.NumShCoeffs());
 }
 
 ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, size_t index,

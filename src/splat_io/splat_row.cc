@@ -116,7 +116,7 @@ std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_deg
   }
   if (!columns.empty()) losses.push_back("columns that only a .ply holds are dropped: " + columns);
   if (!model.source.trailing_header.empty()) {
-    losses.push_back("elements after the Gaussians, which only a .ply holds, are dropped");
+    losses.emplace_back("elements after the Gaussians, which only a .ply holds, are dropped");
   }
   return losses;
 }

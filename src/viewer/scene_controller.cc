@@ -73,16 +73,17 @@ struct SceneController::Outcome {
 SceneController::SceneController(QObject* parent) : QObject(parent) {
   composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
     Post(this, [this, result] {
-      if (IsOpen() && !result.sh) Q_EMIT failed(tr("Recoloring"), Text(result.failure));
-      if (!result.sh) return;
+      const ShPointer& sh = result.colors.sh;
+      if (IsOpen() && !sh) Q_EMIT failed(tr("Recoloring"), Text(result.failure));
+      if (!sh) return;
       // An older one still is nearer to what is wanted than what shows, unless the optimizer
       // has been faster.
-      if (!IsOpen() || result.sh->size() != facts_->original->sh.size()) return;
+      if (!IsOpen() || sh->size() != facts_->original->sh.size()) return;
       const bool overtaken =
           refit_generation_ == generation_ && snapshot_ && solo_ == 0 && optimizer_.Active();
       if (overtaken) return;
       if (shown_key_.empty()) return SetSh(original_sh());
-      SetSh(result.sh, result.active);
+      SetSh(sh, result.colors.active);
     });
   });
   worker_ = std::make_unique<SceneWorker>(
@@ -483,7 +484,7 @@ void SceneController::Compose() {
     // The worker measures it; what shows stays until then.
     if (region.visible && region.edit.NeedsMainColor()) return;
   }
-  composer_->Compose({facts_->original, shown, started_job_, generation_});
+  composer_->Compose({facts_->original, facts_->backend, shown, started_job_, generation_});
 }
 
 void SceneController::SetSh(ShPointer sh, ActivePointer active) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A thread that turns regions into coefficients: what is fitted as fitted, the rest in closed form.
-// Only the newest request counts. Only the Gaussians that some region touches are computed and
-// written, into buffers that are used again, so that a change of color costs next to nothing.
+// A thread that turns regions into coefficients (session/color_preview.h). Only the newest request
+// counts.
 #pragma once
 
 #include <condition_variable>
@@ -12,10 +11,8 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <vector>
 
-#include "scene/gaussian_model.h"
-#include "session/region.h"
+#include "session/color_preview.h"
 
 namespace retint {
 
@@ -23,13 +20,13 @@ class ShComposer {
  public:
   struct Request {
     std::shared_ptr<const GaussianModel> original;
+    std::shared_ptr<Backend> backend;
     RegionSet regions;
     RefitJob job;  // that the fits are of
     uint64_t generation = 0;
   };
   struct Result {
-    std::shared_ptr<const FloatArray> sh;                // [N, K, 3]; null: it failed
-    std::shared_ptr<const std::vector<int32_t>> active;  // where it may differ from the original
+    ColorPreview::Colors colors;  // of a null `sh`: it failed
     uint64_t generation = 0;
     std::string failure = {};  // why there is no `sh`, for people
   };
@@ -43,15 +40,11 @@ class ShComposer {
   void Drop();  // the request that waits, and what was kept for the next
 
  private:
-  class Touched;
-  class Buffers;
   void Loop();
-  Result Work(const Request& request);
+  ColorPreview::Colors Work(const Request& request);
 
   const OnComposed on_composed_;
-  // The thread's own.
-  std::unique_ptr<Touched> touched_;
-  std::shared_ptr<Buffers> buffers_;
+  std::unique_ptr<ColorPreview> preview_;  // the thread's own
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Request> pending_;

@@ -97,7 +97,7 @@ class Bench {
     base_colors_ = backend_->Allocate<float>(active * 3);
     change_ = backend_->Allocate<float>(active * 3);
     EvalActive(base_colors_);
-    const size_t positions = region_->tiles().size() * kTileSize * kTileSize;
+    const size_t positions = NumRegionPixels(*region_);
     target_ = backend_->Allocate<int16_t>(positions * 3);
     weights_ = backend_->Allocate<uint8_t>(positions);
     loss_ = backend_->Allocate<double>(1);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "base/median.h"
 #include "colmap_io/image_io.h"
 #include "recolor/edit_text.h"
+#include "session/color_preview.h"
 #include "session/edit_session.h"
 #include "tests/benchmarks/main.h"
 
@@ -49,19 +51,27 @@ constexpr const char* kOperations[][2] = {{"tint", "#3060ff"},
                                           {"gradient", "#101030,#a04020,#fff0d0"},
                                           {"palette", "#b07040=#3060ff,#405030"}};
 
-// Closed form, upload and render, as after a change of a parameter; the medians of some, and their
-// worst.
+// Closed form, upload and render, as the editor's after a change of a parameter; the medians of
+// some, and their worst.
 void Previews(EditSession& session, const PosedCamera& camera, const std::vector<float>& shares) {
   constexpr int kRepeats = 9;
-  const GaussianModel& model = session.original();
+  const std::shared_ptr<const GaussianModel> model(std::shared_ptr<void>(), &session.original());
+  ColorPreview preview(model, session.renderer().shared_backend());
+  while (preview.MakeReady()) {
+  }
+  auto selection = std::make_shared<RegionSelection>();
+  selection->shares = shares;
+  RegionSet regions;
+  regions.regions.resize(1);
+  regions.regions[0].selection = selection;
   for (const auto& [name, text] : kOperations) {
-    const ColorEdit edit{{ParseOperation(*FindOperationType(name), text)}, 1};
+    regions.regions[0].edit = ColorEdit{{ParseOperation(*FindOperationType(name), text)}, 1};
     std::vector<double> form, show, whole;
     for (int i = 0; i <= kRepeats; ++i) {
       const double start = Now();
-      const auto sh = ClosedFormSh(model.sh, model.NumShCoeffs(), shares, edit);
+      const ColorPreview::Colors colors = preview.Compose(regions, {});
       const double shown = Now();
-      session.ShowSh(sh);
+      session.ShowSh(*colors.sh);
       session.renderer().Render(camera);
       const double end = Now();
       if (i == 0) continue;  // the first
@@ -99,8 +109,8 @@ std::vector<float> Round(EditSession& session, const Flags& flags, int round) {
       session.selection().Project(selected.cloud, {painted}, project, monitor);
   const double coloring = Now();
   const GaussianModel& model = session.original();
-  session.ShowSh(
-      ClosedFormSh(model.sh, model.NumShCoeffs(), masks.shares, ColorEdit::Tint({0.2f, 0.4f, 1})));
+  session.ShowSh(ClosedFormSh(session.renderer().backend(), model.sh, model.NumShCoeffs(),
+                              masks.shares, ColorEdit::Tint({0.2f, 0.4f, 1})));
   session.renderer().Render(painted.camera);
   const double end = Now();
   const std::vector<double> after = stages();

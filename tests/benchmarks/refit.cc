@@ -233,7 +233,8 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   const RefitSummary summary = refitter.Run(monitor);
   const double done = Now(), cpu_done = CpuNow();
   const auto sh = solver == "closed-form"
-                      ? ClosedFormSh(scene.model.sh, scene.model.NumShCoeffs(), scene.shares, edit)
+                      ? ClosedFormSh(renderer.backend(), scene.model.sh, scene.model.NumShCoeffs(),
+                                     scene.shares, edit)
                       : refitter.Sh();
   std::printf(
       "{\"scene\":\"%s\",\"case\":\"%s\",\"solver\":\"%s\",\"lr\":%g,\"cold\":%d,\"iterations\":%d,"
@@ -285,7 +286,8 @@ void Preview(Scene& scene, const Flags& flags) {
     const double start = Now();
     const auto shares = MaskShares(renderer, scene.train, monitor);
     const double shared = Now();
-    renderer.SetSh(ClosedFormSh(scene.model.sh, scene.model.NumShCoeffs(), shares, edit));
+    renderer.SetSh(
+        ClosedFormSh(renderer.backend(), scene.model.sh, scene.model.NumShCoeffs(), shares, edit));
     renderer.Render(scene.train[0].camera);
     ms.insert(ms.end(), {1000 * (Now() - start), 1000 * (shared - start)});
   }

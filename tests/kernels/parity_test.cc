@@ -286,6 +286,39 @@ TEST_P(Parity, EvaluatesShOfEveryDegree) {
   }
 }
 
+TEST_P(Parity, EditsSh) {
+  Make();
+  const size_t k = size_t(model_.num_coeffs()), n = size_t(model_.count()), directions = 4 * k;
+  const auto shares = ByGaussian(1, 0);
+  const auto basis = UniformVector(rng_, directions * k, -0.7f, 0.7f);
+  const auto fit = UniformVector(rng_, directions * k, -0.05f, 0.05f);
+  ColorProgram program{};
+  program.count = 2;
+  program.strength = 1;
+  program.ops[0] = {
+      ColorOpCode::kAdjust, 0.8f, {0.8f, 0.6f, 1.1f, 0.9f, -1, 2, 0.5f, 0, 10, 0, 10, 0.05f}, 0, 0};
+  program.ops[1] = {ColorOpCode::kPower, 1, {0.8f}, 0, 0};
+  for (const bool affine : {true, false}) {
+    std::vector<float> edited[2];
+    for (int i = 0; i < 2; ++i) {
+      Backend& backend = *Sides()[size_t(i)]->backend;
+      Guarded<float> sh(backend, model_.sh), s(backend, shares), b(backend, basis), f(backend, fit);
+      const auto resident = backend.Upload(std::span<const ColorProgram>(&program, 1));
+      EditShParams params{sh.data(), s.data(), 0.3, int64_t(n), int32_t(k), {}};
+      params.map = {{0.5f, 0, 0.1f, 0, -0.25f, 0, 0.2f, 0, 1}, {0.1f, 0, -0.1f}};
+      if (!affine) params.map.program = resident.data();
+      params.basis = b.data();
+      params.fit = f.data();
+      params.directions = int32_t(directions);
+      backend.sh().EditSh(params);
+      edited[i] = sh.Read();
+    }
+    EXPECT_NE(edited[0], model_.sh);
+    // Cube roots and powers of both, about gray, where a hue is as good as its chroma is large.
+    EXPECT_LE(RelativeError(edited[1], edited[0]), affine ? 1e-6 : 1e-3);
+  }
+}
+
 TEST_P(Parity, RestrictsAndSums) {
   Make();
   std::vector<uint8_t> active(size_t(model_.count())), mask(pixels_);
@@ -314,7 +347,7 @@ TEST_P(Parity, RestrictsAndSums) {
       image[i] = RunBlend(backend, *region, part, 3).image;
       sums[i] = side.Scatter(RunTranspose(backend, *region, residual, 3), 3, *region);
 
-      const size_t positions = region->tiles().size() * kTileSize * kTileSize;
+      const size_t positions = NumRegionPixels(*region);
       Guarded<float> device_render(backend, render), blended(backend, render);
       Guarded<int16_t> target(backend, 3 * positions);
       Guarded<uint8_t> weights(backend, positions);

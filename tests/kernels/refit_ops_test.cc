@@ -25,6 +25,11 @@ class RefitOp : public BackendTest {
     for (size_t g = 0; g < 60; g += 10) active[g] = 1;
     const auto flags = backend_->Upload(std::span<const uint8_t>(active));
     region_ = backend_->blend().Restrict(*view, flags.data(), 1 << 20);
+    thin_ = backend_->blend().Restrict(*view, flags.data(), 1 << 20, 1e-3f);
+    for (size_t bytes = thin_->bytes(); bytes > 0 && thin_->num_pixel_rows() == kTileSize;
+         bytes = bytes * 3 / 4) {
+      thin_ = backend_->blend().Restrict(*view, flags.data(), bytes, 1e-3f);
+    }
     image_ = UniformVector(rng_, kValues, 0, 1.5f);
     other_ = UniformVector(rng_, kValues, 0, 1);
     for (size_t p = 0; p < kValues / 3; ++p) mask_.push_back(uint8_t(rng_()));
@@ -38,20 +43,20 @@ class RefitOp : public BackendTest {
     }
     return double(image[3 * pixel + c]) + double(mask_[pixel]) / 255 * value;
   }
-  // body(position in [tiles, 256], pixel or -1 beyond the image).
+  // body(position among the region's pixels, pixel of the image or -1 beyond it).
   template <typename Body>
   void ForTilePixels(const Body& body) const {
-    const auto tiles = region_->tiles();
-    for (size_t i = 0; i < tiles.size(); ++i) {
+    size_t position = 0;
+    for (const int32_t tile : region_->tiles()) {
       for (int p = 0; p < kTileSize * kTileSize; ++p) {
-        const int x = tiles[i] % region_->tiles_x() * kTileSize + p % kTileSize;
-        const int y = tiles[i] / region_->tiles_x() * kTileSize + p / kTileSize;
-        body(i * kTileSize * kTileSize + size_t(p),
-             x < kWidth && y < kHeight ? y * kWidth + x : -1);
+        if (!(region_->pixel_rows() >> (p / kTileSize) & 1)) continue;
+        const int x = tile % region_->tiles_x() * kTileSize + p % kTileSize;
+        const int y = tile / region_->tiles_x() * kTileSize + p / kTileSize;
+        body(position++, x < kWidth && y < kHeight ? y * kWidth + x : -1);
       }
     }
   }
-  size_t TileValues() const { return region_->tiles().size() * kTileSize * kTileSize * 3; }
+  size_t TileValues() const { return NumRegionPixels(*region_) * 3; }
 
   // The weights that RegionTarget and RegionWeightImage give: m + (1 - m) outside.
   void ExpectWeights(float outside) {
@@ -76,8 +81,57 @@ class RefitOp : public BackendTest {
     EXPECT_LE(WorstDifference(weight_image.Read(), expected), 0.51 / 255);
   }
 
+  void SweepAsInSteps() {
+    Guarded<float> render(*backend_, image_);
+    Guarded<uint8_t> mask(*backend_, mask_);
+    Guarded<int16_t> target(*backend_, TileValues());
+    std::vector<uint8_t> pixel_weights(TileValues() / 3);
+    ForTilePixels([&](size_t position, int pixel) {
+      pixel_weights[position] = pixel < 0 ? uint8_t{0} : uint8_t(rng_());
+    });
+    Guarded<uint8_t> weights(*backend_, pixel_weights);
+    backend_->refit().RegionTarget(
+        *region_, {render.data(), nullptr, mask.data(), map_, kUnit, target.data()});
+    const size_t values = size_t(region_->num_rows()) * 3;
+    Guarded<float> change(*backend_, UniformVector(rng_, values, -1, 1)), result(*backend_, values),
+        image(*backend_, kValues), expected(*backend_, values);
+    Guarded<double> loss(*backend_, std::vector<double>{5.0}),
+        expected_loss(*backend_, std::vector<double>{5.0});
+    RegionSweepParams sweep{change.data(),  target.data(), kUnit,
+                            weights.data(), loss.data(),   result.data()};
+    if (!backend_->refit().RegionSweep(*region_, sweep)) {
+      ASSERT_EQ(GetParam(), "cuda");
+      GTEST_SKIP() << "CUDA takes the steps";
+    }
+    BlendParams blend{};
+    blend.features = change.data();
+    blend.channels = 3;
+    blend.image = image.data();
+    backend_->blend().Blend(*region_, blend);
+    backend_->refit().RegionResidual(*region_, {target.data(), kUnit, image.data(), image.data(),
+                                                expected_loss.data(), weights.data()});
+    BlendTransposeParams transpose{};
+    transpose.residual = image.data();
+    transpose.channels = 3;
+    transpose.result = expected.data();
+    backend_->blend().BlendTranspose(*region_, transpose);
+    const std::vector<float> wanted = expected.Read();
+    const double largest = *std::max_element(wanted.begin(), wanted.end());
+    ASSERT_GT(largest, 0);
+    EXPECT_LE(WorstDifference(result.Read(), std::vector<double>(wanted.begin(), wanted.end())),
+              1e-5 * largest);
+    EXPECT_NEAR(loss.Read()[0], expected_loss.Read()[0], 1e-5 * expected_loss.Read()[0]);
+    sweep.result = nullptr;
+    EXPECT_TRUE(backend_->refit().RegionSweep(*region_, sweep));  // the loss alone, added
+    EXPECT_NEAR(loss.Read()[0], 2 * expected_loss.Read()[0] - 5, 2e-5 * expected_loss.Read()[0]);
+    sweep.result = change.data();
+    const std::vector<float> apart = result.Read();
+    EXPECT_TRUE(backend_->refit().RegionSweep(*region_, sweep));
+    EXPECT_EQ(change.Read(), apart);
+  }
+
   std::unique_ptr<Model> uploaded_;
-  std::shared_ptr<const ViewGeometry> region_;
+  std::shared_ptr<const ViewGeometry> region_, thin_;  // with all rows, and with some
   std::vector<float> image_, other_;
   std::vector<uint8_t> mask_;
   ColorMap map_{};
@@ -85,7 +139,10 @@ class RefitOp : public BackendTest {
 
 TEST_P(RefitOp, TargetsAndResiduals) {
   ASSERT_FALSE(region_->tiles().empty());
+  ASSERT_FALSE(thin_->tiles().empty());
+  ASSERT_LT(thin_->num_pixel_rows(), region_->num_pixel_rows());
   for (const bool photo : {false, true}) {
+    if (photo) region_ = thin_;
     Guarded<float> render(*backend_, image_), source(*backend_, other_);
     Guarded<uint8_t> mask(*backend_, mask_);
     Guarded<int16_t> target(*backend_, TileValues());
@@ -137,52 +194,9 @@ TEST_P(RefitOp, TargetsAndResiduals) {
 
 // One pass over a region's weights is what its three steps are.
 TEST_P(RefitOp, SweepsAsInSteps) {
-  Guarded<float> render(*backend_, image_);
-  Guarded<uint8_t> mask(*backend_, mask_);
-  Guarded<int16_t> target(*backend_, TileValues());
-  std::vector<uint8_t> pixel_weights(TileValues() / 3);
-  ForTilePixels([&](size_t position, int pixel) {
-    pixel_weights[position] = pixel < 0 ? uint8_t{0} : uint8_t(rng_());
-  });
-  Guarded<uint8_t> weights(*backend_, pixel_weights);
-  backend_->refit().RegionTarget(*region_,
-                                 {render.data(), nullptr, mask.data(), map_, kUnit, target.data()});
-  const size_t values = size_t(region_->num_rows()) * 3;
-  Guarded<float> change(*backend_, UniformVector(rng_, values, -1, 1)), result(*backend_, values),
-      image(*backend_, kValues), expected(*backend_, values);
-  Guarded<double> loss(*backend_, std::vector<double>{5.0}),
-      expected_loss(*backend_, std::vector<double>{5.0});
-  RegionSweepParams sweep{change.data(),  target.data(), kUnit,
-                          weights.data(), loss.data(),   result.data()};
-  if (!backend_->refit().RegionSweep(*region_, sweep)) {
-    ASSERT_EQ(GetParam(), "cuda");
-    GTEST_SKIP() << "CUDA takes the steps";
-  }
-  BlendParams blend{};
-  blend.features = change.data();
-  blend.channels = 3;
-  blend.image = image.data();
-  backend_->blend().Blend(*region_, blend);
-  backend_->refit().RegionResidual(*region_, {target.data(), kUnit, image.data(), image.data(),
-                                              expected_loss.data(), weights.data()});
-  BlendTransposeParams transpose{};
-  transpose.residual = image.data();
-  transpose.channels = 3;
-  transpose.result = expected.data();
-  backend_->blend().BlendTranspose(*region_, transpose);
-  const std::vector<float> wanted = expected.Read();
-  const double largest = *std::max_element(wanted.begin(), wanted.end());
-  ASSERT_GT(largest, 0);
-  EXPECT_LE(WorstDifference(result.Read(), std::vector<double>(wanted.begin(), wanted.end())),
-            1e-5 * largest);
-  EXPECT_NEAR(loss.Read()[0], expected_loss.Read()[0], 1e-5 * expected_loss.Read()[0]);
-  sweep.result = nullptr;
-  EXPECT_TRUE(backend_->refit().RegionSweep(*region_, sweep));  // the loss alone, added
-  EXPECT_NEAR(loss.Read()[0], 2 * expected_loss.Read()[0] - 5, 2e-5 * expected_loss.Read()[0]);
-  sweep.result = change.data();
-  const std::vector<float> apart = result.Read();
-  EXPECT_TRUE(backend_->refit().RegionSweep(*region_, sweep));
-  EXPECT_EQ(change.Read(), apart);
+  SweepAsInSteps();
+  region_ = thin_;
+  SweepAsInSteps();
 }
 
 TEST_P(RefitOp, TargetsSaturate) {

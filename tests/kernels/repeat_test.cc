@@ -102,7 +102,7 @@ TEST_P(Repeat, SumsResiduals) {
     ExpectSameBytes([&](Backend& backend) {
       const Scene scene = MakeScene(backend);
       const auto region = Region(backend, scene, kind);
-      const size_t values = region->tiles().size() * kTileSize * kTileSize * 3;
+      const size_t values = NumRegionPixels(*region) * 3;
       Guarded<int16_t> target(backend, std::vector<int16_t>(values, int16_t(1234)));
       Guarded<float> rendered(backend, image);
       Guarded<double> loss(backend, std::vector<double>{0.5});
@@ -180,7 +180,7 @@ TEST_P(Repeat, TakesABoundOfTheResidual) {
   const auto image = UniformVector(rng_, Pixels() * 3, -1, 1);
   for (const Kind& kind : kKinds) {
     const auto region = Region(*backend_, scene, kind);
-    const size_t values = region->tiles().size() * kTileSize * kTileSize * 3;
+    const size_t values = NumRegionPixels(*region) * 3;
     Guarded<int16_t> target(*backend_, std::vector<int16_t>(values, int16_t(-4321)));
     Guarded<float> residual(*backend_, image);
     Guarded<double> loss(*backend_, std::vector<double>{0.0});

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The SH basis against closed values and its own orthonormality; EvalSh and its transpose.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "kernels/common/sh.h"
 #include "tests/kernels/reference.h"
@@ -235,6 +237,107 @@ TEST_P(ShOp, AccumulatesBlocks) {
       }
     }
   }
+}
+
+// Shares of five Gaussians, of which two stay as they are.
+const std::vector<float> kShares = {1, 0.25f, 0.5f, 0, 0.7f};
+constexpr double kThreshold = 0.25;
+
+TEST_P(ShOp, EditsAffinely) {
+  for (const int k : {1, 4, 9, 16}) {
+    const size_t block = 3 * size_t(k);
+    auto sh = UniformVector(rng_, 5 * block, -0.6f, 0.8f);
+    Guarded<float> edited(*backend_, sh), shares(*backend_, kShares);
+    EditShParams params{edited.data(), shares.data(), kThreshold, 5, k, {}};
+    backend_->sh().EditSh(params);  // the identity
+    EXPECT_EQ(edited.Read(), sh);
+    params.map = {{-0.5f, 0.2f, 0, 0, 0.3f, -0.1f, 0.4f, 0, 0.1f}, {0.1f, -0.2f, 0}};
+    backend_->sh().EditSh(params);
+    const auto out = edited.Read();
+    for (size_t g = 0; g < 5; ++g) {
+      // Colors in some direction, before and after.
+      const auto d = RandomDirection(rng_);
+      const auto basis = ReferenceShBasis(3, d[0], d[1], d[2]);
+      double old[3], found[3];
+      for (size_t c = 0; c < 3; ++c) {
+        old[c] = found[c] = 0.5;
+        for (size_t j = 0; j < size_t(k); ++j) {
+          old[c] += basis[j] * double(sh[g * block + 3 * j + c]);
+          found[c] += basis[j] * double(out[g * block + 3 * j + c]);
+        }
+      }
+      const double share = kShares[g] > kThreshold ? double(kShares[g]) : 0;
+      for (size_t c = 0; c < 3; ++c) {
+        double change = double(params.map.offset[c]);
+        for (size_t e = 0; e < 3; ++e) change += double(params.map.delta[3 * c + e]) * old[e];
+        EXPECT_NEAR(found[c], old[c] + share * change, 2e-6) << k << " " << g;
+      }
+      for (size_t j = 0; share == 0 && j < block; ++j) {
+        EXPECT_EQ(out[g * block + j], sh[g * block + j]);
+      }
+    }
+  }
+}
+
+TEST_P(ShOp, EditsColorsAround) {
+  ColorProgram program{};
+  program.count = 1;
+  program.strength = 0.9f;
+  program.ops[0] = {ColorOpCode::kPower, 1, {0.6f}, 0, 0};
+  const auto resident = backend_->Upload(std::span<const ColorProgram>(&program, 1));
+  for (const int k : {1, 4, 9, 16}) {
+    const size_t block = 3 * size_t(k), directions = k == 1 ? 1 : 4 * size_t(k);
+    const auto sh = UniformVector(rng_, 5 * block, -0.6f, 0.8f);
+    const auto b = UniformVector(rng_, directions * size_t(k), -0.7f, 0.7f);
+    const auto f = UniformVector(rng_, directions * size_t(k), -0.1f, 0.1f);
+    Guarded<float> edited(*backend_, sh), shares(*backend_, kShares);
+    Guarded<float> basis(*backend_, b), fit(*backend_, f);
+    EditShParams params{edited.data(), shares.data(), kThreshold, 5, k, {}};
+    params.map.program = resident.data();
+    params.basis = basis.data();
+    params.fit = fit.data();
+    params.directions = int32_t(directions);
+    backend_->sh().EditSh(params);
+    const auto out = edited.Read();
+    int clamped = 0;
+    for (size_t g = 0; g < 5; ++g) {
+      const double share = kShares[g] > kThreshold ? double(kShares[g]) : 0;
+      std::vector<double> expected(block);
+      for (size_t j = 0; j < block; ++j) expected[j] = double(sh[g * block + j]);
+      for (size_t i = 0; i < 3 * directions; ++i) {
+        const size_t d = i / 3, c = i % 3;
+        double color = 0.5;
+        for (size_t j = 0; j < size_t(k); ++j) {
+          color += double(b[d * size_t(k) + j]) * double(sh[g * block + 3 * j + c]);
+        }
+        const double shown = std::max(color, 0.0);
+        double change = share * 0.9 * (std::pow(shown, 0.6) - shown);
+        if (change > 0) change += share * (shown - color);
+        clamped += color < 0;
+        for (size_t j = 0; j < size_t(k); ++j) {
+          expected[3 * j + c] += double(f[j * directions + d]) * change;
+        }
+      }
+      for (size_t j = 0; j < block; ++j) {
+        if (share > 0) EXPECT_NEAR(out[g * block + j], expected[j], 5e-6) << k << " " << g;
+        if (share == 0) EXPECT_EQ(out[g * block + j], sh[g * block + j]);
+      }
+    }
+    if (k == 16) EXPECT_GT(clamped, 0);
+  }
+}
+
+TEST_P(ShOp, RefusesEditsThatCannotBe) {
+  const ColorProgram program{};
+  EditShParams params{nullptr, nullptr, 0, 0, 5, {}};
+  EXPECT_THROW(backend_->sh().EditSh(params), std::invalid_argument);
+  params.k = 4;
+  params.count = -1;
+  EXPECT_THROW(backend_->sh().EditSh(params), std::invalid_argument);
+  params.count = 0;
+  backend_->sh().EditSh(params);
+  params.map.program = &program;
+  EXPECT_THROW(backend_->sh().EditSh(params), std::invalid_argument);
 }
 
 RETINT_INSTANTIATE(ShOp);

@@ -24,7 +24,8 @@ GaussianModel IsolatedGaussian() {
 
 FloatArray Preview(const GaussianModel& model, const std::vector<float>& shares,
                    const ColorEdit& edit) {
-  return ClosedFormSh(model.sh, model.NumShCoeffs(), shares, edit);
+  const auto backend = CreateBackend("cpu");
+  return ClosedFormSh(*backend, model.sh, model.NumShCoeffs(), shares, edit);
 }
 
 ColorEdit MixingEdit() {

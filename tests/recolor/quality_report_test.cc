@@ -16,7 +16,8 @@ namespace {
 class QualityReportTest : public testing::Test {
  protected:
   QualityReportTest() {
-    after_ = ClosedFormSh(scene_.model.sh, scene_.model.NumShCoeffs(), scene_.shares, edit_);
+    after_ = ClosedFormSh(renderer_.backend(), scene_.model.sh, scene_.model.NumShCoeffs(),
+                          scene_.shares, edit_);
     targets_ = scene_.Targets();
   }
   QualityReport Evaluate(const std::vector<RefitTarget>& train,

@@ -173,8 +173,9 @@ TEST(EditSession, BeforeAFitTheStateShowsItsClosedForm) {
   const auto session = MakeSession(scene);
   Monitor monitor;
   session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  EXPECT_TRUE(SameBits(session->CurrentSh(), ClosedFormSh(scene.model.sh, scene.model.NumShCoeffs(),
-                                                          scene.shares, kBlue, 1e-3)));
+  EXPECT_TRUE(SameBits(session->CurrentSh(),
+                       ClosedFormSh(session->renderer().backend(), scene.model.sh,
+                                    scene.model.NumShCoeffs(), scene.shares, kBlue, 1e-3)));
 }
 
 // Bands across the first view, as they are once a picture of it was compared.
