@@ -83,7 +83,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
                         report.mask_views, report.views, 100 * report.mean_coverage));
   PrintPictures(session.regions().regions.front().edit, run);
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
-  PrintQuality(report.quality, run);
+  PrintQuality(report.quality, run, &session);
   PrintFormatError(format, run);
   PrintParts(report, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
@@ -193,10 +193,11 @@ void Recolor(const Arguments& arguments, Run& run) {
   report.mean_coverage = coverage.mean;
   // The line that is printed is not worth what the figures of a file are.
   constexpr int kRowStepOfLine = 4;
+  constexpr size_t kViewsOfLine = 24;
   const bool is_kept = !arguments.report.empty() || !arguments.page.empty();
-  report.quality = session->refits().Evaluate(result.region, session->original().sh,
-                                              result.sh_after, job.target, run.monitor(),
-                                              /*most_views=*/0, is_kept ? 1 : kRowStepOfLine);
+  report.quality = session->refits().Evaluate(
+      result.region, session->original().sh, result.sh_after, job.target, run.monitor(),
+      is_kept ? 0 : kViewsOfLine, is_kept ? 1 : kRowStepOfLine);
   if (!run.Writes()) return;
   const ShareAmong alone;
   const std::optional<FormatError> format = Save(arguments, result, large.get(), report, run);

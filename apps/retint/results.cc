@@ -191,19 +191,20 @@ void PrintPictures(const ColorEdit& edit, const Run& run) {
   }
 }
 
-void PrintQuality(const QualityReport& quality, const Run& run) {
+void PrintQuality(const QualityReport& quality, const Run& run, const EditSession* session) {
   const std::string rows =
       quality.row_step > 1 ? fmt::format(", in one row of pixels of {}", quality.row_step) : "";
-  const auto line = [&](const char* name, const QualityNumbers& numbers) {
+  const auto line = [&](const char* name, const QualityNumbers& numbers, size_t all) {
     if (numbers.views == 0) return;
-    run.Print(
-        fmt::format("{:<13}{} views: inside {:.1f} -> {:.1f} dB, outside {:.1f} dB, "
-                    "bleed {:.5f}{}",
-                    name, numbers.views, numbers.psnr_inside_before, numbers.psnr_inside_after,
-                    numbers.psnr_outside, numbers.bleed, rows));
+    const bool some = static_cast<size_t>(numbers.views) < all;
+    run.Print(fmt::format(
+        "{:<13}{}{} views: inside {:.1f} -> {:.1f} dB, outside {:.1f} dB, "
+        "bleed {:.5f}{}",
+        name, numbers.views, some ? fmt::format(" of {}", all) : "", numbers.psnr_inside_before,
+        numbers.psnr_inside_after, numbers.psnr_outside, numbers.bleed, rows));
   };
-  line("fitted", quality.train);
-  line("held out", quality.heldout);
+  line("fitted", quality.train, session ? session->train_views().size() : 0);
+  line("held out", quality.heldout, session ? session->heldout_views().size() : 0);
   run.Print(fmt::format("SH range     [{:.3f}, {:.3f}] -> [{:.3f}, {:.3f}]", quality.sh_before.min,
                         quality.sh_before.max, quality.sh_after.min, quality.sh_after.max));
 }

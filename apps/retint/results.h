@@ -48,8 +48,10 @@ void WritePage(const std::filesystem::path& path, EditSession& session, const Ru
 // What became of the pictures of an edit that was compared with the scene, if it has any.
 void PrintPictures(const ColorEdit& edit, const Run& run);
 
-// The figures of a quality report in lines for people.
-void PrintQuality(const QualityReport& quality, const Run& run);
+// The figures of a quality report in lines for people. `session`: where only some of its views may
+// have been measured.
+void PrintQuality(const QualityReport& quality, const Run& run,
+                  const EditSession* session = nullptr);
 
 // How much of a splat that was opened in parts took part; nothing of others.
 void PrintParts(const RunReport& report, const Run& run);
