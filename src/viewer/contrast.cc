@@ -20,6 +20,11 @@ double Distance(const QColor& a, const QColor& b) {
   return std::hypot(a.red() - b.red(), a.green() - b.green(), a.blue() - b.blue());
 }
 
+QColor ToQColor(const Eigen::Vector3f& color) {
+  const auto part = [&](int c) { return std::clamp(color[c], 0.0F, 1.0F); };
+  return QColor::fromRgbF(part(0), part(1), part(2));
+}
+
 }  // namespace
 
 QColor ContrastingColor(const QColor& under, const QColor& current) {
@@ -46,8 +51,11 @@ QColor MeanColor(const QImage& picture, const std::function<bool(int, int)>& ins
   return QColor(int(sum[0] / count), int(sum[1] / count), int(sum[2] / count));
 }
 
-QColor MeanColor(const Region& region, const GaussianModel& original) {
-  const std::vector<float>& shares = region.selection->shares;
+std::optional<Eigen::Vector3f> MeanColors::Mean(const RegionSelection& selection,
+                                                const GaussianModel& original) {
+  const auto [found, fresh] = means_.try_emplace(selection.id);
+  if (!fresh) return found->second;
+  const std::vector<float>& shares = selection.shares;
   const auto block = size_t(original.NumShCoeffs()) * 3;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double weight = 0;
@@ -59,14 +67,23 @@ QColor MeanColor(const Region& region, const GaussianModel& original) {
     sum += opacity * shares[g] * Eigen::Vector3d(sh[0], sh[1], sh[2]);
     weight += opacity * shares[g];
   }
-  if (weight <= 0) return {};
-  const Eigen::Vector3d base = (sum / weight * kFirstBand).array() + 0.5;
+  if (weight > 0) {
+    found->second = ((sum / weight * kFirstBand).array() + 0.5).matrix().cast<float>();
+  }
+  return found->second;
+}
+
+QColor MeanColors::Before(const Region& region, const GaussianModel& original) {
+  const auto mean = Mean(*region.selection, original);
+  return mean ? ToQColor(*mean) : QColor();
+}
+
+QColor MeanColors::After(const Region& region, const GaussianModel& original) {
   const ColorEdit edit = region.EffectiveEdit();
+  const auto mean = Mean(*region.selection, original);
   // One that is still to be measured shows the original.
-  const Eigen::Vector3f mean = edit.NeedsMainColor() ? Eigen::Vector3f(base.cast<float>())
-                                                     : CompiledEdit(edit).Apply(base.cast<float>());
-  const auto part = [&](int c) { return std::clamp(mean[c], 0.0F, 1.0F); };
-  return QColor::fromRgbF(part(0), part(1), part(2));
+  if (!mean || edit.NeedsMainColor()) return Before(region, original);
+  return ToQColor(CompiledEdit(edit).Apply(*mean));
 }
 
 }  // namespace retint

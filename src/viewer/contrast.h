@@ -2,8 +2,12 @@
 // Colors for what is laid over a picture, so that it is told from what lies below.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
+#include <optional>
 
+#include <Eigen/Core>
 #include <QColor>
 #include <QImage>
 
@@ -19,7 +23,19 @@ QColor ContrastingColor(const QColor& under, const QColor& current = {});
 // invalid where there is none.
 QColor MeanColor(const QImage& picture, const std::function<bool(int x, int y)>& inside);
 
-// The mean color of a region as its edit shows it, by its Gaussians' first coefficients.
-QColor MeanColor(const Region& region, const GaussianModel& original);
+// The mean colors of regions, by their Gaussians' first coefficients; invalid of a region without
+// any. Those of a selection are asked once: that takes every Gaussian.
+class MeanColors {
+ public:
+  // Without the region's edit, and as the edit shows it.
+  QColor Before(const Region& region, const GaussianModel& original);
+  QColor After(const Region& region, const GaussianModel& original);
+  void Clear() { means_.clear(); }  // for another scene
+
+ private:
+  std::optional<Eigen::Vector3f> Mean(const RegionSelection& selection,
+                                      const GaussianModel& original);
+  std::map<uint64_t, std::optional<Eigen::Vector3f>> means_;  // by selection
+};
 
 }  // namespace retint

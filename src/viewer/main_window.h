@@ -17,6 +17,7 @@
 #include <QTimer>
 
 #include "viewer/canvas.h"
+#include "viewer/contrast.h"
 #include "viewer/current_region.h"
 #include "viewer/key_map.h"
 #include "viewer/keys_dialog.h"
@@ -203,6 +204,7 @@ class MainWindow : public QMainWindow {
   std::optional<OpenRequest> form_;  // of the dialog, until it has opened
   std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
   QColor cloud_color_;
+  MeanColors means_;
   bool closing_ = false;
   bool unchecked_ = false;  // CheckScene() is still to come
 };

@@ -266,9 +266,9 @@ void SceneController::Apply(const State& state) {
   regions_ = std::move(regions);
   history_ = state.history;
   if (solo_ != 0 && !regions_.Find(solo_)) solo_ = 0;
-  Q_EMIT regionsChanged();
   Refresh();
   if (fits) Compose();
+  Q_EMIT regionsChanged();
 }
 
 // --- Selection and regions
@@ -358,8 +358,8 @@ bool SceneController::Edit(std::function<void(RegionSet&)> local, Work work) {
   local(regions_);
   pending_.emplace(edits_, std::move(local));
   Run({}, std::move(work));
+  Refresh();  // colors are on their way while the panels follow
   Q_EMIT regionsChanged();
-  Refresh();
   return true;
 }
 

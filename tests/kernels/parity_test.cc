@@ -313,7 +313,9 @@ TEST_P(Parity, EditsSh) {
       backend.sh().EditSh(params);
       edited[i] = sh.Read();
     }
-    EXPECT_NE(edited[0], model_.sh);
+    if (std::ranges::any_of(shares, [](float share) { return share > 0.3f; })) {
+      EXPECT_NE(edited[0], model_.sh);
+    }
     // Cube roots and powers of both, about gray, where a hue is as good as its chroma is large.
     EXPECT_LE(RelativeError(edited[1], edited[0]), affine ? 1e-6 : 1e-3);
   }

@@ -175,6 +175,9 @@ void QualityPanel::ShowRegion() {
   for (QWidget* widget : std::initializer_list<QWidget*>{split_, depth_, mask_}) {
     widget->setEnabled(controller.IsOpen());
   }
+  const auto selection = region ? region->selection : nullptr;
+  if (selection && selection == shown_) return;
+  shown_ = selection;
   registration_->setRowCount(0);
   if (!region) {
     registration_of_->setText(tr("Registration: choose a region."));

@@ -3,6 +3,8 @@
 // figures, and how well the selection's depth met the sparse points.
 #pragma once
 
+#include <memory>
+
 #include <QWidget>
 
 #include "recolor/quality_report.h"
@@ -46,7 +48,8 @@ class QualityPanel : public QWidget {
   QPushButton* measure_;
   QTableWidget *report_, *worst_, *registration_;
   QLabel *of_, *registration_of_;
-  RegionId measured_ = 0;  // whose report shows; 0: none
+  RegionId measured_ = 0;                         // whose report shows; 0: none
+  std::shared_ptr<const RegionSelection> shown_;  // whose registration shows
 };
 
 }  // namespace retint

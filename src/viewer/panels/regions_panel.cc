@@ -89,7 +89,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   });
   connect(controller_, &SceneController::regionsChanged, this, &RegionsPanel::Refresh);
   const auto fresh = [this] {
-    bases_.clear();
+    means_.Clear();
     waiting_.reset();
     Refresh();
   };
@@ -200,16 +200,10 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   if (item->flags() != flags) item->setFlags(flags);
 }
 
-// Computed once for a selection: it asks every Gaussian.
 QColor RegionsPanel::BaseOf(const Region& region) {
   const auto facts = controller_->facts();
-  const auto [found, fresh] = bases_.try_emplace(region.selection->id);
-  if (fresh && facts) {
-    Region plain = region;
-    plain.edit = {};
-    found->second = MeanColor(plain, *facts->original);
-  }
-  return found->second.isValid() ? found->second : QColor(Qt::gray);
+  const QColor mean = facts ? means_.Before(region, *facts->original) : QColor();
+  return mean.isValid() ? mean : QColor(Qt::gray);
 }
 
 void RegionsPanel::Refresh() {

@@ -2,7 +2,6 @@
 // The list of regions and what is done to them. The first of the list is applied first.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 
@@ -10,6 +9,7 @@
 #include <QWidget>
 
 #include "session/region.h"
+#include "viewer/contrast.h"
 
 class QLabel;
 class QSlider;
@@ -77,7 +77,7 @@ class RegionsPanel : public QWidget {
     std::string key;
   };
   std::optional<Waiting> waiting_;
-  std::map<uint64_t, QColor> bases_;  // of the regions without their edits, by selection
+  MeanColors means_;
 };
 
 }  // namespace retint
