@@ -5,6 +5,7 @@
 #include <cmath>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -163,44 +164,54 @@ DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderReque
 }
 
 RenderOutput Renderer::Render(const PosedCamera& view, const RenderRequest& request) {
+  RenderOutput output;
+  Render(view, request, &output);
+  return output;
+}
+
+void Renderer::Render(const PosedCamera& view, const RenderRequest& request, RenderOutput* output) {
   const auto geometry = Geometry(view, request.cache);
   const CameraParams& camera = geometry->camera();
   const int width = camera.width, height = camera.height;
   const size_t pixels = size_t(width) * size_t(height);
-  RenderOutput output;
-
-  if (request.rgb) {
-    float* rgb = backend_->Grow(scratch_->image, pixels * 3);
-    float* alpha = request.alpha ? backend_->Grow(scratch_->scalar, pixels) : nullptr;
-    BlendRgb(*geometry, rgb, alpha);
-    output.rgb = Image(width, height);
-    backend_->CopyToHost(output.rgb.data.data(), rgb, pixels * 3 * sizeof(float));
-    if (request.alpha) {
-      output.alpha = ScalarImage(width, height);
-      backend_->CopyToHost(output.alpha.data.data(), alpha, pixels * sizeof(float));
+  const auto fetch = [&](const float* from, auto& image) {
+    using Array = std::remove_reference_t<decltype(image)>;
+    if (!from) {
+      image = Array();
+      return;
     }
-  }
+    const bool fits = image.width == width && image.height == height &&
+                      image.data.size() == pixels * size_t(Array::kChannels);
+    if (!fits) image = Array(width, height);
+    backend_->CopyToHost(image.data.data(), from, image.data.size() * sizeof(float));
+  };
 
+  const float* rgb = nullptr;
+  const float* rgb_alpha = nullptr;
+  if (request.rgb) {
+    float* image = backend_->Grow(scratch_->image, pixels * 3);
+    float* alpha = request.alpha ? backend_->Grow(scratch_->scalar, pixels) : nullptr;
+    BlendRgb(*geometry, image, alpha);
+    rgb = image;
+    rgb_alpha = alpha;
+  }
+  fetch(rgb, output->rgb);
+  fetch(rgb_alpha, output->alpha);
+
+  DepthParams depth{};
   const bool alpha_left = request.alpha && !request.rgb;
   if (request.depth_median || request.depth_expected || alpha_left) {
     float* planes = backend_->Grow(scratch_->image, pixels * 3);
-    DepthParams depth{};
     depth.median = request.depth_median ? planes : nullptr;
     depth.expected = request.depth_expected ? planes + pixels : nullptr;
     depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
     depth.threshold = request.median_threshold;
     depth.pixel_rows = request.pixel_rows;
     backend_->blend().Depth(*geometry, depth);
-    const auto fetch = [&](const float* plane, PixelArray<float, 1>& image) {
-      if (!plane) return;
-      image = PixelArray<float, 1>(width, height);
-      backend_->CopyToHost(image.data.data(), plane, pixels * sizeof(float));
-    };
-    fetch(depth.median, output.depth_median);
-    fetch(depth.expected, output.depth_expected);
-    fetch(depth.alpha, output.alpha);
+    if (alpha_left) fetch(depth.alpha, output->alpha);
   }
-  return output;
+  fetch(depth.median, output->depth_median);
+  fetch(depth.expected, output->depth_expected);
 }
 
 void Renderer::SetSh(std::span<const float> sh) {

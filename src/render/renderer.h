@@ -64,6 +64,9 @@ class Renderer {
   ~Renderer();
 
   RenderOutput Render(const PosedCamera& view, const RenderRequest& request = {});
+  // The same into arrays that are used again where their size is right: fresh memory costs a frame
+  // more than its rendering does.
+  void Render(const PosedCamera& view, const RenderRequest& request, RenderOutput* output);
   DeviceRender RenderOnDevice(const PosedCamera& view, const RenderRequest& request = {});
 
   // The geometry of a view from the cache, prepared when missing.

@@ -412,7 +412,8 @@ class RenderThread::Impl {
     if (request.before && request.what == RenderWhat::kRgb) {
       Show(request.before, nullptr);
       for (const PosedCamera& camera : cameras) {
-        before.push_back(ToQImage(renderer_->Render(camera).rgb));
+        renderer_->Render(camera, {}, &output_);
+        before.push_back(ToQImage(output_.rgb));
       }
     }
     Show(request.sh, request.sh_active);
@@ -441,9 +442,9 @@ class RenderThread::Impl {
     std::vector<QImage> faces;
     std::vector<DepthMap> depths;
     for (const PosedCamera& camera : cameras) {
-      RenderOutput output = renderer_->Render(camera, render);
-      if (colored) faces.push_back(ToQImage(output.rgb));
-      depths.push_back(std::move(output.depth_median));
+      renderer_->Render(camera, render, &output_);
+      if (colored) faces.push_back(ToQImage(output_.rgb));
+      depths.push_back(std::move(output_.depth_median));
     }
     if (!colored) faces = DepthPictures(cameras, depths);
     for (size_t f = 0; f < faces.size(); ++f) {
@@ -495,6 +496,7 @@ class RenderThread::Impl {
   // The thread's own.
   std::shared_ptr<const SceneFacts> scene_;
   std::unique_ptr<Renderer> renderer_;
+  RenderOutput output_;  // of the last frame
   ShPointer shown_;
   ActivePointer shown_active_;
   FrameClock clock_;

@@ -202,6 +202,28 @@ TEST(Renderer, SetShChangesColoursAndKeepsTheGeometry) {
   EXPECT_THROW(renderer.SetSh(std::span(original).first(5)), OptionError);
 }
 
+TEST(Renderer, UsesArraysOfTheRightSizeAgain) {
+  Renderer renderer(CreateBackend("cpu"), Blobs(60, 5));
+  const RenderRequest all = {.depth_median = true, .depth_expected = true, .alpha = true};
+  const RenderOutput expected = renderer.Render(Front(), all);
+  RenderOutput output;
+  output.rgb = Image(3, 2, 7.0f);
+  renderer.Render(Front(), all, &output);
+  EXPECT_EQ(output.rgb.data, expected.rgb.data);
+  const float* pixels = output.rgb.data.data();
+  const DepthMap taken = std::move(output.depth_median);
+  renderer.Render(Front(), all, &output);
+  EXPECT_EQ(output.rgb.data.data(), pixels);
+  EXPECT_EQ(output.rgb.data, expected.rgb.data);
+  EXPECT_EQ(output.depth_median.data, expected.depth_median.data);
+  EXPECT_EQ(output.depth_expected.data, expected.depth_expected.data);
+  EXPECT_EQ(output.alpha.data, expected.alpha.data);
+  renderer.Render(Front(), {.rgb = false, .alpha = true}, &output);
+  EXPECT_TRUE(output.rgb.Empty() && output.depth_median.Empty() && output.depth_expected.Empty());
+  EXPECT_EQ(output.alpha.width, expected.alpha.width);
+  EXPECT_EQ(output.alpha.data.size(), expected.alpha.data.size());
+}
+
 TEST(Renderer, GeometryBlendsAndTransposes) {
   const GaussianModel model = Blobs(200, 7);
   Renderer renderer(CreateBackend("cpu"), model);
