@@ -31,8 +31,9 @@ namespace retint {
 namespace {
 
 constexpr int kWaitMs = 600000;
-constexpr int kGap = 8;                // pixels between the shots of modes
-constexpr qint64 kMostBytes = 195000;  // of a picture: the repository keeps every one of them
+constexpr int kGap = 8;  // pixels between the shots of modes
+// Of a picture: the repository keeps every one of the usual size.
+constexpr double kMostBytes = 195000, kMostBytesOfPixel = kMostBytes / (1600 * 1000);
 
 class Photographer {
  public:
@@ -166,7 +167,9 @@ class Photographer {
 
   bool Keep(const QImage& picture, const QString& name) {
     QByteArray bytes;
-    for (int quality = 92; bytes.isEmpty() || bytes.size() > kMostBytes; quality -= 2) {
+    const double most =
+        std::max(kMostBytes, kMostBytesOfPixel * double(picture.width()) * picture.height());
+    for (int quality = 92; bytes.isEmpty() || double(bytes.size()) > most; quality -= 2) {
       bytes.clear();
       QBuffer buffer(&bytes);
       buffer.open(QIODevice::WriteOnly);
