@@ -12,12 +12,12 @@
 #include "base/parallel.h"
 #include "kernels/backend.h"
 #include "selection/mask_tools/surface_edges.h"
+#include "selection/shrunk_view.h"
 
 namespace retint {
 namespace {
 
 constexpr std::string_view kStage = "completion";
-constexpr double kMaxPixels = 100'000;  // as strokes are solved (mask_tools/scribbles.h)
 constexpr size_t kMostViews = 24;
 constexpr size_t kBatch = 8, kBatchBytes = size_t{256} << 20;  // views held at a time
 constexpr float kOpaque = 0.5f;         // a pixel less opaque than this shows no surface
@@ -28,18 +28,6 @@ constexpr double kDepthNoise = 0.03;    // relative
 constexpr uint16_t kLiftedRows = 0x5555;
 // Of the residual: V, 1, h, h ln D, h (ln D)^2.
 constexpr int kChannels = 5;
-
-PosedCamera Shrunk(PosedCamera view) {
-  Camera& camera = view.camera;
-  const double shrink =
-      std::min(1.0, std::sqrt(kMaxPixels / (double(camera.width) * camera.height)));
-  const int width = std::max(1, int(camera.width * shrink));
-  const int height = std::max(1, int(camera.height * shrink));
-  const double x = double(width) / camera.width, y = double(height) / camera.height;
-  camera = Camera::Pinhole(camera.id, width, height, camera.fx() * x, camera.fy() * y,
-                           camera.cx() * x, camera.cy() * y);
-  return view;
-}
 
 std::vector<const View*> SpreadOut(const std::vector<const View*>& views) {
   if (views.size() <= kMostViews) return views;

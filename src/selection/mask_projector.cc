@@ -17,6 +17,7 @@
 #include "base/ranks.h"
 #include "scene/image_checks.h"
 #include "selection/evidence.h"
+#include "selection/shrunk_view.h"
 #include "selection/view_depth.h"
 
 namespace retint {
@@ -88,8 +89,10 @@ class Projection {
     return mask;
   }
 
-  // Adds what a view that is not painted says of the Gaussians.
-  void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows) {
+  // Adds what a view that is not painted says of the Gaussians; each of its pixels counts as
+  // `weight`.
+  void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows,
+            float weight) {
     DrawCloud(surface, pixel_rows, 0);
     std::vector<PaintedImage> painted;
     for (const auto& view : painted_) {
@@ -105,7 +108,7 @@ class Projection {
     evidence.coverage = coverage_mask_.data();
     evidence.scale = 1;
     evidence.pixel_rows = pixel_rows;
-    LiftEvidence(*surface.geometry, evidence);
+    LiftEvidence(*surface.geometry, evidence, weight);
     if (keeps_rows_) {
       KeepLifted(*surface.geometry);
     } else {
@@ -207,14 +210,14 @@ class Projection {
   size_t Channels() const { return completes_ ? 3 : 2; }
 
   // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
-  void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence) {
+  void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence, float weight = 1) {
     evidence.camera = view.camera();
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
     evidence.residual = backend_.Grow(residual_, Channels() * pixels);
     // Makes up for rows that are left out.
-    const float rows = kTileSize / static_cast<float>(std::popcount(evidence.pixel_rows));
-    evidence.visible = completes_ ? rows : 0;
-    evidence.scale *= rows;
+    weight *= kTileSize / static_cast<float>(std::popcount(evidence.pixel_rows));
+    evidence.visible = completes_ ? weight : 0;
+    evidence.scale *= weight;
     backend_.mask().Evidence(evidence);
     BlendTransposeParams lift{};
     lift.residual = evidence.residual;
@@ -392,14 +395,17 @@ void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
 }
 
 // Those of `views` that this rank owns; all of them where it is alone.
-std::vector<const View*> OwnViews(const std::vector<const View*>& views, const Ranks& ranks) {
+template <typename T>
+std::vector<T> OwnViews(const std::vector<T>& views, const Ranks& ranks) {
   const std::vector<int> owners = ShareOut(views.size(), ranks);
-  std::vector<const View*> own;
+  std::vector<T> own;
   for (size_t i = 0; i < views.size(); ++i) {
     if (owners[i] == ranks.rank()) own.push_back(views[i]);
   }
   return own;
 }
+
+double NumPixels(const Camera& camera) { return double(camera.width) * camera.height; }
 
 // Gives every rank the masks of `views`, which their owners drew.
 void ShareMasks(const Reconstruction& reconstruction, const std::vector<const View*>& views,
@@ -468,7 +474,8 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
                             const ProjectorOptions& options, Monitor& monitor,
-                            const GaussianGraph* graph, const std::vector<const View*>& wanted) {
+                            const GaussianGraph* graph, const std::vector<const View*>& wanted,
+                            const std::vector<PosedCamera>& added) {
   options.Check();
   CheckInput(cloud, painted, views);
   ProjectedMasks result;
@@ -478,17 +485,30 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   Ranks& ranks = CurrentRanks();
   const std::vector<const View*>& all_masked = wanted.empty() ? views : wanted;
   // Lifted from, but for what is painted and known already, or drawn on.
-  std::vector<const View*> all_drawn;
+  struct Drawn {
+    PosedCamera posed;
+    const View* view;  // null: an added one
+    float weight;      // of a pixel
+  };
+  std::vector<Drawn> all_drawn;
   for (const View* view : lifts ? views : all_masked) {
-    if (!lifts || !projection.IsPainted(*view)) all_drawn.push_back(view);
+    if (lifts && projection.IsPainted(*view)) continue;
+    all_drawn.push_back({reconstruction.Posed(*view), view, 1});
   }
-  const std::vector<const View*> drawn = OwnViews(all_drawn, ranks);
+  if (completes) {
+    for (const PosedCamera& view : added) {
+      const PosedCamera shrunk = Shrunk(view);
+      const double weight = NumPixels(view.camera) / NumPixels(shrunk.camera);
+      all_drawn.push_back({shrunk, nullptr, float(weight)});
+    }
+  }
+  const std::vector<Drawn> drawn = OwnViews(all_drawn, ranks);
   const std::vector<const View*> masked = OwnViews(all_masked, ranks);
   std::vector<SurfaceRequest> requests = projection.PaintedRequests(reconstruction);
   const size_t first_drawn = requests.size();
   const uint16_t pixel_rows = lifts ? LiftedRows(all_drawn.size()) : kAllPixelRows;
-  for (const View* view : drawn) {
-    requests.push_back({reconstruction.Posed(*view), view, pixel_rows});
+  for (const Drawn& one : drawn) {
+    requests.push_back({one.posed, one.view, pixel_rows, /*cache=*/one.view != nullptr});
   }
   const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
   double done = 0;
@@ -503,10 +523,11 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   RenderSurfaces(renderer, reconstruction, requests, surfaces, [&](size_t i, ViewSurface surface) {
     if (i < first_drawn) return projection.AddPainted(i, std::move(surface));
     step();
+    const Drawn& one = drawn[i - first_drawn];
     if (lifts) {
-      projection.Lift(requests[i].posed, surface, pixel_rows);
+      projection.Lift(one.posed, surface, pixel_rows, one.weight);
     } else {
-      result.masks[drawn[i - first_drawn]->name] = projection.Draw(surface);
+      result.masks[one.view->name] = projection.Draw(surface);
     }
   });
   if (lifts) {

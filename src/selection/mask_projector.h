@@ -9,7 +9,8 @@
 //     one of them sees it (same depth within visible_tolerance), M is the paint there and K = 1, so
 //     that what was seen outside the paint counts against. The cloud's surfels add what they cover:
 //     M = max(M, coverage), K = 1. Where neither speaks nobody knows: K = 0, or without completion
-//     M = 0 with the small weight K = unknown_weight.
+//     M = 0 with the small weight K = unknown_weight. Views that no camera took are looked at in
+//     the same way, drawn small, for a completion of scenes with few cameras.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
@@ -84,14 +85,17 @@ Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector
 // depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud
 // alone): then every pixel that no surfel covers counts as outside; quads and surfels do not use
 // it. `graph` of the renderer's model serves the completion; null: there is none. Where `wanted` is
-// not empty, only these of `views` are given their masks. Memory is bounded by the masks and a few
-// images, whatever the number of views. InputError for a mask that is not of its view's size, an
-// empty cloud, or when no mask that is wanted receives a pixel; Cancelled between views.
+// not empty, only these of `views` are given their masks. `added` are more views that a completion
+// takes evidence from (selection/views_between.h); they are given none. Memory is bounded by the
+// masks and a few images, whatever the number of views. InputError for a mask that is not of its
+// view's size, an empty cloud, or when no mask that is wanted receives a pixel; Cancelled between
+// views.
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,
                             const ProjectorOptions& options, Monitor& monitor,
                             const GaussianGraph* graph = nullptr,
-                            const std::vector<const View*>& wanted = {});
+                            const std::vector<const View*>& wanted = {},
+                            const std::vector<PosedCamera>& added = {});
 
 }  // namespace retint

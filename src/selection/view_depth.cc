@@ -188,7 +188,7 @@ class SurfaceDrawer {
   ViewSurface DrawOne(const SurfaceRequest& request) {
     constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
     ViewSurface surface;
-    surface.geometry = renderer_.Geometry(request.posed);
+    surface.geometry = renderer_.Geometry(request.posed, request.cache);
     const CameraParams& camera = surface.geometry->camera();
     surface.depth = backend_.Allocate<float>(size_t(camera.width) * size_t(camera.height));
     DepthParams depth{};

@@ -26,6 +26,7 @@ struct SurfaceRequest {
   const View* view = nullptr;  // null, a free camera: not corrected
   // The rows that have a depth (see kernels/common/types.h; bit 0 is set).
   uint16_t pixel_rows = kAllPixelRows;
+  bool cache = true;  // keep this view's geometry for later
 };
 
 struct SurfaceOptions {

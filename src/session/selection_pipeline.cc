@@ -2,6 +2,7 @@
 #include "session/selection_pipeline.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -13,6 +14,7 @@
 #include "base/ranks.h"
 #include "scene/image_checks.h"
 #include "selection/lifted_surfaces.h"
+#include "selection/views_between.h"
 #include "session/painted_exchange.h"
 #include "session/photo_paint.h"
 
@@ -79,6 +81,31 @@ void RequireDepthInPhotos(const Workspace& workspace, const std::vector<PaintedV
       throw NoDepthError(parts[i].report.depth_reason);
     }
   }
+}
+
+// The median of the points, by axis.
+Eigen::Vector3d MiddleOf(const SelectionCloud& cloud) {
+  Eigen::Vector3d middle;
+  std::vector<float> values(cloud.points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(cloud.points.begin(), cloud.points.end(), values.begin(),
+                   [&](const SelectionPoint& point) { return point.position[axis]; });
+    const auto half = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), half, values.end());
+    middle[axis] = double(*half);
+  }
+  return middle;
+}
+
+// Views that make up for cameras where these are few. Those of a part are all that see it whole.
+std::vector<PosedCamera> AddedViews(const OpenScene& scene, const SelectionCloud& cloud,
+                                    const Camera& lens) {
+  constexpr size_t kEnough = 24;
+  const size_t there = scene.views().size();
+  if (there >= kEnough || scene.part() || cloud.points.empty()) return {};
+  std::vector<PosedCamera> cameras;
+  for (const View* view : scene.views()) cameras.push_back(scene.reconstruction().Posed(*view));
+  return ViewsBetween(cameras, MiddleOf(cloud), lens, kEnough - there);
 }
 
 }  // namespace
@@ -204,8 +231,10 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   const Reconstruction& reconstruction = scene_.reconstruction();
   const bool completes = options.Completes() && !painted.empty();
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
+  std::vector<PosedCamera> added;
+  if (completes) added = AddedViews(scene_, cloud, views.front().camera.camera);
   ProjectedMasks masks = ProjectMasks(cloud, views, reconstruction, scene_.views(),
-                                      scene_.renderer(), options, monitor, graph, wanted);
+                                      scene_.renderer(), options, monitor, graph, wanted, added);
   monitor.Step("projection", 1, 1);
   return masks;
 }

@@ -17,6 +17,7 @@
 #include "colmap_io/sparse.h"
 #include "kernels/common/sh.h"
 #include "render/renderer.h"
+#include "scene/look_along.h"
 #include "session/scene_shape.h"
 
 namespace retint {
@@ -39,22 +40,12 @@ struct Candidate {
   DepthMap depth = {};
 };
 
-// A camera at `eye` that looks along `forward`; the picture's top is where `up` points.
-PosedCamera LookAlong(const Vector3d& eye, const Vector3d& forward, const Vector3d& up,
+PosedCamera ViewAlong(const Vector3d& eye, const Vector3d& forward, const Vector3d& up,
                       double half_width, const VirtualViewOptions& options) {
-  const Vector3d z = forward.normalized();
-  Vector3d x = z.cross(up);
-  if (x.norm() < 1e-6) x = z.unitOrthogonal();
-  x.normalize();
-  Eigen::Matrix3d rotation;  // rows: right, down, forward
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
   const double focal = options.width / 2.0 / half_width;
-  PosedCamera view;
-  view.camera = Camera::Pinhole(1, options.width, options.height, focal, focal, options.width / 2.0,
-                                options.height / 2.0);
-  view.cam_from_world.rotation = Eigen::Quaterniond(rotation);
-  view.cam_from_world.translation = -(rotation * eye);
-  return view;
+  return {Camera::Pinhole(1, options.width, options.height, focal, focal, options.width / 2.0,
+                          options.height / 2.0),
+          LookAlong(eye, forward, up)};
 }
 
 double HalfWidth(double fov_degrees) { return std::tan(fov_degrees * std::numbers::pi / 360); }
@@ -90,7 +81,7 @@ void AddOrbits(const SceneShape& shape, const Compass& compass, const VirtualVie
         const double back = std::max(0.0, 2 * kNearest - distance / 2);
         const Vector3d side = compass.Direction(kHeights[h], (a + 0.5 * (h % 2)) / around);
         const double half_width = HalfWidth(kFov) * distance / (distance + back);
-        candidates.push_back({LookAlong(shape.center + (distance + back) * side, -side, compass.up,
+        candidates.push_back({ViewAlong(shape.center + (distance + back) * side, -side, compass.up,
                                         half_width, options),
                               {false, h, a, d}});
       }
@@ -108,7 +99,7 @@ void AddInside(const SceneShape& shape, const Compass& compass, const VirtualVie
     for (int h = 0; h < 2; ++h) {
       for (int a = 0; a < kAround; ++a) {
         const Vector3d forward = compass.Direction(kHeights[h], double(a) / kAround);
-        candidates.push_back({LookAlong(eye, forward, compass.up, HalfWidth(kInsideFov), options),
+        candidates.push_back({ViewAlong(eye, forward, compass.up, HalfWidth(kInsideFov), options),
                               {true, place, a, h}});
       }
     }

@@ -14,7 +14,10 @@ and Pillow.
 import argparse
 import json
 import pathlib
+import re
+import shutil
 import statistics
+import struct
 import subprocess
 import time
 
@@ -81,20 +84,65 @@ def stroke_outside(truth, random, brush):
     return ring & (turn < np.pi * random.uniform(1.2, 1.8))
 
 
+def keep_cameras(folder, kept, views, count):
+    """The workspace `folder` with `count` cameras, spread evenly by name from the first of `views`,
+    and with the other `views`."""
+    data, images, at = (folder / "sparse/0/images.bin").read_bytes(), {}, 8
+    for _ in range(struct.unpack_from("<Q", data)[0]):
+        name_at = at + 64  # id, quaternion, translation, camera
+        name_end = data.index(0, name_at)
+        end = name_end + 9 + 24 * struct.unpack_from("<Q", data, name_end + 1)[0]
+        images[data[name_at:name_end].decode()] = data[at:end]
+        at = end
+    names = sorted(images)
+    first = names.index(views[0])
+    chosen = {names[(first + i * len(names) // count) % len(names)] for i in range(count)}
+    chosen = sorted(chosen.union(views))
+    model = kept / "sparse/0"
+    model.mkdir(parents=True, exist_ok=True)
+    (model / "images.bin").write_bytes(
+        struct.pack("<Q", len(chosen)) + b"".join(images[name] for name in chosen))
+    for link in ("sparse/0/cameras.bin", "sparse/0/points3D.bin", "images"):
+        if not (kept / link).exists():
+            (kept / link).symlink_to((folder / link).resolve())
+
+
+def write_shares(splat, shares, path):
+    """A splat with the shape of another whose renders are the shares of its Gaussians."""
+    data = splat.read_bytes()
+    body = data.index(b"end_header\n") + 11
+    names = re.findall(r"property float (\S+)", data[:body].decode())
+    columns = np.frombuffer(data[body:], "<f4").reshape(-1, len(names))
+    gray = (np.frombuffer(shares.read_bytes()[24:], "<f4") - 0.5) / 0.28209479
+    kept = [name for name in names if not name.startswith(("f_", "n"))]
+    header = [f"element vertex {len(columns)}"] + [
+        f"property float {name}" for name in kept + ["f_dc_0", "f_dc_1", "f_dc_2"]]
+    table = np.column_stack([columns[:, names.index(name)] for name in kept] + 3 * [gray])
+    path.write_bytes("\n".join(["ply", "format binary_little_endian 1.0", *header,
+                                "end_header\n"]).encode() + table.astype("<f4").tobytes())
+
+
 class Object:
     """An object of a scene with its true masks and the views that are painted in turn."""
 
     def __init__(self, options, scene, name, folder, truth, views):
         self.options, self.scene, self.name = options, scene, name
-        self.folder, self.truth, self.views = folder, truth, views
+        self.folder, self.truth, self.views = folder, truth, views[:options.views]
         self.work = options.work / "found" / f"{scene}-{name}"
         self.own = []  # IoU in the painted view itself, of strokes
         self.work.mkdir(parents=True, exist_ok=True)
-        self.files = ["--workspace", folder, "--splat", folder / "splat.ply"]
 
     def run(self, verb, *arguments):
         command = [self.options.retint, verb, *map(str, arguments), "--progress", "none"]
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+    def files(self, views):
+        """Of the scene with all cameras, or with a few when `views` are painted."""
+        folder = self.folder
+        if self.options.keep:
+            folder = self.work / f"keep-{self.options.keep}-{'-'.join(views)}"
+            keep_cameras(self.folder, folder, views, self.options.keep)
+        return ["--workspace", folder, "--splat", self.folder / "splat.ply"]
 
     def true_mask(self, view):
         return self.truth / f"{view}.png"
@@ -105,10 +153,14 @@ class Object:
     def measure(self, what, masks):
         """IoU of all other views from the masks of a few; prints and returns the mean."""
         cloud, found, report = (self.work / f"found{end}" for end in (".ply", "", ".json"))
+        files = self.files([view for view, _ in masks])
+        shutil.rmtree(found, ignore_errors=True)
         start = time.time()
-        self.run("select", *self.files, *self.painted(masks), "--output", cloud)
-        self.run("project", *self.files, "--cloud", cloud, *self.painted(masks), "--output", found)
+        self.run("select", *files, *self.painted(masks), "--output", cloud)
+        self.run("project", *files, "--cloud", cloud, *self.painted(masks), "--output", found)
         seconds = time.time() - start
+        if self.options.keep:
+            self.draw_left_out(found)
         self.run("score", "--truth", self.truth, "--masks", found, "--workspace", self.folder,
                  *[part for view, _ in masks for part in ("--painted", view)], "--report", report)
         groups = {g["name"]: g for g in json.loads(report.read_text())["groups"] if g["views"]}
@@ -116,6 +168,16 @@ class Object:
               + ", ".join(f"{name} {g['iou']['mean']:.3f} (worst {g['iou']['worst']:.3f})"
                           for name, g in groups.items()) + f"; {seconds:.1f} s", flush=True)
         return groups["all"]["iou"]["mean"]
+
+    def draw_left_out(self, found):
+        """Masks of the cameras that were not kept: the shares, rendered."""
+        splat = self.work / "shares.ply"
+        write_shares(self.folder / "splat.ply", found / "shares.bin", splat)
+        views = [mask.name[:-len(".png")] for mask in sorted(self.truth.glob("*.png"))
+                 if not (found / mask.name).exists()]
+        if views:
+            self.run("render", "--workspace", self.folder, "--splat", splat, "--output", found,
+                     *[part for view in views for part in ("--view", view)])
 
     def one(self):
         return [self.measure("one", [(view, self.true_mask(view))]) for view in self.views]
@@ -136,7 +198,7 @@ class Object:
                 inside, outside, mask = (self.work / f"{n}.png" for n in ("in", "out", "mask"))
                 write_mask(inside, stroke_inside(truth, random, brush))
                 write_mask(outside, stroke_outside(truth, random, brush))
-                self.run("mask", *self.files, "--view", view, "--scribble", inside,
+                self.run("mask", *self.files([view]), "--view", view, "--scribble", inside,
                          "--scribble-outside", outside, "--output", mask, *alone)
                 found = read_mask(mask)
                 own = (found & truth).sum() / (found | truth).sum()
@@ -150,7 +212,7 @@ class Object:
     def suggestion(self):
         view = self.views[0]
         first, report = (view, self.true_mask(view)), self.work / "suggest.json"
-        self.run("suggest", *self.files, *self.painted([first]), "--report", report)
+        self.run("suggest", *self.files([view]), *self.painted([first]), "--report", report)
         order = [one["view"] for one in json.loads(report.read_text())["views"]]
         known = [name for name in order if self.true_mask(name).exists()]
         if len(known) < 8:
@@ -202,6 +264,11 @@ def main():
     parser.add_argument("--objects", default=",".join(OBJECTS), help="of the synthetic scenes")
     parser.add_argument("--what", default="one,three,strokes,suggestion")
     parser.add_argument("--strokes", type=int, default=2, help="pairs of strokes on each view")
+    parser.add_argument("--views", type=int, default=3,
+                        help="of an object, painted in turn, at most")
+    parser.add_argument("--keep", type=int, default=0,
+                        help="of a scene's cameras only so many, evenly by name; the others are scored "
+                             "by renders of the shares; 0: all")
     parser.add_argument("--lift", action="store_true",
                         help="strokes: all other views too, not the painted one alone")
     parser.add_argument("--alone", action="store_true",

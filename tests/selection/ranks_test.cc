@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "selection/mask_projector.h"
+#include "selection/views_between.h"
 #include "tests/selection/tiny_gaussians.h"
 #include "tests/support/thread_ranks.h"
 
@@ -31,6 +32,10 @@ TEST_P(ProjectRanks, MakeTheSameMasks) {
       MakeCloud(posed, world.view(2).name, paint, world.Depth(posed), {}, {}, all);
   Monitor graph_monitor;
   const GaussianGraph graph(gaussians.model, graph_monitor);
+  // Between the cameras, which stand on an arc of half a radian.
+  const auto added =
+      ViewsBetween({world.Posed(0), world.Posed(4)}, world.ball_center, posed.camera, 2);
+  ASSERT_FALSE(added.empty());
   const auto project = [&] {
     Monitor monitor;
     Renderer renderer(backend, gaussians.model);
@@ -38,7 +43,8 @@ TEST_P(ProjectRanks, MakeTheSameMasks) {
     options.kind = GetParam().kind;
     options.completion = GetParam().completion;
     return ProjectMasks(cloud, {{world.view(2).name, posed, paint}}, world.reconstruction,
-                        world.reconstruction.ViewsByName(), renderer, options, monitor, &graph);
+                        world.reconstruction.ViewsByName(), renderer, options, monitor, &graph, {},
+                        added);
   };
   const ProjectedMasks alone = project();
   ASSERT_EQ(alone.masks.size(), 5u);

@@ -15,6 +15,7 @@
 #include "selection/mask_projector.h"
 #include "selection/mask_score.h"
 #include "selection/registration.h"
+#include "selection/views_between.h"
 #include "synthetic/synthetic_scene.h"
 
 namespace retint {
@@ -95,6 +96,55 @@ TEST_P(SyntheticMasks, AnObjectIsFoundFromEveryViewThatSeesItWhole) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Objects, SyntheticMasks, testing::Range(0, kObjects));
+
+// Objects on a table with cameras all around it, of which every third takes part: the masks of the
+// others are better where views between the four add their evidence.
+TEST(SyntheticMasksOfFewCameras, AreBetterWithViewsBetween) {
+  Monitor monitor;
+  SyntheticOptions options;
+  options.around = true;
+  options.views = 12;
+  options.width = 200, options.height = 150;
+  options.seed = 3;
+  const SyntheticScene scene = MakeSyntheticScene(options, monitor);
+  Renderer renderer(CreateBackend("cpu"), scene.model);
+  const std::vector<const View*> views = scene.reconstruction.ViewsByName();
+  std::vector<const View*> kept, left_out;
+  std::vector<PosedCamera> cameras;
+  for (size_t v = 0; v < views.size(); ++v) (v % 3 == 0 ? kept : left_out).push_back(views[v]);
+  for (const View* view : kept) cameras.push_back(scene.reconstruction.Posed(*view));
+  const GaussianGraph graph(
+      scene.model, monitor, std::nullopt,
+      LiftSurfaces(renderer, scene.model, scene.reconstruction, kept, monitor));
+  double without = 0, with = 0;
+  for (const char* name : {"pot", "pear"}) {
+    const auto object = int(std::find(scene.object_names.begin(), scene.object_names.end(), name) -
+                            scene.object_names.begin());
+    ASSERT_LT(size_t(object), scene.object_names.size()) << name;
+    const Mask paint = MaskOf(scene.views[0], object);
+    const SelectionCloud cloud =
+        MakeCloud(cameras[0], kept[0]->name, paint, scene.views[0].depth, {}, {}, {});
+    ASSERT_FALSE(cloud.points.empty()) << name;
+    const Eigen::Vector3d middle = cloud.points[cloud.points.size() / 2].position.cast<double>();
+    const auto added = ViewsBetween(cameras, middle, cameras[0].camera, 20);
+    ASSERT_EQ(added.size(), 20u);
+    const auto mean_iou = [&](const std::vector<PosedCamera>& more) {
+      const ProjectedMasks found =
+          ProjectMasks(cloud, {{kept[0]->name, cameras[0], paint}}, scene.reconstruction, kept,
+                       renderer, {}, monitor, &graph, left_out, more);
+      double sum = 0;
+      for (size_t v = 0; v < views.size(); ++v) {
+        if (v % 3 != 0) sum += *Iou(found.masks.at(views[v]->name), MaskOf(scene.views[v], object));
+      }
+      return sum / double(left_out.size());
+    };
+    without += mean_iou({}) / 2;
+    with += mean_iou(added) / 2;
+  }
+  RecordProperty("without", std::to_string(without));
+  RecordProperty("with", std::to_string(with));
+  EXPECT_GT(with, without + 0.02);
+}
 
 }  // namespace
 }  // namespace retint

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Views drawn small, where what they show is a mean over many pixels.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/camera.h"
+
+namespace retint {
+
+// The same view of 100,000 pixels at most, as many as strokes are solved on
+// (mask_tools/scribbles.h).
+inline PosedCamera Shrunk(PosedCamera view) {
+  constexpr double kMaxPixels = 100'000;
+  Camera& camera = view.camera;
+  const double shrink =
+      std::min(1.0, std::sqrt(kMaxPixels / (double(camera.width) * camera.height)));
+  const int width = std::max(1, int(camera.width * shrink));
+  const int height = std::max(1, int(camera.height * shrink));
+  const double x = double(width) / camera.width, y = double(height) / camera.height;
+  camera = Camera::Pinhole(camera.id, width, height, camera.fx() * x, camera.fy() * y,
+                           camera.cx() * x, camera.cy() * y);
+  return view;
+}
+
+}  // namespace retint
