@@ -6,6 +6,7 @@
 #include <numbers>
 #include <queue>
 
+#include "kernels/common/types.h"
 #include "scene/look_along.h"
 
 namespace retint {
@@ -14,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNarrow = 15 * kDegree;  // such a gap needs no view
-constexpr double kOpen = 180 * kDegree;   // such a gap is a side that nobody looked from
-constexpr double kUpright = 0.3;          // length of the mean vertical below which there is none
+constexpr double kNarrow = 15 * kDegree + 1e-9;  // such a gap needs no view; but for rounding
+constexpr double kOpen = 180 * kDegree;          // such a gap is a side that nobody looked from
+constexpr double kUpright = 0.3;  // length of the mean vertical below which there is none
 
 // Where a camera stands, seen from the middle.
 struct Place {
@@ -72,7 +73,7 @@ std::vector<PosedCamera> ViewsBetween(const std::vector<PosedCamera>& cameras,
   std::vector<const PosedCamera*> counting;
   Vector3d vertical = Vector3d::Zero();
   for (const PosedCamera& camera : cameras) {
-    if (!((camera.cam_from_world * middle).z() > 0)) continue;
+    if (!((camera.cam_from_world * middle).z() > double(kNearPlane))) continue;
     counting.push_back(&camera);
     vertical -= camera.cam_from_world.rotation.conjugate() * Vector3d::UnitY();
   }
