@@ -143,7 +143,7 @@ TEST(SyntheticMasksOfFewCameras, AreBetterWithViewsBetween) {
   }
   RecordProperty("without", std::to_string(without));
   RecordProperty("with", std::to_string(with));
-  EXPECT_GT(with, without + 0.02);
+  EXPECT_GT(with, without + 0.01);  // 0.022 today
 }
 
 }  // namespace
