@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Selections against true masks: from one view's true mask and from three, from strokes on one view,
-and from a second view that `retint suggest` names, against any second view.
+and from a second view that `retint suggest` names, against any second view. And what a whole edit
+from three views (`edit`) does to the others: its share that arrives, and what it misses and stains.
 
 Scenes are captures and synthetic tables with cameras all around them; every object of a scene is
 painted in three views in turn. A row is one object from one view; the last lines have the median and
@@ -186,6 +187,27 @@ class Object:
         if len(self.views) < 3:  # no other view has a true mask
             return []
         return [self.measure("three", [(v, self.true_mask(v)) for v in self.views[:3]])]
+
+    def edit(self):
+        """How much of a tint from three painted views arrives in the others."""
+        if len(self.views) < 3:  # no other view has a true mask
+            return []
+        masks = [(v, self.true_mask(v)) for v in self.views[:3]]
+        edited, before, after, report = (self.work / f"edit{end}"
+                                         for end in (".ply", "-before", "-after", ".json"))
+        self.run("recolor", *self.files(self.views[:3]), *self.painted(masks), "--tint", "#3060ff", "--output",
+                 edited)
+        for splat, pictures in ((self.folder / "splat.ply", before), (edited, after)):
+            self.run("render", "--workspace", self.folder, "--splat", splat, "--all", "--output",
+                     pictures)
+        self.run("score", "--truth", self.truth, "--before", before, "--after", after, "--tint",
+                 "#3060ff", *[part for view, _ in masks for part in ("--painted", view)],
+                 "--report", report)
+        group, = (g for g in json.loads(report.read_text())["groups"] if g["name"] == "all")
+        hit, missed, stained = (group[key]["mean"] for key in ("hit", "missed", "stained"))
+        print(f"{self.scene} {self.name} edit: hit {hit:.4f}, missed {missed:.4f}, "
+              f"stained {stained:.4f}", flush=True)
+        return [hit]
 
     def strokes(self):
         """The painted view's own mask, and with --lift the other views from it."""
