@@ -23,11 +23,11 @@ std::shared_ptr<DeviceMemory> AllocateHost(size_t bytes);
 void* AllocateUnset(size_t bytes);
 
 template <typename T>
-struct UnsetAllocator {
+struct LargeAllocator {
   using value_type = T;
-  UnsetAllocator() = default;
+  LargeAllocator() = default;
   template <typename U>
-  UnsetAllocator(const UnsetAllocator<U>&) {}
+  LargeAllocator(const LargeAllocator<U>&) {}
   T* allocate(size_t count) {
     if (count > SIZE_MAX / sizeof(T)) throw std::bad_alloc();
     return static_cast<T*>(AllocateUnset(count * sizeof(T)));
@@ -41,12 +41,12 @@ struct UnsetAllocator {
       ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
     }
   }
-  bool operator==(const UnsetAllocator&) const = default;
+  bool operator==(const LargeAllocator&) const = default;
 };
 
 // A large array whose elements resize() leaves unset, so that the threads that fill it are the
 // first to touch it.
 template <typename T>
-using LargeVector = std::vector<T, UnsetAllocator<T>>;
+using LargeVector = std::vector<T, LargeAllocator<T>>;
 
 }  // namespace retint
