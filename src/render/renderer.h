@@ -64,8 +64,8 @@ class Renderer {
   ~Renderer();
 
   RenderOutput Render(const PosedCamera& view, const RenderRequest& request = {});
-  // The same into arrays that are used again where their size is right: fresh memory costs a frame
-  // more than its rendering does.
+  // The same into arrays that are used again where their size is right, for one frame after the
+  // other: fresh memory takes time to be touched.
   void Render(const PosedCamera& view, const RenderRequest& request, RenderOutput* output);
   DeviceRender RenderOnDevice(const PosedCamera& view, const RenderRequest& request = {});
 

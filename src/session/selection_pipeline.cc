@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/ranks.h"
 #include "scene/image_checks.h"
 #include "selection/lifted_surfaces.h"
@@ -86,13 +87,13 @@ void RequireDepthInPhotos(const Workspace& workspace, const std::vector<PaintedV
 // The median of the points, by axis.
 Eigen::Vector3d MiddleOf(const SelectionCloud& cloud) {
   Eigen::Vector3d middle;
-  std::vector<float> values(cloud.points.size());
   for (int axis = 0; axis < 3; ++axis) {
-    std::transform(cloud.points.begin(), cloud.points.end(), values.begin(),
-                   [&](const SelectionPoint& point) { return point.position[axis]; });
-    const auto half = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), half, values.end());
-    middle[axis] = double(*half);
+    std::vector<double> values;
+    values.reserve(cloud.points.size());
+    for (const SelectionPoint& point : cloud.points) {
+      values.push_back(double(point.position[axis]));
+    }
+    middle[axis] = Median(std::move(values));
   }
   return middle;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The main job, whole: painted view to recolored splat, and the same in steps through files.
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include <gmock/gmock.h>
@@ -402,6 +403,38 @@ TEST(Recolor, SaysWhereItMeasuresSomeRowsOnly) {
     EXPECT_THAT(kept.out + kept.err, testing::HasSubstr("fitted"));
     EXPECT_THAT(kept.out + kept.err, testing::Not(testing::HasSubstr(some)));
   }
+}
+
+// And of two dozen views.
+TEST(Recolor, SaysWhereItMeasuresSomeViewsOnly) {
+  TempFolder temp;
+  const std::filesystem::path scene = temp / "scene";
+  const CommandResult made = RunRetint({"synth", "--output", scene.string(), "--width", "80",
+                                        "--height", "60", "--views", "26", "--quiet"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::filesystem::path mask = std::filesystem::directory_iterator(scene / "masks")->path();
+  const std::vector<std::string> recolor = {"recolor",
+                                            "--workspace",
+                                            scene.string(),
+                                            "--splat",
+                                            (scene / "splat.ply").string(),
+                                            "--view",
+                                            mask.stem().string(),
+                                            "--mask",
+                                            mask.string(),
+                                            "--tint",
+                                            kTint,
+                                            "--iterations",
+                                            "1",
+                                            "--output",
+                                            (temp / "out.ply").string()};
+  const CommandResult printed = RunRetint(recolor);
+  ASSERT_EQ(printed.code, 0) << printed.err;
+  EXPECT_THAT(printed.out + printed.err, testing::HasSubstr("24 of 26 views: inside"));
+  const CommandResult kept = RunRetint(Join(recolor, {"--report", (temp / "r.json").string()}));
+  ASSERT_EQ(kept.code, 0) << kept.err;
+  EXPECT_THAT(kept.out + kept.err, testing::HasSubstr("26 views: inside"));
+  EXPECT_THAT(kept.out + kept.err, testing::Not(testing::HasSubstr("24 of 26 views")));
 }
 
 TEST(Recolor, ReplacesAnEarlierResult) {
