@@ -93,8 +93,9 @@ class RefitOp : public BackendTest {
     backend_->refit().RegionTarget(
         *region_, {render.data(), nullptr, mask.data(), map_, kUnit, target.data()});
     const size_t values = size_t(region_->num_rows()) * 3;
-    Guarded<float> change(*backend_, UniformVector(rng_, values, -1, 1)), result(*backend_, values),
-        image(*backend_, kValues), expected(*backend_, values);
+    Guarded<float> change(*backend_, UniformVector(rng_, values, -1, 1)),
+        result(*backend_, std::vector<float>(values, 7.0f)), image(*backend_, kValues),
+        expected(*backend_, values);
     Guarded<double> loss(*backend_, std::vector<double>{5.0}),
         expected_loss(*backend_, std::vector<double>{5.0});
     RegionSweepParams sweep{change.data(),  target.data(), kUnit,
@@ -102,7 +103,7 @@ class RefitOp : public BackendTest {
     if (!backend_->refit().RegionSweep(*region_, sweep)) {
       ASSERT_EQ(GetParam(), "cuda");  // takes the steps, and has done nothing
       EXPECT_EQ(loss.Read()[0], 5.0);
-      EXPECT_EQ(result.Read(), std::vector<float>(values, 0.0f));
+      EXPECT_EQ(result.Read(), std::vector<float>(values, 7.0f));
       return;
     }
     BlendParams blend{};
