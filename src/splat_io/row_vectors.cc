@@ -56,6 +56,7 @@ using Narrow = hn::Rebind<float, Doubles>;
 using Words = hn::Rebind<uint32_t, Doubles>;
 using Integers = hn::Rebind<int32_t, Doubles>;
 constexpr size_t kMostRows = 8;
+constexpr size_t kVertexBytes = 16, kOpacityByte = 12;  // little-endian words
 
 // `bits` bits of each word, from bit `shift` on, as shares of the most that they hold.
 template <int kShift, uint32_t kMost>
@@ -120,18 +121,21 @@ HWY_INLINE void UnpackColors(hn::Vec<Words> word, const float* bounds, float* to
 }
 
 // As many vertices as Doubles has lanes; their colors to `colors`, [rows, 3].
-HWY_NOINLINE void UnpackRows(const uint32_t* vertices, const ChunkBounds& bounds, float* means,
+HWY_NOINLINE void UnpackRows(const char* vertices, const ChunkBounds& bounds, float* means,
                              float* quats_wxyz, float* log_scales, float* opacity_logits,
                              float* colors) {
   const Words d;
   hn::Vec<Words> position, rotation, scale, color;
-  hn::LoadInterleaved4(d, vertices, position, rotation, scale, color);
+  hn::LoadInterleaved4(d, reinterpret_cast<const uint32_t*>(vertices), position, rotation, scale,
+                       color);
   UnpackThree(position, bounds.data(), means);
   UnpackRotations(rotation, quats_wxyz);
   UnpackThree(scale, bounds.data() + 6, log_scales);
   UnpackColors(color, bounds.data() + 12, colors);
   static const std::array<float, 256>& logits = LogitsOfBytes();
-  for (size_t i = 0; i < hn::Lanes(d); ++i) opacity_logits[i] = logits[vertices[4 * i + 3] & 255u];
+  for (size_t i = 0; i < hn::Lanes(d); ++i) {
+    opacity_logits[i] = logits[static_cast<uint8_t>(vertices[kVertexBytes * i + kOpacityByte])];
+  }
 }
 
 void UnpackVerticesOfTarget(const char* vertices, size_t count, const ChunkBounds& bounds,
@@ -139,22 +143,24 @@ void UnpackVerticesOfTarget(const char* vertices, size_t count, const ChunkBound
   const size_t lanes = hn::Lanes(Doubles());
   for (size_t g = 0; g < count; g += lanes) {
     const size_t rows = std::min(lanes, count - g);
-    uint32_t words[4 * kMostRows] = {};
-    std::memcpy(words, vertices + 16 * g, 16 * rows);
+    const char* const from = vertices + kVertexBytes * g;
     float colors[3 * kMostRows];
-    if (rows == lanes) {
-      UnpackRows(words, bounds, to.mean + 3 * g, to.quat_wxyz + 4 * g, to.log_scale + 3 * g,
+    if (rows == lanes) {  // read in place: from a copy just made, vectors would wait for it
+      UnpackRows(from, bounds, to.mean + 3 * g, to.quat_wxyz + 4 * g, to.log_scale + 3 * g,
                  to.opacity_logit + g, colors);
     } else {
+      alignas(uint32_t) char last[kVertexBytes * kMostRows] = {};
+      std::copy_n(from, kVertexBytes * rows, last);
       float means[3 * kMostRows], quats[4 * kMostRows], scales[3 * kMostRows], logits[kMostRows];
-      UnpackRows(words, bounds, means, quats, scales, logits, colors);
+      UnpackRows(last, bounds, means, quats, scales, logits, colors);
       std::copy_n(means, 3 * rows, to.mean + 3 * g);
       std::copy_n(quats, 4 * rows, to.quat_wxyz + 4 * g);
       std::copy_n(scales, 3 * rows, to.log_scale + 3 * g);
       std::copy_n(logits, rows, to.opacity_logit + g);
     }
     for (size_t i = 0; i < rows; ++i) {
-      std::memcpy(to.sh + sh_values * (g + i), colors + 3 * i, 3 * sizeof(float));
+      float* const sh = to.sh + sh_values * (g + i);
+      for (size_t c = 0; c < 3; ++c) sh[c] = colors[3 * i + c];
     }
   }
 }
@@ -175,23 +181,29 @@ HWY_INLINE void ShOfBytes(const uint8_t* bytes, float* sh) {
   hn::StoreU(mapped, d, sh);
 }
 
-// From [3, 15] to [15, 3]. Reads one byte beyond the Gaussian's own, and writes three more.
+// From [3, 15] to [15, 3], and the last 16 bytes of that once more behind three without meaning: a
+// vector of them can be loaded before its bytes have reached the cache only from a single store.
+// Reads one byte beyond the Gaussian's own.
+constexpr size_t kLastAt = kShBytes + 3, kInterleaved = kLastAt + 16;
 HWY_INLINE void InterleaveSh(const uint8_t* bytes, uint8_t* interleaved) {
 #if HWY_TARGET == HWY_SCALAR
-  for (size_t i = 0; i < kShFloats; ++i) interleaved[i] = bytes[i % 3 * 15 + i / 3];
+  for (size_t i = 0; i < kShBytes; ++i) interleaved[i] = bytes[i % 3 * 15 + i / 3];
+  std::copy_n(interleaved + kShBytes - 16, 16, interleaved + kLastAt);
 #else
   const hn::FixedTag<uint8_t, 16> d;
   hn::StoreInterleaved3(hn::LoadU(d, bytes), hn::LoadU(d, bytes + 15), hn::LoadU(d, bytes + 30), d,
                         interleaved);
+  const auto before = hn::LoadU(d, interleaved + 16), last = hn::LoadU(d, interleaved + 32);
+  hn::StoreU(hn::CombineShiftRightBytes<13>(d, last, before), d, interleaved + kLastAt);
 #endif
 }
 
 HWY_INLINE void UnpackShRow(const uint8_t* bytes, float* sh) {
-  uint8_t interleaved[kShFloats];
+  uint8_t interleaved[kInterleaved];
   InterleaveSh(bytes, interleaved);
   const size_t lanes = hn::Lanes(Floats());
   for (size_t i = 0; i + lanes <= kShBytes; i += lanes) ShOfBytes(interleaved + i, sh + 3 + i);
-  ShOfBytes(interleaved + kShBytes - lanes, sh + kShFloats - lanes);  // the rest, some twice
+  ShOfBytes(interleaved + kInterleaved - lanes, sh + kShFloats - lanes);  // the rest, some twice
 }
 
 void UnpackShOfTarget(const char* bytes, size_t count, float* sh) {

@@ -19,7 +19,7 @@ using ChunkBounds = std::array<float, 18>;
 
 // Unpacks `count` vertices of a compressed .ply, 16 bytes each (position, rotation, scale, color),
 // to the rows from `to` on; of spherical harmonics the first three of each row, which has
-// `sh_values`.
+// `sh_values`. `vertices` is aligned to 4 bytes.
 void UnpackVertices(const char* vertices, size_t count, const ChunkBounds& bounds,
                     const RowPlaces& to, size_t sh_values);
 
