@@ -38,6 +38,12 @@ void MaskOps::MakeMask(const MakeMaskParams& params) {
   DoMakeMask(params);
 }
 
+void MaskOps::DropFaint(const DropFaintParams& params) {
+  RequireImage(params.width, params.height);
+  Require(params.reach >= 0, "the reach of a mask's border must not be negative");
+  DoDropFaint(params);
+}
+
 void MaskOps::MarkSilhouette(const MarkSilhouetteParams& params) {
   RequireImage(params.width, params.height);
   DoMarkSilhouette(params);

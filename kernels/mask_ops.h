@@ -57,6 +57,14 @@ struct MakeMaskParams {
   uint8_t* mask;         // [H, W]
 };
 
+// In place: what is below 128 becomes 0 where nothing of 128 and more lies within `reach` rows and
+// columns. A border may be as soft as that; faint pixels far from the mask are none of it.
+struct DropFaintParams {
+  uint8_t* mask;  // [H, W]
+  int32_t width, height;
+  int32_t reach;  // pixels
+};
+
 // depth = kNoEvidence on the outside of a painted shape's silhouette: where an unpainted pixel has
 // a painted one beside it (of eight) that lies nearer by more than `jump` of its depth. Such a
 // pixel still sees the fringe of the shape's Gaussians, those behind its limb among them, of which
@@ -93,6 +101,7 @@ class MaskOps {
   void CorrectDepth(const CorrectDepthParams& params);
   void DrawCloud(const DrawCloudParams& params);
   void MakeMask(const MakeMaskParams& params);
+  void DropFaint(const DropFaintParams& params);
   void MarkSilhouette(const MarkSilhouetteParams& params);
   void Evidence(const EvidenceParams& params);
 
@@ -101,6 +110,7 @@ class MaskOps {
   virtual void DoCorrectDepth(const CorrectDepthParams& params) = 0;
   virtual void DoDrawCloud(const DrawCloudParams& params) = 0;
   virtual void DoMakeMask(const MakeMaskParams& params) = 0;
+  virtual void DoDropFaint(const DropFaintParams& params) = 0;
   virtual void DoMarkSilhouette(const MarkSilhouetteParams& params) = 0;
   virtual void DoEvidence(const EvidenceParams& params) = 0;
 };

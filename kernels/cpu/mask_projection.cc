@@ -91,6 +91,7 @@ class CpuMaskOps : public MaskOps {
   void DoCorrectDepth(const CorrectDepthParams& params) override;
   void DoDrawCloud(const DrawCloudParams& params) override;
   void DoMakeMask(const MakeMaskParams& params) override;
+  void DoDropFaint(const DropFaintParams& params) override;
   void DoMarkSilhouette(const MarkSilhouetteParams& params) override;
   void DoEvidence(const EvidenceParams& params) override;
 };
@@ -161,6 +162,47 @@ void CpuMaskOps::DoMakeMask(const MakeMaskParams& params) {
     }
   });
   if (params.close_radius > 0) Close(params, used);
+}
+
+void CpuMaskOps::DoDropFaint(const DropFaintParams& params) {
+  const int width = params.width, height = params.height, reach = params.reach;
+  // Whether a pixel has a firm one beside it in its row; of rows without a firm one nothing.
+  std::vector<uint8_t> beside(size_t(width) * size_t(height), 0);
+  std::vector<uint8_t> has_firm(size_t(height), 0), has_faint(size_t(height), 0);
+  ParallelRanges(height, 32, [&](int64_t begin, int64_t end) {
+    for (int64_t y = begin; y < end; ++y) {
+      const uint8_t* const row = params.mask + y * width;
+      uint8_t firm = 0, faint = 0;
+      for (int x = 0; x < width; ++x) {
+        firm |= row[x] & 128;
+        faint |= row[x] < 128 ? row[x] : 0;
+      }
+      has_firm[size_t(y)] = firm;
+      has_faint[size_t(y)] = faint;
+      if (!firm) continue;
+      uint8_t* const to = beside.data() + y * width;
+      for (int dx = -std::min(reach, width - 1); dx <= std::min(reach, width - 1); ++dx) {
+        const int last = std::min(width, width - dx);
+        for (int x = std::max(0, -dx); x < last; ++x) to[x] |= row[x + dx] & 128;
+      }
+    }
+  });
+  ParallelRanges(height, 32, [&](int64_t begin, int64_t end) {
+    std::vector<uint8_t> near(static_cast<size_t>(width));
+    for (int y = int(begin); y < int(end); ++y) {
+      if (!has_faint[size_t(y)]) continue;
+      std::fill(near.begin(), near.end(), uint8_t(0));
+      for (int other = std::max(0, y - reach); other <= std::min(height - 1, y + reach); ++other) {
+        if (!has_firm[size_t(other)]) continue;
+        const uint8_t* const from = beside.data() + int64_t(other) * width;
+        for (int x = 0; x < width; ++x) near[size_t(x)] |= from[x];
+      }
+      uint8_t* const row = params.mask + int64_t(y) * width;
+      for (int x = 0; x < width; ++x) {
+        if (!near[size_t(x)]) row[x] = 0;  // a firm pixel is near itself
+      }
+    }
+  });
 }
 
 // In place: painted pixels are read and not written, and of the others only a pixel's own.

@@ -80,6 +80,7 @@ class CudaMaskOps : public MaskOps {
   void DoCorrectDepth(const CorrectDepthParams& params) override;
   void DoDrawCloud(const DrawCloudParams& params) override;
   void DoMakeMask(const MakeMaskParams& params) override;
+  void DoDropFaint(const DropFaintParams& params) override;
   void DoMarkSilhouette(const MarkSilhouetteParams& params) override;
   void DoEvidence(const EvidenceParams& params) override;
 
@@ -121,6 +122,27 @@ void CudaMaskOps::DoMakeMask(const MakeMaskParams& params) {
   Scratch<uint8_t> dilated(stream_, size_t(pixels));
   OverDisc<Largest>(params.mask, width, height, radius, dilated.data(), stream_);
   OverDisc<Smallest>(dilated.data(), width, height, radius, params.mask, stream_);
+}
+
+void CudaMaskOps::DoDropFaint(const DropFaintParams& params) {
+  const int width = params.width, height = params.height, reach = params.reach;
+  Scratch<uint8_t> scratch(stream_, size_t(width) * size_t(height));
+  uint8_t* const beside = scratch.data();  // whether a pixel has a firm one beside it in its row
+  uint8_t* const mask = params.mask;
+  ForPixels(width, height, stream_, "DropFaint", [=] __device__(int x, int, int64_t i) {
+    bool firm = false;
+    for (int dx = max(-reach, -x); dx <= min(reach, width - 1 - x) && !firm; ++dx) {
+      firm = mask[i + dx] >= 128;
+    }
+    beside[i] = firm;
+  });
+  ForPixels(width, height, stream_, "DropFaint", [=] __device__(int, int y, int64_t i) {
+    if (mask[i] == 0 || mask[i] >= 128) return;
+    for (int dy = max(-reach, -y); dy <= min(reach, height - 1 - y); ++dy) {
+      if (beside[i + int64_t(dy) * width]) return;
+    }
+    mask[i] = 0;
+  });
 }
 
 // In place: painted pixels are read and not written, and of the others only a pixel's own.

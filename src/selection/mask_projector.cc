@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -30,6 +31,8 @@ constexpr size_t kManyViews = 32;
 uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
+// How far a mask's border may be soft, of the picture's smaller side.
+constexpr double kSoftBorder = 0.01;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
 // What the views share: the cloud and the painted views in backend memory, and images to draw to.
@@ -340,6 +343,8 @@ class ShareRenderer {
     auto mask = backend_.Allocate<uint8_t>(pixels);
     backend_.mask().MakeMask(
         {blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
+    const double border = kSoftBorder * std::min(camera.width, camera.height);
+    backend_.mask().DropFaint({mask.data(), camera.width, camera.height, int(std::ceil(border))});
     return mask;
   }
 

@@ -306,6 +306,36 @@ TEST_P(MaskProjectionOp, ClosesMasksWithADisc) {
   }
 }
 
+TEST_P(MaskProjectionOp, DropsWhatIsFaintFarFromWhatIsFirm) {
+  for (const auto& [width, height] : {std::pair(1, 1), {33, 47}, {3, 80}, {150, 40}}) {
+    std::vector<uint8_t> mask(size_t(width * height), 0);
+    for (uint8_t& value : mask) {
+      const auto draw = rng_() % 100;
+      if (draw < 2) value = uint8_t(128 + rng_() % 128);
+      if (draw >= 90) value = uint8_t(rng_() % 128);
+    }
+    for (const int reach : {0, 1, 4, 200}) {
+      std::vector<uint8_t> expected = mask;
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          bool near = false;
+          for (int v = std::max(0, y - reach); v <= std::min(height - 1, y + reach); ++v) {
+            for (int u = std::max(0, x - reach); u <= std::min(width - 1, x + reach); ++u) {
+              near = near || mask[size_t(v * width + u)] >= 128;
+            }
+          }
+          if (!near) expected[size_t(y * width + x)] = 0;
+        }
+      }
+      Guarded<uint8_t> dropped(*backend_, mask);
+      backend_->mask().DropFaint({dropped.data(), width, height, reach});
+      EXPECT_EQ(dropped.Read(), expected) << width << " " << reach;
+    }
+  }
+  Guarded<uint8_t> one(*backend_, 1);
+  EXPECT_THROW(backend_->mask().DropFaint({one.data(), 1, 1, -1}), std::invalid_argument);
+}
+
 TEST_P(MaskProjectionOp, LooksPaintUp) {
   // Two painted views, beside the one looked up from, that see the same plane and a step on it.
   CameraParams camera = TestCamera(kWidth, kHeight), posed[2];
