@@ -66,6 +66,8 @@ void Each(size_t count, const Body& body) {
   });
 }
 
+using Mixture = GaussianMixture<3>;
+
 // x_g where `solved` is its value and what the value amounts to.
 struct Solved {
   double x = 0, share = 0;
@@ -81,12 +83,14 @@ class Completer {
         count_(graph.NumNodes()) {
     share_.resize(count_);
     trust_.resize(count_);
-    solid_.resize(count_);
+    open_.resize(count_);
     Each(count_, [&](size_t i) {
-      const Proof proof = ProofOf(evidence, graph.GaussianOf(i));
-      solid_[i] = !graph.Floats(graph.GaussianOf(i));
+      const size_t g = graph.GaussianOf(i);
+      const Proof proof = ProofOf(evidence, g);
+      const double solid = graph.Floats(g) ? 0 : 1;
       share_[i] = proof.share;
-      trust_[i] = solid_[i] * kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
+      trust_[i] = solid * kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
+      open_[i] = solid * std::exp(-kValley * double(surfaces_[i].valley));
     });
   }
 
@@ -122,10 +126,11 @@ class Completer {
     return members;
   }
 
-  std::vector<Eigen::Vector3d> Colors(const std::vector<int>& members) const {
-    std::vector<Eigen::Vector3d> colors;
-    colors.reserve(members.size());
-    for (const int g : members) colors.push_back(surfaces_[size_t(g)].lab.cast<double>());
+  Mixture::Points Colors(const std::vector<int>& members) const {
+    Mixture::Points colors(Eigen::Index(members.size()), 3);
+    for (size_t i = 0; i < members.size(); ++i) {
+      colors.row(Eigen::Index(i)) = surfaces_[size_t(members[i])].lab.transpose();
+    }
     return colors;
   }
 
@@ -135,17 +140,20 @@ class Completer {
     if (inside.size() < size_t(kLeastSamples) || outside.size() < size_t(kLeastSamples)) {
       return false;
     }
-    GaussianMixture<3> in, out;
+    Mixture in, out;
     ParallelTasks(2, [&](size_t which) {
       if (which == 0) in = {Colors(inside), kInsideColors, kColorSpread};
       if (which == 1) out = {Colors(outside), kOutsideColors, kColorSpread};
     });
+    constexpr auto kLimit = float(kLogLimit);
     ParallelRanges(int64_t(count_), 1024, [&](int64_t begin, int64_t end) {
-      for (auto g = size_t(begin); g < size_t(end); ++g) {
-        const Eigen::Vector3d lab = surfaces_[g].lab.cast<double>();
-        const double odds = in.LogLikelihood(lab) - out.LogLikelihood(lab) + kLogPrior;
-        (*prior)[g] = 1 / (1 + std::exp(-std::clamp(odds, -kLogLimit, kLogLimit)));
-      }
+      Mixture::Points labs(end - begin, 3);
+      for (int64_t g = begin; g < end; ++g)
+        labs.row(g - begin) = surfaces_[size_t(g)].lab.transpose();
+      Mixture::Values odds = in.LogLikelihoods(labs) - out.LogLikelihoods(labs);
+      odds = (odds + float(kLogPrior)).max(-kLimit).min(kLimit);
+      const Mixture::Values probability = 1 / (1 + (-odds).exp());
+      std::copy_n(probability.data(), size_t(end - begin), prior->data() + begin);
     });
     return true;
   }
@@ -160,10 +168,8 @@ class Completer {
           // Neighbors of which one looks inside and the other outside touch, but are two things.
           const auto other = size_t(edges_.other[e]);
           const double alike = 1 - std::abs(prior[g] - prior[other]);
-          const double valley = double(std::max(surfaces_[g].valley, surfaces_[other].valley));
-          const double weight = solid_[g] * solid_[other] * edges_.weight[e] * alike * alike *
-                                    std::exp(-kValley * valley) +
-                                kLeastWeight;
+          const double open = std::min(open_[g], open_[other]);
+          const double weight = edges_.weight[e] * alike * alike * open + kLeastWeight;
           weights[e] = float(kSmoothness * weight);
         }
         terms[g].Add(trust_[g], share_[g]);
@@ -237,7 +243,7 @@ class Completer {
   const EdgeMatrix& edges_;
   size_t count_;
   std::vector<double> share_, trust_;  // m_g; of m_g
-  std::vector<double> solid_;          // 0 of a floater, else 1
+  std::vector<double> open_;           // what a valley at it leaves of an edge; 0 of a floater
 };
 
 }  // namespace

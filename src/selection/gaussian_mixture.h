@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <vector>
@@ -14,160 +15,181 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "base/parallel.h"
-
 namespace retint {
 
 // A mixture of D-dimensional Gaussians with full covariances, learned by expectation maximization
-// (Dempster et al. 1977) from a k-means++ start (Arthur and Vassilvitskii 2007). The same samples
-// and seed give the same mixture.
+// (Dempster et al. 1977) from a k-means++ start (Arthur and Vassilvitskii 2007), in single
+// precision. The same samples and seed give the same mixture.
 template <int D>
 class GaussianMixture {
  public:
-  using Vector = Eigen::Matrix<double, D, 1>;
+  using Points = Eigen::Array<float, Eigen::Dynamic, D>;  // one a row
+  using Values = Eigen::ArrayXf;
 
   GaussianMixture() = default;  // no components
   // `spread`: a standard deviation that is added to every component's own, so that none becomes
   // narrower. Fewer samples than `components` make fewer components; no samples make none.
-  GaussianMixture(std::vector<Vector> samples, int components, double spread, uint64_t seed = 0) {
-    if (samples.empty()) return;
+  GaussianMixture(const Points& samples, int components, double spread, uint64_t seed = 0) {
+    if (samples.rows() == 0) return;
     std::mt19937_64 random(seed);
-    Shuffle(&samples, random);
-    if (samples.size() > kMaxSamples) samples.resize(kMaxSamples);
-    const std::vector<Vector> means = Cluster(samples, components, random);
-    std::vector<std::vector<double>> belongs(means.size(), std::vector<double>(samples.size(), 0));
-    for (size_t i = 0; i < samples.size(); ++i) belongs[Nearest(means, samples[i])][i] = 1;
+    const Points chosen = Choose(samples, random);
+    const std::vector<Vector> means = Cluster(chosen, components, random);
+    Eigen::ArrayXXf belongs = Eigen::ArrayXXf::Zero(chosen.rows(), Eigen::Index(means.size()));
+    for (Eigen::Index i = 0; i < chosen.rows(); ++i) {
+      belongs(i, Eigen::Index(Nearest(means, At(chosen, i)))) = 1;
+    }
     for (int round = 0; round < kRounds; ++round) {
-      Maximize(samples, belongs, spread);
-      if (round + 1 < kRounds) Expect(samples, &belongs);
+      Maximize(chosen, belongs, float(spread));
+      if (round + 1 < kRounds) belongs = Expect(chosen);
     }
   }
 
-  // But for the constant -D/2 log(2 pi). Never below about -690, also where there are no
+  // Of each point, but for the constant -D/2 log(2 pi). Never below -690, also where there are no
   // components.
-  double LogLikelihood(const Vector& at) const {
-    double sum = 1e-300;
-    for (const Component& component : components_) sum += std::exp(component.LogDensity(at));
-    return std::log(sum);
+  Values LogLikelihoods(const Points& at) const {
+    const Eigen::ArrayXXf logs = LogDensities(at);
+    Values largest = Values::Constant(at.rows(), kLeastLog);
+    for (const auto& column : logs.colwise()) largest = largest.max(column);
+    Values sum = (kLeastLog - largest).exp();
+    for (const auto& column : logs.colwise()) sum += (column - largest).exp();
+    return largest + sum.log();
   }
 
   size_t NumComponents() const { return components_.size(); }
 
  private:
+  using Vector = Eigen::Matrix<float, D, 1>;
+
   static constexpr size_t kMaxSamples = 2000;
   static constexpr int kRounds = 20, kClusterRounds = 8;
-  static constexpr int64_t kGrain = 256;  // samples
+  static constexpr float kLeastLog = -690;
 
   struct Component {
     Vector mean;
-    Eigen::Matrix<double, D, D> whiten;  // inverse of the covariance's Cholesky factor
-    double log_scale = 0;                // of the weight and the determinant
-
-    double LogDensity(const Vector& at) const {
-      return log_scale -
-             0.5 * (whiten.template triangularView<Eigen::Lower>() * (at - mean)).squaredNorm();
-    }
+    Eigen::Matrix<float, D, D> whiten;  // inverse of the covariance's Cholesky factor
+    float log_scale = 0;                // of the weight and the determinant
   };
 
-  // Fisher and Yates; the standard library's differs between implementations.
-  static void Shuffle(std::vector<Vector>* samples, std::mt19937_64& random) {
-    for (size_t i = samples->size(); i > 1; --i) {
-      std::swap((*samples)[i - 1], (*samples)[size_t(random() % i)]);
-    }
+  static Vector At(const Points& points, Eigen::Index i) { return points.row(i).transpose(); }
+
+  // kMaxSamples at most, by Fisher and Yates; the standard library's shuffle differs between
+  // implementations.
+  static Points Choose(const Points& samples, std::mt19937_64& random) {
+    std::vector<Eigen::Index> order(size_t(samples.rows()));
+    std::iota(order.begin(), order.end(), Eigen::Index(0));
+    for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[size_t(random() % i)]);
+    order.resize(std::min(order.size(), kMaxSamples));
+    return samples(order, Eigen::all);
   }
 
   static size_t Nearest(const std::vector<Vector>& means, const Vector& at) {
     size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
+    float least = std::numeric_limits<float>::infinity();
     for (size_t k = 0; k < means.size(); ++k) {
-      const double squared = (means[k] - at).squaredNorm();
+      const float squared = (means[k] - at).squaredNorm();
       if (squared < least) least = squared, best = k;
     }
     return best;
   }
 
-  static std::vector<Vector> Cluster(const std::vector<Vector>& samples, int components,
+  static std::vector<Vector> Cluster(const Points& samples, int components,
                                      std::mt19937_64& random) {
-    std::vector<Vector> means = {samples[size_t(random() % samples.size())]};
-    std::vector<double> least(samples.size(), std::numeric_limits<double>::infinity());
-    std::vector<double> sums(samples.size());
+    const auto count = size_t(samples.rows());
+    std::vector<Vector> means = {At(samples, Eigen::Index(random() % count))};
+    std::vector<double> least(count, std::numeric_limits<double>::infinity()), sums(count);
     while (means.size() < size_t(components)) {
       double sum = 0;
-      for (size_t i = 0; i < samples.size(); ++i) {
-        least[i] = std::min(least[i], (means.back() - samples[i]).squaredNorm());
+      for (size_t i = 0; i < count; ++i) {
+        const Vector away = means.back() - At(samples, Eigen::Index(i));
+        least[i] = std::min(least[i], double(away.squaredNorm()));
         sums[i] = sum += least[i];
       }
       if (!(sum > 0)) break;  // no more different samples
       const double chosen = double(random() >> 11) * 0x1p-53 * sum;
       const auto at = std::upper_bound(sums.begin(), sums.end(), chosen) - sums.begin();
-      means.push_back(samples[std::min(size_t(at), samples.size() - 1)]);
+      means.push_back(At(samples, Eigen::Index(std::min(size_t(at), count - 1))));
     }
     for (int round = 0; round < kClusterRounds; ++round) {
       std::vector<Vector> totals(means.size(), Vector::Zero());
       std::vector<int> counts(means.size(), 0);
-      for (const Vector& sample : samples) {
+      for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+        const Vector sample = At(samples, i);
         const size_t k = Nearest(means, sample);
         totals[k] += sample;
         ++counts[k];
       }
       for (size_t k = 0; k < means.size(); ++k) {
-        if (counts[k] > 0) means[k] = totals[k] / counts[k];
+        if (counts[k] > 0) means[k] = totals[k] / float(counts[k]);
       }
     }
     return means;
   }
 
-  void Maximize(const std::vector<Vector>& samples, const std::vector<std::vector<double>>& belongs,
-                double spread) {
-    std::vector<std::optional<Component>> components(belongs.size());
-    ParallelTasks(int64_t(belongs.size()),
-                  [&](size_t k) { components[k] = ComponentOf(samples, belongs[k], spread); });
+  void Maximize(const Points& samples, const Eigen::ArrayXXf& belongs, float spread) {
     components_.clear();
-    for (const auto& component : components) {
-      if (component) components_.push_back(*component);
+    for (const auto& part : belongs.colwise()) {
+      if (const auto component = ComponentOf(samples, part, spread)) {
+        components_.push_back(*component);
+      }
     }
   }
 
   // None where `part` of the samples holds too little of them.
-  static std::optional<Component> ComponentOf(const std::vector<Vector>& samples,
-                                              const std::vector<double>& part, double spread) {
-    double weight = 0;
-    Vector mean = Vector::Zero();
-    for (size_t i = 0; i < samples.size(); ++i) weight += part[i], mean += part[i] * samples[i];
-    if (!(weight > 1e-6)) return std::nullopt;
-    mean /= weight;
-    Eigen::Matrix<double, D, D> covariance = Eigen::Matrix<double, D, D>::Zero();
-    for (size_t i = 0; i < samples.size(); ++i) {
-      const Vector away = samples[i] - mean;
-      covariance += part[i] * away * away.transpose();
-    }
-    covariance /= weight;
-    covariance.diagonal().array() += spread * spread;
-    const Eigen::LLT<Eigen::Matrix<double, D, D>> factor(covariance);
-    if (factor.info() != Eigen::Success) return std::nullopt;
-    const Eigen::Matrix<double, D, D> lower = factor.matrixL();
+  static std::optional<Component> ComponentOf(const Points& samples, const Values& part,
+                                              float spread) {
+    const float weight = part.sum();
+    if (!(weight > 1e-6f)) return std::nullopt;
     Component component;
-    component.mean = mean;
+    Points away = samples;
+    for (int i = 0; i < D; ++i) {
+      component.mean[i] = (part * samples.col(i)).sum() / weight;
+      away.col(i) -= component.mean[i];
+    }
+    Eigen::Matrix<float, D, D> covariance;
+    for (int i = 0; i < D; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        covariance(i, j) = covariance(j, i) = (part * away.col(i) * away.col(j)).sum() / weight;
+      }
+    }
+    covariance.diagonal().array() += spread * spread;
+    const Eigen::LLT<Eigen::Matrix<float, D, D>> factor(covariance);
+    if (factor.info() != Eigen::Success) return std::nullopt;
+    const Eigen::Matrix<float, D, D> lower = factor.matrixL();
     component.whiten = lower.inverse();
     component.log_scale =
-        std::log(weight / double(samples.size())) - lower.diagonal().array().log().sum();
+        std::log(weight / float(samples.rows())) - lower.diagonal().array().log().sum();
     return component;
   }
 
-  void Expect(const std::vector<Vector>& samples, std::vector<std::vector<double>>* belongs) const {
-    belongs->assign(components_.size(), std::vector<double>(samples.size(), 0));
-    ParallelRanges(int64_t(samples.size()), kGrain, [&](int64_t first, int64_t last) {
-      std::vector<double> logs(components_.size());
-      for (auto i = size_t(first); i < size_t(last); ++i) {
-        double largest = -std::numeric_limits<double>::infinity(), sum = 0;
-        for (size_t k = 0; k < logs.size(); ++k) {
-          logs[k] = components_[k].LogDensity(samples[i]);
-          largest = std::max(largest, logs[k]);
+  // [points, components]
+  Eigen::ArrayXXf LogDensities(const Points& at) const {
+    Eigen::ArrayXXf logs(at.rows(), Eigen::Index(components_.size()));
+    for (Eigen::Index k = 0; k < logs.cols(); ++k) {
+      const Component& component = components_[size_t(k)];
+      auto log = logs.col(k);
+      log = component.log_scale;
+      for (int row = 0; row < D; ++row) {
+        Values whitened = component.whiten(row, 0) * (at.col(0) - component.mean[0]);
+        for (int i = 1; i <= row; ++i) {
+          whitened += component.whiten(row, i) * (at.col(i) - component.mean[i]);
         }
-        for (double& value : logs) sum += value = std::exp(value - largest);
-        for (size_t k = 0; k < logs.size(); ++k) (*belongs)[k][i] = logs[k] / sum;
+        log -= 0.5f * whitened.square();
       }
-    });
+    }
+    return logs;
+  }
+
+  // The part of each sample that belongs to each component.
+  Eigen::ArrayXXf Expect(const Points& samples) const {
+    Eigen::ArrayXXf belongs = LogDensities(samples);
+    const Values largest = belongs.rowwise().maxCoeff();
+    Values sum = Values::Zero(samples.rows());
+    for (auto column : belongs.colwise()) {
+      column = (column - largest).exp();
+      sum += column;
+    }
+    for (auto column : belongs.colwise()) column /= sum;
+    return belongs;
   }
 
   std::vector<Component> components_;

@@ -105,33 +105,37 @@ TEST(GaussianGraph, SurroundingsLeaveOutStrayPoints) {
 TEST(GaussianMixture, FindsTwoClustersAndTheirWeights) {
   std::mt19937_64 random(1);
   const auto uniform = [&] { return double(random() >> 11) * 0x1p-53; };
-  std::vector<Eigen::Vector3d> samples;
+  GaussianMixture<3>::Points samples(1500, 3);
   for (int i = 0; i < 1500; ++i) {
     // Sums of twelve uniform numbers less 6 are normal but for their tails.
-    Eigen::Vector3d at;
     for (int axis = 0; axis < 3; ++axis) {
       double sum = -6;
       for (int k = 0; k < 12; ++k) sum += uniform();
-      at[axis] = 0.1 * sum + (i % 3 == 0 && axis == 0 ? 2 : 0);
+      samples(i, axis) = float(0.1 * sum + (i % 3 == 0 && axis == 0 ? 2 : 0));
     }
-    samples.push_back(at);
   }
   const GaussianMixture<3> mixture(samples, 2, 0);
   ASSERT_EQ(mixture.NumComponents(), 2u);
   // At its mean a component has the density w / sigma^3 = w 1000. Of 500 and 1000 samples sigma^3
   // is known to some 5 %.
-  EXPECT_NEAR(mixture.LogLikelihood({0, 0, 0}), std::log(2 / 3.0 * 1000), 0.2);
-  EXPECT_NEAR(mixture.LogLikelihood({2, 0, 0}), std::log(1 / 3.0 * 1000), 0.2);
-  EXPECT_LT(mixture.LogLikelihood({1, 0, 0}), mixture.LogLikelihood({0, 0, 0}) - 20);
+  GaussianMixture<3>::Points at(4, 3);
+  at << 0, 0, 0, 2, 0, 0, 1, 0, 0, 1e6, 0, 0;
+  const auto logs = mixture.LogLikelihoods(at);
+  EXPECT_NEAR(logs[0], std::log(2 / 3.0 * 1000), 0.2);
+  EXPECT_NEAR(logs[1], std::log(1 / 3.0 * 1000), 0.2);
+  EXPECT_LT(logs[2], logs[0] - 20);
+  EXPECT_EQ(logs[3], -690);
 }
 
 TEST(GaussianMixture, TakesFewAndEqualSamples) {
-  const GaussianMixture<3> none({}, 5, 0.1);
+  GaussianMixture<3>::Points at(1, 3);
+  at << 1, 2, 3;
+  const GaussianMixture<3> none(GaussianMixture<3>::Points(0, 3), 5, 0.1);
   EXPECT_EQ(none.NumComponents(), 0u);
-  EXPECT_TRUE(std::isfinite(none.LogLikelihood({0, 0, 0})));
-  const GaussianMixture<3> one(std::vector<Eigen::Vector3d>(40, {1, 2, 3}), 5, 0.1);
+  EXPECT_EQ(none.LogLikelihoods(at)[0], -690);
+  const GaussianMixture<3> one(at.replicate(40, 1), 5, 0.1);
   EXPECT_EQ(one.NumComponents(), 1u);
-  EXPECT_NEAR(one.LogLikelihood({1, 2, 3}), std::log(1000.0), 1e-9);
+  EXPECT_NEAR(one.LogLikelihoods(at)[0], std::log(1000.0), 1e-4);
 }
 
 }  // namespace

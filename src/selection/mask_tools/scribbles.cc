@@ -24,7 +24,7 @@ namespace retint {
 namespace {
 
 using Features4 = PixelArray<float, 4>;
-using Vector4 = GaussianMixture<4>::Vector;
+using Mixture = GaussianMixture<4>;
 
 constexpr std::string_view kStage = "outline";
 constexpr uint8_t kInside = 128;
@@ -139,11 +139,14 @@ std::vector<float> ReachOdds(const PixelGraph& graph, const std::vector<Seed>& s
   return odds;
 }
 
-std::vector<Vector4> Samples(const Features4& features, const std::function<bool(size_t)>& take) {
-  std::vector<Vector4> samples;
+Mixture::Points Samples(const Features4& features, const std::function<bool(size_t)>& take) {
+  std::vector<size_t> taken;
   for (size_t p = 0; p < features.NumPixels(); ++p) {
-    if (take(p)) samples.push_back(At(features, p).cast<double>());
+    if (take(p)) taken.push_back(p);
   }
+  Mixture::Points samples(Eigen::Index(taken.size()), 4);
+  for (size_t i = 0; i < taken.size(); ++i)
+    samples.row(Eigen::Index(i)) = At(features, taken[i]).transpose();
   return samples;
 }
 
@@ -171,18 +174,19 @@ Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
                (round > 0 && seeds[p] == kNone && inside[p] == (kind == kIn ? 1 : 0));
       };
     };
-    const GaussianMixture<4> in(Samples(features, take(kIn)), kInsideParts, kSpread);
-    const GaussianMixture<4> out(Samples(features, take(kOut)), kOutsideParts, kSpread);
+    const Mixture in(Samples(features, take(kIn)), kInsideParts, kSpread);
+    const Mixture out(Samples(features, take(kOut)), kOutsideParts, kSpread);
     ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
+      Mixture::Points at(end - begin, 4);
+      for (int64_t p = begin; p < end; ++p) at.row(p - begin) = At(features, size_t(p)).transpose();
+      const Mixture::Values looks = in.LogLikelihoods(at) - out.LogLikelihoods(at);
+      constexpr auto kLimit = float(kLogLimit);
       for (auto p = size_t(begin); p < size_t(end); ++p) {
         if (seeds[p] != kNone) {
           odds[p] = float(seeds[p] == kIn ? kGiven : -kGiven);
-          continue;
+        } else {
+          odds[p] = std::clamp(looks[int64_t(p) - begin], -kLimit, kLimit) + reach[p];
         }
-        const Vector4 at = At(features, p).cast<double>();
-        const double looks =
-            std::clamp(in.LogLikelihood(at) - out.LogLikelihood(at), -kLogLimit, kLogLimit);
-        odds[p] = float(looks) + reach[p];
       }
     });
     inside = MinCut(graph.edges(), odds);
