@@ -139,6 +139,16 @@ Image8 ReadImage8(const fs::path& path) {
   return image;
 }
 
+bool IsOpaque(const fs::path& path) {
+  const cv::Mat pixels = Decode(path, cv::IMREAD_UNCHANGED);
+  if (pixels.channels() != 2 && pixels.channels() != 4) return true;
+  cv::Mat alpha;
+  cv::extractChannel(pixels, alpha, pixels.channels() - 1);
+  double least = 0;
+  cv::minMaxLoc(alpha, &least);
+  return least >= (alpha.depth() == CV_8U ? 255 : 65535);
+}
+
 Mask ReadMask(const fs::path& path) {
   const cv::Mat pixels = Decode(path, cv::IMREAD_UNCHANGED);
   return pixels.depth() == CV_8U ? MaskFrom<uint8_t>(pixels) : MaskFrom<uint16_t>(pixels);

@@ -17,6 +17,8 @@ namespace retint {
 // RGB in [0, 1] from 8 or 16 bits a channel; gray becomes RGB, alpha is dropped.
 Image ReadImage(const std::filesystem::path& path);
 Image8 ReadImage8(const std::filesystem::path& path);
+// Whether no pixel of a picture is transparent.
+bool IsOpaque(const std::filesystem::path& path);
 
 // A mask from any picture, 0 outside and 255 inside: where the picture has an alpha channel that is
 // not opaque everywhere, its alpha; else the largest of its color channels, so that paint of any

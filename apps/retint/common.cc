@@ -227,6 +227,14 @@ MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& 
   return masks;
 }
 
+void WarnOfMainColor(const ColorEdit& edit, Run& run) {
+  if (!edit.NeedsMainColor()) return;
+  run.Warn(
+      "the color that the edit replaces is measured inside the masks. `retint recolor` measures it "
+      "on "
+      "the painted pixels; --edit with its report has the same edit");
+}
+
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run) {
   const auto& views = workspace.reconstruction.views;
   const auto missing = std::count_if(views.begin(), views.end(), [&](const auto& entry) {

@@ -145,6 +145,9 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& 
 
 // <folder>/<picture name>.png of every picture that has one. Warns of pictures without.
 MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures, Run& run);
+// Warns of an edit whose main color is measured inside masks, which `retint recolor` measures on
+// the paint.
+void WarnOfMainColor(const ColorEdit& edit, Run& run);
 // Warns of views without a photo, whose render is taken for it.
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run);
 

@@ -142,6 +142,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.edit.Resolve();
   const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   if (!arguments.report.empty()) CheckOutput(arguments.report);
+  WarnOfMainColor(edit, run);
   const auto large = OpenParts(arguments, run);
   const RunReport report = large ? EvaluateParts(arguments, edit, target, *large, run)
                                  : EvaluateWhole(arguments, edit, target, run);

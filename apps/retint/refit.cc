@@ -65,6 +65,7 @@ void Refit(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.color.flags.Resolve();
   RefitJob job = Resolve(arguments.edit, run.globals()).refit;
   CodecForWriting(arguments.output);
+  WarnOfMainColor(edit, run);
   if (run.Writes()) {
     CheckOutput(arguments.output);
     if (!arguments.report.empty()) CheckOutput(arguments.report);

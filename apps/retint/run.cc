@@ -50,6 +50,9 @@ void RunJob(const Arguments& arguments, Run& run) {
   scene.workspace = job.workspace;
   scene.splat = job.splat;
   scene.images = job.images;
+  scene.model = job.model;
+  scene.world_from_splat = job.world_from_splat;
+  if (job.views > 0) scene.views = job.views;
   const auto session = OpenSession(scene, job.holdout, run);
   StageCache cache(CacheFolder(arguments, job));
   JobRunner runner(job, *session, cache);

@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "recolor/edit_text.h"
 #include "session/option_json.h"
+#include "session/staged_output.h"
 
 namespace retint {
 namespace {
@@ -36,6 +37,7 @@ class JobReader {
   void Selection(const Node& node, JobRegion* region) const;
   ColorEdit Edit(const Node& node) const;
   JobOutputs Outputs(const Node& node) const;
+  void CheckFiles(const Job& job, const Node& node) const;
 
   const fs::path path_;
   const fs::path folder_;
@@ -75,10 +77,24 @@ EditOptions JobReader::Options(const Node& parent, EditOptions options, bool wit
 }
 
 void JobReader::Scene(const Node& node, Job* job) const {
-  node.AllowOnly({"workspace", "splat", "images", "holdout"});
-  job->workspace = Path(node.At("workspace"));
+  node.AllowOnly({"workspace", "splat", "images", "model", "world_from_splat", "views", "holdout"});
+  job->workspace = OptionalPath(node, "workspace");
   job->splat = Path(node.At("splat"));
   job->images = OptionalPath(node, "images");
+  for (const char* const name : {"images", "model", "world_from_splat"}) {
+    if (job->workspace.empty() && node.Has(name)) node.At(name).Fail("needs a workspace");
+  }
+  if (node.Has("views")) {
+    if (!job->workspace.empty()) node.At("views").Fail("a workspace has its own views");
+    job->views = int(node.At("views").Int(2, 400));
+  }
+  if (node.Has("model")) job->model = node.At("model").Text();
+  if (node.Has("world_from_splat")) {
+    // Numbers, or a file that holds them.
+    job->world_from_splat = node.At("world_from_splat").Text();
+    const fs::path file = Path(node.At("world_from_splat"));
+    if (fs::exists(file)) job->world_from_splat = file.string();
+  }
   if (node.Has("holdout")) job->holdout = node.At("holdout").Int(0, 1000000);
 }
 
@@ -160,6 +176,30 @@ JobOutputs JobReader::Outputs(const Node& node) const {
   return outputs;
 }
 
+// No output takes the place of another or of what the job reads, but for the scene's own splat.
+void JobReader::CheckFiles(const Job& job, const Node& node) const {
+  std::vector<NamedFile> written, read = {{"this job", job.file}};
+  const auto add = [](std::vector<NamedFile>* files, const char* name, const fs::path& path) {
+    if (!path.empty()) files->push_back({name, path});
+  };
+  for (const JobRegion& region : job.regions) {
+    for (const JobPaint& paint : region.paint) add(&read, "a mask", paint.mask);
+    for (const auto& [image, mask] : region.masks) add(&read, "a mask", mask);
+  }
+  for (const fs::path& splat : job.outputs.splats) add(&written, "one of splats", splat);
+  try {
+    CheckApart(written, read);
+    add(&written, "report", job.outputs.report);
+    add(&written, "report_html", job.outputs.page);
+    CheckApart(written, read);
+    add(&read, "the scene's splat", job.splat);
+    std::erase_if(written, [](const NamedFile& file) { return file.name == "one of splats"; });
+    CheckApart(written, read);
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  }
+}
+
 Job JobReader::Read() {
   const Node root(json_, path_, "", &lines_);
   root.AllowOnly(
@@ -189,6 +229,7 @@ Job JobReader::Read() {
   }
   if (job.regions.empty()) root.At("regions").Fail("there is no region");
   job.outputs = Outputs(root.At("outputs"));
+  CheckFiles(job, root.At("outputs"));
   return job;
 }
 

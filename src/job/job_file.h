@@ -42,7 +42,10 @@ struct JobOutputs {
 
 struct Job {
   std::filesystem::path file;  // where it was read from; relative paths start in its folder
-  std::filesystem::path workspace, splat, images;
+  std::filesystem::path workspace, splat, images;  // no workspace: views are placed
+  std::string model;                               // of the workspace; empty: the largest
+  std::string world_from_splat;  // as WorldFromSplatOf() reads it; empty: the same frame
+  int views = 0;                 // that are placed; 0: as many as without a job
   int holdout = 0;
   uint64_t seed = 0;
   EditOptions options;             // of every region that does not say otherwise

@@ -105,11 +105,18 @@ Json RegionSchema() {
 std::string JobSchema() {
   EditOptions options;
   const Json scene = Object(
-      {{"workspace", Text("the COLMAP workspace")},
-       {"splat", Text("the splat, in the workspace's frame")},
+      {{"workspace", Text("COLMAP or nerfstudio workspace; without one, views are placed around "
+                          "the splat")},
+       {"splat", Text("the splat")},
        {"images", Text("folder of the photos, where not WORKSPACE/images")},
+       {"model",
+        Text("which sparse model of the workspace, such as 1 or dense/0; else the largest")},
+       {"world_from_splat",
+        Text("where the splat lies in the workspace's world: a .json file, or the 12 or 16 numbers "
+             "of a matrix, by rows; else in the same frame")},
+       {"views", {{"type", "integer"}, {"minimum", 2}, {"maximum", 400}, {"default", 40}}},
        {"holdout", {{"type", "integer"}, {"minimum", 0}, {"maximum", 1000000}, {"default", 0}}}},
-      {"workspace", "splat"});
+      {"splat"});
   const Json outputs =
       Object({{"splats", {{"type", "array"}, {"items", Text("in the format of its extension")}}},
               {"report", Text("a .json file")},

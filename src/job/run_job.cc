@@ -168,23 +168,27 @@ std::vector<JobStage> JobRunner::Plan() const {
   return stages;
 }
 
-RegionSelection JobRunner::Select(const RegionPlan& plan, Monitor& monitor) {
+RegionSelection JobRunner::Select(const RegionPlan& plan, bool* kept_cloud, bool* kept_masks,
+                                  Monitor& monitor) {
   RegionSelection selection;
+  *kept_cloud = *kept_masks = false;
   if (plan.painted.empty()) {
     selection.masks = plan.masks;
     return selection;
   }
-  const bool kept =
+  *kept_cloud = *kept_masks =
       plan.keeps_cloud && cache_.Read("project", plan.project_key, [&](const fs::path& folder) {
         ReadProjected(folder, session_, &selection);
       });
   selection.source.painted = plan.painted;
-  if (kept) return selection;
+  if (*kept_masks) return selection;
   SelectionSource& source = selection.source;
   const EditOptions& options = plan.region->options;
-  if (!plan.keeps_cloud || !cache_.Read("select", plan.select_key, [&](const fs::path& folder) {
+  *kept_cloud =
+      plan.keeps_cloud && cache_.Read("select", plan.select_key, [&](const fs::path& folder) {
         ReadSelected(folder, &source.cloud, &source.reports);
-      })) {
+      });
+  if (!*kept_cloud) {
     SelectionResult result = session_.selection().Select(plan.painted, options.select, monitor);
     source.cloud = std::move(result.cloud);
     source.reports = std::move(result.painted);
@@ -227,23 +231,27 @@ void JobRunner::KeepFit(const RegionPlan& plan, RegionId id) {
 
 void JobRunner::RunRegion(const RegionPlan& plan,
                           const std::function<void(const JobStage&)>& on_stage, Monitor& monitor) {
-  const std::vector<JobStage> stages = StagesOf(plan);
-  for (const JobStage& stage : stages) {
-    if (stage.name != "refit") on_stage(stage);
+  bool kept_cloud, kept_masks;
+  RegionSelection selection = Select(plan, &kept_cloud, &kept_masks, monitor);
+  // As it went: what was kept may have been damaged since.
+  std::vector<JobStage> stages = StagesOf(plan);
+  for (JobStage& stage : stages) {
+    if (stage.name == "refit") continue;
+    stage.cached = stage.name == "select" ? kept_cloud : kept_masks;
+    on_stage(stage);
   }
-  const bool new_masks = !plan.painted.empty() && !stages[1].cached;
-  RegionSelection selection = Select(plan, monitor);
   const RegionId id =
       session_.AddRegion(plan.region->name, std::move(selection.masks), std::move(selection.shares),
                          plan.region->edit, monitor, std::move(selection.source));
-  if (new_masks && plan.keeps_cloud) {
+  if (!plan.painted.empty() && !kept_masks && plan.keeps_cloud) {
     cache_.Write("project", plan.project_key, [&](const fs::path& folder) {
       WriteProjected(folder, *session_.regions().Find(id)->selection, monitor);
     });
   }
   session_.SetEdit(id, session_.regions().Find(id)->edit, plan.region->strength);
+  stages.back().cached = UseFit(plan, id);
   on_stage(stages.back());
-  if (UseFit(plan, id)) return;
+  if (stages.back().cached) return;
   session_.Refit(job_.options.refit, monitor);
   KeepFit(plan, id);
 }

@@ -50,7 +50,8 @@ class JobRunner {
   std::vector<JobStage> StagesOf(const RegionPlan& plan) const;
   void RunRegion(const RegionPlan& plan, const std::function<void(const JobStage&)>& on_stage,
                  Monitor& monitor);
-  RegionSelection Select(const RegionPlan& plan, Monitor& monitor);
+  RegionSelection Select(const RegionPlan& plan, bool* kept_cloud, bool* kept_masks,
+                         Monitor& monitor);
   bool UseFit(const RegionPlan& plan, RegionId id);
   void KeepFit(const RegionPlan& plan, RegionId id);
   RunReport Report(Monitor& monitor);

@@ -36,7 +36,7 @@ class OperationText {
   OperationText(const ColorOperationType& type, std::string_view text) : type_(type), text_(text) {}
 
   [[noreturn]] void Fail(const std::string& why) const {
-    throw OptionError(std::string(type_.name) + " '" + std::string(text_) + "': " + why +
+    throw OptionError("--" + std::string(type_.option) + " '" + std::string(text_) + "': " + why +
                       (*type_.syntax != 0 ? std::string(" (expected ") + type_.syntax + ")" : ""));
   }
 

@@ -271,6 +271,14 @@ Image ToImage(const Image8& picture) {
   return image;
 }
 
+Image8 ReadEdited(const std::string& file) {
+  if (!IsOpaque(file)) {
+    throw InputError(file,
+                     "has transparent pixels: flatten it over the render or photo that was edited");
+  }
+  return ReadImage8(file);
+}
+
 // The picture, or those of the views that show the photo whose pixels it has.
 std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& workspace) {
   const DistortedPhoto* photo =
@@ -279,7 +287,7 @@ std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& w
   if (!photo || is_view) {
     const View& view = workspace.RequireView(picture.view);
     photo = workspace.PhotoOf(view);
-    if (picture.image.Empty()) picture.image = ReadImage8(picture.file);
+    if (picture.image.Empty()) picture.image = ReadEdited(picture.file);
     const Camera& camera = workspace.reconstruction.cameras.at(view.camera_id);
     if (!photo || HasSize(picture.image, camera)) {
       RequireSize(picture.file.empty() ? "picture of view " + picture.view : picture.file,
@@ -287,7 +295,7 @@ std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& w
       return {std::move(picture)};
     }
   } else {
-    picture.image = ReadImage8(picture.file);
+    picture.image = ReadEdited(picture.file);
   }
   RequireSize(picture.file.empty() ? "picture of " + photo->name : picture.file, picture.image,
               photo->lens->photo);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "base/error.h"
 #include "base/median.h"
@@ -92,6 +94,23 @@ ViewComparison Compare(EditSession& session, const View& view, const SceneCheckO
   return comparison;
 }
 
+// The views of each photo, by name; those of cameras without distortion each alone.
+std::vector<std::vector<const View*>> ByPicture(const Workspace& workspace,
+                                                const std::vector<const View*>& views) {
+  std::vector<std::vector<const View*>> pictures;
+  std::map<const DistortedPhoto*, size_t> place;
+  for (const View* view : views) {
+    const DistortedPhoto* const photo = workspace.PhotoOf(*view);
+    const auto [at, is_new] = place.try_emplace(photo, pictures.size());
+    if (!photo || is_new) {
+      pictures.push_back({view});
+    } else {
+      pictures[at->second].push_back(view);
+    }
+  }
+  return pictures;
+}
+
 std::string MissingPhotos(const SceneCheck& check) {
   std::string line = "photos of " + std::to_string(check.missing_photos.size()) + " of " +
                      std::to_string(check.views) + " views are missing: ";
@@ -134,13 +153,19 @@ SceneCheck CheckScene(const Workspace& workspace,
     if (!workspace.has_virtual_views && !workspace.HasPhoto(*view))
       check.missing_photos.push_back(view->name);
   }
+  const std::vector<std::vector<const View*>> pictures = ByPicture(workspace, views);
   std::vector<double> psnr, coverage;
-  const int count = std::min(options.max_views, check.views);
+  const int count = std::min(options.max_views, static_cast<int>(pictures.size()));
   for (int i = 0; i < count; ++i) {
     monitor.Step("check", i, count);
-    const auto at = static_cast<size_t>(i) * views.size() / static_cast<size_t>(count);
-    check.comparisons.push_back(Compare(show(*views[at]), *views[at], options));
-    const ViewComparison& one = check.comparisons.back();
+    const auto at = static_cast<size_t>(i) * pictures.size() / static_cast<size_t>(count);
+    // Of a photo that takes several views, the one that shows most: others may look at nothing.
+    ViewComparison one;
+    for (const View* view : pictures[at]) {
+      const ViewComparison found = Compare(show(*view), *view, options);
+      if (one.view.empty() || found.coverage > one.coverage) one = found;
+    }
+    check.comparisons.push_back(one);
     coverage.push_back(one.coverage);
     if (!std::isnan(one.psnr)) psnr.push_back(one.psnr);
   }

@@ -110,10 +110,10 @@ void FindDegrees(const ScoreRequest& request, std::vector<ViewScore>* scores) {
 }  // namespace
 
 ScoreReport Score(const ScoreRequest& request, Monitor& monitor) {
-  CheckOption(!request.masks.empty() || !request.after.empty(),
-              "there is nothing to score: no masks and no pictures");
   CheckOption(request.before.empty() == request.after.empty(),
               "pictures are scored in pairs, before and after the edit");
+  CheckOption(!request.masks.empty() || !request.after.empty(),
+              "there is nothing to score: no masks and no pictures");
   CheckOption(request.after.empty() || request.layout == TruthLayout::kViews,
               "pictures are scored in the layout of views only");
   ScoreReport report;

@@ -69,6 +69,27 @@ void CheckOutput(const fs::path& path, bool as_folder) {
   CheckFolder(NearestExisting(absolute), path);
 }
 
+void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read) {
+  const auto whole = [](const NamedFile& file) {
+    std::error_code code;
+    const fs::path path = fs::weakly_canonical(file.path, code);
+    return code ? fs::absolute(file.path).lexically_normal() : path;
+  };
+  for (size_t i = 0; i < written.size(); ++i) {
+    const fs::path path = whole(written[i]);
+    for (size_t k = 0; k < i; ++k) {
+      if (whole(written[k]) != path) continue;
+      throw OptionError(written[k].name + " and " + written[i].name + " name one file, " +
+                        written[i].path.string());
+    }
+    for (const NamedFile& other : read) {
+      if (whole(other) != path) continue;
+      throw OptionError(written[i].name + " would replace what " + other.name + " names, " +
+                        written[i].path.string());
+    }
+  }
+}
+
 StagedOutput::~StagedOutput() {
   std::error_code ignored;
   for (const Area& area : areas_) fs::remove_all(area.hidden, ignored);

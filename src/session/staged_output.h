@@ -17,6 +17,15 @@ namespace retint {
 // permission. Creates nothing.
 void CheckOutput(const std::filesystem::path& path, bool as_folder = false);
 
+// A file of a command or a job, and what it is called there.
+struct NamedFile {
+  std::string name;
+  std::filesystem::path path;
+};
+// OptionError where two of the `written` are one file, by whatever path, or where one is among the
+// `read`.
+void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read);
+
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
 // Commit(); without it the destructor removes them and every folder that was created. So a full
 // disk or a cancelled save changes nothing.

@@ -90,6 +90,11 @@ TEST(ImageIoTest, SixteenBitsAndGreyAndAlpha) {
   EXPECT_THAT(ReadImage(folder / "grey.png").data, ElementsAre(0.2f, 0.2f, 0.2f));
   Put(folder / "alpha.png", Encoded(".png", cv::Mat(1, 1, CV_8UC4, cv::Scalar(1, 2, 3, 9))));
   EXPECT_THAT(ReadImage8(folder / "alpha.png").data, ElementsAre(3, 2, 1));
+  EXPECT_FALSE(IsOpaque(folder / "alpha.png"));
+  Put(folder / "opaque.png", Encoded(".png", cv::Mat(1, 1, CV_8UC4, cv::Scalar(1, 2, 3, 255))));
+  EXPECT_TRUE(IsOpaque(folder / "opaque.png"));
+  Put(folder / "deep.png", Encoded(".png", cv::Mat(1, 1, CV_16UC4, cv::Scalar(1, 2, 3, 65535))));
+  EXPECT_TRUE(IsOpaque(folder / "deep.png"));
 }
 
 TEST(ImageIoTest, JpegIsWhatOpenCvDecodes) {

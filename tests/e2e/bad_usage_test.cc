@@ -41,7 +41,7 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--adjust", "hue=20,hues=40:40"});
      }},
-    {"ColorInWords", 2, "recolor 'blue'",
+    {"ColorInWords", 2, "--to 'blue'",
      [](Place& p) {
        return Recolor(p, {"--to", "blue"});
      }},
@@ -97,6 +97,13 @@ const Row kUsageRows[] = {
        WritePng(p.in / "painted.png", Image(7, 5));
        return Recolor(p, {"--edited", TinyView() + "=" + p.In("painted.png")});
      }},
+    {"PictureWithHoles", 3, "layer.pam: has transparent pixels",
+     [](Place& p) {
+       WriteFile(p.in / "layer.pam",
+                 "P7\nWIDTH 160\nHEIGHT 120\nDEPTH 4\nMAXVAL 255\nTUPLTYPE RGB_ALPHA\nENDHDR\n" +
+                     std::string(size_t{160} * 120 * 4, '\0'));
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("layer.pam")});
+     }},
     {"PictureThatIsNone", 3, "painted.png",
      [](Place& p) {
        WriteFile(p.in / "painted.png", "no picture");
@@ -136,7 +143,41 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--frobnicate", "1"});
      }},
-    {"UnknownVerb", 2, "", [](Place&) { return Arguments{"frobnicate"}; }},
+    {"UnknownVerb", 2, "there is no verb 'frobnicate'",
+     [](Place&) {
+       return Arguments{"frobnicate", "--help"};
+     }},
+    {"ReportOverTheSplat", 2, "--report would replace what --splat names",
+     [](Place& p) {
+       return Recolor(p, {"--report", p.In("splat.ply")});
+     }},
+    {"ReportOverTheOutput", 2, "--output and --report name one file",
+     [](Place& p) {
+       return Recolor(p, {"--output", p.Out("o.ply"), "--report", p.Out("./o.ply")});
+     }},
+    {"ComparisonOverTheMask", 2, "--comparison would replace what --mask names",
+     [](Place& p) {
+       return Recolor(p, {"--comparison", MaskOf(p).string()});
+     }},
+    {"OutputOverThePicture", 2, "--output would replace what --edited names",
+     [](Place& p) {
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("painted.png"), "--output",
+                          p.In("painted.png")});
+     }},
+    {"CloudOverTheMask", 2, "--output would replace what --mask names",
+     [](Place& p) {
+       return With(
+           p, "select",
+           {"--view", TinyView(), "--mask", MaskOf(p).string(), "--output", MaskOf(p).string()});
+     }},
+    {"StagesOverTheMask", 2, "--save-stages would replace what --mask names",
+     [](Place& p) {
+       return Recolor(p, {"--save-stages", p.in.string()});
+     }},
+    {"ConvertedOverItsReport", 2, "output and --report name one file",
+     [](Place& p) {
+       return Arguments{"convert", p.In("splat.ply"), p.Out("o.spz"), "--report", p.Out("o.spz")};
+     }},
     {"NoVerb", 2, "", [](Place&) { return Arguments{}; }},
     {"RequiredOptionMissing", 2, "--splat", [](Place&) { return Arguments{"recolor"}; }},
     {"NotANumber", 2, "--threads",

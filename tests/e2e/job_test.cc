@@ -97,6 +97,8 @@ TEST_F(JobRun, ADamagedResultIsMadeAnew) {
   const CommandResult again = Run();
   ASSERT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+  EXPECT_EQ(States(again.out), "select done, project done, refit done");
+  EXPECT_EQ(States(Run().out), "select kept, project kept, refit kept");
 }
 
 TEST_F(JobRun, LaterRegionsStartFromEarlierOnes) {

@@ -87,6 +87,35 @@ TEST_F(JobFile, IsRead) {
   EXPECT_TRUE(job.outputs.masks.empty());
 }
 
+TEST_F(JobFile, ScenesMayLieElsewhereOrHaveNoWorkspace) {
+  WriteFile(temp_ / "t.json", "{}");
+  const Job moved = Read(With("\"holdout\": 8", R"("model": "1", "world_from_splat": "t.json")"));
+  EXPECT_EQ(moved.model, "1");
+  EXPECT_EQ(moved.world_from_splat, temp_ / "t.json");
+  const Job numbers = Read(With("\"holdout\": 8", R"("world_from_splat": "1 0 0 0")"));
+  EXPECT_EQ(numbers.world_from_splat, "1 0 0 0");
+  const Job alone = Read(With("\"workspace\": \"scene\"", "\"views\": 12"));
+  EXPECT_TRUE(alone.workspace.empty());
+  EXPECT_EQ(alone.views, 12);
+  EXPECT_THAT(Fault(With("\"workspace\": \"scene\"", "\"model\": \"1\"")),
+              HasSubstr("scene.model: needs a workspace"));
+  EXPECT_THAT(Fault(With("\"holdout\": 8", "\"views\": 12")),
+              HasSubstr("scene.views: a workspace has its own views"));
+}
+
+TEST_F(JobFile, NoOutputReplacesAnotherOrAnInput) {
+  EXPECT_THAT(Fault(With("report.json", "out.ply")),
+              HasSubstr("outputs: one of splats and report name one file"));
+  EXPECT_THAT(Fault(With("report.json", "paint.png")),
+              HasSubstr("outputs: report would replace what a mask names"));
+  EXPECT_THAT(Fault(With("report.json", "job.json")), HasSubstr("what this job names"));
+  EXPECT_THAT(Fault(With("report.json", "../splat.ply")),
+              HasSubstr("what the scene's splat names"));
+  EXPECT_EQ(Read(With("out.ply", "../splat.ply")).outputs.splats[0],
+            (temp_ / "../splat.ply").lexically_normal())
+      << "the recolored splat may take its place";
+}
+
 TEST_F(JobFile, PresetsAndSeedsApply) {
   const Job job =
       Read(With("\"options\": {", "\"preset\": \"paper\", \"seed\": 7, \"options\": {"));

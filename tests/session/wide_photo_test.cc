@@ -11,6 +11,7 @@
 #include "scene/camera_projection.h"
 #include "session/edit_session.h"
 #include "session/photo_paint.h"
+#include "session/scene_check.h"
 #include "tests/selection/tiny_gaussians.h"
 
 namespace retint {
@@ -110,6 +111,14 @@ TEST_F(WidePhoto, PaintWithoutAnySurfaceIsRefused) {
   PaintBehind(&mask);
   EXPECT_THAT([&] { session_->selection().Select({On(mask)}, select_, monitor_); },
               ThrowsMessage<NoDepthError>(HasSubstr("has a depth")));
+}
+
+TEST_F(WidePhoto, AViewThatLooksAtNothingIsNoSignOfAnotherFrame) {
+  Monitor monitor;
+  const SceneCheck check = CheckScene(*session_, monitor, {});
+  ASSERT_EQ(check.comparisons.size(), 3u) << "one a photo";
+  EXPECT_GT(check.median_coverage, SceneCheckOptions().min_coverage);
+  EXPECT_EQ(check.mismatch, "");
 }
 
 TEST_F(WidePhoto, PicturesAreFoundByTheirNameAndTheirViews) {
