@@ -119,17 +119,21 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
 
 void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
               const std::string& splat_flag) {
-  verb->add_option("--workspace", scene.workspace,
-                   "COLMAP or nerfstudio workspace (docs/workspaces.md lists the layouts). Without "
-                   "it, views are placed around the splat")
-      ->type_name("FOLDER");
+  CLI::Option* const workspace =
+      verb->add_option(
+              "--workspace", scene.workspace,
+              "COLMAP or nerfstudio workspace (docs/workspaces.md lists the layouts). Without "
+              "it, views are placed around the splat")
+          ->type_name("FOLDER");
   verb->add_option(splat_flag, scene.splat, "3D Gaussian Splatting scene")
       ->required(splat_required)
       ->type_name("FILE");
   verb->add_option("--images", scene.images, "Folder of the photos, where it is not found")
+      ->needs(workspace)
       ->type_name("FOLDER");
   verb->add_option("--model", scene.model,
                    "Which sparse model of the workspace, such as 1 or dense/0; else the largest")
+      ->needs(workspace)
       ->type_name("NAME");
   verb->add_option("--world-from-splat", scene.world_from_splat,
                    "Where the splat lies in the workspace's world: a JSON file (nerfstudio's "
@@ -137,6 +141,7 @@ void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
                    "numbers of a matrix, by rows")
       ->type_name("FILE|NUMBERS");
   verb->add_option("--views", scene.views, "Without --workspace: how many views are placed")
+      ->excludes(workspace)
       ->check(CLI::Range(2, 400));
   verb->add_option(
           "--pixels", scene.pixels,

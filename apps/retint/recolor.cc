@@ -75,7 +75,7 @@ std::optional<FormatError> Save(const Arguments& arguments, const Recolored& res
 void PrintResult(const Arguments& arguments, const RunReport& report,
                  const std::optional<FormatError>& format, EditSession& session, const Run& run) {
   for (const PaintedReport& view : report.painted) {
-    run.Print(fmt::format("{:<13}{} {:.1f} % measured, {} of {} points kept; {}", view.view,
+    run.Print(fmt::format("{:<12} {} {:.1f} % measured, {} of {} points kept; {}", view.view,
                           view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
                           view.cloud.sampled, view.registration.BriefReport()));
   }

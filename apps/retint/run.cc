@@ -25,7 +25,7 @@ std::filesystem::path CacheFolder(const Arguments& arguments, const Job& job) {
 }
 
 void PrintStage(const JobStage& stage, const char* state, const Run& run) {
-  run.Print(fmt::format("{:<13}{:<9}{}", stage.name, state, stage.region));
+  run.Print(fmt::format("{:<12} {:<8} {}", stage.name, state, stage.region));
 }
 
 void PrintOutputs(const JobOutputs& outputs, const Run& run) {

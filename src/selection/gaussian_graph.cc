@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
+#include "scene/morton.h"
 #include "selection/neighbors.h"
 
 namespace retint {
@@ -128,13 +129,10 @@ GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor,
   const auto mean = [&](size_t g) {
     return Eigen::Map<const Eigen::Vector3f>(&model.means[3 * g]);
   };
-  size_t count = num_gaussians_;
-  if (within) {
-    for (size_t g = 0; g < num_gaussians_; ++g) {
-      if (within->contains(mean(g))) members_.push_back(int(g));
-    }
-    count = members_.size();
+  for (const uint32_t g : MortonOrder(model.means)) {
+    if (!within || within->contains(mean(g))) members_.push_back(int(g));
   }
+  const size_t count = members_.size();
   surfaces_.resize(count);
   std::vector<Eigen::Vector3f> positions(count);
   ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {

@@ -46,8 +46,8 @@ class GaussianGraph {
 
   size_t NumGaussians() const { return num_gaussians_; }  // of the scene
   size_t NumNodes() const { return surfaces_.size(); }
-  // The Gaussian that node `i` is; ascending.
-  size_t GaussianOf(size_t i) const { return members_.empty() ? i : size_t(members_[i]); }
+  // The Gaussian that node `i` is. Neighbors in space are so in memory, too (scene/morton.h).
+  size_t GaussianOf(size_t i) const { return size_t(members_[i]); }
   const std::vector<GaussianSurface>& surfaces() const { return surfaces_; }
   const EdgeMatrix& edges() const { return edges_; }  // weights in (0, 1]
   // Of every Gaussian of the scene, [N] (LiftedSurfaces); empty: unknown.
@@ -60,7 +60,7 @@ class GaussianGraph {
  private:
   size_t num_gaussians_;
   std::optional<Eigen::AlignedBox3f> within_;
-  std::vector<int> members_;  // of the nodes; empty: the whole scene
+  std::vector<int> members_;  // of the nodes
   std::vector<float> floating_;
   std::vector<GaussianSurface> surfaces_;
   EdgeMatrix edges_;

@@ -118,6 +118,12 @@ ScoreReport Score(const ScoreRequest& request, Monitor& monitor) {
               "pictures are scored in the layout of views only");
   ScoreReport report;
   const std::vector<ScoredFile> files = FindScoredFiles(request, &report.warnings);
+  for (const std::string& name : request.painted) {
+    const bool known =
+        request.model || std::any_of(files.begin(), files.end(),
+                                     [&](const auto& file) { return file.view == name; });
+    if (!known) report.warnings.push_back("no true mask is that of the painted view " + name);
+  }
   report.views.resize(files.size());
   // A few at a time, so that not all pictures are in memory at once.
   constexpr size_t kTogether = 8;

@@ -8,8 +8,8 @@
 #include "base/files.h"
 #include "base/memory.h"
 #include "base/ply_header.h"
+#include "scene/morton.h"
 #include "splat_io/input_file.h"
-#include "splat_io/morton.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/row_vectors.h"
 #include "splat_io/splat_row.h"
@@ -492,7 +492,7 @@ std::vector<std::string> CompressedPlyCodec::Losses(const GaussianModel& model) 
 
 std::vector<uint32_t> CompressedPlyCodec::WriteOrder(const GaussianModel& model) const {
   if (ComesFrom(model, LayoutFor(model))) return {};
-  return MortonOrder(model);
+  return MortonOrder(model.means);
 }
 
 }  // namespace retint

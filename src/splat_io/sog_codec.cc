@@ -6,9 +6,9 @@
 #include <exception>
 #include <numeric>
 
+#include "scene/morton.h"
 #include "splat_io/compression.h"
 #include "splat_io/json.h"
-#include "splat_io/morton.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/sog_files.h"
 #include "splat_io/sog_writer.h"
@@ -361,7 +361,7 @@ std::vector<std::string> SogCodec::Losses(const GaussianModel& model) const {
 
 std::vector<uint32_t> SogCodec::WriteOrder(const GaussianModel& model) const {
   if (!SogTables::Of(model).colors.empty()) return {};
-  return MortonOrder(model);
+  return MortonOrder(model.means);
 }
 
 }  // namespace retint

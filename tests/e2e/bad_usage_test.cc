@@ -147,6 +147,15 @@ const Row kUsageRows[] = {
      [](Place&) {
        return Arguments{"frobnicate", "--help"};
      }},
+    {"ViewsOfAWorkspace", 2, "--views excludes --workspace",
+     [](Place& p) {
+       return Recolor(p, {"--views", "9"});
+     }},
+    {"ModelOfNoWorkspace", 2, "--model requires --workspace",
+     [](Place& p) {
+       return Arguments{"render", "--splat",  p.In("splat.ply"), "--model",
+                        "0",      "--output", p.Out("r")};
+     }},
     {"ReportOverTheSplat", 2, "--report would replace what --splat names",
      [](Place& p) {
        return Recolor(p, {"--report", p.In("splat.ply")});
