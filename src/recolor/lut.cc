@@ -104,14 +104,30 @@ int CheckOperations(const ocio::GroupTransform& group, const std::filesystem::pa
   return alone ? own : kSampledSize;
 }
 
-ocio::ConstProcessorRcPtr OpenTransform(const std::filesystem::path& path) {
+ocio::ConstTransformRcPtr FileTransform(const std::string& name) {
+  const ocio::FileTransformRcPtr file = ocio::FileTransform::Create();
+  file->setSrc(name.c_str());
+  file->setInterpolation(ocio::INTERP_TETRAHEDRAL);
+  return file;
+}
+
+// Of a file of corrections the first. A FileTransform would want it by its id, which a correction
+// need not have.
+ocio::ConstTransformRcPtr FirstCorrection(const std::string& name) {
+  const ocio::GroupTransformRcPtr all = ocio::CDLTransform::CreateGroupFromFile(name.c_str());
+  if (all->getNumTransforms() == 0) throw ocio::Exception("it holds no correction");
+  return all->getTransform(0);
+}
+
+ocio::ConstProcessorRcPtr OpenTransform(const std::filesystem::path& path,
+                                        const std::string& extension) {
   static std::once_flag quiet;
   std::call_once(quiet, [] { ocio::SetLoggingLevel(ocio::LOGGING_LEVEL_NONE); });
   ocio::ClearAllCaches();  // a file of the same name may have changed
-  const ocio::FileTransformRcPtr file = ocio::FileTransform::Create();
-  file->setSrc(std::filesystem::absolute(path).c_str());
-  file->setInterpolation(ocio::INTERP_TETRAHEDRAL);
-  return ocio::Config::CreateRaw()->getProcessor(file);
+  const std::string name = std::filesystem::absolute(path).string();
+  const bool corrections = extension == ".cdl" || extension == ".cc" || extension == ".ccc";
+  return ocio::Config::CreateRaw()->getProcessor(corrections ? FirstCorrection(name)
+                                                             : FileTransform(name));
 }
 
 std::vector<float> IdentityGrid(int size) {
@@ -155,7 +171,7 @@ std::shared_ptr<const ColorTable> ReadLut(const std::filesystem::path& path) {
   if (extension == ".cube") CheckCubeSizes(path, ReadFile(path));
   auto table = std::make_shared<ColorTable>();
   try {
-    const ocio::ConstProcessorRcPtr processor = OpenTransform(path);
+    const ocio::ConstProcessorRcPtr processor = OpenTransform(path, extension);
     table->size = CheckOperations(*processor->createGroupTransform(), path);
     table->values = IdentityGrid(table->size);
     ocio::PackedImageDesc grid(table->values.data(), table->size * table->size, table->size, 3);

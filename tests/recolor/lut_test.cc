@@ -84,6 +84,51 @@ TEST_F(LutTest, ReadsCurvesAndCdl) {
   ExpectColor(*clf, {0.8f, 0.3f, 0.6f}, {0.6f, 0.3f, 0.8f}, 1e-5);
 }
 
+// A correction that multiplies red; `id` as an attribute, or nothing.
+std::string Correction(const std::string& slope, const std::string& id) {
+  return "<ColorCorrection" + id + "><SOPNode><Slope>" + slope +
+         " 1 1</Slope><Offset>0 0 0</Offset><Power>1 1 1</Power></SOPNode><SatNode><Saturation>1"
+         "</Saturation></SatNode></ColorCorrection>\n";
+}
+
+// .ccc
+std::string Collection(const std::string& corrections) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<ColorCorrectionCollection "
+         "xmlns=\"urn:ASC:CDL:v1.2\">\n" +
+         corrections + "</ColorCorrectionCollection>\n";
+}
+
+// .cdl
+std::string DecisionList(const std::vector<std::string>& corrections) {
+  std::string text =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<ColorDecisionList "
+      "xmlns=\"urn:ASC:CDL:v1.2\">\n";
+  for (const std::string& one : corrections) text += "<ColorDecision>" + one + "</ColorDecision>";
+  return text + "</ColorDecisionList>\n";
+}
+
+TEST_F(LutTest, TakesTheFirstOfSeveralCorrections) {
+  // The second has the id that OpenColorIO understands as the place of the first.
+  const std::pair<std::string, std::string> ids[] = {{"", ""},
+                                                     {" id=\"shot_1\"", " id=\"shot_2\""},
+                                                     {" id=\"1\"", " id=\"0\""},
+                                                     {"", " id=\"x\""}};
+  int number = 0;
+  for (const auto& [first, second] : ids) {
+    const std::string a = Correction("0.5", first), b = Correction("0.25", second);
+    const std::string name = "grade" + std::to_string(number++);
+    for (const auto& path :
+         {Write(name + ".ccc", Collection(a + b)), Write(name + "_one.ccc", Collection(a)),
+          Write(name + ".cdl", DecisionList({a, b})), Write(name + "_one.cdl", DecisionList({a})),
+          Write(name + ".cc", a)}) {
+      SCOPED_TRACE(path.string() + first + second);
+      ASSERT_EQ(Fault(path), "");
+      // A linear map on the 65 nodes.
+      ExpectColor(*ReadLut(path), {0.8f, 0.3f, 0.6f}, {0.4f, 0.3f, 0.6f}, 1e-5);
+    }
+  }
+}
+
 TEST_F(LutTest, ReadsWhatStandsThereNow) {
   const auto path = Write("one.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n");
   ExpectColor(*ReadLut(path), {0.5f, 0.5f, 0.5f}, {0.5f, 0.5f, 0.5f}, 1e-5);
@@ -110,6 +155,16 @@ TEST_F(LutTest, RefusesDamageInOneLine) {
       {Write("cut.clf", "<?xml version=\"1.0\"?>\n<ProcessList compCLFversion=\"3.0\" id=\"1\">"),
        "is not a lookup table"},
       {Write("bad.3dl", "0 1 2\nnothing\n"), "is not a lookup table"},
+      {Write("empty.ccc", ""), "is not a lookup table"},
+      {Write("none.ccc", Collection("")), "is not a lookup table"},
+      {Write("none.cdl", DecisionList({})), "is not a lookup table"},
+      {Write("cut.ccc", Collection(Correction("0.5", "")).substr(0, 200)), "is not a lookup table"},
+      {Write("cut.cdl", DecisionList({Correction("0.5", "")}).substr(0, 200)),
+       "is not a lookup table"},
+      {Write("words.ccc", Collection(Correction("red", ""))), "is not a lookup table"},
+      {Write("nan.cdl", DecisionList({Correction("nan", "")})), ""},
+      {Write("inf.ccc", Collection(Correction("inf", ""))), ""},
+      {Write("cube.cdl", whole), "is not a lookup table"},
   };
   for (const auto& [path, expected] : cases) {
     const std::string fault = Fault(path);
