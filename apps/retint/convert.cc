@@ -122,7 +122,7 @@ void Convert(const Arguments& arguments, Run& run) {
   Conversion done;
   done.gaussians = model.NumGaussians();
   done.degree_before = FileDegree(model);
-  done.bytes_before = std::filesystem::file_size(arguments.input);
+  done.bytes_before = SplatBytes(arguments.input);
   done.losses = model.source.notes;
   for (std::string& loss : codec.Losses(model)) done.losses.push_back(std::move(loss));
   StagedOutput staged;
@@ -130,7 +130,7 @@ void Convert(const Arguments& arguments, Run& run) {
     codec.Write(path, model, run.monitor());
     const GaussianModel back = codec.Read(path, run.monitor());
     done.degree_after = FileDegree(back);
-    done.bytes_after = std::filesystem::file_size(path);
+    done.bytes_after = SplatBytes(path);
     done.difference = Compare(model, back, codec.WriteOrder(model));
     if (codec.Rounds()) done.color = ColorError(arguments, model, back, run);
   });

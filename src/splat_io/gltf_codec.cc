@@ -509,6 +509,10 @@ GaussianModel GltfCodec::Read(const std::filesystem::path& path, Monitor& monito
   return model;
 }
 
+std::vector<std::filesystem::path> GltfCodec::Files(const std::filesystem::path& path) const {
+  return GltfFile(path).files();
+}
+
 void GltfCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
                       Monitor& monitor) const {
   ValidateWrite(model, path);

@@ -27,6 +27,7 @@ class GltfCodec : public SplatCodec {
   bool Sniff(std::string_view head) const override;
   GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
                      BadRows bad = BadRows::kRefuse) const override;
+  std::vector<std::filesystem::path> Files(const std::filesystem::path& path) const override;
   void Write(const std::filesystem::path& path, const GaussianModel& model,
              Monitor& monitor) const override;
   std::vector<std::string> Losses(const GaussianModel& model) const override;

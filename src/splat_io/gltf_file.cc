@@ -71,7 +71,7 @@ const char* GltfBuffer::Bytes(uint64_t offset, size_t bytes, std::vector<char>& 
   return room.data();
 }
 
-GltfFile::GltfFile(const std::filesystem::path& path) : path_(path) {
+GltfFile::GltfFile(const std::filesystem::path& path) : path_(path), files_{path} {
   const auto file = std::make_shared<const InputFile>(path);
   std::string magic(std::min<uint64_t>(4, file->size()), '\0');
   file->ReadAt(0, magic.data(), magic.size());
@@ -146,7 +146,7 @@ void GltfFile::LoadBuffers(std::optional<GltfBuffer> binary) {
   }
 }
 
-GltfBuffer GltfFile::LoadUri(const std::string& uri) const {
+GltfBuffer GltfFile::LoadUri(const std::string& uri) {
   if (uri.starts_with("data:")) {
     const size_t comma = uri.find(";base64,");
     std::string bytes;
@@ -160,7 +160,8 @@ GltfBuffer GltfFile::LoadUri(const std::string& uri) const {
   const bool outside = name.is_absolute() || name.empty() || uri.find(':') != std::string::npos ||
                        std::find(name.begin(), name.end(), "..") != name.end();
   if (outside) Fail("a buffer is named outside of its folder");
-  const auto file = std::make_shared<const InputFile>(path_.parent_path() / name);
+  files_.push_back(path_.parent_path() / name);
+  const auto file = std::make_shared<const InputFile>(files_.back());
   return GltfBuffer(file, 0, file->size());
 }
 

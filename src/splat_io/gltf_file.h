@@ -79,6 +79,8 @@ class GltfFile {
   const nlohmann::json& json() const { return json_; }
   const std::filesystem::path& path() const { return path_; }
   uint64_t BufferBytes() const;  // of all buffers
+  // The file itself and those of its buffers.
+  const std::vector<std::filesystem::path>& files() const { return files_; }
 
   // The object json()[list][index]; InputError where there is none.
   const nlohmann::json& Item(const char* list, uint64_t index) const;
@@ -97,9 +99,10 @@ class GltfFile {
   void ReadGlb(const std::shared_ptr<const InputFile>& file);
   // `binary` is the chunk of a .glb.
   void LoadBuffers(std::optional<GltfBuffer> binary);
-  GltfBuffer LoadUri(const std::string& uri) const;
+  GltfBuffer LoadUri(const std::string& uri);
 
   std::filesystem::path path_;
+  std::vector<std::filesystem::path> files_;
   nlohmann::json json_;
   std::deque<GltfBuffer> buffers_;  // never moved
 };

@@ -68,6 +68,12 @@ class Scene {
     if (meta_.contains("shN")) WantBands(Part("shN"));
   }
 
+  std::vector<std::filesystem::path> Files() const {
+    std::vector<std::string> names = {"meta.json"};
+    for (const Wanted& one : wanted_) names.push_back(one.name);
+    return files_->Paths(names);
+  }
+
   // Packed files are read one after the other and decoded all at once, the largest first. Meanwhile
   // the system provides the pages of the Gaussians. Values are made as soon as their pictures are
   // there.
@@ -340,6 +346,11 @@ GaussianModel SogCodec::Read(const std::filesystem::path& path, Monitor& monitor
   GaussianModel model = Scene(path, monitor).Read();
   ValidateRead(model, path, bad);
   return model;
+}
+
+std::vector<std::filesystem::path> SogCodec::Files(const std::filesystem::path& path) const {
+  Monitor monitor;
+  return Scene(path, monitor).Files();
 }
 
 void SogCodec::Write(const std::filesystem::path& path, const GaussianModel& model,

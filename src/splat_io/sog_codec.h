@@ -23,6 +23,7 @@ class SogCodec : public SplatCodec {
   bool Sniff(std::string_view head) const override;
   GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
                      BadRows bad = BadRows::kRefuse) const override;
+  std::vector<std::filesystem::path> Files(const std::filesystem::path& path) const override;
   void Write(const std::filesystem::path& path, const GaussianModel& model,
              Monitor& monitor) const override;
   bool Rounds() const override { return true; }

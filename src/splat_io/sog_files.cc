@@ -50,6 +50,10 @@ class ZipBundle : public SogFiles {
     return bytes;
   }
 
+  std::vector<std::filesystem::path> Paths(const std::vector<std::string>&) const override {
+    return {path_};
+  }
+
   uint64_t PackedBytes() const override { return bytes_; }
 
  private:
@@ -67,13 +71,22 @@ class Folder : public SogFiles {
     }
   }
 
-  std::string Read(const std::string& name) const override {
-    return ReadFile(name == "meta.json" ? meta_ : Parent() / name);
+  std::string Read(const std::string& name) const override { return ReadFile(PathOf(name)); }
+
+  std::vector<std::filesystem::path> Paths(const std::vector<std::string>& names) const override {
+    std::vector<std::filesystem::path> paths;
+    for (const std::string& name : names) paths.push_back(PathOf(name));
+    return paths;
   }
 
   uint64_t PackedBytes() const override { return bytes_; }
 
  private:
+  // The file that describes the others may have another name.
+  std::filesystem::path PathOf(const std::string& name) const {
+    return name == "meta.json" ? meta_ : Parent() / name;
+  }
+
   std::filesystem::path Parent() const {
     return meta_.has_parent_path() ? meta_.parent_path() : std::filesystem::path(".");
   }

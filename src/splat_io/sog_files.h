@@ -20,6 +20,8 @@ class SogFiles {
   // The file `name`, a plain name. InputError naming it when it is missing, damaged, or larger than
   // what a file of the bundle's size may hold.
   virtual std::string Read(const std::string& name) const = 0;
+  // Where the files of these names are: the bundle, or each in the folder.
+  virtual std::vector<std::filesystem::path> Paths(const std::vector<std::string>& names) const = 0;
   // What all may hold, packed: the bundle's bytes, or the folder's.
   virtual uint64_t PackedBytes() const = 0;
 };

@@ -118,6 +118,19 @@ std::string SupportedFormats(bool writable) {
   return "supported: " + names;
 }
 
+// The codec of the file at `path`; InputError where there is none.
+const SplatCodec& CodecForReading(const std::filesystem::path& path) {
+  const InputFile file(path);
+  if (file.size() == 0) throw InputError(path, "empty file");
+  std::string head(std::min<uint64_t>(file.size(), kSniffBytes), '\0');
+  file.ReadAt(0, head.data(), head.size());
+  if (const SplatCodec* codec = FindCodec(path, head)) return *codec;
+  const KnownFormat* format = Unsupported(LowerName(path), head);
+  throw InputError(path, (format ? "this is " + std::string(format->name) + ", not supported"
+                                 : std::string("not a known splat format")) +
+                             "; " + SupportedFormats(/*writable=*/false));
+}
+
 }  // namespace
 
 void SplatCodec::Write(const std::filesystem::path& path, const GaussianModel&, Monitor&) const {
@@ -165,27 +178,24 @@ const SplatCodec& CodecForWriting(const std::filesystem::path& path) {
 
 GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor, BadRows bad) {
   const ReadAhead ahead(path);
-  std::string head;
-  {
-    const InputFile file(path);
-    if (file.size() == 0) throw InputError(path, "empty file");
-    head.resize(std::min<uint64_t>(file.size(), kSniffBytes));
-    file.ReadAt(0, head.data(), head.size());
-  }
-  if (const SplatCodec* codec = FindCodec(path, head)) {
-    GaussianModel model = codec->Read(path, monitor, bad);
-    if (bad == BadRows::kDrop) DropBadRows(model, path);
-    return model;
-  }
-  const KnownFormat* format = Unsupported(LowerName(path), head);
-  throw InputError(path, (format ? "this is " + std::string(format->name) + ", not supported"
-                                 : std::string("not a known splat format")) +
-                             "; " + SupportedFormats(/*writable=*/false));
+  GaussianModel model = CodecForReading(path).Read(path, monitor, bad);
+  if (bad == BadRows::kDrop) DropBadRows(model, path);
+  return model;
 }
 
 GaussianModel ReadSplat(const std::filesystem::path& path) {
   Monitor monitor;
   return ReadSplat(path, monitor);
+}
+
+uint64_t SplatBytes(const std::filesystem::path& path) {
+  std::vector<std::filesystem::path> files = CodecForReading(path).Files(path);
+  // One file may be named for several things.
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  uint64_t bytes = 0;
+  for (const std::filesystem::path& file : files) bytes += InputFile(file).size();
+  return bytes;
 }
 
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model, Monitor& monitor) {

@@ -3,6 +3,7 @@
 // What was not edited is written back bit for bit where source and target have the same format.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -30,6 +31,11 @@ class SplatCodec {
   // the stage "load"; may be cancelled between blocks of rows.
   virtual GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
                              BadRows bad = BadRows::kRefuse) const = 0;
+
+  // All files that the splat at `path` is made of; InputError where `path` does not tell.
+  virtual std::vector<std::filesystem::path> Files(const std::filesystem::path& path) const {
+    return {path};
+  }
 
   virtual bool CanWrite() const { return true; }
   // Atomic: on any error (RunError), and when cancelled, a file that was there stays as it was.
@@ -72,6 +78,10 @@ std::vector<SplatFormat> SplatFormats();
 GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor,
                         BadRows bad = BadRows::kRefuse);
 GaussianModel ReadSplat(const std::filesystem::path& path);
+
+// The size of all files that the splat at `path` is made of: of a SOG folder its pictures too, of a
+// .gltf the buffers beside it. InputError as ReadSplat, as far as their sizes need to be known.
+uint64_t SplatBytes(const std::filesystem::path& path);
 
 // Writes in the format of the extension. OptionError as CodecForWriting, RunError for a model that
 // cannot be written (empty, NaN, arrays that disagree) or a failed write; never a partial file.

@@ -89,6 +89,20 @@ TEST(Convert, ASceneGoesThroughEveryFormatAndBack) {
   EXPECT_EQ(ReadSplat(temp / "e.ply").NumGaussians(), ReadSplat(Splat()).NumGaussians());
 }
 
+TEST(Convert, TheSizeIsThatOfAllFilesOfASplat) {
+  const TempFolder temp;
+  std::filesystem::create_directory(temp / "sog");
+  const json report = Convert(Splat(), temp / "sog" / "meta.json", temp / "r.json");
+  uint64_t bytes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(temp / "sog")) {
+    bytes += entry.file_size();
+  }
+  EXPECT_GT(bytes, 2 * std::filesystem::file_size(temp / "sog" / "meta.json"));
+  EXPECT_EQ(report["output"]["bytes"], bytes);
+  const json back = Convert(temp / "sog" / "meta.json", temp / "back.ply", temp / "r.json");
+  EXPECT_EQ(back["input"]["bytes"], bytes);
+}
+
 TEST(Convert, PredictsWithoutWriting) {
   const TempFolder temp;
   const CommandResult result =

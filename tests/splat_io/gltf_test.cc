@@ -56,6 +56,7 @@ TEST_F(GltfTest, RoundTripsAsTextAndAsBinary) {
       EXPECT_EQ(back.sh_degree, degree);
       EXPECT_THAT(back.source.notes, ElementsAre());
       ExpectNear(model, back, kRounding);
+      EXPECT_EQ(SplatBytes(folder_ / name), std::filesystem::file_size(folder_ / name));
     }
   }
 }
@@ -204,6 +205,7 @@ TEST_F(GltfTest, BuffersBesideTheFileAreRead) {
   SpillFile(folder_ / "my data.bin", bytes);
   document["buffers"][0]["uri"] = "my%20data.bin";
   ExpectNear(model, Read(document), kRounding);
+  EXPECT_EQ(SplatBytes(folder_ / "in.gltf"), document.dump().size() + bytes.size());
   SpillFile(folder_ / "my data.bin", bytes.substr(1));
   EXPECT_THAT(Refusal(document), HasSubstr("truncated: buffer 0 announces"));
   document["buffers"][0]["uri"] = "../secret.bin";

@@ -54,9 +54,16 @@ TEST(SogWriting, FoldersHoldWhatBundlesHold) {
   EXPECT_EQ(bundle.means, loose.means);
   EXPECT_EQ(bundle.sh, loose.sh);
   std::set<std::string> names;
+  uint64_t bytes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "scene")) {
     names.insert(entry.path().filename().string());
+    bytes += entry.file_size();
   }
+  EXPECT_EQ(SplatBytes(folder / "scene" / "meta.json"), bytes);
+  EXPECT_EQ(SplatBytes(folder / "a.sog"), std::filesystem::file_size(folder / "a.sog"));
+  // What else lies there is not the splat's.
+  SpillFile(folder / "scene" / "other.webp", "another picture");
+  EXPECT_EQ(SplatBytes(folder / "scene" / "meta.json"), bytes);
   EXPECT_THAT(names,
               ElementsAre("means_l.webp", "means_u.webp", "meta.json", "quats.webp", "scales.webp",
                           "sh0.webp", "shN_centroids.webp", "shN_labels.webp"));
