@@ -7,10 +7,12 @@
 #include <fstream>
 #include <system_error>
 
+#include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/nerfstudio.h"
 #include "colmap_io/photo.h"
 #include "colmap_io/sparse.h"
+#include "colmap_io/sparse_codec.h"
 #include "colmap_io/workspace.h"
 
 namespace retint {
@@ -40,8 +42,27 @@ std::vector<fs::path> Numbered(const fs::path& folder) {
   return folders;
 }
 
-// How many images a model says it has, without reading it: of a text model, half its lines that
-// are no comments.
+// How many views a model without images.* takes from its rigs.* and frames.*; 0 where they cannot
+// be read.
+uint64_t CountViewsOfFrames(const fs::path& folder) {
+  const auto part = [&](const std::string& name) {
+    const fs::path binary = folder / (name + ".bin");
+    return IsFile(binary) ? binary : folder / (name + ".txt");
+  };
+  const fs::path rigs = part("rigs"), frames = part("frames");
+  if (!IsFile(rigs) || !IsFile(frames)) return 0;
+  try {
+    std::vector<std::string> warnings;
+    Reconstruction model;
+    sparse_codec::ReadRigsAndFrames(rigs, frames, warnings, model);
+    return model.views.size();
+  } catch (const InputError&) {
+    return 0;  // its faults are told where it is opened
+  }
+}
+
+// How many images a model says it has, without reading its images: of a text model, half its lines
+// that are no comments.
 uint64_t CountViews(const fs::path& folder) {
   uint64_t count = 0;
   if (std::ifstream binary(folder / "images.bin", std::ios::binary); binary) {
@@ -49,6 +70,7 @@ uint64_t CountViews(const fs::path& folder) {
     if (binary.read(bytes, sizeof bytes)) std::memcpy(&count, bytes, sizeof count);
     return count;
   }
+  if (!IsFile(folder / "images.txt")) return CountViewsOfFrames(folder);
   std::ifstream text(folder / "images.txt");
   for (std::string line; std::getline(text, line);) count += !line.starts_with('#');
   return count / 2;

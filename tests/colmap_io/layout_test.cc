@@ -50,6 +50,32 @@ TEST(Layout, TheLargestOfSeveralModelsIsTakenUnlessOneIsNamed) {
                                               HasSubstr("sparse/1, sparse/10, sparse/0"))));
 }
 
+// COLMAP 3.12 and newer: a rig of two cameras, whose frames have two images each.
+TEST(Layout, TheViewsOfFramesCountWhereImagesAreMissing) {
+  const TempFolder folder;
+  WriteReconstructionBinary(folder / "sparse/0", WithViews(3));
+  WriteReconstructionText(folder / "sparse/1", WithViews(1));
+  fs::remove(folder / "sparse/1/images.txt");
+  const CameraId camera = WithViews(1).cameras.begin()->first;
+  const std::string first = "CAMERA " + std::to_string(camera);
+  const std::string second = "CAMERA " + std::to_string(camera + 1000);
+  WriteFile(folder / "sparse/1/rigs.txt", "1 2 " + first + " " + second + " 1 1 0 0 0 0 0 0\n");
+  WriteFile(folder / "sparse/1/frames.txt", "1 1 1 0 0 0 0 0 5 2 " + first + " 1 " + second +
+                                                " 2\n" + "2 1 1 0 0 0 0 0 6 2 " + first + " 3 " +
+                                                second + " 4\n");
+  // Two frames of four images are more than three.
+  EXPECT_EQ(FindModels(folder.path()).front(), folder / "sparse/1");
+  // Frames that cannot be read do not keep others from being found.
+  WriteFile(folder / "sparse/1/frames.txt", "1 1 nothing\n");
+  EXPECT_EQ(FindModels(folder.path()).front(), folder / "sparse/0");
+  // images.* has the last word where it is there.
+  WriteReconstructionText(folder / "sparse/2", WithViews(2));
+  WriteFile(folder / "sparse/2/rigs.txt", "1 1 " + first + "\n");
+  WriteFile(folder / "sparse/2/frames.txt", "1 1 1 0 0 0 0 0 5 4 " + first + " 1 " + first + " 2 " +
+                                                first + " 3 " + first + " 4\n");
+  EXPECT_EQ(FindModels(folder.path()).front(), folder / "sparse/0");
+}
+
 // `colmap automatic_reconstructor`: distorted models in sparse/N, their photos elsewhere, and
 // undistorted ones with photos in dense/N.
 TEST(Layout, TheDenseModelIsTakenWhereOnlyItHasPhotos) {
@@ -134,9 +160,9 @@ TEST(Layout, FramesWithoutImagesHavePoses) {
   EXPECT_FALSE(workspace.HasPhoto(view));
   EXPECT_THAT(workspace.warnings,
               testing::Contains(HasSubstr("images.bin: is missing; poses come from frames.bin")));
-  // One more level is looked at; the model that is whole is taken.
+  // One more level is looked at; the model with most views is taken, 45 against 2.
   EXPECT_EQ(Workspace::Open(DataPath("colmap/unicode_names")).sparse_folder,
-            DataPath("colmap/unicode_names") / "0");
+            DataPath("colmap/unicode_names") / "1");
 }
 
 TEST(Layout, MovingTheWorldKeepsEveryPixel) {
