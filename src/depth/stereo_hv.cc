@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <new>
 #include <span>
@@ -21,8 +22,36 @@ namespace {
 // Disparities beyond the rough depth's own that are searched too: it is biased and has holes.
 constexpr double kNearMargin = 1.2, kFarMargin = 0.75;
 constexpr int kExtraDisparities = 4;
+// Pixels: matchers tell no finer steps apart, so that less than this is not measured.
+constexpr double kLeastDisparity = 1 / 16.0;
 
-int RoundUp16(double value) { return 16 * std::max(1, int(std::ceil(value / 16))); }
+int RoundUp16(double value) {
+  constexpr double kMost = 1e9;  // far more than is searched, and an int
+  return 16 * std::max(1, int(std::ceil(std::min(value, kMost) / 16)));
+}
+
+std::string Short(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+// What a view makes of a baseline that was given: OptionError where even its farthest surfaces
+// leave the image, a warning where not even its nearest move. Both name what is between.
+std::string CheckGivenBaseline(const Camera& camera, const RoughDepths& rough, double baseline) {
+  const double least = kLeastDisparity * rough.near / camera.fx();
+  const double most = camera.width * rough.far / camera.fx();
+  const std::string advice =
+      "take one from " + Short(least) + " to " + Short(most) + ", or 0, which chooses it";
+  CheckOption(baseline <= most, "a stereo baseline of " + Short(baseline) +
+                                    " moves even the farthest surfaces of a view by more than its "
+                                    "width: " +
+                                    advice);
+  if (baseline >= least) return "";
+  return "a stereo baseline of " + Short(baseline) +
+         " moves no surface of a view by a sixteenth of a pixel, so that nothing is measured: " +
+         advice;
+}
 
 Image8 Quantize(const std::vector<float>& rgb, int width, int height) {
   Image8 out(width, height);
@@ -84,10 +113,11 @@ class Estimation {
     KeepPart();
     if (census && !FitCensus(search_.range)) {
       census = false;
-      estimate_.warning = "a search of " + std::to_string(search_.range.count) +
-                          " disparities is too long for the census matcher, which takes at most " +
-                          std::to_string(kMaxStereoCount) +
-                          ": OpenCV's StereoSGBM matched the pairs instead";
+      if (!estimate_.warning.empty()) estimate_.warning += "; ";
+      estimate_.warning += "a search of " + std::to_string(search_.range.count) +
+                           " disparities is too long for the census matcher, which takes at most " +
+                           std::to_string(kMaxStereoCount) +
+                           ": OpenCV's StereoSGBM matched the pairs instead";
     }
     Advance();
     RenderPlates();
@@ -132,6 +162,10 @@ class Estimation {
   bool ChooseSearch(const StereoHvOptions& options) {
     const auto depths = stereo_.PositiveQuantiles(rough_.data(), int64_t(pixels_), kRoughQuantiles);
     if (depths.empty()) return false;
+    if (options_.baseline > 0) {
+      estimate_.warning =
+          CheckGivenBaseline(whole_.camera, {depths[0], depths[1], depths[2]}, options_.baseline);
+    }
     search_ = ChooseStereoSearch(view_.camera, {depths[0], depths[1], depths[2]}, options);
     return true;
   }

@@ -70,7 +70,9 @@ class StereoHvEstimator : public DepthEstimator {
                              std::unique_ptr<StereoMatcher> matcher = nullptr);
   ~StereoHvEstimator() override;
   // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
-  // InputError when the view sees no Gaussian. Where a device has no room, the host does it all.
+  // InputError when the view sees no Gaussian. OptionError for a given baseline that moves even the
+  // farthest surfaces by more than the image's width; one that moves not even the nearest by a
+  // sixteenth of a pixel is a warning. Where a device has no room, the host does it all.
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
   // The baseline is that of the whole view; what is rendered, searched and matched is of the part.
   DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& part,

@@ -216,6 +216,40 @@ TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {
   EXPECT_EQ(estimate.valid(120, 90), 255);
 }
 
+// A plane at depth 4, a focal length of 200 pixels, a width of 240: the baseline of 4.8 moves it by
+// the width, that of 0.00125 by a sixteenth of a pixel.
+TEST(StereoHv, RefusesBaselinesThatMoveEverythingOutOfTheImage) {
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 3));
+  Monitor monitor;
+  StereoHvOptions options;
+  for (const double baseline : {5.5, 1000.0, 1e300}) {
+    options.baseline = baseline;
+    StereoHvEstimator stereo(renderer, options);
+    const auto says_the_range = ::testing::ThrowsMessage<OptionError>(::testing::AllOf(
+        HasSubstr("more than its width"), HasSubstr(" to 4.8"), HasSubstr("or 0")));
+    EXPECT_THAT([&] { stereo.Estimate(View(), monitor); }, says_the_range) << baseline;
+    EXPECT_THAT([&] { stereo.Cameras(View(), monitor); }, says_the_range) << baseline;
+  }
+  // Of a part, whose own surfaces count, the limit is the whole image's width too.
+  options.baseline = 4.5;
+  EXPECT_NO_THROW(
+      StereoHvEstimator(renderer, options).EstimatePart(View(), {100, 80, 40, 30}, monitor));
+}
+
+TEST(StereoHv, WarnsOfBaselinesThatMoveNothing) {
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 3));
+  Monitor monitor;
+  StereoHvOptions options;
+  options.baseline = 1e-9;
+  const auto still = StereoHvEstimator(renderer, options).Estimate(View(), monitor);
+  EXPECT_THAT(still.warning, HasSubstr("nothing is measured: take one from 0.0012"));
+  EXPECT_THAT(still.reason, HasSubstr(still.warning));
+  options.baseline = 0.25;
+  EXPECT_EQ(StereoHvEstimator(renderer, options).Estimate(View(), monitor).warning, "");
+}
+
 TEST(StereoHv, FallsBackToTheGaussiansWhereNothingMatches) {
   const PlaneScene plane{4, 0, 0};
   Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 4));

@@ -57,6 +57,11 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return With(p, "refit", {"--masks", p.In("masks"), "--output", p.Out("o.ply")});
      }},
+    {"BaselineOfAnotherScale", 2, "more than its width: take one from",
+     [](Place& p) {
+       return With(p, "depth",
+                   {"--view", TinyView(), "--baseline", "1000", "--png", p.Out("d.png")});
+     }},
     {"LutCutOff", 3, "film.cube: is not a lookup table",
      [](Place& p) {
        WriteFile(p.in / "film.cube", "LUT_3D_SIZE 3\n0 0 0\n0.5 0 0\n1 0");
