@@ -11,6 +11,7 @@
 #include "colmap_io/nerfstudio.h"
 #include "retint/common.h"
 #include "scene/transform.h"
+#include "session/scene_check.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -60,6 +61,12 @@ void AlignSplat(const Arguments& arguments, Run& run) {
                           result.psnr_before, result.psnr_after));
   } else {
     run.Print("PSNR         no photos to compare with: the sparse points alone decided");
+  }
+  // Never of a NaN: without photos nothing is known.
+  if (result.psnr_after < SceneCheckOptions().min_psnr) {
+    run.Warn(fmt::format(
+        "renders and photos still disagree ({:.1f} dB): the splat seems to be of another scene",
+        result.psnr_after));
   }
   for (const auto& path : {arguments.output, arguments.transform}) {
     if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));

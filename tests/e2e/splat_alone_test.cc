@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A splat without a workspace, and one in another frame than its workspace.
+#include <algorithm>
 #include <regex>
 
 #include <gmock/gmock.h>
@@ -89,6 +90,7 @@ TEST(SplatElsewhere, AlignFindsTheFrame) {
                       "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("found from   points"));
+  EXPECT_EQ(result.err, "");
   const Sim3d found = ReadWorldFromSplat(temp / "t.json");
   EXPECT_NEAR(found.scale, 1 / 0.3, 0.02 / 0.3);
   EXPECT_LT(found.rotation.angularDistance(splat_from_world.rotation.conjugate()), 0.02);
@@ -107,6 +109,21 @@ TEST(SplatElsewhere, AlignFindsTheFrame) {
       EXPECT_GE(Psnr(result.out), original - kLost);
     }
   }
+}
+
+// The same shapes without their colors, all gray: no frame makes them look like the photos.
+TEST(SplatElsewhere, AlignWarnsOfAnotherScene) {
+  TempFolder temp;
+  GaussianModel model = ReadSplat(Splat());
+  std::fill(model.sh.begin(), model.sh.end(), 0.0F);
+  WriteSplat(temp / "other.ply", model);
+  const CommandResult result = RunRetint({"align", "--workspace", TinyWorkspace().string(),
+                                          "--splat", (temp / "other.ply").string(), "--transform",
+                                          (temp / "t.json").string(), "--progress", "none"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning: renders and photos still disagree ("));
+  EXPECT_THAT(result.err, HasSubstr("the splat seems to be of another scene"));
+  EXPECT_TRUE(std::filesystem::exists(temp / "t.json"));
 }
 
 }  // namespace
