@@ -11,13 +11,14 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::filesystem::path output;
-  bool images = true;
+  bool images = true, overwrite = false;
 };
 
 void Cameras(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output, /*as_folder=*/true);
+  const auto replaced = CheckCamerasFolder(arguments.output, arguments.overwrite);
   const auto session = OpenSession(arguments.scene, 0, run);
-  ExportCameras(*session, arguments.images, arguments.output, run.monitor());
+  ExportCameras(*session, arguments.images, arguments.output, run.monitor(), replaced);
   run.FinishProgress();
   const Reconstruction& model = session->reconstruction();
   run.Print(fmt::format("wrote {} views and {} points to {}", model.views.size(),
@@ -37,6 +38,10 @@ void AddCameras(CLI::App& app, Globals& globals, Action& action) {
           "Workspace to write: sparse/0 (cameras, images, points3D) and images, rendered", "FOLDER")
       ->required();
   verb->add_flag("!--no-images", arguments->images, "Write the model only, without pictures");
+  verb->add_flag("--overwrite", arguments->overwrite,
+                 "Replace the model and pictures that an earlier `retint cameras` wrote there; "
+                 "other files stay. Else the folder must hold neither")
+      ->default_str("");
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Cameras(*arguments, run); }; });
 }

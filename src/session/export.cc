@@ -2,15 +2,21 @@
 #include "session/export.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
+#include <regex>
 #include <set>
+#include <string>
+#include <system_error>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
+#include "colmap_io/workspace.h"
 #include "session/report_html.h"
 
 namespace retint {
@@ -40,6 +46,45 @@ template <typename Vector>
 Vector CatmullRom(const Vector& a, const Vector& b, const Vector& c, const Vector& d, double t) {
   return 0.5 * (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) +
                 t * t * t * (3 * b - a - 3 * c + d));
+}
+
+// As PlaceViews() names them: view_001.png.
+bool IsPlacedName(const std::string& name) {
+  static const std::regex pattern("view_[0-9]{3,}\\.png");
+  return std::regex_match(name, pattern);
+}
+
+std::vector<fs::path> PicturesIn(const fs::path& folder) {
+  static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  std::vector<fs::path> pictures;
+  std::error_code code;
+  for (auto entry = fs::directory_iterator(folder, code);
+       !code && entry != fs::directory_iterator(); entry.increment(code)) {
+    std::string extension = entry->path().extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extensions.contains(extension)) pictures.push_back(entry->path());
+  }
+  return pictures;
+}
+
+// The names of the views of a model that ExportCameras() wrote; nullopt of another one.
+std::optional<std::vector<std::string>> NamesOfExport(const fs::path& model) {
+  static const std::set<std::string> parts = {"cameras.bin", "images.bin", "points3D.bin"};
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(model, code)) {
+    if (!parts.contains(entry.path().filename().string())) return std::nullopt;
+  }
+  try {
+    std::vector<std::string> names;
+    const Reconstruction reconstruction = ReadReconstruction(model);
+    for (const View* view : reconstruction.ViewsByName()) {
+      if (!IsPlacedName(view->name)) return std::nullopt;
+      names.push_back(view->name);
+    }
+    return names;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 double Coverage(const RegionSelection& selection, std::set<std::string>* views) {
@@ -90,7 +135,41 @@ void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
       monitor);
 }
 
-void ExportCameras(EditSession& session, bool images, const fs::path& folder, Monitor& monitor) {
+std::vector<fs::path> CheckCamerasFolder(const fs::path& folder, bool overwrite) {
+  const std::vector<fs::path> models = FindModels(folder);
+  std::vector<fs::path> pictures = PicturesIn(folder);
+  for (fs::path& path : PicturesIn(folder / "images")) pictures.push_back(std::move(path));
+  if (models.empty() && pictures.empty()) return {};
+  const std::string there = folder.string() + ": ";
+  if (!overwrite) {
+    const std::string what = models.empty() ? "pictures" : "a model";
+    throw OptionError(there + "holds " + what +
+                      " already: name another folder, or give --overwrite to replace what "
+                      "retint cameras wrote there");
+  }
+  std::set<fs::path> own;
+  for (const fs::path& model : models) {
+    const auto names = NamesOfExport(model);
+    if (model != folder / "sparse" / "0" || !names) {
+      throw OptionError(there + "holds a model that retint cameras did not write, in " +
+                        model.string() + ": name another folder");
+    }
+    for (const std::string& name : *names) own.insert(folder / "images" / name);
+  }
+  std::vector<fs::path> replaced;
+  for (const fs::path& path : pictures) {
+    if (own.contains(path)) {
+      replaced.push_back(path);
+    } else if (IsPlacedName(path.stem().string() + ".png")) {
+      throw OptionError(there + path.lexically_relative(folder).string() +
+                        " would count as a photo of a new view: name another folder");
+    }
+  }
+  return replaced;
+}
+
+void ExportCameras(EditSession& session, bool images, const fs::path& folder, Monitor& monitor,
+                   const std::vector<fs::path>& replaced) {
   CheckOutput(folder, /*as_folder=*/true);
   const Reconstruction& model = session.reconstruction();
   const std::vector<const View*> views = model.ViewsByName();
@@ -105,6 +184,14 @@ void ExportCameras(EditSession& session, bool images, const fs::path& folder, Mo
   });
   monitor.Step("render", 1, 1);
   output.Commit();
+  std::set<fs::path> written;
+  for (const View* view : views) {
+    if (images) written.insert(ViewFile(folder / "images", view->name, ""));
+  }
+  for (const fs::path& path : replaced) {
+    std::error_code ignored;
+    if (!written.contains(path)) fs::remove(path, ignored);
+  }
 }
 
 std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,

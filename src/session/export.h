@@ -22,10 +22,18 @@ void ExportViews(EditSession& session, const std::vector<const View*>& views,
 void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
                   std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
 
+// Whether ExportCameras() may write to `folder`: OptionError where it holds a model or pictures.
+// With `overwrite` it may hold an earlier export: sparse/0, all of whose views are named as placed
+// ones are, and their pictures in images/, which are returned. Other pictures may lie there too,
+// but none whose name is that of a placed view: it would count as a photo of the new ones.
+std::vector<std::filesystem::path> CheckCamerasFolder(const std::filesystem::path& folder,
+                                                      bool overwrite);
+
 // The views as a COLMAP workspace in `folder`: sparse/0 (cameras, images, points3D) and, where
-// `images`, renders of the original scene in images/.
+// `images`, renders of the original scene in images/. `replaced`, pictures of an earlier export,
+// are removed once all is written, but for those that were written anew.
 void ExportCameras(EditSession& session, bool images, const std::filesystem::path& folder,
-                   Monitor& monitor);
+                   Monitor& monitor, const std::vector<std::filesystem::path>& replaced = {});
 
 // `frames` cameras on one turn about the axis `up` through `focus`, beginning with `start`; after
 // the last comes the first again. OptionError for fewer than one frame or an axis of no length.

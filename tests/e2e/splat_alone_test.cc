@@ -66,6 +66,59 @@ TEST(SplatAlone, APaintedViewIsRecolored) {
   EXPECT_LT(MeanRedness(after, mask, false), MeanRedness(before, mask, false) + 0.1);
 }
 
+std::vector<std::string> CamerasTo(const std::filesystem::path& folder, const std::string& views) {
+  return {"cameras", "--splat", Splat(), "--views", views, "--output", folder.string(), "--quiet"};
+}
+
+TEST(SplatAlone, CamerasDoNotWriteOverAWorkspace) {
+  TempFolder temp;
+  const auto refused = [&](const std::filesystem::path& folder, bool overwrite,
+                           const std::string& reason) {
+    SCOPED_TRACE(folder);
+    std::vector<std::string> arguments = CamerasTo(folder, "4");
+    if (overwrite) arguments.push_back("--overwrite");
+    const auto before = FilesBelow(folder);
+    const CommandResult result = RunRetint(arguments);
+    EXPECT_EQ(result.code, 2);
+    EXPECT_THAT(result.err, HasSubstr(reason));
+    EXPECT_EQ(CountLines(result.err), 1);
+    EXPECT_EQ(FilesBelow(folder), before);
+  };
+  std::filesystem::copy(TinyWorkspace(), temp / "capture",
+                        std::filesystem::copy_options::recursive);
+  const std::string model = ReadFile(temp / "capture/sparse/0/images.bin");
+  refused(temp / "capture", false, "holds a model already");
+  refused(temp / "capture", true, "holds a model that retint cameras did not write");
+  EXPECT_EQ(ReadFile(temp / "capture/sparse/0/images.bin"), model);
+  WritePng(temp / "photos/images/IMG_1.jpg.png", Image8(4, 4));
+  refused(temp / "photos", false, "holds pictures already");
+  WritePng(temp / "photos/images/view_002.png", Image8(4, 4));
+  refused(temp / "photos", true, "images/view_002.png would count as a photo of a new view");
+}
+
+TEST(SplatAlone, CamerasReplaceEarlierOnesWhole) {
+  TempFolder temp;
+  const auto ws = temp / "ws";
+  ASSERT_EQ(RunRetint(CamerasTo(ws, "6")).code, 0);
+  CommandResult result = RunRetint(CamerasTo(ws, "4"));
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("give --overwrite"));
+  WritePng(ws / "images/mine.png", Image8(4, 4));
+  std::vector<std::string> again = CamerasTo(ws, "4");
+  again.push_back("--overwrite");
+  result = RunRetint(again);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(Workspace::Open(ws).reconstruction.views.size(), 4u);
+  EXPECT_THAT(FilesBelow(ws / "images"), testing::Each(testing::Not(HasSubstr("view_005.png"))));
+  EXPECT_THAT(FilesBelow(ws / "images"), testing::Contains(HasSubstr("view_004.png")));
+  EXPECT_THAT(FilesBelow(ws / "images"), testing::Contains(HasSubstr("mine.png")));
+  // Without pictures, no old one counts as a photo of the new views.
+  again.push_back("--no-images");
+  ASSERT_EQ(RunRetint(again).code, 0);
+  EXPECT_THAT(FilesBelow(ws / "images"), testing::Each(testing::Not(HasSubstr("view_"))));
+  EXPECT_TRUE(std::filesystem::exists(ws / "images/mine.png"));
+}
+
 double Psnr(const std::string& info) {
   std::smatch found;
   EXPECT_TRUE(std::regex_search(info, found, std::regex("PSNR +([0-9.]+) dB"))) << info;
