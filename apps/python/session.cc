@@ -310,16 +310,19 @@ void BindResults(Sessions& type) {
           "Writes the scene as it is now, in the format of the extension.")
       .def(
           "write_cameras",
-          [](PySession& self, const py::object& folder, bool images, py::object progress) {
+          [](PySession& self, const py::object& folder, bool images, bool overwrite,
+             py::object progress) {
             const auto path = ToPath(folder);
             self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-              ExportCameras(session, images, path, monitor);
+              ExportCameras(session, images, path, monitor, CheckCamerasFolder(path, overwrite));
             });
           },
           py::arg("folder"), py::kw_only(), py::arg("images") = true,
-          py::arg("progress") = py::none(),
+          py::arg("overwrite") = false, py::arg("progress") = py::none(),
           "Writes the session's views, also those placed around a splat alone, as a COLMAP "
-          "workspace, as `retint cameras` does; `images`: with renders of the original scene.")
+          "workspace, as `retint cameras` does; `images`: with renders of the original scene. "
+          "Raises OptionError where the folder holds a model or pictures, unless `overwrite` is "
+          "given and `retint cameras` or this wrote them.")
       .def(
           "write_masks",
           [](PySession& self, const py::object& folder, const py::object& region,

@@ -144,8 +144,8 @@ std::vector<fs::path> CheckCamerasFolder(const fs::path& folder, bool overwrite)
   if (!overwrite) {
     const std::string what = models.empty() ? "pictures" : "a model";
     throw OptionError(there + "holds " + what +
-                      " already: name another folder, or give --overwrite to replace what "
-                      "retint cameras wrote there");
+                      " already: name another folder, or overwrite what retint cameras wrote there "
+                      "(--overwrite)");
   }
   std::set<fs::path> own;
   for (const fs::path& model : models) {

@@ -102,7 +102,7 @@ TEST(SplatAlone, CamerasReplaceEarlierOnesWhole) {
   ASSERT_EQ(RunRetint(CamerasTo(ws, "6")).code, 0);
   CommandResult result = RunRetint(CamerasTo(ws, "4"));
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("give --overwrite"));
+  EXPECT_THAT(result.err, HasSubstr("(--overwrite)"));
   WritePng(ws / "images/mine.png", Image8(4, 4));
   std::vector<std::string> again = CamerasTo(ws, "4");
   again.push_back("--overwrite");
