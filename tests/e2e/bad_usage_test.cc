@@ -152,7 +152,7 @@ const Row kUsageRows[] = {
      [](Place&) {
        return Arguments{"frobnicate", "--help"};
      }},
-    {"ViewsOfAWorkspace", 2, "--views excludes --workspace",
+    {"ViewsOfAWorkspace", 2, "--workspace excludes --views",
      [](Place& p) {
        return Recolor(p, {"--views", "9"});
      }},

@@ -366,6 +366,9 @@ def test_palettes_and_placed_views_are_those_of_the_command_line(scene, folder):
                "--output", folder / "cli")
     with retint.Session(None, scene.splat, views=6) as alone:
         alone.write_cameras(folder / "python", images=False)
+        with pytest.raises(retint.OptionError):
+            alone.write_cameras(folder / "python", images=False)
+        alone.write_cameras(folder / "python", images=False, overwrite=True)
     for name in ("cameras.bin", "images.bin", "points3D.bin"):
         model = pathlib.Path("sparse", "0", name)
         assert (folder / "python" / model).read_bytes() == (folder / "cli" / model).read_bytes()
