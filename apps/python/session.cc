@@ -317,8 +317,8 @@ void BindResults(Sessions& type) {
               ExportCameras(session, images, path, monitor, CheckCamerasFolder(path, overwrite));
             });
           },
-          py::arg("folder"), py::kw_only(), py::arg("images") = true,
-          py::arg("overwrite") = false, py::arg("progress") = py::none(),
+          py::arg("folder"), py::kw_only(), py::arg("images") = true, py::arg("overwrite") = false,
+          py::arg("progress") = py::none(),
           "Writes the session's views, also those placed around a splat alone, as a COLMAP "
           "workspace, as `retint cameras` does; `images`: with renders of the original scene. "
           "Raises OptionError where the folder holds a model or pictures, unless `overwrite` is "

@@ -319,12 +319,17 @@ def painted_box(path, what):
 
 # ---- A painted side ----
 
+def rotation_of(quaternion):
+    w, x, y, z = quaternion
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+
+
 def world_points(depth, view):
     """[H, W, 3]: what the pixels of a view of `workbench.read_cameras` show; depth [H, W]."""
-    (fx, fy, cx, cy), (w, x, y, z), translation = view
-    rotation = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+    (fx, fy, cx, cy), quaternion, translation = view
+    rotation = rotation_of(quaternion)
     height, width = depth.shape
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     in_camera = np.stack([(u - cx) / fx * depth, (v - cy) / fy * depth, depth], -1)
@@ -349,7 +354,8 @@ def largest_side(points, inside):
 
 
 def sides(workspace, masks, view):
-    """Of each view that sees the side that `view` shows most of, its pixels; within 2 mm."""
+    """Of each view that sees the side that `view` shows most of, its pixels, within 2 mm, and the
+    angle at which it looks at the side, in degrees from straight on."""
     cameras = wb.read_cameras(workspace)
 
     def points(name):
@@ -359,7 +365,13 @@ def sides(workspace, masks, view):
     normal, offset = largest_side(points(view), read_mask(masks[view]) >= 250)
     found = {name: (read_mask(mask) >= 250) & (np.abs(points(name) @ normal - offset) < 2e-3)
              for name, mask in masks.items()}
-    return {name: side for name, side in found.items() if side.sum() >= 100}
+    found = {name: side for name, side in found.items() if side.sum() >= 100}
+    angles = {}
+    for name, side in found.items():
+        _, quaternion, translation = cameras[name]
+        toward = -np.array(translation) @ rotation_of(quaternion) - points(name)[side].mean(0)
+        angles[name] = np.degrees(np.arccos(abs(normal @ toward) / np.linalg.norm(toward)))
+    return found, angles
 
 
 def sample(gray, x, y):
@@ -394,8 +406,9 @@ def edge_shifts(truth, found, side):
 
 
 def pictures(options, run, paints):
-    """The plain box is the scene; the picture of one view is the photo of the painted one. Pixels
-    are those of the side that the picture shows most of, in all views that see it. The bound is what
+    """The plain box is the scene; the picture of one view is the photo of the painted one: of the
+    view that shows most of the box, or of `--painted`. Pixels are those of the side that the first
+    of these shows most of, in all views that see it. The bound is what
     these Gaussians can show at best: fitted to the painted box's photos of all views."""
     rows = wb.Table("A painted side of the box, from the picture of one view",
                     ["paint", "views", "PSNR before, dB", "after", "bound", "the painted view: after",
@@ -404,8 +417,11 @@ def pictures(options, run, paints):
     plain = true_scene(options, run, "plain-box", ["box=#c8b478"])
     masks = wb.masks_in(plain / "truth" / "masks" / "box")
     view = wb.largest_whole(masks)
+    seen, angles = sides(plain, masks, view)
+    print("The side: " + ", ".join(f"{name} {int(seen[name].sum())} pixels at {angles[name]:.0f} degrees"
+                                  for name in sorted(seen)))
+    view = options.painted or view
     paint = wb.Paint("pictures", "box", plain, view, masks[view], masks)
-    seen = sides(plain, masks, view)
 
     def psnr(folder, suffix, truth, names):
         squares = [((read(folder / (name + suffix))[seen[name]]
@@ -451,6 +467,7 @@ def main():
     parser.add_argument("--colors", default=",".join(COLORS), help="of the table `recolor`")
     parser.add_argument("--operations", default=";".join(OPERATIONS),
                         help="of the table `operations`, separated by semicolons")
+    parser.add_argument("--painted", help="of the table `picture`: the view that is painted")
     parser.add_argument("--holdout", type=int, default=4, help="every n-th view is held out")
     options = parser.parse_args()
     for name in options.operations.split(";"):

@@ -84,7 +84,8 @@ TEST(ParseOperationTest, ReadsPalettes) {
 }
 
 TEST(ParseOperationTest, SaysWhatIsWrong) {
-  EXPECT_THAT(FaultOf(Kind::kExposure, "bright"), HasSubstr("--exposure 'bright': 'bright' is not"));
+  EXPECT_THAT(FaultOf(Kind::kExposure, "bright"),
+              HasSubstr("--exposure 'bright': 'bright' is not"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "1,2"), HasSubstr("too many values"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "11"), HasSubstr("stops must be from -10 to 10, not 11"));
   EXPECT_THAT(FaultOf(Kind::kMatrix, "1,2,3"), HasSubstr("needs 12 values"));
