@@ -6,15 +6,11 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <memory>
 #include <new>
-#include <set>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <thread>
-#include <vector>
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -24,9 +20,9 @@
 #include "base/ranks.h"
 #include "cluster/mpi_ranks.h"
 #include "retint/common.h"
+#include "retint/file_checks.h"
 #include "retint/manual.h"
 #include "retint/version.h"
-#include "session/staged_output.h"
 
 namespace retint::cli {
 namespace {
@@ -102,79 +98,6 @@ Failure Describe(std::exception_ptr thrown) {
   const std::string where = ranks.IsRoot() ? "" : "rank " + std::to_string(ranks.rank()) + ": ";
   Fail(failure.code, where + failure.message);
   AbortMpi(failure.code);
-}
-
-// The options of a verb that name files, with the files that were given.
-struct FileOptions {
-  std::vector<NamedFile> written, folders, pictures, read;
-  std::set<std::string> views;
-};
-
-FileOptions FilesOf(const CLI::App& verb) {
-  constexpr std::string_view kWritten[] = {"--output",      "output",       "--report",
-                                           "--report-html", "--comparison", "--transform",
-                                           "--png",         "--picture"};
-  constexpr std::string_view kFolders[] = {"--output", "--save-stages"};
-  constexpr std::string_view kPictures[] = {"--mask", "--scribble", "--scribble-outside", "--erase",
-                                            "--edited"};
-  const auto is_one = [](const auto& names, const std::string& name) {
-    return std::find(std::begin(names), std::end(names), name) != std::end(names);
-  };
-  FileOptions files;
-  for (const CLI::Option* option : verb.get_options()) {
-    if (option->get_name() == "--view") {
-      files.views.insert(option->results().begin(), option->results().end());
-    }
-    const std::string name = option->get_name(), type = option->get_type_name();
-    const bool is_file = type.find("FILE") != std::string::npos;
-    for (const std::string& value : option->results()) {
-      // Of NAME=FILE the file.
-      const size_t sign = type.find('=') == std::string::npos ? std::string::npos : value.find('=');
-      const NamedFile file{name, sign == std::string::npos ? value : value.substr(sign + 1)};
-      if (file.path.empty()) continue;
-      if (is_file && is_one(kWritten, name)) {
-        files.written.push_back(file);
-      } else if (is_file) {
-        files.read.push_back(file);
-        if (is_one(kPictures, name)) files.pictures.push_back(file);
-      } else if (type == "FOLDER" && is_one(kFolders, name)) {
-        files.folders.push_back(file);
-      }
-    }
-  }
-  return files;
-}
-
-// OptionError where a verb would write over what it reads, or two of its files over each other. Its
-// main output may take the place of what it is made from.
-void CheckFiles(const CLI::App& verb) {
-  constexpr std::string_view kMadeFrom[][2] = {{"recolor", "--splat"}, {"refit", "--splat"},
-                                               {"align", "--splat"},   {"convert", "input"},
-                                               {"select", "--append"}, {"mask", "--mask"}};
-  const FileOptions files = FilesOf(verb);
-  CheckApart(files.written, {});
-  for (const NamedFile& file : files.written) {
-    std::vector<NamedFile> read = files.read;
-    if (file.name == "--output" || file.name == "output") {
-      std::erase_if(read, [&](const NamedFile& other) {
-        return std::any_of(std::begin(kMadeFrom), std::end(kMadeFrom), [&](const auto& pair) {
-          return pair[0] == verb.get_name() && pair[1] == other.name;
-        });
-      });
-    }
-    CheckApart({file}, read);
-  }
-  for (const NamedFile& folder : files.folders) {
-    for (const NamedFile& picture : files.pictures) {
-      std::error_code code;
-      const auto below = std::filesystem::relative(picture.path, folder.path, code);
-      if (code || below.empty() || *below.begin() == "..") continue;
-      // What is written there has views' names.
-      if (below.extension() != ".png" || !files.views.contains(below.stem().string())) continue;
-      throw OptionError(folder.name + " would replace what " + picture.name + " names, " +
-                        picture.path.string() + ", which lies in that folder");
-    }
-  }
 }
 
 void RunAction(const Globals& globals, const Action& action) {

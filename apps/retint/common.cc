@@ -236,8 +236,7 @@ void WarnOfMainColor(const ColorEdit& edit, Run& run) {
   if (!edit.NeedsMainColor()) return;
   run.Warn(
       "the color that the edit replaces is measured inside the masks. `retint recolor` measures it "
-      "on "
-      "the painted pixels; --edit with its report has the same edit");
+      "on the painted pixels; --edit with its report has the same edit");
 }
 
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run) {

@@ -93,7 +93,7 @@ void JobReader::Scene(const Node& node, Job* job) const {
     // Numbers, or a file that holds them.
     job->world_from_splat = node.At("world_from_splat").Text();
     const fs::path file = Path(node.At("world_from_splat"));
-    if (fs::exists(file)) job->world_from_splat = file.string();
+    if (IsFile(file)) job->world_from_splat = file.string();
   }
   if (node.Has("holdout")) job->holdout = node.At("holdout").Int(0, 1000000);
 }

@@ -168,27 +168,25 @@ std::vector<JobStage> JobRunner::Plan() const {
   return stages;
 }
 
-RegionSelection JobRunner::Select(const RegionPlan& plan, bool* kept_cloud, bool* kept_masks,
-                                  Monitor& monitor) {
+RegionSelection JobRunner::Select(const RegionPlan& plan, Kept* kept, Monitor& monitor) {
   RegionSelection selection;
-  *kept_cloud = *kept_masks = false;
   if (plan.painted.empty()) {
     selection.masks = plan.masks;
     return selection;
   }
-  *kept_cloud = *kept_masks =
+  kept->cloud = kept->masks =
       plan.keeps_cloud && cache_.Read("project", plan.project_key, [&](const fs::path& folder) {
         ReadProjected(folder, session_, &selection);
       });
   selection.source.painted = plan.painted;
-  if (*kept_masks) return selection;
+  if (kept->masks) return selection;
   SelectionSource& source = selection.source;
   const EditOptions& options = plan.region->options;
-  *kept_cloud =
+  kept->cloud =
       plan.keeps_cloud && cache_.Read("select", plan.select_key, [&](const fs::path& folder) {
         ReadSelected(folder, &source.cloud, &source.reports);
       });
-  if (!*kept_cloud) {
+  if (!kept->cloud) {
     SelectionResult result = session_.selection().Select(plan.painted, options.select, monitor);
     source.cloud = std::move(result.cloud);
     source.reports = std::move(result.painted);
@@ -231,19 +229,19 @@ void JobRunner::KeepFit(const RegionPlan& plan, RegionId id) {
 
 void JobRunner::RunRegion(const RegionPlan& plan,
                           const std::function<void(const JobStage&)>& on_stage, Monitor& monitor) {
-  bool kept_cloud, kept_masks;
-  RegionSelection selection = Select(plan, &kept_cloud, &kept_masks, monitor);
+  Kept kept;
+  RegionSelection selection = Select(plan, &kept, monitor);
   // As it went: what was kept may have been damaged since.
   std::vector<JobStage> stages = StagesOf(plan);
   for (JobStage& stage : stages) {
     if (stage.name == "refit") continue;
-    stage.cached = stage.name == "select" ? kept_cloud : kept_masks;
+    stage.cached = stage.name == "select" ? kept.cloud : kept.masks;
     on_stage(stage);
   }
   const RegionId id =
       session_.AddRegion(plan.region->name, std::move(selection.masks), std::move(selection.shares),
                          plan.region->edit, monitor, std::move(selection.source));
-  if (!plan.painted.empty() && !kept_masks && plan.keeps_cloud) {
+  if (!plan.painted.empty() && !kept.masks && plan.keeps_cloud) {
     cache_.Write("project", plan.project_key, [&](const fs::path& folder) {
       WriteProjected(folder, *session_.regions().Find(id)->selection, monitor);
     });

@@ -50,8 +50,11 @@ class JobRunner {
   std::vector<JobStage> StagesOf(const RegionPlan& plan) const;
   void RunRegion(const RegionPlan& plan, const std::function<void(const JobStage&)>& on_stage,
                  Monitor& monitor);
-  RegionSelection Select(const RegionPlan& plan, bool* kept_cloud, bool* kept_masks,
-                         Monitor& monitor);
+  // What of a selection the cache had.
+  struct Kept {
+    bool cloud = false, masks = false;
+  };
+  RegionSelection Select(const RegionPlan& plan, Kept* kept, Monitor& monitor);
   bool UseFit(const RegionPlan& plan, RegionId id);
   void KeepFit(const RegionPlan& plan, RegionId id);
   RunReport Report(Monitor& monitor);

@@ -144,11 +144,11 @@ void CompileRecolor(const ColorOperation& op, ColorOp& out) {
   constexpr float kHueVariation = 0.2f;           // exponent
   constexpr float kMostLight = 1.5f;              // times the brightest body color measured
   constexpr float kGrayChroma = 1e-3f;
-  if (!op.IsSet("from"))
+  if (!op.IsSet("from")) {
     throw OptionError(
         "the region's main color is not measured here: name it, as in --to '#3060ff,from=#c8b478', "
-        "or "
-        "take the edit from a report, --edit report.json");
+        "or take the edit from a report, --edit report.json");
+  }
   const auto scene = [](const Eigen::Vector3f& display) {
     return Eigen::Vector3f(display.unaryExpr([](float y) { return SceneFromDisplay(y); }));
   };
@@ -209,10 +209,11 @@ std::vector<float> PaletteTable(std::span<const float> pairs) {
   constexpr float kMostContrast = 2;  // lightness is spread by no more; the rest is added
   std::vector<float> table;
   for (size_t i = 0; i < pairs.size(); i += kPairValues) {
-    if (pairs[i] == kUnset)
+    if (pairs[i] == kUnset) {
       throw OptionError(
           "the region's main colors are not measured here: name them all, as in --palette "
           "'#c8b478=#3060ff,#405030', or take the edit from a report, --edit report.json");
+    }
     const OkLab from = OkLabFromSrgb(&pairs[i]);
     const float* target = &pairs[i + 3];
     float scale = 1, offset = 0, a = 0, b = 0;

@@ -161,6 +161,11 @@ const Row kUsageRows[] = {
        return Arguments{"render", "--splat",  p.In("splat.ply"), "--model",
                         "0",      "--output", p.Out("r")};
      }},
+    {"ScoreOfAColorThatIsMeasured", 2, "the region's main color is not measured here",
+     [](Place& p) {
+       return Arguments{"score",   "--truth",     p.In("masks"), "--before", p.In("masks"),
+                        "--after", p.In("masks"), "--to",        "#3060ff"};
+     }},
     {"ReportOverTheSplat", 2, "--report would replace what --splat names",
      [](Place& p) {
        return Recolor(p, {"--report", p.In("splat.ply")});

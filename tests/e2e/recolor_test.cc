@@ -229,6 +229,16 @@ TEST(Recolor, StepsGoOnFromMasksOfAnotherTool) {
   EXPECT_GT(parsed["quality"]["train"]["psnr_inside_after"].get<double>(),
             parsed["quality"]["train"]["psnr_inside_before"].get<double>() + 8);
   EXPECT_GT(parsed["refit"]["changed_gaussians"], 0);
+  // What recolor measures on the paint is measured inside the masks here, which is said.
+  EXPECT_THAT(result.err, testing::Not(testing::HasSubstr("measured inside the masks")));
+  for (const std::string to : {"#3060ff", "#3060ff,from=#c8b478"}) {
+    result = RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before",
+                        (TinyWorkspace() / "splat.ply").string(), "--after", out, "--masks",
+                        (temp / "masks").string(), "--to", to, "--progress", "none"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    const bool said = result.err.find("measured inside the masks") != std::string::npos;
+    EXPECT_EQ(said, to == "#3060ff") << to;
+  }
 }
 
 // The folder of true masks of the painted object: the one whose mask of the painted view is the

@@ -94,6 +94,9 @@ TEST_F(JobFile, ScenesMayLieElsewhereOrHaveNoWorkspace) {
   EXPECT_EQ(moved.world_from_splat, temp_ / "t.json");
   const Job numbers = Read(With("\"holdout\": 8", R"("world_from_splat": "1 0 0 0")"));
   EXPECT_EQ(numbers.world_from_splat, "1 0 0 0");
+  const std::string many(400, '1');  // longer than a file's name can be
+  EXPECT_EQ(Read(With("\"holdout\": 8", "\"world_from_splat\": \"" + many + "\"")).world_from_splat,
+            many);
   const Job alone = Read(With("\"workspace\": \"scene\"", "\"views\": 12"));
   EXPECT_TRUE(alone.workspace.empty());
   EXPECT_EQ(alone.views, 12);

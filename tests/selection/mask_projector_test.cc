@@ -211,6 +211,18 @@ TEST_F(MaskProjectorTest, WhatFloatsBeforeTheBallHasNoSay) {
   EXPECT_GT(Worst(project(foggy.model, true)).iou, clear - 0.02);
 }
 
+// Shares of 0.4 are a mask of 0.3 and shares of 0.6 one of 0.7; faint alone is nothing.
+TEST_F(MaskProjectorTest, WhatIsFaintFarFromTheMaskIsDropped) {
+  const PosedCamera view = world.Posed(0);
+  const auto of_share = [&](float share) {
+    const std::vector<float> shares(size_t(renderer.model().count()), share);
+    const Mask mask = RenderShares(renderer, view, shares, options);
+    return *std::max_element(mask.data.begin(), mask.data.end());
+  };
+  EXPECT_EQ(of_share(0.4f), 0);
+  EXPECT_NEAR(of_share(0.6f), 0.7 * 255, 8);
+}
+
 TEST_F(MaskProjectorTest, GaussiansWorkFromACloudAlone) {
   const Overlap worst = Worst(Project(ProjectorKind::kGaussians, Cloud(2), {}));
   EXPECT_GT(worst.iou, 0.8);
