@@ -89,6 +89,7 @@ void BlendOps::BlendTranspose(const ViewGeometry& view, const BlendTransposePara
 
 void BlendOps::Depth(const ViewGeometry& view, const DepthParams& params) {
   RequireWholeView(view);
+  Require(!params.along_rays || !params.expected, "only the median is found along rays");
   DoDepth(view, params);
 }
 

@@ -110,6 +110,10 @@ struct DepthParams {
   float min_alpha = 0;  // `expected` is 0 in pixels less opaque
   // [N] backend memory: Gaussians that are not 0 here are taken not to be there. Null: all are.
   const uint8_t* left_out = nullptr;
+  // Where given, the view's model: `median` is then the z of that Gaussian's middle along the
+  // pixel's ray, which lies on the surface where it is seen at a slant (DepthAlongRay). `expected`
+  // must be null.
+  const Model* along_rays = nullptr;
 };
 
 // What Restrict() may blend as well: where a backend looks for weights, it meets all that a pixel

@@ -103,7 +103,7 @@ std::vector<PaintedView> PaintOf(const Arguments& arguments, ColorEdit& edit,
     if (!op.picture) continue;
     ReadPictures(op, session.workspace());
     if (!none) continue;
-    for (auto& [name, mask] : ChangedMasks(*op.picture, session.scene(), session.original().sh)) {
+    for (auto& [name, mask] : ChangedMasks(op, session.scene(), session.original().sh)) {
       painted.push_back(session.selection().Paint(name, std::move(mask)));
       const Workspace& workspace = session.workspace();
       const View& view = workspace.RequireView(name);

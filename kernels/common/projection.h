@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -50,25 +51,35 @@ RETINT_HD Covariance3 CovarianceOf(const float* quat_wxyz, const float* log_scal
 
 RETINT_HD float Sigmoid(float logit) { return 1 / (1 + std::exp(-logit)); }
 
-// 2D covariance (xx, xy, yy; px^2, dilated) of a Gaussian whose mean is at `t` in the camera. The
-// Jacobian's x/z and y/z are clamped to kFovMargin * tan(fov / 2), tan(fov / 2) = size / (2 f).
-RETINT_HD glm::vec3 ProjectCovariance(const CameraParams& camera, const glm::vec3& t,
-                                      const Covariance3& s) {
+RETINT_HD glm::vec3 Times(const Covariance3& s, const glm::vec3& v) {
+  return {s.xx * v.x + s.xy * v.y + s.xz * v.z, s.xy * v.x + s.yy * v.y + s.yz * v.z,
+          s.xz * v.x + s.yz * v.y + s.zz * v.z};
+}
+
+// How a pixel moves with the world at `t` in the camera: the rows of J R. The Jacobian's x/z and
+// y/z are clamped to kFovMargin * tan(fov / 2), tan(fov / 2) = size / (2 f).
+struct PixelGradients {
+  glm::vec3 x, y;
+};
+
+RETINT_HD PixelGradients PixelGradientsAt(const CameraParams& camera, const glm::vec3& t) {
   const float limit_x = kFovMargin * float(camera.width) / (2 * camera.fx);
   const float limit_y = kFovMargin * float(camera.height) / (2 * camera.fy);
   const float u = glm::min(limit_x, glm::max(-limit_x, t.x / t.z));
   const float v = glm::min(limit_y, glm::max(-limit_y, t.y / t.z));
   const float jx = camera.fx / t.z, jy = camera.fy / t.z;
   const float* r = camera.rotation;
-  // Rows of J * rotation.
-  const glm::vec3 p(jx * (r[0] - u * r[6]), jx * (r[1] - u * r[7]), jx * (r[2] - u * r[8]));
-  const glm::vec3 q(jy * (r[3] - v * r[6]), jy * (r[4] - v * r[7]), jy * (r[5] - v * r[8]));
-  const glm::vec3 sp(s.xx * p.x + s.xy * p.y + s.xz * p.z, s.xy * p.x + s.yy * p.y + s.yz * p.z,
-                     s.xz * p.x + s.yz * p.y + s.zz * p.z);
-  const glm::vec3 sq(s.xx * q.x + s.xy * q.y + s.xz * q.z, s.xy * q.x + s.yy * q.y + s.yz * q.z,
-                     s.xz * q.x + s.yz * q.y + s.zz * q.z);
-  return {glm::dot(p, sp) + kCovarianceDilation, glm::dot(p, sq),
-          glm::dot(q, sq) + kCovarianceDilation};
+  return {{jx * (r[0] - u * r[6]), jx * (r[1] - u * r[7]), jx * (r[2] - u * r[8])},
+          {jy * (r[3] - v * r[6]), jy * (r[4] - v * r[7]), jy * (r[5] - v * r[8])}};
+}
+
+// 2D covariance (xx, xy, yy; px^2, dilated) of a Gaussian whose mean is at `t` in the camera.
+RETINT_HD glm::vec3 ProjectCovariance(const CameraParams& camera, const glm::vec3& t,
+                                      const Covariance3& s) {
+  const PixelGradients pixel = PixelGradientsAt(camera, t);
+  const glm::vec3 sp = Times(s, pixel.x), sq = Times(s, pixel.y);
+  return {glm::dot(pixel.x, sp) + kCovarianceDilation, glm::dot(pixel.x, sq),
+          glm::dot(pixel.y, sq) + kCovarianceDilation};
 }
 
 // False where the Gaussian is culled: behind kNearPlane, fainter than kMinAlpha, or not finite.
@@ -94,6 +105,25 @@ RETINT_HD bool ProjectGaussian(const CameraParams& camera, const glm::vec3& mean
   splat->depth = t.z;
   splat->half_height = 0;
   return true;
+}
+
+// A row's number plus this, as the bits of a float, is neither 0 nor slow to calculate with: so
+// that a loop that finds depths finds rows.
+inline constexpr uint32_t kFirstNormal = 0x00800000;
+
+// z of a Gaussian's middle along the ray through pixel position (x, y): the mean of z under the
+// condition that it is seen there, which is linear in the position. On a flat Gaussian it is where
+// the ray meets its plane.
+RETINT_HD float DepthAlongRay(const CameraParams& camera, const glm::vec3& mean,
+                              const Covariance3& covariance, const Splat& splat, float x, float y) {
+  const PixelGradients pixel = PixelGradientsAt(camera, CamFromWorld(camera, mean));
+  const float* r = camera.rotation;
+  const glm::vec3 sz = Times(covariance, {r[6], r[7], r[8]});
+  const float zx = glm::dot(pixel.x, sz), zy = glm::dot(pixel.y, sz);
+  const float dx = x - splat.x, dy = y - splat.y;
+  constexpr float kLn2 = 0.69314718f;  // the conic is -log2(e) / 2 of the inverse
+  return splat.depth -
+         kLn2 * (zx * (2 * splat.a * dx + splat.b * dy) + zy * (splat.b * dx + 2 * splat.c * dy));
 }
 
 // The ellipse alpha >= kMinAlpha of a splat, a hair enlarged so that rounding loses no pixel:

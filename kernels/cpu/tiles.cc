@@ -2,6 +2,7 @@
 #include "kernels/cpu/tiles.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -310,16 +311,39 @@ void StoreTile(const CpuViewGeometry& view, size_t i, uint16_t pixel_rows, const
             image);
 }
 
-// The view's splats, those left out too faint to show.
-LargeVector<Splat> Without(const CpuViewGeometry& view, const uint8_t* left_out) {
+// A row's number, which the tile loops find as if it was a depth.
+float DepthOfRow(size_t row) { return std::bit_cast<float>(uint32_t(row) + kFirstNormal); }
+size_t RowOfDepth(float depth) { return std::bit_cast<uint32_t>(depth) - kFirstNormal; }
+
+// The view's splats, those left out too faint to show; for a median along rays, with DepthOfRow.
+LargeVector<Splat> SplatsForDepth(const CpuViewGeometry& view, const DepthParams& params) {
   constexpr float kInvisible = -100;  // of log2_opacity
   LargeVector<Splat> splats(view.splats);
   ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
     for (auto row = size_t(begin); row < size_t(end); ++row) {
-      if (left_out[view.row_gaussians[row]]) splats[row].log2_opacity = kInvisible;
+      const bool left_out = params.left_out && params.left_out[view.row_gaussians[row]];
+      if (left_out) splats[row].log2_opacity = kInvisible;
+      if (params.along_rays) splats[row].depth = DepthOfRow(row);
     }
   });
   return splats;
+}
+
+// From rows to depths.
+void FindAlongRays(const CpuViewGeometry& view, const CpuModel& model, const DepthParams& params) {
+  const CameraParams& camera = view.camera();
+  ParallelTasks(camera.height, [&](int64_t y) {
+    if (!(params.pixel_rows >> (y % kTileSize) & 1)) return;
+    for (int x = 0; x < camera.width; ++x) {
+      float& pixel = params.median[y * camera.width + x];
+      if (pixel == 0) continue;
+      const size_t row = RowOfDepth(pixel);
+      const auto g = size_t(view.row_gaussians[row]);
+      const float* mean = &model.means[3 * g];
+      pixel = DepthAlongRay(camera, {mean[0], mean[1], mean[2]}, model.covariances[g],
+                            view.splats[row], float(x) + 0.5f, float(y) + 0.5f);
+    }
+  });
 }
 
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
@@ -328,11 +352,11 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   for (float* image : {params.median, params.expected, params.alpha}) {
     if (image) FillOutside(view, 1, nullptr, image);
   }
-  LargeVector<Splat> kept;
-  if (params.left_out) kept = Without(view, params.left_out);
+  LargeVector<Splat> splats;
+  if (params.left_out || params.along_rays) splats = SplatsForDepth(view, params);
   const auto find = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
     TileList list = TileListOf(view, i);
-    if (params.left_out) list.splats = kept.data();
+    if (!splats.empty()) list.splats = splats.data();
     std::fill_n(scratch.values, kTilePixels, 0.0f);
     if (params.median) std::fill_n(scratch.median, kTilePixels, 0.0f);
     kernels.depth(list, params.threshold, scratch.values, params.median ? scratch.median : nullptr,
@@ -350,6 +374,9 @@ void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
     store(scratch.transmittance, params.alpha);
   };
   ForEachTile(view, params.pixel_rows, {}, find);
+  if (params.along_rays && params.median) {
+    FindAlongRays(view, dynamic_cast<const CpuModel&>(*params.along_rays), params);
+  }
 }
 
 }  // namespace retint

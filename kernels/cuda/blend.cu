@@ -2,6 +2,7 @@
 // Blend, BlendTranspose and Depth by the tile lists.
 #include "kernels/cuda/blend.cuh"
 
+#include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/tile_walk.cuh"
 #include "kernels/cuda/weights.cuh"
 
@@ -270,14 +271,54 @@ void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& pa
   });
 }
 
+// For a median along rays, the tile loop finds the number of a row in place of a depth.
+Scratch<Splat> NumberedSplats(const CudaViewGeometry& view, cudaStream_t stream) {
+  Scratch<Splat> numbered(stream, view.splats.size());
+  const Splat* const from = view.splats.data();
+  Splat* const to = numbered.data();
+  ForEach(int64_t(view.splats.size()), stream, "NumberedSplats", [=] __device__(int64_t row) {
+    to[row] = from[row];
+    to[row].depth = __uint_as_float(unsigned(row) + kFirstNormal);
+  });
+  return numbered;
+}
+
+// From numbers to depths.
+void FindAlongRays(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream) {
+  const CudaModel& model = Own(*params.along_rays);
+  const CameraParams camera = view.camera();
+  const int32_t* const gaussians = view.rows();
+  const Splat* const splats = view.splats.data();
+  const float* const means = model.means.data();
+  const Covariance3* const covariances = model.covariances.data();
+  float* const median = params.median;
+  const uint16_t pixel_rows = params.pixel_rows;
+  ForEach(
+      int64_t(camera.width) * camera.height, stream, "FindAlongRays", [=] __device__(int64_t p) {
+        const int x = int(p % camera.width), y = int(p / camera.width);
+        if (!(pixel_rows >> (y % kTileSize) & 1) || median[p] == 0) return;
+        const int64_t row = __float_as_uint(median[p]) - kFirstNormal;
+        const int64_t g = gaussians[row];
+        median[p] = DepthAlongRay(camera, {means[3 * g], means[3 * g + 1], means[3 * g + 2]},
+                                  covariances[g], splats[row], float(x) + 0.5f, float(y) + 0.5f);
+      });
+}
+
 void Depth(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream) {
-  const TileLists lists = ListsOf(view);
+  TileLists lists = ListsOf(view);
+  Scratch<Splat> numbered;
+  const bool along_rays = params.along_rays && params.median;
+  if (along_rays) {
+    numbered = NumberedSplats(view, stream);
+    lists.splats = numbered.data();
+  }
   if (IsEverySecondRow(params.pixel_rows)) {
     DepthKernel<2><<<lists.tiles, kTileThreads, 0, stream>>>(lists, view.rows(), params);
   } else {
     DepthKernel<1><<<lists.tiles, kTileThreads, 0, stream>>>(lists, view.rows(), params);
   }
   Check(cudaGetLastError(), "DepthKernel");
+  if (along_rays) FindAlongRays(view, params, stream);
 }
 
 }  // namespace retint::cuda

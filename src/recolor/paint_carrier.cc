@@ -8,15 +8,26 @@
 
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
+#include "recolor/gaussian_paint.h"
 
 namespace retint {
 namespace {
 
 constexpr double kDepthTolerance = 0.02;  // relative
+constexpr double kOwnPicture = 100;       // weight of a view's own picture beside others
 constexpr double kLeastCosine = 0.1;      // at which a painted view sees a surface
-constexpr int kNormalReach = 2;           // pixels to the neighbors that a normal is taken from
-constexpr int kMostSamples = 4;           // a side, of a pixel's footprint
-constexpr int kLightReach = 3;            // pixels: light is compared over 7 x 7 of them
+constexpr double kSameSurface = 0.01;     // relative depth: what is farther apart is not
+constexpr uint8_t kInside = 128;          // of a mask
+constexpr int kRim = 2;                   // pixels from a selection's end
+// Of planes: the smaller side over the distance between the 5 x 5 pixels that one is fitted to, how
+// much these count by their squared distance, and how many are needed.
+constexpr int kPixelsPerStep = 400;
+constexpr double kNearWeights[9] = {1, 0.88, 0.78, 0, 0.61, 0.54, 0, 0, 0.37};  // exp(-d^2 / 8)
+constexpr int kLeastPixels = 6;
+constexpr int kMostSamples = 4;  // a side, of a pixel's footprint
+// Light is compared over some pixels about each: the smaller side over how far these reach, 3 at
+// least.
+constexpr int kPixelsPerLightReach = 130;
 
 struct Paint {
   float color[3] = {0, 0, 0};  // times alpha
@@ -83,21 +94,37 @@ struct Surface {
 class ViewSurfaces {
  public:
   ViewSurfaces(const PosedCamera& view, const DepthMap& depth)
-      : view_(view), depth_(depth), center_(view.Center()) {}
+      : view_(view),
+        depth_(depth),
+        center_(view.Center()),
+        step_(std::max(1, std::min(depth.width, depth.height) / kPixelsPerStep)) {}
 
+  // The depth of single Gaussians is too rough for a normal, and moves what is looked up by it.
   std::optional<Surface> At(int x, int y) const {
-    const float z = depth_(x, y);
+    const double z = double(depth_(x, y));
     if (!(z > 0)) return std::nullopt;
-    Surface surface;
-    surface.point = Point(x, y, double(z));
-    const auto across = Difference(x, y, kNormalReach, 0, double(z));
-    const auto down = Difference(x, y, 0, kNormalReach, double(z));
-    const Eigen::Vector3d sight = center_ - surface.point;
-    surface.normal = across && down ? across->cross(*down) : sight;
-    if (!(surface.normal.norm() > 0)) surface.normal = sight;
-    if (surface.normal.dot(sight) < 0) surface.normal = -surface.normal;
-    surface.normal.normalize();
+    const auto plane = Plane(x, y, step_, [&](int, int, double other) {
+      return std::abs(other - z) <= kDepthTolerance * z;
+    });
+    if (!plane) {
+      const Eigen::Vector3d point = Point(x, y, z);
+      return Surface{point, (center_ - point).normalized()};
+    }
+    Surface surface = SurfaceOf(*plane, x, y);
+    if (std::abs(1 / (*plane)[0] - z) > kSameSurface * z) surface.point = Point(x, y, z);
     return surface;
+  }
+
+  // At a pixel near the end of a selection, whose depth may be that of what lies behind or before:
+  // the plane through the pixels `within` nearby, where it meets this one. None where this pixel's
+  // depth is that of the plane, or too few such pixels are near.
+  std::optional<Surface> Continued(int x, int y, const Mask& within) const {
+    const auto plane =
+        Plane(x, y, 2 * step_, [&](int px, int py, double) { return within(px, py) > 0; });
+    if (!plane) return std::nullopt;
+    const double z = 1 / (*plane)[0];
+    if (std::abs(double(depth_(x, y)) - z) <= kSameSurface * z) return std::nullopt;
+    return SurfaceOf(*plane, x, y);
   }
 
   // Where the ray through a pixel position meets the surface's plane.
@@ -113,26 +140,51 @@ class ViewSurfaces {
     return view_.Unproject({x + 0.5, y + 0.5}, z);
   }
 
-  // Between the neighbors on both sides, or one and the pixel itself where the other lies on
-  // another surface.
-  std::optional<Eigen::Vector3d> Difference(int x, int y, int dx, int dy, double z) const {
-    Eigen::Vector3d ends[2] = {Point(x, y, z), Point(x, y, z)};
-    bool any = false;
-    for (const int side : {0, 1}) {
-      const int px = side ? x + dx : x - dx, py = side ? y + dy : y - dy;
+  // 1 / z of a plane is linear in the pixel's position: that of the plane through the pixels
+  // nearby, `step` apart, that `belongs(x, y, z)`, at this pixel, and its change to the right and
+  // down. None where they are few.
+  template <typename Belongs>
+  std::optional<Eigen::Vector3d> Plane(int x, int y, int step, const Belongs& belongs) const {
+    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (int i = 0; i < 25; ++i) {
+      const int dx = i % 5 - 2, dy = i / 5 - 2, px = x + step * dx, py = y + step * dy;
       if (!depth_.Contains(px, py)) continue;
-      const double other = double(depth_(px, py));
-      if (!(std::abs(other - z) <= 2 * kDepthTolerance * z)) continue;
-      ends[side] = Point(px, py, other);
-      any = true;
+      const double z = double(depth_(px, py));
+      if (!(z > 0) || !belongs(px, py, z)) continue;
+      const Eigen::Vector3d row(1, dx, dy);
+      const double weight = kNearWeights[dx * dx + dy * dy];
+      matrix += weight * row * row.transpose();
+      right += weight / z * row;
+      ++count;
     }
-    if (!any) return std::nullopt;
-    return ends[1] - ends[0];
+    if (count < kLeastPixels) return std::nullopt;
+    matrix.diagonal().tail<2>().array() += 0.01 * matrix(0, 0);  // for pixels in one row
+    Eigen::Vector3d plane = matrix.ldlt().solve(right);
+    plane.tail<2>() /= step;
+    if (!(plane[0] > 0)) return std::nullopt;
+    return plane;
+  }
+
+  // A pixel of a plane as Plane() has it.
+  Surface SurfaceOf(const Eigen::Vector3d& plane, int x, int y) const {
+    const double z = 1 / plane[0];
+    const Eigen::Vector3d point = Point(x, y, z);
+    // d z = -z^2 d (1 / z).
+    const Eigen::Vector3d ray = (point - center_) / z;
+    const Eigen::Vector3d right = view_.Unproject({x + 1.5, y + 0.5}, 1) - center_ - ray;
+    const Eigen::Vector3d down = view_.Unproject({x + 0.5, y + 1.5}, 1) - center_ - ray;
+    Surface surface{point, (right - z * plane[1] * ray).cross(down - z * plane[2] * ray)};
+    if (surface.normal.dot(center_ - point) < 0) surface.normal = -surface.normal;
+    surface.normal.normalize();
+    return surface;
   }
 
   const PosedCamera& view_;
   const DepthMap& depth_;
   Eigen::Vector3d center_;
+  int step_;  // pixels
 };
 
 // Sums over the (2 reach + 1)^2 pixels about each.
@@ -151,6 +203,34 @@ void BoxSum(ScalarImage& image, int reach) {
       }
     });
   }
+}
+
+// 255 at the pixels of a mask that have none of another kind within `reach` pixels along rows and
+// columns.
+Mask Within(const Mask& mask, int reach) {
+  Mask within(mask.width, mask.height), across = within;
+  const auto holds = [](const Mask& in, int x, int y, int dx, int dy) {
+    return !in.Contains(x + dx, y + dy) || in(x + dx, y + dy) >= kInside;
+  };
+  for (const bool down : {false, true}) {
+    const Mask& from = down ? across : mask;
+    Mask& to = down ? within : across;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        bool all = true;
+        for (int i = -reach; i <= reach && all; ++i) {
+          all = holds(from, x, y, down ? 0 : i, down ? i : 0);
+        }
+        to(x, y) = all ? 255 : 0;
+      }
+    }
+  }
+  return within;
+}
+
+bool IsSameView(const PosedCamera& a, const PosedCamera& b) {
+  return a.camera == b.camera && a.cam_from_world.translation == b.cam_from_world.translation &&
+         a.cam_from_world.rotation.coeffs() == b.cam_from_world.rotation.coeffs();
 }
 
 // The mean over the pixel's footprint.
@@ -183,7 +263,7 @@ Paint PaintOnPixel(const PaintLayer& layer, const PosedCamera& camera, const Vie
 // One layer's paint on a view's pixels, and the light on the surface in both views.
 struct PaintCarrier::Carried {
   std::vector<Paint> paint;   // [H, W]
-  std::vector<float> weight;  // how squarely the painted view sees the surface
+  std::vector<float> weight;  // how squarely the painted view sees the surface; 0: not at all
   ScalarImage here, there;    // luminance, 0 where there is no paint; then its sums
 
   Carried(int width, int height)
@@ -217,69 +297,135 @@ struct PaintCarrier::Source {
   }
 };
 
-PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras) : edit_(edit) {
+// What the Gaussians that a view shows were painted with, by their weights.
+struct PaintCarrier::Blended {
+  std::vector<float> pixels;  // [H, W, 4] color times cover, and cover
+
+  // Nothing where less than half of the pixel is painted.
+  Paint At(size_t p) const {
+    Paint paint;
+    const float* pixel = &pixels[4 * p];
+    if (pixel[3] < 0.5f) return paint;
+    for (int c = 0; c < 3; ++c) paint.color[c] = pixel[c] / pixel[3];
+    paint.alpha = 1;
+    return paint;
+  }
+};
+
+PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras,
+                           const GaussianModel& model)
+    : edit_(edit), model_(model) {
   for (PosedCamera& camera : cameras) sources_.push_back({std::move(camera), {}, {}});
 }
 
 PaintCarrier::~PaintCarrier() = default;
 
-void PaintCarrier::RenderSources(Renderer& renderer) {
+// The painted views, and what they paint on the Gaussians.
+void PaintCarrier::Prepare(Renderer& renderer) {
+  if (!of_gaussians_.empty()) return;
+  std::vector<PosedCamera> cameras;
   for (Source& source : sources_) {
-    if (!source.render.Empty()) continue;
     RenderRequest request;
-    request.depth_median = true;
+    request.depth_median = request.along_rays = true;
     RenderOutput output = renderer.Render(source.camera, request);
     source.render = std::move(output.rgb);
     source.depth = std::move(output.depth_median);
+    cameras.push_back(source.camera);
   }
+  of_gaussians_.resize(4 * model_.NumGaussians());
+  const GaussianPaint found = FindGaussianPaint(renderer, model_, edit_.picture(), cameras);
+  for (const PaintedGaussian& one : found.gaussians) {
+    float* const to = &of_gaussians_[4 * size_t(one.index)];
+    for (int c = 0; c < 3; ++c) to[c] = one.alpha * one.color[c];
+    to[3] = one.alpha;
+  }
+}
+
+PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCamera& view) const {
+  Backend& backend = renderer.backend();
+  const auto geometry = renderer.Geometry(view);
+  const size_t pixels = size_t(view.camera.width) * size_t(view.camera.height);
+  const size_t rows = size_t(geometry->num_rows());
+  if (rows == 0) return {std::vector<float>(4 * pixels, 0.0f)};
+  const std::vector<int32_t> gaussians = backend.Download(geometry->rows(), rows);
+  std::vector<float> features(4 * rows);
+  for (size_t r = 0; r < rows; ++r) {
+    std::copy_n(&of_gaussians_[4 * size_t(gaussians[r])], 4, &features[4 * r]);
+  }
+  const auto on_device = backend.Upload(std::span<const float>(features));
+  const auto image = backend.Allocate<float>(4 * pixels);
+  BlendParams blend{};
+  blend.features = on_device.data();
+  blend.channels = 4;
+  blend.image = image.data();
+  backend.blend().Blend(*geometry, blend);
+  return {backend.Download(image.data(), 4 * pixels)};
 }
 
 // What layer `k` paints on a view whose depth is `depth`.
 void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& own,
                          const Mask& mask, Carried& carried) const {
-  const Source& source = sources_[k];
-  const Eigen::Vector3d eye = source.camera.Center();
   // The median: where a surface lets one percent through, what lies a meter behind it would move
   // the blended mean by a centimeter.
-  const DepthMap& depth = own.depth_median;
-  const ViewSurfaces surfaces(view, depth);
+  const ViewSurfaces surfaces(view, own.depth_median);
+  const Source& source = sources_[k];
+  const PaintLayer& layer = edit_.picture()->layers[k];
+  const Eigen::Vector3d eye = source.camera.Center();
+  const auto keep = [&](int x, int y, const Paint& paint, double weight, float there) {
+    const size_t p = mask.Index(x, y);
+    carried.paint[p] = paint;
+    carried.weight[p] = float(weight);
+    if (paint.alpha <= 0) return;
+    carried.here.data[p] = LightOf(&own.rgb.data[3 * p]);
+    carried.there.data[p] = there;
+  };
+  // Takes what the painted view paints on a surface that the pixel shows.
+  const auto take = [&](int x, int y, const std::optional<Surface>& surface) {
+    const auto at = surface ? source.camera.Project(surface->point) : std::nullopt;
+    if (!at) return;
+    const double cosine = surface->normal.dot((eye - surface->point).normalized());
+    if (cosine < kLeastCosine || !source.Sees(*at)) return;
+    const Paint paint = PaintOnPixel(layer, source.camera, surfaces, *surface, x, y, *at);
+    keep(x, y, paint, cosine * cosine, LuminanceAt(source.render, (*at)[0], (*at)[1]));
+  };
+  const bool is_painted_view = IsSameView(source.camera, view);
+  const Mask within = Within(mask, kRim);
   ParallelTasks(mask.height, [&](int64_t row) {
     const int y = int(row);
     for (int x = 0; x < mask.width; ++x) {
       if (mask(x, y) == 0) continue;
-      const auto surface = surfaces.At(x, y);
-      if (!surface) continue;
-      const auto at = source.camera.Project(surface->point);
-      if (!at) continue;
-      const double cosine = surface->normal.dot((eye - surface->point).normalized());
-      if (cosine < kLeastCosine || !source.Sees(*at)) continue;
-      const Paint paint =
-          PaintOnPixel(edit_.picture()->layers[k], source.camera, surfaces, *surface, x, y, *at);
-      if (paint.alpha <= 0) continue;
-      const size_t p = mask.Index(x, y);
-      carried.paint[p] = paint;
-      carried.weight[p] = float(cosine * cosine);
-      carried.here.data[p] = LightOf(&own.rgb.data[3 * p]);
-      carried.there.data[p] = LuminanceAt(source.render, (*at)[0], (*at)[1]);
+      if (is_painted_view) {
+        const Paint paint = PaintAt(layer, x + 0.5, y + 0.5);
+        const float light = LightOf(&own.rgb.data[3 * mask.Index(x, y)]);
+        keep(x, y, paint, kOwnPicture, light);
+        continue;
+      }
+      const bool rim = mask(x, y) >= kInside && !within(x, y);
+      const auto continued = rim ? surfaces.Continued(x, y, within) : std::nullopt;
+      take(x, y, continued ? continued : surfaces.At(x, y));
     }
   });
-  BoxSum(carried.here, kLightReach);
-  BoxSum(carried.there, kLightReach);
+  const int reach = std::max(3, std::min(mask.width, mask.height) / kPixelsPerLightReach);
+  BoxSum(carried.here, reach);
+  BoxSum(carried.there, reach);
 }
 
 Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Mask& mask,
                            const Image* photo) {
-  RenderSources(renderer);
+  Prepare(renderer);
   RenderRequest request;
-  request.depth_median = true;
+  request.depth_median = request.along_rays = true;
   RenderOutput own = renderer.Render(view, request);
+  const Blended blended = BlendPaint(renderer, view);
   std::vector<Paint> merged(mask.NumPixels());  // color times weight; alpha the largest
   std::vector<float> weights(mask.NumPixels(), 0.0f);
+  Mask seen(mask.width, mask.height);  // by a painted view
   for (size_t k = 0; k < sources_.size(); ++k) {
     Carried carried(mask.width, mask.height);
     Carry(k, view, own, mask, carried);
     for (size_t p = 0; p < merged.size(); ++p) {
       const Paint& paint = carried.paint[p];
+      if (carried.weight[p] > 0) seen.data[p] = 255;
       if (paint.alpha <= 0) continue;
       const float weight = carried.weight[p] * paint.alpha, light = carried.Light(p);
       for (int c = 0; c < 3; ++c) {
@@ -295,10 +441,14 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
   for (size_t p = 0; p < mask.NumPixels(); ++p) {
     if (mask.data[p] == 0) continue;
     const Eigen::Vector3f color(&target.data[3 * p]);
-    Eigen::Vector3f painted = Eigen::Vector3f::Zero();
-    if (weights[p] > 0) painted = Eigen::Vector3f(merged[p].color) / weights[p];
-    const Eigen::Vector3f edited =
-        edit_.Apply(color, painted, weights[p] > 0 ? std::min(merged[p].alpha, 1.0f) : 0.0f);
+    Paint paint;
+    if (weights[p] > 0) {
+      paint.alpha = std::min(merged[p].alpha, 1.0f);
+      for (int c = 0; c < 3; ++c) paint.color[c] = merged[p].color[c] / weights[p];
+    } else if (!seen.data[p]) {
+      paint = blended.At(p);
+    }
+    const Eigen::Vector3f edited = edit_.Apply(color, Eigen::Vector3f(paint.color), paint.alpha);
     const float share = edit_.strength() * float(mask.data[p]) / 255;
     for (int c = 0; c < 3; ++c) target.data[3 * p + size_t(c)] += share * (edited[c] - color[c]);
   }

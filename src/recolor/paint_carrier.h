@@ -8,25 +8,30 @@
 #include "recolor/painted_edit.h"
 #include "render/renderer.h"
 #include "scene/camera.h"
+#include "scene/gaussian_model.h"
 #include "scene/image.h"
 
 namespace retint {
 
-// A view's target under an edit with paint (ColorEdit::HasPaint()). What a pixel shows is looked up
-// in the painted views by its depth. Where one of them sees the same surface, within 2 % of the
-// depth and not at a grazing angle, the pixel takes what was painted there:
+// A view's target under an edit with paint (ColorEdit::HasPaint()). A painted view shows its
+// picture. What a pixel of another view shows is looked up in the painted views by its depth. Where
+// one of them sees the same surface, within 2 % of the depth and not at a grazing angle, the pixel
+// takes what was painted there:
 // - averaged over the pixel's footprint in the painted picture,
 // - times the ratio of the luminance that the surface has in this view to that in the painted one
 //   (linear light, mean of some pixels), so that highlights move with the viewer,
 // - merged by the squared cosine of the angle at which the painted views see the surface.
-// Everything else gets the rest of the edit, whose picture operation is then its color map.
+// Where depth is too rough for that, as on fur, the pixel takes the paint of the Gaussians that it
+// shows (FindGaussianPaint), if most of it is painted. Everything else gets the rest of the edit,
+// whose picture operation is then its color map.
 //
 // Uses one renderer from one thread. The first call for a renderer fixes what the painted views
 // look like: later ones must find the same coefficients in it.
 class PaintCarrier {
  public:
-  // `cameras`: of the views of the edit's layers, in their order.
-  PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras);
+  // `cameras`: of the views of the edit's layers, in their order. `model`: the renderers'; it must
+  // outlive this.
+  PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras, const GaussianModel& model);
   ~PaintCarrier();
 
   // The target of a view: y + M (edited(y) - y) of `photo`, or where null of the render. `mask` and
@@ -36,12 +41,16 @@ class PaintCarrier {
  private:
   struct Source;
   struct Carried;
-  void RenderSources(Renderer& renderer);
+  struct Blended;
+  void Prepare(Renderer& renderer);
+  Blended BlendPaint(Renderer& renderer, const PosedCamera& view) const;
   void Carry(size_t k, const PosedCamera& view, const RenderOutput& own, const Mask& mask,
              Carried& carried) const;
 
   PaintedEdit edit_;
   std::vector<Source> sources_;
+  const GaussianModel& model_;
+  std::vector<float> of_gaussians_;  // [N, 4] color times cover, and cover; once prepared
 };
 
 }  // namespace retint

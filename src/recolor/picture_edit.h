@@ -32,6 +32,7 @@ struct PaintLayer {
 struct PictureEdit {
   std::vector<EditedPicture> pictures;
   std::vector<PaintLayer> layers;
+  bool selects = false;  // what was changed is the selection: what is next to it was left unchanged
   bool operator==(const PictureEdit&) const = default;
   size_t Bytes() const;
 };

@@ -157,6 +157,7 @@ DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderReque
     depth.expected = output.depth_expected.data();
     depth.alpha = alpha_left ? output.alpha.data() : nullptr;
     depth.threshold = request.median_threshold;
+    if (request.along_rays) depth.along_rays = model_.get();
     depth.pixel_rows = request.pixel_rows;
     backend_->blend().Depth(*geometry, depth);
   }
@@ -206,6 +207,8 @@ void Renderer::Render(const PosedCamera& view, const RenderRequest& request, Ren
     depth.expected = request.depth_expected ? planes + pixels : nullptr;
     depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
     depth.threshold = request.median_threshold;
+    if (request.along_rays) depth.along_rays = model_.get();
+    if (request.along_rays) depth.along_rays = model_.get();
     depth.pixel_rows = request.pixel_rows;
     backend_->blend().Depth(*geometry, depth);
     if (alpha_left) fetch(depth.alpha, output->alpha);

@@ -33,6 +33,7 @@ struct RenderRequest {
   bool rgb = true;
   bool depth_median = false;
   bool depth_expected = false;
+  bool along_rays = false;  // depth_median: see DepthParams; not with depth_expected
   bool alpha = false;
   float median_threshold = 0.5f;  // transmittance at which depth_median is read, in (0, 1)
   bool cache = true;              // keep this view's geometry for later

@@ -15,22 +15,28 @@
 #include "scene/image_checks.h"
 #include "session/contact_sheet.h"
 #include "session/photo_paint.h"
+#include "session/picture_changes.h"
 
 namespace retint {
 namespace {
 
 constexpr uint8_t kInside = 128;
 constexpr size_t kMostPairs = 40000;  // of colors, all pictures together
-// DeltaE00. A change below is not seen, or is a JPEG's; a map explains what it gets this close to.
-constexpr float kChanged = 2, kExplained = 2.5F;
-constexpr double kWhole = 0.98;  // of the pixels: what is left then are stray ones
-constexpr int kNeighbors = 4;    // of nine, itself among them, that a changed pixel needs
+constexpr float kExplained = 2.5F;    // DeltaE00: what a map gets this close to
+// A picture that shows its view: the mean change of its half that changed least, and the least
+// EdgeCorrelation. Pictures of neighboring views have up to 0.26, of the view itself 0.59 and more.
+constexpr double kLike = 0.008, kLeastEdges = 0.35;
+constexpr int kColorCells = 16;      // a side of the RGB cube
+constexpr double kMostCommon = 0.4;  // of colors that were changed and of those that stayed
+constexpr double kWhole = 0.98;      // of the pixels: what is left then are stray ones
 
 // One picture, and what its view was before: inside the selection.
 struct Pair {
   const EditedPicture* picture = nullptr;
   Image before;  // as operations before the picture leave it
   Mask inside;
+  Mask around;             // what was left unchanged next to it, where that tells something
+  float least_change = 0;  // DeltaE00
 };
 
 std::array<float, 3> Color8(const Image8& image, size_t p) {
@@ -104,69 +110,33 @@ Image ViewBefore(const EditedPicture& picture, OpenScene& scene, std::span<const
              : std::move(render);
 }
 
+// Refuses a picture of another view: neither half of it is as it was, nor are edges where they
+// were.
+void RequireLikeness(const EditedPicture& picture, const Image& view) {
+  if (MeanDifference(picture.image, view) < kLike) return;
+  if (EdgeCorrelation(picture.image, view) > kLeastEdges) return;
+  throw InputError((picture.file.empty() ? "the picture of view " + picture.view : picture.file) +
+                   ": this does not show the view '" + picture.view +
+                   "': name the view whose render or photo was edited");
+}
+
 float Difference(const float* x, const float* y) {
   return static_cast<float>(ColorDifference(CieLabFromSrgb(x), CieLabFromSrgb(y)));
 }
 
-// How far `edit` of a view is from its picture, DeltaE00, inside; 0 elsewhere.
-ScalarImage Residuals(const Pair& pair, const CompiledEdit* edit) {
-  ScalarImage residuals(pair.inside.width, pair.inside.height);
+// How far `edit` of a view is from its picture, DeltaE00, where `mask` is set; 0 elsewhere.
+ScalarImage Residuals(const Pair& pair, const Mask& mask, const CompiledEdit* edit) {
+  ScalarImage residuals(mask.width, mask.height);
   ParallelTasks(residuals.height, [&](int64_t y) {
     const size_t width = static_cast<size_t>(residuals.width);
     for (size_t p = static_cast<size_t>(y) * width; p < static_cast<size_t>(y + 1) * width; ++p) {
-      if (pair.inside.data[p] < kInside) continue;
+      if (mask.data[p] < kInside) continue;
       Eigen::Vector3f color(&pair.before.data[3 * p]);
       if (edit) color = edit->Apply(color).cwiseMax(0.0F).cwiseMin(1.0F);
       residuals.data[p] = Difference(color.data(), Color8(pair.picture->image, p).data());
     }
   });
   return residuals;
-}
-
-// 255 where the difference is more than `least` and so are some neighbors', and one pixel around.
-Mask Different(const ScalarImage& difference, float least) {
-  Mask steady(difference.width, difference.height), mask(difference.width, difference.height);
-  const auto count = [&](int x, int y, const auto& holds) {
-    int found = 0;
-    for (int i = 0; i < 9; ++i) {
-      const int px = x + i % 3 - 1, py = y + i / 3 - 1;
-      found += difference.Contains(px, py) && holds(px, py) ? 1 : 0;
-    }
-    return found;
-  };
-  const auto differs = [&](int x, int y) { return difference(x, y) > least; };
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      steady(x, y) = differs(x, y) && count(x, y, differs) >= kNeighbors ? 1 : 0;
-    }
-  }
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      mask(x, y) = count(x, y, [&](int px, int py) { return steady(px, py) != 0; }) > 0 ? 255 : 0;
-    }
-  }
-  return mask;
-}
-
-// The part of the picture where `alpha` is set; empty where it nowhere is.
-std::vector<PaintLayer> LayerOf(const EditedPicture& picture, const Mask& alpha) {
-  int x0 = alpha.width, y0 = alpha.height, x1 = 0, y1 = 0;
-  for (int y = 0; y < alpha.height; ++y) {
-    for (int x = 0; x < alpha.width; ++x) {
-      if (alpha(x, y) == 0) continue;
-      x0 = std::min(x0, x), x1 = std::max(x1, x + 1);
-      y0 = std::min(y0, y), y1 = std::max(y1, y + 1);
-    }
-  }
-  if (x0 >= x1) return {};
-  PaintLayer layer{picture.view, x0, y0, Image8(x1 - x0, y1 - y0), Mask(x1 - x0, y1 - y0)};
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) {
-      layer.alpha(x - x0, y - y0) = alpha(x, y);
-      for (int c = 0; c < 3; ++c) layer.color(x - x0, y - y0, c) = picture.image(x, y, c);
-    }
-  }
-  return {std::move(layer)};
 }
 
 // Of the view; empty where there is none.
@@ -189,6 +159,15 @@ void LimitToPhoto(Mask& mask, const EditedPicture& picture, const Workspace& wor
     mask.data[p] = std::min(mask.data[p], reach.data[p]);
 }
 
+// Those of the pixels that the picture has as they were.
+Mask Unchanged(const Pair& pair, Mask pixels) {
+  const ScalarImage residuals = Residuals(pair, pixels, nullptr);
+  for (size_t p = 0; p < pixels.data.size(); ++p) {
+    if (residuals.data[p] > pair.least_change) pixels.data[p] = 0;
+  }
+  return pixels;
+}
+
 std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
                           const RegionSelection& selection, OpenScene& scene,
                           std::span<const float> sh) {
@@ -197,12 +176,20 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
   for (const EditedPicture& picture : op.picture->pictures) {
     Mask mask = MaskOf(selection, picture.view, scene.workspace());
     if (!AnySet(mask)) continue;
-    Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask)};
+    Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, 0};
+    RequireLikeness(picture, pair.before);
     LimitToPhoto(pair.inside, picture, scene.workspace());
-    for (size_t i = 0; !before.operations.empty() && i < pair.before.data.size(); i += 3) {
-      const Eigen::Vector3f color = compiled.Apply(Eigen::Vector3f(&pair.before.data[i]));
-      std::copy_n(color.data(), 3, &pair.before.data[i]);
+    // As such a view is shown: what a picture was made from.
+    const auto shown = selection.masks.find(picture.view);
+    const Mask& share = shown == selection.masks.end() ? pair.inside : shown->second;
+    for (size_t p = 0; !before.operations.empty() && p < share.data.size(); ++p) {
+      if (share.data[p] == 0) continue;
+      const Eigen::Vector3f color =
+          compiled.Apply(Eigen::Vector3f(&pair.before.data[3 * p]), float(share.data[p]) / 255);
+      std::copy_n(color.data(), 3, &pair.before.data[3 * p]);
     }
+    pair.least_change = LeastChange(picture.image, pair.before);
+    if (op.picture->selects) pair.around = Unchanged(pair, Surroundings(pair.inside));
     pairs.push_back(std::move(pair));
   }
   if (pairs.empty()) {
@@ -245,7 +232,7 @@ Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
   size_t inside = 0;
   double sum = 0;
   for (const Pair& pair : pairs) {
-    found.residuals.push_back(Residuals(pair, edit));
+    found.residuals.push_back(Residuals(pair, pair.inside, edit));
     for (size_t p = 0; p < pair.inside.data.size(); ++p) {
       if (pair.inside.data[p] < kInside) continue;
       ++inside;
@@ -261,6 +248,35 @@ Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
   std::nth_element(explained.begin(), middle, explained.end());
   found.median = static_cast<double>(*middle);
   return found;
+}
+
+// Whether the colors that were changed are largely those of what was left unchanged around it: that
+// is no map of colors, but paint.
+bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
+  struct Count {
+    size_t changed = 0, stayed = 0;
+  };
+  std::vector<Count> counts(size_t{kColorCells} * kColorCells * kColorCells);
+  for (const Pair& pair : pairs) {
+    for (size_t p = 0; p < pair.around.data.size(); ++p) {
+      const bool changed = pair.inside.data[p] >= kInside, stayed = pair.around.data[p] > 0;
+      if (!changed && !stayed) continue;
+      size_t cell = 0;
+      for (size_t c = 0; c < 3; ++c) {
+        const float value = std::clamp(pair.before.data[3 * p + c], 0.0F, 1.0F);
+        cell = cell * kColorCells + std::min(size_t(value * kColorCells), size_t{kColorCells - 1});
+      }
+      (changed ? counts[cell].changed : counts[cell].stayed) += 1;
+    }
+  }
+  Count all;
+  size_t common = 0;
+  for (const Count& count : counts) {
+    all.changed += count.changed;
+    all.stayed += count.stayed;
+    common += std::min(count.changed, count.stayed);
+  }
+  return double(common) > kMostCommon * double(std::min(all.changed, all.stayed));
 }
 
 Image ToImage(const Image8& picture) {
@@ -315,6 +331,7 @@ void ReadPictures(ColorOperation& op, const Workspace& workspace) {
   if (op.kind != ColorOperationKind::kPicture) return;
   auto read = std::make_shared<PictureEdit>();
   read->layers = op.picture->layers;
+  read->selects = op.picture->selects;
   for (const EditedPicture& picture : op.picture->pictures) {
     for (EditedPicture& one : ReadPicture(picture, workspace)) {
       const auto& all = read->pictures;
@@ -328,14 +345,19 @@ void ReadPictures(ColorOperation& op, const Workspace& workspace) {
   op.picture = std::move(read);
 }
 
-std::map<std::string, Mask> ChangedMasks(const PictureEdit& edit, OpenScene& scene,
+std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
                                          std::span<const float> sh) {
+  auto edit = std::make_shared<PictureEdit>(*op.picture);
+  edit->selects = true;
+  op.picture = edit;
   std::map<std::string, Mask> masks;
   std::map<std::string, bool> changed;  // by file
-  for (const EditedPicture& picture : edit.pictures) {
-    Pair pair{&picture, ViewBefore(picture, scene, sh), {}};
+  for (const EditedPicture& picture : edit->pictures) {
+    Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, 0};
+    RequireLikeness(picture, pair.before);
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
-    Mask mask = Different(Residuals(pair, nullptr), kChanged);
+    Mask mask = ChangedPixels(Residuals(pair, pair.inside, nullptr),
+                              LeastChange(picture.image, pair.before));
     bool& any = changed[picture.file];
     if (!AnySet(mask)) continue;
     any = true;
@@ -356,7 +378,7 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
   const CompiledEdit map({{ColorOperation::Lut(table)}, 1});
   Explanation best = Explain(pairs, nullptr);
   Explanation fitted = Explain(pairs, &map);
-  if (fitted.score < best.score) {
+  if (fitted.score < best.score && !SomeOfTheirColorsStayed(pairs)) {
     best = std::move(fitted);
     op.table = table;
   }
@@ -365,12 +387,9 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
     // The pixels themselves are not needed any more, nor kept by a session.
     result.pictures.push_back({pairs[i].picture->view, pairs[i].picture->file, {}});
     if (best.share >= kWhole) continue;
-    Mask paint = Different(best.residuals[i], kChanged);
-    for (size_t p = 0; p < paint.data.size(); ++p) {
-      if (pairs[i].inside.data[p] == 0) paint.data[p] = 0;
-    }
-    for (PaintLayer& layer : LayerOf(*pairs[i].picture, paint)) {
-      result.layers.push_back(std::move(layer));
+    if (auto layer = PaintedLayer(pairs[i].picture->view, pairs[i].picture->image,
+                                  best.residuals[i], pairs[i].least_change, pairs[i].inside)) {
+      result.layers.push_back(std::move(*layer));
     }
   }
   op.Get("explained")[0] = static_cast<float>(best.share);

@@ -19,10 +19,10 @@ namespace retint {
 void ReadPictures(ColorOperation& op, const Workspace& workspace);
 
 // Where pictures that were read differ from their views, by more than can hardly be seen: the
-// selection that was painted with them, by the views' names. A view is rendered with the
-// coefficients `sh` [N, K, 3], or its photo is taken, whichever the picture resembles more.
-// InputError for a file in which nothing was changed.
-std::map<std::string, Mask> ChangedMasks(const PictureEdit& edit, OpenScene& scene,
+// selection that was painted with them, by the views' names, as `op` is told. A view is rendered
+// with the coefficients `sh` [N, K, 3], or its photo is taken, whichever the picture resembles
+// more. InputError for a file in which nothing was changed.
+std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
                                          std::span<const float> sh);
 
 // Compares the pictures of `op` with their views inside `selection`, after the operations `before`

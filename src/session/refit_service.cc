@@ -53,7 +53,8 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
   const ColorEdit edit = region.EffectiveEdit();
   if (!edit.HasPaint()) return targets;
   // One for all targets, which are made one after the other.
-  const auto carrier = std::make_shared<PaintCarrier>(edit, LayerCameras(edit, scene_.workspace()));
+  const auto carrier = std::make_shared<PaintCarrier>(edit, LayerCameras(edit, scene_.workspace()),
+                                                      scene_.original());
   for (RefitTarget& one : targets) {
     one.edited = [carrier, camera = one.camera, mask = one.mask,
                   photo = one.photo](Renderer& renderer) {
@@ -172,7 +173,8 @@ Image RefitService::Edited(const View& view, Image image) const {
     if (!region.visible || found == region.selection->masks.end()) continue;
     const ColorEdit effective = region.EffectiveEdit();
     if (effective.HasPaint()) {
-      PaintCarrier carrier(effective, LayerCameras(effective, scene_.workspace()));
+      PaintCarrier carrier(effective, LayerCameras(effective, scene_.workspace()),
+                           scene_.original());
       image = carrier.Target(scene_.renderer(), scene_.reconstruction().Posed(view), found->second,
                              &image);
       continue;

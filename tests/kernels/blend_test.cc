@@ -180,6 +180,37 @@ TEST_P(BlendOp, DepthMatchesReference) {
   }
 }
 
+TEST_P(BlendOp, DepthAlongRaysMatchesReference) {
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(NameOf(shape));
+    const Scene scene = MakeScene(shape);
+    std::vector<double> median(scene.pixels, 0.0);
+    for (const ReferenceWeight& w : ReferenceWeights(scene.model, scene.view->camera())) {
+      if (w.transmittance_before >= 0.5 && w.transmittance_before - w.weight < 0.5) {
+        median[size_t(w.pixel)] = w.depth_along_ray;
+      }
+    }
+    const auto find = [&](uint16_t pixel_rows) {
+      Guarded<float> found(*backend_, std::vector<float>(scene.pixels, -7.0f));
+      DepthParams depth{};
+      depth.median = found.data();
+      depth.threshold = 0.5f;
+      depth.pixel_rows = pixel_rows;
+      depth.along_rays = scene.uploaded.get();
+      backend_->blend().Depth(*scene.view, depth);
+      return found.Read();
+    };
+    const auto all = find(kAllPixelRows), some = find(0x0421);
+    size_t flips = 0;
+    for (size_t p = 0; p < scene.pixels; ++p) {
+      if (!(std::fabs(double(all[p]) - median[p]) < 1e-4)) ++flips;
+      const size_t row = p / size_t(scene.view->camera().width) % kTileSize;
+      if (0x0421 >> row & 1) EXPECT_EQ(some[p], all[p]);
+    }
+    EXPECT_LE(double(flips), 1e-3 * double(scene.pixels));
+  }
+}
+
 // Depth without some Gaussians is that of a model that does not have them.
 TEST_P(BlendOp, DepthLeavesGaussiansOut) {
   const Scene scene = MakeScene({160, 90, 400});

@@ -16,6 +16,7 @@ struct Projected {
   int gaussian;
   double x, y, z, opacity;
   Eigen::Matrix2d covariance, conic;
+  Eigen::Vector2d depth_slope;  // of the mean of z with the pixel
 };
 
 std::optional<Projected> Project(const TestModel& model, const CameraParams& camera, int g) {
@@ -50,6 +51,7 @@ std::optional<Projected> Project(const TestModel& model, const CameraParams& cam
   out.z = t.z();
   out.opacity = 1 / (1 + std::exp(-double(model.logits[size_t(g)])));
   out.conic = out.covariance.inverse();
+  out.depth_slope = out.conic * (j * sigma * rotation.row(2).transpose());
   return out;
 }
 
@@ -85,8 +87,8 @@ std::vector<ReferenceWeight> ReferenceWeights(const TestModel& model, const Came
           done[pixel] = true;
           continue;
         }
-        weights.push_back(
-            {g.gaussian, int(pixel), alpha * transmittance[pixel], transmittance[pixel], g.z});
+        weights.push_back({g.gaussian, int(pixel), alpha * transmittance[pixel],
+                           transmittance[pixel], g.z, g.z + g.depth_slope.dot(offset)});
         transmittance[pixel] = after;
       }
     }

@@ -15,6 +15,7 @@ struct ReferenceWeight {
   int gaussian;
   int pixel;
   double weight, transmittance_before, depth;
+  double depth_along_ray;  // the mean of z under the condition of the pixel
 };
 
 // W of a view: every pair, front to back.

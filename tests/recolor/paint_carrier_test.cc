@@ -137,7 +137,7 @@ void ExpectStripesInPlace(Scene& scene) {
   const ColorEdit edit =
       EditOf({PaintOf(painted, [&](int x, int y) { return Stripes(painted, x, y); })});
   ASSERT_TRUE(edit.HasPaint());
-  PaintCarrier carrier(edit, {painted});
+  PaintCarrier carrier(edit, {painted}, scene.model);
   const Mask mask = InsideMask(other);
   const Image target = carrier.Target(scene.renderer, other, mask, nullptr);
   Image truth = target;
@@ -185,7 +185,8 @@ TEST(PaintCarrierTest, WhatThePaintedViewDoesNotSeeStays) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}, {0.2, -1.5, {0.3f, 0.3f, 0.3f}}});
   const PosedCamera painted = CameraAt(0.0), other = CameraAt(0.5);
   const Vector3f red(0.9f, 0.1f, 0.1f);
-  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return red; })}), {painted});
+  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return red; })}), {painted},
+                       scene.model);
   const Mask whole(kWidth, kHeight, 255);
   const Image target = carrier.Target(scene.renderer, other, whole, nullptr);
   const Image before = scene.renderer.Render(other).rgb;
@@ -214,7 +215,8 @@ TEST(PaintCarrierTest, LightMovesWithTheViewer) {
   scene.renderer.SetSh(scene.model.sh);
   const PosedCamera painted = CameraAt(0.0), other = CameraAt(-0.5);
   const Vector3f blue(0.1f, 0.2f, 0.5f);
-  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return blue; })}), {painted});
+  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return blue; })}), {painted},
+                       scene.model);
   const Image target = carrier.Target(scene.renderer, other, InsideMask(other), nullptr);
   const Image here = scene.renderer.Render(other).rgb, there = scene.renderer.Render(painted).rgb;
   const int x = kWidth / 2, y = kHeight / 2;
@@ -231,7 +233,7 @@ TEST(PaintCarrierTest, ThePaintedViewShowsItsPicture) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
   const PosedCamera painted = CameraAt(0.2);
   const PaintLayer layer = PaintOf(painted, [&](int x, int y) { return Stripes(painted, x, y); });
-  PaintCarrier carrier(EditOf({layer}), {painted});
+  PaintCarrier carrier(EditOf({layer}), {painted}, scene.model);
   const Mask mask = InsideMask(painted);
   const Image target = carrier.Target(scene.renderer, painted, mask, nullptr);
   for (size_t i = 0; i < target.data.size(); ++i) {
@@ -240,13 +242,72 @@ TEST(PaintCarrierTest, ThePaintedViewShowsItsPicture) {
   }
 }
 
+Mask SquareMask(const PosedCamera& view, double half) {
+  Mask mask(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const Vector3d at = OnPlane(view, x + 0.5, y + 0.5);
+      mask(x, y) = std::max(std::abs(at.x()), std::abs(at.y())) < half ? 255 : 0;
+    }
+  }
+  return mask;
+}
+
+// Where the selection ends, the depth is often that of what lies behind.
+TEST(PaintCarrierTest, PaintReachesTheEndOfTheSelection) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}, {3.0, 2.0, {0.5f, 0.5f, 0.5f}}});
+  const PosedCamera painted = CameraAt(0.0), other = CameraAt(0.3);
+  const Vector3f red(0.9f, 0.1f, 0.1f);
+  PaintLayer layer = PaintOf(painted, [&](int, int) { return red; });
+  layer.alpha = SquareMask(painted, 1.12);
+  PaintCarrier carrier(EditOf({layer}), {painted}, scene.model);
+  const Mask mask =
+      SquareMask(other, 1.07);  // a little farther than the square's own depth reaches
+  const Image target = carrier.Target(scene.renderer, other, mask, nullptr);
+  RenderRequest request;
+  request.depth_median = true;
+  const DepthMap depth = scene.renderer.Render(other, request).depth_median;
+  int behind = 0, red_pixels = 0;
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    if (mask.data[p] == 0 || depth.data[p] < 5) continue;
+    ++behind;
+    red_pixels += target.data[3 * p] - target.data[3 * p + 1] > 0.4f ? 1 : 0;
+  }
+  EXPECT_GT(behind, 50);
+  EXPECT_GT(red_pixels, 0.8 * behind);  // not at corners
+}
+
+// Gaussians at different depths, as fur has them: none of them is left out.
+TEST(PaintCarrierTest, RoughSurfacesHaveNoHoles) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  GaussianModel rough = scene.model;
+  for (size_t g = 0; g < rough.NumGaussians(); ++g) {
+    rough.means[3 * g + 2] += 0.12f * float(int(g * 7 % 11) - 5) / 5;
+  }
+  Renderer renderer(CreateBackend("cpu"), rough);
+  const PosedCamera painted = CameraAt(0.0), other = CameraAt(0.5);
+  const Vector3f red(0.9f, 0.1f, 0.1f);
+  PaintCarrier carrier(EditOf({PaintOf(painted, [&](int, int) { return red; })}), {painted}, rough);
+  const Mask mask = SquareMask(other, 0.7);
+  const Image target = carrier.Target(renderer, other, mask, nullptr);
+  int inside = 0, painted_pixels = 0;
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    if (mask.data[p] == 0) continue;
+    ++inside;
+    painted_pixels += target.data[3 * p] - target.data[3 * p + 1] > 0.4f ? 1 : 0;
+  }
+  ASSERT_GT(inside, 1000);
+  EXPECT_GT(painted_pixels, 0.99 * inside);
+}
+
 TEST(PaintCarrierTest, TheFitShowsThePaint) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
   const PosedCamera painted = CameraAt(0.0);
   const Vector3f red(0.8f, 0.2f, 0.2f);
   const ColorEdit edit = EditOf({PaintOf(
       painted, [&](int x, int) { return x < kWidth / 2 ? red : Vector3f(0.5f, 0.5f, 0.5f); })});
-  auto carrier = std::make_shared<PaintCarrier>(edit, std::vector<PosedCamera>{painted});
+  auto carrier =
+      std::make_shared<PaintCarrier>(edit, std::vector<PosedCamera>{painted}, scene.model);
   std::vector<Mask> masks;
   std::vector<RefitTarget> targets;
   for (const double azimuth : {-0.4, 0.0, 0.4}) masks.push_back(InsideMask(CameraAt(azimuth)));
@@ -288,7 +349,8 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   const GaussianPaint paint =
       FindGaussianPaint(scene.renderer, scene.model, edit.operations[0].picture, {painted});
   EXPECT_TRUE(paint.IsOf(*edit.operations[0].picture));
-  auto carrier = std::make_shared<PaintCarrier>(edit, std::vector<PosedCamera>{painted});
+  auto carrier =
+      std::make_shared<PaintCarrier>(edit, std::vector<PosedCamera>{painted}, scene.model);
   const std::vector<PosedCamera> cameras = {CameraAt(-0.4), CameraAt(0.0), CameraAt(0.4)};
   std::vector<Mask> masks;
   for (const PosedCamera& camera : cameras) masks.push_back(InsideMask(camera));

@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "base/color_difference.h"
+#include "base/error.h"
 #include "colmap_io/image_io.h"
 #include "session/compare_pictures.h"
+#include "session/contact_sheet.h"
 #include "session/open_scene.h"
 #include "tests/support/data.h"
 
@@ -80,6 +82,58 @@ TEST(ComparePictures, FindsTheColorMapOfTheFoxAgain) {
   EXPECT_GT(here.mean, 0);
   EXPECT_LT(here.mean, 1);
   EXPECT_LT(here.most, 1);
+}
+
+// Red stripes over the fox and nothing else: red is no new color of all that is like the fox.
+TEST(ComparePictures, StripesBesideUnchangedSurfaceArePaint) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  SessionOptions options;
+  options.backend = "cpu";
+  Monitor monitor;
+  const auto scene = OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+  const Mask mask = ReadMask(DataPath("fox/masks/0025.jpg.png"));
+  const Image8 photo =
+      ToImage8(scene->workspace().ReadPhoto(scene->workspace().RequireView("0025.jpg")));
+  Image8 striped = photo;
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    const bool stripe = p % size_t(mask.width) / 40 % 2 == 0;
+    if (mask.data[p] >= 128 && stripe) {
+      striped.data[3 * p] = 200, striped.data[3 * p + 1] = 20, striped.data[3 * p + 2] = 30;
+    }
+  }
+  ColorOperation op = ColorOperation::Picture({{"0025.jpg", "", striped}});
+  RegionSelection selection;
+  selection.masks = ChangedMasks(op, *scene, scene->original().sh);
+  ComparePictures(op, {}, selection, *scene, scene->original().sh);
+  EXPECT_FALSE(op.table);
+  ASSERT_EQ(op.picture->layers.size(), 1u);
+  // The same picture as one of another view.
+  ColorOperation other = ColorOperation::Picture({{"0026.jpg", "", striped}});
+  EXPECT_THROW(ChangedMasks(other, *scene, scene->original().sh), InputError);
+}
+
+// A picture of a view as it is shown, with the edits before and the region's soft border.
+TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  SessionOptions options;
+  options.backend = "cpu";
+  Monitor monitor;
+  const auto scene = OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+  RegionSelection selection;
+  Mask& mask = selection.masks["0025.jpg"] = ReadMask(DataPath("fox/masks/0025.jpg.png"));
+  for (uint8_t& value : mask.data) value = value ? 140 : 0;
+  const ColorEdit before{{ColorOperation::Make(Kind::kInvert)}, 1};
+  const CompiledEdit invert(before);
+  Image shown = scene->Render(scene->workspace().RequireView("0025.jpg"), scene->original().sh);
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    const Eigen::Vector3f color =
+        invert.Apply(Eigen::Vector3f(&shown.data[3 * p]), float(mask.data[p]) / 255);
+    std::copy_n(color.data(), 3, &shown.data[3 * p]);
+  }
+  ColorOperation op = ColorOperation::Picture({{"0025.jpg", "", ToImage8(shown)}});
+  ComparePictures(op, before, selection, *scene, scene->original().sh);
+  EXPECT_GT(op.Get("explained")[0], 0.99f);
+  EXPECT_TRUE(op.picture->layers.empty());
 }
 
 }  // namespace

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/picture_changes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/imgproc.hpp>
+
+#include "base/color_difference.h"
+#include "base/median.h"
+
+namespace retint {
+namespace {
+
+constexpr float kSeen = 2, kMostNoise = 6;  // DeltaE00
+constexpr float kOverNoise = 5.5f;          // times the median of the noise
+constexpr int kNeighbors = 4;     // of nine, itself among them, that a changed pixel needs
+constexpr double kAround = 0.03;  // of the smaller side
+constexpr double kGap = 0.01;     // of the smaller side: half the width of a gap that is paint too
+constexpr int kMixed = 1;      // pixels: so near to the selection's end they show what lies beyond
+constexpr int kExtension = 2;  // pixels
+
+cv::Mat Pixels(Mask& mask) { return {mask.height, mask.width, CV_8U, mask.data.data()}; }
+
+cv::Mat Disk(int reach) {
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1});
+}
+
+void CloseGaps(Mask& paint) {
+  const int reach = int(std::lround(kGap * std::min(paint.width, paint.height)));
+  cv::morphologyEx(Pixels(paint), Pixels(paint), cv::MORPH_CLOSE, Disk(reach));
+}
+
+// Calls visit(x, y) of the neighbors that are known.
+template <typename Visit>
+void VisitKnown(const Mask& known, int x, int y, const Visit& visit) {
+  for (int i = 0; i < 9; ++i) {
+    const int px = x + i % 3 - 1, py = y + i / 3 - 1;
+    if (known.Contains(px, py) && known(px, py)) visit(px, py);
+  }
+}
+
+// Goes on with the paint beyond `inside`, ring by ring, each pixel in the mean of its neighbors
+// that are known.
+void Extend(const Mask& inside, Image8& picture, Mask& paint) {
+  Mask known(inside);
+  cv::Mat pixels = Pixels(known);
+  cv::erode(pixels, pixels, Disk(kMixed));
+  cv::bitwise_and(pixels, Pixels(paint), pixels);
+  const cv::Rect box = cv::boundingRect(Pixels(paint)) + cv::Size(2 * kExtension, 2 * kExtension) -
+                       cv::Point(kExtension, kExtension);
+  const cv::Rect reach = box & cv::Rect(0, 0, paint.width, paint.height);
+  Image8 colors = picture;
+  for (int ring = 0; ring < kMixed + kExtension; ++ring) {
+    const Mask last = known;
+    for (int y = reach.y; y < reach.br().y; ++y) {
+      for (int x = reach.x; x < reach.br().x; ++x) {
+        if (last(x, y) || (inside(x, y) && !paint(x, y))) continue;
+        int sum[3] = {0, 0, 0}, count = 0;
+        VisitKnown(last, x, y, [&](int px, int py) {
+          for (int c = 0; c < 3; ++c) sum[c] += colors(px, py, c);
+          ++count;
+        });
+        if (count == 0) continue;
+        for (int c = 0; c < 3; ++c) colors(x, y, c) = uint8_t((sum[c] + count / 2) / count);
+        known(x, y) = 255;
+      }
+    }
+  }
+  for (size_t p = 0; p < known.data.size(); ++p) {
+    if (!known.data[p] || inside.data[p]) continue;
+    paint.data[p] = 255;
+    std::copy_n(&colors.data[3 * p], 3, &picture.data[3 * p]);
+  }
+}
+
+// Sizes of gradients of gray values at a quarter of the size; the strongest count alike.
+cv::Mat Edges(const cv::Mat& gray) {
+  cv::Mat small, right, down, edges;
+  cv::resize(gray, small, {}, 0.25, 0.25, cv::INTER_AREA);
+  cv::Sobel(small, right, CV_32F, 1, 0);
+  cv::Sobel(small, down, CV_32F, 0, 1);
+  cv::magnitude(right, down, edges);
+  std::vector<float> sorted(edges.begin<float>(), edges.end<float>());
+  const auto strong = sorted.begin() + ptrdiff_t(sorted.size() * 95 / 100);
+  std::nth_element(sorted.begin(), strong, sorted.end());
+  return cv::min(edges, double(*strong));
+}
+
+}  // namespace
+
+double EdgeCorrelation(const Image8& picture, const Image& view) {
+  const cv::Size size(view.width, view.height);
+  if (size.width < 8 || size.height < 8) return 1;  // too small to tell
+  const cv::Mat before(size, CV_32FC3, const_cast<float*>(view.data.data()));
+  const cv::Mat after(size, CV_8UC3, const_cast<uint8_t*>(picture.data.data()));
+  cv::Mat gray_before, gray_after;
+  cv::cvtColor(before, gray_before, cv::COLOR_RGB2GRAY);
+  cv::cvtColor(after, gray_after, cv::COLOR_RGB2GRAY);
+  const cv::Mat a = Edges(gray_before), b = Edges(gray_after);
+  cv::Scalar mean_a, mean_b, deviation_a, deviation_b;
+  cv::meanStdDev(a, mean_a, deviation_a);
+  cv::meanStdDev(b, mean_b, deviation_b);
+  const double both = deviation_a[0] * deviation_b[0];
+  if (!(both > 0)) return 1;
+  return (a.dot(b) / double(a.total()) - mean_a[0] * mean_b[0]) / both;
+}
+
+float LeastChange(const Image8& picture, const Image& view) {
+  // A change is smooth, or has few edges; noise differs from pixel to pixel.
+  constexpr int kApart = 2;  // pixels
+  std::vector<double> noise;
+  const auto change = [&](int x, int y) {
+    float color[3];
+    for (int c = 0; c < 3; ++c) color[c] = float(picture(x, y, c)) / 255;
+    const CieLab after = CieLabFromSrgb(color),
+                 before = CieLabFromSrgb(&view.data[view.Index(x, y)]);
+    // DeltaE00 counts differences of chroma about half.
+    return Eigen::Vector3d(after.lightness - before.lightness, (after.a - before.a) / 2,
+                           (after.b - before.b) / 2);
+  };
+  for (int y = kApart; y + kApart < view.height; y += kApart + 1) {
+    for (int x = kApart; x + kApart < view.width; x += kApart + 1) {
+      const Eigen::Vector3d about = change(x - kApart, y - kApart) + change(x + kApart, y + kApart);
+      noise.push_back((change(x, y) - about / 2).norm());
+    }
+  }
+  return std::clamp(kOverNoise * float(Median(std::move(noise))), kSeen, kMostNoise);
+}
+
+Mask ChangedPixels(const ScalarImage& difference, float least) {
+  Mask steady(difference.width, difference.height), mask(difference.width, difference.height);
+  const auto count = [&](int x, int y, const auto& holds) {
+    int found = 0;
+    for (int i = 0; i < 9; ++i) {
+      const int px = x + i % 3 - 1, py = y + i / 3 - 1;
+      found += difference.Contains(px, py) && holds(px, py) ? 1 : 0;
+    }
+    return found;
+  };
+  const auto differs = [&](int x, int y) { return difference(x, y) > least; };
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      steady(x, y) = differs(x, y) && count(x, y, differs) >= kNeighbors ? 1 : 0;
+    }
+  }
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      mask(x, y) = count(x, y, [&](int px, int py) { return steady(px, py) != 0; }) > 0 ? 255 : 0;
+    }
+  }
+  return mask;
+}
+
+Mask Surroundings(const Mask& mask) {
+  const int reach = std::max(1, int(std::lround(kAround * std::min(mask.width, mask.height))));
+  Mask around(mask);
+  cv::Mat pixels = Pixels(around);
+  cv::dilate(pixels, pixels, Disk(reach));
+  for (size_t p = 0; p < around.data.size(); ++p) {
+    if (mask.data[p] > 0) around.data[p] = 0;
+  }
+  return around;
+}
+
+std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
+                                       const ScalarImage& difference, float least,
+                                       const Mask& inside) {
+  Mask paint = ChangedPixels(difference, least);
+  CloseGaps(paint);
+  for (size_t p = 0; p < paint.data.size(); ++p) {
+    if (inside.data[p] == 0) paint.data[p] = 0;
+  }
+  Extend(inside, picture, paint);
+  const cv::Rect box = cv::boundingRect(Pixels(paint));
+  if (box.empty()) return std::nullopt;
+  PaintLayer layer{view, box.x, box.y, Image8(box.width, box.height), Mask(box.width, box.height)};
+  for (int y = 0; y < box.height; ++y) {
+    for (int x = 0; x < box.width; ++x) {
+      layer.alpha(x, y) = paint(box.x + x, box.y + y);
+      for (int c = 0; c < 3 && layer.alpha(x, y); ++c) {
+        layer.color(x, y, c) = picture(box.x + x, box.y + y, c);
+      }
+    }
+  }
+  return layer;
+}
+
+}  // namespace retint

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From the difference between a picture and its view to what was painted there.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "recolor/picture_edit.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// Of how much neighboring pixels differ in a picture and in a view of its size, both at a quarter
+// of their size: near 1 where they show the same, whatever its colors, and small where they do not.
+double EdgeCorrelation(const Image8& picture, const Image& view);
+
+// DeltaE00 between a picture and the view that it was made from, above which it was changed: 2,
+// below which a change is not seen, or more where the whole picture is as noisy as a JPEG file's.
+float LeastChange(const Image8& picture, const Image& view);
+
+// 255 where the difference [H, W], DeltaE00, is more than `least` and so are some neighbors', and
+// one pixel around.
+Mask ChangedPixels(const ScalarImage& difference, float least);
+
+// 255 in the pixels around a mask, up to 3 % of the smaller side away.
+Mask Surroundings(const Mask& mask);
+
+// What was painted on a view inside `inside`: where `difference` from what the rest of the edit
+// makes of the view is more than `least`, and what lies in narrow gaps between. Where the selection
+// ends, the paint goes on for two pixels in the colors that it has nearby, for views whose pixels
+// reach a little farther. All have the view's size. None where nothing was painted.
+std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
+                                       const ScalarImage& difference, float least,
+                                       const Mask& inside);
+
+}  // namespace retint

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What was painted on a picture: by differences that are known.
+#include "session/picture_changes.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace retint {
+namespace {
+
+constexpr int kWidth = 200, kHeight = 160;
+
+// Something to see, of which a picture is made: waves of gray in a direction of their own.
+Image Scene(double angle) {
+  Image image(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double along = std::cos(angle) * x + std::sin(angle) * y;
+      for (int c = 0; c < 3; ++c) image(x, y, c) = float(0.5 + 0.3 * std::sin(along / 9));
+    }
+  }
+  return image;
+}
+
+template <typename Change>
+Image8 Picture(const Image& image, const Change& change) {
+  Image8 picture(image.width, image.height);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        picture(x, y, c) =
+            uint8_t(std::lround(255 * std::clamp(change(x, y, image(x, y, c)), 0.0, 1.0)));
+      }
+    }
+  }
+  return picture;
+}
+
+Mask Disk(int radius) {
+  Mask mask(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      mask(x, y) = std::hypot(x - kWidth / 2, y - kHeight / 2) < radius ? 255 : 0;
+    }
+  }
+  return mask;
+}
+
+TEST(PictureChanges, NoiseIsNoChange) {
+  const Image view = Scene(0.3);
+  const Image8 same = Picture(view, [](int, int, double value) { return value; });
+  EXPECT_FLOAT_EQ(LeastChange(same, view), 2);
+  std::mt19937 rng(1);
+  std::normal_distribution<double> noise(0, 0.012);
+  const Image8 noisy = Picture(view, [&](int, int, double value) { return value + noise(rng); });
+  const float least = LeastChange(noisy, view);
+  EXPECT_GT(least, 3);
+  // However much is graded, that is no noise.
+  const Image8 graded = Picture(view, [](int, int, double value) { return 0.6 * value + 0.3; });
+  EXPECT_LT(LeastChange(graded, view), 3);
+}
+
+TEST(PictureChanges, TheSameViewIsKnownByItsEdges) {
+  const Image view = Scene(0.3);
+  const Image8 inverted = Picture(view, [](int, int, double value) { return 1 - 0.7 * value; });
+  EXPECT_GT(EdgeCorrelation(inverted, view), 0.9);
+  EXPECT_LT(EdgeCorrelation(inverted, Scene(1.7)), 0.3);
+}
+
+TEST(PictureChanges, SurroundingsGoAroundTheMask) {
+  const Mask mask = Disk(30), around = Surroundings(mask);
+  for (int x = 0; x < kWidth; ++x) {
+    const int distance = std::abs(x - kWidth / 2);
+    if (distance < 30 || distance > 36) EXPECT_EQ(around(x, kHeight / 2), 0) << x;
+    if (distance > 30 && distance < 34) EXPECT_EQ(around(x, kHeight / 2), 255) << x;
+  }
+}
+
+// Where the selection ends, the paint goes on; where the paint itself ends, it does not.
+TEST(PictureChanges, PaintGoesOnBeyondTheSelection) {
+  const Mask inside = Disk(40);
+  ScalarImage difference(kWidth, kHeight);
+  Image8 picture(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool painted = inside(x, y) > 0 && x < kWidth / 2;
+      if (painted) difference(x, y) = 20;
+      for (int c = 0; c < 3; ++c) picture(x, y, c) = painted ? 200 : 30;
+    }
+  }
+  // One column that happens to be as before, as a gap.
+  for (int y = 0; y < kHeight; ++y) difference(80, y) = 0;
+  const auto layer = PaintedLayer("view", picture, difference, 2, inside);
+  ASSERT_TRUE(layer);
+  const auto alpha = [&](int x, int y) {
+    return layer->alpha.Contains(x - layer->x, y - layer->y)
+               ? layer->alpha(x - layer->x, y - layer->y)
+               : 0;
+  };
+  const int y = kHeight / 2, left = kWidth / 2 - 40;
+  EXPECT_EQ(alpha(80, y), 255);
+  EXPECT_EQ(alpha(left - 1, y), 255);
+  EXPECT_EQ(layer->color(left - 1 - layer->x, y - layer->y, 0), 200);
+  EXPECT_EQ(alpha(left - 4, y), 0);
+  EXPECT_EQ(alpha(kWidth / 2 + 2, y), 0);
+  EXPECT_FALSE(PaintedLayer("view", picture, ScalarImage(kWidth, kHeight), 2, inside));
+}
+
+}  // namespace
+}  // namespace retint
