@@ -120,60 +120,98 @@ Clusters Improve(const std::vector<Point>& points, std::vector<Point> centers) {
 struct Part {
   Point center = {};
   double count = 0;  // of its points
+  double error = 0;  // sum of their squared distances from the center
 };
 
+// What is taken for one color so far.
+struct Group : Part {
+  std::vector<Part> parts;
+};
+
+// By how much the squared error rises where two become one.
+double Rise(const Part& x, const Part& y) {
+  return double(SquaredDistance(x.center, y.center)) * x.count * y.count / (x.count + y.count);
+}
+
+Group Union(const Group& x, const Group& y) {
+  Group both = x;
+  both.count += y.count;
+  both.error += y.error + Rise(x, y);
+  for (size_t c = 0; c < 3; ++c) {
+    both.center[c] =
+        float((x.count * double(x.center[c]) + y.count * double(y.center[c])) / both.count);
+  }
+  both.parts.insert(both.parts.end(), y.parts.begin(), y.parts.end());
+  return both;
+}
+
+// The mean distance of its points from its center; those of a part count as equally far. Unlike a
+// mean square, it lets a surface have a highlight.
+double SpreadOf(const Group& group) {
+  double sum = 0;
+  for (const Part& part : group.parts) {
+    const double off = double(SquaredDistance(part.center, group.center));
+    sum += part.count * std::sqrt(off + part.error / part.count);
+  }
+  return sum / group.count;
+}
+
+bool AreShades(const Group& x, const Group& y) {
+  return SquaredDistance(x.center, y.center) < kPaletteSeparation * kPaletteSeparation &&
+         SpreadOf(Union(x, y)) < double(kPaletteSpread);
+}
+
 struct Pairs {
-  double nearest = std::numeric_limits<double>::max();  // squared distance
+  double nearest = std::numeric_limits<double>::max();  // squared distance of two shades
   double cheapest = nearest;                            // rise of the squared error
   std::array<size_t, 2> near = {}, cheap = {};
 };
 
-Pairs PairsOf(const std::vector<Part>& parts) {
+Pairs PairsOf(const std::vector<Group>& groups) {
   Pairs pairs;
-  for (size_t i = 1; i < parts.size(); ++i) {
+  for (size_t i = 1; i < groups.size(); ++i) {
     for (size_t j = 0; j < i; ++j) {
-      const double distance = double(SquaredDistance(parts[i].center, parts[j].center));
-      const double rise =
-          distance * parts[i].count * parts[j].count / (parts[i].count + parts[j].count);
-      if (distance < pairs.nearest) pairs.nearest = distance, pairs.near = {j, i};
+      const double distance = double(SquaredDistance(groups[i].center, groups[j].center));
+      const double rise = Rise(groups[i], groups[j]);
+      if (distance < pairs.nearest && AreShades(groups[i], groups[j])) {
+        pairs.nearest = distance, pairs.near = {j, i};
+      }
       if (rise < pairs.cheapest) pairs.cheapest = rise, pairs.cheap = {j, i};
     }
   }
   return pairs;
 }
 
-void Join(std::vector<Part>& parts, const std::array<size_t, 2>& pair) {
-  Part& to = parts[pair[0]];
-  const Part& from = parts[pair[1]];
-  const double count = to.count + from.count;
-  for (size_t c = 0; c < 3; ++c) {
-    to.center[c] =
-        float((to.count * double(to.center[c]) + from.count * double(from.center[c])) / count);
-  }
-  to.count = count;
-  parts.erase(parts.begin() + ptrdiff_t(pair[1]));
-}
-
 // k-means splits the shades of one surface as soon as it has parts to spare, and an edit that tells
 // them apart would turn so suddenly that no fit follows it. So of many parts the two nearest become
-// one for as long as they are no different colors; then, while there are more than `most` or a rare
-// one, the two whose union raises the squared error least (Ward 1963).
+// one for as long as they are shades: near each other, and together no wider than a surface is, or
+// blends would chain orange to white. Then, while there are more than `most` or a rare one, it is
+// the two whose union raises the squared error least (Ward 1963).
 std::vector<Point> MergedCenters(const std::vector<Point>& points, const Clusters& clusters,
                                  size_t most) {
-  std::vector<Part> parts(clusters.centers.size());
-  for (size_t k = 0; k < parts.size(); ++k) parts[k].center = clusters.centers[k];
-  for (const size_t k : clusters.of) parts[k].count += 1;
-  std::erase_if(parts, [](const Part& part) { return part.count == 0; });
-  const auto is_rare = [&](const Part& part) { return part.count < kRare * double(points.size()); };
-  while (parts.size() > 1) {
-    const Pairs pairs = PairsOf(parts);
-    const bool alike = pairs.nearest < double(kPaletteSeparation * kPaletteSeparation);
-    const bool rare = std::any_of(parts.begin(), parts.end(), is_rare);
-    if (!alike && !rare && parts.size() <= most) break;
-    Join(parts, alike ? pairs.near : pairs.cheap);
+  std::vector<Group> groups(clusters.centers.size());
+  for (size_t k = 0; k < groups.size(); ++k) groups[k].center = clusters.centers[k];
+  for (size_t i = 0; i < points.size(); ++i) {
+    Group& group = groups[clusters.of[i]];
+    group.count += 1;
+    group.error += double(SquaredDistance(points[i], group.center));
+  }
+  std::erase_if(groups, [](const Group& group) { return group.count == 0; });
+  for (Group& group : groups) group.parts = {group};
+  const auto is_rare = [&](const Group& group) {
+    return group.count < kRare * double(points.size());
+  };
+  while (groups.size() > 1) {
+    const Pairs pairs = PairsOf(groups);
+    const bool alike = pairs.near[1] != 0;
+    const bool rare = std::any_of(groups.begin(), groups.end(), is_rare);
+    if (!alike && !rare && groups.size() <= most) break;
+    const auto [to, from] = alike ? pairs.near : pairs.cheap;
+    groups[to] = Union(groups[to], groups[from]);
+    groups.erase(groups.begin() + ptrdiff_t(from));
   }
   std::vector<Point> centers;
-  for (const Part& part : parts) centers.push_back(part.center);
+  for (const Group& group : groups) centers.push_back(group.center);
   return centers;
 }
 

@@ -13,8 +13,9 @@ inline constexpr int kMaxPaletteColors = 16;
 // Lightness counts so much of a difference in saturation (PaletteCoordinates): shading does not
 // split a surface into several colors. For finding a palette and for the weights of editing one.
 inline constexpr float kPaletteLightnessWeight = 0.25f;
-// In that distance: colors nearer to each other are shades of one.
-inline constexpr float kPaletteSeparation = 0.125f;
+// In that distance: colors nearer to each other are shades of one, unless together they spread
+// farther about their mean (mean distance).
+inline constexpr float kPaletteSeparation = 0.15f, kPaletteSpread = 0.0445f;
 
 struct PaletteColor {
   std::array<float, 3> rgb = {};  // display-encoded, 0 to 1

@@ -92,6 +92,39 @@ TEST(PaletteTest, ShadesOfASurfaceAreOneColor) {
   EXPECT_NEAR(palette[0].share, 2 / 3.0f, 0.02f);  // near black the two are alike
 }
 
+// Fur that goes from orange to white without a gap; most of it is one or the other.
+TEST(PaletteTest, BlendsDoNotMakeTwoColorsOne) {
+  const Vector3f orange(0.62f, 0.38f, 0.14f), white(0.86f, 0.85f, 0.80f);
+  std::vector<float> pixels;
+  constexpr int kSteps = 2000;
+  for (int i = 0; i < kSteps; ++i) {
+    const float t = 0.5f - 0.5f * std::cos(float(M_PI) * float(i) / kSteps);
+    const Vector3f blend = (1 - t) * orange + t * white;
+    pixels.insert(pixels.end(), blend.data(), blend.data() + 3);
+  }
+  const auto palette = FindPalette(pixels, 5);
+  ASSERT_EQ(palette.size(), 2u);
+  for (const PaletteColor& color : palette) {
+    const Vector3f found(color.rgb.data());
+    const float t = (found - orange).dot(white - orange) / (white - orange).squaredNorm();
+    // The median of half of them is 0.15 from its end; the halves part anywhere near the middle.
+    EXPECT_TRUE(t < 0.35f || t > 0.65f) << t;
+    EXPECT_NEAR(color.share, 0.5f, 0.2f);
+  }
+}
+
+// It is as far from the ball's color as that white from the orange, but little of the ball.
+TEST(PaletteTest, AHighlightIsNoMainColor) {
+  const Vector3f orange(0.82f, 0.37f, 0.18f), light(0.95f, 0.8f, 0.7f);
+  std::vector<float> pixels;
+  AddShaded(pixels, orange, 2000);
+  for (int i = 0; i < 200; ++i) {
+    const Vector3f blend = orange + float(i) / 200 * (light - orange);
+    pixels.insert(pixels.end(), blend.data(), blend.data() + 3);
+  }
+  EXPECT_EQ(FindPalette(pixels, 5).size(), 1u);
+}
+
 TEST(PaletteTest, RareColorsAreNoMainColors) {
   std::vector<float> pixels;
   Add(pixels, kYellow, 1000, 8);
