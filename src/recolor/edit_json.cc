@@ -125,7 +125,11 @@ std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::str
   if (!json["table"].is_string() || !size.is_number_integer()) {
     throw OptionError(where + " has a \"table\" without its \"size\", or one that is no text");
   }
-  table->size = int(std::clamp<int64_t>(size.get<int64_t>(), -1, kMaxColorTableSize + 1));
+  if (size < 2 || size > kMaxColorTableSize) {
+    throw OptionError(where + ".size is " + size.dump() + ", not from 2 to " +
+                      std::to_string(kMaxColorTableSize));
+  }
+  table->size = size.get<int>();
   table->values = DecodeFloats(json["table"].get_ref<const std::string&>());
   table->Check();
   return table;

@@ -36,6 +36,7 @@ void CheckCubeSizes(const std::filesystem::path& path, const std::string& text) 
   std::istringstream lines(text);
   std::string line;
   bool has_size = false;
+  std::array<float, 3> least = {0, 0, 0}, greatest = {1, 1, 1};  // of the domain
   while (std::getline(lines, line)) {
     std::istringstream words(line);
     std::string key, value;
@@ -43,6 +44,10 @@ void CheckCubeSizes(const std::filesystem::path& path, const std::string& text) 
     const bool is_word = !key.empty() && std::isalpha(static_cast<unsigned char>(key[0])) != 0;
     if (!has_size && !key.empty() && key[0] != '#' && !is_word) {
       throw InputError(path, "has values before LUT_1D_SIZE or LUT_3D_SIZE");
+    }
+    if (key == "DOMAIN_MIN" || key == "DOMAIN_MAX") {
+      std::istringstream numbers(line.substr(line.find(key) + key.size()));
+      for (float& number : key == "DOMAIN_MIN" ? least : greatest) numbers >> number;
     }
     if (key != "LUT_3D_SIZE" && key != "LUT_1D_SIZE") continue;
     has_size = true;
@@ -55,6 +60,11 @@ void CheckCubeSizes(const std::filesystem::path& path, const std::string& text) 
     }
   }
   if (!has_size) throw InputError(path, "has neither LUT_1D_SIZE nor LUT_3D_SIZE");
+  for (size_t c = 0; c < 3; ++c) {
+    if (!(least[c] < greatest[c])) {
+      throw InputError(path, "has a DOMAIN_MIN that is not below its DOMAIN_MAX");
+    }
+  }
 }
 
 std::string OneLine(std::string_view text) {
@@ -66,6 +76,24 @@ std::string OneLine(std::string_view text) {
   }
   while (!line.empty() && line.back() == ' ') line.pop_back();
   return line;
+}
+
+// What OpenColorIO says of a file named `name`, without what it tried: of formats that share an
+// extension the first one's message, and of that what follows the names of format and file.
+std::string ReasonOf(const std::string& message, const std::string& name) {
+  constexpr std::string_view kFailed = "' failed with: ";
+  std::string reason = OneLine(message);
+  if (const auto first = reason.find(kFailed); first != std::string::npos) {
+    reason.erase(0, first + kFailed.size());
+    const auto second = reason.find(kFailed);
+    if (second != std::string::npos) reason.erase(reason.rfind(" '", second - 1));
+  }
+  for (const std::string& before : {"(" + name + "). ", "'" + name + "' ",
+                                    std::string("Error is: "), std::string(".3dl file.")}) {
+    const auto at = reason.find(before);
+    if (at != std::string::npos) reason.erase(0, at + before.size());
+  }
+  return OneLine(reason);
 }
 
 // The values that the file itself holds: sampling could step over one that is not finite.
@@ -176,11 +204,15 @@ std::shared_ptr<const ColorTable> ReadLut(const std::filesystem::path& path) {
     table->values = IdentityGrid(table->size);
     ocio::PackedImageDesc grid(table->values.data(), table->size * table->size, table->size, 3);
     processor->getDefaultCPUProcessor()->apply(grid);
-    table->Check();
+    if (!std::all_of(table->values.begin(), table->values.end(),
+                     [](float value) { return std::isfinite(value); })) {
+      throw InputError(path, "turns colors into values that are not finite");
+    }
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    throw InputError(path, "is not a lookup table that can be read: " + OneLine(error.what()));
+    throw InputError(path, "is not a lookup table that can be read: " +
+                               ReasonOf(error.what(), std::filesystem::absolute(path).string()));
   }
   table->name = path.filename().string();
   return table;

@@ -175,6 +175,8 @@ TEST(EditJsonTest, SaysWhereAFaultIs) {
               HasSubstr("color table"));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut", "size": 1e9, "table": ""}]})"),
               HasSubstr("\"size\""));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut", "size": 100000, "table": "AAAA"}]})"),
+              HasSubstr("operations[0].size is 100000, not from 2 to 129"));
 }
 
 TEST(EditJsonTest, FilesLookForTablesBesideThemselves) {

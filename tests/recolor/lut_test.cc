@@ -142,7 +142,19 @@ TEST_F(LutTest, RefusesDamageInOneLine) {
       {temp_ / "none.cube", "is not a file"},
       {Write("kind.txt", whole), "is not a .cube"},
       {Write("empty.cube", ""), "has neither LUT_1D_SIZE nor"},
-      {Write("cut.cube", whole.substr(0, whole.size() / 2)), "is not a lookup table"},
+      {Write("cut.cube", whole.substr(0, whole.size() / 2)),
+       ": is not a lookup table that can be read: At line ("},
+      {Write("few.cube", "LUT_3D_SIZE 2\n0 0 0\n1 0 0\n"),
+       "can be read: Incorrect number of 3D LUT entries. Found 2, expected 8."},
+      {Write("domain.cube", "DOMAIN_MIN 0 1 0\nDOMAIN_MAX 1 1 1\n" + whole),
+       "has a DOMAIN_MIN that is not below its DOMAIN_MAX"},
+      {Write("above.cube", "DOMAIN_MIN 2 2 2\n" + whole), "has a DOMAIN_MIN that is not below"},
+      {Write("nan.clf",
+             "<?xml version=\"1.0\"?>\n<ProcessList compCLFversion=\"3\" id=\"a\"><Matrix "
+             "inBitDepth=\"32f\" outBitDepth=\"32f\"><Array dim=\"3 3\">nan 0 0 0 1 0 0 0 1"
+             "</Array></Matrix></ProcessList>\n"),
+       "turns colors into values that are not finite"},
+      {Write("junk.clf", "junk\n"), "can be read: is not a CTF/CLF file."},
       {Write("huge.cube", "LUT_3D_SIZE 100000\n0 0 0\n"), "LUT_3D_SIZE 100000"},
       {Write("long.cube", "LUT_1D_SIZE 1000000000\n0 0 0\n"), "LUT_1D_SIZE 1000000000"},
       {Write("none.size.cube", "LUT_3D_SIZE -3\n0 0 0\n"), "LUT_3D_SIZE -3"},
@@ -171,6 +183,8 @@ TEST_F(LutTest, RefusesDamageInOneLine) {
     EXPECT_EQ(fault.rfind(path.string() + ": ", 0), 0u) << path << " gave '" << fault << "'";
     EXPECT_NE(fault.find(expected), std::string::npos) << fault;
     EXPECT_EQ(fault.find('\n'), std::string::npos) << fault;
+    EXPECT_EQ(fault.find("formats"), std::string::npos) << fault;  // what OpenColorIO tried
+    EXPECT_LT(fault.size(), path.string().size() + 250) << fault;
   }
 }
 
