@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "base/error.h"
 #include "recolor/edit_text.h"
 
@@ -60,7 +62,7 @@ ColorEdit EditFlags::Resolve() const {
   for (const CLI::Option* option : verb_->parse_order()) {
     const auto found = types_.find(option);
     if (found == types_.end()) continue;
-    const std::string& text = option->results().at(next[option]++);
+    std::string text = option->results().at(next[option]++);
     if (!found->second) {
       const ColorEdit more = ReadEdit(text);
       if (more.strength != 1) {
@@ -70,14 +72,15 @@ ColorEdit EditFlags::Resolve() const {
       continue;
     }
     const ColorOperationType& type = *found->second;
+    if (type.kind == ColorOperationKind::kRecolor) {
+      any_to = true;
+      if (!keep_lightness_.empty()) {
+        text += fmt::format(",keep-lightness={}", keep_lightness_.back());
+      }
+    }
     ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text);
     if (type.kind == ColorOperationKind::kPicture && AddPicture(edit, op)) continue;
     edit.operations.push_back(std::move(op));
-    if (type.kind != ColorOperationKind::kRecolor) continue;
-    any_to = true;
-    if (!keep_lightness_.empty()) {
-      edit.operations.back().Get("keep_lightness")[0] = static_cast<float>(keep_lightness_.back());
-    }
   }
   CheckOption(!edit.operations.empty(),
               "there is no edit: give --tint, --to or another operation, or --edit FILE");

@@ -136,15 +136,23 @@ void CheckPairs(const ColorOperation& op) {
   if (op.values.size() % kPairValues != 0 || count < 1 || count > size_t(kMaxPaletteColors)) {
     Bad(type, "needs 1 to " + std::to_string(kMaxPaletteColors) + " colors");
   }
+  const auto color_at = [&](size_t i) { return std::span(op.values).subspan(i, 3); };
+  const auto same = [&](size_t i, size_t j) {
+    return std::ranges::equal(color_at(i), color_at(j));
+  };
   size_t measured = 0;
   for (size_t i = 0; i < op.values.size(); i += 3) {
-    const auto color = std::span(op.values).subspan(i, 3);
+    const auto color = color_at(i);
     const bool unset =
         std::all_of(color.begin(), color.end(), [](float value) { return value == kUnset; });
     const bool valid = std::all_of(color.begin(), color.end(),
                                    [](float value) { return value >= 0 && value <= 1; });
     if (!unset && !valid) Bad(type, "a color is not from 0 to 1");
-    measured += i % kPairValues == 0 && !unset;
+    if (i % kPairValues != 0 || unset) continue;
+    ++measured;
+    for (size_t j = 0; j < i; j += kPairValues) {
+      if (same(i, j) && !same(i + 3, j + 3)) Bad(type, "a color is named twice, with two targets");
+    }
   }
   if (measured != 0 && measured != count) Bad(type, "some of its colors are measured, some not");
 }

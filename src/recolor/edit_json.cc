@@ -13,6 +13,7 @@
 #include "base/base64.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/unique_keys.h"
 #include "recolor/edit_text.h"
 #include "recolor/operation_text.h"
 
@@ -314,7 +315,7 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
 ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folder) {
   Json json;
   try {
-    json = Json::parse(text);
+    json = ParseWithUniqueKeys<Json>(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw OptionError("is not JSON, or cut off, at byte " + std::to_string(error.byte));
   } catch (const nlohmann::json::exception&) {

@@ -66,6 +66,9 @@ std::vector<float> ParsePairs(const OperationText& text,
       }
       if (i == 0) pairs = ColorOperation::Palette(int(number)).values;
       at = size_t(number - 1) * kPairValues;
+      if (i > 0 && pairs[at + 3] != kUnset) {
+        text.Fail(std::string("changes color ").append(key).append(" twice"));
+      }
     } else {
       pairs.insert(pairs.end(), kPairValues, kUnset);
       add_color(key, &pairs[at]);
@@ -95,7 +98,10 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
         {{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1)), {}}});
   }
   std::vector<std::string_view> plain;  // without a key
-  std::vector<std::string_view> keys;
+  std::vector<std::string> keys;
+  const auto has = [&](std::string_view key) {
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
+  };
   for (const std::string_view word : Split(text, ',')) {
     const auto equals = word.find('=');
     const bool of_list = type.kind == Kind::kPalette && !word.starts_with("strength");
@@ -107,6 +113,7 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
     std::replace(key.begin(), key.end(), '-', '_');
     const std::string_view value = Trimmed(word.substr(equals + 1));
     const ColorParameter* parameter = FindParameter(type, key);
+    if (has(key)) reader.Fail("has '" + key + "' twice");
     if (key == "strength") {
       op.strength = reader.Number(value);
     } else if (!parameter || parameter->IsList()) {
@@ -114,7 +121,7 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
     } else {
       Set(op, *parameter, reader.Values(value, *parameter));
     }
-    keys.push_back(parameter ? parameter->name : "");
+    keys.push_back(key);
   }
   if (type.kind == Kind::kGradient || type.kind == Kind::kPalette) {
     op.values =
@@ -132,8 +139,8 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
   size_t used = 0;
   for (const ColorParameter& parameter : type.parameters) {
     const size_t count = size_t(parameter.count);
-    const bool named = std::find(keys.begin(), keys.end(), parameter.name) != keys.end();
-    if (parameter.IsList() || (named && used == values.size())) continue;
+    if (parameter.IsList() || (has(parameter.name) && used == values.size())) continue;
+    if (has(parameter.name)) reader.Fail(std::string("has '") + parameter.name + "' twice");
     if (used == values.size() && !parameter.required) break;
     if (values.size() - used < count) {
       reader.Fail(std::string("needs ") + std::to_string(count) + " value" +

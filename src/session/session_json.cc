@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/files.h"
+#include "base/unique_keys.h"
 #include "colmap_io/nerfstudio.h"
 #include "recolor/edit_text.h"
 #include "session/option_json.h"
@@ -21,7 +22,9 @@ Json ReadManifest(const fs::path& folder) {
   const std::string text = ReadFile(path);
   Json json;
   try {
-    json = Json::parse(text);
+    json = ParseWithUniqueKeys<Json>(text);
+  } catch (const OptionError& error) {
+    throw InputError(path, error.what());
   } catch (const nlohmann::json::parse_error& error) {
     throw InputError(path, "is not JSON, or cut off, at byte " + std::to_string(error.byte));
   } catch (const nlohmann::json::exception&) {

@@ -53,6 +53,19 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--keep-lightness", "0.5"});
      }},
+    {"LightnessTwice", 2, "has 'keep_lightness' twice",
+     [](Place& p) {
+       return Recolor(p, {"--to", "#3060ff,keep-lightness=0.5", "--keep-lightness", "1"});
+     }},
+    {"PaletteColorTwice", 2, "changes color 1 twice",
+     [](Place& p) {
+       return Recolor(p, {"--palette", "5,1=#ffffff,1=#000000"});
+     }},
+    {"EditKeyTwice", 3, "edit.json: has \"hue\" twice in one object",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "adjust", "hue": 1, "hue": 2}]})");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
     {"NoEdit", 2, "there is no edit",
      [](Place& p) {
        return With(p, "refit", {"--masks", p.In("masks"), "--output", p.Out("o.ply")});

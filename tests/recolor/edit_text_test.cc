@@ -104,6 +104,20 @@ TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THROW(Parse(Kind::kLut, "/nowhere/a.cube"), InputError);
 }
 
+TEST(ParseOperationTest, RefusesWhatContradictsItself) {
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=30,hue=90"), HasSubstr("has 'hue' twice"));
+  EXPECT_THAT(FaultOf(Kind::kExposure, "1,strength=0.5,strength=1"),
+              HasSubstr("has 'strength' twice"));
+  EXPECT_THAT(FaultOf(Kind::kContrast, "1.2,0.5,pivot=0.4"), HasSubstr("has 'pivot' twice"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "#3060ff,keep-lightness=0.5,keep-lightness=1"),
+              HasSubstr("has 'keep_lightness' twice"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "5,1=#ffffff,1=#000000"), HasSubstr("changes color 1 twice"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "#d0a020=#3060ff,#d0a020=#000000"), HasSubstr("named twice"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "1,1=#ffffff,strength=1,strength=0"),
+              HasSubstr("has 'strength' twice"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,chromas=6:5"), HasSubstr("chromas is empty"));
+}
+
 ColorEdit EveryOperation() {
   auto table = std::make_shared<ColorTable>();
   table->size = 3;
@@ -177,6 +191,12 @@ TEST(EditJsonTest, SaysWhereAFaultIs) {
               HasSubstr("\"size\""));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "lut", "size": 100000, "table": "AAAA"}]})"),
               HasSubstr("operations[0].size is 100000, not from 2 to 129"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "adjust", "hue": 20, "hue": 30}]})"),
+              HasSubstr("has \"hue\" twice in one object"));
+  EXPECT_EQ(FaultOf(R"({"operations": [{"op": "gray"}, {"op": "gray"}]})"), "");
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "palette", "colors":
+                  [{"from": "#d0a020", "to": "#3060ff"}, {"from": "#d0a020"}]}]})"),
+              HasSubstr("named twice"));
 }
 
 TEST(EditJsonTest, FilesLookForTablesBesideThemselves) {

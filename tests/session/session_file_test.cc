@@ -304,6 +304,8 @@ TEST_F(SessionFile, RefusesWhatIsNoSession) {
   EXPECT_THAT(Refusal(), HasSubstr("holds no session.json"));
   WriteFile(Manifest(), "{}");
   EXPECT_THAT(Refusal(), HasSubstr("session.json: is not a session"));
+  WriteFile(Manifest(), R"({"format": "a", "format": "b"})");
+  EXPECT_THAT(Refusal(), HasSubstr("session.json: has \"format\" twice in one object"));
   WriteFile(Manifest(), "");
   EXPECT_THAT(Refusal(), HasSubstr("session.json: is not JSON"));
   WriteFile(Manifest(), std::string(100000, '['));
