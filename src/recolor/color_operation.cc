@@ -58,9 +58,9 @@ constexpr ColorOperationType kTypes[] = {
      "Spread the colors about the pivot, 0.5 by default", kContrast},
     {Kind::kGamma, "gamma", "gamma", "GAMMA",
      "Raise the encoded colors to 1/GAMMA; above 1 brightens the middle tones", kGamma},
-    {Kind::kWhiteBalance, "white_balance", "white-balance", "TEMPERATURE[,TINT]",
-     "Warmer (above 0) or cooler light, in mired; TINT above 0 is towards "
-     "magenta",
+    {Kind::kWhiteBalance, "white_balance", "white-balance", "TEMPERATURE[,TINT]|gray=#rrggbb",
+     "Warmer (above 0) or cooler light, in mired; TINT above 0 is towards magenta; or what makes "
+     "this color gray",
      kWhiteBalance},
     {Kind::kSaturation, "saturation", "saturation", "FACTOR",
      "Spread the colors about their luma: 0 is gray, 1 changes nothing", kSaturation},

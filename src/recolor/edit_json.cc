@@ -246,6 +246,13 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
       op.strength = JsonNumber(value, place);
       continue;
     }
+    if (key == kGrayKey && type->kind == Kind::kWhiteBalance) {
+      if (json.contains("temperature") || json.contains("tint")) {
+        throw OptionError(place + " stands for temperature and tint");
+      }
+      SetGray(JsonColor(value, *type, place), op);
+      continue;
+    }
     const ColorParameter* parameter = FindParameter(*type, key);
     if (!parameter) throw OptionError(where + ": " + type->name + " has no " + Quoted(key));
     Set(op, *parameter, JsonValues(value, *parameter, *type, place));

@@ -116,12 +116,20 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
     if (has(key)) reader.Fail("has '" + key + "' twice");
     if (key == "strength") {
       op.strength = reader.Number(value);
+    } else if (key == kGrayKey && type.kind == Kind::kWhiteBalance) {
+      std::vector<float> gray;
+      if (!value.starts_with('#')) reader.Fail("gray is not a color");
+      reader.AddColor(value, gray);
+      SetGray(gray, op);
     } else if (!parameter || parameter->IsList()) {
       reader.Fail("there is no '" + key + "'");
     } else {
       Set(op, *parameter, reader.Values(value, *parameter));
     }
     keys.push_back(key);
+  }
+  if (has(kGrayKey) && (!plain.empty() || has("temperature") || has("tint"))) {
+    reader.Fail("gray stands for temperature and tint");
   }
   if (type.kind == Kind::kGradient || type.kind == Kind::kPalette) {
     op.values =

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "recolor/color_operation.h"
+#include "recolor/white_balance.h"
 
 namespace retint {
 
@@ -89,6 +90,15 @@ inline const ColorParameter* FindParameter(const ColorOperationType& type, std::
     if (name == parameter.name) return &parameter;
   }
   return nullptr;
+}
+
+// What a white balance may have instead of its parameters: the color that becomes gray.
+inline constexpr std::string_view kGrayKey = "gray";
+
+inline void SetGray(const std::vector<float>& gray, ColorOperation& op) {
+  const auto [temperature, tint] = WhiteBalanceOfGray(gray);
+  op.Get("temperature")[0] = temperature;
+  op.Get("tint")[0] = tint;
 }
 
 inline void Set(ColorOperation& op, const ColorParameter& parameter,

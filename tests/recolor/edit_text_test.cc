@@ -12,6 +12,7 @@
 namespace retint {
 namespace {
 
+using Eigen::Vector3f;
 using ::testing::HasSubstr;
 using Kind = ColorOperationKind;
 
@@ -116,6 +117,27 @@ TEST(ParseOperationTest, RefusesWhatContradictsItself) {
   EXPECT_THAT(FaultOf(Kind::kPalette, "1,1=#ffffff,strength=1,strength=0"),
               HasSubstr("has 'strength' twice"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,chromas=6:5"), HasSubstr("chromas is empty"));
+}
+
+TEST(ParseOperationTest, BalancesWhatShouldBeGray) {
+  const Vector3f warm(208 / 255.0f, 200 / 255.0f, 176 / 255.0f);  // #d0c8b0
+  const ColorOperation op = Parse(Kind::kWhiteBalance, "gray=#d0c8b0,strength=0.5");
+  EXPECT_EQ(op.strength, 0.5f);
+  ColorOperation whole = op;
+  whole.strength = 1;
+  const Vector3f gray = CompiledEdit({{whole}, 1}).Apply(warm);
+  // Temperature and tint are found in steps of a half, which are a thousandth of a channel.
+  EXPECT_NEAR(gray[0], gray[1], 0.003f);
+  EXPECT_NEAR(gray[2], gray[1], 0.003f);
+  EXPECT_EQ(EditFromJson(R"({"operations": [{"op": "white_balance", "gray": "#d0c8b0"}]})", "")
+                .operations[0],
+            whole);
+  EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "20,gray=#d0c8b0"), HasSubstr("gray stands for"));
+  EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "gray=#d0c8b0,tint=3"), HasSubstr("gray stands for"));
+  EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "gray=20"), HasSubstr("gray is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kExposure, "gray=#d0c8b0"), HasSubstr("there is no 'gray'"));
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "white_balance", "gray": "#d0c8b0", "tint": 1}]})"),
+              HasSubstr("stands for temperature and tint"));
 }
 
 ColorEdit EveryOperation() {

@@ -11,7 +11,7 @@
 #include <QSignalBlocker>
 #include <QToolButton>
 
-#include "kernels/common/color_spaces.h"
+#include "recolor/white_balance.h"
 #include "viewer/panels/color_models.h"
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/parameter_row.h"
@@ -265,38 +265,12 @@ GradePage::GradePage()
   AddRows(Kind::kSoftClip);
 }
 
-// Steps of half the size wherever no neighbor is nearer to gray.
 void GradePage::TakePicked(const QColor& color) {
-  constexpr double kFirst = 64, kLast = 0.5, kMost = 100;  // of temperature and tint
   const Eigen::Vector3f rgb(color.redF(), color.greenF(), color.blueF());
-  const auto chroma = [&](const Eigen::Vector2d& at) {
-    const ColorOperation balance =
-        ColorOperation::Make(Kind::kWhiteBalance, {float(at[0]), float(at[1])});
-    const Eigen::Vector3f balanced = CompiledEdit({{balance}, 1}).Apply(rgb);
-    const OkLab lab = OkLabFromSrgb(balanced.data());
-    return std::hypot(lab.a, lab.b);
-  };
-  Eigen::Vector2d best(0, 0);
-  float least = chroma(best);
-  for (double step = kFirst; step >= kLast; step /= 2) {
-    for (bool better = true; better;) {
-      better = false;
-      const Eigen::Vector2d center = best;
-      for (int i = 0; i < 9; ++i) {
-        const Eigen::Vector2d at = (center + step * Eigen::Vector2d(i % 3 - 1, i / 3 - 1))
-                                       .cwiseMax(-kMost)
-                                       .cwiseMin(kMost);
-        const float here = chroma(at);
-        if (here >= least) continue;
-        least = here;
-        best = at;
-        better = true;
-      }
-    }
-  }
+  const auto [temperature, tint] = WhiteBalanceOfGray({rgb.data(), 3});
   ColorOperation operation = Operation(Kind::kWhiteBalance);
-  operation.Get("temperature")[0] = float(best[0]);
-  operation.Get("tint")[0] = float(best[1]);
+  operation.Get("temperature")[0] = temperature;
+  operation.Get("tint")[0] = tint;
   Q_EMIT changed(operation, false);
 }
 

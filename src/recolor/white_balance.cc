@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recolor/white_balance.h"
+
+#include <cmath>
+
+#include "kernels/common/color_spaces.h"
+#include "recolor/color_edit.h"
+
+namespace retint {
+
+// Steps of half the size wherever no neighbor is nearer to gray.
+std::array<float, 2> WhiteBalanceOfGray(std::span<const float> color) {
+  constexpr float kFirst = 64, kLast = 0.5f, kMost = 100;  // of temperature and tint
+  const Eigen::Vector3f rgb(color.data());
+  const auto chroma = [&](const Eigen::Vector2f& at) {
+    const ColorOperation balance =
+        ColorOperation::Make(ColorOperationKind::kWhiteBalance, {at[0], at[1]});
+    const Eigen::Vector3f balanced = CompiledEdit({{balance}, 1}).Apply(rgb);
+    const OkLab lab = OkLabFromSrgb(balanced.data());
+    return std::hypot(lab.a, lab.b);
+  };
+  Eigen::Vector2f best(0, 0);
+  float least = chroma(best);
+  for (float step = kFirst; step >= kLast; step /= 2) {
+    for (bool better = true; better;) {
+      better = false;
+      const Eigen::Vector2f center = best;
+      for (int i = 0; i < 9; ++i) {
+        const Eigen::Vector2f aside(float(i % 3 - 1), float(i / 3 - 1));
+        const Eigen::Vector2f at = (center + step * aside).cwiseMax(-kMost).cwiseMin(kMost);
+        const float here = chroma(at);
+        if (here >= least) continue;
+        least = here;
+        best = at;
+        better = true;
+      }
+    }
+  }
+  return {best[0], best[1]};
+}
+
+}  // namespace retint
