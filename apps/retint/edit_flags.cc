@@ -16,9 +16,12 @@ namespace {
 bool AddPicture(ColorEdit& edit, const ColorOperation& op) {
   for (ColorOperation& other : edit.operations) {
     if (other.kind != ColorOperationKind::kPicture) continue;
+    CheckOption(op.strength == other.strength,
+                "--edited: its pictures are one edit, so give all the same strength");
     std::vector<EditedPicture> pictures = other.picture->pictures;
     pictures.push_back(op.picture->pictures.front());
     other = ColorOperation::Picture(std::move(pictures));
+    other.strength = op.strength;
     return true;
   }
   return false;

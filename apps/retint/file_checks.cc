@@ -29,6 +29,7 @@ FileOptions FilesOf(const CLI::App& verb) {
   constexpr std::string_view kFolders[] = {"--output", "--save-stages"};
   constexpr std::string_view kPictures[] = {"--mask", "--scribble", "--scribble-outside", "--erase",
                                             "--edited"};
+  constexpr std::string_view kWithStrength[] = {"--edited", "--lut"};
   const auto is_one = [](const auto& names, const std::string& name) {
     return std::find(std::begin(names), std::end(names), name) != std::end(names);
   };
@@ -40,9 +41,13 @@ FileOptions FilesOf(const CLI::App& verb) {
     const std::string name = option->get_name(), type = option->get_type_name();
     const bool is_file = type.find("FILE") != std::string::npos;
     for (const std::string& value : option->results()) {
-      // Of NAME=FILE the file.
+      // Of NAME=FILE and FILE,strength=S the file.
       const size_t sign = type.find('=') == std::string::npos ? std::string::npos : value.find('=');
-      const NamedFile file{name, sign == std::string::npos ? value : value.substr(sign + 1)};
+      NamedFile file{name, sign == std::string::npos ? value : value.substr(sign + 1)};
+      if (is_one(kWithStrength, name) && !std::filesystem::exists(file.path)) {
+        const std::string path = file.path.string();
+        file.path = path.substr(0, path.rfind(",strength="));
+      }
       if (file.path.empty()) continue;
       if (is_file && is_one(kWritten, name)) {
         files.written.push_back(file);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "recolor/operation_text.h"
 #include "recolor/palette.h"
 
@@ -81,22 +82,44 @@ std::vector<float> ParsePairs(const OperationText& text,
   return pairs;
 }
 
+struct FileOption {
+  std::filesystem::path file;
+  float strength = 1;
+};
+
+// FILE[,strength=S]. A file whose own name ends like that is taken as a whole.
+FileOption FileAndStrength(const OperationText& text, std::string_view words) {
+  constexpr std::string_view kStrength = ",strength=";
+  const std::filesystem::path whole(words);
+  const auto at = words.rfind(kStrength);
+  if (at == std::string_view::npos || IsFile(whole)) return {whole};
+  const float strength = text.Number(Trimmed(words.substr(at + kStrength.size())));
+  if (!(strength >= 0 && strength <= 1)) text.Fail("strength must be from 0 to 1");
+  return {std::filesystem::path(words.substr(0, at)), strength};
+}
+
 }  // namespace
 
 ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text) {
-  if (type.kind == Kind::kLut) {
-    return ColorOperation::Lut(ReadLut(std::filesystem::path(std::string(text))));
-  }
-  ColorOperation op = ColorOperation::Make(type.kind);
   const OperationText reader(type, text);
+  if (type.kind == Kind::kLut) {
+    const auto [file, strength] = FileAndStrength(reader, text);
+    ColorOperation lut = ColorOperation::Lut(ReadLut(file));
+    lut.strength = strength;
+    return lut;
+  }
   if (type.kind == Kind::kPicture) {
     const auto equals = text.find('=');
     if (equals == std::string_view::npos || equals == 0 || equals + 1 == text.size()) {
       reader.Fail("names no view and picture");
     }
-    return ColorOperation::Picture(
-        {{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1)), {}}});
+    const auto [file, strength] = FileAndStrength(reader, text.substr(equals + 1));
+    ColorOperation picture =
+        ColorOperation::Picture({{std::string(text.substr(0, equals)), file, {}}});
+    picture.strength = strength;
+    return picture;
   }
+  ColorOperation op = ColorOperation::Make(type.kind);
   std::vector<std::string_view> plain;  // without a key
   std::vector<std::string> keys;
   const auto has = [&](std::string_view key) {

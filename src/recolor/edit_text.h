@@ -13,8 +13,10 @@ namespace retint {
 
 // The value of an operation's option: its parameters' values in order, or
 // KEY=VALUE, separated by commas; values of one key by colons; a color also as
-// #rrggbb; strength=S for any. For a LUT the path of its file. OptionError
-// naming the operation; InputError for the file.
+// #rrggbb; strength=S for any. No key comes twice. A white balance may have
+// gray=#rrggbb instead, and becomes the one that makes this color gray. For a
+// LUT and a picture the path of the file, and its strength. OptionError naming
+// the operation; InputError for the file.
 ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text);
 
 // {"operations": [{"op": "tint", "color": [R, G, B]}, ...]}. Files of tables

@@ -66,6 +66,17 @@ const Row kUsageRows[] = {
        WriteFile(p.in / "edit.json", R"({"operations": [{"op": "adjust", "hue": 1, "hue": 2}]})");
        return Recolor(p, {"--edit", p.In("edit.json")});
      }},
+    {"PicturesOfTwoStrengths", 2, "give all the same strength",
+     [](Place& p) {
+       Arguments arguments = Recolor(p, {"--edited", "a.png=a.png,strength=0.5"});
+       arguments.insert(arguments.end(), {"--edited", "b.png=b.png"});
+       return arguments;
+     }},
+    {"ComparisonOverThePictureWithAStrength", 2, "would replace what --edited names",
+     [](Place& p) {
+       return Recolor(p, {"--edited", TinyView() + "=" + p.In("p.png") + ",strength=0.5",
+                          "--comparison", p.In("p.png")});
+     }},
     {"NoEdit", 2, "there is no edit",
      [](Place& p) {
        return With(p, "refit", {"--masks", p.In("masks"), "--output", p.Out("o.ply")});

@@ -140,6 +140,20 @@ TEST(ParseOperationTest, BalancesWhatShouldBeGray) {
               HasSubstr("stands for temperature and tint"));
 }
 
+TEST(ParseOperationTest, TakesAStrengthAfterAFile) {
+  const TempFolder temp;
+  const std::string table = (temp / "one.cube").string(), odd = table + ",strength=2";
+  std::ofstream(table) << "LUT_1D_SIZE 2\n1 1 1\n0 0 0\n";
+  EXPECT_EQ(Parse(Kind::kLut, table).strength, 1);
+  EXPECT_EQ(Parse(Kind::kLut, table + ",strength=0.5").strength, 0.5f);
+  EXPECT_THAT(FaultOf(Kind::kLut, odd), HasSubstr("strength must be from 0 to 1"));
+  const ColorOperation picture = Parse(Kind::kPicture, "a.png=" + table + ",strength=0.5");
+  EXPECT_EQ(picture.strength, 0.5f);
+  EXPECT_EQ(picture.picture->pictures[0].file, table);
+  std::ofstream(odd) << "a file whose name ends so";
+  EXPECT_EQ(Parse(Kind::kPicture, "a.png=" + odd).picture->pictures[0].file, odd);
+}
+
 ColorEdit EveryOperation() {
   auto table = std::make_shared<ColorTable>();
   table->size = 3;
