@@ -10,6 +10,7 @@
 #include "colmap_io/image_io.h"
 #include "recolor/palette.h"
 #include "retint/common.h"
+#include "retint/results.h"
 
 namespace retint::cli {
 namespace {
@@ -22,11 +23,6 @@ struct Arguments {
 };
 
 uint8_t Byte(float value) { return static_cast<uint8_t>(std::lround(value * 255)); }
-
-std::string Hex(const PaletteColor& color) {
-  return fmt::format("#{:02x}{:02x}{:02x}", Byte(color.rgb[0]), Byte(color.rgb[1]),
-                     Byte(color.rgb[2]));
-}
 
 // The most frequent color on the left, each as wide as its share.
 Image8 Swatches(const std::vector<PaletteColor>& palette) {
@@ -52,7 +48,7 @@ std::string ToJson(const std::vector<PaletteColor>& palette) {
   nlohmann::ordered_json json = {{"colors", nlohmann::ordered_json::array()}};
   for (size_t i = 0; i < palette.size(); ++i) {
     json["colors"].push_back({{"index", i + 1},
-                              {"hex", Hex(palette[i])},
+                              {"hex", Hex(palette[i].rgb)},
                               {"color", palette[i].rgb},
                               {"share", palette[i].share}});
   }
@@ -90,7 +86,8 @@ void Palette(const Arguments& arguments, Run& run) {
   staged.Commit();
   run.FinishProgress();
   for (size_t i = 0; i < palette.size(); ++i) {
-    run.Print(fmt::format("{:<13}{}   {:5.1f} %", i + 1, Hex(palette[i]), 100 * palette[i].share));
+    run.Print(
+        fmt::format("{:<13}{}   {:5.1f} %", i + 1, Hex(palette[i].rgb), 100 * palette[i].share));
   }
 }
 

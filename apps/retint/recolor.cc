@@ -81,9 +81,11 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
   }
   run.Print(fmt::format("masks        {} of {} views, {:.2f} % covered on average",
                         report.mask_views, report.views, 100 * report.mean_coverage));
-  PrintPictures(session.regions().regions.front().edit, run);
+  const ColorEdit& edit = session.regions().regions.front().edit;
+  PrintEdit(edit, run);
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run, &session);
+  PrintOutOfGamut(edit, report.quality, run);
   PrintFormatError(format, run);
   PrintParts(report, run);
   run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",

@@ -112,9 +112,11 @@ void Refit(const Arguments& arguments, Run& run) {
   staged.Commit();
   WarnOfLosses(arguments.output, session->original(), run);
   run.FinishProgress();
-  PrintPictures(session->regions().Find(region)->edit, run);
+  const ColorEdit& applied = session->regions().Find(region)->edit;
+  PrintEdit(applied, run);
   run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
   PrintQuality(quality, run);
+  PrintOutOfGamut(applied, quality, run);
   PrintFormatError(format, run);
   PrintParts(report, run);
   run.Print(fmt::format("wrote        {}", arguments.output.string()));

@@ -180,8 +180,20 @@ void WritePage(const std::filesystem::path& path, EditSession& session, const Ru
   WriteFile(path, HtmlReport(session, report, options, run.monitor()));
 }
 
-void PrintPictures(const ColorEdit& edit, const Run& run) {
+std::string Hex(std::span<const float> rgb) {
+  std::string text = "#";
+  for (const float value : rgb) {
+    text += fmt::format("{:02x}", std::lround(std::clamp(value, 0.0F, 1.0F) * 255));
+  }
+  return text;
+}
+
+void PrintEdit(const ColorEdit& edit, const Run& run) {
   for (const ColorOperation& op : edit.operations) {
+    if (op.kind == ColorOperationKind::kRecolor && op.IsSet("from")) {
+      run.Print(fmt::format("color        main color {} becomes {}", Hex(op.Get("from")),
+                            Hex(op.Get("to"))));
+    }
     if (!op.picture) continue;
     run.Print(fmt::format(
         "picture      {} {:.1f} % of the selected pixels (median DeltaE00 {:.2f}){}",
@@ -189,6 +201,17 @@ void PrintPictures(const ColorEdit& edit, const Run& run) {
         op.Get("residual")[0],
         op.picture->layers.empty() ? "" : "; the rest is carried to the other views as paint"));
   }
+}
+
+void PrintOutOfGamut(const ColorEdit& edit, const QualityReport& quality, const Run& run) {
+  constexpr double kMany = 0.1;
+  const bool clips = std::any_of(
+      edit.operations.begin(), edit.operations.end(),
+      [](const ColorOperation& op) { return op.kind == ColorOperationKind::kSoftClip; });
+  if (clips || !(quality.train.out_of_gamut > kMany)) return;
+  run.Print(
+      fmt::format("out of gamut {:.0f} % of the edited colors; --soft-clip keeps their detail",
+                  100 * quality.train.out_of_gamut));
 }
 
 void PrintQuality(const QualityReport& quality, const Run& run, const EditSession* session) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,8 +46,16 @@ void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& mode
 void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
                Run& run);
 
-// What became of the pictures of an edit that was compared with the scene, if it has any.
-void PrintPictures(const ColorEdit& edit, const Run& run);
+// What an edit is on this scene: the main colors that it replaces, and what became of the pictures
+// that were compared with the scene. Nothing for others.
+void PrintEdit(const ColorEdit& edit, const Run& run);
+
+// A hint where many of the edited colors are none that a screen shows, and nothing is done about
+// it.
+void PrintOutOfGamut(const ColorEdit& edit, const QualityReport& quality, const Run& run);
+
+// #rrggbb of a display-encoded color.
+std::string Hex(std::span<const float> rgb);
 
 // The figures of a quality report in lines for people. `session`: where only some of its views may
 // have been measured.

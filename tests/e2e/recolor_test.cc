@@ -71,6 +71,24 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
   EXPECT_LT(operation["residual"].get<double>(), 2);
 }
 
+TEST(Recolor, SaysWhatItReplacesAndWhatNoScreenShows) {
+  TempFolder temp;
+  const auto recolor = [&](const std::vector<std::string>& edit) {
+    const CommandResult result =
+        RunRetint(Join(Join(Join({"recolor"}, Scene()), edit),
+                       {"--view", TinyView(), "--mask", TinyMask().string(), "--output",
+                        (temp / "out.ply").string()}));
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_THAT(recolor({"--to", "#3060ff,from=#d0a020"}),
+              testing::HasSubstr("color        main color #d0a020 becomes #3060ff\n"));
+  EXPECT_THAT(recolor({"--exposure", "3"}), testing::HasSubstr("--soft-clip keeps"));
+  EXPECT_THAT(recolor({"--exposure", "3", "--soft-clip"}),
+              testing::Not(testing::HasSubstr("out of gamut")));
+  EXPECT_THAT(recolor({"--exposure", "-1"}), testing::Not(testing::HasSubstr("out of gamut")));
+}
+
 TEST(Recolor, WritesSplatReportStagesAndPictures) {
   TempFolder temp;
   const CommandResult result =
