@@ -101,7 +101,13 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
   verb->add_option("--threads", globals.threads, "CPU threads; 0 uses every core")
       ->check(CLI::Range(0, 1024))
       ->group(kGroup);
-  verb->add_option("--seed", globals.seed, "Seed of everything random")->group(kGroup);
+  verb->add_option("--seed", globals.seed, "Seed of everything random")
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            return text.find('-') == std::string::npos ? "" : text + " is negative";
+          },
+          ""))
+      ->group(kGroup);
   verb->add_option("--cache-mb", globals.cache_mb, "Memory for the views' frozen geometry, MiB")
       ->check(CLI::Range(size_t{0}, size_t{1} << 22))
       ->group(kGroup);
@@ -301,6 +307,13 @@ EditOptions Resolve(const EditArguments& edit, const Globals& globals) {
   options.EndByThemselves();
   options.Check();
   return options;
+}
+
+void CheckPicture(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  CheckOption(extension == ".png", path.string() + ": pictures are written as .png");
+  CheckOutput(path);
 }
 
 }  // namespace retint::cli

@@ -173,6 +173,9 @@ struct ColorArguments {
 // With the options of the refit.
 void AddRefitOptions(CLI::App* verb, ColorArguments& color, EditArguments& edit);
 
+// CheckOutput() of a picture. OptionError unless it is to be a .png: there is no other format.
+void CheckPicture(const std::filesystem::path& path);
+
 // An output or input path.
 inline CLI::Option* AddPath(CLI::App* verb, const std::string& flag, std::filesystem::path& path,
                             const std::string& description, const char* type = "FILE") {

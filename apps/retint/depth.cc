@@ -37,7 +37,7 @@ void Depth(const Arguments& arguments, Run& run) {
   CheckOption(!arguments.output.empty() || !arguments.png.empty() || arguments.against != "none",
               "there is nothing to write or to compare with: give --output, --png or --against");
   if (!arguments.output.empty()) CheckOutput(arguments.output);
-  if (!arguments.png.empty()) CheckOutput(arguments.png);
+  if (!arguments.png.empty()) CheckPicture(arguments.png);
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session = large ? large->Show({arguments.view}, nullptr, run.monitor())
                        : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));

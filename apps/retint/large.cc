@@ -54,7 +54,14 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
   const bool needed =
       large.mode == "on" || (large.mode == "auto" && !scene.workspace.empty() &&
                              CurrentRanks().Any(IsTooLarge(scene.splat, options.limits, caches)));
-  if (!needed) return nullptr;
+  if (!needed) {
+    if (large.most_views != 0) {
+      run.Warn(
+          "--most-views does nothing: the splat fits into memory and is opened whole "
+          "(--out-of-core on opens it in parts)");
+    }
+    return nullptr;
+  }
   const SessionOptions session = OptionsOf(scene, holdout, run);
   auto opened =
       std::make_unique<LargeScene>(scene.workspace, scene.splat, session, options, run.monitor());

@@ -141,7 +141,8 @@ void CheckArguments(const Arguments& arguments) {
               "--sphere, --box or --like");
   CheckOption(arguments.outside.empty() || !arguments.inside.empty(),
               "--scribble-outside needs --scribble");
-  CheckOutput(arguments.output);
+  CheckOption(!arguments.alone || !arguments.inside.empty(), "--this-view-alone needs --scribble");
+  CheckPicture(arguments.output);
 }
 
 void MakeMask(const Arguments& arguments, Run& run) {

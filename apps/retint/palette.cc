@@ -69,9 +69,8 @@ RegionSelection ReadSelection(const Arguments& arguments, const EditSession& ses
 void Palette(const Arguments& arguments, Run& run) {
   CheckOption(arguments.masks.empty() != arguments.paint.views.empty(),
               "give either --view and --mask, or --masks, and not both");
-  for (const auto& path : {arguments.report, arguments.picture}) {
-    if (!path.empty()) CheckOutput(path);
-  }
+  if (!arguments.report.empty()) CheckOutput(arguments.report);
+  if (!arguments.picture.empty()) CheckPicture(arguments.picture);
   const auto session = OpenSession(arguments.scene, 0, run);
   const std::vector<PaletteColor> palette =
       session->store().MeasurePalette(ReadSelection(arguments, *session, run), arguments.colors);

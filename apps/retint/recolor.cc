@@ -30,7 +30,7 @@ void CheckOutputs(const Arguments& arguments) {
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   if (!arguments.page.empty()) CheckOutput(arguments.page);
-  if (!arguments.comparison.empty()) CheckOutput(arguments.comparison);
+  if (!arguments.comparison.empty()) CheckPicture(arguments.comparison);
   if (!arguments.stages.empty()) CheckOutput(arguments.stages, /*as_folder=*/true);
 }
 

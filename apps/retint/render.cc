@@ -60,6 +60,10 @@ void WriteRenders(const Arguments& arguments, const std::filesystem::path& folde
 void Render(const Arguments& arguments, Run& run) {
   CheckOption(arguments.all != !arguments.views.empty(),
               "give either --view NAME or --all, and not both");
+  const std::string extension = arguments.output.extension().string();
+  CheckOption(std::filesystem::is_directory(arguments.output) ||
+                  (extension != ".png" && extension != ".jpg" && extension != ".jpeg"),
+              arguments.output.string() + ": names a picture, and renders go into a folder");
   CheckOutput(arguments.output, /*as_folder=*/true);
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session =

@@ -77,6 +77,37 @@ const Row kUsageRows[] = {
        return Recolor(p, {"--edited", TinyView() + "=" + p.In("p.png") + ",strength=0.5",
                           "--comparison", p.In("p.png")});
      }},
+    {"ComparisonOfAnotherKind", 2, "c.jpg: pictures are written as .png",
+     [](Place& p) {
+       return Recolor(p, {"--comparison", p.Out("c.jpg")});
+     }},
+    {"MaskOfAnotherKind", 2, "m.jpg: pictures are written as .png",
+     [](Place& p) {
+       return With(p, "mask",
+                   {"--view", TinyView(), "--wand", "80,60", "--output", p.Out("m.jpg")});
+     }},
+    {"SwatchesOfAnotherKind", 2, "s.bmp: pictures are written as .png",
+     [](Place& p) {
+       return With(p, "palette", {"--masks", p.In("masks"), "--picture", p.Out("s.bmp")});
+     }},
+    {"DepthPictureOfAnotherKind", 2, "d: pictures are written as .png",
+     [](Place& p) {
+       return With(p, "depth", {"--view", TinyView(), "--png", p.Out("d")});
+     }},
+    {"RenderIntoAPicture", 2, "r.jpg: names a picture, and renders go into a folder",
+     [](Place& p) {
+       return With(p, "render", {"--view", TinyView(), "--output", p.Out("r.jpg")});
+     }},
+    {"WandOfThisViewAlone", 2, "--this-view-alone needs --scribble",
+     [](Place& p) {
+       return With(p, "mask",
+                   {"--view", TinyView(), "--wand", "80,60", "--this-view-alone", "--output",
+                    p.Out("m.png")});
+     }},
+    {"NegativeSeed", 2, "--seed",
+     [](Place& p) {
+       return Recolor(p, {"--seed", "-1"});
+     }},
     {"NoEdit", 2, "there is no edit",
      [](Place& p) {
        return With(p, "refit", {"--masks", p.In("masks"), "--output", p.Out("o.ply")});

@@ -77,8 +77,9 @@ TEST(Recolor, SaysWhatItReplacesAndWhatNoScreenShows) {
     const CommandResult result =
         RunRetint(Join(Join(Join({"recolor"}, Scene()), edit),
                        {"--view", TinyView(), "--mask", TinyMask().string(), "--output",
-                        (temp / "out.ply").string()}));
+                        (temp / "out.ply").string(), "--most-views", "3"}));
     EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_THAT(result.err, testing::HasSubstr("--most-views does nothing"));
     return result.out;
   };
   EXPECT_THAT(recolor({"--to", "#3060ff,from=#d0a020"}),
