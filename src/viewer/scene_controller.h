@@ -203,16 +203,17 @@ class SceneController : public QObject {
   void Glance(RegionId id);
   // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.
   void Check();
+  // What is written has the colors of every region that is not hidden, whatever solo() is.
   void WriteSplat(const std::filesystem::path& path);
   void WriteMasks(const std::filesystem::path& folder, RegionId id);
   void WriteReport(const std::filesystem::path& path);
-  // <folder>/<image name>.png of these views (none named: every one) with the current colors.
+  // <folder>/<image name>.png of these views (none named: every one), edited.
   void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
   // <folder>/0000.png, ...: a camera path.
   // `done` runs once they are written.
   void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
                    std::function<void()> done = {});
-  // One picture: the scene before the edits on the left, with the current colors on the right.
+  // One picture: the scene before the edits on the left, edited on the right.
   // `lens` as for a FrameRequest.
   void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
                        std::shared_ptr<const LensPicture> lens = nullptr);

@@ -17,6 +17,12 @@ using OptimizerState = BackgroundOptimizer::State;
 constexpr size_t kGlancedViews = 4;
 constexpr int kBetween = 8;  // white pixels between the sides of a comparison
 
+// What an exported splat has, also while one region is looked at alone.
+FloatArray ColorsToExport(EditSession& session) {
+  session.CollectFits();
+  return session.CurrentSh();
+}
+
 }  // namespace
 
 // --- Background optimizer
@@ -182,14 +188,14 @@ void SceneController::WriteReport(const std::filesystem::path& path) {
 
 void SceneController::WriteViews(const std::filesystem::path& folder,
                                  const std::vector<std::string>& names) {
-  RunWrite(tr("Saving views"), folder, [=, sh = sh_](EditSession& session, Monitor& monitor) {
+  RunWrite(tr("Saving views"), folder, [=](EditSession& session, Monitor& monitor) {
     std::vector<const View*> views = session.reconstruction().ViewsByName();
     if (!names.empty()) {
       std::erase_if(views, [&](const View* view) {
         return std::find(names.begin(), names.end(), view->name) == names.end();
       });
     }
-    ExportViews(session, views, *sh, folder, monitor);
+    ExportViews(session, views, ColorsToExport(session), folder, monitor);
   });
 }
 
@@ -197,21 +203,22 @@ void SceneController::WriteFrames(const std::filesystem::path& folder,
                                   std::vector<PosedCamera> cameras, std::function<void()> done) {
   RunWrite(
       tr("Saving frames"), folder,
-      [=, sh = sh_, cameras = std::move(cameras)](EditSession& session, Monitor& monitor) {
-        ExportFrames(session, cameras, *sh, folder, monitor);
+      [=, cameras = std::move(cameras)](EditSession& session, Monitor& monitor) {
+        ExportFrames(session, cameras, ColorsToExport(session), folder, monitor);
       },
       std::move(done));
 }
 
 void SceneController::WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
                                       std::shared_ptr<const LensPicture> lens) {
-  RunWrite(tr("Saving the comparison"), path, [=, sh = sh_](EditSession& session, Monitor&) {
+  RunWrite(tr("Saving the comparison"), path, [=](EditSession& session, Monitor&) {
     CheckOutput(path);
     const int width = camera.camera.width, height = camera.camera.height;
     Image both(2 * width + kBetween, height);
     std::fill(both.data.begin(), both.data.end(), 1.0F);
+    const FloatArray edited = ColorsToExport(session);
     int left = 0;
-    for (const FloatArray* colors : {&session.original().sh, sh.get()}) {
+    for (const FloatArray* colors : {&session.original().sh, &edited}) {
       session.ShowSh(*colors);
       const Image side = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
         return std::move(session.renderer().Render(face).rgb);

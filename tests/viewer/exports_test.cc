@@ -102,6 +102,41 @@ class ExportsTest : public FilesFixture {
     QCOMPARE(ChangedPixels(both.copy(both.width() - width, 0, width, height), after), int64_t{0});
   }
 
+  // Solo is a way of looking, not an edit: what is written has every region.
+  void SoloLeavesNothingOutOfAnExport() {
+    const RegionId jug = AddTintedRegion();
+    QVERIFY(jug != 0);
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("other", scene_->Masks(scene_->scene().still_life.back()),
+                                    ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    const auto colors = std::make_shared<FloatArray>();
+    controller().Run({}, [=](EditSession& session, Monitor&) { *colors = session.CurrentSh(); });
+    QVERIFY(Settle(controller()));
+    controller().SetSolo(jug);
+    QTRY_VERIFY_WITH_TIMEOUT(*controller().sh() != *colors, kWaitMs);
+    const std::string name = scene_->MostVisible().first;
+    const auto facts = controller().facts();
+    const PosedCamera camera = facts->Posed(*facts->workspace->reconstruction.FindView(name));
+    Renderer renderer(facts->backend, *facts->original);
+    renderer.SetSh(*colors);
+    const QImage both = ToQImage(renderer.Render(camera).rgb);
+    renderer.SetSh(*controller().sh());
+    QVERIFY(ChangedPixels(both, ToQImage(renderer.Render(camera).rgb)) > 100);
+    const fs::path folder = Fresh();
+    QSignalSpy written(&controller(), &SceneController::written);
+    controller().WriteViews(folder / "views", {name});
+    controller().WriteFrames(folder / "turn", {camera});
+    controller().WriteComparison(folder / "both.png", camera);
+    QTRY_COMPARE_WITH_TIMEOUT(written.count(), 3, kWaitMs);
+    const auto read = [](const fs::path& path) { return ToQImage(ReadImage8(path)); };
+    QCOMPARE(ChangedPixels(read(folder / "views" / (name + ".png")), both), int64_t{0});
+    QCOMPARE(ChangedPixels(read(folder / "turn" / "0000.png"), both), int64_t{0});
+    const QImage pair = read(folder / "both.png");
+    const QImage right = pair.copy(pair.width() - both.width(), 0, both.width(), both.height());
+    QCOMPARE(ChangedPixels(right, both), int64_t{0});
+  }
+
   // By a program of the name ffmpeg, which here writes down what it was asked for.
   void ATurntableBecomesAVideoWhereFfmpegIs() {
     const fs::path folder = Fresh(), programs = Fresh();
