@@ -2,6 +2,7 @@
 #include "session/region_store.h"
 
 #include <algorithm>
+#include <cctype>
 #include <functional>
 #include <utility>
 
@@ -22,6 +23,26 @@ Region& Editable(RegionSet& state, RegionId id) {
   Region* region = state.Find(id);
   if (!region) FailUnknown(id);
   return *region;
+}
+
+// What an edit of a region became, for the history: "Gradient in vase".
+std::string LabelOf(const Region& before, const Region& after) {
+  const auto& old = before.edit.operations;
+  const auto& now = after.edit.operations;
+  const std::string& name = after.name;
+  if (now == old) return "Change the strength of " + name;
+  if (now.size() < old.size()) return "Remove a step of " + name;
+  if (now.size() == old.size() && std::ranges::is_permutation(now, old)) {
+    return "Reorder the steps of " + name;
+  }
+  // The first step that differs.
+  const auto at = std::ranges::mismatch(now, old).in1;
+  if (at->kind == ColorOperationKind::kRecolor) return "Recolor " + name;
+  if (at->kind == ColorOperationKind::kLut) return "LUT in " + name;
+  std::string step = TypeOf(at->kind).name;
+  std::ranges::replace(step, '_', ' ');
+  step.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(step.front())));
+  return step + " in " + name;
 }
 
 }  // namespace
@@ -163,7 +184,7 @@ void RegionStore::SetEdit(RegionId id, const ColorEdit& edit, float strength,
   region.edit = Completed(edit, state, index, *region.selection);
   FindPaint(region);
   region.strength = strength;
-  history_.Push("Recolor " + region.name, std::move(state), merge_key);
+  history_.Push(LabelOf(Require(id), region), std::move(state), merge_key);
 }
 
 void RegionStore::SetVisible(RegionId id, bool visible) {

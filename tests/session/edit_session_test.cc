@@ -252,6 +252,32 @@ TEST(EditSession, TheFitOfPaintStartsFromWhatShows) {
   EXPECT_GT(Compare(*session, scene, start, scene.model.sh).inside, 0.02);
 }
 
+TEST(EditSession, TheHistorySaysWhatWasDoneToAnEdit) {
+  using Kind = ColorOperationKind;
+  const TinyScene scene(9);
+  const auto session = MakeSession(scene);
+  Monitor monitor;
+  const RegionId id = session->AddRegion("vase", MasksOf(scene), scene.shares, kBlue, monitor);
+  ColorEdit edit = kBlue;
+  const auto label = [&](float strength = 1) {
+    session->SetEdit(id, edit, strength);
+    return session->history().UndoLabel();
+  };
+  edit.operations.push_back(ColorOperation::Make(Kind::kWhiteBalance, {20, 0}));
+  EXPECT_EQ(label(), "White balance in vase");
+  edit.operations.push_back(ColorOperation::Make(Kind::kExposure, {1}));
+  EXPECT_EQ(label(), "Exposure in vase");
+  edit.operations[1].strength = 0.5F;
+  EXPECT_EQ(label(), "White balance in vase");
+  std::swap(edit.operations[1], edit.operations[2]);
+  EXPECT_EQ(label(), "Reorder the steps of vase");
+  edit.operations.pop_back();
+  EXPECT_EQ(label(), "Remove a step of vase");
+  EXPECT_EQ(label(0.5F), "Change the strength of vase");
+  edit.operations[0] = ColorOperation::Make(Kind::kRecolor, {1, 0, 0});
+  EXPECT_EQ(label(0.5F), "Recolor vase");
+}
+
 TEST(EditSession, SharesAreComputedFromTheMasksWhereMissing) {
   const TinyScene scene(9);
   const auto session = MakeSession(scene);
@@ -324,7 +350,7 @@ TEST(EditSession, EditsOvertakeTheBackgroundRefitOverAndOver) {
   session->optimizer().Wait();
   EXPECT_FALSE(session->CollectFits()) << "no fit was complete";
   ASSERT_TRUE(session->Undo());
-  EXPECT_EQ(session->history().RedoLabel(), "Recolor left") << "the drag is one step";
+  EXPECT_EQ(session->history().RedoLabel(), "Tint in left") << "the drag is one step";
   EXPECT_EQ(session->regions().regions[0].edit, kBlue);
 }
 

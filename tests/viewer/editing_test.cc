@@ -35,7 +35,7 @@ class EditingTest : public ViewerTest {
     controller().SetEdit(id, ColorEdit::Tint({1, 0.1F, 0.1F}), 1, "drag");
     controller().SetEdit(id, ColorEdit::Tint({1, 0.2F, 0.2F}), 1, "drag");
     QCOMPARE(controller().regions().Find(id)->edit.Affine().gain(1, 1), 0.2F);  // at once
-    QTRY_COMPARE_WITH_TIMEOUT(controller().history().undo_label, std::string("Recolor jug"),
+    QTRY_COMPARE_WITH_TIMEOUT(controller().history().undo_label, std::string("Tint in jug"),
                               kWaitMs);
     QTest::keyClick(&canvas(), Qt::Key_Z, Qt::ControlModifier);
     QTRY_COMPARE_WITH_TIMEOUT(controller().regions().Find(id)->edit.Affine().gain(1, 1), 0.9F,

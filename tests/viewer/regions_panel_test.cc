@@ -83,7 +83,7 @@ class RegionsPanelTest : public PanelsFixture {
     DragAlong(square, {{20, 20}, {30, 20}});
     DragAlong(square, {{20, 60}, {30, 60}});
     QVERIFY(Settle(Controller()));
-    QCOMPARE(Controller().history().undo_label, std::string("Recolor left"));
+    QCOMPARE(Controller().history().undo_label, std::string("Tint in left"));
     window_->action("edit.undo")->trigger();
     QVERIFY(SessionRegions().regions[0].edit.Affine().gain != before.Affine().gain);
     window_->action("edit.undo")->trigger();
