@@ -24,6 +24,32 @@ constexpr int kReleaseMs = 1000;  // after a scene closes, when nobody reads it 
 
 QString Text(const std::string& text) { return QString::fromStdString(text); }
 
+// What a task is at, for people.
+QString StageText(const std::string& stage) {
+  static const std::map<std::string, const char*> kTexts = {
+      {"cloud", QT_TRANSLATE_NOOP("retint::SceneController", "building the cloud")},
+      {"color error", QT_TRANSLATE_NOOP("retint::SceneController", "comparing colors")},
+      {"completion", QT_TRANSLATE_NOOP("retint::SceneController", "deciding what nobody painted")},
+      {"compare", QT_TRANSLATE_NOOP("retint::SceneController", "comparing pictures")},
+      {"depth", QT_TRANSLATE_NOOP("retint::SceneController", "measuring depth")},
+      {"evaluate", QT_TRANSLATE_NOOP("retint::SceneController", "rendering views")},
+      {"gaussians", QT_TRANSLATE_NOOP("retint::SceneController", "making Gaussians")},
+      {"index", QT_TRANSLATE_NOOP("retint::SceneController", "sorting the Gaussians")},
+      {"load", QT_TRANSLATE_NOOP("retint::SceneController", "reading files")},
+      {"photos", QT_TRANSLATE_NOOP("retint::SceneController", "reading photos")},
+      {"projection", QT_TRANSLATE_NOOP("retint::SceneController", "projecting onto every view")},
+      {"refit", QT_TRANSLATE_NOOP("retint::SceneController", "fitting colors")},
+      {"registration",
+       QT_TRANSLATE_NOOP("retint::SceneController", "registering to the sparse points")},
+      {"rounds", QT_TRANSLATE_NOOP("retint::SceneController", "comparing with earlier rounds")},
+      {"save", QT_TRANSLATE_NOOP("retint::SceneController", "writing files")},
+      {"shares",
+       QT_TRANSLATE_NOOP("retint::SceneController", "finding the Gaussians of the masks")},
+      {"suggestion", QT_TRANSLATE_NOOP("retint::SceneController", "rating the views")}};
+  const auto found = kTexts.find(stage);
+  return found == kTexts.end() ? Text(stage) : SceneController::tr(found->second);
+}
+
 bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
   for (size_t i = 0; i < regions.regions.size(); ++i) {
     const Region& region = regions.regions[i];
@@ -88,7 +114,7 @@ SceneController::SceneController(QObject* parent) : QObject(parent) {
   });
   worker_ = std::make_unique<SceneWorker>(
       [this](const Progress& step) {
-        Post(this, [this, step] { Q_EMIT progress(Text(step.stage), step.fraction); });
+        Post(this, [this, step] { Q_EMIT progress(StageText(step.stage), step.fraction); });
       },
       [this](const QString& label) {
         Post(this, [this, label] {

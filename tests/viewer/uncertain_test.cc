@@ -101,9 +101,17 @@ class UncertainTest : public ViewerTest {
 
   void WhatPaintHasNotDecidedIsHatched() {
     QVERIFY(PaintAndAccept());
+    QSignalSpy progress(&controller(), &SceneController::progress);
     PressKey(*window_, Qt::Key_U);
     QVERIFY(window_->action("show.uncertain")->isChecked());
     QVERIFY(QTest::qWaitFor([&] { return window_->uncertainty().found() != nullptr; }, kWaitMs));
+    // What it was at is said in plain words.
+    QStringList stages;
+    for (const auto& step : progress) stages << step.at(0).toString();
+    QVERIFY2(stages.contains("deciding what nobody painted"), qPrintable(stages.join(", ")));
+    for (const char* internal : {"completion", "projection", "suggestion", "depth"}) {
+      QVERIFY2(!stages.contains(internal), internal);
+    }
     // Where most of it shows.
     QVERIFY(canvas().GoTo(window_->uncertainty().found()->views.front().view));
     QVERIFY(WaitSharp(*window_));

@@ -31,15 +31,6 @@ bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
          a.cam_from_world.translation == b.cam_from_world.translation;
 }
 
-QString StageText(const QString& stage) {
-  if (stage == "depth") return SelectionMode::tr("Measuring depth");
-  if (stage == "rounds") return SelectionMode::tr("Comparing with earlier rounds");
-  if (stage == "cloud") return SelectionMode::tr("Building the cloud");
-  if (stage == "registration") return SelectionMode::tr("Registering to the sparse points");
-  if (stage == "projection") return SelectionMode::tr("Projecting onto every view");
-  return stage;
-}
-
 // The selection as it stands in a view: painted there, projected there, or seen from there.
 Mask MaskOnView(const RegionSelection& selection, const PaintedView& view, EditSession& session) {
   for (const PaintedView& painted : selection.source.painted) {
@@ -367,7 +358,7 @@ void SelectionMode::TaskFailed(const QString& label, const QString& message) {
 
 void SelectionMode::Progressed(const QString& stage, double fraction) {
   if (state_ != State::kComputing || !stop_->isEnabled()) return;
-  stage_->setText(StageText(stage));
+  stage_->setText(stage.left(1).toUpper() + stage.mid(1));
   bar_->setValue(static_cast<int>(1000 * fraction));
 }
 
