@@ -83,6 +83,7 @@ void Canvas::OnScene() {
     }
     frustum_size_ = 0.07 * sum / static_cast<double>(std::max<size_t>(1, standpoints.size()));
     corners_.clear();
+    boards_.clear();
     for (const UserPicture& picture : pictures) {
       const CameraId camera = picture.faces.front()->camera_id;
       if (!corners_.contains(camera)) corners_[camera] = CornersOf(picture);
@@ -232,6 +233,11 @@ void Canvas::SetHatching(bool hatching) {
   hatching_ = hatching;
   Request(false);
   Q_EMIT stateChanged();
+}
+
+void Canvas::SetBoard(const std::string& name, const QImage& render) {
+  boards_[name] = render;
+  if (frusta_) update();
 }
 
 bool Canvas::showing_photo() const {

@@ -52,6 +52,8 @@ class Canvas : public QWidget {
   // Surfaces to hatch; null: none.
   void SetUncertain(std::shared_ptr<const std::vector<float>> shares);
   void SetHatching(bool hatching);
+  // What a camera's board shows where there is no photo, by the picture's name.
+  void SetBoard(const std::string& name, const QImage& render);
   void SetHeld(const Command& command, bool down);  // photo, original, flying
   // The next click takes a color of what shows there: picked().
   void SetPicking(bool picking);
@@ -146,6 +148,7 @@ class Canvas : public QWidget {
 
   RenderWhat what_ = RenderWhat::kRgb;
   bool frusta_ = false, split_ = false, fly_mode_ = false, cloud_shown_ = true;
+  std::map<std::string, QImage> boards_;  // renders, see SetBoard()
   bool hatching_ = false;
   bool photo_ = false, original_ = false;
   double split_at_ = 0.5;

@@ -130,7 +130,11 @@ void Canvas::PaintFrusta(QPainter& painter) const {
   for (const Frustum& frustum : Frusta()) {
     const QPolygonF quad(
         {frustum.corners[0], frustum.corners[1], frustum.corners[2], frustum.corners[3]});
-    const QImage picture = photos_->Thumbnail(frustum.picture->name);
+    const std::string& name = frustum.picture->name;
+    QImage picture = photos_->Thumbnail(name);
+    if (const auto board = boards_.find(name); picture.isNull() && board != boards_.end()) {
+      picture = board->second;
+    }
     QTransform transform;
     const double w = picture.width(), h = picture.height();
     if (!picture.isNull() &&

@@ -199,6 +199,8 @@ class SceneController : public QObject {
   // --- Results ---------------------------------------------------------------------------------
 
   void Evaluate(RegionId id);  // qualityReady()
+  // Says whether what was measured is of the edit that shows; empty: there is no such region.
+  std::string EditKey(RegionId id) const;
   // The same on a few views, quickly: qualityGlanced().
   void Glance(RegionId id);
   // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.

@@ -23,6 +23,12 @@ FloatArray ColorsToExport(EditSession& session) {
   return session.CurrentSh();
 }
 
+std::string EditKeyOf(const RegionSet& regions, RegionId id) {
+  const auto found = std::ranges::find(regions.regions, id, &Region::id);
+  if (found == regions.regions.end()) return {};
+  return regions.FitKey(size_t(found - regions.regions.begin()), RefitJob());
+}
+
 }  // namespace
 
 // --- Background optimizer
@@ -123,28 +129,38 @@ void SceneController::PollOptimizer() {
 // --- Results
 // --------------------------------------------------------------------------------------
 
+std::string SceneController::EditKey(RegionId id) const { return EditKeyOf(regions_, id); }
+
 void SceneController::Evaluate(RegionId id) {
   const auto report = std::make_shared<QualityReport>();
+  const auto edit = std::make_shared<std::string>();
   Run(
       tr("Measuring quality"),
       [=, target = job_.target](EditSession& session, Monitor& monitor) {
         session.CollectFits();
         *report = EvaluateRegion(session, id, target, monitor);
+        *edit = EditKeyOf(session.regions(), id);
       },
-      [=, this] { Q_EMIT qualityReady(id, *report); });
+      [=, this] {
+        const bool changed = regions_.Find(id) && EditKey(id) != *edit;
+        if (changed) return Evaluate(id);  // while it was measured
+        Q_EMIT qualityReady(id, *report);
+      });
 }
 
 void SceneController::Glance(RegionId id) {
   const auto report = std::make_shared<QualityReport>();
+  const auto edit = std::make_shared<std::string>();
   Run(
       {},
       [=, target = job_.target](EditSession& session, Monitor& monitor) {
         session.CollectFits();
         if (!session.regions().Find(id)) return;  // deleted meanwhile
         *report = EvaluateRegion(session, id, target, monitor, kGlancedViews);
+        *edit = EditKeyOf(session.regions(), id);
       },
       [=, this] {
-        if (report->train.views > 0) Q_EMIT qualityGlanced(id, *report);
+        if (report->train.views > 0 && EditKey(id) == *edit) Q_EMIT qualityGlanced(id, *report);
       });
 }
 

@@ -2,6 +2,7 @@
 // The panels in the real window, with mouse and keys, checked by the session's state and by pixels;
 // the list of regions and its picker are in regions_panel_test.cc.
 #include <cmath>
+#include <future>
 
 #include <QAction>
 #include <QCheckBox>
@@ -157,6 +158,56 @@ class PanelsTest : public PanelsFixture {
         QVERIFY(report.views[size_t(row)].psnr_inside >= report.views[size_t(row) - 1].psnr_inside);
       }
     }
+    // Of another edit nothing is known; chosen again, it is measured again.
+    QVERIFY(Find<QTableWidget>("report_table")->rowCount() > 0);
+    QVERIFY(Find<QLabel>("psnr_inside")->text().contains("dB"));
+    Controller().SetEdit(Regions()[1].id, ColorEdit::Tint({0.1F, 0.9F, 0.3F}));
+    QCOMPARE(order->currentText(), QString("By name"));
+    for (int row = 0; row < 6; ++row) {
+      QVERIFY(!list->item(row)->data(Qt::UserRole + 2).toString().contains("dB"));
+    }
+    QCOMPARE(Find<QTableWidget>("report_table")->rowCount(), 0);
+    QVERIFY(!Find<QLabel>("psnr_inside")->text().contains("dB"));
+    order->setFocus();
+    QTest::keyClick(order, Qt::Key_End);
+    QTRY_VERIFY_WITH_TIMEOUT(list->item(0)->data(Qt::UserRole + 2).toString().contains("dB"),
+                             kWaitMs);
+    QCOMPARE(order->currentText(), QString("Worst first (measures)"));
+  }
+
+  // The box names the order that is in force once the wanted one will not come.
+  void AnOrderThatIsGivenUpLeavesTheOneBefore() {
+    QVERIFY(AddRegions());
+    auto* order = Find<QComboBox>("views_order");
+    QSignalSpy cancelled(&Controller(), &SceneController::cancelled);
+    std::promise<void> go_on;  // the worker waits for it, so that measuring waits too
+    Controller().Run({}, [&](EditSession&, Monitor&) { go_on.get_future().wait(); });
+    order->setFocus();
+    QTest::keyClick(order, Qt::Key_Down);
+    QCOMPARE(order->currentText(), QString("Largest mask first"));
+    QTest::keyClick(order, Qt::Key_End);
+    QCOMPARE(order->currentText(), QString("Worst first (measures)"));
+    Controller().Cancel();
+    go_on.set_value();
+    QTRY_VERIFY_WITH_TIMEOUT(cancelled.count() > 0, kWaitMs);
+    QCOMPARE(order->currentText(), QString("Largest mask first"));
+  }
+
+  void BoardsWithoutPhotosShowRenders() {
+    OpenRequest request = Controller().facts()->request;
+    std::filesystem::remove_all(*folder_ / "ws" / "images");
+    for (auto* dock : window_->findChildren<QDockWidget*>()) dock->close();  // they render too
+    QSignalSpy opened(&Controller(), &SceneController::opened);
+    window_->OpenScene(request);
+    QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
+    Canvas& canvas = window_->canvas();
+    canvas.navigation().Zoom(-14);
+    canvas.CameraMoved();
+    QVERIFY(WaitSharp(*window_));
+    canvas.SetFrusta(true);
+    const QImage lines = canvas.grab().toImage();
+    constexpr int kOfLines = 100;  // pixels; five boards are more than that
+    QTRY_VERIFY_WITH_TIMEOUT(ChangedPixels(lines, canvas.grab().toImage()) > kOfLines, kWaitMs);
   }
 
   // --- Quality -----------------------------------------------------------------------------------

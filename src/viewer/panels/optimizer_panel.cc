@@ -116,7 +116,8 @@ OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* curre
     if (ended && current_->id() != 0) controller_->Glance(current_->id());
   });
   connect(controller_, &SceneController::regionsChanged, this, [this] {
-    if (measured_id_ != 0 && !controller_->regions().Find(measured_id_)) ForgetQuality();
+    if (measured_id_ == 0 || controller_->EditKey(measured_id_) == measured_edit_) return;
+    ForgetQuality();
   });
   const auto fresh = [this] {
     ForgetQuality();
@@ -225,6 +226,7 @@ void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report, const
   const Region* region = controller_->regions().Find(id);
   if (!region) return;  // deleted meanwhile
   measured_id_ = id;
+  measured_edit_ = controller_->EditKey(id);
   const QualityNumbers& numbers = report.train;
   inside_->setText(
       tr("%1 (before the edit %2)")

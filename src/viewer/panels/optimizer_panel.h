@@ -2,6 +2,8 @@
 // The background optimizer: what it is at, how far it came, and its options.
 #pragma once
 
+#include <string>
+
 #include <QElapsedTimer>
 #include <QWidget>
 
@@ -46,7 +48,8 @@ class OptimizerPanel : public QWidget {
   QPushButton *toggle_, *reset_, *measure_;
   OptionForm* options_;
   QCheckBox* automatic_;
-  RegionId measured_id_ = 0;  // whose quality shows; 0: none
+  RegionId measured_id_ = 0;   // whose quality shows; 0: none
+  std::string measured_edit_;  // SceneController::EditKey() then
   bool was_active_ = false;
 };
 

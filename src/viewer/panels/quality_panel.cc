@@ -2,6 +2,7 @@
 #include "viewer/panels/quality_panel.h"
 
 #include <cmath>
+#include <utility>
 
 #include <QCheckBox>
 #include <QHBoxLayout>
@@ -153,12 +154,13 @@ void QualityPanel::ShowCanvas() {
 }
 
 void QualityPanel::ClearReport() {
-  measured_ = 0;
+  const bool measured = controller_->regions().Find(std::exchange(measured_, 0));
   for (QTableWidget* table : {report_, worst_}) {
     table->setRowCount(0);
     FitHeight(table);
   }
-  of_->setText(tr("Not measured yet."));
+  of_->setText(measured ? tr("The edit has changed since it was measured.")
+                        : tr("Not measured yet."));
 }
 
 void QualityPanel::Clear() {
@@ -169,7 +171,7 @@ void QualityPanel::Clear() {
 
 void QualityPanel::ShowRegion() {
   SceneController& controller = *controller_;
-  if (measured_ != 0 && !controller.regions().Find(measured_)) ClearReport();
+  if (measured_ != 0 && controller.EditKey(measured_) != measured_edit_) ClearReport();
   const Region* region = controller.regions().Find(current_->id());
   measure_->setEnabled(region != nullptr);
   for (QWidget* widget : std::initializer_list<QWidget*>{split_, depth_, mask_}) {
@@ -207,6 +209,7 @@ void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {
   const Region* region = controller_->regions().Find(id);
   if (!region) return;  // deleted meanwhile
   measured_ = id;
+  measured_edit_ = controller_->EditKey(id);
   of_->setText(tr("%1, against its edited targets:").arg(QString::fromStdString(region->name)));
   const auto cells = [&](double QualityNumbers::*member, int decimals) {
     QStringList list;

@@ -202,12 +202,26 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
   connect(controller_, &SceneController::opened, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::closed, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::CountCoverage);
+  connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::ForgetQuality);
   connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
+  const auto stopped = [this](const QString& task) {
+    const int wanted = order_->currentIndex();
+    if ((wanted == kWorstFirst && task == SceneController::tr("Measuring quality")) ||
+        (wanted == kToPaintNext && task == Uncertainty::tr("Finding what is uncertain"))) {
+      Stay();
+    }
+  };
+  connect(controller_, &SceneController::failed, this, stopped);
+  connect(controller_, &SceneController::cancelled, this, stopped);
+  // Boards without photos show renders.
+  connect(canvas_, &Canvas::stateChanged, &rest_, [this] {
+    if (canvas_->frusta()) rest_.start();
+  });
   connect(current_, &CurrentRegion::changed, this, &ViewsPanel::CountCoverage);
   connect(uncertainty_, &Uncertainty::changed, this, &ViewsPanel::TakeUncertainty);
   connect(uncertainty_, &Uncertainty::refused, this, [this](const QString& why) {
     if (order_->currentIndex() != kToPaintNext) return;
-    order_->setCurrentIndex(kByName);
+    Stay();
     note_->setText(why);
     note_->show();
   });
@@ -236,7 +250,8 @@ void ViewsPanel::Fill() {
   rendered_.clear();
   rendering_ = false;
   counted_ = 0;
-  order_->setCurrentIndex(kByName);
+  in_force_ = kByName;
+  Stay();
   const auto facts = controller_->facts();
   order_->setEnabled(facts != nullptr);
   note_->setText(facts ? QString() : tr("No scene is open."));
@@ -289,7 +304,8 @@ void ViewsPanel::RenderNext() {
       item->setData(kPicture, photos_->Thumbnail(name));
       continue;
     }
-    if (!list_->isVisible() || !list_->visualItemRect(item).intersects(shown)) continue;
+    const bool listed = list_->isVisible() && list_->visualItemRect(item).intersects(shown);
+    if (!listed && !(canvas_->frusta() && photos_->IsMissing(name))) continue;
     if (found != rendered_.end() && found->second == version) continue;
     rendering_ = true;
     const auto picture = std::make_shared<QImage>();
@@ -307,7 +323,10 @@ void ViewsPanel::RenderNext() {
           rendering_ = false;
           rendered_[of] = version;
           QListWidgetItem* one = ItemOf(of);
-          if (one && !picture->isNull()) one->setData(kPicture, *picture);
+          if (one && !picture->isNull()) {
+            one->setData(kPicture, *picture);
+            canvas_->SetBoard(of, *picture);
+          }
           RenderNext();
         });
     if (!asked) rendering_ = false;
@@ -328,7 +347,8 @@ void ViewsPanel::CountCoverage() {
   counted_ = id;
   coverage_.clear();
   quality_.clear();
-  if (order_->currentIndex() >= kToPaintNext) order_->setCurrentIndex(kByName);
+  if (in_force_ >= kToPaintNext) in_force_ = kByName;  // the others are of another selection
+  Stay();
   Sort();
   if (!selection) return;
   PostToPool(pool_, [this, selection, facts = controller_->facts()] {
@@ -356,7 +376,14 @@ void ViewsPanel::TakeQuality(RegionId id, const QualityReport& report) {
     const UserPicture* picture = facts->FindPicture(view.name);
     if (picture) quality_.emplace(picture->name, view);
   }
-  Sort();
+  measured_edit_ = controller_->EditKey(id);
+  SetOrder(order_->currentIndex() == kWorstFirst ? kWorstFirst : in_force_);
+}
+
+void ViewsPanel::ForgetQuality() {
+  if (quality_.empty() || controller_->EditKey(current_->id()) == measured_edit_) return;
+  quality_.clear();
+  SetOrder(in_force_ == kWorstFirst ? kByName : in_force_);
 }
 
 void ViewsPanel::TakeUncertainty() {
@@ -365,7 +392,7 @@ void ViewsPanel::TakeUncertainty() {
   if (found) {
     for (const ViewSuggestion& one : found->views) settles_[one.view] = one.fraction;
   }
-  Sort();
+  SetOrder(found && order_->currentIndex() == kToPaintNext ? kToPaintNext : in_force_);
 }
 
 std::vector<std::string> ViewsPanel::Visible() const {
@@ -382,20 +409,30 @@ void ViewsPanel::ChooseOrder(int order) {
   const RegionId id = current_->id();
   if (order == kWorstFirst && quality_.empty()) {
     if (id == 0) {
-      order_->setCurrentIndex(kByName);
+      Stay();
       note_->setText(tr("Choose a region to measure first."));
       note_->show();
     } else {
-      controller_->Evaluate(id);  // Sort() when it is there
+      controller_->Evaluate(id);  // SetOrder() when it is there
     }
     return;
   }
   if (order == kToPaintNext) {
-    if (!uncertainty_->found()) return uncertainty_->Find();  // Sort() when it is there
+    if (!uncertainty_->found()) return uncertainty_->Find();  // SetOrder() when it is there
     return TakeUncertainty();
   }
+  SetOrder(Order(order));
+}
+
+// The box goes on naming an order that is on its way.
+void ViewsPanel::SetOrder(Order order) {
+  const bool waits = order_->currentIndex() != in_force_ && order == in_force_;
+  in_force_ = order;
+  if (!waits) Stay();
   Sort();
 }
+
+void ViewsPanel::Stay() { order_->setCurrentIndex(in_force_); }
 
 void ViewsPanel::Sort() {
   const auto facts = controller_->facts();
@@ -418,7 +455,7 @@ void ViewsPanel::Sort() {
     const auto at = places.find(picture->name);
     return at == places.end() ? places.size() : at->second;
   };
-  const int order = order_->currentIndex();
+  const int order = in_force_;
   std::ranges::stable_sort(pictures, [&](const UserPicture* a, const UserPicture* b) {
     if (order == kByCoverage) return covered(a) > covered(b);
     if (order == kWorstFirst) return inside(a) < inside(b);
@@ -435,6 +472,7 @@ void ViewsPanel::Sort() {
   }
   if (current) list_->setCurrentItem(current);
   note_->hide();
+  rest_.start();  // others show now
 }
 
 void ViewsPanel::Label(QListWidgetItem* item) {
@@ -453,7 +491,7 @@ void ViewsPanel::Label(QListWidgetItem* item) {
                .arg(quality->second.psnr_outside, 0, 'f', 2);
   }
   const auto settles = settles_.find(name.toStdString());
-  if (settles != settles_.end() && order_->currentIndex() == kToPaintNext) {
+  if (settles != settles_.end() && in_force_ == kToPaintNext) {
     badge = tr("settles %1 %").arg(100 * settles->second, 0, 'f', 1);
     tip += tr("\nPainted next, it would settle %1 % of what is uncertain")
                .arg(100 * settles->second, 0, 'f', 1);

@@ -53,6 +53,9 @@ class ViewsPanel : public QWidget {
   void TakeUncertainty();
   std::vector<std::string> Visible() const;  // whose pictures are on the screen
   void ChooseOrder(int order);
+  void SetOrder(Order order);  // now that all is there that it needs
+  void Stay();                 // with the order that is in force
+  void ForgetQuality();        // of an edit that is there no more
   void Sort();
   void Label(QListWidgetItem* item);
   void Follow();  // marks the one that the canvas shows
@@ -64,12 +67,14 @@ class ViewsPanel : public QWidget {
   PhotoLoader* photos_;
   CurrentRegion* current_;
   Uncertainty* uncertainty_;
-  QComboBox* order_;
+  QComboBox* order_;  // what is wanted
+  Order in_force_ = kByName;
   QListWidget* list_;
   QLabel* note_;
   std::map<std::string, QListWidgetItem*> items_;
   std::map<std::string, double> coverage_;  // in [0, 1], of counted_
   std::map<std::string, ViewQuality> quality_;
+  std::string measured_edit_;              // SceneController::EditKey() of quality_
   std::map<std::string, double> settles_;  // share of what is uncertain, in [0, 1]
   uint64_t counted_ = 0;                   // selection, 0: none
   // Of a picture, which sh_version() it shows; none: the photo.
