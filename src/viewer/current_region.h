@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The region that panels, tools and shortcuts mean.
+// The region that panels, tools and shortcuts mean. One that comes back takes its place again, and
+// when it is deleted its neighbor does.
 #pragma once
+
+#include <vector>
 
 #include <QObject>
 
@@ -23,8 +26,11 @@ class CurrentRegion : public QObject {
   void changed(retint::RegionId id);
 
  private:
+  void Follow();
+
   SceneController* controller_;
   RegionId id_ = 0;
+  std::vector<RegionId> known_;  // the regions before the newest change, in their order
 };
 
 }  // namespace retint

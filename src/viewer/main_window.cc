@@ -390,7 +390,6 @@ void MainWindow::ShowCloudOfCurrent() {
 
 void MainWindow::OnRegions() {
   setWindowModified(sessions_->IsModified());
-  if (!current_->region()) SetCurrentRegion(0);
   ShowCloudOfCurrent();  // undo may have given it another selection
   UpdateActions();
 }
