@@ -133,13 +133,13 @@ void Canvas::Request(bool moving) {
   request.serial = ++serial_;
   request.camera = navigation_.Rendered();
   request.lens = Lens();
-  request.what = what_;
+  request.what = Shown();
   request.moving = moving;
   request.sh = original_ ? controller_->original_sh() : controller_->sh();
   if (!original_) request.sh_active = controller_->sh_active();
   if (ShowsSplit()) request.before = controller_->original_sh();
-  if (cloud_shown_ && !original_) request.cloud = cloud_;
-  if (hatching_ && uncertain_ && !original_) {
+  if (cloud_shown_ && !original_ && !picking_) request.cloud = cloud_;
+  if (hatching_ && uncertain_ && !original_ && !picking_) {
     request.hatching = Hatching{uncertain_, kHatchPixels * devicePixelRatioF()};
   }
   renderer_->Request(request);
@@ -298,7 +298,14 @@ void Canvas::resizeEvent(QResizeEvent* event) {
   rest_.start();
 }
 
-bool Canvas::ShowsSplit() const { return split_ && !original_ && what_ == RenderWhat::kRgb; }
+void Canvas::hideEvent(QHideEvent* event) {
+  QWidget::hideEvent(event);
+  if (!event->spontaneous()) SetPicking(false);
+}
+
+RenderWhat Canvas::Shown() const { return picking_ ? RenderWhat::kRgb : what_; }
+
+bool Canvas::ShowsSplit() const { return split_ && !original_ && Shown() == RenderWhat::kRgb; }
 
 bool Canvas::OnSplitHandle(const QPointF& at) const {
   if (!ShowsSplit() || !frame_) return false;
@@ -310,7 +317,9 @@ bool Canvas::OnSplitHandle(const QPointF& at) const {
 void Canvas::SetPicking(bool picking) {
   if (picking == picking_ || (picking && !controller_->IsOpen())) return;
   picking_ = picking;
+  Request(false);
   if (picking) {
+    pick_from_ = serial_;
     setFocus();
     Q_EMIT hint(tr("Click the color to take; hold %1 for the photo, Esc to leave it")
                     .arg(keys_.KeyText("show.photo")));
@@ -323,6 +332,7 @@ void Canvas::SetPicking(bool picking) {
 QColor Canvas::ColorAt(const QPointF& at) const {
   if (!frame_) return {};
   const QImage photo = showing_photo() ? photos_->Photo(picture()->name) : QImage();
+  if (photo.isNull() && frame_->serial < pick_from_) return {};  // of what showed before picking
   const bool before = photo.isNull() && ShowsSplit() && !frame_->before.isNull();
   QRectF rect = ImageRect(photo.isNull() ? frame_->camera : navigation_.Rendered());
   if (!rect.contains(at)) return {};
@@ -344,7 +354,8 @@ void Canvas::mousePressEvent(QMouseEvent* event) {
   if (!controller_->IsOpen()) return;
   if (picking_ && event->button() == Qt::LeftButton) {
     const QColor color = ColorAt(mouse_);
-    SetPicking(false);
+    const bool waits = !color.isValid() && frame_ && frame_->serial < pick_from_;
+    if (!waits) SetPicking(false);
     if (color.isValid()) Q_EMIT picked(color);
     return;
   }

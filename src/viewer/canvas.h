@@ -55,7 +55,8 @@ class Canvas : public QWidget {
   // What a camera's board shows where there is no photo, by the picture's name.
   void SetBoard(const std::string& name, const QImage& render);
   void SetHeld(const Command& command, bool down);  // photo, original, flying
-  // The next click takes a color of what shows there: picked().
+  // The next click takes a color of the scene, which shows alone meanwhile, without depth, points
+  // and hatching: picked(). Ends when the canvas is hidden.
   void SetPicking(bool picking);
   bool picking() const { return picking_; }
   bool depth() const { return what_ == RenderWhat::kDepth; }
@@ -97,6 +98,7 @@ class Canvas : public QWidget {
   bool event(QEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
+  void hideEvent(QHideEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
   void mouseReleaseEvent(QMouseEvent* event) override;
@@ -123,7 +125,8 @@ class Canvas : public QWidget {
   void UpdateViewport();
   void Request(bool moving);
   void FlyStep();
-  bool ShowsSplit() const;  // split() where there are two sides: not of the depth
+  RenderWhat Shown() const;  // depth or colors
+  bool ShowsSplit() const;   // split() where there are two sides: not of the depth
   void SayMissingPhoto();
   std::array<Eigen::Vector3d, 4> CornersOf(const UserPicture& picture) const;
   std::vector<Frustum> Frusta() const;
@@ -145,10 +148,10 @@ class Canvas : public QWidget {
   double frustum_size_ = 1;
   // Of the pictures of a camera: where they look, at depth 1.
   std::map<CameraId, std::array<Eigen::Vector3d, 4>> corners_;
+  std::map<std::string, QImage> boards_;  // renders, see SetBoard()
 
   RenderWhat what_ = RenderWhat::kRgb;
   bool frusta_ = false, split_ = false, fly_mode_ = false, cloud_shown_ = true;
-  std::map<std::string, QImage> boards_;  // renders, see SetBoard()
   bool hatching_ = false;
   bool photo_ = false, original_ = false;
   double split_at_ = 0.5;
@@ -158,6 +161,7 @@ class Canvas : public QWidget {
   std::shared_ptr<const Frame> frame_;
   bool moving_ = false;
   uint64_t serial_ = 0;        // of the newest request
+  uint64_t pick_from_ = 0;     // while picking_: of the first that shows the scene alone
   double frame_seconds_ = 0;   // between frames while moving, a running mean
   QElapsedTimer since_frame_;  // valid: since a frame of the movement that goes on
 

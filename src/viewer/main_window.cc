@@ -417,17 +417,6 @@ void MainWindow::UpdateStatus() {
   gaussians_->setText(tr("%L1 Gaussians").arg(facts->original->NumGaussians()));
 }
 
-QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidget* panel,
-                                  Qt::DockWidgetArea area) {
-  auto* dock = new QDockWidget(title, this);
-  dock->setObjectName(id);
-  dock->setWidget(panel);
-  addDockWidget(area, dock);
-  panels_menu_->addAction(dock->toggleViewAction());
-  docks_.push_back(dock);
-  return dock;
-}
-
 // Panels that are shown one by one would not come back as they were: their tabs and sizes.
 void MainWindow::SetPanelsShown(bool shown) {
   if (shown == panels_shown_) return;

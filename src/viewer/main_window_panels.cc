@@ -2,13 +2,17 @@
 // Which panels the window has, where they stand, and how the keyboard gets there.
 #include <algorithm>
 
+#include <QAbstractSpinBox>
 #include <QAction>
 #include <QApplication>
+#include <QComboBox>
 #include <QDockWidget>
 #include <QKeyEvent>
 #include <QMenu>
 #include <QScrollArea>
 #include <QScrollBar>
+#include <QSlider>
+#include <QStackedWidget>
 
 #include "viewer/main_window.h"
 #include "viewer/panels/optimizer_panel.h"
@@ -55,6 +59,27 @@ class PanelKeys : public QObject {
       if (qobject_cast<QDockWidget*>(widget)) return true;
     }
     return false;
+  }
+};
+
+// The wheel over a number, slider or choice scrolls the panel, unless one works with that very one.
+class PanelWheel : public QObject {
+ public:
+  explicit PanelWheel(QWidget* panel) : QObject(panel) {
+    for (auto* control : panel->findChildren<QWidget*>()) {
+      const bool turns = qobject_cast<QAbstractSpinBox*>(control) ||
+                         qobject_cast<QSlider*>(control) || qobject_cast<QComboBox*>(control);
+      if (!turns) continue;
+      if (control->focusPolicy() == Qt::WheelFocus) control->setFocusPolicy(Qt::StrongFocus);
+      control->installEventFilter(this);
+    }
+  }
+
+ protected:
+  bool eventFilter(QObject* control, QEvent* event) override {
+    if (event->type() != QEvent::Wheel || static_cast<QWidget*>(control)->hasFocus()) return false;
+    event->ignore();
+    return true;
   }
 };
 
@@ -105,10 +130,24 @@ QWidget* FirstControl(QWidget* panel) {
 
 }  // namespace
 
+QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidget* panel,
+                                  Qt::DockWidgetArea area) {
+  auto* dock = new QDockWidget(title, this);
+  dock->setObjectName(id);
+  dock->setWidget(panel);
+  new PanelWheel(panel);
+  addDockWidget(area, dock);
+  panels_menu_->addAction(dock->toggleViewAction());
+  docks_.push_back(dock);
+  return dock;
+}
+
 void MainWindow::AddPanels() {
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
   auto* regions_panel = new RegionsPanel(controller_, canvas_, current_);
   connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
+  connect(pages_, &QStackedWidget::currentChanged, regions_panel,
+          [=, this] { regions_panel->SetSelecting(IsSelecting()); });
   auto* elsewhere = new ViewEditor(controller_, this);
   connect(regions_panel, &RegionsPanel::elsewhereWanted, this, [this, elsewhere](bool photo) {
     const UserPicture* picture = canvas_->picture();
@@ -122,8 +161,10 @@ void MainWindow::AddPanels() {
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
-  connect(elsewhere, &ViewEditor::taken, this,
-          [this](const QString& path) { Say(tr("Took over %1").arg(path)); });
+  connect(elsewhere, &ViewEditor::taken, this, [this](const QString& path) {
+    canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
+    Say(tr("Took over %1").arg(path));
+  });
   connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
     ShowError(tr("The view cannot be edited elsewhere"), message);
   });

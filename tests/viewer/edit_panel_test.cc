@@ -196,6 +196,29 @@ class EditPanelTest : public PanelsFixture {
     QCOMPARE(Edit().operations[1].Get("hues")[0], 0.0F);
     QCOMPARE(Edit().operations[1].Get("hues")[1], 360.0F);
     QCOMPARE(Edit().operations[1].Get("hue")[0], 40.0F);
+    // The box says what the edit that shows is like.
+    Click("adjust_ranged");
+    Type("adjust.hues0", "200");
+    Select(1);
+    Click("mode_adjust");
+    QVERIFY(!Find<QCheckBox>("adjust_ranged")->isChecked());
+    QVERIFY(!Find<QDoubleSpinBox>("adjust.hues0")->isVisible());
+    Select(0);
+    Click("mode_adjust");
+    QVERIFY(Find<QCheckBox>("adjust_ranged")->isChecked());
+    QCOMPARE(Edit().operations[1].Get("hues")[0], 200.0F);
+  }
+
+  void ThereIsNothingToResetInAnEditOfNoSteps() {
+    QVERIFY(AddPlain());
+    for (const char* mode : {"mode_recolor", "mode_tint", "mode_adjust", "mode_grade"}) {
+      Click(mode);
+      for (auto* button : Find<EditPanel>("edit_panel")->findChildren<QToolButton*>()) {
+        const QString name = button->objectName();
+        if (!name.endsWith("_reset") || !button->isVisible()) continue;
+        QVERIFY2(!button->isEnabled(), qPrintable(name));
+      }
+    }
   }
 
   void WhatShouldBeGrayBecomesGray() {
@@ -425,6 +448,7 @@ class EditPanelTest : public PanelsFixture {
     save(written.rgbSwapped());
     QTRY_VERIFY_WITH_TIMEOUT(!Regions()[0].edit.operations.empty(), kWaitMs);
     QVERIFY(Measured());
+    QVERIFY(!window_->canvas().cloud_shown());  // it would hide what was made
     const ColorEdit edit = Edit();
     QCOMPARE(edit.operations.size(), size_t{1});
     const ColorOperation& picture = edit.operations[0];
@@ -496,6 +520,50 @@ class EditPanelTest : public PanelsFixture {
     for (int x = area.width() - 40; x < area.width() - 12; ++x) colors << area.pixel(x, 12);
     QVERIFY(colors.size() > 2);
     Click("color_model0");
+  }
+
+  // The scene's, not those of what is drawn over it or shown in its place.
+  void APickedColorIsTheScenes() {
+    QVERIFY(AddPlain());
+    Canvas& canvas = window_->canvas();
+    canvas.SetCloudShown(false);
+    QVERIFY(WaitSharp(*window_));
+    const QImage scene = canvas.frame()->image;
+    const auto facts = Controller().facts();
+    canvas.SetUncertain(
+        std::make_shared<const std::vector<float>>(facts->original->NumGaussians(), 1.0F));
+    canvas.SetHatching(true);
+    QVERIFY(WaitSharp(*window_));
+    const QImage hatched = canvas.frame()->image;
+    // A pixel that the hatching covers.
+    QPoint pixel(-1, -1);
+    for (int y = scene.height() / 4; y < scene.height() && pixel.x() < 0; ++y) {
+      for (int x = scene.width() / 4; x < scene.width() && pixel.x() < 0; ++x) {
+        if (hatched.pixel(x, y) != scene.pixel(x, y)) pixel = {x, y};
+      }
+    }
+    QVERIFY(pixel.x() >= 0);
+    const auto pick = [&] {
+      Click("color_pipette");
+      const QPoint at = (canvas.ImageRect(canvas.frame()->camera).topLeft() + pixel).toPoint();
+      // At once: it waits for a picture of the scene alone.
+      QTest::mouseClick(&canvas, Qt::LeftButton, {}, at);
+      if (!canvas.picking()) return QColor();
+      if (!WaitSharp(*window_)) return QColor();
+      QTest::mouseClick(&canvas, Qt::LeftButton, {}, at);
+      return canvas.picking() ? QColor() : Find<ColorPicker>("color_picker")->color();
+    };
+    QCOMPARE(pick().name(), QColor(scene.pixel(pixel)).name());
+    QVERIFY(Measured());
+    window_->action("edit.undo")->trigger();
+    QVERIFY(Edit().operations.empty());
+    QTRY_VERIFY_WITH_TIMEOUT(*Controller().sh() == *Controller().original_sh(), kWaitMs);
+    canvas.SetHatching(false);
+    canvas.SetDepth(true);
+    QVERIFY(WaitSharp(*window_));
+    QCOMPARE(pick().name(), QColor(scene.pixel(pixel)).name());
+    QVERIFY(WaitSharp(*window_));
+    QVERIFY(canvas.depth() && canvas.frame()->what == RenderWhat::kDepth);  // as before
   }
 };
 

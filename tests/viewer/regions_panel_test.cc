@@ -5,6 +5,7 @@
 #include <QAction>
 #include <QCheckBox>
 #include <QLineEdit>
+#include <QMetaProperty>
 #include <QSlider>
 #include <QToolButton>
 
@@ -191,6 +192,120 @@ class RegionsPanelTest : public PanelsFixture {
     QTest::keyClick(slider, Qt::Key_Left);
     QCOMPARE(SessionRegions().regions[0].strength, 0.89F);
     QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kStrength), QString("89 %"));
+  }
+
+  // What one types, and one drag, is one step.
+  void AStrengthIsOneStep() {
+    QVERIFY(AddRegions());
+    Select(0);
+    const RegionId left = Regions()[0].id;
+    auto* slider = Find<QSlider>("strength");
+    auto* percent = Find<QSpinBox>("strength_percent");
+    const auto strength = [&] { return SessionRegions().Find(left)->strength; };
+    const auto type = [&](const char* text) {
+      percent->setFocus();
+      percent->selectAll();
+      QTest::keyClicks(percent, text);
+      QTest::keyClick(percent, Qt::Key_Return);
+    };
+    type("50");
+    QCOMPARE(strength(), 0.5F);
+    type("25");
+    QCOMPARE(strength(), 0.25F);
+    QVERIFY(Settle(Controller()));
+    QCOMPARE(Controller().history().undo_label, std::string("Change the strength of left"));
+    slider->setSliderDown(true);
+    for (const int at : {30, 40, 60}) slider->setSliderPosition(at);
+    slider->setSliderDown(false);
+    QCOMPARE(strength(), 0.6F);
+    slider->setFocus();
+    QTest::keyClick(slider, Qt::Key_Right);
+    QCOMPARE(strength(), 0.61F);
+    for (const float before : {0.6F, 0.25F, 0.5F, 1.0F}) {
+      window_->action("edit.undo")->trigger();
+      QCOMPARE(strength(), before);
+    }
+  }
+
+  // Unless one works with that very control.
+  void TheWheelScrollsThePanels() {
+    QVERIFY(AddRegions());
+    Select(0);
+    const auto turn = [](QWidget* control) {
+      const QPoint at = control->rect().center();
+      QWheelEvent wheel(at, control->mapToGlobal(at), {}, {0, -120}, Qt::NoButton, Qt::NoModifier,
+                        Qt::NoScrollPhase, false);
+      QCoreApplication::sendEvent(control, &wheel);
+    };
+    const auto value = [](QWidget* control) {
+      return control->metaObject()->userProperty().read(control);
+    };
+    int controls = 0;
+    for (auto* dock : window_->findChildren<QDockWidget*>()) {
+      dock->raise();
+      QTest::qWait(20);
+      for (auto* control : dock->findChildren<QWidget*>()) {
+        const bool turns = qobject_cast<QAbstractSpinBox*>(control) ||
+                           qobject_cast<QSlider*>(control) || qobject_cast<QComboBox*>(control);
+        if (!turns || !control->isVisible() || !control->isEnabled()) continue;
+        ++controls;
+        window_->canvas().setFocus();
+        // Qt gives the focus to what takes it by the wheel before the wheel turns there.
+        QVERIFY2(control->focusPolicy() != Qt::WheelFocus, qPrintable(control->objectName()));
+        const QVariant before = value(control);
+        turn(control);
+        QVERIFY2(value(control) == before, qPrintable(control->objectName()));
+      }
+    }
+    QVERIFY2(controls > 20, qPrintable(QString::number(controls)));
+    Find<QDockWidget>("regions")->raise();
+    auto* slider = Find<QSlider>("strength");
+    slider->setFocus();
+    turn(slider);
+    QVERIFY(slider->value() < 100);
+  }
+
+  void WhatCannotBeDoneWhilePaintingIsDisabled() {
+    QVERIFY(AddRegions());
+    Select(0);
+    const auto enabled = [&](const char* name) { return Find<QToolButton>(name)->isEnabled(); };
+    const char* const names[] = {"region_new", "region_extend", "color_pipette"};
+    for (const char* name : names) QVERIFY2(enabled(name), name);
+    QTest::mouseClick(Find<QToolButton>("color_pipette"), Qt::LeftButton);
+    QVERIFY(window_->canvas().picking());
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    for (const char* name : names) QVERIFY2(!enabled(name), name);
+    for (const char* mode : {"mode_adjust", "mode_grade", "mode_recolor"}) {
+      QTest::mouseClick(Find<QToolButton>(mode), Qt::LeftButton);
+      for (const char* pick : {"adjust_pick", "white_balance_pick", "recolor_pick_from"}) {
+        QVERIFY2(!enabled(pick) || !Find<QToolButton>(pick)->isVisible(), pick);
+      }
+    }
+    window_->selection().Leave();
+    QVERIFY(!window_->IsSelecting());
+    for (const char* name : names) QVERIFY2(enabled(name), name);
+    QVERIFY(!window_->canvas().picking());  // a click would recolor
+  }
+
+  void ANeighborIsCurrentAfterDeletingAndWhatComesBackAfterThat() {
+    QVERIFY(AddRegions());
+    const RegionId left = Regions()[0].id, right = Regions()[1].id;
+    QCOMPARE(window_->current_region(), right);
+    List()->setFocus();
+    QTest::keyClick(List(), Qt::Key_Delete);
+    QTRY_COMPARE(window_->current_region(), left);
+    QVERIFY(Settle(Controller()));
+    window_->action("edit.undo")->trigger();
+    QTRY_COMPARE_WITH_TIMEOUT(window_->current_region(), right, kWaitMs);
+    Select(0);
+    QTest::keyClick(List(), Qt::Key_Delete);
+    QTRY_COMPARE(window_->current_region(), right);
+    QTest::keyClick(List(), Qt::Key_Delete);
+    QTRY_COMPARE(window_->current_region(), RegionId(0));
+    QVERIFY(Settle(Controller()));
+    window_->action("edit.undo")->trigger();
+    QTRY_COMPARE_WITH_TIMEOUT(window_->current_region(), right, kWaitMs);
   }
 
   void RowsAreDraggedAndMovedByKeys() {

@@ -286,6 +286,8 @@ void ColorPicker::BuildTop(QGridLayout* layout) {
   connect(pipette_, &QToolButton::clicked, this, &ColorPicker::pickWanted);
 }
 
+void ColorPicker::SetCanPick(bool can) { pipette_->setEnabled(can); }
+
 void ColorPicker::SetModel(int index) {
   model_ = index;
   const ColorModel& model = ColorModels()[size_t(index)];

@@ -94,6 +94,7 @@ class ColorPicker : public QWidget {
   void SetColor(const QColor& color);
   // As if the user had chosen it.
   void Choose(const QColor& color);
+  void SetCanPick(bool can);  // whether pickWanted() leads anywhere
 
   ColorSquare& square() { return *square_; }
   HueStrip& hues() { return *hues_; }

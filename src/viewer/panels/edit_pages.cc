@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <QCheckBox>
 #include <QDoubleSpinBox>
@@ -106,8 +107,15 @@ void EditPage::AddBox(Kind kind, const QString& tip) {
   });
 }
 
+QToolButton* EditPage::MakePick(const char* name, const QString& text, const QString& tip) {
+  pick_ = MakeButton(name, text, tip);
+  connect(pick_, &QToolButton::clicked, this, &EditPage::pickWanted);
+  return pick_;
+}
+
 void EditPage::Show(const Find& find) {
   find_ = find;
+  if (pick_) pick_->setEnabled(can_pick_);
   for (const Row& row : parameters_) {
     const ColorOperation* operation = shown(row.view->kind);
     row.row->SetValue(operation ? double(row.view->Get(*operation)) : row.view->Default());
@@ -125,13 +133,12 @@ RecolorPage::RecolorPage() : EditPage({Kind::kRecolor}) {
   from_ = new QLabel;
   from_->setObjectName("recolor_from");
   from_->setTextFormat(Qt::RichText);
-  pick_ = MakeButton("recolor_pick_from", tr("Pick"),
-                     tr("Take the color that is replaced from the picture, with a click"));
+  MakePick("recolor_pick_from", tr("Pick"),
+           tr("Take the color that is replaced from the picture, with a click"));
   measure_ = MakeButton("recolor_measure", tr("Measure"),
                         tr("Find the main color of the region again, and replace that one"));
   rows()->addWidget(MakeWrappingLine({from_, pick_, measure_}));
   AddRows(Kind::kRecolor);
-  connect(pick_, &QToolButton::clicked, this, &EditPage::pickWanted);
   connect(measure_, &QToolButton::clicked, this, [this] {
     ColorOperation operation = Operation(Kind::kRecolor);
     std::ranges::fill(operation.Get("from"), kUnset);
@@ -160,7 +167,8 @@ void RecolorPage::TakePicked(const QColor& color) {
 
 void RecolorPage::ShowMore() {
   const ColorOperation* operation = shown(Kind::kRecolor);
-  for (QToolButton* button : {pick_, measure_}) button->setEnabled(operation != nullptr);
+  measure_->setEnabled(operation != nullptr);
+  if (!operation) pick_->setEnabled(false);
   if (!operation) return from_->setText(tr("Replaces the region's main color"));
   if (!operation->IsSet("from")) return from_->setText(tr("Measuring the main color…"));
   const QString from = ToColor(operation->Get("from")).name();
@@ -193,11 +201,10 @@ AdjustPage::AdjustPage() : EditPage({Kind::kAdjust}) {
   ranged_ = new QCheckBox(tr("Only a range of colors"));
   ranged_->setObjectName("adjust_ranged");
   ranged_->setToolTip(tr("Leaves colors outside a range of hues, chroma and lightness alone"));
-  pick_ = MakeButton("adjust_pick", tr("Pick"),
-                     tr("Take the range of hues around a color of the picture, with a click"));
+  MakePick("adjust_pick", tr("Pick"),
+           tr("Take the range of hues around a color of the picture, with a click"));
   constexpr int kBefore = 3;  // hue, chroma and lightness
   rows()->insertWidget(kBefore, MakeWrappingLine({ranged_, pick_}));
-  connect(pick_, &QToolButton::clicked, this, &EditPage::pickWanted);
   connect(ranged_, &QCheckBox::toggled, this, [this](bool on) {
     ShowRange();
     if (on || !shown(Kind::kAdjust)) return;
@@ -218,12 +225,15 @@ void AdjustPage::ShowRange() {
 }
 
 void AdjustPage::ShowMore() {
-  const ColorOperation* operation = shown(Kind::kAdjust);
-  if (!operation) return;
+  const ColorOperation operation = Operation(Kind::kAdjust);
   const ColorOperation whole = ColorOperation::Make(Kind::kAdjust);
   const bool ranged =
-      !std::equal(operation->values.begin() + 3, operation->values.end(), whole.values.begin() + 3);
-  if (ranged) ranged_->setChecked(true);
+      !std::equal(operation.values.begin() + 3, operation.values.end(), whole.values.begin() + 3);
+  // Ticked by hand, it stays so as long as it is about the same edit.
+  const bool another = std::exchange(ranged_of_, subject_) != subject_;
+  const QSignalBlocker quiet(ranged_);
+  ranged_->setChecked(ranged || (ranged_->isChecked() && !another));
+  ShowRange();
 }
 
 void AdjustPage::TakePicked(const QColor& color) {
@@ -252,12 +262,10 @@ GradePage::GradePage()
   for (const Kind kind : kinds()) {
     if (!TypeOf(kind).parameters.empty() && kind != Kind::kSoftClip) AddRows(kind);
     if (kind != Kind::kWhiteBalance) continue;
-    QToolButton* gray =
-        MakeButton("white_balance_pick", tr("This should be gray"),
-                   tr("Take a color from the picture, with a click. Temperature and "
-                      "tint are set so that it becomes gray"));
+    QToolButton* gray = MakePick("white_balance_pick", tr("This should be gray"),
+                                 tr("Take a color from the picture, with a click. Temperature and "
+                                    "tint are set so that it becomes gray"));
     rows()->addWidget(gray, 0, Qt::AlignRight);
-    connect(gray, &QToolButton::clicked, this, &EditPage::pickWanted);
   }
   AddBox(Kind::kInvert, tr("Turns every color into its complement"));
   AddBox(Kind::kGray, tr("Replaces colors by the gray of the same luminance"));
@@ -282,7 +290,8 @@ GradientPage::GradientPage() : EditPage({Kind::kGradient}) {
   rows()->addWidget(bar_);
   auto* line = new QHBoxLayout;
   add_ = MakeButton("gradient_add", tr("Add a stop"), tr("Add a stop (or double-click the bar)"));
-  remove_ = MakeButton("gradient_remove", tr("Remove"), tr("Take the current stop away (Del)"));
+  remove_ =
+      MakeButton("gradient_remove", tr("Remove stop"), tr("Take the current stop away (Del)"));
   reverse_ = MakeButton("gradient_reverse", tr("Reverse"), tr("Light becomes dark"));
   for (QToolButton* button : {add_, remove_, reverse_}) line->addWidget(button);
   line->addStretch();

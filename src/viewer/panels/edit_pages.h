@@ -43,6 +43,7 @@ class EditPage : public QWidget {
   virtual void ChooseColor(const QColor& /*color*/, bool /*dragging*/) {}
   // A color of the picture that the page itself has asked for.
   virtual void TakePicked(const QColor& /*color*/) {}
+  void SetCanPick(bool can) { can_pick_ = can; }
   // Whose edit shows, and the color that it has without one.
   void SetSubject(uint64_t subject, const QColor& base) { subject_ = subject, base_ = base; }
 
@@ -60,6 +61,8 @@ class EditPage : public QWidget {
   // Rows for the parameters of a kind, or a box for one that has none.
   void AddRows(ColorOperationKind kind);
   void AddBox(ColorOperationKind kind, const QString& tip);
+  // The button of pickWanted().
+  QToolButton* MakePick(const char* name, const QString& text, const QString& tip);
   const ColorOperation* shown(ColorOperationKind kind) const {
     return find_ ? find_(kind) : nullptr;
   }
@@ -74,8 +77,10 @@ class EditPage : public QWidget {
   std::vector<Row> parameters_;
   uint64_t subject_ = 0;
   QColor base_ = Qt::gray;
+  QToolButton* pick_ = nullptr;
 
  private:
+  bool can_pick_ = true;
   Kinds kinds_;
   Find find_;
   QVBoxLayout* layout_;
@@ -97,7 +102,7 @@ class RecolorPage : public EditPage {
 
  private:
   QLabel* from_;
-  QToolButton *pick_, *measure_;
+  QToolButton* measure_;
 };
 
 class TintPage : public EditPage {
@@ -122,7 +127,7 @@ class AdjustPage : public EditPage {
  private:
   void ShowRange();
   QCheckBox* ranged_;
-  QToolButton* pick_;
+  uint64_t ranged_of_ = 0;  // the subject for which the box was ticked or not
 };
 
 class GradePage : public EditPage {

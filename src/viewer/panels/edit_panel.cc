@@ -433,6 +433,14 @@ void EditPanel::Paste() {
   if (Send(std::move(edit), false) && last >= 0) SetRow(last);
 }
 
+void EditPanel::SetCanPick(bool can) {
+  picker_->SetCanPick(can);
+  for (int i = 0; i < pages_->count(); ++i) {
+    static_cast<EditPage*>(pages_->widget(i))->SetCanPick(can);
+  }
+  ShowPage();
+}
+
 void EditPanel::TakePicked(const QColor& color) {
   if (pick_for_page_) return page()->TakePicked(color);
   picker_->Choose(color);

@@ -42,6 +42,7 @@ class EditPanel : public QWidget {
   LutPage& lut() { return *lut_; }
   // The color of the picture that pickWanted() asked for.
   void TakePicked(const QColor& color);
+  void SetCanPick(bool can);  // whether pickWanted() leads anywhere
 
  Q_SIGNALS:
   // By the user; it is valid. `dragging`: more is to come.

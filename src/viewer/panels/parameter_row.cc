@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <QDoubleSpinBox>
-#include <QEvent>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QSignalBlocker>
@@ -54,7 +53,6 @@ ParameterRow::ParameterRow(const QString& name, const QString& label, const Rang
   for (QWidget* part : std::initializer_list<QWidget*>{slider_, box_}) {
     part->setAccessibleName(label);
     part->setFocusPolicy(Qt::StrongFocus);
-    part->installEventFilter(this);
   }
   setToolTip(tip);
   auto* layout = new QHBoxLayout(this);
@@ -87,15 +85,15 @@ double ParameterRow::value() const { return box_->value(); }
 void ParameterRow::SetValue(double value) {
   const QSignalBlocker quiet_slider(slider_), quiet_box(box_);
   // Set anew, even the same number would take away what is being typed.
-  if (std::abs(box_->value() - value) >= 0.5 * std::pow(10, -box_->decimals())) {
-    box_->setValue(value);
-  }
+  if (!Shows(value)) box_->setValue(value);
   if (!slider_->isSliderDown()) slider_->setValue(ToSlider(value));
   ShowReset();
 }
 
-void ParameterRow::ShowReset() {
-  reset_->setEnabled(std::abs(box_->value() - range_.initial) > 1e-9);
+void ParameterRow::ShowReset() { reset_->setEnabled(!Shows(range_.initial)); }
+
+bool ParameterRow::Shows(double value) const {
+  return std::abs(box_->value() - value) < 0.5 * std::pow(10, -box_->decimals());
 }
 
 void ParameterRow::SetLabelWidth(int width) { label_->setMinimumWidth(width); }
@@ -114,13 +112,6 @@ double ParameterRow::FromSlider(int position) const {
   const double share = double(position) / kSteps;
   return range_.logarithmic ? range_.low * std::pow(range_.high / range_.low, share)
                             : range_.low + share * (range_.high - range_.low);
-}
-
-// The wheel scrolls the panel, unless one works with this very number.
-bool ParameterRow::eventFilter(QObject* object, QEvent* event) {
-  if (event->type() != QEvent::Wheel || static_cast<QWidget*>(object)->hasFocus()) return false;
-  event->ignore();
-  return true;
 }
 
 }  // namespace retint

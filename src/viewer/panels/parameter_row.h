@@ -37,13 +37,11 @@ class ParameterRow : public QWidget {
   void changed(double value, bool dragging);
   void reset();  // the button was pressed; nothing was changed yet
 
- protected:
-  bool eventFilter(QObject* object, QEvent* event) override;
-
  private:
   int ToSlider(double value) const;
   double FromSlider(int position) const;
   void ShowReset();
+  bool Shows(double value) const;  // as exactly as the box does
 
   const Range range_;
   QLabel* label_;

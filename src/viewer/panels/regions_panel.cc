@@ -148,15 +148,17 @@ void RegionsPanel::BuildEditors() {
   strength_->setAccessibleName(tr("Strength"));
   strength_->setToolTip(tr("How much of the whole edit is done, in percent (Alt+T, arrows)"));
   percent_ = new QSpinBox;
+  percent_->setObjectName("strength_percent");
   percent_->setRange(0, 100);
   percent_->setSuffix(tr(" %"));
+  percent_->setKeyboardTracking(false);
   percent_->setAccessibleName(tr("Strength in percent"));
   label->setBuddy(strength_);
   layout->addWidget(label, 2, 0);
   layout->addWidget(strength_, 2, 1);
   layout->addWidget(percent_, 2, 2);
   connect(edit_, &EditPanel::edited, this, &RegionsPanel::OnEdit);
-  connect(edit_, &EditPanel::pickWanted, this, &RegionsPanel::Pick);
+  connect(edit_, &EditPanel::pickWanted, canvas_, [this] { canvas_->SetPicking(true); });
   connect(edit_, &EditPanel::elsewhereWanted, this, &RegionsPanel::elsewhereWanted);
   connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
@@ -231,10 +233,11 @@ void RegionsPanel::Refresh() {
 void RegionsPanel::ShowCurrent() {
   const Region* region = Current();
   const bool open = controller_->IsOpen();
-  paint_->setEnabled(open);
-  for (QWidget* widget : std::initializer_list<QWidget*>{extend_, duplicate_, remove_, editors_}) {
+  paint_->setEnabled(open && !selecting_);
+  for (QWidget* widget : std::initializer_list<QWidget*>{duplicate_, remove_, editors_}) {
     widget->setEnabled(region != nullptr);
   }
+  extend_->setEnabled(region && !selecting_);
   const int row = list_->currentItem() ? list_->indexOfTopLevelItem(list_->currentItem()) : -1;
   up_->setEnabled(region && row > 0);
   down_->setEnabled(region && row >= 0 && row + 1 < list_->topLevelItemCount());
@@ -302,16 +305,20 @@ void RegionsPanel::SendWaiting() {
   }
 }
 
-void RegionsPanel::Pick() {
-  canvas_->SetCloudShown(false);  // its points are no colors of the scene
-  canvas_->SetPicking(true);
+void RegionsPanel::SetSelecting(bool selecting) {
+  selecting_ = selecting;
+  edit_->SetCanPick(!selecting);
+  ShowCurrent();
 }
 
 void RegionsPanel::OnStrength(int percent) {
   const Region* region = Current();
   if (!region || qRound(region->strength * 100) == percent) return;
-  controller_->SetEdit(region->id, region->edit, float(percent) / 100.0F,
-                       "strength " + std::to_string(region->id) + " " + std::to_string(drags_));
+  std::string key;  // of a drag, which is one step
+  if (strength_->isSliderDown()) {
+    key = "strength " + std::to_string(region->id) + " " + std::to_string(drags_);
+  }
+  controller_->SetEdit(region->id, region->edit, float(percent) / 100.0F, key);
 }
 
 void RegionsPanel::Step(int by) {

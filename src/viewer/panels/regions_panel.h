@@ -36,6 +36,8 @@ class RegionsPanel : public QWidget {
   RowTree& list() { return *list_; }
   EditPanel& edit() { return *edit_; }
   QSlider& strength() { return *strength_; }
+  // In selection mode no color can be picked, and nothing else be painted.
+  void SetSelecting(bool selecting);
 
  Q_SIGNALS:
   void paintWanted(retint::RegionId id);  // 0: a new region
@@ -50,7 +52,6 @@ class RegionsPanel : public QWidget {
   void OnItemChanged(QTreeWidgetItem* item, int column);
   void OnEdit(const ColorEdit& edit, bool dragging);
   void SendWaiting();
-  void Pick();
   QColor BaseOf(const Region& region);
   void OnStrength(int percent);
   void Step(int by);
@@ -69,7 +70,7 @@ class RegionsPanel : public QWidget {
   QSpinBox* percent_;
   QLabel* title_;  // whose edit shows
   int drags_ = 0;  // names a drag for the history
-  bool filling_ = false;
+  bool filling_ = false, selecting_ = false;
   // The newest edit, while the main color of the one before it is being measured.
   struct Waiting {
     RegionId region;
