@@ -106,6 +106,8 @@ QWidget* Scrolling(QWidget* panel) {
   auto* area = new PanelArea;
   area->setFrameShape(QFrame::NoFrame);
   area->setWidgetResizable(true);
+  // One that comes and goes would change what fits in a row.
+  area->setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOn);
   area->setFocusPolicy(Qt::NoFocus);
   area->setWidget(panel);
   return area;

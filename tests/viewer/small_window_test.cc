@@ -2,14 +2,19 @@
 // A window of 1024 x 700 pixels, the smallest that is promised: in every panel, every mode of an
 // edit and selection mode no label, button or box is cut, and nothing scrolls sideways. Another
 // size is that of RETINT_WINDOW=WIDTHxHEIGHT, for a look by eye (RETINT_SCREENSHOTS).
+#include <optional>
+
 #include <QAbstractScrollArea>
+#include <QAbstractSpinBox>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDockWidget>
 #include <QLabel>
 #include <QScrollArea>
 #include <QScrollBar>
+#include <QStackedLayout>
 #include <QToolButton>
+#include <QTreeWidget>
 
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/panels/edit_panel.h"
@@ -43,6 +48,7 @@ class SmallWindowTest : public ViewerTest {
     if (widget->inherits("QDockWidgetTitleButton")) return {};  // Qt's own
     if (qobject_cast<QAbstractButton*>(widget)) return widget->minimumSizeHint();
     if (qobject_cast<QComboBox*>(widget)) return widget->minimumSizeHint();
+    if (qobject_cast<QAbstractSpinBox*>(widget)) return {0, widget->sizeHint().height()};
     return {};
   }
 
@@ -124,6 +130,7 @@ class SmallWindowTest : public ViewerTest {
     auto* dock = window_->findChild<QDockWidget*>("regions");
     dock->raise();
     QStringList cut;
+    std::optional<QPoint> place;  // of the first button
     for (const char* mode :
          {"recolor", "tint", "adjust", "grade", "lut", "gradient", "palette", "picture"}) {
       auto* button = dock->findChild<QAbstractButton*>(QStringLiteral("mode_") + mode);
@@ -134,8 +141,20 @@ class SmallWindowTest : public ViewerTest {
       }
       const QString one = CutNow(mode, dock);
       if (!one.isEmpty()) cut << one;
+      // Neither a gap about the page nor buttons that move.
+      auto* page = dock->findChild<EditPanel*>()->layout()->findChild<QStackedLayout*>();
+      const QWidget* shown = page->currentWidget();
+      const int needed = shown->hasHeightForWidth() ? shown->heightForWidth(shown->width())
+                                                    : shown->sizeHint().height();
+      QCOMPARE(shown->height(), needed);
+      const QPoint now = dock->findChild<QAbstractButton*>("mode_recolor")->mapTo(dock, QPoint());
+      QCOMPARE(place.value_or(now), now);
+      place = now;
     }
     QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
+    // A list of one region is one row high.
+    auto* list = dock->findChild<QTreeWidget*>("region_list");
+    QVERIFY(list->viewport()->height() < 2 * list->visualItemRect(list->topLevelItem(0)).height());
   }
 
   void SelectionModeIsWhole() {

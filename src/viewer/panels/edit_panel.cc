@@ -11,7 +11,7 @@
 #include <QLabel>
 #include <QMenu>
 #include <QSignalBlocker>
-#include <QStackedWidget>
+#include <QStackedLayout>
 #include <QToolButton>
 #include <QVBoxLayout>
 
@@ -36,11 +36,26 @@ void ForgetMeasured(ColorEdit& edit, size_t from) {
   for (size_t i = from; i < edit.operations.size(); ++i) ForgetMeasured(edit.operations[i]);
 }
 
+// As wide as the widest page and as high as the one that shows, at the width that it has.
+class PageLayout : public QStackedLayout {
+ public:
+  bool hasHeightForWidth() const override { return true; }
+  int heightForWidth(int width) const override {
+    const QWidget* page = currentWidget();
+    if (!page) return 0;
+    return page->hasHeightForWidth() ? page->heightForWidth(width) : page->sizeHint().height();
+  }
+  QSize sizeHint() const override { return WithHeight(QStackedLayout::sizeHint().width()); }
+  QSize minimumSize() const override { return WithHeight(QStackedLayout::minimumSize().width()); }
+
+ private:
+  QSize WithHeight(int width) const { return {width, heightForWidth(width)}; }
+};
+
 }  // namespace
 
 EditPanel::EditPanel(QWidget* parent) : QWidget(parent) {
   setObjectName("edit_panel");
-  setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);  // the list of regions may grow
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->setSpacing(4);
@@ -56,7 +71,7 @@ EditPanel::EditPanel(QWidget* parent) : QWidget(parent) {
                                tr("How much of this operation is done, 0 to 1"));
   layout->addWidget(mode_row_);
   layout->addWidget(picker_);
-  layout->addWidget(pages_);
+  layout->addLayout(pages_);
   layout->addWidget(problem_);
   layout->addWidget(list_box_);
   layout->addWidget(strength_);
@@ -142,8 +157,7 @@ void EditPanel::BuildModes() {
   policy.setHeightForWidth(true);
   mode_row_->setSizePolicy(policy);
   modes_ = new QButtonGroup(this);
-  pages_ = new QStackedWidget;
-  pages_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
+  pages_ = new PageLayout;
   AddMode("recolor", tr("Recolor"), tr("Make it this color: shading and highlights stay"),
           new RecolorPage);
   AddMode("tint", tr("Tint"), tr("Multiply the colors, as the ReCoGS paper does"), new TintPage);
@@ -294,15 +308,10 @@ void EditPanel::ShowPage() {
   if (row_ >= 0) strength_->SetValue(double(edit_.operations[size_t(row_)].strength));
 }
 
-// A page takes the room that it needs, not that of the largest.
 void EditPanel::SetMode(int mode) {
   mode_ = mode;
-  for (int i = 0; i < pages_->count(); ++i) {
-    const auto vertical = i == mode ? QSizePolicy::Preferred : QSizePolicy::Ignored;
-    pages_->widget(i)->setSizePolicy(QSizePolicy::Preferred, vertical);
-  }
   pages_->setCurrentIndex(mode);
-  pages_->updateGeometry();
+  pages_->invalidate();
 }
 
 void EditPanel::SetRow(int row) {

@@ -15,7 +15,7 @@
 class QButtonGroup;
 class QLabel;
 class QMenu;
-class QStackedWidget;
+class QStackedLayout;
 class QToolButton;
 class QTreeWidgetItem;
 
@@ -88,7 +88,7 @@ class EditPanel : public QWidget {
   QButtonGroup* modes_;
   QWidget* mode_row_;
   ColorPicker* picker_;
-  QStackedWidget* pages_;
+  QStackedLayout* pages_;
   LutPage* lut_;
   ParameterRow* strength_;  // of the operation at hand
   QLabel* problem_;

@@ -59,20 +59,20 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   for (const int column : {kSolo, kColor, kStrength}) {
     list_->header()->setSectionResizeMode(column, QHeaderView::ResizeToContents);
   }
-  list_->setMinimumHeight(4 * (fontMetrics().height() + 8));
   empty_ = new QLabel(tr("No region yet. Stop at a good view and press Enter or B to paint one."));
   empty_->setWordWrap(true);
   empty_->setMargin(8);
   empty_->setAlignment(Qt::AlignTop | Qt::AlignLeft);
-  empty_->setMinimumHeight(list_->minimumHeight());
   BuildButtons();
   BuildEditors();
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   layout->addWidget(buttons_);
-  layout->addWidget(empty_, 1);
-  layout->addWidget(list_, 1);
+  layout->addWidget(empty_);
+  constexpr int kFirst = 1000;  // takes what is left over before the end does
+  layout->addWidget(list_, kFirst);
   layout->addWidget(editors_);
+  layout->addStretch(1);
 
   connect(list_, &QTreeWidget::itemChanged, this, &RegionsPanel::OnItemChanged);
   connect(list_, &QTreeWidget::currentItemChanged, this, [this](QTreeWidgetItem* item) {
@@ -132,7 +132,7 @@ void RegionsPanel::BuildButtons() {
 
 void RegionsPanel::BuildEditors() {
   editors_ = new QWidget;
-  editors_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
+  editors_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Minimum);
   auto* layout = new QGridLayout(editors_);
   layout->setContentsMargins(0, 4, 0, 0);
   title_ = new QLabel;
@@ -224,10 +224,23 @@ void RegionsPanel::Refresh() {
   }
   list_->setCurrentItem(current);
   filling_ = false;
+  FitList();
   setFocusProxy(regions.empty() ? static_cast<QWidget*>(paint_) : list_);
   empty_->setVisible(regions.empty());
   list_->setVisible(!regions.empty());
   ShowCurrent();
+}
+
+// As high as its rows, where there is room; a few show in any case.
+void RegionsPanel::FitList() {
+  constexpr int kFew = 4;
+  const int rows = std::max(1, list_->topLevelItemCount());
+  const int row = list_->topLevelItemCount() > 0
+                      ? list_->visualItemRect(list_->topLevelItem(0)).height()
+                      : fontMetrics().height();
+  const int around = list_->header()->sizeHint().height() + 2 * list_->frameWidth() + 2;
+  list_->setMinimumHeight(around + std::min(rows, kFew) * row);
+  list_->setMaximumHeight(around + rows * row);
 }
 
 void RegionsPanel::ShowCurrent() {

@@ -47,6 +47,7 @@ class RegionsPanel : public QWidget {
   void BuildButtons();
   void BuildEditors();
   void Refresh();
+  void FitList();
   void ShowCurrent();
   void FillRow(QTreeWidgetItem* item, const Region& region, bool solo);
   void OnItemChanged(QTreeWidgetItem* item, int column);
