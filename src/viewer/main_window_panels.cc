@@ -83,7 +83,8 @@ class PanelWheel : public QObject {
   }
 };
 
-constexpr int kNarrowest = 240;  // of a panel, pixels; below, it scrolls sideways too
+// Of a panel, pixels; what the panels hold needs no more, so that their column stays as wide.
+constexpr int kNarrowest = 320;
 
 // As wide as its panel and the bar beside it need, so that a panel scrolls downwards alone.
 class PanelArea : public QScrollArea {

@@ -52,6 +52,22 @@ int WrapLayout::heightForWidth(int width) const {
   return std::max(height, margins.top() + margins.bottom());
 }
 
+int WrapLayout::HeightOf(const std::vector<QWidget*>& widgets, int width) const {
+  const QMargins margins = contentsMargins();
+  const int room = width - margins.left() - margins.right();
+  int height = margins.top() + margins.bottom() - spacing(), row_width = 0, row_height = 0;
+  for (const QWidget* widget : widgets) {
+    const QSize wanted = widget->sizeHint().expandedTo(widget->minimumSizeHint());
+    if (row_width > 0 && row_width + spacing() + wanted.width() > room) {
+      height += row_height + spacing();
+      row_width = row_height = 0;
+    }
+    row_width += wanted.width() + (row_width > 0 ? spacing() : 0);
+    row_height = std::max(row_height, wanted.height());
+  }
+  return height + row_height + spacing();
+}
+
 QSize WrapLayout::sizeHint() const {
   const QMargins margins = contentsMargins();
   const auto rows = Rows(QWIDGETSIZE_MAX);

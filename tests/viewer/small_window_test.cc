@@ -168,6 +168,51 @@ class SmallWindowTest : public ViewerTest {
     }
     QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
   }
+
+  // Whatever the panels show, and whatever the tool has for options.
+  void ThePictureStaysWhereItIs() {
+    QVERIFY(AddTintedRegion() != 0);
+    const auto place = [](const QWidget& of) {
+      QTest::qWait(30);
+      return QRect(of.mapTo(of.window(), QPoint()), of.size());
+    };
+    const QRect before = place(canvas());
+    for (const char* name : {"selection", "optimizer"}) {
+      auto* dock = window_->findChild<QDockWidget*>(name);
+      dock->raise();
+      for (auto* box : dock->findChildren<QComboBox*>()) {
+        for (int i = 0; i < box->count(); ++i) {
+          box->setCurrentIndex(i);
+          Q_EMIT box->activated(i);
+          QCOMPARE(place(canvas()), before);
+        }
+      }
+    }
+    auto* dock = window_->findChild<QDockWidget*>("regions");
+    dock->raise();
+    for (auto* button : dock->findChildren<QToolButton*>()) {
+      if (!button->objectName().startsWith("mode_") || !button->isVisible()) continue;
+      button->click();
+      QCOMPARE(place(canvas()), before);
+    }
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    const SelectionCanvas& paper = window_->selection().canvas();
+    const QRect paints = place(paper);
+    for (auto* button : window_->selection().findChildren<QToolButton*>()) {
+      if (!button->objectName().startsWith("tool")) continue;
+      button->click();
+      QCOMPARE(place(paper), paints);
+    }
+  }
+
+  // A full HD screen of twice the pixels has room for 960 x 540.
+  void TheFirstWindowFitsAFineScreen() {
+    constexpr QSize kRoom(960, 540);
+    const QSize least = window_->minimumSizeHint(), first = MainWindow::FirstSize(kRoom);
+    QVERIFY2(least.width() <= first.width() && least.height() <= first.height(),
+             qPrintable(QStringLiteral("%1 x %2").arg(least.width()).arg(least.height())));
+  }
 };
 
 }  // namespace retint

@@ -141,14 +141,14 @@ int SliderBox::FromSlider(int position) const {
 // --- ToolStrip ---------------------------------------------------------------------------------
 
 ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent), canvas_(canvas) {
-  auto* layout = new WrapLayout(this);
-  layout->setContentsMargins(6, 3, 6, 3);
-  layout->setSpacing(8);
-  auto* holder = new QWidget;
-  auto* buttons = new QHBoxLayout(holder);
+  layout_ = new WrapLayout(this);
+  layout_->setContentsMargins(6, 3, 6, 3);
+  layout_->setSpacing(8);
+  buttons_ = new QWidget;
+  auto* buttons = new QHBoxLayout(buttons_);
   buttons->setContentsMargins(0, 0, 0, 0);
   buttons->setSpacing(3);
-  layout->addWidget(holder);
+  layout_->addWidget(buttons_);
   tools_ = new QButtonGroup(this);
   for (const ToolEntry& entry : kTools) {
     QToolButton* button = MakeButton(tr(entry.name), tr(entry.tip));
@@ -179,7 +179,7 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
   opacity_ = new SliderBox(tr("Overlay"), 0, 100, tr(" %"), false,
                            tr("Opacity of the overlay (, and .); hold \\ to hide it"));
   for (SliderBox* box : {size_, hardness_, tolerance_, edge_, normal_, margin_, opacity_}) {
-    layout->addWidget(box);
+    layout_->addWidget(box);
   }
   connect(size_, &SliderBox::changed, this, [this](int value) {
     canvas_->SetBrush({value / 2.0, canvas_->brush().hardness});
@@ -213,19 +213,13 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
 void ToolStrip::Show() {
   const SelectionTool tool = canvas_->tool();
   tools_->button(static_cast<int>(tool))->setChecked(true);
-  const bool brush = tool == SelectionTool::kBrush || tool == SelectionTool::kEraser;
-  const bool wand = tool == SelectionTool::kWand, like = tool == SelectionTool::kLike;
-  const std::pair<SliderBox*, bool> shown[] = {{size_, canvas_->HasTip()},
-                                               {hardness_, brush},
-                                               {tolerance_, wand || like},
-                                               {edge_, wand},
-                                               {normal_, wand},
-                                               {margin_, tool == SelectionTool::kBox}};
+  const std::vector<SliderBox*> shown = SlidersOf(tool);
   // Hidden before others are shown: all at once would widen the window.
-  for (const auto& [box, show] : shown) {
-    if (!show) box->hide();
+  for (SliderBox* box : {size_, hardness_, tolerance_, edge_, normal_, margin_}) {
+    if (std::ranges::find(shown, box) == shown.end()) box->hide();
   }
-  for (const auto& [box, show] : shown) box->setVisible(show);
+  for (SliderBox* box : shown) box->show();
+  const bool like = tool == SelectionTool::kLike;
   const OutlineOptions& outline = canvas_->outline();
   const auto per_mille = [](double value) { return static_cast<int>(std::lround(1000 * value)); };
   size_->SetValue(static_cast<int>(std::lround(2 * canvas_->brush().radius)));
@@ -235,6 +229,40 @@ void ToolStrip::Show() {
   normal_->SetValue(static_cast<int>(std::lround(outline.wand.normal)));
   margin_->SetValue(static_cast<int>(std::lround(100 * outline.box_margin)));
   opacity_->SetValue(static_cast<int>(std::lround(100 * canvas_->overlay_opacity())));
+}
+
+std::vector<SliderBox*> ToolStrip::SlidersOf(SelectionTool tool) const {
+  switch (tool) {
+    case SelectionTool::kBrush:
+    case SelectionTool::kEraser:
+      return {size_, hardness_, opacity_};
+    case SelectionTool::kWand:
+      return {tolerance_, edge_, normal_, opacity_};
+    case SelectionTool::kLike:
+      return {tolerance_, opacity_};
+    case SelectionTool::kBox:
+      return {margin_, opacity_};
+    case SelectionTool::kScribble:
+    case SelectionTool::kRefine:
+      return {size_, opacity_};
+    default:
+      return {opacity_};
+  }
+}
+
+void ToolStrip::FitHeight() {
+  int height = 0;
+  for (const ToolEntry& entry : kTools) {
+    std::vector<QWidget*> widgets = {buttons_};
+    for (SliderBox* box : SlidersOf(entry.tool)) widgets.push_back(box);
+    height = std::max(height, layout_->HeightOf(widgets, width()));
+  }
+  setFixedHeight(height);
+}
+
+void ToolStrip::resizeEvent(QResizeEvent* event) {
+  QFrame::resizeEvent(event);
+  FitHeight();
 }
 
 void ToolStrip::DrawIcons() {
@@ -255,17 +283,18 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   auto* rows = new WrapLayout(this);
   rows->setContentsMargins(6, 3, 6, 3);
   rows->setSpacing(6);
-  // Where there is no room for all in a row: what edits above, what ends the mode below.
-  const auto part = [&] {
+  // Where there is no room for all in a row: what edits above, what ends the mode below. The
+  // buttons alone where it is narrower still.
+  const auto part = [&](QSizePolicy::Policy across) {
     auto* widget = new QWidget;
-    widget->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    widget->setSizePolicy(across, QSizePolicy::Fixed);
     auto* made = new QHBoxLayout(widget);
     made->setContentsMargins(0, 0, 0, 0);
     made->setSpacing(3);
     rows->addWidget(widget);
     return made;
   };
-  QHBoxLayout* layout = part();
+  QHBoxLayout* layout = part(QSizePolicy::Fixed);
   const auto add = [&](ToolIcon icon, const char* name, const QString& tip, auto act) {
     QToolButton* button = MakeButton(tr(name), tip);
     button->setObjectName(QString("action") + QString(name).remove(' '));
@@ -287,7 +316,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   add(ToolIcon::kNone, "Select none", tr("Select nothing (Ctrl+Shift+A)"),
       [](auto& c) { c.SelectNone(); });
   layout->addWidget(MakeLine());
-  layout->addSpacing(4);
+  layout = part(QSizePolicy::Expanding);
   target_ = new QComboBox;
   target_->setObjectName("selectionTarget");
   target_->setAccessibleName(tr("Target of the strokes"));
@@ -301,7 +330,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   place_->setMinimumWidth(kPlaceWidth);
   place_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   layout->addWidget(place_, 1);
-  layout = part();
+  layout = part(QSizePolicy::Expanding);
   hint_ = new QLabel;
   hint_->setObjectName("selectionHint");
   hint_->setMinimumWidth(kHintWidth);

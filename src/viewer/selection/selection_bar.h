@@ -21,6 +21,8 @@ class QToolButton;
 namespace retint {
 
 class SelectionCanvas;
+class WrapLayout;
+enum class SelectionTool;
 enum class ToolIcon;
 
 // A number with its label, slider and box; the slider's scale may be logarithmic.
@@ -54,12 +56,18 @@ class ToolStrip : public QFrame {
 
  protected:
   void changeEvent(QEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
 
  private:
-  void Show();  // the canvas's options
+  void Show();       // the canvas's options
+  void FitHeight();  // to the tool that needs most at this width: the picture stays where it is
+  // The sliders of a tool.
+  std::vector<SliderBox*> SlidersOf(SelectionTool tool) const;
   void DrawIcons();
 
   SelectionCanvas* canvas_;
+  WrapLayout* layout_;
+  QWidget* buttons_;
   QButtonGroup* tools_;
   SliderBox *size_, *hardness_, *tolerance_, *edge_, *normal_, *margin_, *opacity_;
 };
