@@ -7,6 +7,7 @@
 #include <QAction>
 #include <QCheckBox>
 #include <QDialog>
+#include <QHeaderView>
 #include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
@@ -307,6 +308,16 @@ class PanelsTest : public PanelsFixture {
     QCOMPARE(table->item(0, 0)->text(), QString("40"));
     QVERIFY(table->item(0, 1)->text().contains("0.0333"));
     QVERIFY(!table->item(0, 3)->text().contains("✘"));  // no correction is no failure
+    // All of its row shows, whatever width the columns get.
+    auto* dock = Find<QDockWidget>("quality");
+    for (const int width : {330, 420, 340}) {
+      window_->resizeDocks({dock}, {width}, Qt::Horizontal);
+      QTest::qWait(50);
+      const QRect row = table->visualItemRect(table->item(0, 0));
+      QVERIFY2(table->viewport()->rect().contains(row.left(), row.bottom()),
+               qPrintable(QString("%1 of %2").arg(row.bottom()).arg(table->viewport()->height())));
+      QVERIFY(table->rowHeight(0) >= table->verticalHeader()->sectionSizeHint(0));
+    }
   }
 
   // --- Scene -------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@
 #include <QHeaderView>
 #include <QLabel>
 #include <QPushButton>
+#include <QScrollBar>
 #include <QSignalBlocker>
 #include <QSlider>
 #include <QTableWidget>
@@ -32,6 +33,17 @@ QString Significant(double value) {
   return std::isfinite(value) ? QString::number(value, 'g', 3) : QStringLiteral("–");
 }
 
+// As high as its rows: the panel scrolls, not its tables.
+void FitHeight(QTableWidget* table) {
+  table->resizeRowsToContents();
+  int height = table->horizontalHeader()->sizeHint().height() + 2 * table->frameWidth();
+  for (int row = 0; row < table->rowCount(); ++row) height += table->rowHeight(row);
+  const QScrollBar* across = table->horizontalScrollBar();
+  if (across->maximum() > across->minimum()) height += across->sizeHint().height();
+  table->setFixedHeight(height);
+  table->setVisible(table->rowCount() > 0);
+}
+
 QTableWidget* MakeTable(const char* name, const QStringList& columns) {
   auto* table = new QTableWidget(0, int(columns.size()));
   table->setObjectName(name);
@@ -44,16 +56,14 @@ QTableWidget* MakeTable(const char* name, const QStringList& columns) {
   table->setTabKeyNavigation(false);
   table->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
   table->verticalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
+  // Columns get their width when the table is laid out, and rows their height from that.
+  const auto fit = [table] { FitHeight(table); };
+  for (QHeaderView* header : {table->horizontalHeader(), table->verticalHeader()}) {
+    QObject::connect(header, &QHeaderView::sectionResized, table, fit, Qt::QueuedConnection);
+  }
+  QObject::connect(table->horizontalScrollBar(), &QScrollBar::rangeChanged, table, fit,
+                   Qt::QueuedConnection);
   return table;
-}
-
-// As high as its rows: the panel scrolls, not its tables.
-void FitHeight(QTableWidget* table) {
-  table->resizeRowsToContents();
-  int height = table->horizontalHeader()->sizeHint().height() + 2 * table->frameWidth();
-  for (int row = 0; row < table->rowCount(); ++row) height += table->rowHeight(row);
-  table->setFixedHeight(height);
-  table->setVisible(table->rowCount() > 0);
 }
 
 void SetRow(QTableWidget* table, int row, const QString& head, const QStringList& cells) {
