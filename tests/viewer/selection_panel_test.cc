@@ -95,6 +95,25 @@ class SelectionPanelTest : public ViewerTest {
     // A step of the history like any other.
     PressKey(*window_, Qt::Key_Z, Qt::ControlModifier);
     QTRY_VERIFY_WITH_TIMEOUT(Current().selection == before, kWaitMs);
+    // With the options that it was made with.
+    QCOMPARE(window_->selection().select_options().cloud.sample_fraction, share_before);
+    QCOMPARE(share->value(), share_before);
+    PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
+    QTRY_VERIFY_WITH_TIMEOUT(Current().selection == fewer, kWaitMs);
+    QCOMPARE(share->value(), 0.3);
+  }
+
+  // What the command line's name does not say to everybody.
+  void OptionsHavePlainLabelsAndHelp() {
+    for (const char* form : {"selection_options", "refit_options"}) {
+      for (auto* label : Find<QWidget>(form)->findChildren<QLabel*>()) {
+        QVERIFY2(!label->toolTip().isEmpty(), qPrintable(label->text()));
+        for (const char* jargon :
+             {"Ridge", "dssim", "Arbitrate", "Surfel", "stddev", "footprint"}) {
+          QVERIFY2(!label->text().contains(jargon), qPrintable(label->text()));
+        }
+      }
+    }
   }
 
   void OffItWaitsForTheButton() {

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <utility>
 
 #include <QCheckBox>
 #include <QComboBox>
+#include <QCoreApplication>
 #include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QLabel>
@@ -26,10 +29,33 @@ QString WithCapital(QString text) {
   return text;
 }
 
+// What options are called whose names in files and on the command line say little.
+constexpr std::pair<std::string_view, const char*> kPlainLabels[] = {
+    {"active_threshold", QT_TRANSLATE_NOOP("OptionForm", "Recolor from a share of")},
+    {"aggregate", QT_TRANSLATE_NOOP("OptionForm", "Combine pairs by")},
+    {"arbitrate", QT_TRANSLATE_NOOP("OptionForm", "Colors decide between depths")},
+    {"both_sides", QT_TRANSLATE_NOOP("OptionForm", "Pairs on all four sides")},
+    {"close_radius", QT_TRANSLATE_NOOP("OptionForm", "Close holes, pixels")},
+    {"lambda_dssim", QT_TRANSLATE_NOOP("OptionForm", "Weight of structure")},
+    {"outlier_stddev", QT_TRANSLATE_NOOP("OptionForm", "Outlier distance")},
+    {"quad_pixels", QT_TRANSLATE_NOOP("OptionForm", "Square a point, pixels")},
+    {"ridge_dc", QT_TRANSLATE_NOOP("OptionForm", "Keep the first colors")},
+    {"ridge_rest", QT_TRANSLATE_NOOP("OptionForm", "Keep the first shading")},
+    {"share_threshold", QT_TRANSLATE_NOOP("OptionForm", "Inside from a share of")},
+    {"surfel_scale", QT_TRANSLATE_NOOP("OptionForm", "Disc a point, pixels")}};
+
 // "margin" of 12 pixels: "Margin, pixels".
 QString LabelOf(const Option& option) {
+  for (const auto& [name, plain] : kPlainLabels) {
+    if (option.name == name) return QCoreApplication::translate("OptionForm", plain);
+  }
   const QString label = WithCapital(Text(option.Label()));
   return option.unit.empty() ? label : label + ", " + Text(option.unit);
+}
+
+// A choice as people see it.
+QString ChoiceText(const std::string& name) {
+  return name == "mm" ? OptionForm::tr("block sweeps") : Text(name);
 }
 
 QString ObjectName(const Option& option) {
@@ -97,11 +123,11 @@ void OptionForm::AddRow(const Option& option, size_t index) {
     control = box;
   } else if (const auto* choice = std::get_if<OptionChoice>(&option.member)) {
     auto* box = new QComboBox;
-    for (const std::string& name : choice->names) box->addItem(Text(name));
+    for (const std::string& name : choice->names) box->addItem(ChoiceText(name), Text(name));
     box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
     box->setMinimumContentsLength(8);
     connect(box, &QComboBox::activated, this,
-            [=, this] { Q_EMIT edited(index, box->currentText().toStdString()); });
+            [=, this] { Q_EMIT edited(index, box->currentData().toString().toStdString()); });
     control = box;
   } else if (std::holds_alternative<double*>(option.member)) {
     auto* box = MakeNumberBox(option.range);
@@ -123,6 +149,7 @@ void OptionForm::AddRow(const Option& option, size_t index) {
   } else {
     auto* label = new QLabel(LabelOf(option));
     label->setBuddy(control);
+    label->setToolTip(control->toolTip());
     form_->addRow(label, control);
   }
   controls_.back() = control;
@@ -134,7 +161,7 @@ void OptionForm::ShowValue(QWidget* control, const Option& option) {
   if (auto* box = qobject_cast<QCheckBox*>(control)) {
     box->setChecked(std::get<bool>(value));
   } else if (auto* choice = qobject_cast<QComboBox*>(control)) {
-    choice->setCurrentText(Text(std::get<std::string>(value)));
+    choice->setCurrentIndex(choice->findData(Text(std::get<std::string>(value))));
   } else if (auto* number = qobject_cast<QDoubleSpinBox*>(control)) {
     number->setValue(std::get<double>(value));
   } else if (auto* whole = qobject_cast<QSpinBox*>(control)) {

@@ -116,8 +116,12 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   connect(controller_, &SceneController::regionsChanged, this, &SelectionPanel::ShowRegion);
   connect(controller_, &SceneController::closed, this, &SelectionPanel::ShowRegion);
   connect(current_, &CurrentRegion::changed, this, &SelectionPanel::ShowRegion);
-  connect(controller_, &SceneController::selectedAgain, this,
-          [this] { canvas_->SetCloudShown(true); });
+  connect(controller_, &SceneController::selectedAgain, this, [this](RegionId id) {
+    const Region* region = controller_->regions().Find(id);
+    if (region) made_with_[region->selection->id] = asked_;
+    canvas_->SetCloudShown(true);
+  });
+  connect(controller_, &SceneController::opened, this, [this] { made_with_.clear(); });
   ShowOptions();
   ShowRegion();
 }
@@ -138,7 +142,9 @@ void SelectionPanel::ShowRegion() {
   const Region* region = current_->region();
   const auto selection = region ? region->selection : nullptr;
   if (selection == shown_ && selection) return;
+  if (selection && region->id == shown_of_) ComeBack(*selection);
   shown_ = selection;
+  shown_of_ = region ? region->id : 0;
   const bool painted = region && !region->selection->source.painted.empty();
   again_->setEnabled(painted);
   if (!region)
@@ -148,6 +154,25 @@ void SelectionPanel::ShowRegion() {
   for (const PaintedReport& report : region->selection->source.reports) lines << ReportText(report);
   lines << tr("%L1 Gaussians are inside").arg(GaussiansInside(*region->selection));
   result_->setText(lines.join("\n"));
+}
+
+void SelectionPanel::SetOptions(const Options& options) {
+  if (const Region* region = current_->region()) {
+    made_with_.try_emplace(region->selection->id,
+                           Options{mode_->select_options(), mode_->projector_options()});
+  }
+  mode_->SetSelectOptions(options.select);
+  mode_->SetProjectorOptions(options.project);
+}
+
+// Undo and redo bring a selection back, and with it the options that it was made with.
+void SelectionPanel::ComeBack(const RegionSelection& selection) {
+  const auto found = made_with_.find(selection.id);
+  if (found == made_with_.end()) return;
+  rest_.stop();
+  mode_->SetSelectOptions(found->second.select);
+  mode_->SetProjectorOptions(found->second.project);
+  ShowOptions();
 }
 
 void SelectionPanel::TakeOption(size_t index, const OptionValue& value) {
@@ -162,8 +187,7 @@ void SelectionPanel::TakeOption(size_t index, const OptionValue& value) {
     Q_EMIT refused(tr("These options are not valid"), QString::fromUtf8(error.what()));
     return ShowOptions();
   }
-  mode_->SetSelectOptions(settings.select);
-  mode_->SetProjectorOptions(settings.project);
+  SetOptions({settings.select, settings.project});
   Changed();
 }
 
@@ -172,8 +196,7 @@ void SelectionPanel::TakePreset(int index) {
   const std::string name = preset_->itemData(index).toString().toStdString();
   if (name.empty()) return ShowOptions();
   const EditOptions preset = PresetOptions(name);
-  mode_->SetSelectOptions(preset.select);
-  mode_->SetProjectorOptions(preset.projector);
+  SetOptions({preset.select, preset.projector});
   controller_->SetRefitJob(preset.refit);
   Changed();
 }
@@ -187,7 +210,8 @@ void SelectionPanel::SelectAgain() {
   rest_.stop();
   const Region* region = current_->region();
   if (!region || region->selection->source.painted.empty()) return;
-  controller_->SelectAgain(region->id, mode_->select_options(), mode_->projector_options());
+  asked_ = {mode_->select_options(), mode_->projector_options()};
+  controller_->SelectAgain(region->id, asked_.select, asked_.project);
 }
 
 }  // namespace retint

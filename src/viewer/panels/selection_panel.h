@@ -3,6 +3,7 @@
 // of them. While "live" is on, a change selects the current region again, and its points show.
 #pragma once
 
+#include <map>
 #include <memory>
 
 #include <QTimer>
@@ -10,6 +11,7 @@
 
 #include "base/option.h"
 #include "session/region.h"
+#include "session/select_options.h"
 
 class QCheckBox;
 class QComboBox;
@@ -35,7 +37,13 @@ class SelectionPanel : public QWidget {
   void refused(const QString& title, const QString& message);
 
  private:
+  struct Options {
+    SelectOptions select;
+    ProjectorOptions project;
+  };
   void ShowOptions();
+  void SetOptions(const Options& options);  // and notes what the selection was made with before
+  void ComeBack(const RegionSelection& selection);
   void ShowRegion();
   void TakeOption(size_t index, const OptionValue& value);
   void TakePreset(int index);
@@ -52,6 +60,9 @@ class SelectionPanel : public QWidget {
   QLabel* result_;
   OptionForm* form_;
   std::shared_ptr<const RegionSelection> shown_;  // what result_ is about
+  RegionId shown_of_ = 0;                         // whose that is
+  Options asked_;                                 // of the newest SelectAgain()
+  std::map<uint64_t, Options> made_with_;         // by selection, as far as is known
   QTimer rest_;  // of the options, before the region is selected again
 };
 
