@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include <QAction>
+#include <QComboBox>
 #include <QFile>
 #include <QListWidget>
 #include <QMenu>
@@ -108,6 +109,34 @@ class EditingTest : public ViewerTest {
     QCOMPARE(ChangedPixels(picture(), whole), int64_t{0});
     controller().Undo();
     QTRY_VERIFY_WITH_TIMEOUT(picture() == photo, kWaitMs);
+  }
+
+  void ThumbnailsThatAnOrderBringsUpShowTheEdit() {
+    const auto subject = scene_->MostVisible();
+    auto* list = window_->findChild<QListWidget*>("views_list");
+    QListWidgetItem* last = list->item(list->count() - 1);
+    list->setFixedHeight(150);  // room for the first
+    QTRY_VERIFY(!list->visualItemRect(last).intersects(list->viewport()->rect()));
+    const auto picture = [](const QListWidgetItem* item) {
+      return item->data(Qt::UserRole + 1).value<QImage>();
+    };
+    QTRY_VERIFY_WITH_TIMEOUT(!picture(last).isNull(), kWaitMs);
+    const QImage photo = picture(last), first = picture(list->item(0));
+    // Only the last view has a mask, so that it comes first.
+    const std::string name = last->data(Qt::UserRole).toString().toStdString();
+    QSignalSpy added(&controller(), &SceneController::regionAdded);
+    controller().AddRegionFromMasks("jug", {{name, scene_->Masks(subject.object).at(name)}},
+                                    ColorEdit::Tint({0.1F, 0.9F, 0.1F}));
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(picture(list->item(0)) != first, kWaitMs);
+    QTest::qWait(500);  // longer than the rest before the pictures on the screen are rendered
+    QVERIFY(Settle(controller()));
+    QCOMPARE(picture(last), photo);
+    auto* order = window_->findChild<QComboBox*>("views_order");
+    order->setFocus();
+    QTest::keyClick(order, Qt::Key_Down);
+    QCOMPARE(list->row(last), 0);
+    QTRY_VERIFY_WITH_TIMEOUT(picture(last) != photo, kWaitMs);
   }
 
   void OptimizerRunsAndFinishes() {

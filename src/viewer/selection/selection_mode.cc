@@ -24,6 +24,7 @@ namespace retint {
 namespace {
 
 constexpr int kCloudCells = 280;  // across a painted view
+constexpr int kLeastWidth = 410;  // pixels of room to paint
 
 bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
   return a.camera == b.camera &&
@@ -120,6 +121,7 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
     : QWidget(parent), controller_(controller) {
   setObjectName("selectionMode");
   canvas_ = new SelectionCanvas;
+  canvas_->setMinimumWidth(kLeastWidth);
   tools_ = new ToolStrip(canvas_);
   actions_ = new ActionStrip(canvas_);
   auto* layout = new QVBoxLayout(this);
