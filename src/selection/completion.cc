@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/parallel.h"
 #include "selection/gaussian_mixture.h"
 #include "selection/graph_solver.h"
@@ -35,10 +36,11 @@ constexpr int kInsideColors = 5, kOutsideColors = 8;
 constexpr int kLeastSamples = 50;
 constexpr double kColorSpread = 0.014;  // OKLab: no component of the colors gets narrower
 constexpr double kConnected = 1e-3;     // weight of an edge that connects
+constexpr double kAnchored = 0.2;       // of the painted ones' median trust
 constexpr float kReach = 5;             // radii of what was painted, from its middle
 constexpr double kWithinRadius = 0.9;   // of it; the rest may lie behind its rim
 // Solved shares below are outside, and above inside: what is merely likely must not be half edited.
-constexpr double kSurelyOutside = 0.25, kSurelyInside = 0.75;
+constexpr double kSurelyOutside = 0.4, kSurelyInside = 0.6;
 constexpr double kUnseenDoubt = 0.25;   // of what is inside without having been seen
 constexpr double kLeastVisible = 1e-6;  // pixels
 constexpr int64_t kGrain = 4096;
@@ -180,6 +182,17 @@ class Completer {
     SolveGraph(edges_, weights, terms, solved, monitor, backend_);
   }
 
+  // The painted ones that paint knows well: a few pixels of what lies far behind may be taken to be
+  // inside by mistake.
+  std::vector<int> Anchors() const {
+    std::vector<int> anchors = Members(true);
+    std::vector<double> trust;
+    for (const int g : anchors) trust.push_back(trust_[size_t(g)]);
+    const double least = kAnchored * Median(std::move(trust));
+    std::erase_if(anchors, [&](int g) { return trust_[size_t(g)] < least; });
+    return anchors;
+  }
+
   // About the painted ones: what lies beyond it is no part of the same thing.
   struct Ball {
     Eigen::Vector3f middle;
@@ -209,7 +222,7 @@ class Completer {
   void DropUnconnected(std::vector<Solved>* solved) const {
     constexpr double kHalf = 0.5;
     std::vector<uint8_t> reached(count_, 0);
-    std::vector<int> open = Members(true);
+    std::vector<int> open = Anchors();
     const Ball reach = ReachOf(open);
     for (const int g : open) reached[size_t(g)] = 1;
     constexpr size_t kOpen = 512;  // nodes a task

@@ -118,6 +118,18 @@ TEST(Completion, EndsFarFromWhatWasPainted) {
   EXPECT_EQ(near[world.count() - 1], 0);
 }
 
+// A few pixels of another thing that are inside by mistake do not tie it to what was painted.
+TEST(Completion, WhatPaintHardlyKnowsIsNoPlaceToStartFrom) {
+  World world = MakeWorld();
+  for (size_t g = world.far_begin; g < world.count(); ++g) world.model.means[3 * g] += 16.5f;
+  for (size_t g = world.far_begin; g < world.far_begin + 30; ++g) {
+    world.known[g] = world.inside[g] = 4;
+  }
+  const auto near = Complete(world, Completion::kNear), all = Complete(world, Completion::kAll);
+  EXPECT_LT(Mean(near, world.far_begin + 30, world.count()), 0.01);
+  EXPECT_GT(Mean(all, world.far_begin + 30, world.count()), 0.9);
+}
+
 // A plate of one color from x = -3 to 3; known to be inside below -2 and outside above 2.
 World MakePlate() {
   World world;

@@ -150,6 +150,11 @@ Mixture::Points Samples(const Features4& features, const std::function<bool(size
   return samples;
 }
 
+bool IsBorder(const Features4& features, size_t p) {
+  const int x = int(p % size_t(features.width)), y = int(p / size_t(features.width));
+  return x == 0 || y == 0 || x == features.width - 1 || y == features.height - 1;
+}
+
 // 1 of every pixel that is inside, else 0; and if it is asked for, 1 of every pixel that would
 // change with all log odds but the strokes' changed by kDoubt.
 struct Solution {
@@ -170,8 +175,10 @@ Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
     monitor.ThrowIfCancelled();
     const auto take = [&](Seed kind) {
       return [&, kind](size_t p) {
-        return seeds[p] == kind ||
-               (round > 0 && seeds[p] == kNone && inside[p] == (kind == kIn ? 1 : 0));
+        if (seeds[p] != kNone) return seeds[p] == kind;
+        // First, what a stroke outside does not touch may still look like the border.
+        if (round == 0) return kind == kOut && IsBorder(features, p);
+        return inside[p] == (kind == kIn ? 1 : 0);
       };
     };
     const Mixture in(Samples(features, take(kIn)), kInsideParts, kSpread);

@@ -171,13 +171,24 @@ void SelectionCanvas::FindScribbled() {
   const bool bounded = std::any_of(outside.data.begin(), outside.data.end(),
                                    [](uint8_t value) { return value > 0; });
   if (!bounded) outside = {};
+  // Strokes outside alone take away: colors that they teach must not bring in what was not
+  // selected.
+  const bool takes_away =
+      std::all_of(scribbles_.begin(), scribbles_.end(),
+                  [](const Scribble& scribble) { return scribble.found || scribble.outside; });
+  const Mask most = takes_away && scribbles_.front().found ? editor_.mask() : Mask();
   const auto undecided = std::make_shared<Mask>();
   for (Scribble& scribble : scribbles_) {
     if (scribble.gesture == gesture) scribble.undecided = undecided;
   }
   Find(gesture, Combine::kReplace,
-       [layers = layers_, inside, outside, under = under_scribbles_, undecided](Monitor& monitor) {
+       [layers = layers_, inside, outside, most, under = under_scribbles_,
+        undecided](Monitor& monitor) {
          Mask mask = MaskFromScribbles(*layers, inside, outside, monitor, undecided.get());
+         for (size_t p = 0; p < most.data.size(); ++p) {
+           mask.data[p] = std::min(mask.data[p], most.data[p]);
+           if (most.data[p] == 0) undecided->data[p] = 0;
+         }
          for (size_t p = 0; p < under.data.size(); ++p) {
            mask.data[p] = std::max(mask.data[p], under.data[p]);
            if (under.data[p] > 0) undecided->data[p] = 0;
