@@ -95,6 +95,21 @@ TEST(Scribbles, WithoutStrokesOutsideThePicturesEdgeIs) {
   EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.97);
 }
 
+// A stroke outside on a dark board teaches nothing of the wall, which is more like the disc.
+TEST(Scribbles, TheBorderLooksOutsideThoughAStrokeOutsideIsElsewhere) {
+  Monitor monitor;
+  ViewLayers layers = Disc(kRed, {0.75f, 0.4f, 0.35f}, 4);
+  for (int y = 60; y < 85; ++y) {
+    for (int x = 30; x < 90; ++x) {
+      if (FromCenter(x, y) < kRadius) continue;
+      for (int c = 0; c < 3; ++c) layers.color(x, y, c) = 0.1f + 0.002f * float((x + y) % 5);
+    }
+  }
+  const Mask mask = MaskFromScribbles(layers, Stroke({{50, 40}, {70, 45}}),
+                                      Stroke({{55, 78}, {65, 78}}), monitor);
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.9);
+}
+
 TEST(Scribbles, KeepsWhatTheStrokesSay) {
   Monitor monitor;
   // A stroke outside on the disc itself: what it covers is outside.
