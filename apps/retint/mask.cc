@@ -158,6 +158,11 @@ void MakeMask(const Arguments& arguments, Run& run) {
   run.monitor().ThrowIfCancelled();
   staged.Commit();
   run.FinishProgress();
+  constexpr auto kFew = 100;  // pixels
+  if (!arguments.wand.empty() && inside < kFew) {
+    run.Warn(
+        fmt::format("the wand took {} of the view's pixels: larger tolerances take more", inside));
+  }
   run.Print(fmt::format("wrote a mask of {:.2f} % of view {} to {}",
                         100.0 * double(inside) / double(mask.NumPixels()), view.name,
                         arguments.output.string()));

@@ -192,7 +192,8 @@ class SurfaceDrawer {
     const CameraParams& camera = surface.geometry->camera();
     surface.depth = backend_.Allocate<float>(size_t(camera.width) * size_t(camera.height));
     DepthParams depth{};
-    depth.expected = surface.depth.data();
+    (options_.median ? depth.median : depth.expected) = surface.depth.data();
+    if (options_.median) depth.along_rays = &renderer_.model();
     depth.threshold = 0.5f;
     depth.left_out = options_.left_out;
     depth.min_alpha = kOpaque;
@@ -234,13 +235,16 @@ void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
 }
 
 DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
-                      const Reconstruction& reconstruction) {
+                      const Reconstruction& reconstruction, bool median) {
   DepthMap depth;
   depth.width = posed.camera.width;
   depth.height = posed.camera.height;
-  RenderSurfaces(renderer, reconstruction, {{posed, view}}, {}, [&](size_t, ViewSurface surface) {
-    depth.data = renderer.backend().Download(surface.depth.data(), surface.depth.size());
-  });
+  SurfaceOptions options;
+  options.median = median;
+  RenderSurfaces(
+      renderer, reconstruction, {{posed, view}}, options, [&](size_t, ViewSurface surface) {
+        depth.data = renderer.backend().Download(surface.depth.data(), surface.depth.size());
+      });
   return depth;
 }
 

@@ -34,6 +34,9 @@ struct SurfaceOptions {
   std::function<void(size_t)> before_each = [](size_t) {};  // of the requests, before it is drawn
   // [N] backend memory, of the Gaussians that hide no surface (DepthParams); null: all may.
   const uint8_t* left_out = nullptr;
+  // The median along each pixel's ray, in place of the expected depth: on a surface that lets much
+  // light through, that of the surface, but with steps where single Gaussians end.
+  bool median = false;
 };
 
 // Calls visit(i, surface) for the requests in their order. Views are drawn a few ahead: while the
@@ -43,9 +46,9 @@ void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
                     const std::vector<SurfaceRequest>& requests, const SurfaceOptions& options,
                     const std::function<void(size_t, ViewSurface)>& visit);
 
-// One of them, on the host.
+// One of them on the host, the expected depth or the median.
 DepthMap SurfaceDepth(Renderer& renderer, const PosedCamera& posed, const View* view,
-                      const Reconstruction& reconstruction);
+                      const Reconstruction& reconstruction, bool median = false);
 
 // 1/z_true = a (1/z_rendered) + b.
 struct DepthBias {

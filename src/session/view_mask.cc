@@ -92,9 +92,12 @@ ViewLayers LayersOf(EditSession& session, const UserPicture& picture, std::span<
     if (photo) return session.workspace().ReadPhoto(face);
     return std::move(session.renderer().Render(model.Posed(face)).rgb);
   });
-  layers.depth = pictures.ComposeDepth(picture, [&](const View& face) {
-    return SurfaceDepth(session.renderer(), model.Posed(face), &face, model);
-  });
+  for (const bool median : {false, true}) {
+    (median ? layers.surface : layers.depth) =
+        pictures.ComposeDepth(picture, [&](const View& face) {
+          return SurfaceDepth(session.renderer(), model.Posed(face), &face, model, median);
+        });
+  }
   if (picture.photo) layers.rays = PhotoRays(*picture.photo->lens);
   return layers;
 }

@@ -345,6 +345,19 @@ TEST(MagicWand, StopsAtColorsStepsAndBends) {
   EXPECT_EQ(MagicWand(roof, wand)(90, 45), 255);
 }
 
+// Light that comes from far behind makes a mean depth of steps; the surface itself has none.
+TEST(MagicWand, FollowsTheSurfaceThoughItLetsLightThrough) {
+  ViewLayers layers = Disc(kRed, kGray, 4);
+  layers.surface = layers.depth;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) layers.depth(x, y) *= 1 + 0.2f * float((x + y) % 3);
+  }
+  const WandOptions wand{.x = int(kCenterX), .y = int(kCenterY)};
+  EXPECT_GT(*Iou(MagicWand(layers, wand), DiscMask(kRadius)), 0.97);
+  layers.surface = {};
+  EXPECT_LT(*Iou(MagicWand(layers, wand), DiscMask(kRadius)), 0.1);
+}
+
 TEST(MagicWand, RefusesPlacesOutside) {
   const ViewLayers layers = Disc(kRed, kGray, 3);
   EXPECT_THROW(MagicWand(layers, {.x = kWidth, .y = 0}), OptionError);

@@ -44,7 +44,7 @@ template <typename Inside>
 Mask OfSurface(const ViewLayers& layers, const Inside& inside) {
   CheckOption(!layers.depth.Empty(), "a sphere and a box need the view's depth");
   return OfPixels(layers, [&](int x, int y) {
-    if (!HasDepth(layers.depth, x, y)) return false;
+    if (!HasDepth(layers.Surface(), x, y)) return false;
     return inside(SurfacePoint(layers, x, y));
   });
 }
@@ -70,7 +70,7 @@ Mask MagicWand(const ViewLayers& layers, const WandOptions& options) {
               "a tolerance of the wand must not be below 0");
   const std::array<float, 3> rgb = ColorAt(layers, options.x, options.y);
   const Mask alike = LikeColor(layers, rgb, options.color);
-  const DepthMap& depth = layers.depth;
+  const DepthMap& depth = layers.Surface();
   const bool has_depth = !depth.Empty();
   const double least_cosine = std::cos(std::min(options.normal, 180.0) * std::numbers::pi / 180);
   std::vector<Eigen::Vector3f> normals(has_depth ? depth.NumPixels() : 0);

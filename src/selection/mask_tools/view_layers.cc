@@ -18,7 +18,7 @@ namespace {
 
 Eigen::Vector3d PointInCam(const ViewLayers& layers, int x, int y) {
   const Eigen::Vector3f ray(&layers.rays(x, y));
-  return double(layers.depth(x, y)) * ray.cast<double>();
+  return double(layers.Surface()(x, y)) * ray.cast<double>();
 }
 
 // From the point of one neighbor along (dx, dy) to that of the other, each as far as the surface is
@@ -26,7 +26,7 @@ Eigen::Vector3d PointInCam(const ViewLayers& layers, int x, int y) {
 Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) {
   constexpr int kReach = 3;
   constexpr float kEdge = 0.03F;  // of the depth, a pixel
-  const DepthMap& depth = layers.depth;
+  const DepthMap& depth = layers.Surface();
   Eigen::Vector3d ends[2];
   for (int side = 0; side < 2; ++side) {
     const int sign = side == 0 ? -1 : 1;
@@ -46,13 +46,13 @@ Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) 
 
 Eigen::Vector3d SurfacePoint(const ViewLayers& layers, int x, int y) {
   if (layers.rays.Empty()) {
-    return layers.camera.Unproject({x + 0.5, y + 0.5}, double(layers.depth(x, y)));
+    return layers.camera.Unproject({x + 0.5, y + 0.5}, double(layers.Surface()(x, y)));
   }
   return layers.camera.cam_from_world.Inverse() * PointInCam(layers, x, y);
 }
 
 Eigen::Vector3d SurfaceNormal(const ViewLayers& layers, int x, int y) {
-  if (layers.rays.Empty()) return NormalFromDepth(layers.camera.camera, layers.depth, x, y);
+  if (layers.rays.Empty()) return NormalFromDepth(layers.camera.camera, layers.Surface(), x, y);
   const Eigen::Vector3d normal =
       Tangent(layers, x, y, 0, 1).cross(Tangent(layers, x, y, 1, 0)).normalized();
   return normal.dot(PointInCam(layers, x, y)) > 0 ? Eigen::Vector3d(-normal) : normal;
@@ -77,9 +77,11 @@ void CheckLayers(const ViewLayers& layers) {
   CheckOption(layers.rays.Empty() || (layers.rays.width == layers.color.width &&
                                       layers.rays.height == layers.color.height),
               "color and rays of a view need one size");
-  CheckOption(layers.depth.Empty() || (layers.depth.width == layers.color.width &&
-                                       layers.depth.height == layers.color.height),
-              "color and depth of a view need one size");
+  for (const DepthMap* depth : {&layers.depth, &layers.surface}) {
+    CheckOption(depth->Empty() ||
+                    (depth->width == layers.color.width && depth->height == layers.color.height),
+                "color and depth of a view need one size");
+  }
 }
 
 double PixelsPerRadian(const ViewLayers& layers) {

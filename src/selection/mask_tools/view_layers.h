@@ -16,6 +16,10 @@ struct ViewLayers {
   PixelArray<float, 3> rays;
   Image color;     // a render or a photo
   DepthMap depth;  // may be empty: then color alone decides
+  // Where surfaces lie, also of those that let much light through, which a mean depth puts far
+  // behind (SurfaceOptions::median). Empty: `depth`.
+  DepthMap surface;
+  const DepthMap& Surface() const { return surface.Empty() ? depth : surface; }
 };
 
 // OptionError unless color and depth (where there is one) have one size, of a pixel at least.

@@ -60,8 +60,9 @@ void SelectionCanvas::NotFound(const QString& why) {
 
 std::optional<Eigen::Vector3d> SelectionCanvas::SurfaceAt(const Eigen::Vector2d& at) const {
   const int x = Floor(at.x()), y = Floor(at.y());
-  if (!layers_->depth.Contains(x, y) || !HasDepth(layers_->depth, x, y)) return std::nullopt;
-  const Eigen::Vector3d in_cam = double(layers_->depth(x, y)) * RayAt(*layers_, at);
+  if (!layers_->Surface().Contains(x, y) || !HasDepth(layers_->Surface(), x, y))
+    return std::nullopt;
+  const Eigen::Vector3d in_cam = double(layers_->Surface()(x, y)) * RayAt(*layers_, at);
   return layers_->camera.cam_from_world.Inverse() * in_cam;
 }
 
@@ -96,7 +97,7 @@ void SelectionCanvas::FindDrawn() {
   const uint64_t gesture = drawing_->gesture;
   if (drawing_->tool == SelectionTool::kSphere) {
     const auto center = SurfaceAt(points.front());
-    const double depth = layers_->depth(Floor(points.front().x()), Floor(points.front().y()));
+    const double depth = layers_->Surface()(Floor(points.front().x()), Floor(points.front().y()));
     const double radius =
         depth * (RayAt(*layers_, points.back()) - RayAt(*layers_, points.front())).norm();
     if (radius <= 0) return;

@@ -67,8 +67,9 @@ ViewLayers LayersOf(const PaintedView& paper, std::span<const float> sh, EditSes
   layers.camera = paper.camera;
   layers.color = session.renderer().Render(paper.camera).rgb;
   const Reconstruction& reconstruction = session.reconstruction();
-  layers.depth = SurfaceDepth(session.renderer(), paper.camera, reconstruction.FindView(paper.name),
-                              reconstruction);
+  const View* view = reconstruction.FindView(paper.name);
+  layers.depth = SurfaceDepth(session.renderer(), paper.camera, view, reconstruction);
+  layers.surface = SurfaceDepth(session.renderer(), paper.camera, view, reconstruction, true);
   return layers;
 }
 
