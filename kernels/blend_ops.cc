@@ -89,7 +89,8 @@ void BlendOps::BlendTranspose(const ViewGeometry& view, const BlendTransposePara
 
 void BlendOps::Depth(const ViewGeometry& view, const DepthParams& params) {
   RequireWholeView(view);
-  Require(!params.along_rays || !params.expected, "only the median is found along rays");
+  Require(!params.along_rays || (params.median && !params.expected),
+          "the median, and it alone, is found along rays");
   DoDepth(view, params);
 }
 

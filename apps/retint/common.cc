@@ -309,10 +309,14 @@ EditOptions Resolve(const EditArguments& edit, const Globals& globals) {
   return options;
 }
 
-void CheckPicture(const std::filesystem::path& path) {
+std::string ExtensionOf(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  CheckOption(extension == ".png", path.string() + ": pictures are written as .png");
+  return extension;
+}
+
+void CheckPicture(const std::filesystem::path& path) {
+  CheckOption(ExtensionOf(path) == ".png", path.string() + ": pictures are written as .png");
   CheckOutput(path);
 }
 

@@ -173,6 +173,8 @@ struct ColorArguments {
 // With the options of the refit.
 void AddRefitOptions(CLI::App* verb, ColorArguments& color, EditArguments& edit);
 
+// In lower case, with its dot.
+std::string ExtensionOf(const std::filesystem::path& path);
 // CheckOutput() of a picture. OptionError unless it is to be a .png: there is no other format.
 void CheckPicture(const std::filesystem::path& path);
 

@@ -60,7 +60,7 @@ void WriteRenders(const Arguments& arguments, const std::filesystem::path& folde
 void Render(const Arguments& arguments, Run& run) {
   CheckOption(arguments.all != !arguments.views.empty(),
               "give either --view NAME or --all, and not both");
-  const std::string extension = arguments.output.extension().string();
+  const std::string extension = ExtensionOf(arguments.output);
   CheckOption(std::filesystem::is_directory(arguments.output) ||
                   (extension != ".png" && extension != ".jpg" && extension != ".jpeg"),
               arguments.output.string() + ": names a picture, and renders go into a folder");

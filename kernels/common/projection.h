@@ -112,8 +112,8 @@ RETINT_HD bool ProjectGaussian(const CameraParams& camera, const glm::vec3& mean
 inline constexpr uint32_t kFirstNormal = 0x00800000;
 
 // z of a Gaussian's middle along the ray through pixel position (x, y): the mean of z under the
-// condition that it is seen there, which is linear in the position. On a flat Gaussian it is where
-// the ray meets its plane.
+// condition that it is seen there, which is linear in the position, within three standard
+// deviations of z and beyond kNearPlane. On a flat Gaussian it is where the ray meets its plane.
 RETINT_HD float DepthAlongRay(const CameraParams& camera, const glm::vec3& mean,
                               const Covariance3& covariance, const Splat& splat, float x, float y) {
   const PixelGradients pixel = PixelGradientsAt(camera, CamFromWorld(camera, mean));
@@ -122,8 +122,11 @@ RETINT_HD float DepthAlongRay(const CameraParams& camera, const glm::vec3& mean,
   const float zx = glm::dot(pixel.x, sz), zy = glm::dot(pixel.y, sz);
   const float dx = x - splat.x, dy = y - splat.y;
   constexpr float kLn2 = 0.69314718f;  // the conic is -log2(e) / 2 of the inverse
-  return splat.depth -
-         kLn2 * (zx * (2 * splat.a * dx + splat.b * dy) + zy * (splat.b * dx + 2 * splat.c * dy));
+  const float offset =
+      -kLn2 * (zx * (2 * splat.a * dx + splat.b * dy) + zy * (splat.b * dx + 2 * splat.c * dy));
+  const float zz = r[6] * sz.x + r[7] * sz.y + r[8] * sz.z;
+  const float most = 3 * std::sqrt(glm::max(zz, 0.0f));
+  return glm::max(kNearPlane, splat.depth + glm::min(most, glm::max(-most, offset)));
 }
 
 // The ellipse alpha >= kMinAlpha of a splat, a hair enlarged so that rounding loses no pixel:

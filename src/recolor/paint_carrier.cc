@@ -8,7 +8,6 @@
 
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
-#include "recolor/gaussian_paint.h"
 
 namespace retint {
 namespace {
@@ -313,16 +312,17 @@ struct PaintCarrier::Blended {
 };
 
 PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras,
-                           const GaussianModel& model)
-    : edit_(edit), model_(model) {
+                           const GaussianModel& model, std::shared_ptr<const GaussianPaint> paint)
+    : edit_(edit), model_(model), paint_(std::move(paint)) {
   for (PosedCamera& camera : cameras) sources_.push_back({std::move(camera), {}, {}});
+  if (paint_ && !paint_->IsOf(*edit_.picture())) paint_ = nullptr;
 }
 
 PaintCarrier::~PaintCarrier() = default;
 
 // The painted views, and what they paint on the Gaussians.
 void PaintCarrier::Prepare(Renderer& renderer) {
-  if (!of_gaussians_.empty()) return;
+  if (prepared_) return;
   std::vector<PosedCamera> cameras;
   for (Source& source : sources_) {
     RenderRequest request;
@@ -332,13 +332,17 @@ void PaintCarrier::Prepare(Renderer& renderer) {
     source.depth = std::move(output.depth_median);
     cameras.push_back(source.camera);
   }
+  if (!paint_) {
+    paint_ = std::make_shared<const GaussianPaint>(
+        FindGaussianPaint(renderer, model_, edit_.picture(), cameras));
+  }
   of_gaussians_.resize(4 * model_.NumGaussians());
-  const GaussianPaint found = FindGaussianPaint(renderer, model_, edit_.picture(), cameras);
-  for (const PaintedGaussian& one : found.gaussians) {
+  for (const PaintedGaussian& one : paint_->gaussians) {
     float* const to = &of_gaussians_[4 * size_t(one.index)];
     for (int c = 0; c < 3; ++c) to[c] = one.alpha * one.color[c];
     to[3] = one.alpha;
   }
+  prepared_ = true;
 }
 
 PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCamera& view) const {
@@ -349,9 +353,11 @@ PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCa
   if (rows == 0) return {std::vector<float>(4 * pixels, 0.0f)};
   const std::vector<int32_t> gaussians = backend.Download(geometry->rows(), rows);
   std::vector<float> features(4 * rows);
-  for (size_t r = 0; r < rows; ++r) {
-    std::copy_n(&of_gaussians_[4 * size_t(gaussians[r])], 4, &features[4 * r]);
-  }
+  ParallelRanges(int64_t(rows), 8192, [&](int64_t begin, int64_t end) {
+    for (auto r = size_t(begin); r < size_t(end); ++r) {
+      std::copy_n(&of_gaussians_[4 * size_t(gaussians[r])], 4, &features[4 * r]);
+    }
+  });
   const auto on_device = backend.Upload(std::span<const float>(features));
   const auto image = backend.Allocate<float>(4 * pixels);
   BlendParams blend{};
@@ -416,7 +422,6 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
   RenderRequest request;
   request.depth_median = request.along_rays = true;
   RenderOutput own = renderer.Render(view, request);
-  const Blended blended = BlendPaint(renderer, view);
   std::vector<Paint> merged(mask.NumPixels());  // color times weight; alpha the largest
   std::vector<float> weights(mask.NumPixels(), 0.0f);
   Mask seen(mask.width, mask.height);  // by a painted view
@@ -437,6 +442,7 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
     }
   }
 
+  std::optional<Blended> blended;
   Image target = photo ? *photo : std::move(own.rgb);
   for (size_t p = 0; p < mask.NumPixels(); ++p) {
     if (mask.data[p] == 0) continue;
@@ -446,7 +452,8 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
       paint.alpha = std::min(merged[p].alpha, 1.0f);
       for (int c = 0; c < 3; ++c) paint.color[c] = merged[p].color[c] / weights[p];
     } else if (!seen.data[p]) {
-      paint = blended.At(p);
+      if (!blended) blended = BlendPaint(renderer, view);
+      paint = blended->At(p);
     }
     const Eigen::Vector3f edited = edit_.Apply(color, Eigen::Vector3f(paint.color), paint.alpha);
     const float share = edit_.strength() * float(mask.data[p]) / 255;

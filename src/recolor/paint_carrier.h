@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "recolor/gaussian_paint.h"
 #include "recolor/painted_edit.h"
 #include "render/renderer.h"
 #include "scene/camera.h"
@@ -14,9 +15,9 @@
 namespace retint {
 
 // A view's target under an edit with paint (ColorEdit::HasPaint()). A painted view shows its
-// picture. What a pixel of another view shows is looked up in the painted views by its depth. Where
-// one of them sees the same surface, within 2 % of the depth and not at a grazing angle, the pixel
-// takes what was painted there:
+// picture, and beside it what others paint. What a pixel of another view shows is looked up in the
+// painted views by its depth. Where one of them sees the same surface, within 2 % of the depth and
+// not at a grazing angle, the pixel takes what was painted there:
 // - averaged over the pixel's footprint in the painted picture,
 // - times the ratio of the luminance that the surface has in this view to that in the painted one
 //   (linear light, mean of some pixels), so that highlights move with the viewer,
@@ -30,8 +31,9 @@ namespace retint {
 class PaintCarrier {
  public:
   // `cameras`: of the views of the edit's layers, in their order. `model`: the renderers'; it must
-  // outlive this.
-  PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras, const GaussianModel& model);
+  // outlive this. `paint`: FindGaussianPaint() of the layers, where it is known.
+  PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras, const GaussianModel& model,
+               std::shared_ptr<const GaussianPaint> paint = nullptr);
   ~PaintCarrier();
 
   // The target of a view: y + M (edited(y) - y) of `photo`, or where null of the render. `mask` and
@@ -50,6 +52,8 @@ class PaintCarrier {
   PaintedEdit edit_;
   std::vector<Source> sources_;
   const GaussianModel& model_;
+  std::shared_ptr<const GaussianPaint> paint_;
+  bool prepared_ = false;
   std::vector<float> of_gaussians_;  // [N, 4] color times cover, and cover; once prepared
 };
 

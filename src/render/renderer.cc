@@ -208,7 +208,6 @@ void Renderer::Render(const PosedCamera& view, const RenderRequest& request, Ren
     depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
     depth.threshold = request.median_threshold;
     if (request.along_rays) depth.along_rays = model_.get();
-    if (request.along_rays) depth.along_rays = model_.get();
     depth.pixel_rows = request.pixel_rows;
     backend_->blend().Depth(*geometry, depth);
     if (alpha_left) fetch(depth.alpha, output->alpha);

@@ -116,8 +116,9 @@ void RequireLikeness(const EditedPicture& picture, const Image& view) {
   if (MeanDifference(picture.image, view) < kLike) return;
   if (EdgeCorrelation(picture.image, view) > kLeastEdges) return;
   throw InputError((picture.file.empty() ? "the picture of view " + picture.view : picture.file) +
-                   ": this does not show the view '" + picture.view +
-                   "': name the view whose render or photo was edited");
+                   ": this does not look like the view '" + picture.view +
+                   "': most of it differs, and its edges lie elsewhere. Name the view whose render "
+                   "or photo was edited");
 }
 
 float Difference(const float* x, const float* y) {
@@ -177,7 +178,9 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
     Mask mask = MaskOf(selection, picture.view, scene.workspace());
     if (!AnySet(mask)) continue;
     Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, 0};
-    RequireLikeness(picture, pair.before);
+    if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
+      RequireLikeness(picture, pair.before);
+    }
     LimitToPhoto(pair.inside, picture, scene.workspace());
     // As such a view is shown: what a picture was made from.
     const auto shown = selection.masks.find(picture.view);
@@ -354,7 +357,9 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   std::map<std::string, bool> changed;  // by file
   for (const EditedPicture& picture : edit->pictures) {
     Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, 0};
-    RequireLikeness(picture, pair.before);
+    if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
+      RequireLikeness(picture, pair.before);
+    }
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
     Mask mask = ChangedPixels(Residuals(pair, pair.inside, nullptr),
                               LeastChange(picture.image, pair.before));

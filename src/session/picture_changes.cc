@@ -111,7 +111,10 @@ double EdgeCorrelation(const Image8& picture, const Image& view) {
 
 float LeastChange(const Image8& picture, const Image& view) {
   // A change is smooth, or has few edges; noise differs from pixel to pixel.
-  constexpr int kApart = 2;  // pixels
+  constexpr int kApart = 2;             // pixels
+  constexpr double kNone = 0.05;        // DeltaE00
+  constexpr double kLeastNoisy = 0.25;  // of the samples
+  size_t samples = 0;
   std::vector<double> noise;
   const auto change = [&](int x, int y) {
     float color[3];
@@ -125,9 +128,13 @@ float LeastChange(const Image8& picture, const Image& view) {
   for (int y = kApart; y + kApart < view.height; y += kApart + 1) {
     for (int x = kApart; x + kApart < view.width; x += kApart + 1) {
       const Eigen::Vector3d about = change(x - kApart, y - kApart) + change(x + kApart, y + kApart);
-      noise.push_back((change(x, y) - about / 2).norm());
+      const double one = (change(x, y) - about / 2).norm();
+      ++samples;
+      if (one > kNone) noise.push_back(one);
     }
   }
+  // Flat parts of a JPEG have none. Where most of the picture has none, what has some is paint.
+  if (double(noise.size()) < kLeastNoisy * double(samples)) return kSeen;
   return std::clamp(kOverNoise * float(Median(std::move(noise))), kSeen, kMostNoise);
 }
 

@@ -54,7 +54,7 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
   if (!edit.HasPaint()) return targets;
   // One for all targets, which are made one after the other.
   const auto carrier = std::make_shared<PaintCarrier>(edit, LayerCameras(edit, scene_.workspace()),
-                                                      scene_.original());
+                                                      scene_.original(), region.paint);
   for (RefitTarget& one : targets) {
     one.edited = [carrier, camera = one.camera, mask = one.mask,
                   photo = one.photo](Renderer& renderer) {
@@ -174,7 +174,7 @@ Image RefitService::Edited(const View& view, Image image) const {
     const ColorEdit effective = region.EffectiveEdit();
     if (effective.HasPaint()) {
       PaintCarrier carrier(effective, LayerCameras(effective, scene_.workspace()),
-                           scene_.original());
+                           scene_.original(), region.paint);
       image = carrier.Target(scene_.renderer(), scene_.reconstruction().Posed(view), found->second,
                              &image);
       continue;

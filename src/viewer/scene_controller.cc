@@ -27,6 +27,8 @@ QString Text(const std::string& text) { return QString::fromStdString(text); }
 // What a task is at, for people.
 QString StageText(const std::string& stage) {
   static const std::map<std::string, const char*> kTexts = {
+      {"align", QT_TRANSLATE_NOOP("retint::SceneController", "aligning with the cameras")},
+      {"check", QT_TRANSLATE_NOOP("retint::SceneController", "checking the scene")},
       {"cloud", QT_TRANSLATE_NOOP("retint::SceneController", "building the cloud")},
       {"color error", QT_TRANSLATE_NOOP("retint::SceneController", "comparing colors")},
       {"completion", QT_TRANSLATE_NOOP("retint::SceneController", "deciding what nobody painted")},
@@ -37,15 +39,19 @@ QString StageText(const std::string& stage) {
       {"index", QT_TRANSLATE_NOOP("retint::SceneController", "sorting the Gaussians")},
       {"load", QT_TRANSLATE_NOOP("retint::SceneController", "reading files")},
       {"photos", QT_TRANSLATE_NOOP("retint::SceneController", "reading photos")},
+      {"pictures", QT_TRANSLATE_NOOP("retint::SceneController", "reading pictures")},
+      {"points", QT_TRANSLATE_NOOP("retint::SceneController", "looking up the sparse points")},
       {"projection", QT_TRANSLATE_NOOP("retint::SceneController", "projecting onto every view")},
       {"refit", QT_TRANSLATE_NOOP("retint::SceneController", "fitting colors")},
       {"registration",
        QT_TRANSLATE_NOOP("retint::SceneController", "registering to the sparse points")},
+      {"render", QT_TRANSLATE_NOOP("retint::SceneController", "rendering views")},
       {"rounds", QT_TRANSLATE_NOOP("retint::SceneController", "comparing with earlier rounds")},
       {"save", QT_TRANSLATE_NOOP("retint::SceneController", "writing files")},
       {"shares",
        QT_TRANSLATE_NOOP("retint::SceneController", "finding the Gaussians of the masks")},
-      {"suggestion", QT_TRANSLATE_NOOP("retint::SceneController", "rating the views")}};
+      {"suggestion", QT_TRANSLATE_NOOP("retint::SceneController", "rating the views")},
+      {"views", QT_TRANSLATE_NOOP("retint::SceneController", "placing views")}};
   const auto found = kTexts.find(stage);
   return found == kTexts.end() ? Text(stage) : SceneController::tr(found->second);
 }

@@ -190,16 +190,33 @@ TEST_P(BlendOp, DepthAlongRaysMatchesReference) {
         median[size_t(w.pixel)] = w.depth_along_ray;
       }
     }
-    const auto find = [&](uint16_t pixel_rows) {
+    const auto find = [&](uint16_t pixel_rows, const uint8_t* flags = nullptr) {
       Guarded<float> found(*backend_, std::vector<float>(scene.pixels, -7.0f));
       DepthParams depth{};
       depth.median = found.data();
       depth.threshold = 0.5f;
       depth.pixel_rows = pixel_rows;
+      depth.left_out = flags;
       depth.along_rays = scene.uploaded.get();
       backend_->blend().Depth(*scene.view, depth);
       return found.Read();
     };
+    // As the kernels leave Gaussians out, and as a model that does not show them.
+    std::vector<uint8_t> left_out(size_t(shape.gaussians), 0);
+    for (size_t g = 0; g < left_out.size(); g += 3) left_out[g] = 1;
+    Guarded<uint8_t> flags(*backend_, left_out);
+    const auto without = find(kAllPixelRows, flags.data());
+    TestModel faint = scene.model;
+    for (size_t g = 0; g < left_out.size(); g += 3) faint.logits[g] = -50;
+    const auto fewer = backend_->blend().UploadModel(faint.arrays());
+    const auto view = backend_->blend().PrepareView(*fewer, scene.view->camera());
+    Guarded<float> expected(*backend_, scene.pixels);
+    DepthParams depth{};
+    depth.median = expected.data();
+    depth.threshold = 0.5f;
+    depth.along_rays = fewer.get();
+    backend_->blend().Depth(*view, depth);
+    EXPECT_EQ(without, expected.Read());
     const auto all = find(kAllPixelRows), some = find(0x0421);
     size_t flips = 0;
     for (size_t p = 0; p < scene.pixels; ++p) {

@@ -17,6 +17,11 @@ struct Projected {
   double x, y, z, opacity;
   Eigen::Matrix2d covariance, conic;
   Eigen::Vector2d depth_slope;  // of the mean of z with the pixel
+  double depth_deviation;       // standard, of z
+  double DepthAlongRay(const Eigen::Vector2d& offset) const {
+    const double most = 3 * depth_deviation;
+    return std::max(0.2, z + std::clamp(depth_slope.dot(offset), -most, most));
+  }
 };
 
 std::optional<Projected> Project(const TestModel& model, const CameraParams& camera, int g) {
@@ -52,6 +57,7 @@ std::optional<Projected> Project(const TestModel& model, const CameraParams& cam
   out.opacity = 1 / (1 + std::exp(-double(model.logits[size_t(g)])));
   out.conic = out.covariance.inverse();
   out.depth_slope = out.conic * (j * sigma * rotation.row(2).transpose());
+  out.depth_deviation = std::sqrt(rotation.row(2).dot(sigma * rotation.row(2).transpose()));
   return out;
 }
 
@@ -88,7 +94,7 @@ std::vector<ReferenceWeight> ReferenceWeights(const TestModel& model, const Came
           continue;
         }
         weights.push_back({g.gaussian, int(pixel), alpha * transmittance[pixel],
-                           transmittance[pixel], g.z, g.z + g.depth_slope.dot(offset)});
+                           transmittance[pixel], g.z, g.DepthAlongRay(offset)});
         transmittance[pixel] = after;
       }
     }

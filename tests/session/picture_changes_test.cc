@@ -57,6 +57,14 @@ TEST(PictureChanges, NoiseIsNoChange) {
   const Image8 noisy = Picture(view, [&](int, int, double value) { return value + noise(rng); });
   const float least = LeastChange(noisy, view);
   EXPECT_GT(least, 3);
+  // A flat background of a JPEG has no noise; paint on a picture without any is none.
+  const auto right = [&](double from) {
+    return Picture(view, [&](int x, int, double value) {
+      return x < from * kWidth ? value : value + noise(rng);
+    });
+  };
+  EXPECT_GT(LeastChange(right(0.6), view), 3);
+  EXPECT_FLOAT_EQ(LeastChange(right(0.9), view), 2);
   // However much is graded, that is no noise.
   const Image8 graded = Picture(view, [](int, int, double value) { return 0.6 * value + 0.3; });
   EXPECT_LT(LeastChange(graded, view), 3);

@@ -42,7 +42,7 @@ Mask OfPixels(const ViewLayers& layers, const Inside& inside) {
 
 template <typename Inside>
 Mask OfSurface(const ViewLayers& layers, const Inside& inside) {
-  CheckOption(!layers.depth.Empty(), "a sphere and a box need the view's depth");
+  CheckOption(!layers.Surface().Empty(), "a sphere and a box need the view's depth");
   return OfPixels(layers, [&](int x, int y) {
     if (!HasDepth(layers.Surface(), x, y)) return false;
     return inside(SurfacePoint(layers, x, y));

@@ -174,6 +174,7 @@ void QualityPanel::ClearReport() {
 }
 
 void QualityPanel::Clear() {
+  measured_ = 0;
   ClearReport();
   ShowCanvas();
   ShowRegion();

@@ -218,6 +218,7 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
     if (canvas_->frusta()) rest_.start();
   });
   connect(current_, &CurrentRegion::changed, this, &ViewsPanel::CountCoverage);
+  connect(current_, &CurrentRegion::changed, this, &ViewsPanel::ForgetQuality);
   connect(uncertainty_, &Uncertainty::changed, this, &ViewsPanel::TakeUncertainty);
   connect(uncertainty_, &Uncertainty::refused, this, [this](const QString& why) {
     if (order_->currentIndex() != kToPaintNext) return;
