@@ -12,13 +12,15 @@ namespace {
 
 constexpr int kWidth = 200, kHeight = 160;
 
-// Something to see, of which a picture is made: waves of gray in a direction of their own.
+// Something to see, of which a picture is made: waves of gray in a direction of their own, as 8
+// bits hold them.
 Image Scene(double angle) {
   Image image(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const double along = std::cos(angle) * x + std::sin(angle) * y;
-      for (int c = 0; c < 3; ++c) image(x, y, c) = float(0.5 + 0.3 * std::sin(along / 9));
+      const double gray = std::round(255 * (0.5 + 0.3 * std::sin(along / 9))) / 255;
+      for (int c = 0; c < 3; ++c) image(x, y, c) = float(gray);
     }
   }
   return image;
