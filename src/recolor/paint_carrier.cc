@@ -23,6 +23,7 @@ constexpr int kRim = 2;                   // pixels from a selection's end
 constexpr int kPixelsPerStep = 400;
 constexpr double kNearWeights[9] = {1, 0.88, 0.78, 0, 0.61, 0.54, 0, 0, 0.37};  // exp(-d^2 / 8)
 constexpr int kLeastPixels = 6;
+constexpr double kSteady = 0.01;
 constexpr int kMostSamples = 4;  // a side, of a pixel's footprint
 // Light is compared over some pixels about each: the smaller side over how far these reach, 3 at
 // least.
@@ -144,7 +145,7 @@ class ViewSurfaces {
   // down. None where they are few.
   template <typename Belongs>
   std::optional<Eigen::Vector3d> Plane(int x, int y, int step, const Belongs& belongs) const {
-    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+    double one = 0, x1 = 0, y1 = 0, xx = 0, xy = 0, yy = 0;  // sums of weights times these
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     int count = 0;
     for (int i = 0; i < 25; ++i) {
@@ -152,15 +153,17 @@ class ViewSurfaces {
       if (!depth_.Contains(px, py)) continue;
       const double z = double(depth_(px, py));
       if (!(z > 0) || !belongs(px, py, z)) continue;
-      const Eigen::Vector3d row(1, dx, dy);
       const double weight = kNearWeights[dx * dx + dy * dy];
-      matrix += weight * row * row.transpose();
-      right += weight / z * row;
+      one += weight, x1 += weight * dx, y1 += weight * dy;
+      xx += weight * (dx * dx), xy += weight * (dx * dy), yy += weight * (dy * dy);
+      right += weight / z * Eigen::Vector3d(1, dx, dy);
       ++count;
     }
     if (count < kLeastPixels) return std::nullopt;
-    matrix.diagonal().tail<2>().array() += 0.01 * matrix(0, 0);  // for pixels in one row
-    Eigen::Vector3d plane = matrix.ldlt().solve(right);
+    xx += kSteady * one, yy += kSteady * one;  // for pixels in one row
+    Eigen::Matrix3d matrix;
+    matrix << one, x1, y1, x1, xx, xy, y1, xy, yy;
+    Eigen::Vector3d plane = matrix.inverse() * right;
     plane.tail<2>() /= step;
     if (!(plane[0] > 0)) return std::nullopt;
     return plane;
