@@ -52,12 +52,16 @@ Differences Compare(const CompiledEdit& x, const CompiledEdit& y, const Image& i
   return found;
 }
 
-TEST(ComparePictures, FindsTheColorMapOfTheFoxAgain) {
-  RETINT_REQUIRE_DATA("fox/splat.ply");
+std::unique_ptr<OpenScene> OpenFox() {
   SessionOptions options;
   options.backend = "cpu";
   Monitor monitor;
-  const auto scene = OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+  return OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+}
+
+TEST(ComparePictures, FindsTheColorMapOfTheFoxAgain) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  const auto scene = OpenFox();
   const CompiledEdit grade{Grade()};
   RegionSelection selection;
   const Mask& mask = selection.masks["0025.jpg"] = ReadMask(DataPath("fox/masks/0025.jpg.png"));
@@ -87,10 +91,7 @@ TEST(ComparePictures, FindsTheColorMapOfTheFoxAgain) {
 // Red stripes over the fox and nothing else: red is no new color of all that is like the fox.
 TEST(ComparePictures, StripesBesideUnchangedSurfaceArePaint) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
-  SessionOptions options;
-  options.backend = "cpu";
-  Monitor monitor;
-  const auto scene = OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+  const auto scene = OpenFox();
   const Mask mask = ReadMask(DataPath("fox/masks/0025.jpg.png"));
   const Image8 photo =
       ToImage8(scene->workspace().ReadPhoto(scene->workspace().RequireView("0025.jpg")));
@@ -115,10 +116,7 @@ TEST(ComparePictures, StripesBesideUnchangedSurfaceArePaint) {
 // A picture of a view as it is shown, with the edits before and the region's soft border.
 TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
-  SessionOptions options;
-  options.backend = "cpu";
-  Monitor monitor;
-  const auto scene = OpenScene::Open(DataPath("fox"), DataPath("fox/splat.ply"), options, monitor);
+  const auto scene = OpenFox();
   RegionSelection selection;
   Mask& mask = selection.masks["0025.jpg"] = ReadMask(DataPath("fox/masks/0025.jpg.png"));
   for (uint8_t& value : mask.data) value = value ? 140 : 0;
