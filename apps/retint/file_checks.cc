@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "recolor/edit_text.h"
 #include "session/staged_output.h"
 
 namespace retint::cli {
@@ -44,10 +45,7 @@ FileOptions FilesOf(const CLI::App& verb) {
       // Of NAME=FILE and FILE,strength=S the file.
       const size_t sign = type.find('=') == std::string::npos ? std::string::npos : value.find('=');
       NamedFile file{name, sign == std::string::npos ? value : value.substr(sign + 1)};
-      if (is_one(kWithStrength, name) && !std::filesystem::exists(file.path)) {
-        const std::string path = file.path.string();
-        file.path = path.substr(0, path.rfind(",strength="));
-      }
+      if (is_one(kWithStrength, name)) file.path = FileOf(file.path.string());
       if (file.path.empty()) continue;
       if (is_file && is_one(kWritten, name)) {
         files.written.push_back(file);

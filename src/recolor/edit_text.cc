@@ -87,18 +87,23 @@ struct FileOption {
   float strength = 1;
 };
 
-// FILE[,strength=S]. A file whose own name ends like that is taken as a whole.
+constexpr std::string_view kStrength = ",strength=";
+
 FileOption FileAndStrength(const OperationText& text, std::string_view words) {
-  constexpr std::string_view kStrength = ",strength=";
-  const std::filesystem::path whole(words);
-  const auto at = words.rfind(kStrength);
-  if (at == std::string_view::npos || IsFile(whole)) return {whole};
-  const float strength = text.Number(Trimmed(words.substr(at + kStrength.size())));
+  const std::string_view file = FileOf(words);
+  if (file.size() == words.size()) return {std::filesystem::path(file)};
+  const float strength = text.Number(Trimmed(words.substr(file.size() + kStrength.size())));
   if (!(strength >= 0 && strength <= 1)) text.Fail("strength must be from 0 to 1");
-  return {std::filesystem::path(words.substr(0, at)), strength};
+  return {std::filesystem::path(file), strength};
 }
 
 }  // namespace
+
+std::string_view FileOf(std::string_view text) {
+  const auto at = text.rfind(kStrength);
+  const bool whole = at == std::string_view::npos || IsFile(std::filesystem::path(text));
+  return whole ? text : text.substr(0, at);
+}
 
 ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text) {
   const OperationText reader(type, text);

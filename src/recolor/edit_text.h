@@ -19,6 +19,10 @@ namespace retint {
 // the operation; InputError for the file.
 ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text);
 
+// Of FILE[,strength=S] the FILE; where a file's own name ends like that, all of
+// it.
+std::string_view FileOf(std::string_view text);
+
 // {"operations": [{"op": "tint", "color": [R, G, B]}, ...]}. Files of tables
 // are looked for in `folder`. OptionError naming the operation at fault, for
 // text that is no JSON too; InputError for a table's file.

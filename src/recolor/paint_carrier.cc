@@ -371,9 +371,9 @@ PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCa
   return {backend.Download(image.data(), 4 * pixels)};
 }
 
-// What layer `k` paints on a view whose depth is `depth`.
+// What layer `k` paints on a view that is rendered as `own`; `within` of Within(mask).
 void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& own,
-                         const Mask& mask, Carried& carried) const {
+                         const Mask& mask, const Mask& within, Carried& carried) const {
   // The median: where a surface lets one percent through, what lies a meter behind it would move
   // the blended mean by a centimeter.
   const ViewSurfaces surfaces(view, own.depth_median);
@@ -398,7 +398,6 @@ void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& 
     keep(x, y, paint, cosine * cosine, LuminanceAt(source.render, (*at)[0], (*at)[1]));
   };
   const bool is_painted_view = IsSameView(source.camera, view);
-  const Mask within = Within(mask, kRim);
   ParallelTasks(mask.height, [&](int64_t row) {
     const int y = int(row);
     for (int x = 0; x < mask.width; ++x) {
@@ -428,9 +427,10 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
   std::vector<Paint> merged(mask.NumPixels());  // color times weight; alpha the largest
   std::vector<float> weights(mask.NumPixels(), 0.0f);
   Mask seen(mask.width, mask.height);  // by a painted view
+  const Mask within = Within(mask, kRim);
   for (size_t k = 0; k < sources_.size(); ++k) {
     Carried carried(mask.width, mask.height);
-    Carry(k, view, own, mask, carried);
+    Carry(k, view, own, mask, within, carried);
     for (size_t p = 0; p < merged.size(); ++p) {
       const Paint& paint = carried.paint[p];
       if (carried.weight[p] > 0) seen.data[p] = 255;

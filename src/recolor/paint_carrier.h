@@ -47,7 +47,7 @@ class PaintCarrier {
   void Prepare(Renderer& renderer);
   Blended BlendPaint(Renderer& renderer, const PosedCamera& view) const;
   void Carry(size_t k, const PosedCamera& view, const RenderOutput& own, const Mask& mask,
-             Carried& carried) const;
+             const Mask& within, Carried& carried) const;
 
   PaintedEdit edit_;
   std::vector<Source> sources_;

@@ -10,7 +10,10 @@ namespace retint {
 
 // Steps of half the size wherever no neighbor is nearer to gray.
 std::array<float, 2> WhiteBalanceOfGray(std::span<const float> color) {
-  constexpr float kFirst = 64, kLast = 0.5f, kMost = 100;  // of temperature and tint
+  constexpr float kFirst = 64, kLast = 0.5f;  // of temperature and tint
+  const auto& range = TypeOf(ColorOperationKind::kWhiteBalance).parameters;
+  const Eigen::Vector2f least_values(range[0].min, range[1].min);
+  const Eigen::Vector2f most_values(range[0].max, range[1].max);
   const Eigen::Vector3f rgb(color.data());
   const auto chroma = [&](const Eigen::Vector2f& at) {
     const ColorOperation balance =
@@ -27,7 +30,8 @@ std::array<float, 2> WhiteBalanceOfGray(std::span<const float> color) {
       const Eigen::Vector2f center = best;
       for (int i = 0; i < 9; ++i) {
         const Eigen::Vector2f aside(float(i % 3 - 1), float(i / 3 - 1));
-        const Eigen::Vector2f at = (center + step * aside).cwiseMax(-kMost).cwiseMin(kMost);
+        const Eigen::Vector2f at =
+            (center + step * aside).cwiseMax(least_values).cwiseMin(most_values);
         const float here = chroma(at);
         if (here >= least) continue;
         least = here;

@@ -74,6 +74,10 @@ TEST(MaskVerb, HasAWandAndLimits) {
   const Mask narrow = mask({"--wand", at + ",0.02"}), wide = mask({"--wand", at + ",0.1"});
   EXPECT_EQ(narrow(x, y), 255);
   EXPECT_LE(area(narrow), area(wide));
+  const CommandResult few = RunRetint(With("mask", {"--wand", at + ",0", "--view", TinyView(),
+                                                    "--output", (temp / "few.png").string()}));
+  EXPECT_EQ(few.code, 0);
+  EXPECT_THAT(few.err, HasSubstr("larger tolerances take more"));
   const Mask limited = mask({"--mask", TinyMask().string(), "--like", at + ",0.05"});
   EXPECT_EQ(limited(x, y), 255);
   EXPECT_LT(area(limited), area(mask({"--like", at + ",0.5"})));
