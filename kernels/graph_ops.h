@@ -5,7 +5,20 @@
 
 #include <cstdint>
 
+#include "kernels/common/graph.h"
+
 namespace retint {
+
+// out_e = scale * (WeightBetween(looks of the edge's ends, weight_e) + least).
+struct WeighEdgesParams {
+  const int32_t* begin;   // [nodes + 1] where a node's edges begin; begin[0] = 0
+  const int32_t* other;   // [edges] the node at the other end
+  const float* weight;    // [edges]
+  const NodeLook* looks;  // [nodes]
+  float* out;             // [edges]
+  int64_t nodes;
+  float scale, least;
+};
 
 // The x that minimizes  sum_edges w_ij (x_i - x_j)^2 + sum_i (trust_i x_i^2 - 2 pull_i x_i), from x
 // on: conjugate gradients preconditioned by the diagonal, in the form with one round of sums an
@@ -26,10 +39,12 @@ struct SolveGraphParams {
 class GraphOps {
  public:
   virtual ~GraphOps() = default;
+  void WeighEdges(const WeighEdgesParams& params);
   // The iterations taken.
   int SolveGraph(const SolveGraphParams& params);
 
  protected:
+  virtual void DoWeighEdges(const WeighEdgesParams& params) = 0;
   virtual int DoSolveGraph(const SolveGraphParams& params) = 0;
 };
 

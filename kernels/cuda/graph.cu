@@ -20,33 +20,26 @@ constexpr int kRowLanes = 8;    // side by side, they share the edges of a node
 constexpr int kSums = 3;
 
 // Vectors of the iteration, [nodes] each: the residual, its product (scaled) with the matrix, the
-// direction, the direction's product, 1 / the diagonal, and the residual scaled by the diagonal.
+// direction, the direction's product, the diagonal and 1 / it, and the residual scaled by that.
 // That one is read at random, and as floats, rounded before anything is made of them, it fits the
 // cache better.
 struct Vectors {
-  double *residual, *product, *direction, *applied, *inverse;
+  double *residual, *product, *direction, *applied, *diagonal, *inverse;
   float* scaled;
 };
 
-// sum_e w_e x_other over the edges of `row`, and of the weights alone; the same for all lanes of
-// the row.
-struct RowSums {
-  double of_x, of_weights;
-};
-template <typename T>
-__device__ RowSums SumRow(const SolveGraphParams& params, int row, const T* x) {
-  RowSums sums{0, 0};
+// sum_e w_e value(other) over the edges of `row`; the same for all lanes of the row.
+template <typename Value>
+__device__ double SumRow(const SolveGraphParams& params, int row, const Value& value) {
+  double sum = 0;
   const int end = params.begin[row + 1];
   for (int e = params.begin[row] + int(threadIdx.x) % kRowLanes; e < end; e += kRowLanes) {
-    const double weight = params.weight[e];
-    sums.of_x += weight * double(x[params.other[e]]);
-    sums.of_weights += weight;
+    sum += double(params.weight[e]) * value(params.other[e]);
   }
   for (int offset = kRowLanes / 2; offset > 0; offset /= 2) {
-    sums.of_x += __shfl_xor_sync(kFullWarp, sums.of_x, offset);
-    sums.of_weights += __shfl_xor_sync(kFullWarp, sums.of_weights, offset);
+    sum += __shfl_xor_sync(kFullWarp, sum, offset);
   }
-  return sums;
+  return sum;
 }
 
 // Leaves the block's sums of `values` in parts, [kSums, blocks].
@@ -86,10 +79,12 @@ __global__ void __launch_bounds__(kThreads)
   double own[kSums] = {};
   for (int row = first_row; row < last_row; row += rows) {
     const int at = min(row, nodes - 1);
-    const RowSums sums = SumRow(params, at, params.x);
+    const double of_x = SumRow(params, at, [&](int other) { return params.x[other]; });
+    const double of_weights = SumRow(params, at, [](int) { return 1.0; });
     if (!is_first || row >= nodes) continue;
-    const double pull = params.pull[row], diagonal = params.trust[row] + sums.of_weights;
-    v.residual[row] = pull - (diagonal * params.x[row] - sums.of_x);
+    const double pull = params.pull[row], diagonal = params.trust[row] + of_weights;
+    v.residual[row] = pull - (diagonal * params.x[row] - of_x);
+    v.diagonal[row] = diagonal;
     v.inverse[row] = 1 / diagonal;
     v.scaled[row] = float(v.residual[row] / diagonal);
     own[0] += pull * pull;
@@ -107,10 +102,11 @@ __global__ void __launch_bounds__(kThreads)
     double mine[kSums] = {};
     for (int row = first_row; row < last_row; row += rows) {
       const int at = min(row, nodes - 1);
-      const RowSums of = SumRow(params, at, v.scaled);
+      const double of_scaled =
+          SumRow(params, at, [&](int other) { return double(v.scaled[other]); });
       if (!is_first || row >= nodes) continue;
       const double scaled = v.scaled[row], residual = v.residual[row];
-      const double product = scaled * (params.trust[row] + of.of_weights) - of.of_x;
+      const double product = scaled * v.diagonal[row] - of_scaled;
       v.product[row] = product;
       mine[0] += residual * scaled;
       mine[1] += product * scaled;
@@ -144,6 +140,7 @@ __global__ void __launch_bounds__(kThreads)
 class CudaGraphOps : public GraphOps {
  public:
   explicit CudaGraphOps(cudaStream_t stream) : stream_(stream) {}
+  void DoWeighEdges(const WeighEdgesParams& params) override;
   int DoSolveGraph(const SolveGraphParams& params) override;
 
  private:
@@ -161,15 +158,30 @@ unsigned BlocksTogether() {
   return unsigned(processors * blocks);
 }
 
+void CudaGraphOps::DoWeighEdges(const WeighEdgesParams& params) {
+  // A row's lanes are side by side, so that they read its edges together.
+  ForEach(params.nodes * kRowLanes, stream_, "WeighEdges", [=] __device__(int64_t i) {
+    const int64_t row = i / kRowLanes;
+    const NodeLook look = params.looks[row];
+    for (int e = params.begin[row] + int(i % kRowLanes); e < params.begin[row + 1];
+         e += kRowLanes) {
+      const float weight = WeightBetween(look, params.looks[params.other[e]], params.weight[e]);
+      params.out[e] = params.scale * (weight + params.least);
+    }
+  });
+}
+
 int CudaGraphOps::DoSolveGraph(const SolveGraphParams& params) {
   if (params.nodes == 0) return 0;
   const unsigned blocks = BlocksUpTo(BlocksTogether(), params.nodes * kRowLanes, kThreads);
   const auto nodes = size_t(params.nodes);
   const Scratch<float> scaled(stream_, nodes);
-  const Scratch<double> memory(stream_, 5 * nodes), parts(stream_, size_t(kSums) * blocks);
+  const Scratch<double> memory(stream_, 6 * nodes), parts(stream_, size_t(kSums) * blocks);
   const Scratch<int> iterations(stream_, 1);
   double* const at = memory.data();
-  Vectors vectors{at, at + nodes, at + 2 * nodes, at + 3 * nodes, at + 4 * nodes, scaled.data()};
+  Vectors vectors{
+      at,           at + nodes, at + 2 * nodes, at + 3 * nodes, at + 4 * nodes, at + 5 * nodes,
+      scaled.data()};
   SolveGraphParams given = params;
   double* parts_at = parts.data();
   int* iterations_at = iterations.data();

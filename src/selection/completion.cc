@@ -23,8 +23,8 @@ constexpr std::string_view kStage = "completion";
 
 // Chosen on two captures, cape and flower, and kValley on objects on a table; docs/notebook.md says
 // what else was tried.
-constexpr double kLeastWeight = 1e-6;            // so that the graph never falls apart
-constexpr double kSmoothness = 1000;             // of the edges against one unit of color evidence
+constexpr float kLeastWeight = 1e-6f;            // so that the graph never falls apart
+constexpr float kSmoothness = 1000;              // of the edges against one unit of color evidence
 constexpr double kValley = 4;                    // logarithm of what a valley takes away of an edge
 constexpr double kTrust = 10;                    // of full evidence
 constexpr double kKnownFraction = 0.5;           // of the visibility from which on evidence is full
@@ -80,32 +80,32 @@ class Completer {
  public:
   Completer(const GaussianGraph& graph, const ShareEvidence& evidence, Backend* backend)
       : backend_(backend),
+        graph_(graph),
         surfaces_(graph.surfaces()),
         edges_(graph.edges()),
         count_(graph.NumNodes()) {
     share_.resize(count_);
     trust_.resize(count_);
-    open_.resize(count_);
+    looks_.resize(count_);
     Each(count_, [&](size_t i) {
       const size_t g = graph.GaussianOf(i);
       const Proof proof = ProofOf(evidence, g);
       const double solid = graph.Floats(g) ? 0 : 1;
       share_[i] = proof.share;
       trust_[i] = solid * kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
-      open_[i] = solid * std::exp(-kValley * double(surfaces_[i].valley));
+      looks_[i].open = float(solid * std::exp(-kValley * double(surfaces_[i].valley)));
     });
   }
 
   // Of every node, as if paint said nothing of it.
   std::vector<Solved> Run(Completion completion, Monitor& monitor) {
-    std::vector<double> prior(count_);
     monitor.Step(kStage, 0, 2);
-    const bool learned = Prior(&prior);
+    const bool learned = LearnPrior();
     monitor.Step(kStage, 1, 2);
     std::vector<Solved> result(count_);
     if (learned) {
       std::vector<double> x(count_, 0.0);
-      Solve(prior, &x, monitor);
+      Solve(&x, monitor);
       Each(count_, [&](size_t i) {
         const double t =
             std::clamp((x[i] - kSurelyOutside) / (kSurelyInside - kSurelyOutside), 0.0, 1.0);
@@ -136,8 +136,8 @@ class Completer {
     return colors;
   }
 
-  // Probability of "inside" by color; false where there is too little to learn it from.
-  bool Prior(std::vector<double>* prior) const {
+  // Probabilities of "inside" by color; false where there is too little to learn them from.
+  bool LearnPrior() {
     const std::vector<int> inside = Members(true), outside = Members(false);
     if (inside.size() < size_t(kLeastSamples) || outside.size() < size_t(kLeastSamples)) {
       return false;
@@ -155,31 +155,45 @@ class Completer {
       Mixture::Values odds = in.LogLikelihoods(labs) - out.LogLikelihoods(labs);
       odds = (odds + float(kLogPrior)).max(-kLimit).min(kLimit);
       const Mixture::Values probability = 1 / (1 + (-odds).exp());
-      std::copy_n(probability.data(), size_t(end - begin), prior->data() + begin);
+      for (int64_t g = begin; g < end; ++g) looks_[size_t(g)].prior = probability[g - begin];
     });
     return true;
   }
 
-  void Solve(const std::vector<double>& prior, std::vector<double>* solved,
-             Monitor& monitor) const {
-    std::vector<float> weights(edges_.weight.size());
+  void Solve(std::vector<double>* solved, Monitor& monitor) const {
     std::vector<NodeTerm> terms(count_);
-    ParallelRanges(int64_t(count_), kGrain, [&](int64_t first, int64_t last) {
-      for (auto g = size_t(first); g < size_t(last); ++g) {
-        for (size_t e = edges_.begin[g]; e < edges_.begin[g + 1]; ++e) {
-          // Neighbors of which one looks inside and the other outside touch, but are two things.
-          const auto other = size_t(edges_.other[e]);
-          const double alike = 1 - std::abs(prior[g] - prior[other]);
-          const double open = std::min(open_[g], open_[other]);
-          const double weight = edges_.weight[e] * alike * alike * open + kLeastWeight;
-          weights[e] = float(kSmoothness * weight);
-        }
-        terms[g].Add(trust_[g], share_[g]);
-        terms[g].Add(1, prior[g]);
-        (*solved)[g] = trust_[g] > 0 ? share_[g] : prior[g];
+    Each(count_, [&](size_t g) {
+      const double prior = double(looks_[g].prior);
+      terms[g].Add(trust_[g], share_[g]);
+      terms[g].Add(1, prior);
+      (*solved)[g] = trust_[g] > 0 ? share_[g] : prior;
+    });
+    if (FitsDevice(edges_, backend_)) {
+      SolveOnDevice(terms, solved, monitor);
+      return;
+    }
+    std::vector<float> weights(edges_.weight.size());
+    Each(count_, [&](size_t g) {
+      for (size_t e = edges_.begin[g]; e < edges_.begin[g + 1]; ++e) {
+        const NodeLook& other = looks_[size_t(edges_.other[e])];
+        weights[e] =
+            kSmoothness * (WeightBetween(looks_[g], other, edges_.weight[e]) + kLeastWeight);
       }
     });
-    SolveGraph(edges_, weights, terms, solved, monitor, backend_);
+    SolveGraph(edges_, weights, terms, solved, monitor);
+  }
+
+  // The edges stay on the device; what an edit says of the nodes goes there, and x comes back.
+  void SolveOnDevice(const std::vector<NodeTerm>& terms, std::vector<double>* solved,
+                     Monitor& monitor) const {
+    monitor.ThrowIfCancelled();
+    const DeviceEdges edges = graph_.OnDevice(*backend_);
+    const auto looks = backend_->Upload(std::span<const NodeLook>(looks_));
+    const auto weights = backend_->Allocate<float>(edges.weight.size());
+    backend_->graph()->WeighEdges({edges.begin.data(), edges.other.data(), edges.weight.data(),
+                                   looks.data(), weights.data(), int64_t(count_), kSmoothness,
+                                   kLeastWeight});
+    SolveGraphOnDevice(edges, weights, terms, solved, *backend_);
   }
 
   // The painted ones that paint knows well: a few pixels of what lies far behind may be taken to be
@@ -252,11 +266,12 @@ class Completer {
   }
 
   Backend* backend_;
+  const GaussianGraph& graph_;
   const std::vector<GaussianSurface>& surfaces_;
   const EdgeMatrix& edges_;
   size_t count_;
   std::vector<double> share_, trust_;  // m_g; of m_g
-  std::vector<double> open_;           // what a valley at it leaves of an edge; 0 of a floater
+  std::vector<NodeLook> looks_;        // open is 0 of a floater
 };
 
 }  // namespace

@@ -149,6 +149,15 @@ GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor,
   monitor.Step(kStage, 3, 3);
 }
 
+DeviceEdges GaussianGraph::OnDevice(Backend& backend) const {
+  const std::lock_guard lock(mutex_);
+  if (device_ != &backend) {
+    on_device_ = UploadEdges(edges_, backend);
+    device_ = &backend;
+  }
+  return on_device_;
+}
+
 bool GaussianGraph::Covers(const std::optional<Eigen::AlignedBox3f>& box) const {
   return !within_ || (box && within_->contains(*box));
 }

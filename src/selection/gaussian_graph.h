@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -50,6 +51,9 @@ class GaussianGraph {
   size_t GaussianOf(size_t i) const { return size_t(members_[i]); }
   const std::vector<GaussianSurface>& surfaces() const { return surfaces_; }
   const EdgeMatrix& edges() const { return edges_; }  // weights in (0, 1]
+  // The edges in the memory of `backend`, which outlives this; it stays there from the first call
+  // on, for as long as this backend is asked for. Thread-safe.
+  DeviceEdges OnDevice(Backend& backend) const;
   // Of every Gaussian of the scene, [N] (LiftedSurfaces); empty: unknown.
   const std::vector<float>& floating() const { return floating_; }
   // Whether Gaussian `g` hangs before the surfaces: it is a floater and no piece of any.
@@ -64,6 +68,9 @@ class GaussianGraph {
   std::vector<float> floating_;
   std::vector<GaussianSurface> surfaces_;
   EdgeMatrix edges_;
+  mutable std::mutex mutex_;  // of what follows
+  mutable const Backend* device_ = nullptr;
+  mutable DeviceEdges on_device_;
 };
 
 // Where a thing that is seen at `points` may go on, seen from one side: their box without the

@@ -24,42 +24,47 @@ double Dot(const std::vector<double>& a, const std::vector<double>& b) {
   });
 }
 
-// On a device: all of what is known of the graph goes there, and x comes back.
-int SolveOnDevice(const EdgeMatrix& edges, std::span<const float> weights,
-                  const std::vector<NodeTerm>& terms, std::vector<double>* x, Backend& backend) {
+}  // namespace
+
+bool FitsDevice(const EdgeMatrix& edges, Backend* backend) {
+  constexpr size_t kMostEdges = std::numeric_limits<int32_t>::max();
+  return backend && backend->graph() && edges.other.size() <= kMostEdges;
+}
+
+DeviceEdges UploadEdges(const EdgeMatrix& edges, Backend& backend) {
+  std::vector<int32_t> begin(edges.begin.size());
+  ParallelRanges(int64_t(begin.size()), kGrain, [&](int64_t first, int64_t last) {
+    for (auto i = size_t(first); i < size_t(last); ++i) begin[i] = int32_t(edges.begin[i]);
+  });
+  return {backend.Upload(std::span<const int32_t>(begin)),
+          backend.Upload(std::span<const int32_t>(edges.other)),
+          backend.Upload(std::span<const float>(edges.weight))};
+}
+
+int SolveGraphOnDevice(const DeviceEdges& edges, const Buffer<float>& weights,
+                       const std::vector<NodeTerm>& terms, std::vector<double>* x,
+                       Backend& backend) {
   const size_t count = terms.size();
-  std::vector<int32_t> begin(count + 1);
-  std::vector<double> trust(count), pull(count);
+  std::vector<double> values(3 * count);  // trust, pull and x
   ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {
     for (auto i = size_t(first); i < size_t(last); ++i) {
-      begin[i + 1] = int32_t(edges.begin[i + 1]);
-      trust[i] = terms[i].trust;
-      pull[i] = terms[i].pull;
+      values[i] = terms[i].trust;
+      values[count + i] = terms[i].pull;
+      values[2 * count + i] = (*x)[i];
     }
   });
-  const auto begins = backend.Upload(std::span<const int32_t>(begin));
-  const auto others = backend.Upload(std::span<const int32_t>(edges.other));
-  const auto device_weights = backend.Upload(weights);
-  const auto trusts = backend.Upload(std::span<const double>(trust));
-  const auto pulls = backend.Upload(std::span<const double>(pull));
-  const auto solved = backend.Upload(std::span<const double>(*x));
+  const auto device = backend.Upload(std::span<const double>(values));
+  double* const solved = device.data() + 2 * count;
   const int iterations = backend.graph()->SolveGraph(
-      {begins.data(), others.data(), device_weights.data(), trusts.data(), pulls.data(),
-       solved.data(), int64_t(count), kTolerance, kMaxDeviceIterations});
-  backend.CopyToHost(x->data(), solved.data(), count * sizeof(double));
+      {edges.begin.data(), edges.other.data(), weights.data(), device.data(), device.data() + count,
+       solved, int64_t(count), kTolerance, kMaxDeviceIterations});
+  backend.CopyToHost(x->data(), solved, count * sizeof(double));
   return iterations;
 }
 
-}  // namespace
-
 int SolveGraph(const EdgeMatrix& edges, std::span<const float> weights,
-               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor,
-               Backend* backend) {
+               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor) {
   monitor.ThrowIfCancelled();
-  constexpr size_t kMostEdges = std::numeric_limits<int32_t>::max();
-  if (backend && backend->graph() && weights.size() <= kMostEdges) {
-    return SolveOnDevice(edges, weights, terms, x, *backend);
-  }
   const size_t count = terms.size();
   const auto each = [&](const auto& body) {
     ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {

@@ -18,6 +18,15 @@ struct EdgeMatrix {
   std::vector<float> weight;  // above 0
 };
 
+// The same in a device's memory.
+struct DeviceEdges {
+  Buffer<int32_t> begin, other;
+  Buffer<float> weight;
+};
+// Whether SolveGraphOnDevice can take so many edges.
+bool FitsDevice(const EdgeMatrix& edges, Backend* backend);
+DeviceEdges UploadEdges(const EdgeMatrix& edges, Backend& backend);
+
 // What is known of one node: sum_i trust (x - value)^2 of its terms. Kept as sums.
 struct NodeTerm {
   double trust = 0, pull = 0;  // sums of trust and of trust times value
@@ -34,9 +43,12 @@ struct NodeTerm {
 // 0.001 of the right-hand side, and in any case after 300 iterations: then x is still a valid
 // start, and closer than it was. Returns the iterations taken; the same result on any number of
 // threads. Cancelled between iterations. `weights` stand for those of `edges`; 0 is as no edge.
-// Runs on `backend` where that can (kernels/graph_ops.h), to the same residual; null: on the host.
 int SolveGraph(const EdgeMatrix& edges, std::span<const float> weights,
-               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor,
-               Backend* backend = nullptr);
+               const std::vector<NodeTerm>& terms, std::vector<double>* x, Monitor& monitor);
+
+// The same on a device (kernels/graph_ops.h), to the same residual; `weights` are in its memory.
+int SolveGraphOnDevice(const DeviceEdges& edges, const Buffer<float>& weights,
+                       const std::vector<NodeTerm>& terms, std::vector<double>* x,
+                       Backend& backend);
 
 }  // namespace retint

@@ -76,6 +76,29 @@ class GraphOp : public BackendTest {
   }
 };
 
+TEST_P(GraphOp, WeighsEdgesByWhatTheirEndsLookLike) {
+  for (const auto& [nodes, degree] : {std::pair{1, 0}, {17, 4}, {5003, 20}}) {
+    const TestGraph graph(rng_, nodes, degree);
+    std::vector<NodeLook> looks;
+    for (int i = 0; i < nodes; ++i) looks.push_back({Uniform(rng_, 0, 1), Uniform(rng_, 0, 1)});
+    Guarded<int32_t> begin(*backend_, graph.begin), other(*backend_, graph.other);
+    Guarded<float> weight(*backend_, graph.weight), out(*backend_, graph.weight.size());
+    Guarded<NodeLook> device_looks(*backend_, looks);
+    backend_->graph()->WeighEdges({begin.data(), other.data(), weight.data(), device_looks.data(),
+                                   out.data(), nodes, 1000, 1e-6f});
+    const std::vector<float> found = out.Read();
+    for (size_t i = 0; i < size_t(nodes); ++i) {
+      for (auto e = size_t(graph.begin[i]); e < size_t(graph.begin[i + 1]); ++e) {
+        const NodeLook &a = looks[i], &b = looks[size_t(graph.other[e])];
+        const double alike = 1 - std::abs(double(a.prior) - double(b.prior));
+        const double kept = alike * alike * double(std::min(a.open, b.open));
+        const double expected = 1000 * (double(graph.weight[e]) * kept + 1e-6);
+        EXPECT_NEAR(found[e], expected, 1e-5 * expected) << i;
+      }
+    }
+  }
+}
+
 TEST_P(GraphOp, SolvesLikeAFactorization) {
   for (const auto& [nodes, degree] : {std::pair{1, 0}, {2, 2}, {17, 4}, {33, 0}, {20011, 20}}) {
     const TestGraph graph(rng_, nodes, degree);
@@ -130,6 +153,10 @@ TEST_P(GraphOp, OfNoPullIsZero) {
 }
 
 TEST_P(GraphOp, RefusesWhatCannotBe) {
+  EXPECT_THROW(
+      backend_->graph()->WeighEdges({nullptr, nullptr, nullptr, nullptr, nullptr, -1, 1, 0}),
+      std::invalid_argument);
+  backend_->graph()->WeighEdges({nullptr, nullptr, nullptr, nullptr, nullptr, 0, 1, 0});
   EXPECT_THROW(backend_->graph()->SolveGraph(
                    {nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, -1, 1e-3, 10}),
                std::invalid_argument);
