@@ -9,6 +9,7 @@
 
 #include "kernels/blend_ops.h"
 #include "kernels/common/color_ops.h"
+#include "kernels/common/loss.h"
 
 namespace retint {
 
@@ -31,7 +32,8 @@ struct RegionTargetParams {
   float inside_weight = 1, outside_weight = 1;
 };
 
-// r = target * unit - image on the region's pixels: residual = weight * r, loss[0] += weight * r^2.
+// r = target * unit - image on the region's pixels: residual = weight * r, loss[0] += weight * r^2;
+// where `stay` counts, half the slope of its cost, and the cost.
 struct RegionResidualParams {
   const int16_t* target;  // [pixels, 3]
   float unit;
@@ -42,6 +44,10 @@ struct RegionResidualParams {
   // [1] backend memory, or null: CUDA raises it to the largest |residual|, for
   // BlendTransposeParams::largest. The CPU has no use for it and leaves it as it is.
   float* largest = nullptr;
+  StayLoss stay{};
+  // [H, W], or null: what multiplies r in the residual, the mean of the channels; 0 outside the
+  // region's pixels. A parabola of this curvature at the pixel's cost lies nowhere below it.
+  float* curvature = nullptr;
 };
 
 // Blend(change), RegionResidual and BlendTranspose of what that left, in one.
@@ -52,6 +58,7 @@ struct RegionSweepParams {
   const uint8_t* weights;  // as there, not null
   double* loss;            // [1] backend memory, accumulated
   float* result;           // [rows, 3]; may be `change`; null: the loss alone
+  StayLoss stay{};
 };
 
 // L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), SSIM with an 11x11 Gaussian

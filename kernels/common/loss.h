@@ -3,6 +3,7 @@
 // Zhao et al. 2017).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "kernels/common/macros.h"
@@ -14,6 +15,29 @@ namespace retint {
 RETINT_HD uint8_t PixelWeight(uint8_t mask, float inside, float outside) {
   const double share = double(mask) / 255;
   return uint8_t(255 * (share * double(inside) + (1 - share) * double(outside)) + 0.5);
+}
+
+// What a change r costs in a pixel that is to stay as it is, one channel: r^2 + 2 slope (sqrt(r^2 +
+// bend^2) - bend). Beside its square this counts the size of a change, so that many changes by less
+// than a step of 8 bits do not go for nothing (Charbonnier et al. 1994). `slope` 0: the square
+// alone. Such a pixel is one whose target is 0 in all channels.
+struct StayLoss {
+  float slope = 0, bend = 1.0f / 255;  // bend above 0
+};
+
+// A residual's cost, and what multiplies the residual in half its slope.
+struct ResidualCost {
+  float value, curvature;
+};
+
+// `slope`: of the pixel, see StayLoss; 0 where it is to change.
+RETINT_HD ResidualCost CostOf(float r, float slope, float bend) {
+  const float root = std::sqrt(r * r + bend * bend);
+  return {r * r + 2 * slope * (root - bend), 1 + slope / root};
+}
+
+RETINT_HD float SlopeAt(const StayLoss& stay, const int16_t* target) {
+  return target[0] == 0 && target[1] == 0 && target[2] == 0 ? stay.slope : 0.0f;
 }
 
 inline constexpr int kSsimRadius = 5;  // 11 taps

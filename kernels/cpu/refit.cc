@@ -85,23 +85,29 @@ void CpuRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetPar
 }
 
 void CpuRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
+  if (params.curvature) {
+    std::fill_n(params.curvature, size_t(view.camera().width) * size_t(view.camera().height), 0.0f);
+  }
   *params.loss += OrderedSum(int64_t(view.tiles().size()), 1, [&](int64_t i, int64_t) {
     double sum = 0;
     ForTileRows(view, size_t(i), [&](size_t first, size_t pixel, int count) {
       const uint8_t* of_pixels = params.weights ? params.weights + first : nullptr;
-      float weights[kTileSize * 3];
-      for (int x = 0; x < kTileSize; ++x) {
-        const float weight = of_pixels ? float(of_pixels[x]) * (1.0f / 255) : 1.0f;
-        weights[3 * x] = weights[3 * x + 1] = weights[3 * x + 2] = weight;
-      }
       const int16_t* target = params.target + 3 * first;
       const float* image = params.image + 3 * pixel;
       float* residual = params.residual + 3 * pixel;
       float row = 0;
-      for (int j = 0; j < 3 * count; ++j) {
-        const float r = float(target[j]) * params.unit - image[j];
-        residual[j] = weights[j] * r;
-        row += weights[j] * r * r;
+      for (int x = 0; x < count; ++x, target += 3, image += 3, residual += 3) {
+        const float weight = of_pixels ? float(of_pixels[x]) * (1.0f / 255) : 1.0f;
+        const float slope = SlopeAt(params.stay, target);
+        float curvature = 0;
+        for (int c = 0; c < 3; ++c) {
+          const float r = float(target[c]) * params.unit - image[c];
+          const ResidualCost cost = CostOf(r, slope, params.stay.bend);
+          residual[c] = weight * cost.curvature * r;
+          row += weight * cost.value;
+          curvature += weight * cost.curvature;
+        }
+        if (params.curvature) params.curvature[pixel + size_t(x)] = curvature / 3;
       }
       sum += double(row);
     });
@@ -122,7 +128,8 @@ bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParam
       alignas(64) float values[3 * kTilePixels] = {};
       tiles_.blend_weights(weights, params.change, 3, values);
       loss += tiles_.residual(params.target + i * of_tile * 3, params.unit,
-                              params.weights + i * of_tile, region.pixel_row_step(), values);
+                              params.weights + i * of_tile, region.pixel_row_step(), params.stay,
+                              values);
       if (params.result) tiles_.transpose_weights(weights, values, 3, partials.data());
     }
     return loss;

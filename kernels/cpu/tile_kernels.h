@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "kernels/common/loss.h"
 #include "kernels/common/projection.h"
 #include "kernels/common/thinning.h"
 #include "kernels/cpu/geometry.h"
@@ -55,10 +56,10 @@ struct TileKernels {
   void (*transpose_weights)(const WeightTile& tile, const float* residual, int channels,
                             float* partials);
   // sums = weights / 255 (target unit - sums) of three channels in every `row_step`-th pixel row
-  // from the first on; returns the sum of weights / 255 (target unit - sums)^2. `target` and
-  // `weights` have these rows alone, [rows, kTileSize, 3] and [rows, kTileSize].
+  // from the first on; returns the sum of weights / 255 (target unit - sums)^2, and of what `stay`
+  // adds. `target` and `weights` have these rows alone, [rows, kTileSize, 3] and [rows, kTileSize].
   double (*residual)(const int16_t* target, float unit, const uint8_t* weights, int row_step,
-                     float* sums);
+                     const StayLoss& stay, float* sums);
 };
 
 const TileKernels& ScalarTileKernels();

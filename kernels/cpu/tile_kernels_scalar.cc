@@ -234,16 +234,18 @@ void TransposeWeights(const WeightTile& tile, const float* residual, int channel
 }
 
 double Residual(const int16_t* target, float unit, const uint8_t* weights, int row_step,
-                float* sums) {
+                const StayLoss& stay, float* sums) {
   double loss = 0;
   for (int i = 0; i < kTilePixels / row_step; ++i) {
     const int p = i / kTileSize * row_step * kTileSize + i % kTileSize;
     const float weight = float(weights[i]) * (1.0f / 255);
+    const float slope = SlopeAt(stay, target + 3 * i);
     for (int c = 0; c < 3; ++c) {
       float& sum = sums[c * kTilePixels + p];
       const float r = float(target[3 * i + c]) * unit - sum;
-      sum = weight * r;
-      loss += double(sum * r);
+      const ResidualCost cost = CostOf(r, slope, stay.bend);
+      sum = weight * cost.curvature * r;
+      loss += double(weight * cost.value);
     }
   }
   return loss;

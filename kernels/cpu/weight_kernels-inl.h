@@ -225,12 +225,13 @@ void CompactTile(const WeightTile& tile, float min_weight, uint32_t half_rows,
 }
 
 double Residual(const int16_t* target, float unit, const uint8_t* weights, int row_step,
-                float* sums) {
+                const StayLoss& stay, float* sums) {
   const HalfTag d;
   const hn::Rebind<int16_t, HalfTag> d16;
   const hn::Rebind<uint8_t, HalfTag> d8;
   const hn::RebindToSigned<HalfTag> di;
   const auto scale = hn::Set(d, unit), step = hn::Set(d, 1.0f / 255);
+  const auto one = hn::Set(d, 1.0f), slope = hn::Set(d, stay.slope), bend = hn::Set(d, stay.bend);
   auto loss = hn::Zero(d);
   size_t i = 0;
   for (int y = 0; y < kTileSize; y += row_step) {
@@ -240,13 +241,23 @@ double Residual(const int16_t* target, float unit, const uint8_t* weights, int r
       hn::LoadInterleaved3(d16, target + 3 * i, wanted[0], wanted[1], wanted[2]);
       const auto weight =
           hn::Mul(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d8, weights + i))), step);
+      const auto any = hn::PromoteTo(di, hn::Or(hn::Or(wanted[0], wanted[1]), wanted[2]));
+      const auto stays = hn::RebindMask(d, hn::Eq(any, hn::Zero(di)));
+      const bool counts = stay.slope > 0 && !hn::AllFalse(d, stays);
+      const auto of_pixel = hn::IfThenElseZero(stays, slope);
       for (size_t c = 0; c < 3; ++c) {
         float* const at = sums + c * kTilePixels + p;
         const auto goal = hn::ConvertTo(d, hn::PromoteTo(di, wanted[c]));
         const auto r = hn::MulSub(goal, scale, hn::Load(d, at));
-        const auto weighted = hn::Mul(weight, r);
-        hn::Store(weighted, d, at);
-        loss = hn::MulAdd(weighted, r, loss);
+        auto half_slope = hn::Mul(weight, r);
+        loss = hn::MulAdd(half_slope, r, loss);
+        if (counts) {
+          const auto root = hn::Sqrt(hn::MulAdd(r, r, hn::Mul(bend, bend)));
+          const auto twice = hn::Mul(hn::Set(d, 2.0f), hn::Mul(weight, of_pixel));
+          loss = hn::MulAdd(twice, hn::Sub(root, bend), loss);
+          half_slope = hn::Mul(half_slope, hn::Add(one, hn::Div(of_pixel, root)));
+        }
+        hn::Store(half_slope, d, at);
       }
     }
   }

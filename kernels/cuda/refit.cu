@@ -43,12 +43,18 @@ __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidua
     const int64_t pixel = pixels.Pixel(i);
     if (pixel < 0) continue;
     const float weight = params.weights ? float(params.weights[i]) * (1.0f / 255) : 1.0f;
+    const float slope = SlopeAt(params.stay, params.target + 3 * i);
+    float curvature = 0;
     for (int c = 0; c < 3; ++c) {
       const float r = float(params.target[3 * i + c]) * params.unit - params.image[3 * pixel + c];
-      params.residual[3 * pixel + c] = weight * r;
-      sum += double(weight * r * r);
-      largest = LargerMagnitude(largest, weight * r);
+      const ResidualCost cost = CostOf(r, slope, params.stay.bend);
+      const float residual = weight * cost.curvature * r;
+      params.residual[3 * pixel + c] = residual;
+      sum += double(weight * cost.value);
+      curvature += weight * cost.curvature;
+      largest = LargerMagnitude(largest, residual);
     }
+    if (params.curvature) params.curvature[pixel] = curvature / 3;
   }
   if (params.largest) RaiseLargest(largest, params.largest);
   sums.AddTo(params.loss, sum);
@@ -78,6 +84,11 @@ class CudaRefitOps : public RefitOps {
   void DoEditImage(const EditImageParams& params) override;
 
  private:
+  void Clear(const ViewGeometry& view, float* image) {  // [H, W]
+    const size_t bytes = size_t(view.camera().width) * size_t(view.camera().height) * sizeof(float);
+    Check(cudaMemsetAsync(image, 0, bytes, stream_), "cudaMemsetAsync");
+  }
+
   cudaStream_t stream_;
   std::mutex mutex_;  // of sums_
   BlockSumsMemory sums_;
@@ -107,6 +118,7 @@ void CudaRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetPa
 void CudaRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
   const RegionPixels pixels = PixelsOf(Own(view));
   const int64_t count = CountOf(Own(view));
+  if (params.curvature) Clear(view, params.curvature);
   if (count == 0) return;
   const std::lock_guard lock(mutex_);
   const unsigned blocks = BlocksUpTo(2048, count, 256);
@@ -126,8 +138,7 @@ void CudaRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const flo
 void CudaRefitOps::DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights,
                                        float* image) {
   const RegionPixels pixels = PixelsOf(Own(view));
-  const size_t bytes = size_t(view.camera().width) * size_t(view.camera().height) * sizeof(float);
-  Check(cudaMemsetAsync(image, 0, bytes, stream_), "cudaMemsetAsync");
+  Clear(view, image);
   ForEach(CountOf(Own(view)), stream_, "RegionWeightImage", [=] __device__(int64_t i) {
     const int64_t p = pixels.Pixel(i);
     if (p >= 0) image[p] = float(weights[i]) * (1.0f / 255);

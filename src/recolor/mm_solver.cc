@@ -11,7 +11,8 @@ namespace retint {
 namespace {
 
 constexpr const char* kSmallGain = "a sweep lowered the loss by less than the tolerance";
-constexpr double kArmijo = 1e-4;  // of the promised decrease that a step must bring
+constexpr int kSquaredSweeps = 5;  // after which what is to stay counts by its size, too
+constexpr double kArmijo = 1e-4;   // of the promised decrease that a step must bring
 constexpr double kShortestStep = 1e-3;
 constexpr double kLongestStep = 4;  // beyond the trial, in steps to it
 constexpr double kClamped = 0.05;   // of the promised decrease, by which a parabola may be missed
@@ -33,6 +34,12 @@ void MmOptions::Describe(OptionList& list) {
                   .range = OptionRange::AboveTo(0, 8),
                   .help = "weight of the error of pixels outside the mask; those inside have 1",
                   .flag = "--outside-weight"});
+  list.push_back({.name = "outside_slope",
+                  .member = &outside_slope,
+                  .range = OptionRange::Closed(0, 255),
+                  .help = "how much the size of a change counts beside its square in pixels that "
+                          "are to stay as they are, in steps of 1/255; 0: the square alone",
+                  .flag = "--outside-slope"});
   list.push_back({.name = "tolerance",
                   .member = &tolerance,
                   .range = OptionRange::AtLeast(0),
@@ -84,16 +91,29 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
   Backend& backend = problem_.backend();
   const size_t count = size_t(problem_.NumActive());
   const size_t k = size_t(problem_.num_coeffs());
+  factors_ = {};  // before new ones take memory
   factors_ = backend.Allocate<float>(count * k * (k + 1) / 2);
-  weights_ = backend.Allocate<float>(count);
+  // Of the squares: what stays counts for more later, and is not pulled the harder for that.
+  Buffer<float> weights = backend.Allocate<float>(count);
+  if (weights_.empty()) weights_ = weights;
   ViewSum sum(problem_, ViewSum::Kind::kBlocks);
   for (const size_t v : problem_.own_views()) {
-    monitor.Step("refit", 0, 1);
+    Progress(monitor, 0);
     const auto view = problem_.Visit(v);
     RefitScratch& scratch = problem_.scratch();
-    problem_.WeightImage(*view, scratch.images[0].data());
+    float* const curvature = scratch.images[1].data();
+    if (stay_.slope > 0) {
+      problem_.BlendChange(*view, current_.data(), scratch.features[0].data(),
+                           scratch.features[1].data(), scratch.images[0].data());
+      RegionResidualParams residual = ResidualOf(*view);
+      residual.image = residual.residual = scratch.images[0].data();
+      residual.curvature = curvature;
+      backend.refit().RegionResidual(*view->region, residual);
+    } else {
+      problem_.WeightImage(*view, curvature);
+    }
     BlendTransposeParams transpose{};
-    transpose.residual = scratch.images[0].data();
+    transpose.residual = curvature;
     transpose.channels = 1;
     transpose.result = scratch.features[0].data();
     backend.blend().BlendTranspose(*view->region, transpose);
@@ -102,7 +122,7 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
   sum.Finish(factors_);
   AddRidgeParams ridge{};
   ridge.blocks = factors_.data();
-  ridge.weights = weights_.data();
+  ridge.weights = weights.data();
   ridge.count = int64_t(count);
   ridge.k = int32_t(k);
   std::copy_n(ridge_, kMaxShCoeffs, ridge.ridge);
@@ -157,17 +177,22 @@ void MmSolver::Progress(Monitor& monitor, size_t view) const {
   monitor.Step("refit", double(iterations_) + double(view) / views, double(limit_));
 }
 
+RegionResidualParams MmSolver::ResidualOf(const RegionView& view) {
+  RegionResidualParams residual{};
+  residual.target = view.target.data();
+  residual.unit = problem_.target_unit();
+  residual.loss = loss_.data();
+  residual.weights = view.weights.data();
+  residual.largest = largest_residual_.data();
+  residual.stay = stay_;
+  return residual;
+}
+
 void MmSolver::SweepInSteps(const RegionView& view, const RegionSweepParams& sweep) {
   float* const image = problem_.scratch().images[0].data();
   problem_.Blend(view, sweep.change, image);
-  RegionResidualParams residual{};
-  residual.target = sweep.target;
-  residual.unit = sweep.unit;
-  residual.image = image;
-  residual.residual = image;
-  residual.loss = sweep.loss;
-  residual.weights = sweep.weights;
-  residual.largest = largest_residual_.data();
+  RegionResidualParams residual = ResidualOf(view);
+  residual.image = residual.residual = image;
   problem_.backend().refit().RegionResidual(*view.region, residual);
   if (sweep.result) problem_.BlendBack(view, image, sweep.result, largest_residual_.data());
 }
@@ -198,6 +223,7 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     sweep.weights = view->weights.data();
     sweep.loss = loss_.data();
     sweep.result = with_gradient ? change : nullptr;
+    sweep.stay = stay_;
     if (!backend.refit().RegionSweep(*view->region, sweep)) SweepInSteps(*view, sweep);
     if (problem_.SumsInOrder()) take_loss();
     if (!with_gradient) continue;
@@ -214,6 +240,20 @@ double MmSolver::SmallGain() const {
   return options_.tolerance * losses_.front() * problem_.NumTargetValues();
 }
 
+bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
+  const bool is_time = converged || iterations_ >= kSquaredSweeps;
+  if (options_.outside_slope == 0 || stay_.slope > 0 || !is_time || iterations_ >= limit_) {
+    return false;
+  }
+  stay_.slope = float(options_.outside_slope / 255);
+  BuildBlocks(monitor);
+  pairs_.clear();
+  scale_ = momentum_ = 1;
+  started_ = false;
+  Combine(1, current_, 0, current_, previous_);
+  return true;
+}
+
 bool MmSolver::Iterate(Monitor& monitor) {
   return options_.acceleration == MmAcceleration::kLbfgs ? LbfgsStep(monitor) : PlainStep(monitor);
 }
@@ -227,20 +267,23 @@ bool MmSolver::PlainStep(Monitor& monitor) {
   Combine(1 + extrapolate, current_, -extrapolate, previous_, point_);
   const double loss = Evaluate(point_, true, monitor);
   ++iterations_;
-  const double before = losses_.empty() ? loss : losses_.back() * problem_.NumTargetValues();
+  const bool first = !started_;
+  const double before = first ? loss : losses_.back() * problem_.NumTargetValues();
   if (extrapolate > 0 && loss > before) {
     momentum_ = 1;
     Combine(1, current_, 0, current_, previous_);
     return iterations_ < limit_ || Finish(false, "all sweeps done");
   }
-  const bool first = losses_.empty();
+  started_ = true;
   losses_.push_back(loss / problem_.NumTargetValues());
   Precondition(gradient_);
   if (Dot(gradient_, solution_) <= 0) return Finish(true, "nothing left to change");
   std::swap(previous_, current_);
   Combine(1, point_, 1, solution_, current_);
   momentum_ = next_momentum;
-  if (!first && before - loss < SmallGain()) return Finish(true, kSmallGain);
+  const bool converged = !first && before - loss < SmallGain();
+  if (StartsStaying(converged, monitor)) return true;
+  if (converged) return Finish(true, kSmallGain);
   return iterations_ < limit_ || Finish(false, "all sweeps done");
 }
 
@@ -264,9 +307,9 @@ bool MmSolver::LbfgsStep(Monitor& monitor) {
   if (!(slope_ > 0)) return Finish(true, "nothing left to change");
   length_ = 1;
   Combine(1, previous_, 1, direction_, current_);
-  if (!first && before - loss < SmallGain()) {
-    return FinishChecked(true, kSmallGain, monitor);
-  }
+  const bool converged = !first && before - loss < SmallGain();
+  if (StartsStaying(converged, monitor)) return true;
+  if (converged) return FinishChecked(true, kSmallGain, monitor);
   return iterations_ < limit_ || FinishChecked(false, "all sweeps done", monitor);
 }
 

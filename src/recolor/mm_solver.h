@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The squared loss of the refit, minimised by block-Jacobi majorisation. Internal to recolor.
+// After a few sweeps, pixels that are to stay as they are cost StayLoss (kernels/common/loss.h)
+// instead of their square.
 //
 //   Phi(s) = sum_v |D_v - W_v (f_v(s) - f_v(s_original))|^2, each pixel by its weight w in (0, 1],
 //            + sum_g V_g sum_k ridge_k |s_gk - start_gk|^2
@@ -19,12 +21,14 @@ class MmSolver : public RefitSolver {
  public:
   MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor);
 
-  // losses() is Phi / values of the regions, one a sweep.
+  // losses() is Phi / values of the regions, one a sweep: with StayLoss from the sweep on in which
+  // that begins to count.
   const Buffer<float>& coefficients() const override { return current_; }
 
  private:
   bool Iterate(Monitor& monitor) override;  // one sweep over the views
   void BuildBlocks(Monitor& monitor);
+  RegionResidualParams ResidualOf(const RegionView& view);
   void SweepInSteps(const RegionView& view, const RegionSweepParams& sweep);
   double Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor);
   void Precondition(const Buffer<float>& rhs);  // solution_ = A^-1 rhs
@@ -35,6 +39,9 @@ class MmSolver : public RefitSolver {
   double RidgeTerm(const Buffer<float>& point, float* descent);
   void Progress(Monitor& monitor, size_t view) const;
 
+  // Once the squares have told what is to change: whether the next sweep is the first one in which
+  // what stays costs StayLoss. Blocks are made for its curvature at current_.
+  bool StartsStaying(bool converged, Monitor& monitor);
   bool PlainStep(Monitor& monitor);
   bool LbfgsStep(Monitor& monitor);
   double GoToMinimum(double loss);
@@ -65,7 +72,8 @@ class MmSolver : public RefitSolver {
   Buffer<float> largest_residual_;
   double momentum_ = 1;  // Nesterov
   double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;
-  bool started_ = false;
+  bool started_ = false;  // a point was accepted with the loss as it is now
+  StayLoss stay_;
 };
 
 }  // namespace retint

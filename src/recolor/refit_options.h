@@ -17,11 +17,12 @@ enum class MmAcceleration { kNone, kNesterov, kLbfgs };
 struct MmOptions {
   // Sweeps at most. 0: as many as it takes to converge, but no more than kMostSweeps.
   static constexpr int kMostSweeps = 1000;
-  int iterations = 12;
+  int iterations = 16;
   MmAcceleration acceleration = MmAcceleration::kLbfgs;
   double ridge_dc = 1e-2;       // lambda_l of the DC term, relative to the sum of visibilities
   double ridge_rest = 1e-3;     // of the higher bands, pulling towards the closed-form start
-  double outside_weight = 0.8;  // of a pixel's squared error at mask 0; it is 1 at mask 255
+  double outside_weight = 0.4;  // of a pixel's error at mask 0; it is 1 at mask 255
+  double outside_slope = 12;    // of StayLoss (kernels/common/loss.h), in steps of 1/255
   double min_weight = 1e-3;     // blending weights below are left out of the regions
   double tolerance = 5e-3;      // stop when a sweep gains less than this share of the first loss
   void Describe(OptionList& list);

@@ -6,7 +6,9 @@
 
 Prints Markdown, any of four tables (--tables):
   operations  every operation on every scene: held-out views of the result against the operation
-              applied to the original render, inside and outside the mask
+              applied to the original render, inside and outside the mask. Twice: of pictures, whose
+              values are rounded to 8 bits, and of the values themselves, by the Python module that
+              is built beside the program
   recolor     `--to` of the synthetic objects, and a tint, against renders of the same scene whose
               object has that color: each object with several colors, inside its true masks. The
               target is what the pixels of the object's main color have there
@@ -20,6 +22,8 @@ Prints Markdown, any of four tables (--tables):
 A row is printed when it is measured. `--limit`, few `--colors`, `--operations` and `--objects` and a
 small `--size` make it quick."""
 import json
+import pathlib
+import shlex
 import sys
 
 import numpy as np
@@ -117,9 +121,38 @@ def held_out(stages, every):
     return sorted(f.name for f in (stages / "result").glob("**/*.png"))[::every]
 
 
+class Unrounded:
+    """The same differences of renders whose values are not rounded."""
+
+    def __init__(self, options):
+        program = pathlib.Path(shlex.split(options.retint)[0]).resolve()
+        sys.path.insert(0, str(program.parent / "python"))
+        import retint
+        self.retint = retint
+
+    def differences(self, paint, stages, names):
+        folder, inside, outside = stages.parent, [], []
+        report = json.loads((folder / "report.json").read_text())
+        edit = self.retint.Edit.from_json(json.dumps(report["edit"]))
+        workspace = self.retint.Workspace(str(paint.workspace))
+        before, after = (self.retint.Splat.read(str(f)) for f in (paint.splat, folder / "out.ply"))
+        for picture in names:
+            camera = workspace[picture.removesuffix(".png")].camera
+            old, found = (np.asarray(self.retint.render(s, camera, backend="cpu"))
+                          for s in (before, after))
+            mask = read_mask(stages / "masks" / picture)
+            wanted = old + mask[..., None] / 255.0 * (np.asarray(edit.apply(old)) - old)
+            found, wanted = found.clip(0, 1), wanted.clip(0, 1)
+            inside.append(differences(found[mask >= 128], wanted[mask >= 128]))
+            outside.append(differences_outside(found[mask == 0], wanted[mask == 0]))
+        return np.concatenate(inside), np.concatenate(outside)
+
+
 def operations(options, run, paints):
     rows = wb.Table("Operations: held-out views, CIEDE2000",
-                    ["scene", "operation", "inside: median", "95 %", "outside: median", "mean"])
+                    ["scene", "operation", "inside: median", "95 %", "outside: median", "mean",
+                     "not rounded, inside: median", "95 %", "outside: mean"])
+    unrounded = Unrounded(options)
     for paint in paints:
         if paint.scene in wb.SYNTHETIC and paint.label not in options.objects.split(",")[:1]:
             continue
@@ -134,9 +167,12 @@ def operations(options, run, paints):
                 inside.append(differences(found[mask >= 128], wanted[mask >= 128]))
                 outside.append(differences_outside(found[mask == 0], wanted[mask == 0]))
             inside, outside = np.concatenate(inside), np.concatenate(outside)
+            exact, exact_outside = unrounded.differences(paint, stages,
+                                                         held_out(stages, options.holdout))
             rows.add([paint.scene, name, f"{np.median(inside):.2f}",
                       f"{np.quantile(inside, 0.95):.2f}", f"{np.median(outside):.2f}",
-                      f"{outside.mean():.3f}"])
+                      f"{outside.mean():.3f}", f"{np.median(exact):.2f}",
+                      f"{np.quantile(exact, 0.95):.2f}", f"{exact_outside.mean():.3f}"])
 
         run.each(measure, options.operations.split(";"))
     return rows.rows

@@ -363,8 +363,10 @@ TEST_P(Parity, RestrictsAndSums) {
       params.outside_weight = 0.8f;
       backend.refit().RegionTarget(*region, params);
       Guarded<double> device_loss(backend, std::vector<double>{0.0});
-      backend.refit().RegionResidual(*region, {target.data(), params.unit, blended.data(),
-                                               blended.data(), device_loss.data(), weights.data()});
+      RegionResidualParams of_pixels{target.data(),  params.unit,        blended.data(),
+                                     blended.data(), device_loss.data(), weights.data()};
+      of_pixels.stay.slope = 0.05f;
+      backend.refit().RegionResidual(*region, of_pixels);
       Guarded<float> of_weights(backend, pixels_);
       backend.refit().RegionWeightImage(*region, weights.data(), of_weights.data());
       target.Read();

@@ -32,7 +32,7 @@ class RefitOp : public BackendTest {
     }
     image_ = UniformVector(rng_, kValues, 0, 1.5f);
     other_ = UniformVector(rng_, kValues, 0, 1);
-    for (size_t p = 0; p < kValues / 3; ++p) mask_.push_back(uint8_t(rng_()));
+    for (size_t p = 0; p < kValues / 3; ++p) mask_.push_back(p % 4 ? uint8_t(rng_()) : uint8_t{0});
     for (float& d : map_.delta) d = Uniform(rng_, -1, 1);
     for (float& o : map_.offset) o = Uniform(rng_, -0.2f, 0.2f);
   }
@@ -81,7 +81,7 @@ class RefitOp : public BackendTest {
     EXPECT_LE(WorstDifference(weight_image.Read(), expected), 0.51 / 255);
   }
 
-  void SweepAsInSteps() {
+  void SweepAsInSteps(const StayLoss& stay) {
     Guarded<float> render(*backend_, image_);
     Guarded<uint8_t> mask(*backend_, mask_);
     Guarded<int16_t> target(*backend_, TileValues());
@@ -98,8 +98,8 @@ class RefitOp : public BackendTest {
         expected(*backend_, values);
     Guarded<double> loss(*backend_, std::vector<double>{5.0}),
         expected_loss(*backend_, std::vector<double>{5.0});
-    RegionSweepParams sweep{change.data(),  target.data(), kUnit,
-                            weights.data(), loss.data(),   result.data()};
+    RegionSweepParams sweep{change.data(), target.data(), kUnit, weights.data(),
+                            loss.data(),   result.data(), stay};
     if (!backend_->refit().RegionSweep(*region_, sweep)) {
       ASSERT_EQ(GetParam(), "cuda");  // takes the steps, and has done nothing
       EXPECT_EQ(loss.Read()[0], 5.0);
@@ -111,8 +111,10 @@ class RefitOp : public BackendTest {
     blend.channels = 3;
     blend.image = image.data();
     backend_->blend().Blend(*region_, blend);
-    backend_->refit().RegionResidual(*region_, {target.data(), kUnit, image.data(), image.data(),
-                                                expected_loss.data(), weights.data()});
+    RegionResidualParams residual{target.data(),        kUnit,         image.data(), image.data(),
+                                  expected_loss.data(), weights.data()};
+    residual.stay = stay;
+    backend_->refit().RegionResidual(*region_, residual);
     BlendTransposeParams transpose{};
     transpose.residual = image.data();
     transpose.channels = 3;
@@ -156,10 +158,16 @@ TEST_P(RefitOp, TargetsAndResiduals) {
     std::vector<uint8_t> weights(TileValues() / 3);
     for (uint8_t& w : weights) w = uint8_t(rng_());
     for (const bool weighted : {false, true}) {
-      std::vector<double> expected(kValues, 7.0);
+      const StayLoss stay = {weighted ? 0.05f : 0.0f, 0.01f};
+      std::vector<double> expected(kValues, 7.0), curvature(kValues / 3, 0.0);
+      int staying = 0;
       double loss = 0;
       ForTilePixels([&](size_t position, int pixel) {
         const double weight = weighted ? weights[position] / 255.0 : 1.0;
+        const bool stays = pixel >= 0 && steps[3 * position] == 0 && steps[3 * position + 1] == 0 &&
+                           steps[3 * position + 2] == 0;
+        staying += stays;
+        const double slope = stays ? double(stay.slope) : 0.0, bend = double(stay.bend);
         for (size_t c = 0; c < 3; ++c) {
           if (pixel < 0) {
             EXPECT_EQ(steps[3 * position + c], 0);
@@ -170,21 +178,27 @@ TEST_P(RefitOp, TargetsAndResiduals) {
               Edited(photo ? other_ : image_, size_t(pixel), c) - double(image_[at]);
           EXPECT_NEAR(steps[3 * position + c] * double(kUnit), wanted, 0.51 * double(kUnit));
           const double r = steps[3 * position + c] * double(kUnit) - double(other_[at]);
-          expected[at] = weight * r;
-          loss += weight * r * r;
+          const double root = std::sqrt(r * r + bend * bend);
+          expected[at] = weight * r * (1 + slope / root);
+          curvature[size_t(pixel)] += weight * (1 + slope / root) / 3;
+          loss += weight * (r * r + 2 * slope * (root - bend));
         }
       });
-      Guarded<float> image(*backend_, other_),
+      EXPECT_GE(staying, photo ? 0 : 50);
+      Guarded<float> image(*backend_, other_), bends(*backend_, kValues / 3),
           residual(*backend_, std::vector<float>(kValues, 7.0f));
       Guarded<uint8_t> device_weights(*backend_, weights);
       Guarded<double> sum(*backend_, std::vector<double>{5.0});
       RegionResidualParams params{target.data(),   kUnit,      image.data(),
                                   residual.data(), sum.data(), nullptr};
       if (weighted) params.weights = device_weights.data();
+      params.stay = stay;
+      params.curvature = bends.data();
       backend_->refit().RegionResidual(*region_, params);
       EXPECT_NEAR(sum.Read()[0], 5 + loss, 1e-5 * loss);
       const auto apart = residual.Read();
       EXPECT_LE(WorstDifference(apart, expected), 1e-6);
+      EXPECT_LE(WorstDifference(bends.Read(), curvature), 1e-5);
       params.residual = image.data();
       backend_->refit().RegionResidual(*region_, params);
       const auto in_place = image.Read();
@@ -197,9 +211,10 @@ TEST_P(RefitOp, TargetsAndResiduals) {
 
 // One pass over a region's weights is what its three steps are.
 TEST_P(RefitOp, SweepsAsInSteps) {
-  SweepAsInSteps();
+  const StayLoss kinds[] = {{}, {0.05f, 0.01f}};
+  for (const StayLoss& stay : kinds) SweepAsInSteps(stay);
   region_ = thin_;
-  SweepAsInSteps();
+  for (const StayLoss& stay : kinds) SweepAsInSteps(stay);
 }
 
 TEST_P(RefitOp, TargetsSaturate) {
