@@ -24,7 +24,7 @@ struct MmOptions {
   double outside_weight = 0.4;  // of a pixel's error at mask 0; it is 1 at mask 255
   double outside_slope = 12;    // of StayLoss (kernels/common/loss.h), in steps of 1/255
   double min_weight = 1e-3;     // blending weights below are left out of the regions
-  double tolerance = 5e-3;      // stop when a sweep gains less than this share of the first loss
+  double tolerance = 5e-4;      // stop when a sweep gains less than this share of the first loss
   void Describe(OptionList& list);
   void Check() const;
 };
