@@ -230,11 +230,6 @@ Mask Within(const Mask& mask, int reach) {
   return within;
 }
 
-bool IsSameView(const PosedCamera& a, const PosedCamera& b) {
-  return a.camera == b.camera && a.cam_from_world.translation == b.cam_from_world.translation &&
-         a.cam_from_world.rotation.coeffs() == b.cam_from_world.rotation.coeffs();
-}
-
 // The mean over the pixel's footprint.
 Paint PaintOnPixel(const PaintLayer& layer, const PosedCamera& camera, const ViewSurfaces& surfaces,
                    const Surface& surface, int x, int y, const Eigen::Vector3d& at) {
@@ -397,7 +392,7 @@ void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& 
     const Paint paint = PaintOnPixel(layer, source.camera, surfaces, *surface, x, y, *at);
     keep(x, y, paint, cosine * cosine, LuminanceAt(source.render, (*at)[0], (*at)[1]));
   };
-  const bool is_painted_view = IsSameView(source.camera, view);
+  const bool is_painted_view = source.camera == view;
   ParallelTasks(mask.height, [&](int64_t row) {
     const int y = int(row);
     for (int x = 0; x < mask.width; ++x) {

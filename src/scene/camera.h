@@ -82,6 +82,8 @@ struct PosedCamera {
   // The world point at depth z seen in `pixel`.
   Eigen::Vector3d Unproject(const Eigen::Vector2d& pixel, double z) const;
   Eigen::Vector3d Center() const { return cam_from_world.OriginInSource(); }
+
+  bool operator==(const PosedCamera&) const = default;
 };
 
 }  // namespace retint

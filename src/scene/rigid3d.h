@@ -23,6 +23,11 @@ struct Rigid3d {
   }
   // For cam_from_world: the camera's centre in the world.
   Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
+
+  // The same numbers: q and -q are not.
+  bool operator==(const Rigid3d& other) const {
+    return rotation.coeffs() == other.rotation.coeffs() && translation == other.translation;
+  }
 };
 
 // x_in_b = scale * (rotation * x_in_a) + translation.

@@ -118,5 +118,16 @@ TEST(PosedCameraTest, CentreIsWhereTheCameraStands) {
   EXPECT_LT((posed.cam_from_world * posed.Center()).norm(), 1e-14);
 }
 
+TEST(PosedCameraTest, IsTheSameByItsLensAndWhereItStands) {
+  const PosedCamera posed = {Camera::Pinhole(1, 10, 10, 100, 100, 5, 5),
+                             {Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized(), {1, 2, 3}}};
+  PosedCamera wider = posed, turned = posed, moved = posed;
+  EXPECT_EQ(wider, posed);
+  wider.camera.params[0] = 99;
+  turned.cam_from_world.rotation = Eigen::Quaterniond::Identity();
+  moved.cam_from_world.translation.z() += 1e-12;
+  for (const PosedCamera& other : {wider, turned, moved}) EXPECT_NE(other, posed);
+}
+
 }  // namespace
 }  // namespace retint

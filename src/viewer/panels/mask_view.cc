@@ -43,12 +43,6 @@ QImage Overlay(const Mask& mask, const QImage& shown) {
   return picture;
 }
 
-bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
-  return a.camera == b.camera &&
-         a.cam_from_world.rotation.coeffs() == b.cam_from_world.rotation.coeffs() &&
-         a.cam_from_world.translation == b.cam_from_world.translation;
-}
-
 }  // namespace
 
 MaskView::MaskView(SceneController* controller, Canvas* canvas, CurrentRegion* current)
@@ -81,7 +75,7 @@ MaskView::MaskView(SceneController* controller, Canvas* canvas, CurrentRegion* c
   });
   connect(current_, &CurrentRegion::changed, this, &MaskView::Forget);
   connect(canvas_, &Canvas::cameraChanged, this, [this] {
-    if (!SameCamera(camera_, canvas_->navigation().Rendered())) Forget();
+    if (camera_ != canvas_->navigation().Rendered()) Forget();
   });
   hide();
 }
@@ -117,8 +111,7 @@ void MaskView::Take(RegionId id, std::shared_ptr<const Mask> mask) {
     return;  // somebody else asked
   }
   asked_ = 0;
-  const bool wanted =
-      shown_ && id == current_->id() && SameCamera(camera_, canvas_->navigation().Rendered());
+  const bool wanted = shown_ && id == current_->id() && camera_ == canvas_->navigation().Rendered();
   if (!wanted) return rest_.start();
   const auto frame = canvas_->frame();
   picture_ = Overlay(*mask, frame ? frame->image : QImage());

@@ -26,12 +26,6 @@ namespace {
 constexpr int kCloudCells = 280;  // across a painted view
 constexpr int kLeastWidth = 410;  // pixels of room to paint
 
-bool SameCamera(const PosedCamera& a, const PosedCamera& b) {
-  return a.camera == b.camera &&
-         a.cam_from_world.rotation.coeffs() == b.cam_from_world.rotation.coeffs() &&
-         a.cam_from_world.translation == b.cam_from_world.translation;
-}
-
 // The selection as it stands in a view: painted there, projected there, or seen from there.
 Mask MaskOnView(const RegionSelection& selection, const PaintedView& view, EditSession& session) {
   for (const PaintedView& painted : selection.source.painted) {
@@ -213,7 +207,7 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
   if (entry.region && !region) return false;
   const auto selection = region ? region->selection : nullptr;
   const bool resumes = has_draft_ && canvas_->HasView() && entry_.view == entry.view &&
-                       entry_.region == entry.region && SameCamera(entry_.camera, entry.camera) &&
+                       entry_.region == entry.region && entry_.camera == entry.camera &&
                        draft_selection_ == selection;
   entry_ = entry;
   entry_.picture = {};
