@@ -277,6 +277,38 @@ struct PaintCarrier::Carried {
   }
 };
 
+// A view that is to be painted, and what surfaces its masked pixels show: found once for all
+// layers, in the order of the pixels of each row.
+struct PaintCarrier::Shown {
+  const PosedCamera& view;
+  const Image& render;
+  const Mask& mask;
+  ViewSurfaces surfaces;
+  std::vector<std::vector<std::optional<Surface>>> rows;
+
+  Shown(const PosedCamera& camera, const RenderOutput& own, const Mask& inside)
+      : view(camera),
+        render(own.rgb),
+        mask(inside),
+        // The median: where a surface lets one percent through, what lies a meter behind it would
+        // move the blended mean by a centimeter.
+        surfaces(camera, own.depth_median) {}
+
+  void FindSurfaces() {
+    rows.resize(size_t(mask.height));
+    const Mask within = Within(mask, kRim);
+    ParallelTasks(mask.height, [&](int64_t row) {
+      const int y = int(row);
+      for (int x = 0; x < mask.width; ++x) {
+        if (mask(x, y) == 0) continue;
+        const bool rim = mask(x, y) >= kInside && !within(x, y);
+        const auto continued = rim ? surfaces.Continued(x, y, within) : std::nullopt;
+        rows[size_t(row)].push_back(continued ? continued : surfaces.At(x, y));
+      }
+    });
+  }
+};
+
 // A painted view as it is without the paint.
 struct PaintCarrier::Source {
   PosedCamera camera;
@@ -366,21 +398,18 @@ PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCa
   return {backend.Download(image.data(), 4 * pixels)};
 }
 
-// What layer `k` paints on a view that is rendered as `own`; `within` of Within(mask).
-void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& own,
-                         const Mask& mask, const Mask& within, Carried& carried) const {
-  // The median: where a surface lets one percent through, what lies a meter behind it would move
-  // the blended mean by a centimeter.
-  const ViewSurfaces surfaces(view, own.depth_median);
+// What layer `k` paints on a view.
+void PaintCarrier::Carry(size_t k, const Shown& shown, Carried& carried) const {
   const Source& source = sources_[k];
   const PaintLayer& layer = edit_.picture()->layers[k];
   const Eigen::Vector3d eye = source.camera.Center();
+  const Mask& mask = shown.mask;
   const auto keep = [&](int x, int y, const Paint& paint, double weight, float there) {
     const size_t p = mask.Index(x, y);
     carried.paint[p] = paint;
     carried.weight[p] = float(weight);
     if (paint.alpha <= 0) return;
-    carried.here.data[p] = LightOf(&own.rgb.data[3 * p]);
+    carried.here.data[p] = LightOf(&shown.render.data[3 * p]);
     carried.there.data[p] = there;
   };
   // Takes what the painted view paints on a surface that the pixel shows.
@@ -389,23 +418,21 @@ void PaintCarrier::Carry(size_t k, const PosedCamera& view, const RenderOutput& 
     if (!at) return;
     const double cosine = surface->normal.dot((eye - surface->point).normalized());
     if (cosine < kLeastCosine || !source.Sees(*at)) return;
-    const Paint paint = PaintOnPixel(layer, source.camera, surfaces, *surface, x, y, *at);
+    const Paint paint = PaintOnPixel(layer, source.camera, shown.surfaces, *surface, x, y, *at);
     keep(x, y, paint, cosine * cosine, LuminanceAt(source.render, (*at)[0], (*at)[1]));
   };
-  const bool is_painted_view = source.camera == view;
+  const bool is_painted_view = source.camera == shown.view;
   ParallelTasks(mask.height, [&](int64_t row) {
     const int y = int(row);
+    size_t next = 0;
     for (int x = 0; x < mask.width; ++x) {
       if (mask(x, y) == 0) continue;
       if (is_painted_view) {
         const Paint paint = PaintAt(layer, x + 0.5, y + 0.5);
-        const float light = LightOf(&own.rgb.data[3 * mask.Index(x, y)]);
-        keep(x, y, paint, kOwnPicture, light);
-        continue;
+        keep(x, y, paint, kOwnPicture, LightOf(&shown.render.data[3 * mask.Index(x, y)]));
+      } else {
+        take(x, y, shown.rows[size_t(row)][next++]);
       }
-      const bool rim = mask(x, y) >= kInside && !within(x, y);
-      const auto continued = rim ? surfaces.Continued(x, y, within) : std::nullopt;
-      take(x, y, continued ? continued : surfaces.At(x, y));
     }
   });
   const int reach = std::max(3, std::min(mask.width, mask.height) / kPixelsPerLightReach);
@@ -422,10 +449,12 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
   std::vector<Paint> merged(mask.NumPixels());  // color times weight; alpha the largest
   std::vector<float> weights(mask.NumPixels(), 0.0f);
   Mask seen(mask.width, mask.height);  // by a painted view
-  const Mask within = Within(mask, kRim);
+  Shown shown(view, own, mask);
+  const auto is_other = [&](const Source& source) { return source.camera != view; };
+  if (std::ranges::any_of(sources_, is_other)) shown.FindSurfaces();
   for (size_t k = 0; k < sources_.size(); ++k) {
     Carried carried(mask.width, mask.height);
-    Carry(k, view, own, mask, within, carried);
+    Carry(k, shown, carried);
     for (size_t p = 0; p < merged.size(); ++p) {
       const Paint& paint = carried.paint[p];
       if (carried.weight[p] > 0) seen.data[p] = 255;

@@ -44,10 +44,10 @@ class PaintCarrier {
   struct Source;
   struct Carried;
   struct Blended;
+  struct Shown;
   void Prepare(Renderer& renderer);
   Blended BlendPaint(Renderer& renderer, const PosedCamera& view) const;
-  void Carry(size_t k, const PosedCamera& view, const RenderOutput& own, const Mask& mask,
-             const Mask& within, Carried& carried) const;
+  void Carry(size_t k, const Shown& shown, Carried& carried) const;
 
   PaintedEdit edit_;
   std::vector<Source> sources_;
