@@ -111,10 +111,10 @@ Image ViewBefore(const EditedPicture& picture, OpenScene& scene, std::span<const
 }
 
 // Refuses a picture of another view: neither half of it is as it was, nor are edges where they
-// were.
-void RequireLikeness(const EditedPicture& picture, const Image& view) {
+// were beside `changed`, the mask in which it is taken over (no pixels: everywhere).
+void RequireLikeness(const EditedPicture& picture, const Image& view, const Mask& changed) {
   if (MeanDifference(picture.image, view) < kLike) return;
-  if (EdgeCorrelation(picture.image, view) > kLeastEdges) return;
+  if (EdgeCorrelation(picture.image, view, changed) > kLeastEdges) return;
   throw InputError((picture.file.empty() ? "the picture of view " + picture.view : picture.file) +
                    ": this does not look like the view '" + picture.view +
                    "': most of it differs, and its edges lie elsewhere. Name the view whose render "
@@ -179,7 +179,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
     if (!AnySet(mask)) continue;
     Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, 0};
     if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
-      RequireLikeness(picture, pair.before);
+      RequireLikeness(picture, pair.before, pair.inside);
     }
     LimitToPhoto(pair.inside, picture, scene.workspace());
     // As such a view is shown: what a picture was made from.
@@ -358,7 +358,7 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   for (const EditedPicture& picture : edit->pictures) {
     Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, 0};
     if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
-      RequireLikeness(picture, pair.before);
+      RequireLikeness(picture, pair.before, {});
     }
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
     Mask mask = ChangedPixels(Residuals(pair, pair.inside, nullptr),

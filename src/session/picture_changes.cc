@@ -22,6 +22,9 @@ constexpr double kAround = 0.03;  // of the smaller side
 constexpr double kGap = 0.01;     // of the smaller side: half the width of a gap that is paint too
 constexpr int kMixed = 1;      // pixels: so near to the selection's end they show what lies beyond
 constexpr int kExtension = 2;  // pixels
+// What is beside a mask tells whether a picture shows a view: of so much of it, and of edges that
+// differ by more than those of a JPEG's noise.
+constexpr double kLeastBeside = 0.1, kFlat = 0.03;
 
 cv::Mat Pixels(Mask& mask) { return {mask.height, mask.width, CV_8U, mask.data.data()}; }
 
@@ -90,9 +93,19 @@ cv::Mat Edges(const cv::Mat& gray) {
   return cv::min(edges, double(*strong));
 }
 
+// Where edges of a quarter of the size are beside a mask, 255; `size` is theirs.
+cv::Mat EdgesBeside(const Mask& mask, const cv::Size& size) {
+  if (mask.Empty()) return {size, CV_8U, cv::Scalar(255)};
+  const cv::Mat all(mask.height, mask.width, CV_8U, const_cast<uint8_t*>(mask.data.data()));
+  cv::Mat cells;
+  cv::resize(all > 0, cells, size, 0, 0, cv::INTER_AREA);
+  cv::dilate(cells > 0, cells, cv::Mat());  // a gradient reaches to the next cell
+  return cells == 0;
+}
+
 }  // namespace
 
-double EdgeCorrelation(const Image8& picture, const Image& view) {
+double EdgeCorrelation(const Image8& picture, const Image& view, const Mask& changed) {
   const cv::Size size(view.width, view.height);
   if (size.width < 8 || size.height < 8) return 1;  // too small to tell
   const cv::Mat before(size, CV_32FC3, const_cast<float*>(view.data.data()));
@@ -101,12 +114,17 @@ double EdgeCorrelation(const Image8& picture, const Image& view) {
   cv::cvtColor(before, gray_before, cv::COLOR_RGB2GRAY);
   cv::cvtColor(after, gray_after, cv::COLOR_RGB2GRAY);
   const cv::Mat a = Edges(gray_before), b = Edges(gray_after);
+  cv::Mat where = EdgesBeside(changed, a.size());
   cv::Scalar mean_a, mean_b, deviation_a, deviation_b;
-  cv::meanStdDev(a, mean_a, deviation_a);
-  cv::meanStdDev(b, mean_b, deviation_b);
+  cv::meanStdDev(a, mean_a, deviation_a, where);
+  if (cv::countNonZero(where) < kLeastBeside * double(a.total()) || deviation_a[0] < kFlat) {
+    where.setTo(255);
+    cv::meanStdDev(a, mean_a, deviation_a);
+  }
+  cv::meanStdDev(b, mean_b, deviation_b, where);
   const double both = deviation_a[0] * deviation_b[0];
   if (!(both > 0)) return 1;
-  return (a.dot(b) / double(a.total()) - mean_a[0] * mean_b[0]) / both;
+  return (cv::mean(a.mul(b), where)[0] - mean_a[0] * mean_b[0]) / both;
 }
 
 float LeastChange(const Image8& picture, const Image& view) {

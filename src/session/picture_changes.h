@@ -12,7 +12,9 @@ namespace retint {
 
 // Of how much neighboring pixels differ in a picture and in a view of its size, both at a quarter
 // of their size: near 1 where they show the same, whatever its colors, and small where they do not.
-double EdgeCorrelation(const Image8& picture, const Image& view);
+// Looks beside `changed` alone (no pixels: everywhere), where the picture should be as the view is,
+// unless that is little or flat.
+double EdgeCorrelation(const Image8& picture, const Image& view, const Mask& changed = {});
 
 // DeltaE00 between a picture and the view that it was made from, above which it was changed: 2,
 // below which a change is not seen, or more where the whole picture is as noisy as a JPEG file's.

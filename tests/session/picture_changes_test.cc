@@ -79,6 +79,38 @@ TEST(PictureChanges, TheSameViewIsKnownByItsEdges) {
   EXPECT_LT(EdgeCorrelation(inverted, Scene(1.7)), 0.3);
 }
 
+// Inside a mask everything may be other; what is beside it tells.
+TEST(PictureChanges, TheSameViewIsKnownBesideTheMask) {
+  const Image view = Scene(0.3), other = Scene(1.7);
+  Mask mask(kWidth, kHeight);
+  for (int y = 20; y < kHeight - 20; ++y) {
+    for (int x = 20; x < kWidth - 20; ++x) mask(x, y) = 255;
+  }
+  const auto repainted = [&](const Image& beside) {
+    return Picture(beside, [&](int x, int y, double value) {
+      return mask(x, y) ? double(x / 10 % 2) : 1 - 0.7 * value;
+    });
+  };
+  EXPECT_LT(EdgeCorrelation(repainted(view), view), 0.35);
+  EXPECT_GT(EdgeCorrelation(repainted(view), view, mask), 0.9);
+  EXPECT_LT(EdgeCorrelation(repainted(other), view, mask), 0.3);
+  // Of a flat background, and of next to nothing beside the mask, the whole picture tells.
+  Image before(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) before(x, y, c) = mask(x, y) ? view(x, y, c) : 0.5f;
+    }
+  }
+  // The object stands elsewhere in it.
+  const Image8 elsewhere =
+      Picture(other, [](int x, int, double value) { return x < 50 ? value : 0.5; });
+  const Mask all(kWidth, kHeight, 255);
+  EXPECT_LT(EdgeCorrelation(elsewhere, before, mask), 0.3);
+  EXPECT_LT(
+      EdgeCorrelation(Picture(other, [](int, int, double value) { return value; }), view, all),
+      0.3);
+}
+
 TEST(PictureChanges, SurroundingsGoAroundTheMask) {
   const Mask mask = Disk(30), around = Surroundings(mask);
   for (int x = 0; x < kWidth; ++x) {

@@ -113,6 +113,32 @@ TEST(ComparePictures, StripesBesideUnchangedSurfaceArePaint) {
   EXPECT_THROW(ChangedMasks(other, *scene, scene->original().sh), InputError);
 }
 
+// Everything inside the mask, most of the picture, is painted over.
+TEST(ComparePictures, APictureIsKnownBesideItsMask) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  const auto scene = OpenFox();
+  const View& view = scene->workspace().RequireView("0025.jpg");
+  const Image8 photo = ToImage8(scene->workspace().ReadPhoto(view));
+  RegionSelection selection;
+  Mask& mask = selection.masks["0025.jpg"] = Mask(photo.width, photo.height);
+  const auto repainted = [&](Image8 picture) {
+    for (int y = photo.height / 4; y < photo.height; ++y) {
+      for (int x = 0; x < photo.width; ++x) {
+        mask(x, y) = 255;
+        const uint8_t value = x / 12 % 2 == y / 12 % 2 ? 230 : 20;
+        for (int c = 0; c < 3; ++c) picture(x, y, c) = c == 1 ? 120 : value;
+      }
+    }
+    return ColorOperation::Picture({{"0025.jpg", "", std::move(picture)}});
+  };
+  ColorOperation op = repainted(photo);
+  EXPECT_NO_THROW(ComparePictures(op, {}, selection, *scene, scene->original().sh));
+  EXPECT_EQ(op.picture->layers.size(), 1u);
+  op =
+      repainted(ToImage8(scene->workspace().ReadPhoto(scene->workspace().RequireView("0026.jpg"))));
+  EXPECT_THROW(ComparePictures(op, {}, selection, *scene, scene->original().sh), InputError);
+}
+
 // A picture of a view as it is shown, with the edits before and the region's soft border.
 TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
