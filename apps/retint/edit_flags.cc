@@ -53,7 +53,10 @@ void EditFlags::Add(CLI::App* verb, const std::string& group) {
       ->expected(1)
       ->default_str("0")
       ->group(group);
-  verb->add_option("--strength", strength_, "From 0, nothing, to 1, the whole edit")
+  verb->add_option(
+          "--strength", strength_,
+          "From 0, nothing, to 1, the whole edit; of one operation alone: ,strength=S after its "
+          "value")
       ->check(CLI::Range(0.0, 1.0))
       ->group(group);
 }

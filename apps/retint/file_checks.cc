@@ -43,7 +43,7 @@ FileOptions FilesOf(const CLI::App& verb) {
     const bool is_file = type.find("FILE") != std::string::npos;
     for (const std::string& value : option->results()) {
       // Of NAME=FILE and FILE,strength=S the file.
-      const size_t sign = type.find('=') == std::string::npos ? std::string::npos : value.find('=');
+      const size_t sign = type.starts_with("NAME=") ? value.find('=') : std::string::npos;
       NamedFile file{name, sign == std::string::npos ? value : value.substr(sign + 1)};
       if (is_one(kWithStrength, name)) file.path = FileOf(file.path.string());
       if (file.path.empty()) continue;

@@ -88,10 +88,10 @@ constexpr ColorOperationType kTypes[] = {
     {Kind::kLut,
      "lut",
      "lut",
-     "FILE",
+     "FILE[,strength=S]",
      "Look colors up in a .cube, .3dl, .clf, .cdl, .cc or .ccc",
      {}},
-    {Kind::kPicture, "picture", "edited", "NAME=FILE",
+    {Kind::kPicture, "picture", "edited", "NAME=FILE[,strength=S]",
      "Take over what a paint program changed in the picture of view NAME (of its render or photo); "
      "repeatable for several views",
      kPicture},
