@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "recolor/edit_text.h"
+#include "retint/common.h"
 
 namespace retint::cli {
 
@@ -61,8 +62,9 @@ void EditFlags::Add(CLI::App* verb, const std::string& group) {
       ->group(group);
 }
 
-ColorEdit EditFlags::Resolve() const {
+ColorEdit EditFlags::Resolve(Run& run) const {
   ColorEdit edit;
+  std::vector<std::string> warnings;
   std::map<const CLI::Option*, size_t> next;
   bool any_to = false;
   for (const CLI::Option* option : verb_->parse_order()) {
@@ -70,7 +72,7 @@ ColorEdit EditFlags::Resolve() const {
     if (found == types_.end()) continue;
     std::string text = option->results().at(next[option]++);
     if (!found->second) {
-      const ColorEdit more = ReadEdit(text);
+      const ColorEdit more = ReadEdit(text, &warnings);
       if (more.strength != 1) {
         throw InputError(text, "has a strength of the whole list; give it as --strength");
       }
@@ -84,7 +86,7 @@ ColorEdit EditFlags::Resolve() const {
         text += fmt::format(",keep-lightness={}", keep_lightness_.back());
       }
     }
-    ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text);
+    ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text, &warnings);
     if (type.kind == ColorOperationKind::kPicture && AddPicture(edit, op)) continue;
     edit.operations.push_back(std::move(op));
   }
@@ -92,6 +94,7 @@ ColorEdit EditFlags::Resolve() const {
               "there is no edit: give --tint, --to or another operation, or --edit FILE");
   CheckOption(any_to || keep_lightness_.empty(), "--keep-lightness is of --to, which is missing");
   edit.Check();
+  for (const std::string& warning : warnings) run.Warn(warning);
   return edit;
 }
 

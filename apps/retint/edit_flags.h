@@ -12,14 +12,16 @@
 
 namespace retint::cli {
 
+class Run;
+
 class EditFlags {
  public:
   // One flag an operation, --edit for a file of them, --keep-lightness and --strength. The verb
   // outlives this.
   void Add(CLI::App* verb, const std::string& group);
   // The edit that the parsed flags ask for. OptionError for a bad value, and where there is none;
-  // InputError for a file.
-  ColorEdit Resolve() const;
+  // InputError for a file. Warns `run` of what is not quite as it was asked for.
+  ColorEdit Resolve(Run& run) const;
   float strength() const { return static_cast<float>(strength_); }
 
  private:

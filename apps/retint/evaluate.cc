@@ -139,7 +139,7 @@ RunReport EvaluateParts(const Arguments& arguments, const ColorEdit& edit, Targe
 }
 
 void Evaluate(const Arguments& arguments, Run& run) {
-  const ColorEdit edit = arguments.edit.Resolve();
+  const ColorEdit edit = arguments.edit.Resolve(run);
   const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   WarnOfMainColor(edit, run);

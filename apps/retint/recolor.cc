@@ -146,7 +146,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   RefitOptions& refit = options.refit.options;
   options.select.keep_raw = !arguments.stages.empty();
   const RefitJob& job = options.refit;
-  ColorEdit edit = arguments.color.flags.Resolve();
+  ColorEdit edit = arguments.color.flags.Resolve(run);
   CheckOption(!arguments.paint.views.empty() || !arguments.paint.masks.empty() ||
                   std::any_of(edit.operations.begin(), edit.operations.end(),
                               [](const auto& op) { return op.picture != nullptr; }),

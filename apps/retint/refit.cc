@@ -62,7 +62,7 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
 }
 
 void Refit(const Arguments& arguments, Run& run) {
-  const ColorEdit edit = arguments.color.flags.Resolve();
+  const ColorEdit edit = arguments.color.flags.Resolve(run);
   RefitJob job = Resolve(arguments.edit, run.globals()).refit;
   CodecForWriting(arguments.output);
   WarnOfMainColor(edit, run);

@@ -46,6 +46,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   CheckOption(arguments.cache.empty() || !arguments.no_cache,
               "--cache and --no-cache exclude each other");
   const Job job = ReadJob(arguments.job);
+  for (const std::string& warning : job.warnings) run.Warn(warning);
   SceneArguments scene;
   scene.workspace = job.workspace;
   scene.splat = job.splat;

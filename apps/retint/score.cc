@@ -24,7 +24,7 @@ void ScoreFolders(const Arguments& arguments, Run& run) {
   ScoreRequest request = arguments.request;
   request.layout = LayoutOf(arguments.layout);
   if (!request.after.empty()) {
-    request.edit = arguments.edit.Resolve().WithStrength(arguments.edit.strength());
+    request.edit = arguments.edit.Resolve(run).WithStrength(arguments.edit.strength());
   }
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   Workspace workspace;

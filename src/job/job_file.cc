@@ -33,9 +33,10 @@ class JobReader {
   // `options` with what `parent` holds under "options".
   EditOptions Options(const Node& parent, EditOptions options, bool with_refit) const;
   void Scene(const Node& node, Job* job) const;
-  JobRegion Region(const Node& node, const Job& job) const;
+  // Adds what is to be said to the job's warnings.
+  JobRegion Region(const Node& node, Job& job) const;
   void Selection(const Node& node, JobRegion* region) const;
-  ColorEdit Edit(const Node& node) const;
+  ColorEdit Edit(const Node& node, std::vector<std::string>* warnings) const;
   JobOutputs Outputs(const Node& node) const;
   void CheckFiles(const Job& job, const Node& node) const;
 
@@ -128,10 +129,10 @@ void JobReader::Selection(const Node& node, JobRegion* region) const {
   if (region->masks.empty()) masks.Fail("names no mask");
 }
 
-ColorEdit JobReader::Edit(const Node& node) const {
+ColorEdit JobReader::Edit(const Node& node, std::vector<std::string>* warnings) const {
   try {
-    if (node.json().is_string()) return ReadEdit(Path(node));
-    return EditFromJson(node.json().dump(), folder_);
+    if (node.json().is_string()) return ReadEdit(Path(node), warnings);
+    return EditFromJson(node.json().dump(), folder_, warnings);
   } catch (const OptionError& error) {
     node.Fail(error.what());
   } catch (const InputError& error) {
@@ -139,7 +140,7 @@ ColorEdit JobReader::Edit(const Node& node) const {
   }
 }
 
-JobRegion JobReader::Region(const Node& node, const Job& job) const {
+JobRegion JobReader::Region(const Node& node, Job& job) const {
   node.AllowOnly({"name", "paint", "masks", "edit", "strength", "options"});
   JobRegion region;
   region.name = node.At("name").Text();
@@ -148,7 +149,11 @@ JobRegion JobReader::Region(const Node& node, const Job& job) const {
                      region.name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos;
   if (!plain) node.At("name").Fail("is empty or holds a slash");
   Selection(node, &region);
-  region.edit = Edit(node.At("edit"));
+  std::vector<std::string> warnings;
+  region.edit = Edit(node.At("edit"), &warnings);
+  for (const std::string& warning : warnings) {
+    job.warnings.push_back("region '" + region.name + "': " + warning);
+  }
   if (node.Has("strength")) {
     region.strength = node.At("strength").Float();
     if (region.strength < 0 || region.strength > 1) node.At("strength").Fail("is not in [0, 1]");

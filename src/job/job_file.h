@@ -51,6 +51,7 @@ struct Job {
   EditOptions options;             // of every region that does not say otherwise
   std::vector<JobRegion> regions;  // in the order in which their edits apply; names are unique
   JobOutputs outputs;
+  std::vector<std::string> warnings;  // of what is not quite as it was asked for, a sentence each
 };
 
 // Paths are made absolute. InputError "FILE:LINE: KEY: fault" for text that is not JSON, keys that

@@ -229,7 +229,8 @@ void PictureToJson(const ColorOperation& op, bool with_tables, Json& json) {
 }
 
 ColorOperation OperationFromJson(const Json& json, const std::string& where,
-                                 const std::filesystem::path& folder) {
+                                 const std::filesystem::path& folder,
+                                 std::vector<std::string>* warnings) {
   if (!json.is_object()) throw OptionError(where + " is not an object");
   const auto name = json.find("op");
   if (name == json.end() || !name->is_string()) throw OptionError(where + " has no \"op\"");
@@ -250,7 +251,7 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
       if (json.contains("temperature") || json.contains("tint")) {
         throw OptionError(place + " stands for temperature and tint");
       }
-      SetGray(JsonColor(value, *type, place), op);
+      SetGray(JsonColor(value, *type, place), op, warnings);
       continue;
     }
     const ColorParameter* parameter = FindParameter(*type, key);
@@ -319,7 +320,8 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
 
 }  // namespace
 
-ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folder) {
+ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folder,
+                       std::vector<std::string>* warnings) {
   Json json;
   try {
     json = ParseWithUniqueKeys<Json>(text);
@@ -341,7 +343,7 @@ ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folde
   }
   for (const Json& entry : json["operations"]) {
     const std::string where = "operations[" + std::to_string(edit.operations.size()) + "]";
-    edit.operations.push_back(OperationFromJson(entry, where, folder));
+    edit.operations.push_back(OperationFromJson(entry, where, folder, warnings));
   }
   edit.Check();
   return edit;
@@ -356,13 +358,13 @@ std::string EditToJson(const ColorEdit& edit, bool with_tables) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-ColorEdit ReadEdit(const std::filesystem::path& path) {
+ColorEdit ReadEdit(const std::filesystem::path& path, std::vector<std::string>* warnings) {
   if (!IsFile(path)) throw InputError(path, "is not a file");
   if (std::filesystem::file_size(path) > kMostBytes) {
     throw InputError(path, "is larger than any edit (64 MiB)");
   }
   try {
-    return EditFromJson(ReadFile(path), path.parent_path());
+    return EditFromJson(ReadFile(path), path.parent_path(), warnings);
   } catch (const OptionError& error) {
     throw InputError(path, error.what());
   }

@@ -105,7 +105,8 @@ std::string_view FileOf(std::string_view text) {
   return whole ? text : text.substr(0, at);
 }
 
-ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text) {
+ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text,
+                              std::vector<std::string>* warnings) {
   const OperationText reader(type, text);
   if (type.kind == Kind::kLut) {
     const auto [file, strength] = FileAndStrength(reader, text);
@@ -148,7 +149,7 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
       std::vector<float> gray;
       if (!value.starts_with('#')) reader.Fail("gray is not a color");
       reader.AddColor(value, gray);
-      SetGray(gray, op);
+      SetGray(gray, op, warnings);
     } else if (!parameter || parameter->IsList()) {
       reader.Fail("there is no '" + key + "'");
     } else {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "recolor/color_edit.h"
 
@@ -16,8 +17,10 @@ namespace retint {
 // #rrggbb; strength=S for any. No key comes twice. A white balance may have
 // gray=#rrggbb instead, and becomes the one that makes this color gray. For a
 // LUT and a picture the path of the file, and its strength. OptionError naming
-// the operation; InputError for the file.
-ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text);
+// the operation; InputError for the file. `warnings`, here and below, get a
+// sentence for what is not quite as it was asked for.
+ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text,
+                              std::vector<std::string>* warnings = nullptr);
 
 // Of FILE[,strength=S] the FILE; where a file's own name ends like that, all of
 // it.
@@ -26,7 +29,8 @@ std::string_view FileOf(std::string_view text);
 // {"operations": [{"op": "tint", "color": [R, G, B]}, ...]}. Files of tables
 // are looked for in `folder`. OptionError naming the operation at fault, for
 // text that is no JSON too; InputError for a table's file.
-ColorEdit EditFromJson(std::string_view json, const std::filesystem::path& folder);
+ColorEdit EditFromJson(std::string_view json, const std::filesystem::path& folder,
+                       std::vector<std::string>* warnings = nullptr);
 
 // The same as text, on one line. With tables, a LUT carries its values, so that
 // the text alone is enough; without, the name of its file.
@@ -34,6 +38,6 @@ std::string EditToJson(const ColorEdit& edit, bool with_tables);
 
 // EditFromJson of a file, whose folder is where tables are. InputError naming
 // it.
-ColorEdit ReadEdit(const std::filesystem::path& path);
+ColorEdit ReadEdit(const std::filesystem::path& path, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace retint

@@ -95,10 +95,13 @@ inline const ColorParameter* FindParameter(const ColorOperationType& type, std::
 // What a white balance may have instead of its parameters: the color that becomes gray.
 inline constexpr std::string_view kGrayKey = "gray";
 
-inline void SetGray(const std::vector<float>& gray, ColorOperation& op) {
-  const auto [temperature, tint] = WhiteBalanceOfGray(gray);
-  op.Get("temperature")[0] = temperature;
-  op.Get("tint")[0] = tint;
+// What is to be said of it is added to `warnings`; null: it is not said.
+inline void SetGray(const std::vector<float>& gray, ColorOperation& op,
+                    std::vector<std::string>* warnings) {
+  const GrayBalance found = WhiteBalanceOfGray(gray);
+  op.Get("temperature")[0] = found.temperature;
+  op.Get("tint")[0] = found.tint;
+  if (warnings && !found.warning.empty()) warnings->push_back(found.warning);
 }
 
 inline void Set(ColorOperation& op, const ColorParameter& parameter,

@@ -2,14 +2,31 @@
 #include "recolor/white_balance.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "kernels/common/color_spaces.h"
 #include "recolor/color_edit.h"
 
 namespace retint {
 
+namespace {
+
+constexpr float kGray = 0.01f;  // chroma in OKLab: half of what can be seen beside a gray
+
+std::string NotGray(const Eigen::Vector3f& rgb, const Eigen::Vector2f& found) {
+  char text[160];
+  const Eigen::Vector3i bytes = (255 * rgb).array().round().cast<int>();
+  std::snprintf(text, sizeof(text),
+                "white balance cannot make #%02x%02x%02x fully gray within its range: it goes as "
+                "far as temperature %g and tint %g",
+                bytes[0], bytes[1], bytes[2], double(found[0]), double(found[1]));
+  return text;
+}
+
+}  // namespace
+
 // Steps of half the size wherever no neighbor is nearer to gray.
-std::array<float, 2> WhiteBalanceOfGray(std::span<const float> color) {
+GrayBalance WhiteBalanceOfGray(std::span<const float> color) {
   constexpr float kFirst = 64, kLast = 0.5f;  // of temperature and tint
   const auto& range = TypeOf(ColorOperationKind::kWhiteBalance).parameters;
   const Eigen::Vector2f least_values(range[0].min, range[1].min);
@@ -40,7 +57,7 @@ std::array<float, 2> WhiteBalanceOfGray(std::span<const float> color) {
       }
     }
   }
-  return {best[0], best[1]};
+  return {best[0], best[1], least > kGray ? NotGray(rgb, best) : ""};
 }
 
 }  // namespace retint

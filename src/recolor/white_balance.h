@@ -2,13 +2,18 @@
 // The light of a scene, from something in it that is known to be gray.
 #pragma once
 
-#include <array>
 #include <span>
+#include <string>
 
 namespace retint {
 
-// Temperature and tint of the white balance (ColorOperationKind::kWhiteBalance) that takes most
-// chroma from `color`, 3 values, display-encoded: gray, as far as their range reaches.
-std::array<float, 2> WhiteBalanceOfGray(std::span<const float> color);
+// Of a ColorOperationKind::kWhiteBalance.
+struct GrayBalance {
+  float temperature = 0, tint = 0;
+  std::string warning;  // where their range ends before the color is gray, a sentence; else empty
+};
+
+// What takes most chroma from `color`, 3 values, display-encoded.
+GrayBalance WhiteBalanceOfGray(std::span<const float> color);
 
 }  // namespace retint

@@ -68,6 +68,13 @@ class JobFile : public testing::Test {
   TempFolder temp_;
 };
 
+TEST_F(JobFile, WarnsOfAnEditThatCannotDoWhatItSays) {
+  EXPECT_TRUE(Read(kJob).warnings.empty());
+  const Job job = Read(With(R"({"op": "gray"})", R"({"op": "white_balance", "gray": "#ff2020"})"));
+  ASSERT_EQ(job.warnings.size(), 1u);
+  EXPECT_THAT(job.warnings[0], HasSubstr("region 'wall': white balance cannot make #ff2020"));
+}
+
 TEST_F(JobFile, IsRead) {
   const Job job = Read(kJob);
   EXPECT_EQ(job.workspace, temp_ / "scene");

@@ -140,6 +140,20 @@ TEST(ParseOperationTest, BalancesWhatShouldBeGray) {
               HasSubstr("stands for temperature and tint"));
 }
 
+TEST(ParseOperationTest, SaysWhatABalanceCannotMakeGray) {
+  std::vector<std::string> warnings;
+  const ColorOperationType& type = TypeOf(Kind::kWhiteBalance);
+  ParseOperation(type, "gray=#d0c8b0", &warnings);
+  ParseOperation(type, "100", &warnings);
+  EXPECT_TRUE(warnings.empty());
+  ParseOperation(type, "gray=#ff2020", &warnings);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("cannot make #ff2020 fully gray"));
+  EditFromJson(R"({"operations": [{"op": "white_balance", "gray": "#ff2020"}]})", "", &warnings);
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_EQ(warnings[1], warnings[0]);
+}
+
 TEST(ParseOperationTest, TakesAStrengthAfterAFile) {
   const TempFolder temp;
   const std::string table = (temp / "one.cube").string(), odd = table + ",strength=2";

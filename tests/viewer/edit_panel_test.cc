@@ -8,6 +8,7 @@
 #include <QCheckBox>
 #include <QClipboard>
 #include <QDoubleSpinBox>
+#include <QLabel>
 #include <QMenu>
 #include <QSet>
 #include <QSlider>
@@ -239,6 +240,13 @@ class EditPanelTest : public PanelsFixture {
     const OkLab lab = OkLabFromSrgb(gray.data());
     // The last steps are of half a mired, each about 0.0003 of chroma.
     QVERIFY2(std::hypot(lab.a, lab.b) < 0.002F, qPrintable(QString::number(double(lab.a))));
+    const auto* note = Find<QLabel>("white_balance_note");
+    QVERIFY(!note->isVisible());
+    Find<EditPanel>("edit_panel")->TakePicked(QColor(255, 32, 32));
+    QVERIFY(note->isVisible());
+    QVERIFY2(note->text().contains("cannot make #ff2020 fully gray"), qPrintable(note->text()));
+    Type("white_balance.temperature", "20");
+    QVERIFY(!note->isVisible());
   }
 
   void TablesComeFromFiles() {

@@ -12,7 +12,6 @@
 #include <QSignalBlocker>
 #include <QToolButton>
 
-#include "recolor/white_balance.h"
 #include "viewer/panels/color_models.h"
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/parameter_row.h"
@@ -266,6 +265,10 @@ GradePage::GradePage()
                                  tr("Take a color from the picture, with a click. Temperature and "
                                     "tint are set so that it becomes gray"));
     rows()->addWidget(gray, 0, Qt::AlignRight);
+    note_ = new QLabel;
+    note_->setObjectName("white_balance_note");
+    note_->setWordWrap(true);
+    rows()->addWidget(note_);
   }
   AddBox(Kind::kInvert, tr("Turns every color into its complement"));
   AddBox(Kind::kGray, tr("Replaces colors by the gray of the same luminance"));
@@ -275,11 +278,19 @@ GradePage::GradePage()
 
 void GradePage::TakePicked(const QColor& color) {
   const Eigen::Vector3f rgb(color.redF(), color.greenF(), color.blueF());
-  const auto [temperature, tint] = WhiteBalanceOfGray({rgb.data(), 3});
+  balance_ = WhiteBalanceOfGray({rgb.data(), 3});
   ColorOperation operation = Operation(Kind::kWhiteBalance);
-  operation.Get("temperature")[0] = temperature;
-  operation.Get("tint")[0] = tint;
+  operation.Get("temperature")[0] = balance_.temperature;
+  operation.Get("tint")[0] = balance_.tint;
   Q_EMIT changed(operation, false);
+}
+
+void GradePage::ShowMore() {
+  const ColorOperation* operation = shown(Kind::kWhiteBalance);
+  const bool is_found = operation && operation->Get("temperature")[0] == balance_.temperature &&
+                        operation->Get("tint")[0] == balance_.tint;
+  note_->setText(QStringLiteral("⚠ ") + QString::fromStdString(balance_.warning));
+  note_->setVisible(is_found && !balance_.warning.empty());
 }
 
 // --- GradientPage --------------------------------------------------------------------------------

@@ -12,6 +12,7 @@
 #include <QWidget>
 
 #include "recolor/color_operation.h"
+#include "recolor/white_balance.h"
 #include "viewer/panels/operation_views.h"
 
 class QCheckBox;
@@ -136,6 +137,13 @@ class GradePage : public EditPage {
  public:
   GradePage();
   void TakePicked(const QColor& color) override;  // "this should be gray"
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  QLabel* note_;  // on the white balance that was found last, while it is that
+  GrayBalance balance_;
 };
 
 class LutPage : public EditPage {
