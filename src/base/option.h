@@ -67,6 +67,7 @@ struct Option {
   std::variant<bool*, int*, uint64_t*, double*, OptionChoice> member;
   OptionRange range = {};
   std::string help = {};     // what it does, in lower case and without a full stop
+  std::string title = {};    // of its row in a form, where Label() and the unit say little
   std::string unit = {};     // "pixels"; empty: none, or the help says it
   std::string applies = {};  // the value of a choice in the same list at which this one matters,
                              // such as "mm"; empty: always. Also the key of a group in files

@@ -67,6 +67,7 @@ void StereoHvOptions::Describe(OptionList& list) {
   list.push_back({.name = "aggregate",
                   .member = ChoiceOf(aggregate, {"agree", "min"}),
                   .help = "agree (mean where pairs agree, else nearest) or min (the paper's)",
+                  .title = "Combine pairs by",
                   .flag = "--aggregate"});
   list.push_back({.name = "matcher",
                   .member = ChoiceOf(matcher, {"census", "sgbm"}),
@@ -75,11 +76,13 @@ void StereoHvOptions::Describe(OptionList& list) {
   list.push_back({.name = "both_sides",
                   .member = &both_sides,
                   .help = "pairs to the left and above too; the paper has right and below",
+                  .title = "Pairs on all four sides",
                   .flag = "--both-sides"});
   list.push_back({.name = "arbitrate",
                   .member = &arbitrate,
                   .help = "where stereo and the Gaussians' own depth disagree, let the colors of "
                           "the pairs decide; the paper always takes stereo's",
+                  .title = "Colors decide between depths",
                   .flag = "--arbitrate"});
   list.push_back({.name = "refine",
                   .member = &refine,

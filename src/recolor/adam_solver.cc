@@ -32,6 +32,7 @@ void AdamOptions::Describe(OptionList& list) {
                   .member = &lambda_dssim,
                   .range = OptionRange::Closed(0, 1),
                   .help = "weight of D-SSIM in the loss; L1 has the rest",
+                  .title = "Weight of structure",
                   .flag = "--lambda-dssim"});
   list.push_back({.name = "seed", .member = &seed, .help = "of the order of the views"});
 }

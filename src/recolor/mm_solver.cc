@@ -49,11 +49,13 @@ void MmOptions::Describe(OptionList& list) {
                   .member = &ridge_dc,
                   .range = OptionRange::AtLeast(0),
                   .help = "pull of the constant term towards the closed form",
+                  .title = "Keep the first colors",
                   .flag = "--ridge-dc"});
   list.push_back({.name = "ridge_rest",
                   .member = &ridge_rest,
                   .range = OptionRange::AtLeast(0),
                   .help = "pull of the higher bands towards the closed form",
+                  .title = "Keep the first shading",
                   .flag = "--ridge-rest"});
   list.push_back({.name = "min_weight",
                   .member = &min_weight,

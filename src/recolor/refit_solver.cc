@@ -54,6 +54,7 @@ void RefitOptions::Describe(OptionList& list) {
                   .member = &active_threshold,
                   .range = OptionRange::UpTo(0, 1),
                   .help = "share inside the masks above which a Gaussian may change",
+                  .title = "Recolor from a share of",
                   .flag = "--active-threshold"});
   list.push_back({.name = "region_cache_bytes",
                   .member = &region_cache_bytes,

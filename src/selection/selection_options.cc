@@ -21,6 +21,7 @@ void CloudOptions::Describe(OptionList& list) {
       {.name = "outlier_stddev",
        .member = &outlier_stddev,
        .help = "standard deviations above the mean neighbor distance that a point may lie",
+       .title = "Outlier distance",
        .flag = "--outlier-stddev"});
   list.push_back({.name = "cloud_seed", .member = &seed, .help = "of the choice of pixels"});
 }
@@ -63,6 +64,7 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .member = &quad_pixels,
                   .range = OptionRange::Closed(1, 100),
                   .help = "side of a quad",
+                  .title = "Square a point, pixels",
                   .unit = "pixels",
                   .applies = "quads",
                   .flag = "--quad-pixels"});
@@ -71,12 +73,14 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .member = &surfel_scale,
                   .range = OptionRange::AboveTo(0, 100),
                   .help = "radius of a surfel, also as evidence for gaussians",
+                  .title = "Disc a point, pixels",
                   .unit = "pixel footprints",
                   .flag = "--surfel-scale"});
   list.push_back({.name = "close_radius",
                   .member = &close_radius,
                   .range = OptionRange::Closed(0, 100),
                   .help = "closing of holes between surfels",
+                  .title = "Close holes, pixels",
                   .unit = "pixels",
                   .flag = "--close-radius"});
   list.push_back({.name = "depth_tolerance",
@@ -88,6 +92,7 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .member = &share_threshold,
                   .range = OptionRange::Between(0, 1),
                   .help = "rendered share above which a pixel is inside",
+                  .title = "Inside from a share of",
                   .applies = "gaussians",
                   .flag = "--share-threshold"});
   list.push_back({.name = "painted_weight",

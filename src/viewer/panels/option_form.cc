@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string_view>
-#include <utility>
 
 #include <QCheckBox>
 #include <QComboBox>
-#include <QCoreApplication>
 #include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QLabel>
@@ -29,26 +26,9 @@ QString WithCapital(QString text) {
   return text;
 }
 
-// What options are called whose names in files and on the command line say little.
-constexpr std::pair<std::string_view, const char*> kPlainLabels[] = {
-    {"active_threshold", QT_TRANSLATE_NOOP("OptionForm", "Recolor from a share of")},
-    {"aggregate", QT_TRANSLATE_NOOP("OptionForm", "Combine pairs by")},
-    {"arbitrate", QT_TRANSLATE_NOOP("OptionForm", "Colors decide between depths")},
-    {"both_sides", QT_TRANSLATE_NOOP("OptionForm", "Pairs on all four sides")},
-    {"close_radius", QT_TRANSLATE_NOOP("OptionForm", "Close holes, pixels")},
-    {"lambda_dssim", QT_TRANSLATE_NOOP("OptionForm", "Weight of structure")},
-    {"outlier_stddev", QT_TRANSLATE_NOOP("OptionForm", "Outlier distance")},
-    {"quad_pixels", QT_TRANSLATE_NOOP("OptionForm", "Square a point, pixels")},
-    {"ridge_dc", QT_TRANSLATE_NOOP("OptionForm", "Keep the first colors")},
-    {"ridge_rest", QT_TRANSLATE_NOOP("OptionForm", "Keep the first shading")},
-    {"share_threshold", QT_TRANSLATE_NOOP("OptionForm", "Inside from a share of")},
-    {"surfel_scale", QT_TRANSLATE_NOOP("OptionForm", "Disc a point, pixels")}};
-
 // "margin" of 12 pixels: "Margin, pixels".
 QString LabelOf(const Option& option) {
-  for (const auto& [name, plain] : kPlainLabels) {
-    if (option.name == name) return QCoreApplication::translate("OptionForm", plain);
-  }
+  if (!option.title.empty()) return Text(option.title);
   const QString label = WithCapital(Text(option.Label()));
   return option.unit.empty() ? label : label + ", " + Text(option.unit);
 }
