@@ -2,15 +2,26 @@
 #include "viewer/wrap_layout.h"
 
 #include <algorithm>
+#include <iterator>
+#include <span>
 
 #include <QWidget>
 
 namespace retint {
 namespace {
 
-int WidthOf(const QLayoutItem& item) {
-  return std::max(item.sizeHint().width(), item.minimumSize().width());
+QSize SizeOf(const QLayoutItem& item) {
+  const QSize wanted = item.sizeHint();
+  return {std::max(wanted.width(), item.minimumSize().width()), wanted.height()};
 }
+
+std::vector<QSize> SizesOf(const std::vector<QLayoutItem*>& items) {
+  std::vector<QSize> sizes;
+  for (const QLayoutItem* item : items) sizes.push_back(SizeOf(*item));
+  return sizes;
+}
+
+bool Grows(const QLayoutItem* item) { return item->expandingDirections() & Qt::Horizontal; }
 
 }  // namespace
 
@@ -28,51 +39,50 @@ QLayoutItem* WrapLayout::takeAt(int index) {
   return item;
 }
 
-std::vector<WrapLayout::Row> WrapLayout::Rows(int width) const {
+std::vector<QLayoutItem*> WrapLayout::Shown() const {
+  std::vector<QLayoutItem*> shown;
+  std::ranges::copy_if(items_, std::back_inserter(shown),
+                       [](const QLayoutItem* item) { return !item->isEmpty(); });
+  return shown;
+}
+
+std::vector<WrapLayout::Row> WrapLayout::Rows(const std::vector<QSize>& sizes, int width) const {
+  const QMargins margins = contentsMargins();
+  const int room = width - margins.left() - margins.right();
   std::vector<Row> rows;
-  for (QLayoutItem* item : items_) {
-    if (item->isEmpty()) continue;  // hidden
-    const int wanted = WidthOf(*item);
-    if (rows.empty() || rows.back().width + spacing() + wanted > width) rows.emplace_back();
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    if (rows.empty() || rows.back().width + spacing() + sizes[i].width() > room) {
+      rows.push_back({.first = i});
+    }
     Row& row = rows.back();
-    row.width += wanted + (row.items.empty() ? 0 : spacing());
-    row.height = std::max(row.height, item->sizeHint().height());
-    row.growing += item->expandingDirections() & Qt::Horizontal ? 1 : 0;
-    row.items.push_back(item);
+    row.width += sizes[i].width() + (row.count > 0 ? spacing() : 0);
+    row.height = std::max(row.height, sizes[i].height());
+    ++row.count;
   }
   return rows;
 }
 
-int WrapLayout::heightForWidth(int width) const {
+int WrapLayout::HeightOf(const std::vector<Row>& rows) const {
   const QMargins margins = contentsMargins();
-  int height = margins.top() + margins.bottom() - spacing();
-  for (const Row& row : Rows(width - margins.left() - margins.right())) {
-    height += row.height + spacing();
-  }
-  return std::max(height, margins.top() + margins.bottom());
+  int height = margins.top() + margins.bottom() - (rows.empty() ? 0 : spacing());
+  for (const Row& row : rows) height += row.height + spacing();
+  return height;
 }
 
+int WrapLayout::heightForWidth(int width) const { return HeightOf(Rows(SizesOf(Shown()), width)); }
+
 int WrapLayout::HeightOf(const std::vector<QWidget*>& widgets, int width) const {
-  const QMargins margins = contentsMargins();
-  const int room = width - margins.left() - margins.right();
-  int height = margins.top() + margins.bottom() - spacing(), row_width = 0, row_height = 0;
+  std::vector<QSize> sizes;
   for (const QWidget* widget : widgets) {
-    const QSize wanted = widget->sizeHint().expandedTo(widget->minimumSizeHint());
-    if (row_width > 0 && row_width + spacing() + wanted.width() > room) {
-      height += row_height + spacing();
-      row_width = row_height = 0;
-    }
-    row_width += wanted.width() + (row_width > 0 ? spacing() : 0);
-    row_height = std::max(row_height, wanted.height());
+    sizes.push_back(widget->sizeHint().expandedTo(widget->minimumSizeHint()));
   }
-  return height + row_height + spacing();
+  return HeightOf(Rows(sizes, width));
 }
 
 QSize WrapLayout::sizeHint() const {
-  const QMargins margins = contentsMargins();
-  const auto rows = Rows(QWIDGETSIZE_MAX);
-  const QSize size = rows.empty() ? QSize() : QSize(rows[0].width, rows[0].height);
-  return size.expandedTo({0, 0}).grownBy(margins);
+  const auto rows = Rows(SizesOf(Shown()), QWIDGETSIZE_MAX);
+  const QSize size = rows.empty() ? QSize(0, 0) : QSize(rows[0].width, rows[0].height);
+  return size.grownBy(contentsMargins());
 }
 
 QSize WrapLayout::minimumSize() const {
@@ -86,12 +96,15 @@ QSize WrapLayout::minimumSize() const {
 void WrapLayout::setGeometry(const QRect& rect) {
   QLayout::setGeometry(rect);
   const QRect room = rect.marginsRemoved(contentsMargins());
+  const std::vector<QLayoutItem*> shown = Shown();
   int y = room.top();
-  for (const Row& row : Rows(room.width())) {
-    int x = room.left(), left = std::max(0, room.width() - row.width), growing = row.growing;
-    for (QLayoutItem* item : row.items) {
-      int width = std::min(WidthOf(*item), room.width());
-      if (growing > 0 && item->expandingDirections() & Qt::Horizontal) {
+  for (const Row& row : Rows(SizesOf(shown), rect.width())) {
+    const std::span<QLayoutItem* const> items = std::span(shown).subspan(row.first, row.count);
+    int x = room.left(), left = std::max(0, room.width() - row.width);
+    auto growing = int(std::ranges::count_if(items, Grows));
+    for (QLayoutItem* item : items) {
+      int width = std::min(SizeOf(*item).width(), room.width());
+      if (growing > 0 && Grows(item)) {
         width += left / growing;
         left -= left / growing--;
       }

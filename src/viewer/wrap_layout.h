@@ -29,10 +29,13 @@ class WrapLayout : public QLayout {
 
  private:
   struct Row {
-    std::vector<QLayoutItem*> items;
-    int width = 0, height = 0, growing = 0;
+    size_t first = 0, count = 0;  // of what stands in it
+    int width = 0, height = 0;
   };
-  std::vector<Row> Rows(int width) const;
+  // Of things of these sizes, within the margins of a `width`.
+  std::vector<Row> Rows(const std::vector<QSize>& sizes, int width) const;
+  int HeightOf(const std::vector<Row>& rows) const;
+  std::vector<QLayoutItem*> Shown() const;
 
   std::vector<QLayoutItem*> items_;
 };
