@@ -413,7 +413,12 @@ void BindSession(py::module_& module) {
               return std::string(session.renderer().backend().Name());
             });
           },
-          "'cpu' or 'cuda'.");
+          "'cpu' or 'cuda'.")
+      .def_property_readonly(
+          "warnings",
+          [](PySession& self) { return self.Use([](EditSession& s) { return s.warnings(); }); },
+          "list of str: what is amiss in the workspace, and what of a saved session could not be "
+          "read and is made again.");
   BindSelecting(type);
   BindOutlines(type);
   BindRegions(type);

@@ -13,7 +13,11 @@ std::unique_ptr<EditSession> EditSession::Open(const std::filesystem::path& work
 }
 
 EditSession::EditSession(std::unique_ptr<OpenScene> scene)
-    : scene_(std::move(scene)), selection_(*scene_), store_(*scene_), refits_(*scene_, store_) {}
+    : scene_(std::move(scene)),
+      selection_(*scene_),
+      store_(*scene_),
+      warnings_(scene_->workspace().warnings),
+      refits_(*scene_, store_) {}
 
 EditSession::EditSession(Workspace workspace, GaussianModel model, const SessionOptions& options)
     : EditSession(std::make_unique<OpenScene>(std::move(workspace), std::move(model), options)) {}

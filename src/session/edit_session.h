@@ -42,6 +42,9 @@ class EditSession {
   const SelectionPipeline& selection() const { return selection_; }
   RegionStore& store() { return store_; }
   RefitService& refits() { return refits_; }
+  // For people, one line each: the workspace's, and what of a saved session could not be read.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  void Warn(std::string warning) { warnings_.push_back(std::move(warning)); }
 
   // For a session just opened, before its first refit: regions that were saved and the job whose
   // fits they hold. InputError when they do not belong to this scene; then nothing is changed.
@@ -118,6 +121,7 @@ class EditSession {
   std::unique_ptr<OpenScene> scene_;
   SelectionPipeline selection_;
   RegionStore store_;
+  std::vector<std::string> warnings_;
   RefitService refits_;  // last: its thread reads the scene
 };
 

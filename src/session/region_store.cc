@@ -67,11 +67,7 @@ std::shared_ptr<RegionSelection> RegionStore::MakeSelection(const std::string& n
   selection->id = next_selection_++;
   selection->masks = std::move(masks);
   selection->source = std::move(source);
-  if (shares.empty()) {
-    const auto targets =
-        RenderTargets(scene_.reconstruction(), selection->masks, scene_.train_views());
-    shares = MaskShares(scene_.renderer(), targets, monitor);
-  }
+  if (shares.empty()) shares = SharesOf(selection->masks, monitor);
   if (shares.size() != scene_.original().NumGaussians()) {
     throw InputError("shares of region " + name + ": " + std::to_string(shares.size()) +
                      " values for " + std::to_string(scene_.original().NumGaussians()) +
@@ -237,6 +233,12 @@ void RegionStore::FindPaint(Region& region) const {
         FindGaussianPaint(scene_.renderer(), scene_.original(), op.picture,
                           LayerCameras(region.edit, scene_.workspace())));
   }
+}
+
+std::vector<float> RegionStore::SharesOf(const std::map<std::string, Mask>& masks,
+                                         Monitor& monitor) {
+  const auto targets = RenderTargets(scene_.reconstruction(), masks, scene_.train_views());
+  return MaskShares(scene_.renderer(), targets, monitor);
 }
 
 std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {

@@ -51,6 +51,8 @@ class RegionStore {
   // The coefficients, [N, K, 3], that the first `count` regions of `state` make of the original's:
   // each visible region's fit, or where that is out of date its closed form.
   FloatArray ShAfter(const RegionSet& state, size_t count) const;
+  // [N] m_g by the masks of the training views.
+  std::vector<float> SharesOf(const std::map<std::string, Mask>& masks, Monitor& monitor);
   // Up to `count` main colors of a region as it is before its own edit, or of a selection in the
   // original scene, most frequent first. OptionError for a count out of range, see FindPalette.
   std::vector<PaletteColor> MeasurePalette(RegionId id, int count);

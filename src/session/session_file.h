@@ -96,7 +96,10 @@ struct OpenedSession {
 // Opens the workspace and the splat that a session refers to and restores it: CurrentSh() has the
 // bits that it had. Of `options` the backend and the budgets count; the rest comes from the file.
 // InputError naming file and fault for whatever is missing, damaged, of a newer version, or of
-// another scene; so too when the splat is not the one that was edited.
+// another scene; so too when the splat is not the one that was edited. Parts that follow from
+// others are no inputs: fits, and of a selection that was painted its masks, shares and points.
+// Where one cannot be read, the session's warnings() name it; a fit is then missing, the rest is
+// made again.
 OpenedSession OpenSession(const std::filesystem::path& folder, const SessionOptions& options,
                           Monitor& monitor);
 

@@ -35,8 +35,7 @@ FileChecksum ReadSum(const Node& node) {
 }
 
 // The size is compared first, so that a changed file is refused before it is read.
-void CheckSum(const Node& node, const fs::path& path) {
-  const FileChecksum expected = ReadSum(node);
+void CheckSum(const FileChecksum& expected, const fs::path& path) {
   std::error_code code;
   if (!IsFile(path)) throw InputError(path, "is missing from the session");
   const uint64_t bytes = fs::file_size(path, code);
@@ -58,27 +57,63 @@ std::vector<T> Values(std::string_view bytes) {
   return values;
 }
 
+std::vector<float> ReadShares(const fs::path& path, size_t count) {
+  const std::string bytes = ReadFile(path);
+  if (bytes.size() != count * sizeof(float)) {
+    throw InputError(path, "holds " + std::to_string(bytes.size()) + " bytes, not " +
+                               std::to_string(count * sizeof(float)) + " for " +
+                               std::to_string(count) + " Gaussians");
+  }
+  std::vector<float> shares = Values<float>(bytes);
+  for (const float share : shares) {
+    if (!std::isfinite(share)) throw InputError(path, "holds a share that is not finite");
+  }
+  return shares;
+}
+
+// Parts that were made of others, and can be again, do not keep a session from opening: what became
+// of one that cannot be read is a warning of the session.
 class Reader {
  public:
-  Reader(const fs::path& folder, const EditSession& session, Monitor& monitor)
+  Reader(const fs::path& folder, EditSession& session, Monitor& monitor)
       : folder_(folder), session_(session), monitor_(monitor) {}
 
   RegionSet Regions(const Node& root, const RefitJob& job);
   std::shared_ptr<const SelectionSource> Draft(const Node& node);
 
  private:
-  std::map<std::string, Mask> Masks(const Node& list, const fs::path& folder);
+  // False, and a warning that ends with `again`, where `read` throws an InputError.
+  template <typename Read>
+  bool ReadDerived(const std::string& again, const Read& read);
+  // Adds the names of views whose mask cannot be read to `unread`; null: that is an InputError.
+  std::map<std::string, Mask> Masks(const Node& list, const fs::path& folder,
+                                    std::vector<const View*>* unread);
   PosedCamera PaintedOn(const std::string& name, const Node& node) const;
   SelectionSource Source(const Node& node, const fs::path& folder);
+  SelectionCloud CloudAgain(const std::vector<PaintedView>& painted);
+  void MakeAgain(RegionSelection& selection, const std::vector<const View*>& views);
   std::shared_ptr<const RegionSelection> Selection(const Node& node);
-  std::shared_ptr<const RegionFit> Fit(const Node& node, std::string current_key);
+  std::shared_ptr<const RegionFit> Fit(const Node& node, const std::string& region,
+                                       std::string current_key);
 
   const fs::path& folder_;
-  const EditSession& session_;
+  EditSession& session_;
   Monitor& monitor_;
 };
 
-std::map<std::string, Mask> Reader::Masks(const Node& list, const fs::path& folder) {
+template <typename Read>
+bool Reader::ReadDerived(const std::string& again, const Read& read) {
+  try {
+    read();
+    return true;
+  } catch (const InputError& error) {
+    session_.Warn(std::string(error.what()) + "; " + again);
+    return false;
+  }
+}
+
+std::map<std::string, Mask> Reader::Masks(const Node& list, const fs::path& folder,
+                                          std::vector<const View*>* unread) {
   std::map<std::string, Mask> masks;
   const std::vector<Node> nodes = list.List();
   for (const Node& node : nodes) {
@@ -89,8 +124,17 @@ std::map<std::string, Mask> Reader::Masks(const Node& list, const fs::path& fold
     if (masks.count(name) > 0) node.Fail("view " + name + " comes twice");
     const Camera& camera = session_.reconstruction().Posed(*view).camera;
     const fs::path path = ViewFile(folder, name);
-    CheckSum(node, path);
-    masks.emplace(name, ReadMask(path, camera.width, camera.height));
+    const FileChecksum sum = ReadSum(node);
+    Mask& mask = masks[name];
+    const auto read = [&] {
+      CheckSum(sum, path);
+      mask = ReadMask(path, camera.width, camera.height);
+    };
+    if (!unread) {
+      read();
+    } else if (!ReadDerived("the selection in this view was found again", read)) {
+      unread->push_back(view);
+    }
   }
   return masks;
 }
@@ -121,7 +165,7 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
     if (!names.insert(view.name).second) painted.Fail("view " + view.name + " comes twice");
     view.camera = PaintedOn(view.name, painted.At("camera"));
     const fs::path path = ViewFile(folder / "painted", view.name);
-    CheckSum(painted, path);
+    CheckSum(ReadSum(painted), path);
     view.mask = ReadMask(path, view.camera.camera.width, view.camera.camera.height);
     source.painted.push_back(std::move(view));
   }
@@ -130,12 +174,53 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
   }
   if (node.At("cloud").IsNull()) return source;
   const fs::path path = folder / "cloud.ply";
-  CheckSum(node.At("cloud"), path);
-  source.cloud = ReadCloud(path);
-  for (const SelectionPoint& point : source.cloud.points) {
-    if (!point.position.allFinite()) throw InputError(path, "holds a point that is not finite");
+  const FileChecksum sum = ReadSum(node.At("cloud"));
+  const auto read = [&] {
+    CheckSum(sum, path);
+    source.cloud = ReadCloud(path);
+    for (const SelectionPoint& point : source.cloud.points) {
+      if (!point.position.allFinite()) throw InputError(path, "holds a point that is not finite");
+    }
+  };
+  if (source.painted.empty()) {
+    read();
+  } else if (!ReadDerived("the selection's points were found again", read)) {
+    source.cloud = CloudAgain(source.painted);
   }
   return source;
+}
+
+// None where nothing that is painted has a depth.
+SelectionCloud Reader::CloudAgain(const std::vector<PaintedView>& painted) {
+  try {
+    return session_.selection().Select(painted, {}, monitor_).cloud;
+  } catch (const NoDepthError&) {
+    return {};
+  }
+}
+
+// The masks of `views`, and the shares where there are none, of what else is known of a selection.
+void Reader::MakeAgain(RegionSelection& selection, const std::vector<const View*>& views) {
+  const bool has_shares = !selection.shares.empty();
+  if (!views.empty() && !has_shares) {
+    ProjectedMasks projected = session_.selection().Project(selection.source.cloud,
+                                                            selection.source.painted, {}, monitor_);
+    for (const View* view : views) selection.masks[view->name] = projected.masks[view->name];
+    std::erase_if(selection.masks, [](const auto& entry) { return entry.second.Empty(); });
+    selection.shares = std::move(projected.shares);
+  } else if (!has_shares) {
+    selection.shares = session_.store().SharesOf(selection.masks, monitor_);
+  } else {
+    const std::vector<PaintedView> painted =
+        OnViews(session_.workspace(), selection.source.painted);
+    for (const View* view : views) {
+      const auto by_hand = std::ranges::find(painted, view->name, &PaintedView::name);
+      selection.masks[view->name] =
+          by_hand != painted.end()
+              ? by_hand->mask
+              : session_.SelectionSeenFrom(selection, session_.reconstruction().Posed(*view));
+    }
+  }
 }
 
 std::shared_ptr<const RegionSelection> Reader::Selection(const Node& node) {
@@ -143,34 +228,31 @@ std::shared_ptr<const RegionSelection> Reader::Selection(const Node& node) {
   selection->id = node.At("id").Unsigned(std::numeric_limits<uint64_t>::max() - 1);
   if (selection->id == 0) node.At("id").Fail("is 0");
   const fs::path folder = folder_ / PartName(node.At("folder"), "selection-");
-  selection->masks = Masks(node.At("masks"), folder / "masks");
+  selection->source = Source(node, folder);
+  // Masks that nobody painted are from elsewhere.
+  const bool is_painted = !selection->source.painted.empty();
+  std::vector<const View*> unread;
+  selection->masks = Masks(node.At("masks"), folder / "masks", is_painted ? &unread : nullptr);
+  const fs::path path = folder / "shares.bin";
+  const FileChecksum sum = ReadSum(node.At("shares"));
+  ReadDerived("how much of each Gaussian is selected was found again", [&] {
+    CheckSum(sum, path);
+    selection->shares = ReadShares(path, session_.original().NumGaussians());
+  });
+  try {
+    MakeAgain(*selection, unread);
+  } catch (const InputError& error) {
+    throw InputError(folder, std::string("cannot be read, nor be made again: ") + error.what());
+  }
   const bool any = std::any_of(selection->masks.begin(), selection->masks.end(),
                                [](const auto& entry) { return AnySet(entry.second); });
   if (!any) node.At("masks").Fail("no mask has a selected pixel");
-  const fs::path path = folder / "shares.bin";
-  CheckSum(node.At("shares"), path);
-  const size_t count = session_.original().NumGaussians();
-  const std::string bytes = ReadFile(path);
-  if (bytes.size() != count * sizeof(float)) {
-    throw InputError(path, "holds " + std::to_string(bytes.size()) + " bytes, not " +
-                               std::to_string(count * sizeof(float)) + " for " +
-                               std::to_string(count) + " Gaussians");
-  }
-  selection->shares = Values<float>(bytes);
-  for (const float share : selection->shares) {
-    if (!std::isfinite(share)) throw InputError(path, "holds a share that is not finite");
-  }
-  selection->source = Source(node, folder);
   return selection;
 }
 
-std::shared_ptr<const RegionFit> Reader::Fit(const Node& node, std::string current_key) {
-  auto fit = std::make_shared<RegionFit>();
-  const GaussianModel& model = session_.original();
+// Into `fit`: its Gaussians and their coefficients.
+void ReadFit(const fs::path& path, size_t count, const GaussianModel& model, RegionFit* fit) {
   const size_t block = static_cast<size_t>(model.NumShCoeffs()) * 3;
-  const size_t count = node.At("count").Unsigned(model.NumGaussians());
-  const fs::path path = folder_ / PartName(node.At("file"), "fit-");
-  CheckSum(node, path);
   const std::string bytes = ReadFile(path);
   const size_t index_bytes = count * sizeof(int32_t);
   if (bytes.size() != index_bytes + count * block * sizeof(float)) {
@@ -189,6 +271,20 @@ std::shared_ptr<const RegionFit> Reader::Fit(const Node& node, std::string curre
   for (const float value : fit->sh) {
     if (!std::isfinite(value)) throw InputError(path, "holds a coefficient that is not finite");
   }
+}
+
+// Null where it has to be computed again.
+std::shared_ptr<const RegionFit> Reader::Fit(const Node& node, const std::string& region,
+                                             std::string current_key) {
+  auto fit = std::make_shared<RegionFit>();
+  const size_t count = node.At("count").Unsigned(session_.original().NumGaussians());
+  const fs::path path = folder_ / PartName(node.At("file"), "fit-");
+  const FileChecksum sum = ReadSum(node);
+  const bool is_read =
+      ReadDerived("the optimizer will make the fit of region '" + region + "' again", [&] {
+        CheckSum(sum, path);
+        ReadFit(path, count, session_.original(), fit.get());
+      });
   if (node.At("current").Bool()) {
     fit->key = std::move(current_key);
   } else {
@@ -201,7 +297,7 @@ std::shared_ptr<const RegionFit> Reader::Fit(const Node& node, std::string curre
     }
   }
   fit->summary = session_json::ReadSummary(node.At("summary"));
-  return fit;
+  return is_read ? fit : nullptr;
 }
 
 RegionSet Reader::Regions(const Node& root, const RefitJob& job) {
@@ -224,7 +320,7 @@ RegionSet Reader::Regions(const Node& root, const RefitJob& job) {
   }
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node fit = nodes[i].At("fit");
-    if (!fit.IsNull()) set.regions[i].fit = Fit(fit, set.FitKey(i, job));
+    if (!fit.IsNull()) set.regions[i].fit = Fit(fit, set.regions[i].name, set.FitKey(i, job));
   }
   return set;
 }
@@ -253,7 +349,7 @@ SessionInfo InfoFrom(const Json& json, const fs::path& folder) {
     const Node views = root.At("views");
     info.view_folder = folder / PartName(views.At("folder"), "views-");
     for (const char* file : session_json::kViewFiles) {
-      CheckSum(views.At(file), info.view_folder / file);
+      CheckSum(ReadSum(views.At(file)), info.view_folder / file);
     }
   }
   // Sessions of earlier programs have neither.
@@ -346,7 +442,11 @@ OpenedSession OpenSession(const fs::path& folder, const SessionOptions& options,
   for (int attempt = 0;; ++attempt) {
     const std::string before = manifest();
     try {
-      return OpenOnce(root, options, monitor);
+      OpenedSession opened = OpenOnce(root, options, monitor);
+      const bool is_whole =
+          opened.session->warnings().size() == opened.session->workspace().warnings.size();
+      if (is_whole || manifest() == before) return opened;
+      if (attempt == 3) throw InputError(root, "is saved again and again while it is read");
     } catch (const InputError&) {
       if (attempt == 3 || manifest() == before) throw;
     }

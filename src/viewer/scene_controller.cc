@@ -193,7 +193,7 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   facts->pictures = std::make_shared<const Pictures>(session->pictures());
   facts->train = session->train_views();
   facts->heldout = session->heldout_views();
-  facts->warnings = session->workspace().warnings;
+  facts->warnings = session->warnings();
   facts->load_seconds = seconds;
   facts_ = facts;
   sh_ = original_sh();

@@ -162,6 +162,11 @@ def test_a_saved_session_goes_on(scene, folder):
     assert np.array_equal(loaded.sh, session.sh)
     assert [r.name for r in loaded.regions] == ["selection"]
     assert np.array_equal(loaded.region(region).shares, session.region(region).shares)
+    assert loaded.warnings == session.warnings
+    fit, = (folder / "a.retint").glob("fit-*.bin")
+    fit.write_bytes(b"")
+    warning, = retint.Session.load(folder / "a.retint").warnings[len(session.warnings):]
+    assert fit.name in warning
 
 
 @pytest.mark.parametrize("reach", ["near", "all"])

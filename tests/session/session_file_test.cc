@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "scene/image_checks.h"
 #include "tests/session/saved_scene.h"
 #include "tests/support/file_size_limit.h"
 
@@ -57,6 +58,12 @@ class SessionFile : public ::testing::Test {
     }
     ADD_FAILURE() << "was not refused";
     return {};
+  }
+  // The only one of the session, which opens.
+  std::string Warning() {
+    const std::vector<std::string> warnings = Load().session->warnings();
+    EXPECT_EQ(warnings.size(), 1u);
+    return warnings.empty() ? "" : warnings[0];
   }
   Json ReadManifest() const { return Json::parse(ReadFile(Manifest())); }
   void ChangeManifest(const std::function<void(Json&)>& change) {
@@ -371,32 +378,89 @@ TEST_F(SessionFile, NamesTheFaultOfAValue) {
   expect([](Json& j) { j["splat"]["xxh64"] = "12"; }, "splat.xxh64: is not sixteen");
 }
 
-TEST_F(SessionFile, RefusesDamagedParts) {
+void Flip(const fs::path& path) {
+  std::string bytes = ReadFile(path);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+  WriteFile(path, bytes);
+}
+
+// `told`: what is said of the part whose bytes are cut, added to, changed, gone.
+template <typename Told>
+void ExpectEachDamage(const fs::path& part, const Told& told) {
+  const std::string bytes = ReadFile(part);
+  WriteFile(part, bytes.substr(0, bytes.size() - 1));
+  EXPECT_THAT(told(), HasSubstr(part.string() + ": truncated"));
+  WriteFile(part, bytes + "x");
+  EXPECT_THAT(told(), HasSubstr(part.string() + ": has "));
+  WriteFile(part, bytes);
+  Flip(part);
+  EXPECT_THAT(told(), HasSubstr(part.string() + ": is damaged"));
+  fs::remove(part);
+  EXPECT_THAT(told(), HasSubstr(part.string() + ": is missing"));
+  WriteFile(part, bytes);
+}
+
+TEST_F(SessionFile, RefusesDamagedInputs) {
   Save();
-  const fs::path selection = FirstPart("selections", "folder");
+  ExpectEachDamage(FirstPart("selections", "folder") / "painted" / "free view 1.png",
+                   [&] { return Refusal(); });
+  // Masks that nobody painted.
+  const fs::path other = File() / ReadManifest()["selections"][1]["folder"].get<std::string>();
+  ExpectEachDamage(other / "masks" / "view2.png", [&] { return Refusal(); });
+  EXPECT_TRUE(Load().session->warnings().empty());
+}
+
+TEST_F(SessionFile, OpensWithoutAFitThatIsDamaged) {
+  Save();
   const fs::path fit = File() / ReadManifest()["regions"][0]["fit"]["file"].get<std::string>();
-  const fs::path parts[] = {selection / "shares.bin", selection / "cloud.ply",
-                            selection / "masks" / "view2.png",
-                            selection / "painted" / "free view 1.png", fit};
-  for (const fs::path& part : parts) {
-    const std::string bytes = ReadFile(part);
-    WriteFile(part, bytes.substr(0, bytes.size() - 1));
-    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": truncated"));
-    WriteFile(part, bytes + "x");
-    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": has "));
-    std::string flipped = bytes;
-    flipped[flipped.size() / 2] = static_cast<char>(flipped[flipped.size() / 2] ^ 4);
-    WriteFile(part, flipped);
-    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": is damaged"));
-    fs::remove(part);
-    EXPECT_THAT(Refusal(), HasSubstr(part.string() + ": is missing"));
-    WriteFile(part, bytes);
+  ExpectEachDamage(fit, [&] { return Warning(); });
+  Flip(fit);
+  EXPECT_THAT(Warning(), HasSubstr("make the fit of region 'left \"100 %\" é' again"));
+  const OpenedSession opened = Load();
+  EXPECT_EQ(opened.session->regions().regions[0].fit, nullptr);
+  EXPECT_NE(opened.session->regions().regions[1].fit, nullptr);
+  Monitor monitor;
+  for (EditSession* session : {session_.get(), opened.session.get()}) {
+    session->Refit(session->last_job(), monitor);
   }
-  EXPECT_NO_THROW(Load());
+  EXPECT_TRUE(SameBits(opened.session->CurrentSh(), session_->CurrentSh()));
+}
+
+TEST_F(SessionFile, MakesWhatIsDamagedOfASelectionAgain) {
+  Save();
+  const fs::path folder = FirstPart("selections", "folder");
+  const fs::path shares = folder / "shares.bin", cloud = folder / "cloud.ply";
+  const fs::path painted = folder / "masks" / (ViewName(0) + ".png"),
+                 mask = folder / "masks" / "view2.png";
+  for (const fs::path& part : {shares, cloud, painted, mask}) {
+    ExpectEachDamage(part, [&] { return Warning(); });
+  }
+  const RegionSelection& whole = *session_->regions().regions[0].selection;
+  const auto opened_without = [&](const std::vector<fs::path>& parts) {
+    std::vector<std::string> kept;
+    for (const fs::path& part : parts) {
+      kept.push_back(ReadFile(part));
+      Flip(part);
+    }
+    const auto selection = Load().session->regions().regions[0].selection;
+    for (size_t i = 0; i < parts.size(); ++i) WriteFile(parts[i], kept[i]);
+    EXPECT_EQ(selection->shares.size(), whole.shares.size());
+    EXPECT_EQ(selection->masks.size(), whole.masks.size());
+    return selection;
+  };
+  Monitor monitor;
+  const auto by_masks = opened_without({shares});
+  EXPECT_EQ(by_masks->shares, session_->store().SharesOf(whole.masks, monitor));
+  // The paint itself, and elsewhere what the shares show.
+  EXPECT_EQ(opened_without({painted})->masks.at(ViewName(0)).data, scene_.masks[0].data);
+  EXPECT_EQ(opened_without({mask})->masks.at("view2").data,
+            session_->SelectionSeenFrom(whole, scene_.cameras[2]).data);
+  EXPECT_TRUE(AnySet(opened_without({shares, mask})->masks.at("view2")));
+  EXPECT_TRUE(opened_without({shares, cloud, painted, mask}) != nullptr);
 }
 
 // As a forger would: checksums that fit the damage.
-TEST_F(SessionFile, RefusesValuesThatCannotBe) {
+TEST_F(SessionFile, ValuesThatCannotBeAreDamage) {
   Save();
   const auto forge = [&](const fs::path& part, Json& entry, size_t at, auto value) {
     std::string bytes = ReadFile(part);
@@ -410,7 +474,7 @@ TEST_F(SessionFile, RefusesValuesThatCannotBe) {
   const std::string old_shares = ReadFile(shares);
   forge(shares, json["selections"][0]["shares"], 8, std::numeric_limits<float>::quiet_NaN());
   WriteFile(Manifest(), json.dump());
-  EXPECT_THAT(Refusal(), HasSubstr("shares.bin: holds a share that is not finite"));
+  EXPECT_THAT(Warning(), HasSubstr("shares.bin: holds a share that is not finite"));
   WriteFile(shares, old_shares);
 
   const fs::path fit = File() / good["regions"][0]["fit"]["file"].get<std::string>();
@@ -419,13 +483,13 @@ TEST_F(SessionFile, RefusesValuesThatCannotBe) {
     json = good;
     forge(fit, json["regions"][0]["fit"], 0, index);
     WriteFile(Manifest(), json.dump());
-    EXPECT_THAT(Refusal(), HasSubstr("is not ascending or no Gaussian's"));
+    EXPECT_THAT(Warning(), HasSubstr("is not ascending or no Gaussian's"));
     WriteFile(fit, old_fit);
   }
   json = good;
   forge(fit, json["regions"][0]["fit"], old_fit.size() - 4, std::numeric_limits<float>::infinity());
   WriteFile(Manifest(), json.dump());
-  EXPECT_THAT(Refusal(), HasSubstr("holds a coefficient that is not finite"));
+  EXPECT_THAT(Warning(), HasSubstr("holds a coefficient that is not finite"));
 }
 
 // Whatever is wrong with session.json, it is either refused as bad input or still a session.

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include <QAction>
+#include <QToolButton>
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
@@ -107,10 +108,10 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ReadError(*window_).contains("99"));
     const fs::path torn = copy("torn.retint");
     for (const auto& entry : fs::recursive_directory_iterator(torn)) {
-      if (entry.path().filename() == "shares.bin") fs::resize_file(entry.path(), 12);
+      if (entry.path().extension() == ".png") fs::resize_file(entry.path(), 12);
     }
     window_->OpenSession(torn);
-    QVERIFY(ReadError(*window_).contains("shares.bin"));
+    QVERIFY(ReadError(*window_).contains(".png"));  // nobody painted these masks
     // The splat that was edited is not the one that is there now.
     const fs::path moved = copy("moved.retint");
     manifest = nlohmann::json::parse(ReadFile(moved / "session.json"));
@@ -124,6 +125,28 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ReadError(*window_).contains("other.ply"));
     QCOMPARE(controller().facts(), facts);
     QCOMPARE(Regions().size(), size_t{1});
+  }
+
+  void WhatFollowsFromOtherPartsMayBeDamaged() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "torn.retint";
+    QVERIFY(Save(folder));
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      if (entry.path().filename() == "shares.bin") fs::resize_file(entry.path(), 12);
+    }
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenSession(folder);
+    QVERIFY(Opened(opened));
+    QCOMPARE(Regions().size(), size_t{1});
+    const auto* badge = window_->findChild<QToolButton*>("warnings");
+    QVERIFY(badge->isVisible());
+    QVERIFY2(badge->toolTip().contains("shares.bin: truncated"), qPrintable(badge->toolTip()));
+    // Whole again once it is saved.
+    QVERIFY(Save(folder));
+    opened.clear();
+    window_->OpenSession(folder);
+    QVERIFY(Opened(opened));
+    QVERIFY(!badge->toolTip().contains("shares.bin"));
   }
 
   // What a program that died left behind; process_test.cc has one die.
