@@ -44,6 +44,7 @@ class SessionStore;
 class StrokePreview;
 class Uncertainty;
 class VideoMaker;
+class ViewsPanel;
 struct Preferences;
 
 // What the command line asks for.
@@ -180,6 +181,7 @@ class MainWindow : public QMainWindow {
   VideoMaker* videos_;
   Uncertainty* uncertainty_;
   StrokePreview* preview_;
+  ViewsPanel* views_;
   Canvas* canvas_;
   SelectionMode* selection_;
   QStackedWidget* pages_;

@@ -19,6 +19,7 @@
 #include "session/report.h"
 #include "viewer/keys_dialog.h"
 #include "viewer/main_window.h"
+#include "viewer/panels/views_panel.h"
 #include "viewer/preferences_dialog.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
@@ -55,7 +56,7 @@ void MainWindow::BuildActions() {
   MakeAction("edit.redo", tr("&Redo"), [this] { controller_->Redo(); });
   MakeAction("edit.cancel", tr("Back out"), [this] { BackOut(); });
   MakeAction("selection.enter", tr("&Select"), [this] {
-    EnterSelection(0);
+    EnterSelection(views_->IsToPaintNext() ? current_->id() : 0);
   })->setToolTip(tr("Paint on this view to select a part of the scene"));
   MakeAction("view.next", tr("&Next view"), [this] { canvas_->StepView(1); });
   MakeAction("view.previous", tr("&Previous view"), [this] { canvas_->StepView(-1); });

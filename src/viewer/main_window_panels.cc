@@ -184,10 +184,8 @@ void MainWindow::AddPanels() {
                                   Qt::RightDockWidgetArea);
   QDockWidget* selection =
       AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
-  QDockWidget* views =
-      AddPanel("views", tr("Views"),
-               new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_),
-               Qt::LeftDockWidgetArea);
+  views_ = new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_);
+  QDockWidget* views = AddPanel("views", tr("Views"), views_, Qt::LeftDockWidgetArea);
   QDockWidget* scene =
       AddPanel("scene", tr("Scene"), new ScenePanel(controller_), Qt::LeftDockWidgetArea);
   tabifyDockWidget(optimizer, quality);

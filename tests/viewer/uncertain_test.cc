@@ -155,6 +155,23 @@ class UncertainTest : public ViewerTest {
       QVERIFY(views[i].view != subject_.first);
     }
     QVERIFY(list->item(0)->toolTip().contains("would settle"));
+
+    // What is painted there goes on with the region, in the other orders it is a new one.
+    Q_EMIT list->itemActivated(list->item(0));
+    QVERIFY(WaitSharp(*window_));
+    QCOMPARE(canvas().picture()->name, views.front().view);
+    canvas().setFocus();
+    PressKey(*window_, Qt::Key_Return);
+    QVERIFY(WaitPainting(*window_));
+    QCOMPARE(window_->selection().entry().region, window_->current_region());
+    QTest::keyClick(&window_->selection().canvas(), Qt::Key_Escape);
+    QVERIFY(!window_->IsSelecting());
+    order->setFocus();
+    QTest::keyClick(order, Qt::Key_Home);
+    canvas().setFocus();
+    PressKey(*window_, Qt::Key_Return);
+    QVERIFY(WaitPainting(*window_));
+    QCOMPARE(window_->selection().entry().region, RegionId(0));
   }
 
   void WithoutARegionThereIsNothingToHatch() {

@@ -157,7 +157,8 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
   order_->setMinimumContentsLength(10);
   order_->setToolTip(tr(
       "Order of the views. Worst first renders every view to measure the current region; to paint "
-      "next, first the views whose paint would settle most of what is uncertain (Alt+O)"));
+      "next, first the views whose paint would settle most of what is uncertain: there Enter goes "
+      "on painting the current region (Alt+O)"));
   auto* label = new QLabel(tr("&Order"));
   label->setBuddy(order_);
   list_ = new QListWidget;

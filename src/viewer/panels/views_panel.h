@@ -39,6 +39,8 @@ class ViewsPanel : public QWidget {
              CurrentRegion* current, Uncertainty* uncertainty, StrokePreview* preview);
   ~ViewsPanel() override;
   QListWidget& list() { return *list_; }
+  // The views are in the order in which to go on painting the current region.
+  bool IsToPaintNext() const { return in_force_ == kToPaintNext; }
 
  private:
   enum Order { kByName, kByCoverage, kToPaintNext, kWorstFirst };
