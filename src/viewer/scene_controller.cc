@@ -308,6 +308,8 @@ void SceneController::Apply(const State& state) {
 
 void SceneController::SelectRound(Round round, std::function<void(RegionId)> done) {
   const auto id = std::make_shared<RegionId>(round.base);
+  const SelectOptions select = round.select;
+  const ProjectorOptions project = round.project;
   Run(
       tr("Selecting"),
       [id, round = std::move(round)](EditSession& session, Monitor& monitor) {
@@ -327,7 +329,8 @@ void SceneController::SelectRound(Round round, std::function<void(RegionId)> don
                                   std::move(selection.source));
         }
       },
-      [this, id, done = std::move(done)] {
+      [=, this, done = std::move(done)] {
+        Q_EMIT selectedWith(*id, select, project);
         Q_EMIT regionAdded(*id);
         if (done) done(*id);
       });
@@ -355,7 +358,10 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
         session.SetSelection(id, std::move(projected.masks), std::move(projected.shares), monitor,
                              std::move(source));
       },
-      [=, this] { Q_EMIT selectedAgain(id); });
+      [=, this] {
+        Q_EMIT selectedWith(id, select, project);
+        Q_EMIT selectedAgain(id);
+      });
 }
 
 void SceneController::SeeSelection(RegionId id, const PosedCamera& camera,

@@ -229,6 +229,9 @@ class SceneController : public QObject {
   void regionAdded(retint::RegionId id);  // or its selection replaced
   void shChanged();                       // sh()
   void selectedAgain(retint::RegionId id);
+  // With which options, before the two above; not of masks from elsewhere.
+  void selectedWith(retint::RegionId id, const retint::SelectOptions& select,
+                    const retint::ProjectorOptions& project);
   void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
   void optimizerChanged();  // optimizer()
   void refitJobChanged();   // refit_job()

@@ -9,6 +9,7 @@
 #include <QDoubleSpinBox>
 #include <QLabel>
 #include <QPushButton>
+#include <QTreeWidget>
 
 #include "session/edit_options.h"
 #include "tests/viewer/viewer_scene.h"
@@ -101,6 +102,46 @@ class SelectionPanelTest : public ViewerTest {
     PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
     QTRY_VERIFY_WITH_TIMEOUT(Current().selection == fewer, kWaitMs);
     QCOMPARE(share->value(), 0.3);
+  }
+
+  void EachRegionComesBackWithItsOwnOptions() {
+    const double first_share = CloudOptions().sample_fraction;
+    QVERIFY(Paint());
+    const RegionId first = window_->current_region();
+    QVERIFY(Paint());
+    Find<QDockWidget>("selection")->raise();
+    auto* share = Find<QDoubleSpinBox>("sample_fraction");
+    const auto select_with = [&](const char* value) {
+      QSignalSpy again(&controller(), &SceneController::selectedAgain);
+      share->setFocus();
+      share->selectAll();
+      QTest::keyClicks(share, value);
+      QTest::keyClick(share, Qt::Key_Return);
+      QVERIFY(Again(again));
+    };
+    select_with("0.3");
+    auto* list = Find<QTreeWidget>("region_list");
+    for (int i = 0; i < list->topLevelItemCount() && window_->current_region() != first; ++i) {
+      list->setCurrentItem(list->topLevelItem(i));
+    }
+    QCOMPARE(window_->current_region(), first);
+    const auto before = Current().selection;
+    select_with("0.2");
+    PressKey(*window_, Qt::Key_Z, Qt::ControlModifier);
+    QTRY_VERIFY_WITH_TIMEOUT(Current().selection == before, kWaitMs);
+    QCOMPARE(share->value(), first_share);  // not those of the other region
+
+    // A change belongs to the region that was current then.
+    share->setFocus();
+    share->selectAll();
+    QTest::keyClicks(share, "0.25");
+    QSignalSpy again(&controller(), &SceneController::selectedAgain);
+    QTest::keyClick(share, Qt::Key_Return);
+    for (int i = 0; i < list->topLevelItemCount() && window_->current_region() == first; ++i) {
+      list->setCurrentItem(list->topLevelItem(i));
+    }
+    QVERIFY(Again(again));
+    QCOMPARE(again.front().front().value<RegionId>(), first);
   }
 
   // What the command line's name does not say to everybody.

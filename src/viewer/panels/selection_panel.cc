@@ -107,20 +107,22 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   layout->addStretch();
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
-  connect(&rest_, &QTimer::timeout, this, &SelectionPanel::SelectAgain);
+  connect(&rest_, &QTimer::timeout, this, [this] { SelectAgain(changed_of_); });
   connect(form_, &OptionForm::edited, this, &SelectionPanel::TakeOption);
   connect(preset_, &QComboBox::activated, this, &SelectionPanel::TakePreset);
-  connect(again_, &QPushButton::clicked, this, &SelectionPanel::SelectAgain);
+  connect(again_, &QPushButton::clicked, this, [this] { SelectAgain(current_->id()); });
   connect(live_, &QCheckBox::toggled, this,
           [](bool on) { QSettings().setValue("selection_live", on); });
   connect(controller_, &SceneController::regionsChanged, this, &SelectionPanel::ShowRegion);
   connect(controller_, &SceneController::closed, this, &SelectionPanel::ShowRegion);
   connect(current_, &CurrentRegion::changed, this, &SelectionPanel::ShowRegion);
-  connect(controller_, &SceneController::selectedAgain, this, [this](RegionId id) {
-    const Region* region = controller_->regions().Find(id);
-    if (region) made_with_[region->selection->id] = asked_;
-    canvas_->SetCloudShown(true);
-  });
+  connect(controller_, &SceneController::selectedWith, this,
+          [this](RegionId id, const SelectOptions& select, const ProjectorOptions& project) {
+            const Region* region = controller_->regions().Find(id);
+            if (region) made_with_[region->selection->id] = {select, project};
+          });
+  connect(controller_, &SceneController::selectedAgain, this,
+          [this] { canvas_->SetCloudShown(true); });
   connect(controller_, &SceneController::opened, this, [this] { made_with_.clear(); });
   ShowOptions();
   ShowRegion();
@@ -156,6 +158,7 @@ void SelectionPanel::ShowRegion() {
   result_->setText(lines.join("\n"));
 }
 
+// Of a selection that was not made since the scene was opened, what showed counts as its options.
 void SelectionPanel::SetOptions(const Options& options) {
   if (const Region* region = current_->region()) {
     made_with_.try_emplace(region->selection->id,
@@ -203,15 +206,15 @@ void SelectionPanel::TakePreset(int index) {
 
 void SelectionPanel::Changed() {
   ShowOptions();
+  changed_of_ = current_->id();
   if (live_->isChecked()) rest_.start();
 }
 
-void SelectionPanel::SelectAgain() {
+void SelectionPanel::SelectAgain(RegionId id) {
   rest_.stop();
-  const Region* region = current_->region();
+  const Region* region = controller_->regions().Find(id);
   if (!region || region->selection->source.painted.empty()) return;
-  asked_ = {mode_->select_options(), mode_->projector_options()};
-  controller_->SelectAgain(region->id, asked_.select, asked_.project);
+  controller_->SelectAgain(id, mode_->select_options(), mode_->projector_options());
 }
 
 }  // namespace retint

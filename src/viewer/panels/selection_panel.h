@@ -42,13 +42,13 @@ class SelectionPanel : public QWidget {
     ProjectorOptions project;
   };
   void ShowOptions();
-  void SetOptions(const Options& options);  // and notes what the selection was made with before
+  void SetOptions(const Options& options);
   void ComeBack(const RegionSelection& selection);
   void ShowRegion();
   void TakeOption(size_t index, const OptionValue& value);
   void TakePreset(int index);
   void Changed();
-  void SelectAgain();
+  void SelectAgain(RegionId id);
 
   SceneController* controller_;
   SelectionMode* mode_;  // holds the options, for its next Accept()
@@ -61,9 +61,9 @@ class SelectionPanel : public QWidget {
   OptionForm* form_;
   std::shared_ptr<const RegionSelection> shown_;  // what result_ is about
   RegionId shown_of_ = 0;                         // whose that is
-  Options asked_;                                 // of the newest SelectAgain()
   std::map<uint64_t, Options> made_with_;         // by selection, as far as is known
-  QTimer rest_;  // of the options, before the region is selected again
+  QTimer rest_;              // of the options, before the region is selected again
+  RegionId changed_of_ = 0;  // for which region they were changed
 };
 
 }  // namespace retint
