@@ -48,7 +48,7 @@ void AlignSplat(const Arguments& arguments, Run& run) {
                [&](const auto& path) { WriteFile(path, WorldFromSplatToJson(found)); });
   }
   run.monitor().ThrowIfCancelled();
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   const Eigen::AngleAxisd turn(found.rotation);
   run.Print(fmt::format("found from   {}", result.source));

@@ -19,6 +19,7 @@ void Cameras(const Arguments& arguments, Run& run) {
   const auto replaced = CheckCamerasFolder(arguments.output, arguments.overwrite);
   const auto session = OpenSession(arguments.scene, 0, run);
   ExportCameras(*session, arguments.images, arguments.output, run.monitor(), replaced);
+  run.SetWritten();
   run.FinishProgress();
   const Reconstruction& model = session->reconstruction();
   run.Print(fmt::format("wrote {} views and {} points to {}", model.views.size(),

@@ -103,8 +103,7 @@ Failure Describe(std::exception_ptr thrown) {
 void RunAction(const Globals& globals, const Action& action) {
   Run run(globals);
   action(run);
-  run.FinishProgress();
-  if (std::fflush(stdout) != 0) throw RunError("standard output: cannot write");
+  run.Flush();
 }
 
 int ExecuteAlone(const Globals& globals, const Action& action) {
@@ -200,7 +199,10 @@ int RunCommand(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     // The first rank says it; mpirun would end it before that if another had failed already.
     if (launch.rank > 0) return kOk;
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    if (error.get_exit_code() == 0) {  // --help, --version, manual
+      const int code = app.exit(error);
+      return FlushOutput() ? code : Fail(kRunTime, kNoStandardOutput);
+    }
     return Fail(kUsage, error.what());
   }
   const auto verbs = app.get_subcommands();

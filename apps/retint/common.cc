@@ -5,6 +5,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <iostream>
 
 #include <spdlog/spdlog.h>
 
@@ -84,6 +85,28 @@ void Run::Info(const std::string& message) {
 
 void Run::Print(const std::string& line) const {
   if (!globals_.quiet) std::printf("%s\n", line.c_str());
+}
+
+void Run::Commit(StagedOutput& staged) {
+  staged.Commit();
+  if (!staged.IsEmpty()) SetWritten();
+}
+
+void Run::Flush() {
+  FinishProgress();
+  const bool is_said = FlushOutput();
+  if (!is_said && !has_written_) throw RunError(kNoStandardOutput);
+  if (is_said) return;
+  Warn(std::string(kNoStandardOutput) + "; the files are written, the summary is missing");
+}
+
+bool FlushOutput() {
+  // What did not fit into the buffer failed earlier.
+  const bool is_written = std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  // The next command may run in the same process (apps/python).
+  std::cout.clear();
+  std::clearerr(stdout);
+  return is_written;
 }
 
 bool SharesWork(const std::string& verb) {

@@ -51,13 +51,24 @@ class Run {
   void Info(const std::string& message);
   // A line of results on stdout, unless --quiet.
   void Print(const std::string& line) const;
+  void Commit(StagedOutput& staged);
+  // What was asked for is in files that are in their places.
+  void SetWritten() { has_written_ = true; }
+  // At the end of a run that did not fail. Where stdout cannot be written, what was printed is
+  // missing: a warning beside files, else a RunError.
+  void Flush();
 
  private:
   const Globals& globals_;
   ProgressPrinter printer_;
   std::vector<std::string> warnings_;
+  bool has_written_ = false;
   Monitor monitor_;
 };
+
+// Whether all that was printed could be written.
+bool FlushOutput();
+inline constexpr const char* kNoStandardOutput = "standard output: cannot write";
 
 using Action = std::function<void(Run&)>;
 

@@ -139,7 +139,7 @@ void Convert(const Arguments& arguments, Run& run) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, Json(arguments, done)); });
   }
   run.monitor().ThrowIfCancelled();
-  if (!arguments.predict) staged.Commit();
+  if (!arguments.predict) run.Commit(staged);
   run.FinishProgress();
   Print(arguments, done, run);
 }

@@ -70,7 +70,7 @@ void Depth(const Arguments& arguments, Run& run) {
     staged.Add(arguments.png, [&](const auto& path) { WriteDepth({}, path, depth); });
   }
   run.monitor().ThrowIfCancelled();
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   for (const View* view : picture.faces) {
     const DepthEstimate& one = depths[view];

@@ -151,7 +151,7 @@ void Evaluate(const Arguments& arguments, Run& run) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
   }
   run.monitor().ThrowIfCancelled();
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   run.Print(fmt::format("changed      {} of {} Gaussians, {} inside the masks",
                         report.refit.changed_gaussians, report.gaussians,

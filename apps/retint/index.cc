@@ -29,6 +29,7 @@ void Index(const Arguments& arguments, Run& run) {
   std::string built;
   const SplatIndex index =
       OpenIndex(splat, path, limits, arguments.options, arguments.force, run.monitor(), &built);
+  run.SetWritten();
   const std::string why = arguments.force ? "it was asked for" : built;
   run.FinishProgress();
   run.Print(fmt::format("{} Gaussians of {} bytes in {} blocks", index.count(),

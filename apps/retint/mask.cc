@@ -156,7 +156,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
   StagedOutput staged;
   staged.Add(arguments.output, [&](const auto& path) { WritePng(path, mask); });
   run.monitor().ThrowIfCancelled();
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   constexpr auto kFew = 100;  // pixels
   if (!arguments.wand.empty() && inside < kFew) {

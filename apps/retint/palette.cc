@@ -82,7 +82,7 @@ void Palette(const Arguments& arguments, Run& run) {
   if (!arguments.picture.empty()) {
     staged.Add(arguments.picture, [&](const auto& path) { WritePng(path, Swatches(palette)); });
   }
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   for (size_t i = 0; i < palette.size(); ++i) {
     run.Print(

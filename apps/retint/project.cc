@@ -48,7 +48,7 @@ void Project(const Arguments& arguments, Run& run) {
       WriteShares(folder, masks.masks, masks.shares, masks.confidence, part ? &*part : nullptr);
     }
   });
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   const Coverage coverage = MeasureCoverage(masks.masks);
   run.Print(fmt::format(

@@ -67,7 +67,7 @@ std::optional<FormatError> Save(const Arguments& arguments, const Recolored& res
                [&](const auto& path) { WriteFile(path, WithFormatError(ToJson(report), format)); });
   }
   run.monitor().Step("save", 1, 1);
-  staged.Commit();
+  run.Commit(staged);
   WarnOfLosses(arguments.output, session.original(), run);
   return format;
 }

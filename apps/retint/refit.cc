@@ -109,7 +109,7 @@ void Refit(const Arguments& arguments, Run& run) {
                [&](const auto& path) { WriteFile(path, WithFormatError(ToJson(report), format)); });
   }
   run.monitor().Step("save", 1, 1);
-  staged.Commit();
+  run.Commit(staged);
   WarnOfLosses(arguments.output, session->original(), run);
   run.FinishProgress();
   const ColorEdit& applied = session->regions().Find(region)->edit;

@@ -86,7 +86,7 @@ void Render(const Arguments& arguments, Run& run) {
     }
   });
   run.monitor().Step("render", 1, 1);
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   run.Print(fmt::format("rendered {} views into {}", views.size(), arguments.output.string()));
 }

@@ -67,6 +67,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   std::vector<JobStage> stages;
   runner.Run([&](const JobStage& stage) { stages.push_back(stage); }, run.monitor());
   runner.WriteOutputs(run.monitor());
+  run.SetWritten();
   cache.Trim(arguments.keep_mb << 20);
   run.FinishProgress();
   for (const JobStage& stage : stages) PrintStage(stage, stage.cached ? "kept" : "done", run);

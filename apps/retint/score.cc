@@ -38,7 +38,7 @@ void ScoreFolders(const Arguments& arguments, Run& run) {
   if (!arguments.report.empty()) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
   }
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   run.Print(ToText(report));
 }

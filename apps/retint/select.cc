@@ -81,7 +81,7 @@ void Select(const Arguments& arguments, Run& run) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });
   }
   run.monitor().ThrowIfCancelled();
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   for (const PaintedReport& view : added.painted) {
     run.Print(fmt::format("{}: {} mask pixels, {} sampled, {} kept; depth {} {:.1f} % measured; {}",

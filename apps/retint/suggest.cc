@@ -52,7 +52,7 @@ void Suggest(const Arguments& arguments, Run& run) {
   if (!arguments.report.empty()) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(suggestions)); });
   }
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   const size_t shown = std::min(suggestions.size(), static_cast<size_t>(arguments.count));
   for (size_t i = 0; i < shown; ++i) {

@@ -49,7 +49,7 @@ void Synth(const Arguments& arguments, Run& run) {
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
     start = WriteSyntheticWorkspace(folder, scene, run.monitor());
   });
-  staged.Commit();
+  run.Commit(staged);
   run.FinishProgress();
   const std::string folder = arguments.output.string();
   run.Print(fmt::format("wrote {} views, {} points and {} Gaussians to {}", scene.views.size(),

@@ -44,6 +44,7 @@ class StagedOutput {
   void AddFolder(const std::filesystem::path& target,
                  const std::function<void(const std::filesystem::path& staged)>& write);
   void Commit();
+  bool IsEmpty() const { return count_ == 0; }  // nothing was added
 
  private:
   struct Area {

@@ -41,6 +41,24 @@ const Row kOutputRows[] = {
 
 INSTANTIATE_TEST_SUITE_P(Outputs, BadInput, testing::ValuesIn(kOutputRows), RowName);
 
+// Files that are in their places are no failure, whatever becomes of what is said of them.
+TEST(FullOutput, IsAFailureOnlyWithoutFiles) {
+  Place place;
+  CommandOptions full;
+  full.launcher = {"sh", "-c", "exec \"$0\" \"$@\" >/dev/full"};
+  const CommandResult written =
+      RunRetint({"convert", place.In("splat.ply"), place.Out("out.ply")}, full);
+  EXPECT_EQ(written.code, 0) << written.err;
+  EXPECT_THAT(written.err, testing::HasSubstr("standard output: cannot write; the files are"));
+  EXPECT_THAT(FilesBelow(place.out), testing::ElementsAre("out.ply"));
+  for (const Arguments& arguments : {Arguments{"info", "--splat", place.In("splat.ply")},
+                                     Arguments{"--help"}, Arguments{"manual", "man"}}) {
+    const CommandResult said = RunRetint(arguments, full);
+    EXPECT_EQ(said.code, 4) << arguments[0];
+    EXPECT_THAT(said.err, testing::HasSubstr("standard output: cannot write"));
+  }
+}
+
 class FullDisk : public testing::TestWithParam<int> {};
 
 // The limit is met in the splat, in a later picture, or in the report's place in the order.
