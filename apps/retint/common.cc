@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <iostream>
+#include <system_error>
 
 #include <spdlog/spdlog.h>
 
@@ -68,7 +69,11 @@ Run::Run(const Globals& globals)
   std::signal(SIGTERM, OnInterrupt);
 }
 
-Run::~Run() { g_monitor.store(nullptr); }
+Run::~Run() {
+  g_monitor.store(nullptr);
+  std::error_code ignored;
+  for (const auto& path : made_) std::filesystem::remove(path, ignored);
+}
 
 bool Run::Writes() { return CurrentRanks().IsRoot(); }
 
@@ -96,6 +101,7 @@ void Run::Flush() {
   FinishProgress();
   const bool is_said = FlushOutput();
   if (!is_said && !has_written_) throw RunError(kNoStandardOutput);
+  made_.clear();
   if (is_said) return;
   Warn(std::string(kNoStandardOutput) + "; the files are written, the summary is missing");
 }

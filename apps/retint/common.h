@@ -54,6 +54,8 @@ class Run {
   void Commit(StagedOutput& staged);
   // What was asked for is in files that are in their places.
   void SetWritten() { has_written_ = true; }
+  // A file that was not there before and is no result: it is removed where the run fails.
+  void Made(const std::filesystem::path& path) { made_.push_back(path); }
   // At the end of a run that did not fail. Where stdout cannot be written, what was printed is
   // missing: a warning beside files, else a RunError.
   void Flush();
@@ -62,6 +64,7 @@ class Run {
   const Globals& globals_;
   ProgressPrinter printer_;
   std::vector<std::string> warnings_;
+  std::vector<std::filesystem::path> made_;
   bool has_written_ = false;
   Monitor monitor_;
 };

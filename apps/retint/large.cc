@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How the verbs open a splat that is larger than memory.
+#include <filesystem>
+#include <system_error>
+
 #include "base/error.h"
 #include "base/ranks.h"
 #include "retint/common.h"
@@ -63,9 +66,14 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
     return nullptr;
   }
   const SessionOptions session = OptionsOf(scene, holdout, run);
+  const std::filesystem::path index =
+      large.index.empty() ? SplatIndex::PathFor(scene.splat) : large.index;
+  std::error_code ignored;
+  const bool is_there = std::filesystem::exists(index, ignored);
   auto opened =
       std::make_unique<LargeScene>(scene.workspace, scene.splat, session, options, run.monitor());
   if (!opened->index_built().empty()) run.Info("built the index: " + opened->index_built());
+  if (!is_there) run.Made(index);
   return opened;
 }
 

@@ -239,6 +239,22 @@ TEST_F(LargeSceneTest, DescribesAsInCore) {
   EXPECT_THAT(alone.out, testing::Not(HasSubstr("PSNR")));
 }
 
+TEST_F(LargeSceneTest, AFailureLeavesNoIndex) {
+  const auto info = [&](const std::string& memory_mb) {
+    return RunRetint({"info", "--workspace", TinyWorkspace().string(), "--splat", splat_.string(),
+                      "--backend", "cpu", "--out-of-core", "on", "--memory-mb", memory_mb});
+  };
+  const std::filesystem::path index = temp_ / "splat.ply.index";
+  CommandResult run = info("1");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--memory-mb 1 is too little"));
+  EXPECT_FALSE(std::filesystem::exists(index));
+  EXPECT_EQ(info("0").code, 0);
+  const std::string built = ReadFile(index);
+  EXPECT_EQ(info("1").code, 2);
+  EXPECT_EQ(ReadFile(index), built);  // of another command
+}
+
 TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
   const std::vector<std::string> options = {"--complete", "off",         "--out-of-core",
                                             "on",         "--log-level", "info"};
