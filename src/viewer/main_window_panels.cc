@@ -196,7 +196,7 @@ void MainWindow::AddPanels() {
   // Of a narrow window, so that the picture keeps about half of it.
   resizeDocks({views, regions}, {std::min(300, width() / 5), std::clamp(width() / 4, 310, 340)},
               Qt::Horizontal);
-  resizeDocks({regions, optimizer}, {600, 260}, Qt::Vertical);
+  resizeDocks({regions, optimizer}, {560, 300}, Qt::Vertical);
   constexpr int kLow = 800;  // pixels; there is no room for one above the other
   if (height() < kLow) {
     for (QDockWidget* dock : {optimizer, quality, selection}) tabifyDockWidget(regions, dock);

@@ -62,7 +62,7 @@ QPalette PaletteOf(const Shades& shades) {
 }
 
 // Fusion draws the frame of a check box darker than the window: on a dark one nobody sees a box
-// that is not checked.
+// that is not checked. Nor does one see there which button of several is down.
 class FramedStyle : public QProxyStyle {
  public:
   FramedStyle() : QProxyStyle(QStyleFactory::create("Fusion")) {}
@@ -70,10 +70,11 @@ class FramedStyle : public QProxyStyle {
   void drawPrimitive(PrimitiveElement element, const QStyleOption* option, QPainter* painter,
                      const QWidget* widget) const override {
     QProxyStyle::drawPrimitive(element, option, painter, widget);
-    if (element != PE_IndicatorCheckBox && element != PE_IndicatorItemViewItemCheck) return;
-    const bool enabled = option->state & State_Enabled;
-    QColor frame = option->palette.color(QPalette::Text);
-    frame.setAlpha(enabled ? 150 : 60);
+    const bool is_box = element == PE_IndicatorCheckBox || element == PE_IndicatorItemViewItemCheck;
+    const bool is_down = element == PE_PanelButtonTool && option->state & State_On;
+    if (!is_box && !is_down) return;
+    QColor frame = option->palette.color(is_box ? QPalette::Text : QPalette::Highlight);
+    if (is_box) frame.setAlpha(option->state & State_Enabled ? 150 : 60);
     painter->save();
     painter->setBrush(Qt::NoBrush);
     painter->setPen(frame);

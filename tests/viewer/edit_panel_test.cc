@@ -222,6 +222,18 @@ class EditPanelTest : public PanelsFixture {
     }
   }
 
+  void TheModeThatShowsIsFramed() {
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_grade");
+    for (const char* mode : {"mode_grade", "mode_adjust"}) {
+      auto* button = Find<QToolButton>(mode);
+      const QImage drawn = button->grab().toImage();
+      const QRgb frame = button->palette().color(QPalette::Highlight).rgb();
+      QCOMPARE(drawn.pixel(0, drawn.height() / 2) == frame, button->isChecked());
+    }
+  }
+
   void WhatShouldBeGrayBecomesGray() {
     QVERIFY(AddRegions());
     Select(0);
