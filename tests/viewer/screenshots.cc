@@ -26,6 +26,7 @@
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
 
 namespace retint {
 namespace {
@@ -62,7 +63,12 @@ class Photographer {
     window_.EnterSelection();
     SelectionMode& selection = window_.selection();
     if (!Wait([&] { return selection.state() == SelectionMode::State::kPainting; })) return false;
+    // With what that selects in the other views.
+    QSignalSpy looked(&window_.stroke_preview(), &StrokePreview::finished);
     selection.canvas().Edited(selection.canvas().editor().Fill(mask, Combine::kReplace));
+    if (!Wait([&] { return looked.count() > 0 && !window_.stroke_preview().IsBusy(); })) {
+      return false;
+    }
     if (!Shoot("selection")) return false;
     selection.Accept();
     if (!Wait([&] { return window_.current_region() != 0 && !controller.IsBusy(); })) return false;
@@ -80,6 +86,7 @@ class Photographer {
     QSignalSpy ready(&controller, &SceneController::qualityReady);
     controller.Evaluate(id);
     if (!Wait([&] { return ready.count() > 0 && !controller.IsBusy(); })) return false;
+    QTest::qWait(1500);  // small pictures that show the edit
     if (!Shoot("regions")) return false;
     // From farther off, with the other cameras.
     window_.action("show.cloud")->trigger();
