@@ -122,15 +122,20 @@ def held_out(stages, every):
 
 
 class Unrounded:
-    """The same differences of renders whose values are not rounded."""
+    """The same differences of renders whose values are not rounded; None without the module."""
 
     def __init__(self, options):
         program = pathlib.Path(shlex.split(options.retint)[0]).resolve()
         sys.path.insert(0, str(program.parent / "python"))
-        import retint
+        try:
+            import retint
+        except ImportError:
+            retint = None
         self.retint = retint
 
     def differences(self, paint, stages, names):
+        if self.retint is None:
+            return None
         folder, inside, outside = stages.parent, [], []
         report = json.loads((folder / "report.json").read_text())
         edit = self.retint.Edit.from_json(json.dumps(report["edit"]))
@@ -159,7 +164,8 @@ def operations(options, run, paints):
 
         def measure(name, paint=paint):
             stages = recolor(run, paint, paint.folder(options.work) / name.replace(", ", "-"),
-                             OPERATIONS[name], "--holdout", options.holdout)
+                             OPERATIONS[name], "--holdout", options.holdout,
+                             *shlex.split(options.more))
             inside, outside = [], []
             for view in held_out(stages, options.holdout):
                 mask = read_mask(stages / "masks" / view)
@@ -167,12 +173,12 @@ def operations(options, run, paints):
                 inside.append(differences(found[mask >= 128], wanted[mask >= 128]))
                 outside.append(differences_outside(found[mask == 0], wanted[mask == 0]))
             inside, outside = np.concatenate(inside), np.concatenate(outside)
-            exact, exact_outside = unrounded.differences(paint, stages,
-                                                         held_out(stages, options.holdout))
+            exact = unrounded.differences(paint, stages, held_out(stages, options.holdout))
             rows.add([paint.scene, name, f"{np.median(inside):.2f}",
                       f"{np.quantile(inside, 0.95):.2f}", f"{np.median(outside):.2f}",
-                      f"{outside.mean():.3f}", f"{np.median(exact):.2f}",
-                      f"{np.quantile(exact, 0.95):.2f}", f"{exact_outside.mean():.3f}"])
+                      f"{outside.mean():.3f}"] +
+                     ([f"{np.median(exact[0]):.2f}", f"{np.quantile(exact[0], 0.95):.2f}",
+                       f"{exact[1].mean():.3f}"] if exact else ["–"] * 3))
 
         run.each(measure, options.operations.split(";"))
     return rows.rows
@@ -504,6 +510,7 @@ def main():
     parser.add_argument("--operations", default=";".join(OPERATIONS),
                         help="of the table `operations`, separated by semicolons")
     parser.add_argument("--painted", help="of the table `picture`: the view that is painted")
+    parser.add_argument("--more", default="", help="further options of `retint recolor`")
     parser.add_argument("--holdout", type=int, default=4, help="every n-th view is held out")
     options = parser.parse_args()
     for name in options.operations.split(";"):
