@@ -139,6 +139,11 @@ Image8 ReadImage8(const fs::path& path) {
   return image;
 }
 
+std::optional<Image8> AsJpegHolds(const Image8& picture, const fs::path& path) {
+  const std::string bytes = ReadFile(path);
+  return IsJpeg(bytes) ? RecodeJpeg(picture, bytes) : std::nullopt;
+}
+
 bool IsOpaque(const fs::path& path) {
   const cv::Mat pixels = Decode(path, cv::IMREAD_UNCHANGED);
   if (pixels.channels() != 2 && pixels.channels() != 4) return true;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "scene/image.h"
@@ -15,5 +16,9 @@ bool IsJpeg(std::string_view bytes);
 // Gray and the four inks (CMYK, YCCK) become RGB, without color management. InputError for a
 // damaged file or an unsupported kind (12 bits).
 Image8 DecodeJpeg(std::string_view bytes, const std::filesystem::path& path);
+
+// The picture as it comes out of a JPEG file that was written with the quantization and the
+// subsampling of `like`. None where `like` is damaged or has other than three channels.
+std::optional<Image8> RecodeJpeg(const Image8& picture, std::string_view like);
 
 }  // namespace retint

@@ -14,6 +14,7 @@
 #include "recolor/color_map_fit.h"
 #include "scene/image_checks.h"
 #include "session/contact_sheet.h"
+#include "session/jpeg_noise.h"
 #include "session/photo_paint.h"
 #include "session/picture_changes.h"
 
@@ -35,8 +36,8 @@ struct Pair {
   const EditedPicture* picture = nullptr;
   Image before;  // as operations before the picture leave it
   Mask inside;
-  Mask around;             // what was left unchanged next to it, where that tells something
-  float least_change = 0;  // DeltaE00
+  Mask around;        // what was left unchanged next to it, where that tells something
+  ScalarImage least;  // DeltaE00: of a change
 };
 
 std::array<float, 3> Color8(const Image8& image, size_t p) {
@@ -75,6 +76,13 @@ bool IsOfPhoto(const EditedPicture& picture, const View& view, const Workspace& 
   const Image8 file = ReadImage8(picture.file);
   return !HasSize(file, workspace.reconstruction.cameras.at(view.camera_id)) &&
          HasSize(file, workspace.PhotoCamera(view));
+}
+
+// A picture in a photo's pixels was resampled, and with it the noise of its file.
+ScalarImage LeastChangesOf(const EditedPicture& picture, const Image& before,
+                           const Workspace& workspace) {
+  const bool resampled = IsOfPhoto(picture, workspace.RequireView(picture.view), workspace);
+  return LeastChanges(picture.image, before, resampled ? std::string() : picture.file);
 }
 
 // The view's render as it comes out of the file of 8 bits that the picture was: one in a photo's
@@ -164,7 +172,7 @@ void LimitToPhoto(Mask& mask, const EditedPicture& picture, const Workspace& wor
 Mask Unchanged(const Pair& pair, Mask pixels) {
   const ScalarImage residuals = Residuals(pair, pixels, nullptr);
   for (size_t p = 0; p < pixels.data.size(); ++p) {
-    if (residuals.data[p] > pair.least_change) pixels.data[p] = 0;
+    if (residuals.data[p] > pair.least.data[p]) pixels.data[p] = 0;
   }
   return pixels;
 }
@@ -177,7 +185,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
   for (const EditedPicture& picture : op.picture->pictures) {
     Mask mask = MaskOf(selection, picture.view, scene.workspace());
     if (!AnySet(mask)) continue;
-    Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, 0};
+    Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, {}};
     if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
       RequireLikeness(picture, pair.before, pair.inside);
     }
@@ -191,7 +199,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
           compiled.Apply(Eigen::Vector3f(&pair.before.data[3 * p]), float(share.data[p]) / 255);
       std::copy_n(color.data(), 3, &pair.before.data[3 * p]);
     }
-    pair.least_change = LeastChange(picture.image, pair.before);
+    pair.least = LeastChangesOf(picture, pair.before, scene.workspace());
     if (op.picture->selects) pair.around = Unchanged(pair, Surroundings(pair.inside));
     pairs.push_back(std::move(pair));
   }
@@ -240,8 +248,10 @@ Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
       if (pair.inside.data[p] < kInside) continue;
       ++inside;
       const float residual = found.residuals.back().data[p];
-      sum += static_cast<double>(std::min(residual, kExplained));
-      if (residual <= kExplained) explained.push_back(residual);
+      // The noise of a file is not to be explained.
+      const float bound = std::max(kExplained, pair.least.data[p]);
+      sum += static_cast<double>(kExplained * std::min(residual / bound, 1.0F));
+      if (residual <= bound) explained.push_back(residual);
     }
   }
   if (inside > 0) found.score = sum / static_cast<double>(inside);
@@ -356,13 +366,13 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   std::map<std::string, Mask> masks;
   std::map<std::string, bool> changed;  // by file
   for (const EditedPicture& picture : edit->pictures) {
-    Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, 0};
+    Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, {}};
     if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
       RequireLikeness(picture, pair.before, {});
     }
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
     Mask mask = ChangedPixels(Residuals(pair, pair.inside, nullptr),
-                              LeastChange(picture.image, pair.before));
+                              LeastChangesOf(picture, pair.before, scene.workspace()));
     bool& any = changed[picture.file];
     if (!AnySet(mask)) continue;
     any = true;
@@ -393,7 +403,7 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
     result.pictures.push_back({pairs[i].picture->view, pairs[i].picture->file, {}});
     if (best.share >= kWhole) continue;
     if (auto layer = PaintedLayer(pairs[i].picture->view, pairs[i].picture->image,
-                                  best.residuals[i], pairs[i].least_change, pairs[i].inside)) {
+                                  best.residuals[i], pairs[i].least, pairs[i].inside)) {
       result.layers.push_back(std::move(*layer));
     }
   }

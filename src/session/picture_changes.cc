@@ -156,7 +156,7 @@ float LeastChange(const Image8& picture, const Image& view) {
   return std::clamp(kOverNoise * float(Median(std::move(noise))), kSeen, kMostNoise);
 }
 
-Mask ChangedPixels(const ScalarImage& difference, float least) {
+Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least) {
   Mask steady(difference.width, difference.height), mask(difference.width, difference.height);
   const auto count = [&](int x, int y, const auto& holds) {
     int found = 0;
@@ -166,7 +166,7 @@ Mask ChangedPixels(const ScalarImage& difference, float least) {
     }
     return found;
   };
-  const auto differs = [&](int x, int y) { return difference(x, y) > least; };
+  const auto differs = [&](int x, int y) { return difference(x, y) > least(x, y); };
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
       steady(x, y) = differs(x, y) && count(x, y, differs) >= kNeighbors ? 1 : 0;
@@ -192,7 +192,7 @@ Mask Surroundings(const Mask& mask) {
 }
 
 std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
-                                       const ScalarImage& difference, float least,
+                                       const ScalarImage& difference, const ScalarImage& least,
                                        const Mask& inside) {
   Mask paint = ChangedPixels(difference, least);
   CloseGaps(paint);

@@ -22,7 +22,7 @@ float LeastChange(const Image8& picture, const Image& view);
 
 // 255 where the difference [H, W], DeltaE00, is more than `least` and so are some neighbors', and
 // one pixel around.
-Mask ChangedPixels(const ScalarImage& difference, float least);
+Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least);
 
 // 255 in the pixels around a mask, up to 3 % of the smaller side away.
 Mask Surroundings(const Mask& mask);
@@ -32,7 +32,7 @@ Mask Surroundings(const Mask& mask);
 // ends, the paint goes on for two pixels in the colors that it has nearby, for views whose pixels
 // reach a little farther. All have the view's size. None where nothing was painted.
 std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
-                                       const ScalarImage& difference, float least,
+                                       const ScalarImage& difference, const ScalarImage& least,
                                        const Mask& inside);
 
 }  // namespace retint

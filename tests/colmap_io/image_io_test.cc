@@ -319,6 +319,31 @@ TEST(MaskIoTest, FoldersWithoutMasksAreRefused) {
               ThrowsMessage<InputError>(HasSubstr("mask is 64x47, its view is 64x48")));
 }
 
+// With the subsampling of colors that is usual, and with none, which OpenCV has for two qualities.
+TEST(ImageIoTest, APictureIsSavedAsAnotherJpegWas) {
+  const TempFolder folder;
+  const cv::Mat pixels = Noise(83, 47);
+  Image8 picture(pixels.cols, pixels.rows);
+  for (size_t i = 0; i < picture.data.size(); ++i)
+    picture.data[i] = pixels.data[i / 3 * 3 + 2 - i % 3];
+  const std::vector<std::vector<int>> kinds = {
+      {cv::IMWRITE_JPEG_QUALITY, 90},
+      {cv::IMWRITE_JPEG_QUALITY, 60, cv::IMWRITE_JPEG_PROGRESSIVE, 1},
+      {cv::IMWRITE_JPEG_QUALITY, 80, cv::IMWRITE_JPEG_LUMA_QUALITY, 80,
+       cv::IMWRITE_JPEG_CHROMA_QUALITY, 70}};
+  for (const auto& kind : kinds) {
+    Put(folder / "a.jpg", Encoded(".jpg", pixels, kind));
+    const auto held = AsJpegHolds(picture, folder / "a.jpg");
+    ASSERT_TRUE(held);
+    EXPECT_EQ(held->data, ReadImage8(folder / "a.jpg").data);
+    EXPECT_NE(held->data, picture.data);
+  }
+  Put(folder / "gray.jpg", Encoded(".jpg", Noise(83, 47, 1)));
+  EXPECT_FALSE(AsJpegHolds(picture, folder / "gray.jpg"));
+  Put(folder / "a.png", Encoded(".png", pixels));
+  EXPECT_FALSE(AsJpegHolds(picture, folder / "a.png"));
+}
+
 TEST(ViewFileTest, StaysInsideItsFolder) {
   EXPECT_EQ(ViewFile("out", "sub/0001.jpg"), "out/sub/0001.jpg.png");
   EXPECT_EQ(ViewFile("out", "a.jpg", ".bin"), "out/a.jpg.bin");

@@ -134,7 +134,8 @@ TEST(PictureChanges, PaintGoesOnBeyondTheSelection) {
   }
   // One column that happens to be as before, as a gap.
   for (int y = 0; y < kHeight; ++y) difference(80, y) = 0;
-  const auto layer = PaintedLayer("view", picture, difference, 2, inside);
+  const ScalarImage least(kWidth, kHeight, 2);
+  const auto layer = PaintedLayer("view", picture, difference, least, inside);
   ASSERT_TRUE(layer);
   const auto alpha = [&](int x, int y) {
     return layer->alpha.Contains(x - layer->x, y - layer->y)
@@ -147,7 +148,7 @@ TEST(PictureChanges, PaintGoesOnBeyondTheSelection) {
   EXPECT_EQ(layer->color(left - 1 - layer->x, y - layer->y, 0), 200);
   EXPECT_EQ(alpha(left - 4, y), 0);
   EXPECT_EQ(alpha(kWidth / 2 + 2, y), 0);
-  EXPECT_FALSE(PaintedLayer("view", picture, ScalarImage(kWidth, kHeight), 2, inside));
+  EXPECT_FALSE(PaintedLayer("view", picture, ScalarImage(kWidth, kHeight), least, inside));
 }
 
 }  // namespace

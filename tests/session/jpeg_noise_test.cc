@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures that were saved as JPEG files: what the file does to them is no change, and paint is.
+#include "session/jpeg_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "base/color_difference.h"
+#include "colmap_io/image_io.h"
+#include "session/contact_sheet.h"
+#include "session/picture_changes.h"
+#include "tests/support/data.h"
+
+namespace retint {
+namespace {
+
+constexpr int kSide = 192;
+
+// Discs in strong colors on a texture: edges at which a JPEG file has much noise.
+Image Scene() {
+  Image image(kSide, kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const double texture = 0.5 + 0.2 * std::sin(x * 0.9) * std::sin(y * 0.7);
+      const bool disc = std::hypot(x % 64 - 32, y % 64 - 32) < 20;
+      const bool red = (x / 64 + y / 64) % 2 == 0;
+      const double color[3] = {disc && red ? 0.8 : 0.2, disc && !red ? 0.6 : 0.1, 0.2};
+      for (int c = 0; c < 3; ++c) {
+        image(x, y, c) = float(std::round(255 * (disc ? color[c] : texture)) / 255);
+      }
+    }
+  }
+  return image;
+}
+
+// The picture as a JPEG file of a quality holds it, and what was changed in it.
+Mask ChangedIn(const Image8& painted, const Image& view, int quality) {
+  const TempFolder folder;
+  const auto file = folder / "painted.jpg";
+  const std::string bytes = EncodeJpeg(painted, quality);
+  std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+  const Image8 read = ReadImage8(file);
+  ScalarImage difference(view.width, view.height);
+  for (size_t p = 0; p < difference.data.size(); ++p) {
+    float color[3];
+    for (size_t c = 0; c < 3; ++c) color[c] = float(read.data[3 * p + c]) / 255;
+    difference.data[p] =
+        float(ColorDifference(CieLabFromSrgb(color), CieLabFromSrgb(&view.data[3 * p])));
+  }
+  return ChangedPixels(difference, LeastChanges(read, view, file));
+}
+
+TEST(JpegNoise, AnUntouchedFileHasNoChange) {
+  const Image view = Scene();
+  for (const int quality : {75, 90, 95}) {
+    const Mask changed = ChangedIn(ToImage8(view), view, quality);
+    EXPECT_EQ(std::count(changed.data.begin(), changed.data.end(), 255), 0) << quality;
+  }
+}
+
+// A line two pixels wide, and a tinted disc, of which the noise at the disc's edge may hide a rim.
+TEST(JpegNoise, PaintIsFoundAndWhatIsAroundItIsNot) {
+  const Image view = Scene();
+  const auto on_line = [](int x, int y) { return x >= 20 && x < 170 && (y == 66 || y == 67); };
+  const auto on_tint = [](int x, int y) { return std::hypot(x - 96, y - 96) < 18; };
+  const auto in_tint = [](int x, int y) { return std::hypot(x - 96, y - 96) < 14; };
+  Image8 painted = ToImage8(view);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int c = 0; c < 3 && on_line(x, y); ++c) painted(x, y, c) = c == 2 ? 230 : 20;
+      for (int c = 0; c < 2 && on_tint(x, y); ++c) painted(x, y, c) = uint8_t(painted(x, y, c) / 2);
+    }
+  }
+  for (const int quality : {75, 90}) {
+    const Mask changed = ChangedIn(painted, view, quality);
+    int missed = 0, beyond = 0;
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        if (on_line(x, y) || in_tint(x, y)) missed += changed(x, y) ? 0 : 1;
+        bool near = false;  // chroma of two pixels, its interpolation, and ChangedPixels()'s one
+        for (int i = 0; i < 81; ++i) {
+          near |= on_line(x + i % 9 - 4, y + i / 9 - 4) || on_tint(x + i % 9 - 4, y + i / 9 - 4);
+        }
+        beyond += changed(x, y) && !near ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(missed, 0) << quality;
+    EXPECT_EQ(beyond, 0) << quality;
+  }
+}
+
+}  // namespace
+}  // namespace retint
