@@ -170,9 +170,9 @@ Mask ReadMask(const fs::path& path, int width, int height) {
 
 Mask ReadBrushMask(const fs::path& path, int width, int height) {
   Mask mask = ReadMask(path, width, height);
-  if (std::all_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v == 0; })) {
-    throw InputError(path, "mask is empty: no pixel is selected");
-  }
+  const int most = mask.data.empty() ? 0 : *std::max_element(mask.data.begin(), mask.data.end());
+  if (most == 0) throw InputError(path, "mask is empty: no pixel is selected");
+  for (uint8_t& value : mask.data) value = static_cast<uint8_t>((value * 255 + most / 2) / most);
   return mask;
 }
 

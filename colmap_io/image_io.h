@@ -31,7 +31,8 @@ bool IsOpaque(const std::filesystem::path& path);
 Mask ReadMask(const std::filesystem::path& path);
 // Also checks the size: InputError naming both.
 Mask ReadMask(const std::filesystem::path& path, int width, int height);
-// The user's own mask of a view: InputError too when no pixel is selected.
+// The user's own mask of a view. Its brightest paint counts as opaque, so that a dark brush on
+// black selects as a white one does. InputError too when no pixel is selected.
 Mask ReadBrushMask(const std::filesystem::path& path, int width, int height);
 
 // 8-bit PNG; floats are clamped to [0, 1] and rounded.

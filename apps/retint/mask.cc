@@ -82,13 +82,14 @@ Mask Strokes(const std::string& flag, const std::vector<std::string>& values, do
 }
 
 // What selects, and what is kept of it.
-ViewMaskRequest ToRequest(const Arguments& arguments, const UserPicture& view) {
+ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
+                          const UserPicture& view) {
   ViewMaskRequest request;
   request.photo = arguments.image == "photo";
   request.refine_edge = arguments.refine;
   request.this_view_alone = arguments.alone;
   if (!arguments.mask.empty()) {
-    request.mask = ReadBrushMask(arguments.mask, view.width, view.height);
+    request.mask = pictures.ReadBrushOf(view, arguments.mask);
   }
   if (!arguments.inside.empty()) {
     request.inside = Strokes("--scribble", arguments.inside, arguments.brush, view);
@@ -150,7 +151,8 @@ void MakeMask(const Arguments& arguments, Run& run) {
   const auto session = OpenSession(arguments.scene, 0, run);
   const Pictures pictures = session->pictures();
   const UserPicture& view = pictures.RequireOne(arguments.view);
-  const Mask mask = MakeViewMask(*session, view, ToRequest(arguments, view), run.monitor());
+  const Mask mask =
+      MakeViewMask(*session, view, ToRequest(arguments, pictures, view), run.monitor());
   const auto inside =
       std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; });
   StagedOutput staged;

@@ -10,9 +10,21 @@
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
 #include "session/photo_paint.h"
+#include "session/picture_changes.h"
 
 namespace retint {
 namespace {
+
+// Masks are opaque or not, but for soft borders; few pixels of photos are black or as bright as the
+// brightest. Masks that are soft everywhere are told from photos by their edges.
+constexpr double kLeastSoft = 0.3;    // of the pixels
+constexpr double kLeastEdges = 0.35;  // EdgeCorrelation() of a view's photo and its render
+
+bool LooksLikeAPhoto(const Mask& mask) {
+  const auto soft = std::count_if(mask.data.begin(), mask.data.end(),
+                                  [](uint8_t value) { return value > 16 && value < 240; });
+  return double(soft) > kLeastSoft * double(mask.data.size());
+}
 
 template <typename Array, typename Draw>
 std::vector<Array> DrawFaces(const UserPicture& picture, const Draw& draw) {
@@ -189,7 +201,20 @@ Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder) c
 std::vector<PaintedView> Pictures::ReadBrush(std::string_view name,
                                              const std::filesystem::path& mask) const {
   const UserPicture& one = RequireOne(name);
-  return Brush(one, ReadBrushMask(mask, one.width, one.height), mask);
+  return Brush(one, ReadBrushOf(one, mask), mask);
+}
+
+Mask Pictures::ReadBrushOf(const UserPicture& picture, const std::filesystem::path& path) const {
+  Mask mask = ReadBrushMask(path, picture.width, picture.height);
+  if (!LooksLikeAPhoto(mask) || !IsOpaque(path)) return mask;
+  const View& view = *picture.faces.front();
+  if (!workspace_.HasPhoto(view)) return mask;
+  const Image photo =
+      picture.photo ? ReadImage(workspace_.PhotoPath(view)) : workspace_.ReadPhoto(view);
+  if (photo.width != mask.width || photo.height != mask.height) return mask;
+  if (EdgeCorrelation(ReadImage8(path), photo) < kLeastEdges) return mask;
+  throw InputError(path, "this shows the view '" + picture.name +
+                             "' itself: a mask is black or transparent outside what is selected");
 }
 
 std::vector<PaintedView> Pictures::Brush(const UserPicture& picture, const Mask& mask,

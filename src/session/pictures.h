@@ -74,9 +74,11 @@ class Pictures {
                  const std::function<void(const UserPicture&, Mask)>& take) const;
   // The same, all of them.
   MasksByName ReadMasks(const std::filesystem::path& folder) const;
-  // The brush mask at `mask`, painted on the picture of that name, as the views of it that it
-  // paints. InputError for a mask of another size or with nothing selected, OptionError where the
-  // name stands for several pictures.
+  // The brush mask at `mask` of a picture (ReadBrushMask()). InputError as it, and for the
+  // picture's photo or render itself, painted over or not: a mask is black or transparent outside.
+  Mask ReadBrushOf(const UserPicture& picture, const std::filesystem::path& mask) const;
+  // The same, painted on the picture of that name, as the views of it that it paints. OptionError
+  // where the name stands for several pictures.
   std::vector<PaintedView> ReadBrush(std::string_view name,
                                      const std::filesystem::path& mask) const;
   // The same of a mask of the picture's size that came from `origin`.

@@ -307,6 +307,24 @@ TEST(MaskIoTest, MasksOfAFolderGoByViewName) {
   EXPECT_EQ(back.at(3).data, masks[3].data);
 }
 
+TEST(MaskIoTest, TheBrightestPaintOfABrushIsOpaque) {
+  const TempFolder folder;
+  cv::Mat navy(1, 3, CV_8UC3, cv::Scalar(0, 0, 0));  // BGR
+  navy.at<cv::Vec3b>(0, 1) = {64, 0, 0};
+  navy.at<cv::Vec3b>(0, 2) = {128, 0, 0};
+  Put(folder / "navy.png", Encoded(".png", navy));
+  EXPECT_THAT(ReadBrushMask(folder / "navy.png", 3, 1).data, ElementsAre(0, 128, 255));
+  EXPECT_THAT(ReadMask(folder / "navy.png", 3, 1).data, ElementsAre(0, 64, 128));
+  Mask soft(3, 1);
+  soft.data = {0, 77, 255};
+  WritePng(folder / "soft.png", soft);
+  EXPECT_EQ(ReadBrushMask(folder / "soft.png", 3, 1).data, soft.data);
+  Mask label(3, 1);
+  label.data = {0, 1, 1};
+  WritePng(folder / "label.png", label);
+  EXPECT_THAT(ReadBrushMask(folder / "label.png", 3, 1).data, ElementsAre(0, 255, 255));
+}
+
 TEST(MaskIoTest, FoldersWithoutMasksAreRefused) {
   const TempFolder folder;
   EXPECT_THAT([&] { ReadMasks(folder / "none", TinyModel()); },

@@ -18,6 +18,15 @@ const Row kSelectionRows[] = {
        WritePng(MaskOf(p), Mask(80, 60, 255));
        return Recolor(p);
      }},
+    {"PhotoAsMask", 3, "a mask is black or transparent outside",
+     [](Place& p) {
+       Image8 photo = ReadImage8(p.in / ("images/" + TinyView()));
+       for (int y = 40; y < 80; ++y) {
+         for (int x = 50; x < 100; ++x) photo(x, y) = 255;
+       }
+       WritePng(MaskOf(p), photo);
+       return Recolor(p);
+     }},
     {"RefitMaskOfAnotherSize", 3, "001.png.png",
      [](Place& p) {
        WritePng(p.in / "m/001.png.png", Mask(80, 60, 255));
