@@ -18,6 +18,7 @@ namespace {
 
 struct Arguments {
   std::filesystem::path input, output, report, workspace;
+  std::filesystem::path splat, written;  // as other verbs have them
   bool predict = false, drop_bad = false;
 };
 
@@ -111,7 +112,30 @@ std::optional<FormatError> ColorError(const Arguments& arguments, const Gaussian
   }
 }
 
-void Convert(const Arguments& arguments, Run& run) {
+// Both files, by place or by flag. Of one that is given by flag the place is the next one's.
+void Place(Arguments& arguments) {
+  std::vector<std::filesystem::path> places;
+  for (const auto& place : {arguments.input, arguments.output}) {
+    if (!place.empty()) places.push_back(place);
+  }
+  const auto take = [&](const std::filesystem::path& flag) {
+    if (!flag.empty()) return flag;
+    CheckOption(!places.empty(),
+                "give the splat to read and the one to write: convert INPUT OUTPUT, or --splat and "
+                "--output");
+    const std::filesystem::path place = places.front();
+    places.erase(places.begin());
+    return place;
+  };
+  arguments.input = take(arguments.splat);
+  arguments.output = take(arguments.written);
+  CheckOption(places.empty(),
+              "a file is given by place and by flag: there is one input and one "
+              "output");
+}
+
+void Convert(Arguments arguments, Run& run) {
+  Place(arguments);
   const Stopwatch stopwatch;
   const SplatCodec& codec = CodecForWriting(arguments.output);
   CheckOutput(arguments.output);
@@ -150,9 +174,10 @@ void AddConvert(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "convert",
                            "Write a splat in another format and measure what that loses");
-  AddPath(verb, "input", arguments->input, "Splat to read, of any format")->required();
-  AddPath(verb, "output", arguments->output, "Splat to write; its extension names the format")
-      ->required();
+  AddPath(verb, "input", arguments->input, "Splat to read, of any format");
+  AddPath(verb, "output", arguments->output, "Splat to write; its extension names the format");
+  AddPath(verb, "--splat", arguments->splat, "The splat to read, as other commands name it");
+  AddPath(verb, "--output", arguments->written, "The splat to write, as other commands name it");
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddPath(verb, "--workspace", arguments->workspace,
           "COLMAP workspace in whose views the color error of a format that rounds is measured; "

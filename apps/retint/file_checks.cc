@@ -63,9 +63,9 @@ FileOptions FilesOf(const CLI::App& verb) {
 }  // namespace
 
 void CheckFiles(const CLI::App& verb) {
-  constexpr std::string_view kMadeFrom[][2] = {{"recolor", "--splat"}, {"refit", "--splat"},
-                                               {"align", "--splat"},   {"convert", "input"},
-                                               {"select", "--append"}, {"mask", "--mask"}};
+  constexpr std::string_view kMadeFrom[][2] = {
+      {"recolor", "--splat"}, {"refit", "--splat"},   {"align", "--splat"}, {"convert", "input"},
+      {"convert", "--splat"}, {"select", "--append"}, {"mask", "--mask"}};
   const FileOptions files = FilesOf(verb);
   CheckApart(files.written, {});
   for (const NamedFile& file : files.written) {

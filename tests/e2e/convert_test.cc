@@ -155,6 +155,22 @@ TEST(Convert, BadArgumentsAreToldInOneLine) {
   EXPECT_THAT(refused(3, {temp / "bad.spz", temp / "a.ply"}), HasSubstr("bad.spz"));
 }
 
+TEST(Convert, TakesItsFilesAsOtherCommandsDo) {
+  const TempFolder temp;
+  const auto in = [&](const char* name) { return (temp / name).string(); };
+  const std::string place = in("place.ply"), both = in("both.ply"), last = in("last.ply");
+  ASSERT_EQ(RunRetint({"convert", Splat(), place, "--progress", "none"}).code, 0);
+  ASSERT_EQ(RunRetint({"convert", "--splat", Splat(), "--output", both, "--progress", "none"}).code,
+            0);
+  ASSERT_EQ(RunRetint({"convert", Splat(), "--output", last, "--progress", "none"}).code, 0);
+  EXPECT_EQ(ReadFile(both), ReadFile(place));
+  EXPECT_EQ(ReadFile(last), ReadFile(place));
+  const CommandResult twice =
+      RunRetint({"convert", Splat(), place, "--output", last, "--progress", "none"});
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("by place and by flag"));
+}
+
 // A recolored .splat keeps every byte but the colors of what was recolored; other formats are
 // written by their extension, with a warning of what they drop.
 TEST(Convert, RecolorReadsAndWritesOtherFormats) {
