@@ -13,6 +13,7 @@
 #include "colmap_io/image_io.h"
 #include "recolor/color_map_fit.h"
 #include "scene/image_checks.h"
+#include "selection/view_depth.h"
 #include "session/contact_sheet.h"
 #include "session/jpeg_noise.h"
 #include "session/photo_paint.h"
@@ -27,9 +28,11 @@ constexpr float kExplained = 2.5F;    // DeltaE00: what a map gets this close to
 // A picture that shows its view: the mean change of its half that changed least, and the least
 // EdgeCorrelation. Pictures of neighboring views have up to 0.26, of the view itself 0.59 and more.
 constexpr double kLike = 0.008, kLeastEdges = 0.35;
-constexpr int kColorCells = 16;      // a side of the RGB cube
-constexpr double kMostCommon = 0.4;  // of colors that were changed and of those that stayed
-constexpr double kWhole = 0.98;      // of the pixels: what is left then are stray ones
+constexpr int kColorCells = 16;        // a side of the RGB cube
+constexpr double kMostCommon = 0.4;    // of colors that were changed and of those that stayed
+constexpr double kWhole = 0.98;        // of the pixels: what is left then are stray ones
+constexpr double kUntouched = 0.9995;  // of the pixels, without a map: a small logo is none of them
+constexpr double kMostly = 0.8;        // of the pixels: the map is meant for those at the rim too
 
 // One picture, and what its view was before: inside the selection.
 struct Pair {
@@ -292,6 +295,18 @@ bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
   return double(common) > kMostCommon * double(std::min(all.changed, all.stayed));
 }
 
+// What explains the pictures best, with the color map that does it, or none where none does.
+Explanation FindMap(const std::vector<Pair>& pairs, std::shared_ptr<ColorTable>* map) {
+  auto table = std::make_shared<ColorTable>(FitTable(pairs));
+  table->name = "picture";
+  const CompiledEdit edit({{ColorOperation::Lut(table)}, 1});
+  Explanation as_it_was = Explain(pairs, nullptr);
+  Explanation fitted = Explain(pairs, &edit);
+  if (fitted.score >= as_it_was.score || SomeOfTheirColorsStayed(pairs)) return as_it_was;
+  *map = std::move(table);
+  return fitted;
+}
+
 Image ToImage(const Image8& picture) {
   Image image(picture.width, picture.height);
   for (size_t i = 0; i < image.data.size(); ++i) {
@@ -363,7 +378,7 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   auto edit = std::make_shared<PictureEdit>(*op.picture);
   edit->selects = true;
   op.picture = edit;
-  std::map<std::string, Mask> masks;
+  std::vector<Pair> pairs;
   std::map<std::string, bool> changed;  // by file
   for (const EditedPicture& picture : edit->pictures) {
     Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, {}};
@@ -371,15 +386,30 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
       RequireLikeness(picture, pair.before, {});
     }
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
-    Mask mask = ChangedPixels(Residuals(pair, pair.inside, nullptr),
-                              LeastChangesOf(picture, pair.before, scene.workspace()));
+    pair.least = LeastChangesOf(picture, pair.before, scene.workspace());
+    pair.inside = ChangedPixels(Residuals(pair, pair.inside, nullptr), pair.least);
     bool& any = changed[picture.file];
-    if (!AnySet(mask)) continue;
+    if (!AnySet(pair.inside)) continue;
     any = true;
-    masks.emplace(picture.view, std::move(mask));
+    pair.around = Unchanged(pair, Surroundings(pair.inside));
+    pairs.push_back(std::move(pair));
   }
   for (const auto& [file, any] : changed) {
     if (!any) throw InputError(file + ": nothing was changed in this picture");
+  }
+  // A map is for what was changed and for nothing else. Paint is where it is, and the Gaussians
+  // that show it reach beyond.
+  std::shared_ptr<ColorTable> map;
+  FindMap(pairs, &map);
+  std::map<std::string, Mask> masks;
+  for (Pair& pair : pairs) {
+    const View& view = scene.workspace().RequireView(pair.picture->view);
+    const Reconstruction& model = scene.reconstruction();
+    masks.emplace(view.name,
+                  map ? WithoutSpill(std::move(pair.inside),
+                                     SurfaceDepth(scene.renderer(), model.Posed(view), &view, model,
+                                                  /*median=*/true))
+                      : Widened(std::move(pair.inside)));
   }
   return masks;
 }
@@ -388,20 +418,17 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
                      OpenScene& scene, std::span<const float> sh) {
   ReadPictures(op, scene.workspace());
   const std::vector<Pair> pairs = PairsOf(op, before, selection, scene, sh);
-  auto table = std::make_shared<ColorTable>(FitTable(pairs));
-  table->name = "picture";
-  const CompiledEdit map({{ColorOperation::Lut(table)}, 1});
-  Explanation best = Explain(pairs, nullptr);
-  Explanation fitted = Explain(pairs, &map);
-  if (fitted.score < best.score && !SomeOfTheirColorsStayed(pairs)) {
-    best = std::move(fitted);
-    op.table = table;
-  }
+  std::shared_ptr<ColorTable> map;
+  Explanation best = FindMap(pairs, &map);
+  if (map) op.table = map;
   PictureEdit result;
   for (size_t i = 0; i < pairs.size(); ++i) {
     // The pixels themselves are not needed any more, nor kept by a session.
     result.pictures.push_back({pairs[i].picture->view, pairs[i].picture->file, {}});
-    if (best.share >= kWhole) continue;
+    if (best.share >= (map ? kWhole : kUntouched)) continue;
+    if (map && best.share >= kMostly) {
+      DropRim(best.residuals[i], pairs[i].least, pairs[i].inside);
+    }
     if (auto layer = PaintedLayer(pairs[i].picture->view, pairs[i].picture->image,
                                   best.residuals[i], pairs[i].least, pairs[i].inside)) {
       result.layers.push_back(std::move(*layer));

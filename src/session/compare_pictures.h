@@ -19,9 +19,10 @@ namespace retint {
 void ReadPictures(ColorOperation& op, const Workspace& workspace);
 
 // Where pictures that were read differ from their views, by more than can hardly be seen: the
-// selection that was painted with them, by the views' names, as `op` is told. A view is rendered
-// with the coefficients `sh` [N, K, 3], or its photo is taken, whichever the picture resembles
-// more. InputError for a file in which nothing was changed.
+// selection that was painted with them, by the views' names, as `op` is told. Of paint that no
+// color map explains, a little beside it is selected too, for the Gaussians that show it reach
+// beyond. A view is rendered with the coefficients `sh` [N, K, 3], or its photo is taken, whichever
+// the picture resembles more. InputError for a file in which nothing was changed.
 std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
                                          std::span<const float> sh);
 

@@ -25,6 +25,8 @@ constexpr int kExtension = 2;  // pixels
 // What is beside a mask tells whether a picture shows a view: of so much of it, and of edges that
 // differ by more than those of a JPEG's noise.
 constexpr double kLeastBeside = 0.1, kFlat = 0.03;
+constexpr double kRim = 0.01;  // of the smaller side, four pixels at least
+constexpr double kBeside = 0.015;  // of the smaller side: what a selection has beside its paint
 
 cv::Mat Pixels(Mask& mask) { return {mask.height, mask.width, CV_8U, mask.data.data()}; }
 
@@ -189,6 +191,80 @@ Mask Surroundings(const Mask& mask) {
     if (mask.data[p] > 0) around.data[p] = 0;
   }
   return around;
+}
+
+void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& inside) {
+  Mask paint = ChangedPixels(difference, least), ends = inside;
+  const int reach = std::max(4, int(std::lround(kRim * std::min(paint.width, paint.height))));
+  cv::Mat distance, deep;
+  cv::threshold(Pixels(ends), Pixels(ends), 127, 255, cv::THRESH_BINARY);
+  cv::distanceTransform(Pixels(ends), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::bitwise_and(Pixels(paint), distance > reach, deep);
+  cv::dilate(deep, deep, Disk(reach + 1));
+  for (int y = 0; y < paint.height; ++y) {
+    for (int x = 0; x < paint.width; ++x) {
+      if (deep.at<uint8_t>(y, x) == 0 && distance.at<float>(y, x) <= float(reach)) {
+        difference(x, y) = 0;
+      }
+    }
+  }
+}
+
+Mask WithoutSpill(Mask mask, const DepthMap& depth) {
+  constexpr float kJump = 0.025F;  // of the depth, from pixel to pixel: a ball's limb has less
+  const int reach = std::max(6, int(std::lround(kBeside * std::min(mask.width, mask.height))));
+  cv::threshold(Pixels(mask), Pixels(mask), 127, 255, cv::THRESH_BINARY);
+  // What the surfaces that are painted deep inside go on to without a jump, straight on: a table
+  // that a ball lies on is not followed around the ball.
+  Mask kept = mask;
+  cv::erode(Pixels(kept), Pixels(kept), Disk(reach), {-1, -1}, 1, cv::BORDER_CONSTANT, 255);
+  std::vector<cv::Point> front, next;
+  cv::findNonZero(Pixels(kept), front);
+  for (int step = 0; step < reach * 3 / 2 && !front.empty(); ++step, front.swap(next)) {
+    next.clear();
+    for (const cv::Point& at : front) {
+      for (const cv::Point side : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+        const int x = at.x + side.x, y = at.y + side.y;
+        if (!mask.Contains(x, y) || !mask(x, y) || kept(x, y)) continue;
+        const float here = depth(at.x, at.y), there = depth(x, y);
+        if (std::abs(here - there) > kJump * std::min(here, there)) continue;
+        kept(x, y) = 255;
+        next.push_back({x, y});
+      }
+    }
+  }
+  // The nearest depth that is kept so close by.
+  cv::Mat nearest(mask.height, mask.width, CV_32F, cv::Scalar(1e30));
+  cv::Mat(mask.height, mask.width, CV_32F, const_cast<float*>(depth.data.data()))
+      .copyTo(nearest, Pixels(kept));
+  cv::erode(nearest, nearest, Disk(reach + 1));
+  cv::Mat rest, parts, sizes, centers;
+  cv::subtract(Pixels(mask), Pixels(kept), rest);
+  const int count = cv::connectedComponentsWithStats(rest, parts, sizes, centers, 8, CV_32S);
+  std::vector<int> behind(size_t(count), 0);
+  const auto visit_rest = [&](const auto& visit) {
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        if (const int part = parts.at<int>(y, x)) visit(x, y, part);
+      }
+    }
+  };
+  visit_rest([&](int x, int y, int part) {
+    const float before = nearest.at<float>(y, x), z = depth(x, y);
+    behind[size_t(part)] += before < 1e30F && !(z > 0 && z < (1 + kJump) * before) ? 1 : 0;
+  });
+  constexpr double kNearlyAll = 0.9;
+  visit_rest([&](int x, int y, int part) {
+    const int size = sizes.at<int>(part, cv::CC_STAT_AREA);
+    if (behind[size_t(part)] >= kNearlyAll * size) mask(x, y) = 0;
+  });
+  return mask;
+}
+
+Mask Widened(Mask mask) {
+  const int reach = std::max(2, int(std::lround(kBeside * std::min(mask.width, mask.height))));
+  cv::dilate(Pixels(mask), Pixels(mask), Disk(reach));
+  return mask;
 }
 
 std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,

@@ -27,6 +27,18 @@ Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least);
 // 255 in the pixels around a mask, up to 3 % of the smaller side away.
 Mask Surroundings(const Mask& mask);
 
+// Takes the difference back to 0 where what differs, by more than `least`, is no more than a thin
+// strip along the end of `inside`: pixels there show what lies beyond too, or the brush ran over.
+void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& inside);
+
+// A mask without what a brush touched beyond the thing that it painted: strips along the mask's
+// end, some pixels wide, that lie behind, past a jump in `depth` [H, W].
+Mask WithoutSpill(Mask mask, const DepthMap& depth);
+
+// The mask and the pixels around, up to 1.5 % of the smaller side away: lettering and what is
+// between and beside it.
+Mask Widened(Mask mask);
+
 // What was painted on a view inside `inside`: where `difference` from what the rest of the edit
 // makes of the view is more than `least`, and what lies in narrow gaps between. Where the selection
 // ends, the paint goes on for two pixels in the colors that it has nearby, for views whose pixels

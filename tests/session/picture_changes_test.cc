@@ -120,6 +120,59 @@ TEST(PictureChanges, SurroundingsGoAroundTheMask) {
   }
 }
 
+// A ring along the end goes, and a spot stays, whole, with what it has of the ring.
+TEST(PictureChanges, AThinStripAlongTheEndIsNoPaint) {
+  const Mask inside = Disk(40);
+  const ScalarImage least(kWidth, kHeight, 2);
+  ScalarImage difference(kWidth, kHeight);
+  const auto from_spot = [](int x, int y) {
+    return std::hypot(x - kWidth / 2 - 32, y - kHeight / 2);
+  };
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double radius = std::hypot(x - kWidth / 2, y - kHeight / 2);
+      if ((radius > 37 && radius < 40) || (radius < 40 && from_spot(x, y) < 9)) {
+        difference(x, y) = 20;
+      }
+    }
+  }
+  DropRim(difference, least, inside);
+  EXPECT_EQ(difference(kWidth / 2 - 38, kHeight / 2), 0);
+  EXPECT_EQ(difference(kWidth / 2, kHeight / 2 + 38), 0);
+  EXPECT_EQ(difference(kWidth / 2 + 26, kHeight / 2), 20);
+  EXPECT_EQ(difference(kWidth / 2 + 38, kHeight / 2), 20);
+}
+
+// A disc before a wall, painted four pixels too wide; and a rod of the same depth as the wall that
+// was painted on purpose.
+TEST(PictureChanges, WhatABrushTouchedBehindIsNotSelected) {
+  DepthMap depth(kWidth, kHeight);
+  Mask mask = Disk(34);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double radius = std::hypot(x - kWidth / 2, y - kHeight / 2);
+      // A ball's front.
+      depth(x, y) = radius < 30 ? float(4 - std::sqrt(900 - radius * radius) / 150) : 5;
+      if (x > kWidth / 2 && std::abs(y - kHeight / 2) < 3) mask(x, y) = 255;
+    }
+  }
+  const Mask kept = WithoutSpill(mask, depth);
+  EXPECT_EQ(kept(kWidth / 2 - 29, kHeight / 2), 255);
+  EXPECT_EQ(kept(kWidth / 2 + 60, kHeight / 2), 255);
+  mask = Disk(34);
+  const Mask alone = WithoutSpill(mask, depth);
+  int beyond = 0, lost = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double radius = std::hypot(x - kWidth / 2, y - kHeight / 2);
+      beyond += radius > 31 && alone(x, y) ? 1 : 0;
+      lost += radius < 29 && !alone(x, y) ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(beyond, 0);
+  EXPECT_EQ(lost, 0);
+}
+
 // Where the selection ends, the paint goes on; where the paint itself ends, it does not.
 TEST(PictureChanges, PaintGoesOnBeyondTheSelection) {
   const Mask inside = Disk(40);

@@ -139,6 +139,34 @@ TEST(ComparePictures, APictureIsKnownBesideItsMask) {
   EXPECT_THROW(ComparePictures(op, {}, selection, *scene, scene->original().sh), InputError);
 }
 
+// Lettering is selected with what is beside it, and carried however small it is in the selection.
+TEST(ComparePictures, APaintedLineIsSelectedWithWhatIsBesideIt) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  const auto scene = OpenFox();
+  const Mask mask = ReadMask(DataPath("fox/masks/0025.jpg.png"));
+  const Image8 photo =
+      ToImage8(scene->workspace().ReadPhoto(scene->workspace().RequireView("0025.jpg")));
+  Image8 lined = photo;
+  int painted = 0, x = 0, y = 0;
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    const int column = int(p % size_t(mask.width)), row = int(p / size_t(mask.width));
+    if (mask.data[p] < 255 || std::abs(row - mask.height / 2) > 2) continue;
+    lined.data[3 * p] = 20, lined.data[3 * p + 1] = 30, lined.data[3 * p + 2] = 220;
+    if (++painted == 200) x = column, y = row;
+  }
+  ASSERT_GT(painted, 400);
+  ColorOperation op = ColorOperation::Picture({{"0025.jpg", "", lined}});
+  RegionSelection selection;
+  selection.masks = ChangedMasks(op, *scene, scene->original().sh);
+  const Mask& selected = selection.masks.at("0025.jpg");
+  EXPECT_EQ(selected(x, y + 9), 255);
+  EXPECT_EQ(selected(x, y + 40), 0);
+  selection.masks["0025.jpg"] = mask;  // the whole fox, of which the line is little
+  ComparePictures(op, {}, selection, *scene, scene->original().sh);
+  EXPECT_FALSE(op.table);
+  EXPECT_EQ(op.picture->layers.size(), 1u);
+}
+
 // A picture of a view as it is shown, with the edits before and the region's soft border.
 TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
