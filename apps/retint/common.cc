@@ -17,6 +17,7 @@
 #include "kernels/cuda/cuda_backend.h"
 #include "kernels/device_handle.h"
 #include "retint/version.h"
+#include "session/scene_check.h"
 
 namespace retint::cli {
 namespace {
@@ -253,6 +254,20 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& 
     }
   }
   return painted;
+}
+
+void WarnOfMismatch(const std::vector<std::string>& names, EditSession& session, Run& run) {
+  SceneCheckOptions options;
+  options.max_views = 2;  // one is rendered in a moment, and another is enough to be sure
+  std::vector<const View*> views;
+  const Pictures pictures = session.pictures();
+  for (const std::string& name : names) {
+    for (const UserPicture* picture : pictures.Require(name)) {
+      views.push_back(picture->faces.front());
+    }
+  }
+  const std::string mismatch = MismatchIn(session, views, options);
+  if (!mismatch.empty()) run.Warn(mismatch);
 }
 
 MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures,

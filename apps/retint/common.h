@@ -157,6 +157,9 @@ void AddPaint(CLI::App* verb, PaintArguments& paint, bool required);
 // views becomes those that it paints. OptionError when the pairs do not match up.
 std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& pictures);
 
+// Warns of a splat that shows something else in the views of these names than their photos do.
+void WarnOfMismatch(const std::vector<std::string>& views, EditSession& session, Run& run);
+
 // <folder>/<picture name>.png of every picture that has one. Warns of pictures without.
 MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures, Run& run);
 // Warns of an edit whose main color is measured inside masks, which `retint recolor` measures on

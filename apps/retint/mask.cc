@@ -153,6 +153,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
   const UserPicture& view = pictures.RequireOne(arguments.view);
   const Mask mask =
       MakeViewMask(*session, view, ToRequest(arguments, pictures, view), run.monitor());
+  WarnOfMismatch({arguments.view}, *session, run);
   const auto inside =
       std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; });
   StagedOutput staged;

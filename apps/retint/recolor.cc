@@ -166,6 +166,9 @@ void Recolor(const Arguments& arguments, Run& run) {
   }
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
   result.selection = session->selection().Select(result.painted, options.select, run.monitor());
+  std::vector<std::string> shown = arguments.paint.views;
+  if (shown.empty()) shown = PicturesOf(edit);
+  WarnOfMismatch(shown, *session, run);
   if (large) {
     session = large->ForSelection(result.selection.cloud, result.painted, PicturesOf(edit),
                                   options.projector, std::move(session), run.monitor());

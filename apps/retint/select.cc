@@ -72,6 +72,7 @@ void Select(const Arguments& arguments, Run& run) {
   }
   const int64_t erased = EraseAll(arguments, options, *session, cloud, run);
   if (cloud.points.empty()) throw InputError("the selection is empty");
+  WarnOfMismatch(arguments.paint.views, *session, run);
   StagedOutput staged;
   staged.Add(arguments.output, [&](const auto& path) { WriteCloud(path, cloud); });
   if (!arguments.report.empty()) {

@@ -68,6 +68,45 @@ double Psnr(const Image& render, const Image& photo, const Mask& reach) {
   return -10 * std::log10(std::max(sum / std::max(count, 1.0), 1e-10));
 }
 
+// Of a render that is moved by whole pixels over the photo; both without a border of `reach`.
+double MovedPsnr(const Image& render, const Image& photo, int right, int down, int reach) {
+  double sum = 0;
+  const size_t values = 3 * size_t(photo.width - 2 * reach);
+  for (int y = reach; y < photo.height - reach; ++y) {
+    const float* const is = &photo.data[photo.Index(reach, y)];
+    const float* const shows = &render.data[render.Index(reach + right, y + down)];
+    float row = 0;
+    for (size_t i = 0; i < values; ++i) {
+      const float difference = std::clamp(shows[i], 0.0F, 1.0F) - is[i];
+      row += difference * difference;
+    }
+    sum += double(row);
+  }
+  const double count = double(values) * (photo.height - 2 * reach);
+  return -10 * std::log10(std::max(sum / count, 1e-10));
+}
+
+// Where a splat lies elsewhere in the world than its photos say, its render shows things beside
+// their place.
+void MoveAbout(const Image& render, const Image& photo, ViewComparison* comparison) {
+  constexpr int kLongest = 200, kStep = 2;  // pixels
+  const int longest = std::max(photo.width, photo.height);
+  const int step = std::max(1, longest / kLongest);
+  const Image small_render = Reduced(render, step), small_photo = Reduced(photo, step);
+  const int side = std::max(small_photo.width, small_photo.height);
+  const int reach = side * 8 / 100 / kStep * kStep;
+  if (reach < kStep || 4 * reach > std::min(small_photo.width, small_photo.height)) return;
+  const double as_is = MovedPsnr(small_render, small_photo, 0, 0, reach);
+  for (int down = -reach; down <= reach; down += kStep) {
+    for (int right = -reach; right <= reach; right += kStep) {
+      const double gain = MovedPsnr(small_render, small_photo, right, down, reach) - as_is;
+      if (gain <= comparison->gain) continue;
+      comparison->gain = gain;
+      comparison->moved = std::hypot(right, down) / side;
+    }
+  }
+}
+
 ViewComparison Compare(EditSession& session, const View& view, const SceneCheckOptions& options) {
   const PosedCamera posed = session.reconstruction().Posed(view);
   const int width = posed.camera.width, height = posed.camera.height;
@@ -78,7 +117,8 @@ ViewComparison Compare(EditSession& session, const View& view, const SceneCheckO
   request.alpha = true;
   request.cache = false;
   const RenderOutput output = session.renderer().Render(Reduced(posed, step), request);
-  ViewComparison comparison{view.name, std::numeric_limits<double>::quiet_NaN(), 0};
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  ViewComparison comparison{view.name, kUnknown, 0, kUnknown, kUnknown};
   for (const float alpha : output.alpha.data) comparison.coverage += alpha;
   comparison.coverage /= static_cast<double>(std::max<size_t>(1, output.alpha.data.size()));
   if (!session.workspace().HasPhoto(view)) return comparison;
@@ -88,6 +128,8 @@ ViewComparison Compare(EditSession& session, const View& view, const SceneCheckO
     const Mask reach =
         workspace.PhotoOf(view) ? Reduced(workspace.photo_pixels->Reach(view.id), step) : Mask();
     comparison.psnr = Psnr(output.rgb, photo, reach);
+    comparison.gain = comparison.moved = 0;
+    if (reach.Empty()) MoveAbout(output.rgb, photo, &comparison);
   } catch (const InputError&) {
     if (options.strict) throw;  // else its fault is named where the photo is wanted
   }
@@ -120,6 +162,23 @@ std::string MissingPhotos(const SceneCheck& check) {
   return check.missing_photos.size() > kNamesShown ? line + ", ..." : line;
 }
 
+// What the comparisons have in the middle.
+void TakeMedians(SceneCheck* check) {
+  std::vector<double> psnr, coverage, gain, moved;
+  for (const ViewComparison& one : check->comparisons) {
+    coverage.push_back(one.coverage);
+    if (std::isnan(one.psnr)) continue;
+    psnr.push_back(one.psnr);
+    gain.push_back(one.gain);
+    moved.push_back(one.moved);
+  }
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  check->median_psnr = Median(std::move(psnr), kUnknown);
+  check->median_coverage = Median(std::move(coverage), kUnknown);
+  check->median_gain = Median(std::move(gain), kUnknown);
+  check->median_moved = Median(std::move(moved), kUnknown);
+}
+
 std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) {
   if (check.median_coverage < options.min_coverage) {
     return "the splat covers only " + Fixed(100 * check.median_coverage, 0) +
@@ -132,10 +191,32 @@ std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) 
            "finds, "
            "or of another scene";
   }
+  if (check.median_gain > options.max_gain) {
+    return "renders fit the photos better moved by " + Fixed(100 * check.median_moved, 0) +
+           " % of their size than where they are: the splat seems to lie elsewhere in the "
+           "workspace's world, and retint align finds where";
+  }
   return "";
 }
 
 }  // namespace
+
+std::string MismatchIn(EditSession& session, const std::vector<const View*>& views,
+                       const SceneCheckOptions& options) {
+  if (session.workspace().has_virtual_views) return "";
+  session.ShowSh(session.original().sh);
+  SceneCheck check;
+  for (const View* view : views) {
+    if (int(check.comparisons.size()) == options.max_views) break;
+    if (session.workspace().HasPhoto(*view)) {
+      check.comparisons.push_back(Compare(session, *view, options));
+    }
+  }
+  TakeMedians(&check);
+  SceneCheckOptions anywhere = options;
+  anywhere.min_coverage = 0;
+  return Mismatch(check, anywhere);
+}
 
 SceneCheck CheckScene(EditSession& session, Monitor& monitor, const SceneCheckOptions& options) {
   session.ShowSh(session.original().sh);
@@ -154,7 +235,6 @@ SceneCheck CheckScene(const Workspace& workspace,
       check.missing_photos.push_back(view->name);
   }
   const std::vector<std::vector<const View*>> pictures = ByPicture(workspace, views);
-  std::vector<double> psnr, coverage;
   const int count = std::min(options.max_views, static_cast<int>(pictures.size()));
   for (int i = 0; i < count; ++i) {
     monitor.Step("check", i, count);
@@ -166,12 +246,9 @@ SceneCheck CheckScene(const Workspace& workspace,
       if (one.view.empty() || found.coverage > one.coverage) one = found;
     }
     check.comparisons.push_back(one);
-    coverage.push_back(one.coverage);
-    if (!std::isnan(one.psnr)) psnr.push_back(one.psnr);
   }
   monitor.Step("check", count, count);
-  check.median_psnr = Median(psnr, std::numeric_limits<double>::quiet_NaN());
-  check.median_coverage = Median(coverage, std::numeric_limits<double>::quiet_NaN());
+  TakeMedians(&check);
   if (!workspace.has_virtual_views) check.mismatch = Mismatch(check, options);
   if (!check.missing_photos.empty()) check.warnings.push_back(MissingPhotos(check));
   if (!check.mismatch.empty()) check.warnings.push_back(check.mismatch);

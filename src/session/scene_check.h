@@ -17,12 +17,17 @@ struct SceneCheckOptions {
   bool strict = false;        // a photo that cannot be read is an InputError, else left out
   double min_psnr = 15;       // dB, median of the compared views
   double min_coverage = 0.5;  // mean opacity, median of the compared views
+  double max_gain = 0.25;     // dB, median of the compared views, by moving renders about
 };
 
 struct ViewComparison {
   std::string view;
   double psnr = 0;      // dB, of the render against the photo; NaN without one
   double coverage = 0;  // mean opacity of the render
+  // How many dB closer a render comes to the photo where it is moved, by 1 to 8 % of the longer
+  // side, than where it is: 0 where splat and workspace fit. NaN without a photo. And how far it is
+  // moved then, of the longer side.
+  double gain = 0, moved = 0;
 };
 
 struct SceneCheck {
@@ -31,9 +36,17 @@ struct SceneCheck {
   std::vector<ViewComparison> comparisons;  // of the views that were rendered
   double median_psnr = 0;                   // NaN where no view has a photo
   double median_coverage = 0;
+  double median_gain = 0, median_moved = 0;  // NaN where no view has a photo
   std::string mismatch;               // why splat and workspace seem not to fit; empty: they do
   std::vector<std::string> warnings;  // that and missing photos, one line each, for the user
 };
+
+// Why the splat seems not to fit what the photos of `views` show, of which the first
+// options.max_views are compared; empty: it does, or no photo tells. These may show little of the
+// scene: how much of them the splat covers says nothing. Leaves the original's coefficients in
+// session.renderer().
+std::string MismatchIn(EditSession& session, const std::vector<const View*>& views,
+                       const SceneCheckOptions& options = {});
 
 // Leaves the original's coefficients in session.renderer(). Stage: "check".
 SceneCheck CheckScene(EditSession& session, Monitor& monitor,

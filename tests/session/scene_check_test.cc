@@ -77,6 +77,36 @@ TEST_F(SceneCheckTest, ASplatElsewhereIsInAnotherFrame) {
   EXPECT_THAT(check.warnings, ElementsAre(HasSubstr("another frame")));
 }
 
+// Moved by three of 64 pixels: renders and photos do not disagree by much, but less where a render
+// is moved back.
+TEST_F(SceneCheckTest, ASplatALittleAsideIsFoundByMovingRenders) {
+  EXPECT_EQ(Check(scene_.model).median_gain, 0);
+  GaussianModel moved = scene_.model;
+  for (size_t g = 0; g < moved.NumGaussians(); ++g) moved.means[3 * g] += 0.2F;
+  options_.min_psnr = 0;
+  const SceneCheck check = Check(moved);
+  EXPECT_GT(check.median_gain, options_.max_gain);
+  EXPECT_GT(check.median_moved, 0.02);
+  EXPECT_LT(check.median_moved, 0.09);
+  EXPECT_THAT(check.warnings, ElementsAre(HasSubstr("better moved by")));
+}
+
+TEST_F(SceneCheckTest, AViewTellsOfAMismatchWhereItHasAPhoto) {
+  const auto mismatch = [&](const GaussianModel& model, bool has_photos) {
+    Workspace workspace = MakeWorkspace(scene_);
+    if (has_photos) workspace.image_folder = folder_.path();
+    SessionOptions session_options;
+    session_options.backend = "cpu";
+    EditSession session(std::move(workspace), model, session_options);
+    return MismatchIn(session, session.reconstruction().ViewsByName());
+  };
+  GaussianModel moved = scene_.model;
+  for (float& mean : moved.means) mean += 0.2F;
+  EXPECT_EQ(mismatch(scene_.model, true), "");
+  EXPECT_THAT(mismatch(moved, true), HasSubstr("retint align"));
+  EXPECT_EQ(mismatch(moved, false), "");
+}
+
 TEST_F(SceneCheckTest, PhotosOfSomethingElseDisagree) {
   Image noise(scene_.cameras[0].camera.width, scene_.cameras[0].camera.height);
   uint32_t state = 1;
