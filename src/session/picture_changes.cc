@@ -25,7 +25,7 @@ constexpr int kExtension = 2;  // pixels
 // What is beside a mask tells whether a picture shows a view: of so much of it, and of edges that
 // differ by more than those of a JPEG's noise.
 constexpr double kLeastBeside = 0.1, kFlat = 0.03;
-constexpr double kRim = 0.01;  // of the smaller side, four pixels at least
+constexpr double kRim = 0.01;      // of the smaller side, four pixels at least
 constexpr double kBeside = 0.015;  // of the smaller side: what a selection has beside its paint
 
 cv::Mat Pixels(Mask& mask) { return {mask.height, mask.width, CV_8U, mask.data.data()}; }
