@@ -102,15 +102,24 @@ class Comparison {
     return sum / double(targets_.size());
   }
 
-  // At least as good as `start` by the robust differences at `level`.
-  Sim3d Refine(Sim3d start, size_t level, int rounds) {
+  // What moves the scene's center as `splat_from_world` does, and does nothing else.
+  Sim3d TranslationOf(const Sim3d& splat_from_world) const {
+    Sim3d moved;
+    moved.translation = center_ - splat_from_world.Inverse() * center_;
+    return moved;
+  }
+
+  // At least as good as `start` by the robust differences at `level`. Of the seven parameters the
+  // first `free` are refined: 3 are a translation alone.
+  Sim3d Refine(Sim3d start, size_t level, int rounds, int free = 7) {
     double damping = 1e-3;
     System at = Linearize(start, level);
     for (int round = 0; round < rounds && damping < 1e6; ++round) {
       monitor_.Step("align", refined_ + double(round) / rounds, refinements_);
       Matrix7d damped = at.matrix;
       for (int k = 0; k < 7; ++k) damped(k, k) += damping * (at.matrix(k, k) + 1e-9);
-      const Vector7d step = -damped.ldlt().solve(at.gradient);
+      Vector7d step = Vector7d::Zero();
+      step.head(free) = -damped.topLeftCorner(free, free).ldlt().solve(at.gradient.head(free));
       if (!step.allFinite()) break;
       const Sim3d moved = Compose(Motion(step), start);
       const System next = Linearize(moved, level);
@@ -271,7 +280,7 @@ AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts) {
   rank();
   starts.resize(std::min(starts.size(), kRefined));
   const size_t finished = std::min(kFinished, starts.size());
-  comparison.Expect(int(starts.size() + finished * finest));
+  comparison.Expect(int(starts.size() + finished * finest + 1 + finest));
   for (Start& start : starts) {
     start.splat_from_world = comparison.Refine(start.splat_from_world, 0, kCoarseRounds);
   }
@@ -285,6 +294,15 @@ AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts) {
     start.psnr = comparison.Psnr(start.splat_from_world, finest);
     if (k == 0 || start.psnr > best.psnr) best = start;
   }
+  // Sparse points are few and rough, and small renders a little wider than small photos: both turn
+  // and scale a scene that was only moved. So where a translation alone does as well, it is that.
+  constexpr double kAsWell = 0.3;  // dB
+  Start moved{comparison.TranslationOf(best.splat_from_world), best.source, kNothing};
+  for (size_t level = 0; level <= finest; ++level) {
+    moved.splat_from_world = comparison.Refine(moved.splat_from_world, level, kRounds, 3);
+  }
+  moved.psnr = comparison.Psnr(moved.splat_from_world, finest);
+  if (moved.psnr > best.psnr - kAsWell) best = moved;
   if (!(best.psnr > kNothingInCommon)) {
     throw InputError(
         "no similarity was found at which renders and photos have anything in "

@@ -164,6 +164,24 @@ TEST(SplatElsewhere, AlignFindsTheFrame) {
   }
 }
 
+// Neither turned nor scaled, however rough the sparse points are.
+TEST(SplatElsewhere, AlignKnowsATranslation) {
+  TempFolder temp;
+  GaussianModel model = ReadSplat(Splat());
+  const Sim3d splat_from_world{1, Eigen::Quaterniond::Identity(), {0.25, 0.1, -0.2}};
+  Transform(splat_from_world, model);
+  WriteSplat(temp / "moved.ply", model);
+  const CommandResult result = RunRetint({"align", "--workspace", TinyWorkspace().string(),
+                                          "--splat", (temp / "moved.ply").string(), "--transform",
+                                          (temp / "t.json").string(), "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Sim3d found = ReadWorldFromSplat(temp / "t.json");
+  EXPECT_EQ(found.scale, 1);
+  EXPECT_EQ(found.rotation.w(), 1);
+  // The scene is some units wide, and its renders here 160 pixels.
+  EXPECT_LT((found.translation + splat_from_world.translation).norm(), 0.02);
+}
+
 // The same shapes without their colors, all gray: no frame makes them look like the photos.
 TEST(SplatElsewhere, AlignWarnsOfAnotherScene) {
   TempFolder temp;
