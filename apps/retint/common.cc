@@ -262,6 +262,10 @@ void WarnOfMismatch(const std::vector<std::string>& names, EditSession& session,
   std::vector<const View*> views;
   const Pictures pictures = session.pictures();
   for (const std::string& name : names) {
+    if (const View* view = session.reconstruction().FindView(name)) {
+      views.push_back(view);
+      continue;
+    }
     for (const UserPicture* picture : pictures.Require(name)) {
       views.push_back(picture->faces.front());
     }
