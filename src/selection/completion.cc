@@ -34,6 +34,7 @@ constexpr double kLogLimit = 6;                  // of the log odds by color
 constexpr double kInside = 0.8, kOutside = 0.2;  // shares that colors are learned from
 constexpr int kInsideColors = 5, kOutsideColors = 8;
 constexpr int kLeastSamples = 50;
+constexpr int kColorSamples = 2000;     // that a mixture is learned from
 constexpr double kColorSpread = 0.014;  // OKLab: no component of the colors gets narrower
 constexpr double kConnected = 1e-3;     // weight of an edge that connects
 constexpr double kAnchored = 0.2;       // of the painted ones' median trust
@@ -87,11 +88,13 @@ class Completer {
     share_.resize(count_);
     trust_.resize(count_);
     looks_.resize(count_);
+    pixels_.resize(count_);
     Each(count_, [&](size_t i) {
       const size_t g = graph.GaussianOf(i);
       const Proof proof = ProofOf(evidence, g);
       const double solid = graph.Floats(g) ? 0 : 1;
       share_[i] = proof.share;
+      pixels_[i] = proof.pixels;
       trust_[i] = solid * kTrust * proof.known * std::min(1.0, proof.pixels / kKnownPixels);
       looks_[i].open = float(solid * std::exp(-kValley * double(surfaces_[i].valley)));
     });
@@ -128,10 +131,19 @@ class Completer {
     return members;
   }
 
+  // Every member as often as it has known pixels. One vote each would let the rim of an object that
+  // was painted too small, thousands of small Gaussians, outvote its surroundings, a few large
+  // ones.
   Mixture::Points Colors(const std::vector<int>& members) const {
-    Mixture::Points colors(Eigen::Index(members.size()), 3);
-    for (size_t i = 0; i < members.size(); ++i) {
-      colors.row(Eigen::Index(i)) = surfaces_[size_t(members[i])].lab.transpose();
+    std::vector<double> sums(members.size());
+    double sum = 0;
+    for (size_t i = 0; i < members.size(); ++i) sums[i] = sum += pixels_[size_t(members[i])];
+    Mixture::Points colors(kColorSamples, 3);
+    size_t member = 0;
+    for (int i = 0; i < kColorSamples; ++i) {
+      const double at = (i + 0.5) / kColorSamples * sum;
+      while (member + 1 < members.size() && sums[member] < at) ++member;
+      colors.row(i) = surfaces_[size_t(members[member])].lab.transpose();
     }
     return colors;
   }
@@ -271,6 +283,7 @@ class Completer {
   const EdgeMatrix& edges_;
   size_t count_;
   std::vector<double> share_, trust_;  // m_g; of m_g
+  std::vector<double> pixels_;         // that are known
   std::vector<NodeLook> looks_;        // open is 0 of a floater
 };
 

@@ -96,6 +96,32 @@ TEST(Completion, GivesTheBackOfABallToItsFrontAndNoneOfTheFloor) {
   EXPECT_LT(floor / floors, 0.05);
 }
 
+// The rim of the ball's front was not painted: more Gaussians than the floor has, but few pixels.
+TEST(Completion, LearnsColorsByPixelsAndNotByGaussians) {
+  World world = MakeWorld();
+  for (size_t g = world.floor_begin; g < world.far_begin; ++g) {
+    world.known[g] *= 20;
+    world.visible[g] *= 20;
+  }
+  const size_t rim = world.count();
+  for (int i = 0; i < 1500; ++i) {
+    const float angle = 2 * float(kPi) * float(i) / 1500;
+    const float shade = 0.7f + 0.2f * std::sin(angle);
+    AddGaussian(0.02f, std::cos(angle), std::sin(angle), {shade, 0.1f, 0.1f}, &world.model);
+    world.inside.push_back(0);
+    world.known.push_back(i % 10 == 0 ? 16.0f : 0.8f);
+    world.visible.push_back(i % 10 == 0 ? 20.0f : 400.0f);
+  }
+  const auto shares = Complete(world, Completion::kNear);
+  EXPECT_LT(Mean(shares, rim, rim + 1), 0.1);  // what paint says stays
+  double back = 0;
+  int backs = 0;
+  for (size_t g = 0; g < world.floor_begin; ++g) {
+    if (world.x(g) < -0.2f) back += double(shares[g]), ++backs;
+  }
+  EXPECT_GT(back / backs, 0.8);
+}
+
 TEST(Completion, LeavesSeparateThingsAloneUnlessAskedForAll) {
   const World world = MakeWorld();
   EXPECT_EQ(Mean(Complete(world, Completion::kNear), world.far_begin, world.count()), 0);
