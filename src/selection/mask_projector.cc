@@ -18,6 +18,7 @@
 #include "base/ranks.h"
 #include "scene/image_checks.h"
 #include "selection/evidence.h"
+#include "selection/mask_tools/paint_border.h"
 #include "selection/shrunk_view.h"
 #include "selection/view_depth.h"
 
@@ -40,7 +41,10 @@ class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
              Renderer& renderer, const ProjectorOptions& options, bool completes)
-      : backend_(renderer.backend()), options_(options), completes_(completes) {
+      : renderer_(renderer),
+        backend_(renderer.backend()),
+        options_(options),
+        completes_(completes) {
     std::vector<CloudPoint> points(cloud.points.size());
     ParallelRanges(int64_t(points.size()), kGrain, [&](int64_t first, int64_t last) {
       std::transform(cloud.points.begin() + first, cloud.points.begin() + last,
@@ -53,6 +57,7 @@ class Projection {
     for (const auto& view : painted) {
       painted_.push_back({view.name,
                           view.camera,
+                          &view.mask,
                           &view.seen,
                           backend_.Upload(std::span<const uint8_t>(view.mask.data)),
                           {}});
@@ -71,9 +76,11 @@ class Projection {
   void AddPainted(size_t i, ViewSurface surface) {
     Painted& painted = painted_[i];
     const CameraParams& camera = surface.geometry->camera();
+    const Mask said = completes_ && options_.paint_slack > 0 ? Said(&painted, surface) : Mask();
     backend_.mask().MarkSilhouette(
         {painted.mask.data(), camera.width, camera.height, kSilhouetteJump, surface.depth.data()});
     HideUnseen(*painted.seen, &surface.depth);
+    HideUnseen(said, &surface.depth);
     LiftPaint(surface, painted.mask.data());
     painted.depth = std::move(surface.depth);
   }
@@ -155,8 +162,9 @@ class Projection {
   struct Painted {
     std::string name;
     PosedCamera camera;
+    const Mask* paint;
     const Mask* seen;
-    Buffer<uint8_t> mask;
+    Buffer<uint8_t> mask;  // the paint, with what was left out at its border
     Buffer<float> depth;
   };
 
@@ -186,6 +194,32 @@ class Projection {
     backend_.mask().DrawCloud(draw);
     backend_.mask().MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
                               close_radius, backend_.Grow(coverage_mask_, surface.depth.size())});
+  }
+
+  // 0 in pixels of which the paint says nothing, since it was left out before an edge; they become
+  // a part of the painted mask, so that its silhouette is that of the thing. Empty: there are none.
+  Mask Said(Painted* painted, const ViewSurface& surface) {
+    Mask mask = *painted->paint;
+    ViewLayers layers;
+    layers.camera = painted->camera;
+    const DeviceRender rendered = renderer_.RenderOnDevice(painted->camera);
+    layers.color = Image(mask.width, mask.height);
+    layers.color.data = backend_.Download(rendered.rgb.data(), rendered.rgb.size());
+    layers.depth = DepthMap(mask.width, mask.height);
+    layers.depth.data = backend_.Download(surface.depth.data(), surface.depth.size());
+    const double reach = options_.paint_slack * std::max(mask.width, mask.height);
+    Monitor quiet;  // a step of the projection's
+    const Mask left_out =
+        LeftOutAtBorder(layers, mask, std::max(1, int(std::lround(reach))), quiet);
+    Mask said;
+    for (size_t p = 0; p < mask.data.size(); ++p) {
+      if (left_out.data[p] == 0) continue;
+      if (said.Empty()) said = Mask(mask.width, mask.height, 255);
+      said.data[p] = 0;
+      mask.data[p] = 255;
+    }
+    if (!said.Empty()) painted->mask = backend_.Upload(std::span<const uint8_t>(mask.data));
+    return said;
   }
 
   // No evidence where the painter saw nothing.
@@ -278,6 +312,7 @@ class Projection {
     }
   };
 
+  Renderer& renderer_;
   Backend& backend_;
   const ProjectorOptions& options_;
   bool completes_;

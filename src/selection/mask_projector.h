@@ -5,12 +5,14 @@
 //  1. Evidence. In every view each pixel gets a mask value M and a weight K.
 //     A painted view is known exactly: M is the paint, K = painted_weight, inside and outside
 //     alike; but K = 0 along the outside of silhouettes, where the fringe of what lies behind the
-//     limb shows. In another view the surface in the pixel is looked up in the painted views: where
-//     one of them sees it (same depth within visible_tolerance), M is the paint there and K = 1, so
-//     that what was seen outside the paint counts against. The cloud's surfels add what they cover:
-//     M = max(M, coverage), K = 1. Where neither speaks nobody knows: K = 0, or without completion
-//     M = 0 with the small weight K = unknown_weight. Views that no camera took are looked at in
-//     the same way, drawn small, for a completion of scenes with few cameras.
+//     limb shows, and, for a completion, in what the painter left out before an edge at most
+//     paint_slack away (mask_tools/paint_border.h). In another view the surface in the pixel is
+//     looked up in the painted views: where one of them sees it (same depth within
+//     visible_tolerance), M is the paint there and K = 1, so that what was seen outside the paint
+//     counts against. The cloud's surfels add what they cover: M = max(M, coverage), K = 1. Where
+//     neither speaks nobody knows: K = 0, or without completion M = 0 with the small weight K =
+//     unknown_weight. Views that no camera took are looked at in the same way, drawn small, for a
+//     completion of scenes with few cameras.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
@@ -52,6 +54,8 @@ struct ProjectorOptions {
   double unknown_weight = 0.1;  // gaussians: against those surfaces, where nothing completes them
   double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies this close
                                     // to its depth
+  // gaussians, completed: share of the picture's longer side that paint may stop short of an edge
+  double paint_slack = 0.01;
   bool Completes() const {
     return kind == ProjectorKind::kGaussians && completion != Completion::kOff;
   }
@@ -84,7 +88,8 @@ Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector
 // Projects `cloud` to every view of `views`. The depth test compares with each view's own rendered
 // depth, its bias corrected by the sparse points seen in that view. `painted` may be empty (a cloud
 // alone): then every pixel that no surfel covers counts as outside; quads and surfels do not use
-// it. `graph` of the renderer's model serves the completion; null: there is none. Where `wanted` is
+// it. `graph` of the renderer's model serves the completion, and so do the renderer's colors, which
+// show edges beside the paint; null: there is none. Where `wanted` is
 // not empty, only these of `views` are given their masks. `added` are more views that a completion
 // takes evidence from (selection/views_between.h); they are given none. Memory is bounded by the
 // masks and a few images, whatever the number of views. InputError for a mask that is not of its

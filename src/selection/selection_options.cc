@@ -109,6 +109,15 @@ void ProjectorOptions::Describe(OptionList& list) {
                       "its radius) or all (also other things that look the same)",
                   .applies = "gaussians",
                   .flag = "--complete"});
+  list.push_back({.name = "paint_slack",
+                  .member = &paint_slack,
+                  .range = OptionRange::Closed(0, 0.1),
+                  .help = "how far paint may stop short of an edge of color or depth: what lies "
+                          "between is completed as sides that no painted view sees are; 0 takes "
+                          "the painted border as it is",
+                  .unit = "shares of the picture's longer side",
+                  .applies = "gaussians",
+                  .flag = "--paint-slack"});
   list.push_back({.name = "unknown_weight",
                   .member = &unknown_weight,
                   .range = OptionRange::Closed(0, 1),

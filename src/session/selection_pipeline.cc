@@ -234,6 +234,7 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;
   std::vector<PosedCamera> added;
   if (completes) added = AddedViews(scene_, cloud, views.front().camera.camera);
+  if (completes) scene_.renderer().SetSh(scene_.original().sh);  // in which edges are looked for
   ProjectedMasks masks = ProjectMasks(cloud, views, reconstruction, scene_.views(),
                                       scene_.renderer(), options, monitor, graph, wanted, added);
   monitor.Step("projection", 1, 1);
@@ -252,7 +253,9 @@ std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> p
   SelectOptions options;
   options.method = "gaussian";  // a look ahead: the masks will be selected by in their turn
   const SelectionResult selected = Select(painted, options, monitor);
-  return Project(selected.cloud, painted, {}, monitor, wanted).masks;
+  ProjectorOptions project;
+  project.paint_slack = 0;  // outlines of strokes follow the edges as it is
+  return Project(selected.cloud, painted, project, monitor, wanted).masks;
 }
 
 const GaussianGraph& SelectionPipeline::GraphFor(const SelectionCloud& cloud, Completion completion,

@@ -10,6 +10,7 @@
 #include "selection/mask_score.h"
 #include "selection/mask_tools/guided_matte.h"
 #include "selection/mask_tools/min_cut.h"
+#include "selection/mask_tools/paint_border.h"
 #include "selection/mask_tools/pixel_tools.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
@@ -233,6 +234,76 @@ TEST(RefineEdge, LeavesWhatHasNoBorder) {
   EXPECT_EQ(RefineEdge(layers, none, 5, monitor).data, none.data);
   EXPECT_EQ(RefineEdge(layers, all, 5, monitor).data, all.data);
   EXPECT_THROW(RefineEdge(layers, all, 0, monitor), OptionError);
+}
+
+// `mask` with what was left out at its border.
+Mask Grown(const ViewLayers& layers, Mask mask, int reach) {
+  Monitor monitor;
+  const Mask left_out = LeftOutAtBorder(layers, mask, reach, monitor);
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    if (left_out.data[p] > 0) {
+      EXPECT_LT(mask.data[p], 128);
+      mask.data[p] = 255;
+    }
+  }
+  return mask;
+}
+
+TEST(PaintBorder, LeavesOutWhatLiesBeforeAnEdgeOfColorOrDepth) {
+  for (const ViewLayers& layers :
+       {Disc(kRed, kGray, 4), Disc(kGray, kGray, 3), Disc(kRed, kGray, 3)}) {
+    const Mask truth = DiscMask(kRadius);
+    for (const double less : {2.0, 3.0, 4.0}) {
+      EXPECT_GT(*Iou(Grown(layers, DiscMask(kRadius - less), 5), truth), 0.96) << less;
+    }
+  }
+}
+
+TEST(PaintBorder, LeavesOutNothingWherePaintEndsAtTheEdge) {
+  Monitor monitor;
+  for (const double radius : {kRadius, kRadius + 3}) {  // too large is no reason either
+    const Mask left_out = LeftOutAtBorder(Disc(kRed, kGray, 3), DiscMask(radius), 5, monitor);
+    EXPECT_EQ(std::count(left_out.data.begin(), left_out.data.end(), 255), 0) << radius;
+  }
+}
+
+// Paint on a part of a plain surface ends where the painter wanted it to.
+TEST(PaintBorder, LeavesOutNothingOnAPlainSurface) {
+  Monitor monitor;
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  const auto is_plain = [&](const Mask& mask) {
+    const Mask left_out = LeftOutAtBorder(layers, mask, 5, monitor);
+    return std::count(left_out.data.begin(), left_out.data.end(), 255) == 0;
+  };
+  EXPECT_TRUE(is_plain(DiscMask(kRadius - 10)));
+  Mask corner(kWidth, kHeight), stripe(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      corner(x, y) = x < 25 && y < 30 ? 255 : 0;
+      stripe(x, y) = x > 100 && x < 108 ? 255 : 0;
+    }
+  }
+  EXPECT_TRUE(is_plain(corner));
+  EXPECT_TRUE(is_plain(stripe));
+  // Half a disc goes on to the edge around it and hardly over the line that divides it.
+  Mask half = DiscMask(kRadius - 3);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 60; x < kWidth; ++x) half(x, y) = 0;
+  }
+  const Mask grown = Grown(layers, half, 5);
+  int across = 0;
+  for (int y = 0; y < kHeight; ++y) across += grown(62, y) > 0;
+  EXPECT_LT(across, 20);  // of 50: at the line's two ends, where the edge is near
+  EXPECT_EQ(grown(36, 45), 255);
+}
+
+TEST(PaintBorder, HasNoneWhereNothingOrAllIsPainted) {
+  Monitor monitor;
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  for (const uint8_t value : {0, 255}) {
+    const Mask left_out = LeftOutAtBorder(layers, Mask(kWidth, kHeight, value), 5, monitor);
+    EXPECT_EQ(std::count(left_out.data.begin(), left_out.data.end(), 255), 0);
+  }
 }
 
 TEST(MinCut, CutsAChainAtItsWeakestEdge) {

@@ -2,6 +2,8 @@
 // The masks' target on the sample scene: every object, painted in one view that sees it whole,
 // against the exact object ids of the others.
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -96,6 +98,101 @@ TEST_P(SyntheticMasks, AnObjectIsFoundFromEveryViewThatSeesItWhole) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Objects, SyntheticMasks, testing::Range(0, kObjects));
+
+// Objects painted a few pixels too small, and a part of one, from one of the cameras all around.
+class PaintTooSmall : public testing::Test {
+ protected:
+  PaintTooSmall() {
+    SyntheticOptions options;
+    options.around = true;
+    options.views = 10;
+    options.width = 400, options.height = 300;
+    options.seed = 3;
+    scene_ = MakeSyntheticScene(options, monitor_);
+    renderer_ = std::make_unique<Renderer>(CreateBackend("cpu"), scene_.model);
+    views_ = scene_.reconstruction.ViewsByName();
+    graph_ = std::make_unique<GaussianGraph>(
+        scene_.model, monitor_, std::nullopt,
+        LiftSurfaces(*renderer_, scene_.model, scene_.reconstruction, views_, monitor_));
+  }
+
+  int ObjectNamed(const char* name) const {
+    const auto found = std::find(scene_.object_names.begin(), scene_.object_names.end(), name);
+    return int(found - scene_.object_names.begin());
+  }
+
+  // The masks of all views, painted in the first.
+  std::map<std::string, Mask> Find(const Mask& paint, double slack) {
+    const PosedCamera posed = scene_.reconstruction.Posed(*views_[0]);
+    const SelectionCloud cloud =
+        MakeCloud(posed, views_[0]->name, paint, scene_.views[0].depth, {}, {}, {});
+    ProjectorOptions options;
+    options.paint_slack = slack;
+    return ProjectMasks(cloud, {{views_[0]->name, posed, paint}}, scene_.reconstruction, views_,
+                        *renderer_, options, monitor_, graph_.get())
+        .masks;
+  }
+
+  double MeanIou(int object, const Mask& paint, double slack) {
+    const auto masks = Find(paint, slack);
+    double sum = 0;
+    int counted = 0;
+    for (size_t v = 1; v < views_.size(); ++v) {
+      const Mask truth = MaskOf(scene_.views[v], object);
+      if (std::count(truth.data.begin(), truth.data.end(), 255) < kLeastPixels) continue;
+      sum += *Iou(masks.at(views_[v]->name), truth);
+      ++counted;
+    }
+    return sum / std::max(1, counted);
+  }
+
+  Monitor monitor_;
+  SyntheticScene scene_;
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<GaussianGraph> graph_;
+  std::vector<const View*> views_;
+};
+
+// `mask` without what lies within `pixels` of its border.
+Mask Eroded(Mask mask, int pixels) {
+  for (; pixels > 0; --pixels) {
+    const Mask before = mask;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        for (const auto& [dx, dy] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+          if (before.Contains(x + dx, y + dy) && before(x + dx, y + dy) < 128) mask(x, y) = 0;
+        }
+      }
+    }
+  }
+  return mask;
+}
+
+TEST_F(PaintTooSmall, FindsTheObjectAsTheTrueMaskDoes) {
+  for (const char* name : {"pot", "box"}) {
+    const int object = ObjectNamed(name);
+    const Mask truth = MaskOf(scene_.views[0], object), small = Eroded(truth, 2);
+    const double exact = MeanIou(object, truth, 0.01);
+    EXPECT_GT(exact, MeanIou(object, truth, 0) - 0.005) << name;
+    EXPECT_GT(MeanIou(object, small, 0.01), exact - 0.03) << name;
+    EXPECT_LT(MeanIou(object, small, 0), exact - 0.05) << name;  // the paint as it is
+  }
+}
+
+TEST_F(PaintTooSmall, APartOfAPlainThingStaysThatPart) {
+  const Mask ball = MaskOf(scene_.views[0], ObjectNamed("ball"));
+  const Mask part = Eroded(ball, 10);  // its edge is farther away than the slack
+  ASSERT_GT(std::count(part.data.begin(), part.data.end(), 255), 100);
+  const auto as_painted = Find(part, 0), found = Find(part, 0.01);
+  for (const auto& [view, mask] : as_painted) {
+    const auto area = [](const Mask& of) {
+      return double(std::count_if(of.data.begin(), of.data.end(), [](int v) { return v >= 128; }));
+    };
+    const double before = area(mask), after = area(found.at(view));
+    // A pixel all around a disc of its area, 3.5 being twice the square root of pi.
+    EXPECT_LT(after, before + 3.5 * std::sqrt(before) + 10) << view;
+  }
+}
 
 // Objects on a table with cameras all around it, of which every third takes part: the masks of the
 // others are better where views between the four add their evidence.

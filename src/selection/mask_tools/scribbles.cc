@@ -162,7 +162,8 @@ struct Solution {
 };
 
 Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
-                    const std::vector<Seed>& seeds, bool with_doubt, Monitor& monitor) {
+                    const std::vector<Seed>& seeds, bool with_doubt, double favor,
+                    Monitor& monitor) {
   const size_t count = seeds.size();
   const PixelGraph graph(features, valleys);
   const std::vector<float> reach = ReachOdds(graph, seeds);
@@ -196,6 +197,9 @@ Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
         }
       }
     });
+    for (size_t p = 0; round + 1 == kRounds && p < count; ++p) {
+      if (seeds[p] == kNone) odds[p] += float(favor);
+    }
     inside = MinCut(graph.edges(), odds);
   }
   if (with_doubt) {
@@ -309,7 +313,7 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
 }
 
 Mask Solve(const Features4& features, double focal, const std::vector<Seed>& seeds,
-           Monitor& monitor, Mask* undecided = nullptr) {
+           Monitor& monitor, Mask* undecided = nullptr, double favor = 0) {
   const int width = features.width, height = features.height;
   const double shrink = std::min(1.0, std::sqrt(kMaxPixels / (double(width) * height)));
   const int small_width = std::max(1, int(width * shrink));
@@ -317,7 +321,7 @@ Mask Solve(const Features4& features, double focal, const std::vector<Seed>& see
   const std::vector<Seed> small = SmallSeeds(seeds, width, height, small_width, small_height);
   const Features4 resized = Resized(features, small_width, small_height);
   const Solution solution =
-      SolveSeeds(resized, Valleys(resized, focal * shrink), small, undecided, monitor);
+      SolveSeeds(resized, Valleys(resized, focal * shrink), small, undecided, favor, monitor);
   ScalarImage values(small_width, small_height);
   for (size_t p = 0; p < values.data.size(); ++p) values.data[p] = solution.inside[p];
   DropUnconnected(small, &values);
@@ -384,7 +388,8 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   return Solve(ScaledFeatures(layers), PixelsPerRadian(layers), seeds, monitor, undecided);
 }
 
-Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor) {
+Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor,
+                double favor) {
   CheckLayers(layers);
   RequireSize(layers, mask);
   CheckOption(radius >= 1, "the radius of an edge must be at least 1 pixel");
@@ -418,7 +423,7 @@ Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor&
       }
     }
   }
-  const Mask found = Solve(features, PixelsPerRadian(layers), seeds, monitor);
+  const Mask found = Solve(features, PixelsPerRadian(layers), seeds, monitor, nullptr, favor);
   Mask refined = mask;
   for (int y = 0; y < part.height; ++y) {
     for (int x = 0; x < part.width; ++x) {

@@ -31,7 +31,9 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
                        Monitor& monitor, Mask* undecided = nullptr);
 
 // Moves the border of `mask` to the edges of color and depth that lie within `radius` pixels of it,
-// and makes it as soft as they are. Further away it stays as it was.
-Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor);
+// and makes it as soft as they are. Further away it stays as it was. `favor`: log odds of "inside"
+// of every pixel that close, beside what it looks like.
+Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor,
+                double favor = 0);
 
 }  // namespace retint

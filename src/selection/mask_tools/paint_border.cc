@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/mask_tools/paint_border.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "base/parallel.h"
+#include "selection/mask_tools/scribbles.h"
+
+namespace retint {
+namespace {
+
+// Chosen on cape, fox, flower and one synthetic scene; docs/notebook.md says what else was tried.
+constexpr uint8_t kInside = 128;
+constexpr double kFavor = 2;         // log odds by which the edge is looked for outward
+constexpr float kDepthScale = 0.5f;  // OKLab units for a depth e times as large
+constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
+constexpr float kStronger = 1.2f;    // times the edge that the paint itself ends at
+
+// How much color and depth change across each pixel, 1 at most.
+cv::Mat EdgesOf(const ViewLayers& layers) {
+  constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+  const PixelArray<float, 4> features = Features(layers);
+  const int width = features.width, height = features.height;
+  cv::Mat edges(height, width, CV_32F);
+  ParallelRanges(height, 16, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        float most = 0;
+        for (const auto& [dx, dy] : kDirections) {
+          const int i = std::clamp(x - dx, 0, width - 1), j = std::clamp(y - dy, 0, height - 1);
+          const int k = std::clamp(x + dx, 0, width - 1), l = std::clamp(y + dy, 0, height - 1);
+          float sum = 0;
+          for (int c = 0; c < 4; ++c) {
+            const float change = features(i, j, c) - features(k, l, c);
+            sum += change * change * (c == 3 ? kDepthScale * kDepthScale : 1);
+          }
+          most = std::max(most, sum);
+        }
+        edges.at<float>(y, x) = std::min(1.0f, std::sqrt(most));
+      }
+    }
+  });
+  return edges;
+}
+
+// Mean of `values` over the pixels of `where` that lie in a window about each pixel; 0 where there
+// are none.
+cv::Mat MeanOver(const cv::Mat& values, const cv::Mat& where, int radius) {
+  cv::Mat weight, sum, mean;
+  where.convertTo(weight, CV_32F, 1.0 / 255);
+  cv::multiply(values, weight, sum);
+  const cv::Size window(2 * radius + 1, 2 * radius + 1);
+  cv::boxFilter(weight, weight, -1, window);
+  cv::boxFilter(sum, sum, -1, window);
+  cv::divide(sum, cv::max(weight, 1e-9), mean);
+  return mean;
+}
+
+const cv::Mat& Square() {
+  static const cv::Mat square = cv::Mat::ones(3, 3, CV_8U);
+  return square;
+}
+
+// The pixels beside those of a shape.
+cv::Mat RimOf(const cv::Mat& shape) {
+  cv::Mat wider;
+  cv::dilate(shape, wider, Square());
+  return wider & ~shape;
+}
+
+}  // namespace
+
+Mask LeftOutAtBorder(const ViewLayers& layers, const Mask& mask, int reach, Monitor& monitor) {
+  Mask left_out(mask.width, mask.height);
+  const Mask refined = RefineEdge(layers, mask, reach, monitor, kFavor);
+  cv::Mat paint(mask.height, mask.width, CV_8U), grown(mask.height, mask.width, CV_8U);
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    paint.data[p] = mask.data[p] >= kInside ? 255 : 0;
+    grown.data[p] = std::max(mask.data[p], refined.data[p]) >= kInside ? 255 : 0;
+  }
+  const cv::Mat added = grown & ~paint;
+  if (cv::countNonZero(added) == 0) return left_out;
+  // The cut ends somewhere within reach in any case. It ended at an edge if there is one where it
+  // left the paint, and none, or a weaker one, where the paint ends.
+  const cv::Mat edges = EdgesOf(layers);
+  cv::Mat nearby;  // the cut's border may be a pixel off
+  cv::dilate(edges, nearby, Square());
+  const cv::Mat ahead = MeanOver(nearby, RimOf(grown) & ~RimOf(paint), reach);
+  const cv::Mat here = MeanOver(edges, RimOf(paint) & added, reach);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (added.at<uint8_t>(y, x) == 0) continue;
+      const float least = std::max(kLeastEdge, kStronger * here.at<float>(y, x));
+      if (ahead.at<float>(y, x) > least) left_out(x, y) = 255;
+    }
+  }
+  return left_out;
+}
+
+}  // namespace retint
