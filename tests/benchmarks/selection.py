@@ -2,6 +2,7 @@
 """Selections against true masks: from one view's true mask and from three, from strokes on one view,
 and from a second view that `retint suggest` names, against any second view. And what a whole edit
 from three views (`edit`) does to the others: its share that arrives, and what it misses and stains.
+And from one view's mask painted too small or too large (`small`) by some pixels, or as a polygon.
 
 Scenes are captures and synthetic tables with cameras all around them; every object of a scene is
 painted in three views in turn. A row is one object from one view; the last lines have the median and
@@ -23,7 +24,7 @@ import subprocess
 import time
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw
 from scipy import ndimage
 
 CAPTURES = {"cape": ["IMG_5881.jpg", "IMG_5921.jpg", "IMG_5961.jpg"],
@@ -50,6 +51,31 @@ def read_mask(path):
 
 def write_mask(path, mask):
     Image.fromarray((255 * mask).astype(np.uint8)).save(path)
+
+
+def moved(mask, pixels):
+    """The mask with its border moved outward, or inward by a number below 0."""
+    if pixels < 0:
+        depth = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))
+        return depth[1:-1, 1:-1] > -pixels
+    return ndimage.distance_transform_edt(~mask) <= pixels
+
+
+def polygon(mask, corners):
+    """The largest part of the mask with straight lines between points of its outline: where it is
+    seen farthest from its middle, in so many directions."""
+    parts, _ = ndimage.label(mask)
+    part = parts == 1 + np.argmax(np.bincount(parts.ravel())[1:])
+    middle = np.array(ndimage.center_of_mass(part))
+    points = np.argwhere(part)
+    away = points - middle
+    turn = ((np.arctan2(*away.T) / (2 * np.pi) + 1) % 1 * corners).astype(int) % corners
+    distance = np.hypot(*away.T)
+    outline = [points[turn == k][distance[turn == k].argmax()] for k in range(corners)
+               if (turn == k).any()]
+    picture = Image.new("L", mask.shape[::-1])
+    ImageDraw.Draw(picture).polygon([(int(x), int(y)) for y, x in outline], fill=255)
+    return np.array(picture) > 127
 
 
 def line(a, b):
@@ -158,7 +184,8 @@ class Object:
         shutil.rmtree(found, ignore_errors=True)
         start = time.time()
         self.run("select", *files, *self.painted(masks), "--output", cloud)
-        self.run("project", *files, "--cloud", cloud, *self.painted(masks), "--output", found)
+        self.run("project", *files, "--cloud", cloud, *self.painted(masks), "--output", found,
+                 *self.options.project)
         seconds = time.time() - start
         if self.options.keep:
             self.draw_left_out(found)
@@ -182,6 +209,20 @@ class Object:
 
     def one(self):
         return [self.measure("one", [(view, self.true_mask(view))]) for view in self.views]
+
+    def small(self):
+        """From masks with a moved border, and from polygons; the values are of all of them."""
+        values, mask = [], self.work / "moved.png"
+        for view in self.views:
+            truth = read_mask(self.true_mask(view))
+            paint = {f"moved {n:+d}": moved(truth, n) for n in self.options.moved}
+            paint |= {f"{n} corners": polygon(truth, n) for n in self.options.corners}
+            for what, painted in paint.items():
+                if painted.sum() < LEAST_PIXELS:
+                    continue
+                write_mask(mask, painted)
+                values.append(self.measure(f"small {what}", [(view, mask)]))
+        return values
 
     def three(self):
         if len(self.views) < 3:  # no other view has a true mask
@@ -295,6 +336,13 @@ def main():
                         help="strokes: all other views too, not the painted one alone")
     parser.add_argument("--alone", action="store_true",
                         help="strokes: as they are found in the painted view alone")
+    parser.add_argument("--moved", type=lambda text: [int(n) for n in text.split(",") if n],
+                        default=[-2, -4, -6],
+                        help="small: by how many pixels borders are moved outward, as --moved=-2,4")
+    parser.add_argument("--corners", type=lambda text: [int(n) for n in text.split(",") if n],
+                        default=[16], help="small: of polygons")
+    parser.add_argument("--project", type=str.split, default=[],
+                        help="more options of `retint project`, as --project='--paint-slack 0'")
     parser.add_argument("--limit", type=float, default=float("inf"),
                         help="seconds after which nothing more is started")
     options = parser.parse_args()
