@@ -112,10 +112,9 @@ void ProjectorOptions::Describe(OptionList& list) {
   list.push_back({.name = "paint_slack",
                   .member = &paint_slack,
                   .range = OptionRange::Closed(0, 0.1),
-                  .help = "how far paint may stop short of an edge of color or depth: what lies "
-                          "between is completed as sides that no painted view sees are; 0 takes "
-                          "the painted border as it is",
-                  .unit = "shares of the picture's longer side",
+                  .help = "how far paint may stop short of an edge of color or depth, as a share "
+                          "of the picture's longer side: what lies between is completed as sides "
+                          "that no painted view sees are; 0 takes the painted border as it is",
                   .applies = "gaussians",
                   .flag = "--paint-slack"});
   list.push_back({.name = "unknown_weight",
