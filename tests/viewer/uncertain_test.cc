@@ -135,7 +135,7 @@ class UncertainTest : public ViewerTest {
       }
     }
     // Lines take four tenths, less where the surface itself is black or white.
-    QVERIFY2(inside > 0 && 10 * lines > inside && 2 * lines < inside,
+    QVERIFY2(inside > 0 && 10 * lines > inside && 5 * lines < 3 * inside,
              qPrintable(QStringLiteral("%1 of %2").arg(lines).arg(inside)));
   }
 
