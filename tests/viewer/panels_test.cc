@@ -182,7 +182,8 @@ class PanelsTest : public PanelsFixture {
     auto* order = Find<QComboBox>("views_order");
     QSignalSpy cancelled(&Controller(), &SceneController::cancelled);
     std::promise<void> go_on;  // the worker waits for it, so that measuring waits too
-    Controller().Run({}, [&](EditSession&, Monitor&) { go_on.get_future().wait(); });
+    const std::shared_future<void> wait = go_on.get_future().share();
+    Controller().Run({}, [wait](EditSession&, Monitor&) { wait.wait(); });
     order->setFocus();
     QTest::keyClick(order, Qt::Key_Down);
     QCOMPARE(order->currentText(), QString("Largest mask first"));
