@@ -70,10 +70,11 @@ class RegionsPanelTest : public PanelsFixture {
     auto* square = Find<ColorSquare>("color_square");
     QSignalSpy shown(&Controller(), &SceneController::shChanged);
     DragHeld(square, {{10, 10}, {40, 30}, {80, 60}, {120, 80}});
+    // Of the size that it has now: what is said of the color may take room from it later.
+    const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
     QVERIFY(Regions()[0].edit.Affine().gain != before.Affine().gain);
     QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // the button is still down
     QTest::mouseRelease(square, Qt::LeftButton, {}, {120, 80});
-    const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
     QVERIFY(std::abs(square->place().across - s) < 0.02 && std::abs(square->place().up - v) < 0.02);
     const QColor color = Find<ColorPicker>("color_picker")->color();
     QVERIFY(SessionRegions().regions[0].edit.Affine().gain(2, 2) == color.blueF());
