@@ -139,9 +139,8 @@ Image8 ReadImage8(const fs::path& path) {
   return image;
 }
 
-std::optional<Image8> AsJpegHolds(const Image8& picture, const fs::path& path) {
-  const std::string bytes = ReadFile(path);
-  return IsJpeg(bytes) ? RecodeJpeg(picture, bytes) : std::nullopt;
+std::optional<Image8> AsJpegHolds(const Image8& picture, std::string_view file) {
+  return IsJpeg(file) ? RecodeJpeg(picture, file) : std::nullopt;
 }
 
 bool IsOpaque(const fs::path& path) {

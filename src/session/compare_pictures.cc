@@ -307,14 +307,6 @@ Explanation FindMap(const std::vector<Pair>& pairs, std::shared_ptr<ColorTable>*
   return fitted;
 }
 
-Image ToImage(const Image8& picture) {
-  Image image(picture.width, picture.height);
-  for (size_t i = 0; i < image.data.size(); ++i) {
-    image.data[i] = static_cast<float>(picture.data[i]) / 255;
-  }
-  return image;
-}
-
 Image8 ReadEdited(const std::string& file) {
   if (!IsOpaque(file)) {
     throw InputError(file,

@@ -111,6 +111,14 @@ Image8 ToImage8(const Image& image) {
   return out;
 }
 
+Image ToImage(const Image8& picture) {
+  Image image(picture.width, picture.height);
+  for (size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = static_cast<float>(picture.data[i]) / 255;
+  }
+  return image;
+}
+
 Image8 MaskOverlay(const Image& image, const Mask& mask) {
   Image out(image.width, image.height);
   for (size_t i = 0; i < image.NumPixels(); ++i) {

@@ -15,6 +15,7 @@ Image8 ContactSheet(const std::vector<std::vector<Image8>>& rows, int cell_width
 
 // The nearest 8-bit picture.
 Image8 ToImage8(const Image& image);
+Image ToImage(const Image8& picture);
 
 // `image` with the selected pixels tinted and what is not selected darkened and greyed, so that the
 // mask's border can be judged.

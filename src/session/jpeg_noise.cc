@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -12,6 +13,7 @@
 #include "base/files.h"
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
+#include "session/contact_sheet.h"
 #include "session/picture_changes.h"
 
 namespace retint {
@@ -55,30 +57,17 @@ void Spread(ScalarImage& noise) {
   cv::dilate(pixels, pixels, cv::Mat::ones(5, 5, CV_8U));
 }
 
-Image8 To8(const Image& image) {
-  Image8 picture(image.width, image.height);
-  for (size_t i = 0; i < picture.data.size(); ++i) {
-    picture.data[i] = uint8_t(std::lround(255 * std::clamp(image.data[i], 0.0F, 1.0F)));
-  }
-  return picture;
-}
-
-Image To1(const Image8& picture) {
-  Image image(picture.width, picture.height);
-  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = float(picture.data[i]) / 255;
-  return image;
-}
-
 }  // namespace
 
 ScalarImage LeastChanges(const Image8& picture, const Image& view,
                          const std::filesystem::path& file) {
-  const Image8 before = To8(view);
-  std::optional<Image8> saved;
-  if (!file.empty() && IsFile(file)) saved = AsJpegHolds(before, file);
+  const Image8 before = ToImage8(view);
+  // Read once: a paint program may save it again meanwhile.
+  const std::string bytes = !file.empty() && IsFile(file) ? ReadFile(file) : std::string();
+  const std::optional<Image8> saved = AsJpegHolds(before, bytes);
   if (!saved) return {picture.width, picture.height, LeastChange(picture, view)};
 
-  const float least_anywhere = LeastChange(picture, To1(*saved));
+  const float least_anywhere = LeastChange(picture, ToImage(*saved));
   const Colors painted = ColorsOf(picture), was = ColorsOf(before), held = ColorsOf(*saved);
   const ScalarImage from_view = Differences(painted, was, picture);
   const ScalarImage from_held = Differences(painted, held, picture);
@@ -96,7 +85,7 @@ ScalarImage LeastChanges(const Image8& picture, const Image& view,
     for (size_t p = 0; p < changed.data.size(); ++p) {
       if (changed.data[p]) std::copy_n(&picture.data[3 * p], 3, &composed.data[3 * p]);
     }
-    const Colors expected = ColorsOf(AsJpegHolds(composed, file).value());
+    const Colors expected = ColorsOf(AsJpegHolds(composed, bytes).value());
     ScalarImage noise = Differences(expected, ColorsOf(composed), picture);
     const ScalarImage from_expected = Differences(painted, expected, picture);
     for (size_t p = 0; p < noise.data.size(); ++p) {

@@ -32,6 +32,7 @@ double Now() {
 struct Flags {
   std::filesystem::path workspace, splat, mask;
   std::string view, backend = "auto", complete = "near";
+  double paint_slack = ProjectorOptions().paint_slack;
   int rounds = 3;
 };
 
@@ -97,6 +98,7 @@ std::vector<float> Round(EditSession& session, const Flags& flags, int round) {
   OptionList list;
   project.Describe(list);
   FindOption(list, "completion")->Set(flags.complete);
+  project.paint_slack = flags.paint_slack;
   const StageClock& clock = session.scene().clock();
   const auto stages = [&] {
     return std::vector<double>{clock.Get("depth"), clock.Get("cloud"), clock.Get("registration")};
@@ -133,6 +135,7 @@ int Main(int argc, char** argv) {
   app.add_option("--mask", flags.mask, "its brush mask")->required();
   app.add_option("--backend", flags.backend, "auto, cpu or cuda");
   app.add_option("--complete", flags.complete, "off, near or all");
+  app.add_option("--paint-slack", flags.paint_slack, "0: the painted border as it is");
   app.add_option("--rounds", flags.rounds);
   CLI11_PARSE(app, argc, argv);
   SessionOptions options;

@@ -351,15 +351,19 @@ TEST(ImageIoTest, APictureIsSavedAsAnotherJpegWas) {
        cv::IMWRITE_JPEG_CHROMA_QUALITY, 70}};
   for (const auto& kind : kinds) {
     Put(folder / "a.jpg", Encoded(".jpg", pixels, kind));
-    const auto held = AsJpegHolds(picture, folder / "a.jpg");
+    const auto held = AsJpegHolds(picture, ReadFile(folder / "a.jpg"));
     ASSERT_TRUE(held);
     EXPECT_EQ(held->data, ReadImage8(folder / "a.jpg").data);
     EXPECT_NE(held->data, picture.data);
+    const std::string bytes = ReadFile(folder / "a.jpg");
+    for (const size_t kept : {size_t{0}, size_t{2}, size_t{40}}) {  // within its header
+      EXPECT_FALSE(AsJpegHolds(picture, bytes.substr(0, kept)));
+    }
   }
   Put(folder / "gray.jpg", Encoded(".jpg", Noise(83, 47, 1)));
-  EXPECT_FALSE(AsJpegHolds(picture, folder / "gray.jpg"));
+  EXPECT_FALSE(AsJpegHolds(picture, ReadFile(folder / "gray.jpg")));
   Put(folder / "a.png", Encoded(".png", pixels));
-  EXPECT_FALSE(AsJpegHolds(picture, folder / "a.png"));
+  EXPECT_FALSE(AsJpegHolds(picture, ReadFile(folder / "a.png")));
 }
 
 TEST(ViewFileTest, StaysInsideItsFolder) {
