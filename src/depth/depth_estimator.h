@@ -8,14 +8,10 @@
 
 #include "base/monitor.h"
 #include "scene/camera.h"
+#include "scene/grid_rect.h"
 #include "scene/image.h"
 
 namespace retint {
-
-// A part of a view's pixel grid.
-struct GridRect {
-  int x = 0, y = 0, width = 0, height = 0;
-};
 
 struct DepthEstimate {
   DepthMap depth;  // z along the viewing axis, world units; 0 where unknown

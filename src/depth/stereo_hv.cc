@@ -59,23 +59,6 @@ Image8 Quantize(const std::vector<float>& rgb, int width, int height) {
   return out;
 }
 
-template <typename T, int C>
-PixelArray<T, C> Crop(const PixelArray<T, C>& image, const GridRect& rect) {
-  PixelArray<T, C> out(rect.width, rect.height);
-  for (int y = 0; y < rect.height; ++y) {
-    std::copy_n(&image(rect.x, rect.y + y), size_t(rect.width) * C, &out(0, y));
-  }
-  return out;
-}
-
-// `part` into its place.
-template <typename T>
-void Place(const T* part, const GridRect& rect, PixelArray<T, 1>* image) {
-  for (int y = 0; y < rect.height; ++y) {
-    std::copy_n(part + size_t(y) * size_t(rect.width), rect.width, &(*image)(rect.x, rect.y + y));
-  }
-}
-
 GridRect WholeOf(const PosedCamera& view) { return {0, 0, view.camera.width, view.camera.height}; }
 
 // A render of a part of the reference's plane, and its luma.

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <type_traits>
 #include <utility>
 
 #include "base/parallel.h"
+#include "scene/grid_rect.h"
 #include "synthetic/noise.h"
 #include "synthetic/tracer.h"
 
@@ -137,12 +137,7 @@ TracedView Crop(const TracedView& view) {
   const Camera& wide = view.camera.camera;
   const int width = wide.width - 2 * p, height = wide.height - 2 * p;
   const auto cut = [&](const auto& from) {
-    std::decay_t<decltype(from)> to(width, height);
-    for (int y = 0; y < height; ++y) {
-      const auto* row = &from.data[from.Index(p, y + p)];
-      std::copy(row, row + to.Index(width, 0), &to.data[to.Index(0, y)]);
-    }
-    return to;
+    return retint::Crop(from, {.x = p, .y = p, .width = width, .height = height});
   };
   TracedView out;
   out.camera = {

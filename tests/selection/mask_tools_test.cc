@@ -11,6 +11,7 @@
 #include "selection/mask_tools/guided_matte.h"
 #include "selection/mask_tools/min_cut.h"
 #include "selection/mask_tools/paint_border.h"
+#include "selection/mask_tools/pixel_graph.h"
 #include "selection/mask_tools/pixel_tools.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
@@ -326,6 +327,58 @@ ScalarImage TwoPlanes(float turn) {
     }
   }
   return inverse_depth;
+}
+
+// Noise of 12x9 pixels, and seeds in a part of them.
+struct SeededNoise {
+  PixelArray<float, 4> features{12, 9};
+  ScalarImage valleys{12, 9};
+  std::vector<Seed> seeds;
+
+  SeededNoise() {
+    std::mt19937 random(3);
+    for (float& value : features.data) value = 0.1f * float(random() % 1000) / 1000;
+    for (size_t p = 0; p < features.NumPixels(); ++p) {
+      const auto kind = random() % 6;
+      seeds.push_back(kind == 0 ? Seed::kInside : kind < 3 ? Seed::kOutside : Seed::kNone);
+    }
+  }
+};
+
+TEST(PixelGraph, IsCutInItsFreePixelsAsAWhole) {
+  const SeededNoise noise;
+  const PixelGraph graph(noise.features, noise.valleys);
+  const FreePixels free = graph.Free(noise.seeds);
+  const FreePixels all = graph.Free(std::vector<Seed>(noise.seeds.size(), Seed::kNone));
+  ASSERT_EQ(all.pixels.size(), noise.seeds.size());
+  std::vector<float> odds(noise.seeds.size(), 0);
+  for (size_t p = 0; p < odds.size(); ++p) {
+    if (noise.seeds[p] != Seed::kNone) odds[p] = noise.seeds[p] == Seed::kInside ? 1e4f : -1e4f;
+  }
+  const std::vector<uint8_t> expected = MinCut(all.edges, odds);
+  const std::vector<uint8_t> sides = MinCut(free.edges, free.given);
+  size_t inside = 0;
+  for (size_t i = 0; i < sides.size(); ++i) {
+    EXPECT_EQ(sides[i], expected[size_t(free.pixels[i])]) << free.pixels[i];
+    inside += sides[i];
+  }
+  EXPECT_GT(inside, 5u);
+  EXPECT_LT(inside, sides.size() - 5);
+}
+
+TEST(PixelGraph, MeasuresDistancesThroughOtherSeeds) {
+  const PixelArray<float, 4> features(7, 1);
+  const ScalarImage valleys(7, 1);
+  const PixelGraph graph(features, valleys);
+  std::vector<Seed> seeds(7, Seed::kNone);
+  seeds[0] = seeds[1] = Seed::kInside;
+  seeds[3] = Seed::kOutside;
+  const std::vector<float> distances = graph.DistancesFrom(seeds, Seed::kInside);
+  const float step = distances[2];  // of a pixel's width
+  EXPECT_GT(step, 0);
+  for (const size_t p : {4u, 5u, 6u}) EXPECT_NEAR(distances[p], step * float(p - 1), 1e-6f) << p;
+  const std::vector<float> none = graph.DistancesFrom(std::vector<Seed>(7), Seed::kOutside);
+  EXPECT_TRUE(std::isinf(none[2]));
 }
 
 TEST(SurfaceValleys, AreWhereSurfacesMeetAndNotWhereTheyBendAway) {

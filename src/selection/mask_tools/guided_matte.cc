@@ -65,20 +65,25 @@ ScalarImage GuidedMatte(const ScalarImage& values, const PixelArray<float, 4>& g
 
   std::vector<cv::Mat> planes(kSums);
   for (cv::Mat& plane : planes) plane.create(height, width, CV_32F);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const Eigen::Vector4f at = Eigen::Map<const Eigen::Vector4f>(&small(x, y)) - origin;
-      const float p = values(x, y);
-      int k = 0;
-      for (int i = 0; i < kGuide; ++i) planes[size_t(k++)].at<float>(y, x) = at[i];
-      for (int i = 0; i < kGuide; ++i) {
-        for (int j = i; j < kGuide; ++j) planes[size_t(k++)].at<float>(y, x) = at[i] * at[j];
+  ParallelRanges(height, 16, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        const Eigen::Vector4f at = Eigen::Map<const Eigen::Vector4f>(&small(x, y)) - origin;
+        const float p = values(x, y);
+        int k = 0;
+        for (int i = 0; i < kGuide; ++i) planes[size_t(k++)].at<float>(y, x) = at[i];
+        for (int i = 0; i < kGuide; ++i) {
+          for (int j = i; j < kGuide; ++j) planes[size_t(k++)].at<float>(y, x) = at[i] * at[j];
+        }
+        planes[size_t(k++)].at<float>(y, x) = p;
+        for (int i = 0; i < kGuide; ++i) planes[size_t(k++)].at<float>(y, x) = at[i] * p;
       }
-      planes[size_t(k++)].at<float>(y, x) = p;
-      for (int i = 0; i < kGuide; ++i) planes[size_t(k++)].at<float>(y, x) = at[i] * p;
     }
-  }
-  for (cv::Mat& plane : planes) plane = Means(plane, radius);
+  });
+  ParallelTasks(kSums, [&](int64_t k) {
+    cv::Mat& plane = planes[size_t(k)];
+    plane = Means(plane, radius);
+  });
 
   // value = slope . guide + offset of every window.
   std::vector<cv::Mat> functions(kGuide + 1);
@@ -106,18 +111,21 @@ ScalarImage GuidedMatte(const ScalarImage& values, const PixelArray<float, 4>& g
     }
   });
   ScalarImage matte(guide.width, guide.height);
-  for (cv::Mat& plane : functions) {
+  ParallelTasks(int64_t(functions.size()), [&](int64_t k) {
+    cv::Mat& plane = functions[size_t(k)];
     cv::resize(Means(plane, radius), plane, {guide.width, guide.height}, 0, 0, cv::INTER_LINEAR);
-  }
-  for (int y = 0; y < guide.height; ++y) {
-    for (int x = 0; x < guide.width; ++x) {
-      float value = functions[kGuide].at<float>(y, x);
-      for (int i = 0; i < kGuide; ++i) {
-        value += functions[size_t(i)].at<float>(y, x) * (guide(x, y, i) - origin[i]);
+  });
+  ParallelRanges(guide.height, 16, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      for (int x = 0; x < guide.width; ++x) {
+        float value = functions[kGuide].at<float>(y, x);
+        for (int i = 0; i < kGuide; ++i) {
+          value += functions[size_t(i)].at<float>(y, x) * (guide(x, y, i) - origin[i]);
+        }
+        matte(x, y) = std::clamp(value, 0.0f, 1.0f);
       }
-      matte(x, y) = std::clamp(value, 0.0f, 1.0f);
     }
-  }
+  });
   return matte;
 }
 

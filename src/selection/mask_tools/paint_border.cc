@@ -18,19 +18,18 @@ namespace {
 // Chosen on cape, fox, flower and one synthetic scene; docs/notebook.md says what else was tried.
 constexpr uint8_t kInside = 128;
 constexpr double kFavor = 2;         // log odds by which the edge is looked for outward
-constexpr float kDepthScale = 0.5f;  // OKLab units for a depth e times as large
 constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
 constexpr float kStronger = 1.2f;    // times the edge that the paint itself ends at
 
-// How much color and depth change across each pixel, 1 at most.
-cv::Mat EdgesOf(const ViewLayers& layers) {
+// How much color and depth change across each pixel of `where`, 1 at most; 0 elsewhere.
+cv::Mat EdgesAt(const cv::Mat& where, const PixelArray<float, 4>& features) {
   constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
-  const PixelArray<float, 4> features = Features(layers);
   const int width = features.width, height = features.height;
-  cv::Mat edges(height, width, CV_32F);
+  cv::Mat edges = cv::Mat::zeros(height, width, CV_32F);
   ParallelRanges(height, 16, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
       for (int x = 0; x < width; ++x) {
+        if (where.at<uint8_t>(y, x) == 0) continue;
         float most = 0;
         for (const auto& [dx, dy] : kDirections) {
           const int i = std::clamp(x - dx, 0, width - 1), j = std::clamp(y - dy, 0, height - 1);
@@ -38,7 +37,7 @@ cv::Mat EdgesOf(const ViewLayers& layers) {
           float sum = 0;
           for (int c = 0; c < 4; ++c) {
             const float change = features(i, j, c) - features(k, l, c);
-            sum += change * change * (c == 3 ? kDepthScale * kDepthScale : 1);
+            sum += change * change;
           }
           most = std::max(most, sum);
         }
@@ -78,26 +77,33 @@ cv::Mat RimOf(const cv::Mat& shape) {
 
 Mask LeftOutAtBorder(const ViewLayers& layers, const Mask& mask, int reach, Monitor& monitor) {
   Mask left_out(mask.width, mask.height);
-  const Mask refined = RefineEdge(layers, mask, reach, monitor, kFavor);
-  cv::Mat paint(mask.height, mask.width, CV_8U), grown(mask.height, mask.width, CV_8U);
-  for (size_t p = 0; p < mask.data.size(); ++p) {
-    paint.data[p] = mask.data[p] >= kInside ? 255 : 0;
-    grown.data[p] = std::max(mask.data[p], refined.data[p]) >= kInside ? 255 : 0;
+  const GridRect part = PartAboutBorder(mask, reach);
+  if (part.width == 0) return left_out;
+  const PixelArray<float, 4> features = Features(layers, part);
+  const Mask painted = Crop(mask, part);
+  const Mask refined =
+      RefineEdgeOfPart(features, PixelsPerRadian(layers), painted, reach, monitor, kFavor);
+  cv::Mat paint(part.height, part.width, CV_8U), grown(part.height, part.width, CV_8U);
+  for (size_t p = 0; p < painted.data.size(); ++p) {
+    paint.data[p] = painted.data[p] >= kInside ? 255 : 0;
+    grown.data[p] = std::max(painted.data[p], refined.data[p]) >= kInside ? 255 : 0;
   }
   const cv::Mat added = grown & ~paint;
   if (cv::countNonZero(added) == 0) return left_out;
   // The cut ends somewhere within reach in any case. It ended at an edge if there is one where it
   // left the paint, and none, or a weaker one, where the paint ends.
-  const cv::Mat edges = EdgesOf(layers);
-  cv::Mat nearby;  // the cut's border may be a pixel off
-  cv::dilate(edges, nearby, Square());
-  const cv::Mat ahead = MeanOver(nearby, RimOf(grown) & ~RimOf(paint), reach);
-  const cv::Mat here = MeanOver(edges, RimOf(paint) & added, reach);
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
+  const cv::Mat cut_rim = RimOf(grown) & ~RimOf(paint), paint_rim = RimOf(paint) & added;
+  cv::Mat at, nearby;
+  cv::dilate(cut_rim | paint_rim, at, Square());
+  const cv::Mat edges = EdgesAt(at, features);
+  cv::dilate(edges, nearby, Square());  // the cut's border may be a pixel off
+  const cv::Mat ahead = MeanOver(nearby, cut_rim, reach);
+  const cv::Mat here = MeanOver(edges, paint_rim, reach);
+  for (int y = 0; y < part.height; ++y) {
+    for (int x = 0; x < part.width; ++x) {
       if (added.at<uint8_t>(y, x) == 0) continue;
       const float least = std::max(kLeastEdge, kStronger * here.at<float>(y, x));
-      if (ahead.at<float>(y, x) > least) left_out(x, y) = 255;
+      if (ahead.at<float>(y, x) > least) left_out(part.x + x, part.y + y) = 255;
     }
   }
   return left_out;

@@ -5,19 +5,16 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <limits>
-#include <queue>
 #include <string_view>
-#include <utility>
 
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
-#include "base/median.h"
 #include "base/parallel.h"
 #include "selection/gaussian_mixture.h"
 #include "selection/mask_tools/guided_matte.h"
 #include "selection/mask_tools/min_cut.h"
+#include "selection/mask_tools/pixel_graph.h"
 #include "selection/mask_tools/surface_edges.h"
 
 namespace retint {
@@ -29,112 +26,33 @@ using Mixture = GaussianMixture<4>;
 constexpr std::string_view kStage = "outline";
 constexpr uint8_t kInside = 128;
 constexpr double kMaxPixels = 100'000;
-constexpr double kDepthScale = 0.5;  // OKLab units for a depth e times as large
-constexpr double kSpread = 0.02;     // least standard deviation of a component
+constexpr double kSpread = 0.02;  // least standard deviation of a component
 constexpr int kInsideParts = 5, kOutsideParts = 8;
 constexpr int kRounds = 3;
-constexpr double kLogLimit = 2;      // of the log odds by color and depth
-constexpr double kReach = 3;         // log odds of a pixel far nearer to one side's strokes
-constexpr double kDepthRange = 1.5;  // of the logarithm of the depth, about its median
-constexpr double kSmoothness = 10;   // of a border between neighbors alike, in log odds
-constexpr double kLeastWeight = 0.01;
-constexpr double kValley = 3;        // logarithm of what a valley takes away of it
-constexpr double kGiven = 1e4;       // log odds of a stroke's own pixels
-constexpr double kStepCost = 0.01;   // of a pixel's width, in the distance along surfaces
-constexpr double kValleyCost = 0.3;  // of a valley
-constexpr int kMatteRadius = 2;      // of the small picture
-constexpr double kDoubt = 2;         // log odds that may be wrong
-
-enum Seed : uint8_t { kNone, kIn, kOut };
+constexpr double kLogLimit = 2;  // of the log odds by color and depth
+constexpr double kReach = 3;     // log odds of a pixel far nearer to one side's strokes
+constexpr double kGiven = 1e4;   // log odds of a stroke's own pixels
+constexpr int kMatteRadius = 2;  // of the small picture
+constexpr double kDoubt = 2;     // log odds that may be wrong
 
 Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
   return Eigen::Map<const Eigen::Vector4f>(&features.data[4 * pixel]);
 }
 
-// The pixels of a picture as a graph: each with its four neighbors and the four across.
-class PixelGraph {
- public:
-  PixelGraph(const Features4& features, const ScalarImage& valleys) {
-    const int width = features.width, height = features.height;
-    const size_t count = features.NumPixels();
-    edges_.begin.reserve(count + 1);
-    edges_.begin.push_back(0);
-    double sum = 0;
-    std::vector<float> squared;
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        for (int k = 0; k < 9; ++k) {  // ascending
-          const int i = x + k % 3 - 1, j = y + k / 3 - 1;
-          if (k == 4 || !features.Contains(i, j)) continue;
-          edges_.other.push_back(j * width + i);
-          squared.push_back((At(features, size_t(y) * size_t(width) + size_t(x)) -
-                             At(features, size_t(j) * size_t(width) + size_t(i)))
-                                .squaredNorm());
-          sum += double(squared.back());
-        }
-        edges_.begin.push_back(edges_.other.size());
-      }
-    }
-    // The picture's own contrast says what an edge is (Boykov and Jolly 2001).
-    const double beta = squared.empty() ? 0 : double(squared.size()) / (2 * std::max(1e-9, sum));
-    steps_.resize(squared.size());
-    edges_.weight.resize(squared.size());
-    for (size_t p = 0; p < count; ++p) {
-      for (size_t e = edges_.begin[p]; e < edges_.begin[p + 1]; ++e) {
-        const int apart = std::abs(edges_.other[e] - int(p));
-        const double length = apart == 1 || apart == width ? 1 : std::sqrt(2.0);
-        const double valley =
-            double(std::max(valleys.data[p], valleys.data[size_t(edges_.other[e])]));
-        const double alike = std::exp(-beta * double(squared[e]) - kValley * valley);
-        edges_.weight[e] = float(kSmoothness * std::max(kLeastWeight, alike) / length);
-        steps_[e] =
-            float(std::sqrt(double(squared[e])) + kStepCost * length + kValleyCost * valley);
-      }
-    }
-  }
-
-  const EdgeMatrix& edges() const { return edges_; }
-
-  // Least sum of changes of the features, and of steps, on a way from any seed of that kind.
-  std::vector<float> DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const {
-    std::vector<float> distances(seeds.size(), std::numeric_limits<float>::infinity());
-    using Entry = std::pair<float, int>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-    for (size_t p = 0; p < seeds.size(); ++p) {
-      if (seeds[p] != kind) continue;
-      distances[p] = 0;
-      open.emplace(0.0f, int(p));
-    }
-    while (!open.empty()) {
-      const auto [distance, p] = open.top();
-      open.pop();
-      if (distance > distances[size_t(p)]) continue;
-      for (size_t e = edges_.begin[size_t(p)]; e < edges_.begin[size_t(p) + 1]; ++e) {
-        const float longer = distance + steps_[e];
-        float& other = distances[size_t(edges_.other[e])];
-        if (longer < other) {
-          other = longer;
-          open.emplace(longer, edges_.other[e]);
-        }
-      }
-    }
-    return distances;
-  }
-
- private:
-  EdgeMatrix edges_;
-  std::vector<float> steps_;  // of each edge
-};
-
-// Log odds of "inside" by where a pixel lies: kReach times the difference of its distances from the
-// strokes over their sum.
-std::vector<float> ReachOdds(const PixelGraph& graph, const std::vector<Seed>& seeds) {
-  const std::vector<float> in = graph.DistancesFrom(seeds, kIn);
-  const std::vector<float> out = graph.DistancesFrom(seeds, kOut);
-  std::vector<float> odds(seeds.size(), 0);
-  for (size_t p = 0; p < seeds.size(); ++p) {
+// Log odds of "inside" of each free pixel by where it lies: kReach times the difference of its
+// distances from the strokes over their sum.
+std::vector<float> ReachOdds(const PixelGraph& graph, const std::vector<Seed>& seeds,
+                             const std::vector<int>& free) {
+  std::vector<float> in, out;
+  ParallelTasks(2, [&](int64_t which) {
+    (which == 0 ? in : out) =
+        graph.DistancesFrom(seeds, which == 0 ? Seed::kInside : Seed::kOutside);
+  });
+  std::vector<float> odds(free.size(), 0);
+  for (size_t i = 0; i < free.size(); ++i) {
+    const auto p = size_t(free[i]);
     const float sum = in[p] + out[p];
-    if (sum > 0 && std::isfinite(sum)) odds[p] = float(kReach) * (out[p] - in[p]) / sum;
+    if (sum > 0 && std::isfinite(sum)) odds[i] = float(kReach) * (out[p] - in[p]) / sum;
   }
   return odds;
 }
@@ -155,6 +73,29 @@ bool IsBorder(const Features4& features, size_t p) {
   return x == 0 || y == 0 || x == features.width - 1 || y == features.height - 1;
 }
 
+// Log odds of "inside" of each free pixel by what it looks like, with mixtures that are learned
+// from the pixels that `take` names.
+std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& free,
+                             const std::function<bool(size_t, Seed)>& take) {
+  Mixture in, out;
+  ParallelTasks(2, [&](int64_t which) {
+    const Seed kind = which == 0 ? Seed::kInside : Seed::kOutside;
+    (which == 0 ? in : out) = Mixture(Samples(features, [&](size_t p) { return take(p, kind); }),
+                                      which == 0 ? kInsideParts : kOutsideParts, kSpread);
+  });
+  std::vector<float> odds(free.size());
+  ParallelRanges(int64_t(free.size()), 1024, [&](int64_t begin, int64_t end) {
+    Mixture::Points at(end - begin, 4);
+    for (int64_t i = begin; i < end; ++i)
+      at.row(i - begin) = At(features, size_t(free[size_t(i)])).transpose();
+    const Mixture::Values looks = in.LogLikelihoods(at) - out.LogLikelihoods(at);
+    constexpr auto kLimit = float(kLogLimit);
+    for (int64_t i = begin; i < end; ++i)
+      odds[size_t(i)] = std::clamp(looks[i - begin], -kLimit, kLimit);
+  });
+  return odds;
+}
+
 // 1 of every pixel that is inside, else 0; and if it is asked for, 1 of every pixel that would
 // change with all log odds but the strokes' changed by kDoubt.
 struct Solution {
@@ -164,55 +105,41 @@ struct Solution {
 Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
                     const std::vector<Seed>& seeds, bool with_doubt, double favor,
                     Monitor& monitor) {
-  const size_t count = seeds.size();
   const PixelGraph graph(features, valleys);
-  const std::vector<float> reach = ReachOdds(graph, seeds);
+  const FreePixels free = graph.Free(seeds);
+  const size_t count = free.pixels.size();
+  const std::vector<float> reach = ReachOdds(graph, seeds, free.pixels);
   Solution solution;
   std::vector<uint8_t>& inside = solution.inside;
-  inside.resize(count);
-  std::vector<float> odds(count);
+  inside.resize(seeds.size());
+  for (size_t p = 0; p < seeds.size(); ++p) inside[p] = seeds[p] == Seed::kInside ? 1 : 0;
+  std::vector<float> odds;
+  const auto cut = [&](double favored) {
+    std::vector<float> all(count);
+    for (size_t i = 0; i < count; ++i) all[i] = odds[i] + free.given[i] + float(favored);
+    return MinCut(free.edges, all);
+  };
   for (int round = 0; round < kRounds; ++round) {
     monitor.Step(kStage, round, kRounds);
     monitor.ThrowIfCancelled();
-    const auto take = [&](Seed kind) {
-      return [&, kind](size_t p) {
-        if (seeds[p] != kNone) return seeds[p] == kind;
-        // First, what a stroke outside does not touch may still look like the border.
-        if (round == 0) return kind == kOut && IsBorder(features, p);
-        return inside[p] == (kind == kIn ? 1 : 0);
-      };
-    };
-    const Mixture in(Samples(features, take(kIn)), kInsideParts, kSpread);
-    const Mixture out(Samples(features, take(kOut)), kOutsideParts, kSpread);
-    ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
-      Mixture::Points at(end - begin, 4);
-      for (int64_t p = begin; p < end; ++p) at.row(p - begin) = At(features, size_t(p)).transpose();
-      const Mixture::Values looks = in.LogLikelihoods(at) - out.LogLikelihoods(at);
-      constexpr auto kLimit = float(kLogLimit);
-      for (auto p = size_t(begin); p < size_t(end); ++p) {
-        if (seeds[p] != kNone) {
-          odds[p] = float(seeds[p] == kIn ? kGiven : -kGiven);
-        } else {
-          odds[p] = std::clamp(looks[int64_t(p) - begin], -kLimit, kLimit) + reach[p];
-        }
-      }
+    odds = LooksOdds(features, free.pixels, [&](size_t p, Seed kind) {
+      if (seeds[p] != Seed::kNone) return seeds[p] == kind;
+      // First, what a stroke outside does not touch may still look like the border.
+      if (round == 0) return kind == Seed::kOutside && IsBorder(features, p);
+      return inside[p] == (kind == Seed::kInside ? 1 : 0);
     });
-    for (size_t p = 0; round + 1 == kRounds && p < count; ++p) {
-      if (seeds[p] == kNone) odds[p] += float(favor);
-    }
-    inside = MinCut(graph.edges(), odds);
+    for (size_t i = 0; i < count; ++i) odds[i] += reach[i];
+    const std::vector<uint8_t> sides = cut(round + 1 == kRounds ? favor : 0);
+    for (size_t i = 0; i < count; ++i) inside[size_t(free.pixels[i])] = sides[i];
   }
   if (with_doubt) {
     std::vector<uint8_t> least, most;
     ParallelTasks(2, [&](int64_t which) {
-      std::vector<float> moved = odds;
-      for (size_t p = 0; p < count; ++p) {
-        if (seeds[p] == kNone) moved[p] += float(which == 0 ? -kDoubt : kDoubt);
-      }
-      (which == 0 ? least : most) = MinCut(graph.edges(), moved);
+      (which == 0 ? least : most) = cut(favor + (which == 0 ? -kDoubt : kDoubt));
     });
-    solution.doubtful.resize(count);
-    for (size_t p = 0; p < count; ++p) solution.doubtful[p] = least[p] != most[p] ? 1 : 0;
+    solution.doubtful.resize(seeds.size());
+    for (size_t i = 0; i < count; ++i)
+      solution.doubtful[size_t(free.pixels[i])] = least[i] != most[i] ? 1 : 0;
   }
   monitor.Step(kStage, kRounds, kRounds);
   return solution;
@@ -223,7 +150,7 @@ void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
   std::vector<uint8_t> reached(seeds.size(), 0);
   std::vector<int> open;
   for (size_t p = 0; p < seeds.size(); ++p) {
-    if (seeds[p] == kIn) reached[p] = 1, open.push_back(int(p));
+    if (seeds[p] == Seed::kInside) reached[p] = 1, open.push_back(int(p));
   }
   while (!open.empty()) {
     const int p = open.back(), x = p % values->width, y = p / values->width;
@@ -255,11 +182,11 @@ Mask ToMask(const ScalarImage& values) {
 // A seed of the small picture where any pixel of the large one has one.
 std::vector<Seed> SmallSeeds(const std::vector<Seed>& seeds, int width, int height, int to_width,
                              int to_height) {
-  std::vector<Seed> small(size_t(to_width) * size_t(to_height), kNone);
+  std::vector<Seed> small(size_t(to_width) * size_t(to_height), Seed::kNone);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const Seed seed = seeds[size_t(y) * size_t(width) + size_t(x)];
-      if (seed == kNone) continue;
+      if (seed == Seed::kNone) continue;
       const int i = int(int64_t(x) * to_width / width), j = int(int64_t(y) * to_height / height);
       small[size_t(j) * size_t(to_width) + size_t(i)] = seed;
     }
@@ -267,30 +194,12 @@ std::vector<Seed> SmallSeeds(const std::vector<Seed>& seeds, int width, int heig
   return small;
 }
 
-// Of color and depth in comparable units. Where there is no depth the surface is far.
-Features4 ScaledFeatures(const ViewLayers& layers) {
-  Features4 features = Features(layers);
-  std::vector<double> depths;
-  const auto has_depth = [&](size_t p) {
-    const float z = layers.depth.Empty() ? 0 : layers.depth.data[p];
-    return z > 0 && std::isfinite(z);
-  };
-  for (size_t p = 0; p < features.NumPixels(); ++p) {
-    if (has_depth(p)) depths.push_back(double(features.data[4 * p + 3]));
-  }
-  const double middle = Median(std::move(depths));
-  for (size_t p = 0; p < features.NumPixels(); ++p) {
-    const double away = has_depth(p) ? double(features.data[4 * p + 3]) - middle : kDepthRange;
-    features.data[4 * p + 3] = float(kDepthScale * std::clamp(away, -kDepthRange, kDepthRange));
-  }
-  return features;
-}
-
 // Where a thing ends before another; `features` are scaled and not of the view's own size.
 ScalarImage Valleys(const Features4& features, double focal) {
   ScalarImage inverse_depth(features.width, features.height);
   for (size_t p = 0; p < inverse_depth.data.size(); ++p) {
-    inverse_depth.data[p] = float(std::exp(-double(features.data[4 * p + 3]) / kDepthScale));
+    inverse_depth.data[p] =
+        float(std::exp(-double(features.data[4 * p + 3]) / kFeaturesPerLogDepth));
   }
   return SurfaceValleys(inverse_depth, focal);
 }
@@ -305,7 +214,7 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
       const int j = std::min(connected.height - 1, int(int64_t(y) * connected.height / height));
       const size_t p = connected.Index(i, j);
       const bool dropped = solution.inside[p] != 0 && connected.data[p] < 0.5f;
-      const bool known = seeds[undecided.Index(x, y)] != kNone;
+      const bool known = seeds[undecided.Index(x, y)] != Seed::kNone;
       undecided(x, y) = !known && (dropped || solution.doubtful[p] != 0) ? 255 : 0;
     }
   }
@@ -328,9 +237,16 @@ Mask Solve(const Features4& features, double focal, const std::vector<Seed>& see
   if (undecided) *undecided = Undecided(solution, values, seeds, width, height);
   ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
   for (size_t p = 0; p < seeds.size(); ++p) {
-    if (seeds[p] != kNone) matte.data[p] = seeds[p] == kIn ? 1 : 0;
+    if (seeds[p] != Seed::kNone) matte.data[p] = seeds[p] == Seed::kInside ? 1 : 0;
   }
   return ToMask(matte);
+}
+
+// 255 where `mask` is inside, else 0.
+cv::Mat InsideOf(const Mask& mask) {
+  cv::Mat inside(mask.height, mask.width, CV_8U);
+  for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = mask.data[p] >= kInside ? 255 : 0;
+  return inside;
 }
 
 void RequireSize(const ViewLayers& layers, const Mask& mask) {
@@ -367,13 +283,13 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   CheckLayers(layers);
   RequireSize(layers, inside);
   if (!outside.Empty()) RequireSize(layers, outside);
-  std::vector<Seed> seeds(inside.data.size(), kNone);
+  std::vector<Seed> seeds(inside.data.size(), Seed::kNone);
   bool any_in = false, any_out = false;
   for (size_t p = 0; p < seeds.size(); ++p) {
     const bool in = inside.data[p] >= kInside;
     const bool out = !outside.Empty() && outside.data[p] >= kInside;
     CheckOption(!in || !out, "a pixel has a stroke inside and one outside");
-    seeds[p] = in ? kIn : out ? kOut : kNone;
+    seeds[p] = in ? Seed::kInside : out ? Seed::kOutside : Seed::kNone;
     any_in |= in;
     any_out |= out;
   }
@@ -382,10 +298,46 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
     for (int x = 0; x < inside.width; ++x) {
       const bool edge = x == 0 || y == 0 || x == inside.width - 1 || y == inside.height - 1;
       Seed& seed = seeds[inside.Index(x, y)];
-      if (edge && seed == kNone) seed = kOut;
+      if (edge && seed == Seed::kNone) seed = Seed::kOutside;
     }
   }
-  return Solve(ScaledFeatures(layers), PixelsPerRadian(layers), seeds, monitor, undecided);
+  return Solve(Features(layers), PixelsPerRadian(layers), seeds, monitor, undecided);
+}
+
+GridRect PartAboutBorder(const Mask& mask, int radius) {
+  const cv::Mat inside = InsideOf(mask);
+  const int count = cv::countNonZero(inside);
+  if (count == 0 || count == int(mask.NumPixels())) return {};
+  const cv::Rect box = cv::boundingRect(inside);
+  const int margin = 3 * radius + 2;
+  const cv::Rect part =
+      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+      cv::Rect(0, 0, mask.width, mask.height);
+  return {part.x, part.y, part.width, part.height};
+}
+
+Mask RefineEdgeOfPart(const Features4& features, double focal, const Mask& mask, int radius,
+                      Monitor& monitor, double favor) {
+  // Distances to the border from both sides.
+  const cv::Mat in = InsideOf(mask);
+  cv::Mat depth_in, depth_out;
+  cv::distanceTransform(in, depth_in, cv::DIST_L2, cv::DIST_MASK_5);
+  cv::distanceTransform(255 - in, depth_out, cv::DIST_L2, cv::DIST_MASK_5);
+  // What is thinner than the band keeps its middle.
+  double deepest = 0;
+  cv::minMaxLoc(depth_in, nullptr, &deepest);
+  const double band_in = std::min(double(radius), 0.5 * deepest);
+  std::vector<Seed> seeds(mask.NumPixels(), Seed::kNone);
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    if (double(depth_in.ptr<float>()[p]) > band_in) seeds[p] = Seed::kInside;
+    if (double(depth_out.ptr<float>()[p]) > double(radius)) seeds[p] = Seed::kOutside;
+  }
+  const Mask found = Solve(features, focal, seeds, monitor, nullptr, favor);
+  Mask refined = mask;
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    if (seeds[p] == Seed::kNone) refined.data[p] = found.data[p];
+  }
+  return refined;
 }
 
 Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor,
@@ -393,44 +345,13 @@ Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor&
   CheckLayers(layers);
   RequireSize(layers, mask);
   CheckOption(radius >= 1, "the radius of an edge must be at least 1 pixel");
-  // Distances to the border from both sides.
-  cv::Mat in(mask.height, mask.width, CV_8U), out, depth_in, depth_out;
-  for (size_t p = 0; p < mask.data.size(); ++p) in.data[p] = mask.data[p] >= kInside ? 255 : 0;
-  if (cv::countNonZero(in) == 0 || cv::countNonZero(in) == int(mask.NumPixels())) return mask;
-  out = 255 - in;
-  cv::distanceTransform(in, depth_in, cv::DIST_L2, cv::DIST_MASK_5);
-  cv::distanceTransform(out, depth_out, cv::DIST_L2, cv::DIST_MASK_5);
-  // What is thinner than the band keeps its middle.
-  double deepest = 0;
-  cv::minMaxLoc(depth_in, nullptr, &deepest);
-  const double band_in = std::min(double(radius), 0.5 * deepest);
-  // The band and as much about it as tells inside from outside.
-  const cv::Rect box = cv::boundingRect(in);
-  const int margin = 3 * radius + 2;
-  const cv::Rect part =
-      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
-      cv::Rect(0, 0, mask.width, mask.height);
-  const Features4 all = ScaledFeatures(layers);
-  Features4 features(part.width, part.height);
-  std::vector<Seed> seeds(features.NumPixels(), kNone);
-  for (int y = 0; y < part.height; ++y) {
-    for (int x = 0; x < part.width; ++x) {
-      std::copy_n(&all(part.x + x, part.y + y), 4, &features(x, y));
-      const cv::Point at(part.x + x, part.y + y);
-      if (depth_in.at<float>(at) > band_in) seeds[size_t(y) * size_t(part.width) + size_t(x)] = kIn;
-      if (depth_out.at<float>(at) > float(radius)) {
-        seeds[size_t(y) * size_t(part.width) + size_t(x)] = kOut;
-      }
-    }
-  }
-  const Mask found = Solve(features, PixelsPerRadian(layers), seeds, monitor, nullptr, favor);
+  const GridRect part = PartAboutBorder(mask, radius);
+  if (part.width == 0) return mask;
   Mask refined = mask;
-  for (int y = 0; y < part.height; ++y) {
-    for (int x = 0; x < part.width; ++x) {
-      if (seeds[size_t(y) * size_t(part.width) + size_t(x)] != kNone) continue;
-      refined(part.x + x, part.y + y) = found(x, y);
-    }
-  }
+  Place(RefineEdgeOfPart(Features(layers, part), PixelsPerRadian(layers), Crop(mask, part), radius,
+                         monitor, favor)
+            .data.data(),
+        part, &refined);
   return refined;
 }
 

@@ -36,4 +36,11 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
 Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor& monitor,
                 double favor = 0);
 
+// The pixels that this looks at: those about what is inside. Empty where there is no border.
+GridRect PartAboutBorder(const Mask& mask, int radius);
+// The same of that part: `features` (view_layers.h) and `mask` are the part's, [height, width].
+// `focal`: pixels per radian.
+Mask RefineEdgeOfPart(const PixelArray<float, 4>& features, double focal, const Mask& mask,
+                      int radius, Monitor& monitor, double favor = 0);
+
 }  // namespace retint

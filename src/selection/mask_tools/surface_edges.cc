@@ -66,19 +66,25 @@ std::vector<float> Bends(const ScalarImage& inverse_depth, float far, double foc
 ScalarImage SurfaceValleys(const ScalarImage& inverse_depth, double focal) {
   const ScalarImage smooth = WithoutSpikes(inverse_depth);
   const float far = kFar * UsualDepth(smooth);
+  const size_t kinds = kSteps.size() * kDirections.size();
+  std::vector<std::vector<float>> bends(kinds);
+  std::vector<double> usual(kinds);
+  ParallelTasks(int64_t(kinds), [&](int64_t i) {
+    std::vector<float>& some = bends[size_t(i)];
+    some = Bends(smooth, far, focal, kSteps[size_t(i) / kDirections.size()],
+                 kDirections[size_t(i) % kDirections.size()]);
+    std::vector<double> sizes(some.size());
+    std::transform(some.begin(), some.end(), sizes.begin(),
+                   [](float bend) { return double(std::abs(bend)); });
+    usual[size_t(i)] = Median(std::move(sizes));
+  });
   ScalarImage valleys(smooth.width, smooth.height);
-  std::vector<double> usual;
-  for (const int step : kSteps) {
-    for (const auto& direction : kDirections) {
-      const std::vector<float> bends = Bends(smooth, far, focal, step, direction);
-      std::vector<double> sizes(bends.size());
-      for (size_t p = 0; p < bends.size(); ++p) {
-        valleys.data[p] = std::max(valleys.data[p], bends[p]);
-        sizes[p] = double(std::abs(bends[p]));
-      }
-      usual.push_back(Median(std::move(sizes)));
+  ParallelRanges(int64_t(valleys.data.size()), 4096, [&](int64_t begin, int64_t end) {
+    for (const std::vector<float>& some : bends) {
+      for (auto p = size_t(begin); p < size_t(end); ++p)
+        valleys.data[p] = std::max(valleys.data[p], some[p]);
     }
-  }
+  });
   const double noise = kNoise * Median(std::move(usual));
   for (float& value : valleys.data) {
     value = float(std::clamp((double(value) - noise) / (kSlope + noise), 0.0, 1.0));

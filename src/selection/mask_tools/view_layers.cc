@@ -16,6 +16,8 @@
 namespace retint {
 namespace {
 
+constexpr float kDepthRange = 1.5f;
+
 Eigen::Vector3d PointInCam(const ViewLayers& layers, int x, int y) {
   const Eigen::Vector3f ray(&layers.rays(x, y));
   return double(layers.Surface()(x, y)) * ray.cast<double>();
@@ -40,6 +42,17 @@ Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) 
     ends[side] = PointInCam(layers, i, j);
   }
   return ends[1] - ends[0];
+}
+
+// The median of every fourth pixel; 1 where there is none.
+float UsualDepth(const DepthMap& depth) {
+  std::vector<double> some;
+  for (int y = 0; y < depth.height; y += 2) {
+    for (int x = 0; x < depth.width; x += 2) {
+      if (HasDepth(depth, x, y)) some.push_back(double(depth(x, y)));
+    }
+  }
+  return float(Median(std::move(some), 1));
 }
 
 }  // namespace
@@ -101,23 +114,39 @@ double PixelsPerRadian(const ViewLayers& layers) {
   return Median(std::move(scales), double(layers.rays.width));
 }
 
-PixelArray<float, 4> Features(const ViewLayers& layers) {
-  PixelArray<float, 4> features(layers.color.width, layers.color.height);
-  ParallelRanges(layers.color.height, 16, [&](int64_t begin, int64_t end) {
+PixelArray<float, 4> Features(const ViewLayers& layers, const GridRect& part) {
+  const float middle = std::log(UsualDepth(layers.depth));
+  PixelArray<float, 4> features(part.width, part.height);
+  const auto has_depth = [&](int x, int y) {
+    return !layers.depth.Empty() && HasDepth(layers.depth, part.x + x, part.y + y);
+  };
+  ParallelRanges(part.height, 16, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
-      for (int x = 0; x < layers.color.width; ++x) {
+      for (int x = 0; x < part.width; ++x) {
         float rgb[3];
-        for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(layers.color(x, y, c), 0.0f, 1.0f);
+        for (int c = 0; c < 3; ++c)
+          rgb[c] = std::clamp(layers.color(part.x + x, part.y + y, c), 0.0f, 1.0f);
         const OkLab lab = OkLabFromSrgb(rgb);
         float* const out = &features(x, y);
-        out[0] = lab.lightness, out[1] = lab.a, out[2] = lab.b, out[3] = 0;
-        if (!layers.depth.Empty() && HasDepth(layers.depth, x, y)) {
-          out[3] = std::log(layers.depth(x, y));
-        }
+        out[0] = lab.lightness, out[1] = lab.a, out[2] = lab.b;
+        if (has_depth(x, y)) out[3] = std::log(layers.depth(part.x + x, part.y + y));
+      }
+    }
+  });
+  ParallelRanges(part.height, 16, [&](int64_t begin, int64_t end) {
+    for (int y = int(begin); y < int(end); ++y) {
+      for (int x = 0; x < part.width; ++x) {
+        float& depth = features(x, y, 3);
+        const float away = has_depth(x, y) ? depth - middle : kDepthRange;
+        depth = kFeaturesPerLogDepth * std::clamp(away, -kDepthRange, kDepthRange);
       }
     }
   });
   return features;
+}
+
+PixelArray<float, 4> Features(const ViewLayers& layers) {
+  return Features(layers, {0, 0, layers.color.width, layers.color.height});
 }
 
 }  // namespace retint

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "scene/camera.h"
+#include "scene/grid_rect.h"
 #include "scene/image.h"
 
 namespace retint {
@@ -38,7 +39,11 @@ Eigen::Vector3d RayAt(const ViewLayers& layers, const Eigen::Vector2d& at);
 // wide where the camera says nothing.
 double PixelsPerRadian(const ViewLayers& layers);
 
-// OKLab, and the logarithm of the depth: 0 where there is none. [H, W, 4]
-PixelArray<float, 4> Features(const ViewLayers& layers);
+// OKLab units for a depth e times as large.
+inline constexpr float kFeaturesPerLogDepth = 0.5f;
+// OKLab, and the logarithm of the depth in comparable units about its median, at most 1.5 away from
+// it before they are. Where there is no depth the surface is far. [height, width, 4] of `part`.
+PixelArray<float, 4> Features(const ViewLayers& layers, const GridRect& part);
+PixelArray<float, 4> Features(const ViewLayers& layers);  // of all
 
 }  // namespace retint

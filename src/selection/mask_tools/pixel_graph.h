@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pixels of a picture as a graph, in which strokes are given and borders are looked for.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "scene/image.h"
+#include "selection/graph_solver.h"
+
+namespace retint {
+
+// What is given of a pixel: nothing, or the side it is on.
+enum class Seed : uint8_t { kNone, kInside, kOutside };
+
+// The pixels that are not given, in their order.
+struct FreePixels {
+  std::vector<int> pixels;
+  EdgeMatrix edges;          // between them: indices into `pixels`
+  std::vector<float> given;  // log odds of "inside" by the given pixels beside each
+};
+
+// Each pixel with its four neighbors and the four across.
+class PixelGraph {
+ public:
+  // `features`: OKLab and depth (view_layers.h); `valleys` of the same size (surface_edges.h). A
+  // border between two pixels costs most where they are alike and no valley lies between them. The
+  // picture's own contrast says what is alike (Boykov and Jolly 2001).
+  PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys);
+
+  FreePixels Free(const std::vector<Seed>& seeds) const;
+
+  // Least sum of changes of the features, and of steps, on a way from any seed of that kind
+  // (Dijkstra 1959); infinity where there is none. Right in free pixels alone.
+  std::vector<float> DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const;
+
+ private:
+  static constexpr int kNeighbors = 8;
+
+  // visit(neighbor, squared change of the features, length in pixels), neighbors ascending.
+  template <typename Visit>
+  void ForNeighbors(size_t pixel, const Visit& visit) const;
+  Eigen::Map<const Eigen::Vector4f> At(size_t pixel) const {
+    return Eigen::Map<const Eigen::Vector4f>(&features_.data[4 * pixel]);
+  }
+  float Weight(size_t from, size_t to, float squared, double length) const;
+  float Step(size_t from, size_t to, float squared, double length) const;
+  double Valley(size_t from, size_t to) const;
+
+  const PixelArray<float, 4>& features_;
+  const ScalarImage& valleys_;
+  double contrast_ = 0;  // of squared changes, in 1 / features^2
+};
+
+}  // namespace retint
