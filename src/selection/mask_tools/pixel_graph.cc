@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
-#include <queue>
 #include <utility>
+
+#include <Eigen/Core>
 
 #include "base/parallel.h"
 
@@ -20,30 +20,64 @@ constexpr double kValley = 3;        // logarithm of what a valley takes away of
 constexpr double kStepCost = 0.01;   // of a pixel's width, in the distance along surfaces
 constexpr double kValleyCost = 0.3;  // of a valley
 
+// A queue by distance (Dial 1969). Every step is longer than a bucket is wide, so that what is in
+// the first bucket that is not empty has its final distance, and nothing is added to that bucket.
+class Buckets {
+ public:
+  struct Entry {
+    float distance;
+    int pixel;
+  };
+
+  void Add(float distance, int pixel) {
+    const auto at = size_t(double(distance) / kWidth);
+    if (at >= buckets_.size()) buckets_.resize(at + 1 + at / 2);
+    buckets_[at].push_back({distance, pixel});
+  }
+  size_t size() const { return buckets_.size(); }
+  std::vector<Entry> Take(size_t at) { return std::exchange(buckets_[at], {}); }
+
+ private:
+  static constexpr double kWidth = 0.9 * kStepCost;
+
+  std::vector<std::vector<Entry>> buckets_;
+};
+
 }  // namespace
 
 template <typename Visit>
 void PixelGraph::ForNeighbors(size_t pixel, const Visit& visit) const {
-  const int x = int(pixel % size_t(features_.width)), y = int(pixel / size_t(features_.width));
-  for (int k = 0; k <= kNeighbors; ++k) {
+  const int width = squared_.width;
+  const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));
+  for (int k = 0; k < kWindow; ++k) {
     const int i = x + k % 3 - 1, j = y + k / 3 - 1;
-    if (k == kNeighbors / 2 || !features_.Contains(i, j)) continue;
-    const size_t other = size_t(j) * size_t(features_.width) + size_t(i);
-    visit(other, (At(pixel) - At(other)).squaredNorm(), k % 2 == 1 ? 1 : std::numbers::sqrt2);
+    if (k == kWindow / 2 || !squared_.Contains(i, j)) continue;
+    visit(size_t(j) * size_t(width) + size_t(i), squared_.data[size_t(kWindow) * pixel + size_t(k)],
+          k % 2 == 1 ? 1 : std::numbers::sqrt2);
   }
 }
 
 PixelGraph::PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys)
-    : features_(features), valleys_(valleys) {
-  const int64_t width = features.width, height = features.height;
+    : valleys_(valleys), squared_(features.width, features.height) {
+  const int width = features.width, height = features.height;
+  const auto at = [&](int x, int y) { return Eigen::Map<const Eigen::Vector4f>(&features(x, y)); };
   const double sum = OrderedSum(height, 16, [&](int64_t begin, int64_t end) {
     double part = 0;
-    for (auto p = size_t(begin * width); p < size_t(end * width); ++p)
-      ForNeighbors(p, [&](size_t, float squared, double) { part += double(squared); });
+    for (int y = int(begin); y < int(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int k = 0; k < kWindow; ++k) {
+          const int i = x + k % 3 - 1, j = y + k / 3 - 1;
+          if (!features.Contains(i, j)) continue;
+          const float squared = (at(x, y) - at(i, j)).squaredNorm();
+          squared_(x, y, k) = squared;
+          part += double(squared);
+        }
+      }
+    }
     return part;
   });
-  const int64_t pairs =
-      width * (height - 1) + height * (width - 1) + 2 * (width - 1) * (height - 1);
+  const int64_t across = int64_t(width - 1) * (height - 1);
+  const int64_t pairs = int64_t(width) * (height - 1) + int64_t(height) * (width - 1) + 2 * across;
   contrast_ = double(pairs) / std::max(1e-9, sum);  // each pair is in the sum twice
 }
 
@@ -99,8 +133,7 @@ FreePixels PixelGraph::Free(const std::vector<Seed>& seeds) const {
 
 std::vector<float> PixelGraph::DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const {
   std::vector<float> distances(seeds.size(), std::numeric_limits<float>::infinity());
-  using Entry = std::pair<float, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  Buckets open;
   size_t wanted = 0;
   for (size_t p = 0; p < seeds.size(); ++p) {
     wanted += seeds[p] == Seed::kNone ? 1 : 0;
@@ -108,21 +141,21 @@ std::vector<float> PixelGraph::DistancesFrom(const std::vector<Seed>& seeds, See
     distances[p] = 0;
     bool leaves = false;  // a way out of the seeds starts here
     ForNeighbors(p, [&](size_t other, float, double) { leaves |= seeds[other] != kind; });
-    if (leaves) open.emplace(0.0f, int(p));
+    if (leaves) open.Add(0, int(p));
   }
-  while (!open.empty() && wanted > 0) {
-    const auto [distance, pixel] = open.top();
-    const auto p = size_t(pixel);
-    open.pop();
-    if (distance > distances[p]) continue;
-    wanted -= seeds[p] == Seed::kNone ? 1 : 0;
-    ForNeighbors(p, [&, from = distance](size_t other, float squared, double length) {
-      const float longer = from + Step(p, other, squared, length);
-      if (longer < distances[other]) {
-        distances[other] = longer;
-        open.emplace(longer, int(other));
-      }
-    });
+  for (size_t at = 0; at < open.size() && wanted > 0; ++at) {
+    for (const Buckets::Entry& entry : open.Take(at)) {
+      const auto p = size_t(entry.pixel);
+      if (entry.distance > distances[p]) continue;
+      wanted -= seeds[p] == Seed::kNone ? 1 : 0;
+      ForNeighbors(p, [&](size_t other, float squared, double length) {
+        const float longer = entry.distance + Step(p, other, squared, length);
+        if (longer < distances[other]) {
+          distances[other] = longer;
+          open.Add(longer, int(other));
+        }
+      });
+    }
   }
   return distances;
 }

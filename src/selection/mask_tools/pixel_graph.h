@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "scene/image.h"
 #include "selection/graph_solver.h"
 
@@ -38,21 +36,18 @@ class PixelGraph {
   std::vector<float> DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const;
 
  private:
-  static constexpr int kNeighbors = 8;
+  static constexpr int kWindow = 9;  // a pixel and its neighbors, row by row
 
   // visit(neighbor, squared change of the features, length in pixels), neighbors ascending.
   template <typename Visit>
   void ForNeighbors(size_t pixel, const Visit& visit) const;
-  Eigen::Map<const Eigen::Vector4f> At(size_t pixel) const {
-    return Eigen::Map<const Eigen::Vector4f>(&features_.data[4 * pixel]);
-  }
   float Weight(size_t from, size_t to, float squared, double length) const;
   float Step(size_t from, size_t to, float squared, double length) const;
   double Valley(size_t from, size_t to) const;
 
-  const PixelArray<float, 4>& features_;
   const ScalarImage& valleys_;
-  double contrast_ = 0;  // of squared changes, in 1 / features^2
+  PixelArray<float, kWindow> squared_;  // changes of the features
+  double contrast_ = 0;                 // of squared changes, in 1 / features^2
 };
 
 }  // namespace retint

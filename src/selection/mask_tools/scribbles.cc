@@ -321,8 +321,10 @@ Mask RefineEdgeOfPart(const Features4& features, double focal, const Mask& mask,
   // Distances to the border from both sides.
   const cv::Mat in = InsideOf(mask);
   cv::Mat depth_in, depth_out;
-  cv::distanceTransform(in, depth_in, cv::DIST_L2, cv::DIST_MASK_5);
-  cv::distanceTransform(255 - in, depth_out, cv::DIST_L2, cv::DIST_MASK_5);
+  ParallelTasks(2, [&](int64_t which) {
+    cv::distanceTransform(which == 0 ? in : cv::Mat(255 - in), which == 0 ? depth_in : depth_out,
+                          cv::DIST_L2, cv::DIST_MASK_5);
+  });
   // What is thinner than the band keeps its middle.
   double deepest = 0;
   cv::minMaxLoc(depth_in, nullptr, &deepest);

@@ -44,11 +44,11 @@ Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) 
   return ends[1] - ends[0];
 }
 
-// The median of every fourth pixel; 1 where there is none.
+// The median of every sixteenth pixel; 1 where there is none.
 float UsualDepth(const DepthMap& depth) {
   std::vector<double> some;
-  for (int y = 0; y < depth.height; y += 2) {
-    for (int x = 0; x < depth.width; x += 2) {
+  for (int y = 0; y < depth.height; y += 4) {
+    for (int x = 0; x < depth.width; x += 4) {
       if (HasDepth(depth, x, y)) some.push_back(double(depth(x, y)));
     }
   }
