@@ -150,6 +150,18 @@ int Execute(Globals globals, const Action& action, bool shared) {
   return shared ? ExecuteShared(globals, action) : ExecuteAlone(globals, action);
 }
 
+// CLI11 says `--no-refine{false}` of a switch that is turned off by that name.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    constexpr std::string_view kTurnsOff = "{false}";
+    std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    if (const size_t at = name.find(kTurnsOff); at != std::string::npos)
+      name.erase(at, kTurnsOff.size());
+    return name;
+  }
+};
+
 }  // namespace
 
 int RunCommand(int argc, char** argv) {
@@ -159,6 +171,7 @@ int RunCommand(int argc, char** argv) {
   globals.command = Typed(argc, argv);
   Action action;
   CLI::App app("Recolors regions of 3D Gaussian Splatting scenes.", "retint");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.get_formatter()->column_width(36);
   app.set_version_flag(
       "--version", [] { return VersionText(); }, "Version, backends and libraries");

@@ -87,7 +87,8 @@ CLI::Option* AddChoice(CLI::App* verb, const std::string& flag, const std::vecto
 CLI::Option* AddFlag(CLI::App* verb, const std::string& flag, const std::vector<Option>& alike) {
   const auto& member = alike.front().member;
   if (const auto* toggle = std::get_if<bool*>(&member)) {
-    return verb->add_flag(flag + ",!--no-" + flag.substr(2), **toggle, HelpOf(alike));
+    return verb->add_flag(flag + ",!--no-" + flag.substr(2), **toggle, HelpOf(alike))
+        ->option_text(**toggle ? "(default: on)" : "(default: off)");
   }
   CLI::Option* added =
       std::holds_alternative<OptionChoice>(member) ? AddChoice(verb, flag, alike)

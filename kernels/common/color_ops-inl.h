@@ -86,6 +86,13 @@ RETINT_HD void RecolorColor(const float* values, Real* color) {
   const Truth fits = (out[0] <= 1) & (out[1] <= 1) & (out[2] <= 1);
   if (values[14] > 0 || Any(!fits)) {
     OkLab lab = OkLabFromSrgb(out);
+    // A color that is too bright for a screen is as light as its channels at their most, of the
+    // same hue and saturation.
+    Real clipped[3];
+    for (int c = 0; c < 3; ++c) clipped[c] = fminf(out[c], 1.0f);
+    const Real lightness = OkLabFromSrgb(clipped).lightness;
+    const Real darker = Select(fits, 1, lightness / fmaxf(lab.lightness, kLeast));
+    lab = {lab.lightness * darker, lab.a * darker, lab.b * darker};
     if (values[14] > 0) {
       lab.lightness += values[14] * (OkLabFromSrgb(color).lightness - lab.lightness);
     }

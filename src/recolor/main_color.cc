@@ -73,7 +73,8 @@ float Quantile(std::vector<float>& values, double share) {
 
 }  // namespace
 
-std::optional<MainColor> FindMainColor(std::span<const float> pixels) {
+std::optional<MainColor> FindMainColor(std::span<const float> pixels,
+                                       std::span<const float> elsewhere) {
   const std::vector<Sample> samples = Samples(pixels);
   if (samples.empty()) return std::nullopt;
   Sample center = FullestBin(samples);
@@ -93,7 +94,13 @@ std::optional<MainColor> FindMainColor(std::span<const float> pixels) {
   if (lights.empty()) {
     for (const Sample& s : samples) lights.push_back(s.lightness);
   }
-  const float lightness = Quantile(lights, 0.5), full = Quantile(lights, kFullLight);
+  const float lightness = Quantile(lights, 0.5);
+  float full = Quantile(lights, kFullLight);
+  lights.clear();
+  for (const Sample& s : Samples(elsewhere)) {
+    if (IsNear(s, center)) lights.push_back(s.lightness);
+  }
+  if (!lights.empty()) full = std::max(full, Quantile(lights, kFullLight));
   MainColor main;
   SrgbFromOkLab({lightness, center.a * lightness, center.b * lightness}, main.rgb.data());
   for (float& value : main.rgb) value = std::clamp(value, 0.0f, 1.0f);

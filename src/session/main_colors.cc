@@ -2,11 +2,14 @@
 #include "session/main_colors.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "recolor/main_color.h"
 #include "recolor/palette.h"
+#include "selection/shrunk_view.h"
 #include "session/compare_pictures.h"
 #include "session/photo_paint.h"
 
@@ -20,7 +23,6 @@ constexpr uint8_t kInside = 128;
 struct MaskedView {
   PosedCamera camera;
   const Mask* mask;
-  size_t pixels;  // inside
 };
 
 size_t CountInside(const Mask& mask) {
@@ -28,22 +30,27 @@ size_t CountInside(const Mask& mask) {
                               [](uint8_t value) { return value >= kInside; }));
 }
 
-std::vector<MaskedView> ViewsOf(const std::vector<PaintedView>& painted,
-                                const RegionSelection& selection, const Reconstruction& model) {
-  std::vector<MaskedView> views;
-  for (const PaintedView& view : painted) {
-    views.push_back({view.camera, &view.mask, CountInside(view.mask)});
-  }
-  if (views.empty()) {
-    for (const auto& [name, mask] : selection.masks) {
-      const View* view = model.FindView(name);
-      if (view) views.push_back({model.Posed(*view), &mask, CountInside(mask)});
-    }
-  }
-  std::erase_if(views, [](const MaskedView& view) { return view.pixels == 0; });
+std::vector<MaskedView> SomeOf(std::vector<MaskedView> views) {
+  std::erase_if(views, [](const MaskedView& view) { return !IsMeasured(*view.mask); });
   std::vector<MaskedView> some;
   for (const size_t i : ViewsMeasuredOf(views.size())) some.push_back(views[i]);
   return some;
+}
+
+std::vector<MaskedView> ViewsOf(const std::vector<PaintedView>& painted) {
+  std::vector<MaskedView> views;
+  for (const PaintedView& view : painted) views.push_back({view.camera, &view.mask});
+  return SomeOf(std::move(views));
+}
+
+std::vector<MaskedView> ViewsOf(const std::map<std::string, Mask>& masks,
+                                const Reconstruction& model) {
+  std::vector<MaskedView> views;
+  for (const auto& [name, mask] : masks) {
+    const View* view = model.FindView(name);
+    if (view) views.push_back({model.Posed(*view), &mask});
+  }
+  return SomeOf(std::move(views));
 }
 
 // [N, 3]
@@ -67,8 +74,9 @@ std::vector<float> Edited(const std::vector<float>& pixels, const ColorEdit& edi
   return edited;
 }
 
-void SetMainColor(ColorOperation& op, const std::vector<float>& pixels) {
-  const auto main = FindMainColor(pixels);
+void SetMainColor(ColorOperation& op, const std::vector<float>& pixels,
+                  const std::vector<float>& elsewhere) {
+  const auto main = FindMainColor(pixels, elsewhere);
   if (!main) throw InputError("the selection has no pixel whose color could be measured");
   std::copy(main->rgb.begin(), main->rgb.end(), op.Get("from").begin());
   op.Get("brightest")[0] = main->brightest;
@@ -97,9 +105,24 @@ ColorEdit OperationsBefore(const ColorEdit& edit, size_t i) {
 }
 
 // Of the selection's pixels, what an operation asks for, after the operations before it.
-void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<float>& pixels) {
+// `elsewhere`: those of views that nobody painted.
+void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<float>& pixels,
+             const std::vector<float>& elsewhere = {}) {
   const std::vector<float> edited = Edited(pixels, before);
-  op.kind == ColorOperationKind::kPalette ? SetPalette(op, edited) : SetMainColor(op, edited);
+  if (op.kind == ColorOperationKind::kPalette) {
+    SetPalette(op, edited);
+  } else {
+    SetMainColor(op, edited, Edited(elsewhere, before));
+  }
+}
+
+// How bright views that nobody painted show the selection: means over the pixels of small pictures.
+std::vector<float> PixelsElsewhere(const RegionSelection& selection, const Reconstruction& model,
+                                   Renderer& renderer) {
+  if (selection.source.painted.empty()) return {};
+  std::vector<MaskedView> views = ViewsOf(selection.masks, model);
+  for (MaskedView& view : views) view.camera = Shrunk(view.camera);
+  return PixelsOf(views, renderer);
 }
 
 }  // namespace
@@ -109,9 +132,13 @@ std::vector<float> PixelsInside(const PosedCamera& camera, const Mask& mask, Ren
   const size_t step = CountInside(mask) / kMostPixels + 1;
   std::vector<float> pixels;
   size_t inside = 0;
-  for (size_t p = 0; p < image.NumPixels(); ++p) {
-    if (mask.data[p] < kInside || inside++ % step != 0) continue;
-    pixels.insert(pixels.end(), &image.data[3 * p], &image.data[3 * p] + 3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const int i = int((x + 0.5) * mask.width / image.width);
+      const int j = int((y + 0.5) * mask.height / image.height);
+      if (mask(i, j) < kInside || inside++ % step != 0) continue;
+      pixels.insert(pixels.end(), &image(x, y), &image(x, y) + 3);
+    }
   }
   return pixels;
 }
@@ -130,12 +157,14 @@ std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Wor
                                      Renderer& renderer, std::span<const float> sh) {
   renderer.SetSh(sh);
   const std::vector<PaintedView> painted = OnViews(workspace, selection.source.painted);
-  return PixelsOf(ViewsOf(painted, selection, workspace.reconstruction), renderer);
+  return PixelsOf(
+      painted.empty() ? ViewsOf(selection.masks, workspace.reconstruction) : ViewsOf(painted),
+      renderer);
 }
 
 ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenScene& scene,
                          std::span<const float> sh) {
-  std::vector<float> pixels;
+  std::vector<float> pixels, elsewhere;
   for (size_t i = 0; i < edit.operations.size(); ++i) {
     ColorOperation& op = edit.operations[i];
     if (!op.NeedsMeasuring()) continue;
@@ -146,8 +175,9 @@ ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenS
     }
     if (pixels.empty()) {
       pixels = PixelsOfSelection(selection, scene.workspace(), scene.renderer(), sh);
+      elsewhere = PixelsElsewhere(selection, scene.reconstruction(), scene.renderer());
     }
-    Measure(op, before, pixels);
+    Measure(op, before, pixels, elsewhere);
   }
   return edit;
 }

@@ -25,7 +25,8 @@ std::vector<size_t> ViewsMeasuredOf(size_t count);
 std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Workspace& workspace,
                                      Renderer& renderer, std::span<const float> sh);
 
-// [P, 3]: those inside the mask of one view, as the renderer shows it.
+// [P, 3]: those inside the mask of one view, as the renderer shows it. The camera may be that of a
+// smaller picture than the mask's.
 std::vector<float> PixelsInside(const PosedCamera& camera, const Mask& mask, Renderer& renderer);
 
 // `edit` with what its operations wait for (ColorEdit::NeedsMainColor), measured on those pixels
