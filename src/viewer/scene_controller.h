@@ -117,7 +117,7 @@ class SceneController : public QObject {
   bool IsOpen() const { return facts_ != nullptr; }
   std::shared_ptr<const SceneFacts> facts() const { return facts_; }
 
-  // Stops the long task that runs, and those that wait. Their failed()/taskFinished() follow.
+  // Stops the long task that runs, and those that wait: cancelled() follows for each in its turn.
   void Cancel();
   bool IsBusy() const { return !task_.isEmpty(); }
   QString task() const { return task_; }  // what the worker is at, for people; empty: nothing

@@ -3,8 +3,6 @@
 
 #include <utility>
 
-#include "base/error.h"
-
 namespace retint {
 
 SceneWorker::SceneWorker(OnProgress on_progress, OnTask on_task)
@@ -16,58 +14,56 @@ SceneWorker::~SceneWorker() {
   {
     std::lock_guard lock(mutex_);
     quit_ = true;
-    tasks_.clear();
-    if (monitor_) monitor_->Cancel();
+    waiting_.clear();
+    if (running_) running_->Cancel();
   }
   changed_.notify_all();
   thread_.join();
 }
 
-void SceneWorker::Post(Task task) {
+std::shared_ptr<Monitor> SceneWorker::Post(Task task) {
+  const auto monitor =
+      std::make_shared<Monitor>(task.label.isEmpty() ? OnProgress() : on_progress_);
   {
     std::lock_guard lock(mutex_);
-    tasks_.push_back(std::move(task));
+    waiting_.push_back({std::move(task), monitor});
   }
   changed_.notify_all();
+  return monitor;
 }
 
 void SceneWorker::Cancel() {
-  std::deque<Task> dropped;
-  {
-    std::lock_guard lock(mutex_);
-    if (monitor_) monitor_->Cancel();
-    std::deque<Task> kept;
-    for (Task& task : tasks_) (task.label.isEmpty() ? kept : dropped).push_back(std::move(task));
-    tasks_ = std::move(kept);
-  }
-  for (const Task& task : dropped) {
-    if (task.done) task.done(std::make_exception_ptr(Cancelled()));
+  std::lock_guard lock(mutex_);
+  if (running_) running_->Cancel();
+  for (const auto& [task, monitor] : waiting_) {
+    if (!task.label.isEmpty()) monitor->Cancel();
   }
 }
 
 void SceneWorker::Loop() {
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return quit_ || !tasks_.empty(); });
+    changed_.wait(lock, [this] { return quit_ || !waiting_.empty(); });
     if (quit_) return;
-    Task task = std::move(tasks_.front());
-    tasks_.pop_front();
+    auto [task, monitor] = std::move(waiting_.front());
+    waiting_.pop_front();
     const bool labeled = !task.label.isEmpty();
-    const auto monitor = std::make_shared<Monitor>(labeled ? on_progress_ : OnProgress());
-    if (labeled) monitor_ = monitor;
+    if (labeled) running_ = monitor;
     lock.unlock();
-    if (labeled) on_task_(task.label);
+    const bool told = labeled && !monitor->IsCancelled();
+    if (told) on_task_(task.label);
     std::exception_ptr error;
     try {
+      monitor->ThrowIfCancelled();
       task.work(*monitor);
     } catch (...) {
       error = std::current_exception();
     }
-    if (labeled) on_task_({});
+    if (told) on_task_({});
     if (task.done) task.done(error);
     task = {};  // what it holds may be large
     lock.lock();
-    monitor_.reset();
+    running_.reset();
   }
 }
 

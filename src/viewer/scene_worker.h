@@ -29,19 +29,25 @@ class SceneWorker {
   SceneWorker(OnProgress on_progress, OnTask on_task);
   ~SceneWorker();  // cancels and joins; tasks that wait are dropped
 
-  void Post(Task task);
-  // Cancels the labeled task that runs and those that wait; the others are done all the same.
+  // Returns the monitor of its work, with which this task alone can be cancelled.
+  std::shared_ptr<Monitor> Post(Task task);
+  // Cancels the labeled task that runs and those that wait. What is cancelled before its turn is
+  // not begun, and its done() hears of that in its turn.
   void Cancel();
 
  private:
+  struct Posted {
+    Task task;
+    std::shared_ptr<Monitor> monitor;
+  };
   void Loop();
 
   const OnProgress on_progress_;
   const OnTask on_task_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Task> tasks_;
-  std::shared_ptr<Monitor> monitor_;  // of the labeled task that runs
+  std::deque<Posted> waiting_;
+  std::shared_ptr<Monitor> running_;  // of the labeled task that runs
   bool quit_ = false;
   std::thread thread_;  // last: starts when everything above exists
 };

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tasks of the controller's that wait for one another: cancelled, overtaken, and of a scene that is
+// replaced meanwhile.
+#include "viewer/scene_controller.h"
+
+#include <future>
+
+#include "tests/viewer/viewer_scene.h"
+
+namespace retint {
+
+class SceneControllerTest : public QObject {
+  Q_OBJECT
+
+ private:
+  std::unique_ptr<ViewerScene> scene_;
+  ViewerScene::Subject subject_;
+  std::unique_ptr<SceneController> controller_;
+
+  // Keeps the worker until the promise is kept or broken.
+  static SceneController::Work Until(std::promise<void>& gate) {
+    return [opened = gate.get_future().share()](EditSession&, Monitor&) { opened.wait(); };
+  }
+
+  // Painted on one view, selected with the splat's own depth, which is quick.
+  RegionId AddPaintedRegion() {
+    SceneController::Round round;
+    const auto facts = controller_->facts();
+    const View* view = facts->workspace->reconstruction.FindView(subject_.first);
+    round.paint.view = {subject_.first, facts->Posed(*view),
+                        scene_->Masks(subject_.object).at(subject_.first)};
+    round.name = "jug";
+    round.edit = ColorEdit::Tint({0.2F, 0.9F, 0.3F});
+    round.select = Select();
+    RegionId id = 0;
+    controller_->SelectRound(round, [&](RegionId added) { id = added; });
+    return Settle(*controller_) ? id : 0;
+  }
+  static SelectOptions Select() {
+    SelectOptions select;
+    select.method = "gaussian";
+    return select;
+  }
+  std::string NameOf(RegionId id) const { return controller_->regions().Find(id)->name; }
+
+ private Q_SLOTS:
+  void initTestCase() {
+    qRegisterMetaType<RegionId>("retint::RegionId");
+    scene_ = std::make_unique<ViewerScene>();
+    subject_ = scene_->MostVisible();
+    QVERIFY(subject_.object != 0);
+  }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() {
+    controller_ = std::make_unique<SceneController>();
+    controller_->SetAutomaticRefit(false);
+    QSignalSpy opened(controller_.get(), &SceneController::opened);
+    controller_->Open(scene_->Request());
+    QVERIFY(opened.count() > 0 || opened.wait(kWaitMs));
+  }
+  void cleanup() { controller_.reset(); }
+
+  void CancellingLeavesEditsThatWait() {
+    const RegionId id = AddPaintedRegion();
+    QVERIFY(id != 0);
+    std::promise<void> gate;
+    controller_->Run({}, Until(gate));
+    controller_->Rename(id, "cup");
+    controller_->Run("waiting", [](EditSession&, Monitor&) { qFatal("it was cancelled"); });
+    QSignalSpy cancelled(controller_.get(), &SceneController::cancelled);
+    controller_->Cancel();
+    QCoreApplication::processEvents();
+    QCOMPARE(NameOf(id), "cup");
+    gate.set_value();
+    QVERIFY(Settle(*controller_));
+    QCOMPARE(NameOf(id), "cup");
+    QCOMPARE(cancelled.count(), 1);
+    QCOMPARE(cancelled.front().front().toString(), "waiting");
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::SceneControllerTest)
+#include "scene_controller_test.moc"
