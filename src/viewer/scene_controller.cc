@@ -249,13 +249,18 @@ ShPointer SceneController::original_sh() const {
 }
 
 bool SceneController::Run(const QString& label, Work work, std::function<void()> done) {
-  if (!session_) return false;
+  return Queue(label, std::move(work), std::move(done)) != nullptr;
+}
+
+std::shared_ptr<Monitor> SceneController::Queue(const QString& label, Work work,
+                                                std::function<void()> done) {
+  if (!session_) return nullptr;
   const auto outcome = std::make_shared<Outcome>();
   outcome->label = label;
   outcome->session = session_;
   outcome->done = std::move(done);
   const uint64_t edits = edits_;
-  worker_->Post(
+  return worker_->Post(
       {label,
        [outcome, work = std::move(work)](Monitor& monitor) { work(*outcome->session, monitor); },
        [this, outcome, edits](std::exception_ptr error) {
@@ -267,7 +272,6 @@ bool SceneController::Run(const QString& label, Work work, std::function<void()>
                            edits};
          Post(this, [this, outcome] { TaskDone(*outcome); });
        }});
-  return true;
 }
 
 void SceneController::TaskDone(const Outcome& outcome) {
@@ -338,10 +342,9 @@ void SceneController::SelectRound(Round round, std::function<void(RegionId)> don
 
 void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
                                   const ProjectorOptions& project) {
-  const QString label = tr("Selecting again");
-  if (task_ == label) Cancel();
-  Run(
-      label,
+  if (selecting_again_) selecting_again_->Cancel();
+  selecting_again_ = Queue(
+      tr("Selecting again"),
       [=](EditSession& session, Monitor& monitor) {
         const Region* region = session.regions().Find(id);
         if (!region) throw Cancelled();  // deleted meanwhile

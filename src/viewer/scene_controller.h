@@ -252,6 +252,8 @@ class SceneController : public QObject {
   void TaskDone(const Outcome& outcome);
   void Apply(const State& state);
   void ReportFailure(const QString& label, std::exception_ptr error);
+  // Run(), with the monitor by which this task alone is cancelled; null when no scene is open.
+  std::shared_ptr<Monitor> Queue(const QString& label, Work work, std::function<void()> done);
   bool Edit(std::function<void(RegionSet&)> local, Work work);
   void Refresh();
   void Compose();
@@ -271,6 +273,7 @@ class SceneController : public QObject {
   // Local edits that the worker has not done yet, by number.
   std::map<uint64_t, std::function<void(RegionSet&)>> pending_;
   uint64_t edits_ = 0;
+  std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
   RegionId solo_ = 0;
   ShPointer sh_;
   ActivePointer sh_active_;

@@ -77,6 +77,43 @@ class SceneControllerTest : public QObject {
     QCOMPARE(cancelled.count(), 1);
     QCOMPARE(cancelled.front().front().toString(), "waiting");
   }
+
+  void OnlyTheNewestSelectionIsMadeAgain() {
+    const RegionId id = AddPaintedRegion();
+    QVERIFY(id != 0);
+    std::promise<void> gate;
+    bool saved = false;
+    QSignalSpy again(controller_.get(), &SceneController::selectedAgain);
+    controller_->Run({}, Until(gate));
+    controller_->SelectAgain(id, Select(), {});
+    controller_->Run(
+        "saving", [](EditSession&, Monitor&) {}, [&] { saved = true; });
+    controller_->SelectAgain(id, Select(), {});
+    gate.set_value();
+    QVERIFY(Settle(*controller_));
+    QVERIFY(saved);
+    QCOMPARE(again.count(), 1);
+  }
+
+  void SelectingAgainLeavesOtherTasksThatWait() {
+    const RegionId id = AddPaintedRegion();
+    QVERIFY(id != 0);
+    bool saved = false;
+    QSignalSpy again(controller_.get(), &SceneController::selectedAgain);
+    // Once the first is at work.
+    connect(
+        controller_.get(), &SceneController::taskChanged, this,
+        [&] {
+          controller_->Run(
+              "saving", [](EditSession&, Monitor&) {}, [&] { saved = true; });
+          controller_->SelectAgain(id, Select(), {});
+        },
+        Qt::SingleShotConnection);
+    controller_->SelectAgain(id, Select(), {});
+    QVERIFY(QTest::qWaitFor([&] { return !again.empty(); }, kWaitMs));
+    QVERIFY(Settle(*controller_));
+    QVERIFY(saved);
+  }
 };
 
 }  // namespace retint
