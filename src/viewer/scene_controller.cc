@@ -213,8 +213,13 @@ void SceneController::Retire() {
   poll_.stop();
   if (session_) {
     session_->optimizer().Cancel();
-    // Joined on the worker, where it may take its time.
-    worker_->Post({{}, [session = session_](Monitor&) { session->optimizer().Wait(); }, {}});
+    // Joined on the worker, where it may take its time. Tasks before may have started it anew.
+    worker_->Post({{},
+                   [session = session_](Monitor&) {
+                     session->optimizer().Cancel();
+                     session->optimizer().Wait();
+                   },
+                   {}});
   }
   composer_->Drop();
   session_.reset();

@@ -114,6 +114,22 @@ class SceneControllerTest : public QObject {
     QVERIFY(Settle(*controller_));
     QVERIFY(saved);
   }
+
+  void AReplacedSceneIsNotFittedAnyMore() {
+    QVERIFY(AddPaintedRegion() != 0);
+    RefitJob endless;
+    endless.options.solver = Solver::kAdam;
+    endless.options.adam.iterations = 0;
+    controller_->SetRefitJob(endless);
+    QSignalSpy opened(controller_.get(), &SceneController::opened);
+    controller_->Open(scene_->Request());
+    std::promise<void> gate;
+    controller_->Run({}, Until(gate));
+    controller_->StartRefit();
+    QVERIFY(opened.wait(kWaitMs));
+    gate.set_value();
+    QVERIFY(Settle(*controller_));
+  }
 };
 
 }  // namespace retint
