@@ -181,7 +181,9 @@ void SceneController::OpenWith(const QString& name, Opener opener, std::function
 }
 
 void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, double seconds) {
+  const bool replaces = IsOpen();
   Retire();
+  if (replaces) Q_EMIT closed();
   session_ = session;
   auto facts = std::make_shared<SceneFacts>();
   facts->request = {session->workspace().root, session->splat_path(), session->options()};

@@ -224,7 +224,7 @@ class SceneController : public QObject {
   void opened();
   void openFailed(const QString& message);
   void openCancelled();
-  void closed();
+  void closed();                          // also before opened(), of the scene that is replaced
   void regionsChanged();                  // regions(), history(), solo()
   void regionAdded(retint::RegionId id);  // or its selection replaced
   void shChanged();                       // sh()

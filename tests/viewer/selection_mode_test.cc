@@ -4,6 +4,7 @@
 #include "viewer/selection/selection_mode.h"
 
 #include <algorithm>
+#include <future>
 #include <memory>
 
 #include <QComboBox>
@@ -16,6 +17,7 @@
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/selection/stroke_preview.h"
 
 namespace retint {
 
@@ -114,6 +116,19 @@ class SelectionModeTest : public QObject {
     return region ? region->selection : nullptr;
   }
 
+  // Once `gate` says so.
+  bool Open(std::shared_future<void> gate = {}) {
+    QSignalSpy opened(controller_.get(), &SceneController::opened);
+    controller_->OpenWith("scene", [this, gate](Monitor& monitor) {
+      if (gate.valid()) gate.wait();
+      SessionOptions options;
+      options.backend = "cpu";
+      const std::filesystem::path workspace = folder_.path().toStdString();
+      return EditSession::Open(workspace, workspace / "splat.ply", options, monitor);
+    });
+    return opened.count() > 0 || opened.wait(kWait);
+  }
+
   RegionId AddRegion(int view, const Mask& mask) {
     if (!Enter(Entry(view))) return 0;
     Paint(mask);
@@ -151,13 +166,7 @@ class SelectionModeTest : public QObject {
   void init() {
     controller_ = std::make_unique<SceneController>();
     controller_->SetAutomaticRefit(false);
-    QSignalSpy opened(controller_.get(), &SceneController::opened);
-    OpenRequest request;
-    request.workspace = folder_.path().toStdString();
-    request.splat = request.workspace / "splat.ply";
-    request.options.backend = "cpu";
-    controller_->Open(request);
-    QVERIFY(opened.count() > 0 || opened.wait(kWait));
+    QVERIFY(Open());
     mode_ = std::make_unique<SelectionMode>(controller_.get());
     SelectOptions select;
     select.method = "gaussian";  // quick; stereo has tests of its own
@@ -363,6 +372,33 @@ class SelectionModeTest : public QObject {
     QTest::keyClick(&mode_->canvas(), Qt::Key_Escape);
     QVERIFY(Enter(Entry(second_)));
     QVERIFY(!mode_->canvas().editor().AnyInside());
+  }
+
+  void StrokesAreForgottenWithTheirScene() {
+    QVERIFY(Enter(Entry(first_)));
+    Paint(Truth(first_));
+    QTest::keyClick(&mode_->canvas(), Qt::Key_Escape);
+    QVERIFY(Open());  // another splat that has the same views
+    QVERIFY(Enter(Entry(first_)));
+    QVERIFY(!mode_->canvas().editor().AnyInside());
+    QSignalSpy left(mode_.get(), &SelectionMode::left);
+    QVERIFY(Open());
+    QCOMPARE(left.count(), 1);
+    QCOMPARE(mode_->state(), SelectionMode::State::kIdle);
+  }
+
+  void APreviewForgetsWhatItAskedAReplacedScene() {
+    // The worker may still be at its pictures when the test ends.
+    auto* preview = new StrokePreview(controller_.get(), mode_.get(), controller_.get());
+    QVERIFY(Enter(Entry(first_)));
+    std::promise<void> gate;
+    QTimer::singleShot(0, this, [&] {
+      Paint(Truth(first_));
+      QVERIFY(preview->IsBusy());  // it waits for the scene
+      gate.set_value();
+    });
+    QVERIFY(Open(gate.get_future().share()));
+    QVERIFY(!preview->IsBusy());
   }
 
   void WhatIsGoneCannotBeExtended() {

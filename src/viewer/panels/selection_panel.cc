@@ -114,7 +114,6 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   connect(live_, &QCheckBox::toggled, this,
           [](bool on) { QSettings().setValue("selection_live", on); });
   connect(controller_, &SceneController::regionsChanged, this, &SelectionPanel::ShowRegion);
-  connect(controller_, &SceneController::closed, this, &SelectionPanel::ShowRegion);
   connect(current_, &CurrentRegion::changed, this, &SelectionPanel::ShowRegion);
   connect(controller_, &SceneController::selectedWith, this,
           [this](RegionId id, const SelectOptions& select, const ProjectorOptions& project) {
@@ -123,7 +122,11 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
           });
   connect(controller_, &SceneController::selectedAgain, this,
           [this] { canvas_->SetCloudShown(true); });
-  connect(controller_, &SceneController::opened, this, [this] { made_with_.clear(); });
+  connect(controller_, &SceneController::closed, this, [this] {
+    rest_.stop();
+    made_with_.clear();
+    ShowRegion();
+  });
   ShowOptions();
   ShowRegion();
 }
