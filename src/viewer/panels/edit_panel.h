@@ -37,7 +37,6 @@ class EditPanel : public QWidget {
   // `base` is its color without an edit.
   void Show(uint64_t subject, const ColorEdit& edit, const QColor& base);
   const ColorEdit& edit() const { return edit_; }
-  ColorPicker& picker() { return *picker_; }
   RowTree& list() { return *list_; }
   LutPage& lut() { return *lut_; }
   // The color of the picture that pickWanted() asked for.

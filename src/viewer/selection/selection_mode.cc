@@ -323,7 +323,6 @@ void SelectionMode::Accept() {
   round.paint.undecided = canvas_->Undecided();
   round.base = entry_.region;
   round.name = NewName();
-  round.edit = new_edit_;
   round.select = select_;
   round.project = project_;
   const uint64_t visit = ++visit_;

@@ -62,8 +62,6 @@ class SelectionMode : public QWidget {
   const ProjectorOptions& projector_options() const { return project_; }
   void SetSelectOptions(const SelectOptions& options) { select_ = options; }
   void SetProjectorOptions(const ProjectorOptions& options) { project_ = options; }
-  // What a new region does until its color is chosen.
-  void SetNewEdit(const ColorEdit& edit) { new_edit_ = edit; }
 
  Q_SIGNALS:
   void ready();                        // the view can be painted
@@ -100,7 +98,6 @@ class SelectionMode : public QWidget {
   QPushButton* stop_;
   SelectOptions select_;
   ProjectorOptions project_;
-  ColorEdit new_edit_;
   State state_ = State::kIdle;
   SelectionEntry entry_;
   std::vector<RegionId> targets_;  // as listed; 0: a new region
