@@ -171,8 +171,7 @@ bool Canvas::IsSharp() const {
   return frame_ && frame_->scale == 1 && frame_->serial == serial_ && !more_news_;
 }
 
-// --- What is shown
-// --------------------------------------------------------------------------------
+// ---- What is shown
 
 void Canvas::SetDepth(bool depth) {
   what_ = depth ? RenderWhat::kDepth : RenderWhat::kRgb;
@@ -287,8 +286,7 @@ void Canvas::SetHeld(const Command& command, bool down) {
   }
 }
 
-// --- Input
-// ----------------------------------------------------------------------------------------
+// ---- Input
 
 void Canvas::resizeEvent(QResizeEvent* event) {
   QWidget::resizeEvent(event);

@@ -310,8 +310,7 @@ void MainWindow::LoadProfile(const QString& path) {
   }
 }
 
-// --- Preferences
-// ----------------------------------------------------------------------------------
+// ---- Preferences
 
 void MainWindow::ShowPreferences() {
   Preferences now = Preferences::Load();

@@ -95,8 +95,7 @@ bool SameRecent(const QString& a, const QString& b) {
 
 }  // namespace
 
-// --- Opening
-// --------------------------------------------------------------------------------------
+// ---- Opening
 
 void MainWindow::Start(const StartOptions& options) {
   if (!options.problem.isEmpty()) {
@@ -275,8 +274,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
   OpenPaths(paths);
 }
 
-// --- Sessions
-// -------------------------------------------------------------------------------------
+// ---- Sessions
 
 void MainWindow::Save(bool as, std::function<void()> then) {
   if (!controller_->IsOpen()) return;
@@ -341,8 +339,7 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
   ShowDialog(box);
 }
 
-// --- Questions
-// ------------------------------------------------------------------------------------
+// ---- Questions
 
 void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
   const bool running = controller_->optimizer().Active();

@@ -141,8 +141,7 @@ SceneController::~SceneController() {
   if (session_) session_->optimizer().Cancel();
 }
 
-// --- Scene
-// ----------------------------------------------------------------------------------------
+// ---- Scene
 
 void SceneController::Open(const OpenRequest& request) {
   auto folder = request.place();
@@ -314,8 +313,7 @@ void SceneController::Apply(const State& state) {
   Q_EMIT regionsChanged();
 }
 
-// --- Selection and regions
-// ------------------------------------------------------------------------
+// ---- Selection and regions
 
 void SceneController::SelectRound(Round round, std::function<void(RegionId)> done) {
   const auto id = std::make_shared<RegionId>(round.base);
@@ -491,8 +489,7 @@ void SceneController::SetSolo(RegionId id) {
   Refresh();
 }
 
-// --- Colors on screen
-// ----------------------------------------------------------------------------
+// ---- Colors on screen
 
 RegionSet SceneController::Shown() const {
   RegionSet shown = regions_;

@@ -106,7 +106,7 @@ class SceneController : public QObject {
   explicit SceneController(QObject* parent = nullptr);
   ~SceneController() override;  // cancels what runs and joins every thread
 
-  // --- Scene -----------------------------------------------------------------------------------
+  // ---- Scene
 
   // Replaces the open scene once the new one has loaded; a failed or cancelled load keeps it.
   void Open(const OpenRequest& request);
@@ -128,7 +128,7 @@ class SceneController : public QObject {
   using Work = std::function<void(EditSession& session, Monitor& monitor)>;
   bool Run(const QString& label, Work work, std::function<void()> done = {});
 
-  // --- Selection and regions -------------------------------------------------------------------
+  // ---- Selection and regions
 
   // One round of painting: depth, cloud, registration and masks, which then are a new region's
   // (`base` 0), or those of the region that the round extends and erases. regionAdded(), then
@@ -173,7 +173,7 @@ class SceneController : public QObject {
   void SetSolo(RegionId id);
   RegionId solo() const { return solo_; }
 
-  // --- Colors on screen -----------------------------------------------------------------------
+  // ---- Colors on screen
 
   // The newest of closed form, fits and the optimizer's snapshot; the original's before any edit.
   ShPointer sh() const { return sh_; }
@@ -183,7 +183,7 @@ class SceneController : public QObject {
   // No region shows: sh() is the original.
   bool ShowsOriginal() const { return sh_ == original_sh(); }
 
-  // --- Background optimizer --------------------------------------------------------------------
+  // ---- Background optimizer
 
   // Of the next start. With `automatic` on (the default) it starts by itself after each edit.
   void SetRefitJob(const RefitJob& job);
@@ -196,7 +196,7 @@ class SceneController : public QObject {
   void CancelRefit();
   OptimizerStatus optimizer() const { return optimizer_; }
 
-  // --- Results ---------------------------------------------------------------------------------
+  // ---- Results
 
   void Evaluate(RegionId id);  // qualityReady()
   // Says whether what was measured is of the edit that shows; empty: there is no such region.

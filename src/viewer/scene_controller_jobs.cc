@@ -31,8 +31,7 @@ std::string EditKeyOf(const RegionSet& regions, RegionId id) {
 
 }  // namespace
 
-// --- Background optimizer
-// -------------------------------------------------------------------------
+// ---- Background optimizer
 
 void SceneController::SetRefitJob(const RefitJob& job) {
   job.options.Check();
@@ -126,8 +125,7 @@ void SceneController::PollOptimizer() {
   if (news || old.state != optimizer_.state) Q_EMIT optimizerChanged();
 }
 
-// --- Results
-// --------------------------------------------------------------------------------------
+// ---- Results
 
 std::string SceneController::EditKey(RegionId id) const { return EditKeyOf(regions_, id); }
 

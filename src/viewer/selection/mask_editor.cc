@@ -97,7 +97,7 @@ void MaskEditor::Begin() {
   std::copy(mask_.data.begin(), mask_.data.end(), before_.data.begin());
 }
 
-// --- Brush -------------------------------------------------------------------------------------
+// ---- Brush
 
 PixelRect MaskEditor::BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush,
                                   Combine combine) {
@@ -171,7 +171,7 @@ PixelRect MaskEditor::CancelStroke() {
   return touched;
 }
 
-// --- Shapes and operations ---------------------------------------------------------------------
+// ---- Shapes and operations
 
 PixelRect MaskEditor::Fill(const Mask& shape, Combine combine) {
   if (shape.width != mask_.width || shape.height != mask_.height) return {};
@@ -256,7 +256,7 @@ PixelRect MaskEditor::SelectNone() {
   return Fill(Mask(mask_.width, mask_.height), Combine::kReplace);
 }
 
-// --- History -----------------------------------------------------------------------------------
+// ---- History
 
 PixelRect MaskEditor::Record(const PixelRect& rect) {
   PixelRect changed;

@@ -54,7 +54,7 @@ class MaskEditor {
   bool AnyInside() const;  // a pixel of 128 or more
   size_t CountInside() const;
 
-  // --- Brush -----------------------------------------------------------------------------------
+  // ---- Brush
 
   // One step of the history from BeginStroke to EndStroke. The first dab is set at once; StrokeTo
   // covers what a brush swept along the segment from the last position covers. A move costs as much
@@ -67,8 +67,7 @@ class MaskEditor {
   PixelRect CancelStroke();  // as if it had never begun
   bool InStroke() const { return stroke_.has_value(); }
 
-  // --- Shapes and operations, each one step unless nothing changes
-  // --------------------------------
+  // ---- Shapes and operations, each one step unless nothing changes
 
   // Corners in any order, each pixel that the rectangle covers half or more.
   PixelRect FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Combine combine);
@@ -83,7 +82,7 @@ class MaskEditor {
   PixelRect SelectAll();
   PixelRect SelectNone();
 
-  // --- History ---------------------------------------------------------------------------------
+  // ---- History
 
   bool CanUndo() const { return cursor_ > 0; }
   bool CanRedo() const { return cursor_ < steps_.size(); }
