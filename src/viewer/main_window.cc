@@ -67,6 +67,9 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   BuildMenus();
   AddPanels();
   ConnectScene();
+  ConnectView();
+  ConnectSelection();
+  ConnectFiles();
   const QSettings settings;
   Prefer(Preferences::Load());
   preview_->SetEnabled(settings.value("look_ahead", true).toBool());
@@ -245,15 +248,11 @@ void MainWindow::ConnectScene() {
     progress_->setToolTip(stage);
     if (controller_->IsBusy()) message_->setText(controller_->task() + ": " + stage);
   });
-  const auto complain = [this](const QString& label, const QString& message) {
-    ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label), message);
-  };
   connect(controller_, &SceneController::failed, this,
-          [this, complain](const QString& label, const QString& message) {
+          [this](const QString& label, const QString& message) {
             // The selection mode says what became of its own work itself.
-            if (!IsSelecting()) complain(label, message);
+            if (!IsSelecting()) Complain(label, message);
           });
-  connect(selection_, &SelectionMode::otherFailed, this, complain);
   connect(controller_, &SceneController::cancelled, this,
           [this](const QString& label) { Say(tr("%1: cancelled").arg(label)); });
   connect(controller_, &SceneController::sceneChecked, this,
@@ -266,6 +265,9 @@ void MainWindow::ConnectScene() {
     RememberOutput(path.toStdString());
     Say(tr("Wrote %1").arg(path));
   });
+}
+
+void MainWindow::ConnectView() {
   connect(renderer_, &RenderThread::failed, this,
           [this](const QString& message) { ShowError(tr("Rendering failed"), message); });
   connect(canvas_, &Canvas::hint, this, &MainWindow::Say);
@@ -287,6 +289,10 @@ void MainWindow::ConnectScene() {
     if (!found && canvas_->hatching() && current_->region()) uncertainty_->Find();
   });
   connect(uncertainty_, &Uncertainty::refused, this, &MainWindow::Say);
+}
+
+void MainWindow::ConnectSelection() {
+  connect(selection_, &SelectionMode::otherFailed, this, &MainWindow::Complain);
   connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
     SetCurrentRegion(id);
     canvas_->SetCloudShown(true);  // what was found
@@ -299,6 +305,9 @@ void MainWindow::ConnectScene() {
     ShowPage();
     canvas_->setFocus();
   });
+}
+
+void MainWindow::ConnectFiles() {
   connect(videos_, &VideoMaker::finished, this,
           [this](const QString& path) { Say(tr("Wrote %1").arg(path)); });
   connect(videos_, &VideoMaker::failed, this,
@@ -320,6 +329,10 @@ void MainWindow::ConnectScene() {
   connect(sessions_, &SessionStore::autosaveFailed, this, [this](const QString& message) {
     ShowError(tr("The work cannot be saved automatically; Retint keeps trying"), message);
   });
+}
+
+void MainWindow::Complain(const QString& label, const QString& message) {
+  ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label), message);
 }
 
 // They stay as long as the scene is open: what does not match is easily taken for a bad edit.

@@ -115,6 +115,10 @@ class MainWindow : public QMainWindow {
   void BuildCenter();
   void BuildStatusBar();
   void ConnectScene();
+  void ConnectView();
+  void ConnectSelection();
+  void ConnectFiles();
+  void Complain(const QString& label, const QString& message);  // a task failed
   void ShowPage();
   void ShowWarnings(const std::vector<std::string>& warnings);
   void UpdateTitle();

@@ -48,6 +48,12 @@ QString Decibels(double value) { return OptimizerPanel::tr("%1 dB").arg(value, 0
 OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* current)
     : controller_(controller), current_(current) {
   setObjectName("optimizer_panel");
+  Build();
+  Connect();
+  ShowAfresh();
+}
+
+void OptimizerPanel::Build() {
   state_ = new QLabel;
   state_->setObjectName("optimizer_state");
   speed_ = new QLabel;
@@ -67,9 +73,6 @@ OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* curre
   measure_ = button("optimizer_measure", tr("&Measure"),
                     tr("PSNR of the current region over all views, against its edited targets "
                        "(Alt+M)"));
-  connect(toggle_, &QPushButton::clicked, this, &OptimizerPanel::Toggle);
-  connect(reset_, &QPushButton::clicked, this, &OptimizerPanel::Reset);
-  connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
   inside_ = new QLabel;
   inside_->setObjectName("psnr_inside");
   outside_ = new QLabel;
@@ -96,7 +99,12 @@ OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* curre
   BuildOptions();
   layout->addWidget(options_);
   layout->addStretch();
+}
 
+void OptimizerPanel::Connect() {
+  connect(toggle_, &QPushButton::clicked, this, &OptimizerPanel::Toggle);
+  connect(reset_, &QPushButton::clicked, this, &OptimizerPanel::Reset);
+  connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
   connect(controller_, &SceneController::optimizerChanged, this, &OptimizerPanel::ShowStatus);
   connect(controller_, &SceneController::regionsChanged, this, &OptimizerPanel::ShowStatus);
   connect(controller_, &SceneController::refitJobChanged, this, &OptimizerPanel::ShowJob);
@@ -119,15 +127,9 @@ OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* curre
     if (measured_id_ == 0 || controller_->EditKey(measured_id_) == measured_edit_) return;
     ForgetQuality();
   });
-  const auto fresh = [this] {
-    ForgetQuality();
-    ShowJob();
-    ShowStatus();
-  };
-  connect(controller_, &SceneController::opened, this, fresh);
-  connect(controller_, &SceneController::closed, this, fresh);
+  connect(controller_, &SceneController::opened, this, &OptimizerPanel::ShowAfresh);
+  connect(controller_, &SceneController::closed, this, &OptimizerPanel::ShowAfresh);
   connect(current_, &CurrentRegion::changed, this, &OptimizerPanel::ShowStatus);
-  fresh();
 }
 
 void OptimizerPanel::BuildOptions() {
@@ -140,6 +142,12 @@ void OptimizerPanel::BuildOptions() {
   automatic_->setToolTip(tr("Off: edits show in closed form until the optimizer is started"));
   options_->form()->addRow(automatic_);
   connect(automatic_, &QCheckBox::toggled, controller_, &SceneController::SetAutomaticRefit);
+}
+
+void OptimizerPanel::ShowAfresh() {
+  ForgetQuality();
+  ShowJob();
+  ShowStatus();
 }
 
 void OptimizerPanel::ShowJob() {

@@ -32,7 +32,10 @@ class OptimizerPanel : public QWidget {
   void refused(const QString& title, const QString& message);
 
  private:
+  void Build();
   void BuildOptions();
+  void Connect();
+  void ShowAfresh();  // of another scene
   void ShowStatus();
   void ShowJob();
   void TakeOption(size_t index, const OptionValue& value);

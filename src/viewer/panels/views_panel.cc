@@ -149,6 +149,14 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
       uncertainty_(uncertainty) {
   setObjectName("views_panel");
   pool_.setMaxThreadCount(1);
+  rest_.setSingleShot(true);
+  rest_.setInterval(kRestMs);
+  Build();
+  Connect(preview);
+  Fill();
+}
+
+void ViewsPanel::Build() {
   order_ = new QComboBox;
   order_->setObjectName("views_order");
   order_->addItems({tr("By name"), tr("Largest mask first"), tr("To paint next (computes)"),
@@ -187,7 +195,9 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
   layout->addLayout(line);
   layout->addWidget(list_, 1);
   layout->addWidget(note_);
+}
 
+void ViewsPanel::Connect(StrokePreview* preview) {
   connect(order_, &QComboBox::activated, this, &ViewsPanel::ChooseOrder);
   connect(list_, &QListWidget::itemActivated, this, &ViewsPanel::Jump);
   // The mouse has chosen the view; what comes next is done on it. Return goes on in the list.
@@ -195,8 +205,6 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
           [this] { canvas_->setFocus(Qt::MouseFocusReason); });
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, &rest_, [this] { rest_.start(); });
-  rest_.setSingleShot(true);
-  rest_.setInterval(kRestMs);
   connect(&rest_, &QTimer::timeout, this, &ViewsPanel::RenderNext);
   connect(controller_, &SceneController::shChanged, &rest_, [this] { rest_.start(); });
   connect(photos_, &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
@@ -235,7 +243,6 @@ ViewsPanel::ViewsPanel(SceneController* controller, Canvas* canvas, PhotoLoader*
     for (const auto& [name, item] : items_) item->setData(kOverlay, {});
   });
   connect(canvas_, &Canvas::cameraChanged, this, &ViewsPanel::Follow);
-  Fill();
 }
 
 ViewsPanel::~ViewsPanel() {

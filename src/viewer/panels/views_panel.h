@@ -45,6 +45,8 @@ class ViewsPanel : public QWidget {
  private:
   enum Order { kByName, kByCoverage, kToPaintNext, kWorstFirst };
 
+  void Build();
+  void Connect(StrokePreview* preview);
   void Fill();  // of another scene
   void AskThumbnails();
   void ShowThumbnail(const QString& name);

@@ -294,29 +294,8 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     rows->addWidget(widget);
     return made;
   };
-  QHBoxLayout* layout = part(QSizePolicy::Fixed);
-  const auto add = [&](ToolIcon icon, const char* name, const QString& tip, auto act) {
-    QToolButton* button = MakeButton(tr(name), tip);
-    button->setObjectName(QString("action") + QString(name).remove(' '));
-    connect(button, &QToolButton::clicked, this, [this, act] {
-      act(*canvas_);
-      canvas_->setFocus();
-    });
-    layout->addWidget(button);
-    buttons_.emplace_back(button, icon);
-  };
-  add(ToolIcon::kUndo, "Undo", tr("Undo the last stroke (Ctrl+Z)"), [](auto& c) { c.Undo(); });
-  add(ToolIcon::kRedo, "Redo", tr("Redo (Ctrl+Shift+Z or Ctrl+Y)"), [](auto& c) { c.Redo(); });
-  layout->addWidget(MakeLine());
-  add(ToolIcon::kGrow, "Grow", tr("Grow by a pixel (G)"), [](auto& c) { c.GrowBy(1); });
-  add(ToolIcon::kShrink, "Shrink", tr("Shrink by a pixel (Shift+G)"),
-      [](auto& c) { c.GrowBy(-1); });
-  add(ToolIcon::kInvert, "Invert", tr("Invert (Ctrl+I)"), [](auto& c) { c.Invert(); });
-  add(ToolIcon::kAll, "Select all", tr("Select all (Ctrl+A)"), [](auto& c) { c.SelectAll(); });
-  add(ToolIcon::kNone, "Select none", tr("Select nothing (Ctrl+Shift+A)"),
-      [](auto& c) { c.SelectNone(); });
-  layout->addWidget(MakeLine());
-  layout = part(QSizePolicy::Expanding);
+  AddOperations(part(QSizePolicy::Fixed));
+  QHBoxLayout* layout = part(QSizePolicy::Expanding);
   target_ = new QComboBox;
   target_->setObjectName("selectionTarget");
   target_->setAccessibleName(tr("Target of the strokes"));
@@ -348,6 +327,36 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     button->setFocusPolicy(Qt::TabFocus);
     layout->addWidget(button);
   }
+  Connect();
+  DrawIcons();
+  Show();
+}
+
+void ActionStrip::AddOperations(QHBoxLayout* layout) {
+  const auto add = [&](ToolIcon icon, const char* name, const QString& tip, auto act) {
+    QToolButton* button = MakeButton(tr(name), tip);
+    button->setObjectName(QString("action") + QString(name).remove(' '));
+    connect(button, &QToolButton::clicked, this, [this, act] {
+      act(*canvas_);
+      canvas_->setFocus();
+    });
+    layout->addWidget(button);
+    buttons_.emplace_back(button, icon);
+  };
+  add(ToolIcon::kUndo, "Undo", tr("Undo the last stroke (Ctrl+Z)"), [](auto& c) { c.Undo(); });
+  add(ToolIcon::kRedo, "Redo", tr("Redo (Ctrl+Shift+Z or Ctrl+Y)"), [](auto& c) { c.Redo(); });
+  layout->addWidget(MakeLine());
+  add(ToolIcon::kGrow, "Grow", tr("Grow by a pixel (G)"), [](auto& c) { c.GrowBy(1); });
+  add(ToolIcon::kShrink, "Shrink", tr("Shrink by a pixel (Shift+G)"),
+      [](auto& c) { c.GrowBy(-1); });
+  add(ToolIcon::kInvert, "Invert", tr("Invert (Ctrl+I)"), [](auto& c) { c.Invert(); });
+  add(ToolIcon::kAll, "Select all", tr("Select all (Ctrl+A)"), [](auto& c) { c.SelectAll(); });
+  add(ToolIcon::kNone, "Select none", tr("Select nothing (Ctrl+Shift+A)"),
+      [](auto& c) { c.SelectNone(); });
+  layout->addWidget(MakeLine());
+}
+
+void ActionStrip::Connect() {
   connect(target_, &QComboBox::activated, this, &ActionStrip::targetChosen);
   connect(cancel_, &QPushButton::clicked, this, &ActionStrip::cancel);
   connect(accept_, &QPushButton::clicked, this, &ActionStrip::accept);
@@ -359,8 +368,6 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     message_.clear();
     Show();
   });
-  DrawIcons();
-  Show();
 }
 
 void ActionStrip::ShowMessage(const QString& message, bool warning) {

@@ -96,6 +96,8 @@ class ActionStrip : public QFrame {
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
+  void AddOperations(QHBoxLayout* layout);
+  void Connect();
   void Show();
   void FitHint();
   void DrawIcons();
