@@ -10,6 +10,7 @@
 #include "job/stage_files.h"
 #include "recolor/edit_text.h"
 #include "scene/image_checks.h"
+#include "session/compare_pictures.h"
 #include "session/export.h"
 #include "session/report_html.h"
 #include "session/session_file.h"
@@ -28,14 +29,19 @@ void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks) {
   }
 }
 
+void AddSum(StageKey& key, const FileChecksum& sum) {
+  key.AddValue(sum.bytes);
+  key.AddValue(sum.xxh64);
+}
+
+void AddFile(StageKey& key, const fs::path& file) { AddSum(key, ChecksumFile(file)); }
+
 // The splat's bytes, cameras, poses and points, and what computes with them.
 std::string SceneKey(EditSession& session) {
   StageKey key("scene");
   key.Add(Version());
   key.Add(session.renderer().backend().Name());
-  const FileChecksum splat = session.scene().splat_checksum().get();
-  key.AddValue(splat.bytes);
-  key.AddValue(splat.xxh64);
+  AddSum(key, session.scene().splat_checksum().get());
   const Reconstruction& model = session.reconstruction();
   for (const View* view : model.ViewsByName()) {
     const Camera& camera = model.cameras.at(view->camera_id);
@@ -59,12 +65,9 @@ std::string SceneKey(EditSession& session) {
   return key.Hex();
 }
 
-// Of what the photos hold, where they are the target.
-void AddPhotos(StageKey& key, const EditSession& session) {
-  for (const View* view : session.train_views()) {
-    const FileChecksum photo = ChecksumFile(session.workspace().PhotoPath(*view));
-    key.AddValue(photo.bytes);
-    key.AddValue(photo.xxh64);
+void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspace) {
+  for (const ColorOperation& op : edit.operations) {
+    for (const fs::path& file : FilesCompared(op, workspace)) AddFile(key, file);
   }
 }
 
@@ -126,7 +129,11 @@ void JobRunner::AddKeys() {
   before.Add(scene);
   before.Add(OptionKey(Described(job_.options.refit)));
   before.AddValue(job_.holdout);
-  if (job_.options.refit.target == TargetKind::kPhoto) AddPhotos(before, session_);
+  if (job_.options.refit.target == TargetKind::kPhoto) {
+    for (const View* view : session_.train_views()) {
+      AddFile(before, session_.workspace().PhotoPath(*view));
+    }
+  }
   for (RegionPlan& plan : plans_) {
     StageKey select("select"), project("project");
     select.Add(scene);
@@ -140,6 +147,7 @@ void JobRunner::AddKeys() {
     // A region starts from the colors that the ones before it left.
     before.Add(plan.project_key);
     before.Add(EditToJson(plan.region->edit, /*with_tables=*/true));
+    AddPictures(before, plan.region->edit, session_.workspace());
     before.AddValue(plan.region->strength);
     plan.refit_key = before.Hex();
   }

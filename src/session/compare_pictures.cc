@@ -365,6 +365,21 @@ void ReadPictures(ColorOperation& op, const Workspace& workspace) {
   op.picture = std::move(read);
 }
 
+std::vector<std::filesystem::path> FilesCompared(const ColorOperation& op,
+                                                 const Workspace& workspace) {
+  std::vector<std::filesystem::path> files;
+  if (op.kind != ColorOperationKind::kPicture || !op.NeedsMeasuring()) return files;
+  const Reconstruction& model = workspace.reconstruction;
+  for (const EditedPicture& picture : op.picture->pictures) {
+    files.emplace_back(picture.file);
+    const DistortedPhoto* photo =
+        workspace.photo_pixels ? workspace.photo_pixels->FindPhoto(picture.view) : nullptr;
+    const View* view = photo ? &model.views.at(photo->faces.front()) : model.FindView(picture.view);
+    if (view && workspace.HasPhoto(*view)) files.push_back(workspace.PhotoPath(*view));
+  }
+  return files;
+}
+
 std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
                                          std::span<const float> sh) {
   auto edit = std::make_shared<PictureEdit>(*op.picture);

@@ -2,6 +2,7 @@
 // What was changed in the pictures of views that a paint program edited.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <span>
 #include <string>
@@ -17,6 +18,11 @@ namespace retint {
 // photo becomes a picture of each of the views that show it. InputError naming the file when it is
 // no picture or not of its view's or photo's size, or when there is no such view.
 void ReadPictures(ColorOperation& op, const Workspace& workspace);
+
+// What ComparePictures() will read for `op`: its pictures, and the photos that they may be of.
+// Nothing where that is done or `op` is no kPicture.
+std::vector<std::filesystem::path> FilesCompared(const ColorOperation& op,
+                                                 const Workspace& workspace);
 
 // Where pictures that were read differ from their views, by more than can hardly be seen: the
 // selection that was painted with them, by the views' names, as `op` is told. Of paint that no

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "job/run_job.h"
+
+#include <gtest/gtest.h>
+
+#include "colmap_io/image_io.h"
+#include "tests/session/saved_scene.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A job whose edit is a picture of the first view, which has a photo.
+class PictureJob : public testing::Test {
+ protected:
+  PictureJob() {
+    WriteTinyScene(scene_, folder_.path());
+    Renderer renderer = scene_.MakeRenderer();
+    render_ = renderer.Render(scene_.cameras[0]).rgb;
+    WritePng(Photo(), render_);
+    WritePng(folder_ / "mask.png", scene_.masks[0]);
+    Paint({0.2F, 0.4F, 1.0F});
+    job_.options.refit.options.mm.iterations = 2;
+    job_.regions.emplace_back();
+    job_.regions[0].name = "toy";
+    job_.regions[0].masks[ViewName(0)] = folder_ / "mask.png";
+    job_.regions[0].edit.operations = {ColorOperation::Picture({{ViewName(0), Picture(), {}}})};
+  }
+
+  fs::path Photo() const { return folder_ / "ws/images/view0.png"; }
+  std::string Picture() const { return folder_ / "picture.png"; }
+  void Paint(const std::array<float, 3>& tint) {
+    Image painted = render_;
+    for (size_t p = 0; p < painted.NumPixels(); ++p) {
+      if (scene_.masks[0].data[p] < 128) continue;
+      for (size_t c = 0; c < 3; ++c) painted.data[3 * p + c] *= tint[c];
+    }
+    WritePng(Picture(), painted);
+  }
+  // Whether the fit was there already.
+  bool IsKept() {
+    const auto session = OpenTinyScene(folder_.path());
+    StageCache cache(folder_ / "cache");
+    JobRunner runner(job_, *session, cache);
+    bool kept = false;
+    Monitor monitor;
+    runner.Run([&](const JobStage& stage) { kept = stage.cached; }, monitor);
+    return kept;
+  }
+
+  const TinyScene scene_{31};
+  const TempFolder folder_;
+  Image render_;
+  Job job_;
+};
+
+TEST_F(PictureJob, FitsAgainWhatWasPaintedAnew) {
+  EXPECT_FALSE(IsKept());
+  EXPECT_TRUE(IsKept());
+  Paint({1.0F, 0.4F, 0.2F});
+  EXPECT_FALSE(IsKept());
+  EXPECT_TRUE(IsKept());
+}
+
+TEST_F(PictureJob, FitsAgainWhereThePhotoIsAnother) {
+  EXPECT_FALSE(IsKept());
+  Image other = render_;
+  for (float& value : other.data) value *= 0.8F;
+  WritePng(Photo(), other);
+  EXPECT_FALSE(IsKept());
+}
+
+}  // namespace
+}  // namespace retint
