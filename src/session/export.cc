@@ -41,6 +41,14 @@ void ExportPictures(size_t count, const fs::path& folder, const Name& name, cons
   monitor.Step("save", 1, 1);
 }
 
+// Of `replaced`, those that were not written anew.
+void RemoveOthers(const std::vector<fs::path>& replaced, const std::set<fs::path>& written) {
+  for (const fs::path& path : replaced) {
+    std::error_code ignored;
+    if (!written.contains(path)) fs::remove(path, ignored);
+  }
+}
+
 // Of four values in a row, at t in [0, 1] between the second and the third.
 template <typename Vector>
 Vector CatmullRom(const Vector& a, const Vector& b, const Vector& c, const Vector& d, double t) {
@@ -118,21 +126,24 @@ void ExportViews(EditSession& session, const std::vector<const View*>& views,
 }
 
 void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
-                  std::span<const float> sh, const fs::path& folder, Monitor& monitor) {
+                  std::span<const float> sh, const fs::path& folder, Monitor& monitor,
+                  const std::vector<fs::path>& replaced) {
   CheckOption(!path.empty(), "no frame to export");
   session.ShowSh(sh);
   RenderRequest request;
   request.cache = false;  // seen once
   const int digits = std::max<int>(4, static_cast<int>(std::to_string(path.size() - 1).size()));
+  const auto file = [digits](const fs::path& in, size_t i) {
+    const std::string number = std::to_string(i);
+    return in / (std::string(static_cast<size_t>(digits) - number.size(), '0') + number + ".png");
+  };
   ExportPictures(
-      path.size(), folder,
-      [&](const fs::path& staged, size_t i) {
-        const std::string number = std::to_string(i);
-        return staged /
-               (std::string(static_cast<size_t>(digits) - number.size(), '0') + number + ".png");
-      },
+      path.size(), folder, file,
       [&](size_t i) { return std::move(session.renderer().Render(path[i], request).rgb); },
       monitor);
+  std::set<fs::path> written;
+  for (size_t i = 0; i < path.size(); ++i) written.insert(file(folder, i));
+  RemoveOthers(replaced, written);
 }
 
 std::vector<fs::path> CheckCamerasFolder(const fs::path& folder, bool overwrite) {
@@ -188,10 +199,7 @@ void ExportCameras(EditSession& session, bool images, const fs::path& folder, Mo
   for (const View* view : views) {
     if (images) written.insert(ViewFile(folder / "images", view->name, ""));
   }
-  for (const fs::path& path : replaced) {
-    std::error_code ignored;
-    if (!written.contains(path)) fs::remove(path, ignored);
-  }
+  RemoveOthers(replaced, written);
 }
 
 std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,

@@ -18,9 +18,11 @@ namespace retint {
 void ExportViews(EditSession& session, const std::vector<const View*>& views,
                  std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
 
-// <folder>/0000.png, 0001.png, ... along a camera path.
+// <folder>/0000.png, 0001.png, ... along a camera path. `replaced`, frames of an earlier export,
+// are removed once all is written, but for those that were written anew.
 void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
-                  std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor);
+                  std::span<const float> sh, const std::filesystem::path& folder, Monitor& monitor,
+                  const std::vector<std::filesystem::path>& replaced = {});
 
 // Whether ExportCameras() may write to `folder`: OptionError where it holds a model or pictures.
 // With `overwrite` it may hold an earlier export: sparse/0, all of whose views are named as placed
@@ -30,8 +32,7 @@ std::vector<std::filesystem::path> CheckCamerasFolder(const std::filesystem::pat
                                                       bool overwrite);
 
 // The views as a COLMAP workspace in `folder`: sparse/0 (cameras, images, points3D) and, where
-// `images`, renders of the original scene in images/. `replaced`, pictures of an earlier export,
-// are removed once all is written, but for those that were written anew.
+// `images`, renders of the original scene in images/. `replaced`: as ExportFrames().
 void ExportCameras(EditSession& session, bool images, const std::filesystem::path& folder,
                    Monitor& monitor, const std::vector<std::filesystem::path>& replaced = {});
 

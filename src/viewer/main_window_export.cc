@@ -202,13 +202,14 @@ void MainWindow::ExportTurntable() {
                                               shown.camera.height & ~1);
     const fs::path folder = dialog->folder();
     const fs::path video = folder / ("turntable" + VideoMaker::Extension().toStdString());
-    std::vector<fs::path> files = NumberedPictures(folder);
+    const std::vector<fs::path> frames = NumberedPictures(folder);
+    std::vector<fs::path> files = frames;
     if (dialog->video()) files.push_back(video);
     const auto then = [this, folder, video, wanted = dialog->video()] {
       if (wanted) MakeVideo(folder, video);
     };
-    ConfirmReplacing(folder, files, [this, folder, cameras, then] {
-      controller_->WriteFrames(folder, cameras, then);
+    ConfirmReplacing(folder, files, [this, folder, cameras, then, frames] {
+      controller_->WriteFrames(folder, cameras, then, frames);
     });
   });
   dialog->open();

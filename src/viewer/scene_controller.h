@@ -212,9 +212,10 @@ class SceneController : public QObject {
   // <folder>/<image name>.png of these views (none named: every one), edited.
   void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
   // <folder>/0000.png, ...: a camera path.
-  // `done` runs once they are written.
+  // `done` runs once they are written. `replaced` as in ExportFrames().
   void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
-                   std::function<void()> done = {});
+                   std::function<void()> done = {},
+                   std::vector<std::filesystem::path> replaced = {});
   // One picture: the scene before the edits on the left, edited on the right.
   // `lens` as for a FrameRequest.
   void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,

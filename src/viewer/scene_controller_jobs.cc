@@ -214,11 +214,13 @@ void SceneController::WriteViews(const std::filesystem::path& folder,
 }
 
 void SceneController::WriteFrames(const std::filesystem::path& folder,
-                                  std::vector<PosedCamera> cameras, std::function<void()> done) {
+                                  std::vector<PosedCamera> cameras, std::function<void()> done,
+                                  std::vector<std::filesystem::path> replaced) {
   RunWrite(
       tr("Saving frames"), folder,
-      [=, cameras = std::move(cameras)](EditSession& session, Monitor& monitor) {
-        ExportFrames(session, cameras, ColorsToExport(session), folder, monitor);
+      [=, cameras = std::move(cameras), replaced = std::move(replaced)](EditSession& session,
+                                                                        Monitor& monitor) {
+        ExportFrames(session, cameras, ColorsToExport(session), folder, monitor, replaced);
       },
       std::move(done));
 }

@@ -100,6 +100,21 @@ TEST_F(Export, FramesAreNumbered) {
   }
 }
 
+TEST_F(Export, AShorterTurnReplacesALongerOne) {
+  const fs::path folder = folder_ / "turn";
+  const auto turn = [&](int frames, const std::vector<fs::path>& replaced) {
+    ExportFrames(*session_, OrbitPath(scene_.cameras[0], {0, 0, 0}, {0, 1, 0}, frames),
+                 session_->CurrentSh(), folder, monitor_, replaced);
+  };
+  turn(4, {});
+  WriteFile(folder / "0009.png", "somebody's own picture");
+  turn(2, {folder / "0000.png", folder / "0001.png", folder / "0002.png", folder / "0003.png"});
+  EXPECT_TRUE(IsFile(folder / "0001.png"));
+  EXPECT_FALSE(fs::exists(folder / "0002.png"));
+  EXPECT_FALSE(fs::exists(folder / "0003.png"));
+  EXPECT_TRUE(IsFile(folder / "0009.png"));
+}
+
 TEST_F(Export, TheReportHasEveryRegion) {
   ExportReport(*session_, RefitJob(), folder_ / "report.json", monitor_);
   const auto json = nlohmann::json::parse(ReadFile(folder_ / "report.json"));
