@@ -28,7 +28,7 @@ using session_json::Json;
 
 static_assert(std::endian::native == std::endian::little, "parts are little-endian");
 
-constexpr const char* kPartPrefixes[] = {"selection-", "draft-", "fit-"};
+constexpr const char* kPartPrefixes[] = {"selection-", "draft-", "fit-", "views-"};
 
 // Removes a folder or file that was begun, unless it was finished.
 class Scratch {

@@ -300,6 +300,18 @@ TEST_F(SplatAlone, RendersServeAsPhotos) {
             session->scene().Render(view, session->original().sh).data);
 }
 
+TEST_F(SplatAlone, ASessionSavedOverHoldsItsViewsOnce) {
+  const auto session = Open();
+  for (int save = 0; save < 2; ++save) {
+    SessionWriter(folder_ / "a.retint").Write(TakeSnapshot(*session), monitor_);
+  }
+  int views = 0;
+  for (const auto& part : std::filesystem::directory_iterator(folder_ / "a.retint")) {
+    views += part.path().filename().string().starts_with("views-") ? 1 : 0;
+  }
+  EXPECT_EQ(views, 1);
+}
+
 TEST_F(SplatAlone, ASavedSessionKeepsItsViewsToTheBit) {
   const auto session = Open();
   std::map<std::string, Mask> masks;
