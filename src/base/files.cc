@@ -15,17 +15,6 @@ namespace {
 
 constexpr size_t kBufferBytes = size_t{1} << 20;
 
-// Short, so that it fits where the target's own name just does.
-std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
-  static std::atomic<uint64_t> counter{0};
-  std::string name = ".retint-";
-  name += std::to_string(getpid());
-  name += '-';
-  name += std::to_string(counter++);
-  name += ".tmp";
-  return path.parent_path() / name;
-}
-
 }  // namespace
 
 bool IsFile(const std::filesystem::path& path) {
@@ -66,6 +55,22 @@ std::string ReadFile(const std::filesystem::path& path) {
   return bytes;
 }
 
+std::filesystem::path CreateHidden(
+    const std::filesystem::path& folder,
+    const std::function<bool(const std::filesystem::path&)>& create) {
+  static std::atomic<uint64_t> counter{0};
+  for (;;) {
+    // Short, so that it fits where the target's own name just does.
+    std::string name = ".retint-";
+    name += std::to_string(getpid());
+    name += '-';
+    name += std::to_string(counter++);
+    name += ".tmp";
+    if (create(folder / name)) return folder / name;
+    if (errno != EEXIST) return {};
+  }
+}
+
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   namespace fs = std::filesystem;
   std::error_code code;
@@ -81,8 +86,10 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
     throw RunError(path_.string() + ": is not a regular file");
   }
   CreateFolders();
-  temporary_ = TemporaryBeside(path_);
-  fd_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  temporary_ = CreateHidden(path_.parent_path(), [&](const fs::path& name) {
+    fd_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    return fd_ >= 0;
+  });
   if (fd_ < 0) {
     const int reason = errno;
     RemoveCreatedFolders();

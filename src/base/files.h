@@ -22,6 +22,12 @@ namespace retint {
 bool IsFile(const std::filesystem::path& path);
 bool IsFolder(const std::filesystem::path& path);
 
+// Makes a hidden file or folder in `folder` by `create`, which says in errno why it could not:
+// its path; empty where it fails. A name that exists, which a killed program may have left, is
+// passed over.
+std::filesystem::path CreateHidden(const std::filesystem::path& folder,
+                                   const std::function<bool(const std::filesystem::path&)>& create);
+
 // The whole file; InputError when it is missing, a folder, or unreadable.
 std::string ReadFile(const std::filesystem::path& path);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/staged_output.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "base/parallel.h"
 
 namespace retint {
@@ -101,12 +103,10 @@ const StagedOutput::Area& StagedOutput::AreaFor(const fs::path& target) {
     if (area.anchor == anchor) return area;
   }
   CheckFolder(anchor, target);
-  const fs::path hidden = anchor / (".retint-" + std::to_string(getpid()) + "-" +
-                                    std::to_string(areas_.size()) + ".tmp");
-  std::error_code code;
-  if (!fs::create_directory(hidden, code)) {
-    throw RunError(target.string() +
-                   ": cannot write: " + (code ? code.message() : hidden.string() + " exists"));
+  const fs::path hidden =
+      CreateHidden(anchor, [](const fs::path& path) { return mkdir(path.c_str(), 0777) == 0; });
+  if (hidden.empty()) {
+    throw RunError(target.string() + ": cannot write: " + std::strerror(errno));
   }
   areas_.push_back({anchor, hidden});
   return areas_.back();

@@ -118,6 +118,23 @@ TEST(AtomicFileTest, FileAsParentIsARunErrorNamingTheTarget) {
   EXPECT_EQ(ReadFile(folder / "file"), "kept");
 }
 
+TEST(AtomicFileTest, WhatAKilledProgramLeftIsPassedOver) {
+  const TempFolder folder;
+  std::string name;  // .retint-<process>-<number>.tmp
+  {
+    const AtomicFile file(folder / "a");
+    name = Entries(folder.path()).at(0);
+  }
+  const size_t at = name.rfind('-') + 1;
+  for (int next = 1; next <= 3; ++next) {
+    const int number = std::stoi(name.substr(at)) + next;
+    std::ofstream(folder / (name.substr(0, at) + std::to_string(number) + ".tmp")) << "left";
+  }
+  WriteFile(folder / "a", "new");
+  EXPECT_EQ(ReadFile(folder / "a"), "new");
+  EXPECT_EQ(Entries(folder.path()).size(), 4u) << "it may be another program's";
+}
+
 TEST(AtomicFileTest, UnwritableFolderIsARunError) {
   const ChildOutcome outcome = RunAsOrdinaryUser([] {
     const TempFolder folder;

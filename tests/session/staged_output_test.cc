@@ -84,6 +84,16 @@ TEST(StagedOutput, ErrorsNameTheTargetAndLeaveNothing) {
   EXPECT_THAT(Tree(temp.path()), testing::IsEmpty());
 }
 
+TEST(StagedOutput, WhatAKilledProgramLeftIsPassedOver) {
+  TempFolder temp;
+  const std::string left = ".retint-" + std::to_string(getpid()) + "-";
+  for (int i = 0; i < 3; ++i) fs::create_directory(temp / (left + std::to_string(i) + ".tmp"));
+  StagedOutput staged;
+  staged.Add(temp / "out.txt", Text("new"));
+  staged.Commit();
+  EXPECT_EQ(ReadFile(temp / "out.txt"), "new");
+}
+
 TEST(StagedOutput, WritersSeeTheNameTheyWerePromised) {
   TempFolder temp;
   StagedOutput staged;
