@@ -27,24 +27,11 @@ using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
-// One photo at every level of detail, and the camera that it was taken by, in the world.
+// One photo at every level of detail, and where it was taken, in the world.
 struct Target {
   Rigid3d cam_from_world;
-  Camera camera;              // of the full photo
-  std::vector<Image> levels;  // coarse first
+  std::vector<ReducedPhoto> levels;  // coarse first
 };
-
-// Every pixel the mean of its share of the larger picture, whose sides are `step` times as long.
-Image Reduced(const Image& image, int step) {
-  Image small(image.width / step, image.height / step);
-  const float weight = 1.0F / float(step * step);
-  for (int y = 0; y < small.height * step; ++y) {
-    for (int x = 0; x < small.width * step; ++x) {
-      for (int c = 0; c < 3; ++c) small(x / step, y / step, c) += weight * image(x, y, c);
-    }
-  }
-  return small;
-}
 
 constexpr int kLevelSteps[] = {4, 2, 1};  // of the finest level
 
@@ -63,9 +50,11 @@ std::vector<Target> ReadTargets(const Workspace& workspace, const AlignOptions& 
     const int longest = std::max(posed.camera.width, posed.camera.height);
     const int step = std::max(1, longest / options.longest_side);
     const Image photo = workspace.ReadPhoto(view);
-    Target target{posed.cam_from_world, posed.camera, {}};
-    for (const int coarser : kLevelSteps) target.levels.push_back(Reduced(photo, step * coarser));
-    if (!target.levels.front().Empty()) targets.push_back(std::move(target));
+    Target target{posed.cam_from_world, {}};
+    for (const int coarser : kLevelSteps) {
+      target.levels.push_back(Reduced(photo, posed.camera, step * coarser));
+    }
+    if (!target.levels.front().photo.Empty()) targets.push_back(std::move(target));
   }
   return targets;
 }
@@ -93,7 +82,7 @@ class Comparison {
     for (const Target& target : targets_) {
       const RenderOutput output = Render(target, splat_from_world, level, false);
       double squares = 0;
-      const std::vector<float>& photo = target.levels[level].data;
+      const std::vector<float>& photo = target.levels[level].photo.data;
       for (size_t i = 0; i < photo.size(); ++i) {
         squares += std::pow(double(std::clamp(output.rgb.data[i], 0.0F, 1.0F) - photo[i]), 2);
       }
@@ -154,16 +143,10 @@ class Comparison {
   }
 
   static PosedCamera Posed(const Target& target, const Sim3d& splat_from_world, size_t level) {
-    const Image& photo = target.levels[level];
-    const Camera& camera = target.camera;
-    // Whole steps: what does not fill a pixel is cut off on the right and below.
-    const double step = std::floor(double(camera.width) / photo.width);
     Reconstruction moved;
     moved.views[1].cam_from_world = target.cam_from_world;
     Transform(splat_from_world, moved);
-    return {Camera::Pinhole(1, photo.width, photo.height, camera.fx() / step, camera.fy() / step,
-                            camera.cx() / step, camera.cy() / step),
-            moved.views[1].cam_from_world};
+    return {target.levels[level].camera, moved.views[1].cam_from_world};
   }
 
   // A small motion of the cameras in the splat's frame: translation in units of the scene's size,
@@ -191,7 +174,7 @@ class Comparison {
     for (const Target& target : targets_) {
       const PosedCamera posed = Posed(target, splat_from_world, level);
       const RenderOutput output = Render(target, splat_from_world, level, true);
-      const Image& photo = target.levels[level];
+      const Image& photo = target.levels[level].photo;
       const Eigen::Matrix3d rotation = posed.cam_from_world.rotation.toRotationMatrix();
       const double fx = posed.camera.fx(), fy = posed.camera.fy();
       for (int y = 0; y < photo.height; ++y) {
@@ -320,6 +303,20 @@ AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts) {
 }
 
 }  // namespace
+
+ReducedPhoto Reduced(const Image& photo, const Camera& camera, int step) {
+  Image small(photo.width / step, photo.height / step);
+  const float weight = 1.0F / float(step * step);
+  for (int y = 0; y < small.height * step; ++y) {
+    for (int x = 0; x < small.width * step; ++x) {
+      for (int c = 0; c < 3; ++c) small(x / step, y / step, c) += weight * photo(x, y, c);
+    }
+  }
+  const Camera of_small =
+      Camera::Pinhole(1, small.width, small.height, camera.fx() / step, camera.fy() / step,
+                      camera.cx() / step, camera.cy() / step);
+  return {std::move(small), of_small};
+}
 
 std::vector<fs::path> FindTransformFiles(const fs::path& workspace, const fs::path& splat) {
   std::vector<fs::path> files;

@@ -12,7 +12,9 @@
 #include "base/monitor.h"
 #include "colmap_io/workspace.h"
 #include "kernels/backend.h"
+#include "scene/camera.h"
 #include "scene/gaussian_model.h"
+#include "scene/image.h"
 
 namespace retint {
 
@@ -28,6 +30,14 @@ struct AlignResult {
   // Mean PSNR of the renders against the photos, dB, as given and aligned; NaN without photos.
   double psnr_before = 0, psnr_after = 0;
 };
+
+struct ReducedPhoto {
+  Image photo;
+  Camera camera;
+};
+// Every pixel the mean of `step` x `step` of a pinhole camera's photo. What does not fill a pixel
+// is cut off on the right and below.
+ReducedPhoto Reduced(const Image& photo, const Camera& camera, int step);
 
 // Files that may hold the similarity: dataparser_transforms.json beside the splat, in the
 // workspace, or up to two folders above either.
