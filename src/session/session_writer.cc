@@ -62,9 +62,9 @@ Json WriteSmallFile(const fs::path& path, std::string_view bytes) {
     wrote = write(fd, bytes.data() + done, bytes.size() - done);
     if (wrote < 0 && errno == EINTR) wrote = 0;
   }
-  const int reason = errno;
-  if (fd >= 0 && close(fd) != 0 && wrote >= 0) wrote = -1;
-  if (wrote < 0) throw RunError(path.string() + ": cannot write: " + std::strerror(reason));
+  int reason = wrote < 0 ? errno : 0;
+  if (fd >= 0 && close(fd) != 0 && reason == 0) reason = errno;
+  if (reason != 0) throw RunError(path.string() + ": cannot write: " + std::strerror(reason));
   return {{"bytes", bytes.size()}, {"xxh64", HexText(Xxh64(bytes))}};
 }
 
