@@ -21,8 +21,8 @@ std::function<std::shared_ptr<const Image>()> RefitService::Photo(const std::str
     if (later && photo_bytes_ + bytes > scene_.options().photo_bytes) {
       return [this, &view] { return std::make_shared<const Image>(scene_.Picture(view)); };
     }
-    photo_bytes_ += bytes;
     found = photos_.emplace(name, std::make_shared<const Image>(scene_.Picture(view))).first;
+    photo_bytes_ += bytes;
   }
   return [photo = found->second] { return photo; };
 }

@@ -7,17 +7,15 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "tests/session/session_scene.h"
+#include "base/files.h"
+#include "colmap_io/image_io.h"
+#include "tests/session/saved_scene.h"
 
 namespace retint {
 namespace {
 
 const ColorEdit kBlue = ColorEdit::Tint({0.2F, 0.4F, 1.0F});
 const ColorEdit kRed = ColorEdit::Tint({1.0F, 0.1F, 0.1F});
-
-bool SameBits(std::span<const float> a, std::span<const float> b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-}
 
 RefitJob ShortJob(int iterations = 3) {
   RefitJob job;
@@ -399,6 +397,30 @@ TEST(EditSession, TheEditedTargetIsTheRenderWithEveryEditPaintedOver) {
     const float expected = render.data[3 * i] * (1 + m * (0.2F - 1));
     ASSERT_NEAR(target.data[3 * i], expected, 1e-6) << i;
   }
+}
+
+TEST(EditSession, PhotosThatCouldNotBeReadTakeNoRoomOfThoseThatAreKept) {
+  const TinyScene scene(23, 40);
+  const TempFolder folder;
+  WriteTinyScene(scene, folder.path());
+  const auto photo = [&](size_t v) { return folder / ("ws/images/" + ViewName(v) + ".png"); };
+  const Image gray(64, 48, 0.5F);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) WritePng(photo(v), gray);
+  SessionOptions options;
+  options.backend = "cpu";
+  options.photo_bytes = scene.cameras.size() * gray.data.size() * sizeof(float);
+  Monitor monitor;
+  const auto session = EditSession::Open(folder / "ws", folder / "ws/splat.ply", options, monitor);
+  const RegionId region = session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
+  RefitJob job = ShortJob(1);
+  job.target = TargetKind::kPhoto;
+  WriteFile(photo(3), "no picture");
+  EXPECT_THROW(session->Refit(job, monitor), InputError);
+  WritePng(photo(3), gray);
+  session->Refit(job, monitor);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) WriteFile(photo(v), "no picture");
+  session->SetEdit(region, kRed);
+  EXPECT_NO_THROW(session->Refit(job, monitor)) << "all photos are kept";
 }
 
 TEST(EditSession, RefusesBadInputAndKeepsItsState) {
