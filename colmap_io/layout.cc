@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
-#include <system_error>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -30,11 +29,9 @@ int Number(const std::string& name) {
 // Folders of `folder` whose names are numbers, in their order.
 std::vector<fs::path> Numbered(const fs::path& folder) {
   std::vector<std::pair<int, fs::path>> found;
-  std::error_code code;
-  for (auto entry = fs::directory_iterator(folder, code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const int number = Number(entry->path().filename().string());
-    if (number >= 0 && IsFolder(entry->path())) found.emplace_back(number, entry->path());
+  for (const fs::path& path : ListFolder(folder)) {
+    const int number = Number(path.filename().string());
+    if (number >= 0 && IsFolder(path)) found.emplace_back(number, path);
   }
   std::sort(found.begin(), found.end());
   std::vector<fs::path> folders;

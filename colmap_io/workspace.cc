@@ -18,13 +18,11 @@ namespace fs = std::filesystem;
 // Of the models in a folder of several, which one was taken.
 std::string SeveralModels(const fs::path& sparse_folder) {
   const fs::path folder = sparse_folder.parent_path();
-  std::error_code code;
   int models = 0;
-  for (auto entry = fs::directory_iterator(folder, code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
+  for (const fs::path& path : ListFolder(folder)) {
+    const std::string name = path.filename().string();
     const bool number = name.find_first_not_of("0123456789") == std::string::npos;
-    models += number && IsFolder(entry->path()) && HasReconstruction(entry->path());
+    models += number && IsFolder(path) && HasReconstruction(path);
   }
   if (models < 2) return "";
   return folder.string() + ": holds several models; using " + sparse_folder.filename().string() +

@@ -13,6 +13,19 @@
 namespace retint {
 namespace {
 
+template <typename Iterator>
+std::vector<std::filesystem::path> List(const std::filesystem::path& folder,
+                                        std::error_code* error) {
+  std::vector<std::filesystem::path> paths;
+  std::error_code code;
+  // A range-for would throw where reading fails on the way.
+  for (Iterator entry(folder, code); !code && entry != Iterator(); entry.increment(code)) {
+    paths.push_back(entry->path());
+  }
+  if (error) *error = code;
+  return paths;
+}
+
 constexpr size_t kBufferBytes = size_t{1} << 20;
 
 }  // namespace
@@ -25,6 +38,16 @@ bool IsFile(const std::filesystem::path& path) {
 bool IsFolder(const std::filesystem::path& path) {
   std::error_code code;
   return std::filesystem::is_directory(path, code);
+}
+
+std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folder,
+                                              std::error_code* error) {
+  return List<std::filesystem::directory_iterator>(folder, error);
+}
+
+std::vector<std::filesystem::path> ListBelow(const std::filesystem::path& folder,
+                                             std::error_code* error) {
+  return List<std::filesystem::recursive_directory_iterator>(folder, error);
 }
 
 std::string ReadFile(const std::filesystem::path& path) {

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 #include <vector>
 
@@ -21,6 +22,13 @@ namespace retint {
 // Whether there is a file or a folder of that name; false also where that cannot be told.
 bool IsFile(const std::filesystem::path& path);
 bool IsFolder(const std::filesystem::path& path);
+
+// Paths of what is in a folder, or anywhere below it, in any order; links to folders are not
+// followed. Where reading fails, what was read until then; `error`, where given, says why.
+std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folder,
+                                              std::error_code* error = nullptr);
+std::vector<std::filesystem::path> ListBelow(const std::filesystem::path& folder,
+                                             std::error_code* error = nullptr);
 
 // Makes a hidden file or folder in `folder` by `create`, which says in errno why it could not:
 // its path; empty where it fails. A name that exists, which a killed program may have left, is

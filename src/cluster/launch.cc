@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string>
-#include <system_error>
 #include <vector>
 
+#include "base/files.h"
 #include "cluster/mpi_ranks.h"
 
 namespace retint {
@@ -36,10 +36,8 @@ int Variable(std::initializer_list<const char*> names, int otherwise) {
 // /dev/nvidia0 and so on.
 int CountDevices() {
   int count = 0;
-  std::error_code code;
-  for (auto entry = fs::directory_iterator("/dev", code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
+  for (const fs::path& path : ListFolder("/dev")) {
+    const std::string name = path.filename().string();
     const size_t digits = std::string("nvidia").size();
     count += name.starts_with("nvidia") && name.size() > digits &&
              std::all_of(name.begin() + std::ptrdiff_t(digits), name.end(),

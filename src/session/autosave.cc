@@ -186,16 +186,16 @@ std::vector<Recovery> FindRecoverable(const std::vector<fs::path>& sessions) {
   std::set<fs::path> seen;
   for (const auto& [place, start] : places) {
     std::error_code code;
-    for (const auto& entry : fs::directory_iterator(place, code)) {
-      const std::string name = entry.path().filename().string();
-      const bool ours = name.rfind(start, 0) == 0 && IsAutosave(entry.path());
-      if (!ours || !seen.insert(entry.path()).second || IsAlive(entry.path())) continue;
+    for (const fs::path& path : ListFolder(place)) {
+      const std::string name = path.filename().string();
+      const bool ours = name.rfind(start, 0) == 0 && IsAutosave(path);
+      if (!ours || !seen.insert(path).second || IsAlive(path)) continue;
       try {
         Recovery recovery;
-        recovery.folder = entry.path();
-        recovery.info = ReadSessionInfo(entry.path());
+        recovery.folder = path;
+        recovery.info = ReadSessionInfo(path);
         recovery.session = recovery.info.saved;
-        recovery.time = fs::last_write_time(entry.path() / session_json::kManifest);
+        recovery.time = fs::last_write_time(path / session_json::kManifest);
         const auto saved = fs::last_write_time(recovery.session / session_json::kManifest, code);
         if (!recovery.session.empty() && !code && saved > recovery.time) continue;
         found.push_back(std::move(recovery));

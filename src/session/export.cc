@@ -65,12 +65,10 @@ bool IsPlacedName(const std::string& name) {
 std::vector<fs::path> PicturesIn(const fs::path& folder) {
   static const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   std::vector<fs::path> pictures;
-  std::error_code code;
-  for (auto entry = fs::directory_iterator(folder, code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    std::string extension = entry->path().extension().string();
+  for (const fs::path& path : ListFolder(folder)) {
+    std::string extension = path.extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (extensions.contains(extension)) pictures.push_back(entry->path());
+    if (extensions.contains(extension)) pictures.push_back(path);
   }
   return pictures;
 }
@@ -78,9 +76,8 @@ std::vector<fs::path> PicturesIn(const fs::path& folder) {
 // The names of the views of a model that ExportCameras() wrote; nullopt of another one.
 std::optional<std::vector<std::string>> NamesOfExport(const fs::path& model) {
   static const std::set<std::string> parts = {"cameras.bin", "images.bin", "points3D.bin"};
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(model, code)) {
-    if (!parts.contains(entry.path().filename().string())) return std::nullopt;
+  for (const fs::path& path : ListFolder(model)) {
+    if (!parts.contains(path.filename().string())) return std::nullopt;
   }
   try {
     std::vector<std::string> names;

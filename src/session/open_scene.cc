@@ -7,7 +7,6 @@
 #include <cstring>
 #include <map>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -49,10 +48,7 @@ std::string SplatStem(const fs::path& path) {
 // Splat files of a folder, by name; hidden ones are left out.
 std::vector<fs::path> SplatsIn(const fs::path& folder) {
   std::vector<fs::path> splats;
-  std::error_code code;
-  for (auto entry = fs::directory_iterator(folder, code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const fs::path& path = entry->path();
+  for (const fs::path& path : ListFolder(folder)) {
     const bool hidden = path.filename().string().starts_with('.');
     if (!hidden && IsFile(path) && !SplatStem(path).empty()) splats.push_back(path);
   }
@@ -71,14 +67,12 @@ std::optional<fs::path> NewestIteration(const fs::path& folder) {
   constexpr std::string_view kPrefix = "iteration_";
   std::optional<fs::path> newest;
   int highest = -1;
-  std::error_code code;
-  for (auto entry = fs::directory_iterator(folder, code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
+  for (const fs::path& path : ListFolder(folder)) {
+    const std::string name = path.filename().string();
     int number = -1;
     if (!name.starts_with(kPrefix)) continue;
     std::from_chars(name.data() + kPrefix.size(), name.data() + name.size(), number);
-    const auto splat = number > highest ? NamedSplat(entry->path(), "point_cloud") : std::nullopt;
+    const auto splat = number > highest ? NamedSplat(path, "point_cloud") : std::nullopt;
     if (!splat) continue;
     highest = number;
     newest = splat;

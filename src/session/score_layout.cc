@@ -49,11 +49,10 @@ std::map<std::string, fs::path> PngFiles(const fs::path& folder) {
 std::vector<fs::path> Folders(const fs::path& folder) {
   if (!IsFolder(folder)) throw InputError(folder, "no such folder");
   std::vector<fs::path> folders;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (IsFolder(entry.path()) && !name.starts_with('.') && !name.starts_with("__")) {
-      folders.push_back(entry.path());
+  for (const fs::path& path : ListFolder(folder)) {
+    const std::string name = path.filename().string();
+    if (IsFolder(path) && !name.starts_with('.') && !name.starts_with("__")) {
+      folders.push_back(path);
     }
   }
   std::sort(folders.begin(), folders.end());

@@ -138,28 +138,25 @@ bool IsPart(const std::string& name) {
 
 void RemoveUnused(const fs::path& folder, const std::set<std::string>& used) {
   std::error_code ignored;
-  std::vector<fs::path> old;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (IsPart(name) && used.count(name) == 0) old.push_back(entry.path());
+  for (const fs::path& path : ListFolder(folder)) {
+    const std::string name = path.filename().string();
+    if (IsPart(name) && used.count(name) == 0) fs::remove_all(path, ignored);
   }
-  for (const fs::path& path : old) fs::remove_all(path, ignored);
 }
 
 // What programs left behind that were killed while they wrote a new session.
 void RemoveStale(const fs::path& parent) {
   constexpr auto kOld = std::chrono::minutes(10);
-  std::error_code ignored;
-  std::vector<fs::path> stale;
-  for (const auto& entry : fs::directory_iterator(parent, ignored)) {
+  std::error_code code;
+  for (const fs::path& path : ListFolder(parent)) {
     int pid = 0, number = 0;
-    const std::string name = entry.path().filename().string();
+    const std::string name = path.filename().string();
     if (std::sscanf(name.c_str(), ".retint-session-%d-%d.tmp", &pid, &number) != 2) continue;
     const bool dead = pid > 0 && kill(pid, 0) != 0 && errno == ESRCH;
-    const auto age = fs::file_time_type::clock::now() - entry.last_write_time(ignored);
-    if (dead && age > kOld) stale.push_back(entry.path());
+    const auto written = fs::last_write_time(path, code);
+    const bool old = !code && fs::file_time_type::clock::now() - written > kOld;
+    if (dead && old) fs::remove_all(path, code);
   }
-  for (const fs::path& path : stale) fs::remove_all(path, ignored);
 }
 
 fs::path HiddenBeside(const fs::path& folder) {

@@ -126,10 +126,11 @@ void StagedOutput::Add(const fs::path& target, const std::function<void(const fs
   }
   // What was written beside it goes beside it, and first.
   std::error_code code;
-  for (const auto& entry : fs::directory_iterator(staged.parent_path(), code)) {
-    if (entry.path() == staged) continue;
-    files_.push_back({entry.path(), target.parent_path() / entry.path().filename()});
+  for (const fs::path& path : ListFolder(staged.parent_path(), &code)) {
+    if (path == staged) continue;
+    files_.push_back({path, target.parent_path() / path.filename()});
   }
+  if (code) throw RunError(target.string() + ": cannot write: " + code.message());
   files_.push_back({staged, target});
 }
 
@@ -145,10 +146,12 @@ void StagedOutput::AddFolder(const fs::path& target,
   } catch (const RunError& error) {
     RethrowNaming(error, staged, target);
   }
-  for (const auto& entry : fs::recursive_directory_iterator(staged)) {
-    if (!entry.is_regular_file()) continue;
-    files_.push_back({entry.path(), target / entry.path().lexically_relative(staged)});
+  std::error_code code;
+  for (const fs::path& path : ListBelow(staged, &code)) {
+    if (!IsFile(path)) continue;
+    files_.push_back({path, target / path.lexically_relative(staged)});
   }
+  if (code) throw RunError(target.string() + ": cannot write: " + code.message());
 }
 
 void StagedOutput::Commit() {

@@ -66,8 +66,10 @@ class Folder : public SogFiles {
  public:
   explicit Folder(const std::filesystem::path& meta) : meta_(meta) {
     std::error_code code;
-    for (const auto& entry : std::filesystem::directory_iterator(Parent(), code)) {
-      if (entry.path().extension() == ".webp") bytes_ += entry.file_size(code);
+    for (const std::filesystem::path& path : ListFolder(Parent())) {
+      const uint64_t size =
+          path.extension() == ".webp" ? std::filesystem::file_size(path, code) : 0;
+      if (!code) bytes_ += size;
     }
   }
 

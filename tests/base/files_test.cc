@@ -24,6 +24,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Throws;
 using ::testing::ThrowsMessage;
+using ::testing::UnorderedElementsAre;
 
 std::vector<std::string> Entries(const fs::path& folder) {
   std::vector<std::string> names;
@@ -65,6 +66,31 @@ TEST(ReadFileTest, TellsFilesFromFolders) {
   EXPECT_FALSE(IsFile(folder / std::string(5000, 'x'))) << "a name no file can have";
 }
 
+TEST(ListTest, FoldersAreListedWithAndWithoutWhatIsBelow) {
+  const TempFolder folder;
+  WriteFile(folder / "a", "");
+  WriteFile(folder / "b/c", "");
+  EXPECT_THAT(ListFolder(folder.path()), UnorderedElementsAre(folder / "a", folder / "b"));
+  EXPECT_THAT(ListBelow(folder.path()),
+              UnorderedElementsAre(folder / "a", folder / "b", folder / "b/c"));
+  std::error_code code;
+  EXPECT_THAT(ListFolder(folder / "none", &code), ::testing::IsEmpty());
+  EXPECT_EQ(code, std::errc::no_such_file_or_directory);
+}
+
+TEST(ListTest, WhatCannotBeReadOnTheWayIsTold) {
+  const ChildOutcome outcome = RunAsOrdinaryUser([] {
+    const TempFolder folder;
+    fs::create_directory(folder / "locked");
+    fs::permissions(folder / "locked", fs::perms::none);
+    std::error_code code;
+    EXPECT_THAT(ListBelow(folder.path(), &code), UnorderedElementsAre(folder / "locked"));
+    EXPECT_EQ(code, std::errc::permission_denied);
+    fs::permissions(folder / "locked", fs::perms::owner_all);
+  });
+  EXPECT_EQ(outcome, ChildOutcome::kPassed);
+}
+
 TEST(AtomicFileTest, WritesWholeAndInOrder) {
   const TempFolder folder;
   const std::string large(2'500'000, 'x');  // more than two buffers
@@ -99,7 +125,7 @@ TEST(AtomicFileTest, WithoutCommitNewFoldersGo) {
     AtomicFile file(folder / "x/y/a");
     WriteFile(folder / "x/other", "kept");
   }
-  EXPECT_THAT(Entries(folder.path()), ::testing::UnorderedElementsAre("x", "x/other"));
+  EXPECT_THAT(Entries(folder.path()), UnorderedElementsAre("x", "x/other"));
 }
 
 TEST(AtomicFileTest, CommitReplacesTheOldFile) {
