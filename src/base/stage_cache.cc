@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <system_error>
 #include <vector>
 
@@ -16,6 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kUnfinished[] = ".unfinished-";
+// What was not written to for longer is of a run that was killed.
+constexpr auto kLongestWrite = std::chrono::hours(1);
 
 struct Stored {
   fs::path path;
@@ -26,10 +29,15 @@ struct Stored {
 uint64_t BytesBelow(const fs::path& folder) {
   uint64_t bytes = 0;
   std::error_code code;
-  for (const auto& file : fs::recursive_directory_iterator(folder, code)) {
-    if (file.is_regular_file(code)) bytes += file.file_size(code);
+  for (const fs::path& file : ListBelow(folder)) {
+    const uint64_t size = IsFile(file) ? fs::file_size(file, code) : 0;
+    if (!code) bytes += size;
   }
   return bytes;
+}
+
+bool IsUnfinished(const fs::path& path) {
+  return path.filename().string().starts_with(kUnfinished);
 }
 
 bool IsEntry(const fs::path& path) {
@@ -106,9 +114,11 @@ void StageCache::Trim(uint64_t most_bytes) {
   std::vector<Stored> entries;
   uint64_t total = 0;
   std::error_code code;
-  for (const auto& file : fs::directory_iterator(folder_, code)) {
-    if (!IsEntry(file.path())) continue;
-    entries.push_back({file.path(), fs::last_write_time(file.path(), code), BytesBelow(file)});
+  for (const fs::path& path : ListFolder(folder_)) {
+    const auto used = fs::last_write_time(path, code);
+    if (!code && IsUnfinished(path) && used < start_ - kLongestWrite) fs::remove_all(path, code);
+    if (!IsEntry(path)) continue;
+    entries.push_back({path, used, BytesBelow(path)});
     total += entries.back().bytes;
   }
   std::sort(entries.begin(), entries.end(),

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "tests/support/data.h"
+#include "tests/support/privileges.h"
 
 namespace retint {
 namespace {
@@ -101,6 +102,39 @@ TEST_F(Cache, TheEntriesUsedLongestAgoGoFirst) {
   EXPECT_TRUE(cache.Has("select", a_)) << "this run needs it";
   EXPECT_FALSE(cache.Has("select", c));
   EXPECT_TRUE(IsFile(temp_ / "cache" / "mine.txt"));
+}
+
+TEST_F(Cache, WhatAKilledRunLeftGoes) {
+  StageCache cache(temp_ / "cache");
+  Put(cache, a_, "one");
+  const fs::path old = temp_ / "cache" / (".unfinished-select-" + b_ + "-1");
+  const fs::path current = temp_ / "cache" / (".unfinished-select-" + b_ + "-2");
+  WriteFile(old / "text", "half");
+  WriteFile(current / "text", "half");
+  fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  cache.Trim(1000);
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(current)) << "another run may be writing it";
+  EXPECT_TRUE(cache.Has("select", a_));
+}
+
+TEST_F(Cache, AnEntryThatCannotBeReadDoesNotStopTheOthers) {
+  const ChildOutcome outcome = RunAsOrdinaryUser([this] {
+    const TempFolder folder;
+    {
+      StageCache earlier(folder / "cache");
+      Put(earlier, a_, "one");
+      Put(earlier, b_, "two");
+    }
+    const fs::path locked = folder / ("cache/select-" + a_) / "locked";
+    fs::create_directory(locked);
+    fs::permissions(locked, fs::perms::none);
+    StageCache cache(folder / "cache");
+    cache.Trim(0);
+    EXPECT_FALSE(cache.Has("select", b_));
+    fs::permissions(locked, fs::perms::owner_all);
+  });
+  EXPECT_EQ(outcome, ChildOutcome::kPassed);
 }
 
 }  // namespace
