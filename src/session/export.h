@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session gives away besides its splat: pictures of the edited scene and the report. Each is
-// written whole or not at all; RunError when it cannot be, Cancelled between pictures.
+// What a session gives away besides its splat: pictures of the edited scene and the report, written
+// as StagedOutput does. RunError when they cannot be, Cancelled between pictures.
 #pragma once
 
 #include <filesystem>

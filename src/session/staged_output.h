@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Several output files, written all or not at all.
+// Several output files, none of which is put in place before all are written.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,8 @@ void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFi
 
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
 // Commit(); without it the destructor removes them and every folder that was created. So a full
-// disk or a cancelled save changes nothing.
+// disk or a cancelled save changes nothing. Where Commit() itself fails, as it does where a folder
+// has the name of a file, the files before that one are in place.
 class StagedOutput {
  public:
   StagedOutput() = default;
