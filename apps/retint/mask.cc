@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
+#include "scene/mask_pixels.h"
 #include "selection/mask_tools/scribbles.h"
 #include "session/view_mask.h"
 
@@ -154,8 +155,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
   const Mask mask =
       MakeViewMask(*session, view, ToRequest(arguments, pictures, view), run.monitor());
   WarnOfMismatch({arguments.view}, *session, run);
-  const auto inside =
-      std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; });
+  const size_t inside = CountInside(mask);
   StagedOutput staged;
   staged.Add(arguments.output, [&](const auto& path) { WritePng(path, mask); });
   run.monitor().ThrowIfCancelled();

@@ -12,7 +12,7 @@
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
-#include "selection/mask_score.h"
+#include "scene/mask_pixels.h"
 #include "session/contact_sheet.h"
 #include "session/report_html.h"
 #include "splat_io/splat_io.h"
@@ -39,7 +39,7 @@ std::vector<const View*> ComparisonViews(const Recolored& result) {
   }
   for (const View* view : result.session->reconstruction().ViewsByName()) {
     const auto mask = MasksOf(result).find(view->name);
-    const bool reached = mask != MasksOf(result).end() && MaskedFraction(mask->second) > 0.002;
+    const bool reached = mask != MasksOf(result).end() && FractionInside(mask->second) > 0.002;
     if (reached && !is_chosen(view)) others.push_back(view);
   }
   const size_t wanted = std::min(kComparisonRows - chosen.size(), others.size());
@@ -74,7 +74,7 @@ DepthEstimate ComposeDepths(const Pictures& pictures, const UserPicture& picture
       pictures.ComposeDepth(picture, [&](const View& face) { return all.at(&face).depth; });
   result.valid =
       pictures.ComposeMask(picture, [&](const View& face) { return all.at(&face).valid; });
-  for (uint8_t& value : result.valid.data) value = value >= 128 ? 255 : 0;
+  for (uint8_t& value : result.valid.data) value = IsInside(value) ? 255 : 0;
   return result;
 }
 
@@ -235,7 +235,7 @@ void PrintQuality(const QualityReport& quality, const Run& run, const EditSessio
 Coverage MeasureCoverage(const std::map<std::string, Mask>& masks) {
   Coverage coverage;
   for (const auto& [name, mask] : masks) {
-    const double fraction = MaskedFraction(mask);
+    const double fraction = FractionInside(mask);
     coverage.views += fraction > 0 ? 1 : 0;
     coverage.mean += fraction / static_cast<double>(masks.size());
   }

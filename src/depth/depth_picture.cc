@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
+#include "scene/mask_pixels.h"
 
 namespace retint {
 
@@ -37,7 +38,7 @@ Image8 DepthPicture(const DepthMap& depth, const Mask& valid) {
     if (!known(depth.data[i])) continue;
     const float level = std::clamp((1 / depth.data[i] - low) / span, 0.0f, 1.0f);
     const cv::Vec3b bgr = colors.at<cv::Vec3b>(int(std::lround(level * 255)));
-    const bool dim = !valid.Empty() && valid.data[i] < 128;
+    const bool dim = !valid.Empty() && !IsInside(valid.data[i]);
     for (int c = 0; c < 3; ++c)
       picture.data[3 * i + c] = uint8_t(dim ? bgr[2 - c] / 2 : bgr[2 - c]);
   }

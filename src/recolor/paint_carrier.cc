@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
+#include "scene/mask_pixels.h"
 
 namespace retint {
 namespace {
@@ -16,7 +17,6 @@ constexpr double kDepthTolerance = 0.02;  // relative
 constexpr double kOwnPicture = 100;       // weight of a view's own picture beside others
 constexpr double kLeastCosine = 0.1;      // at which a painted view sees a surface
 constexpr double kSameSurface = 0.01;     // relative depth: what is farther apart is not
-constexpr uint8_t kInside = 128;          // of a mask
 constexpr int kRim = 2;                   // pixels from a selection's end
 // Of planes: the smaller side over the distance between the 5 x 5 pixels that one is fitted to, how
 // much these count by their squared distance, and how many are needed.
@@ -212,7 +212,7 @@ void BoxSum(ScalarImage& image, int reach) {
 Mask Within(const Mask& mask, int reach) {
   Mask within(mask.width, mask.height), across = within;
   const auto holds = [](const Mask& in, int x, int y, int dx, int dy) {
-    return !in.Contains(x + dx, y + dy) || in(x + dx, y + dy) >= kInside;
+    return !in.Contains(x + dx, y + dy) || IsInside(in(x + dx, y + dy));
   };
   for (const bool down : {false, true}) {
     const Mask& from = down ? across : mask;
@@ -301,7 +301,7 @@ struct PaintCarrier::Shown {
       const int y = int(row);
       for (int x = 0; x < mask.width; ++x) {
         if (mask(x, y) == 0) continue;
-        const bool rim = mask(x, y) >= kInside && !within(x, y);
+        const bool rim = IsInside(mask(x, y)) && !within(x, y);
         const auto continued = rim ? surfaces.Continued(x, y, within) : std::nullopt;
         rows[size_t(row)].push_back(continued ? continued : surfaces.At(x, y));
       }

@@ -10,12 +10,12 @@
 #include "base/parallel.h"
 #include "base/ranks.h"
 #include "recolor/refit_problem.h"
+#include "scene/mask_pixels.h"
 
 namespace retint {
 namespace {
 
 constexpr double kPerfectPsnr = 99;
-constexpr uint8_t kInside = 128;  // mask >= 0.5
 constexpr size_t kMaxWorst = 5;
 
 double Psnr(double squared_errors, int64_t values) {
@@ -148,7 +148,7 @@ ErrorSums CompareRow(const Comparison& in, size_t y) {
     }
     for (size_t p = y * width + x; p < y * width + end; ++p) {
       const uint8_t value = in.target.mask->data[p];
-      if (value >= kInside) inside.push_back(p);
+      if (IsInside(value)) inside.push_back(p);
       if (value == 0) CompareOutside(in, p, &sums);
     }
   }

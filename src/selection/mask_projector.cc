@@ -17,6 +17,7 @@
 #include "base/parallel.h"
 #include "base/ranks.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "selection/evidence.h"
 #include "selection/mask_tools/paint_border.h"
 #include "selection/shrunk_view.h"
@@ -491,7 +492,7 @@ void Finish(ProjectedMasks* result) {
       largest = std::max(largest, value);
       inside += value;
     }
-    if (largest >= 128) any = true;
+    if (IsInside(largest)) any = true;
     covered[i] = static_cast<double>(inside) /
                  (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
   });

@@ -9,11 +9,11 @@
 #include <Eigen/Core>
 
 #include "base/error.h"
+#include "scene/mask_pixels.h"
 
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;
 constexpr float kVisibleStep = 8;  // of 255
 
 // Sums of what is inside over rectangles of a mask, in constant time each.
@@ -24,7 +24,7 @@ class InsideSums {
     for (int y = 0; y < height_; ++y) {
       int64_t row = 0;
       for (int x = 0; x < width_; ++x) {
-        row += mask(x, y) >= kInside;
+        row += IsInside(mask(x, y));
         sums_[At(x + 1, y + 1)] = sums_[At(x + 1, y)] + row;
       }
     }
@@ -66,7 +66,7 @@ Counts Overlap(const Mask& mask, const Mask& truth) {
               "a mask and its truth need one size");
   Counts counts;
   for (size_t i = 0; i < mask.data.size(); ++i) {
-    counts.Add(mask.data[i] >= kInside, truth.data[i] >= kInside);
+    counts.Add(IsInside(mask.data[i]), IsInside(truth.data[i]));
   }
   return counts;
 }
@@ -76,12 +76,6 @@ Eigen::Vector3f Shown(const Image& image, size_t pixel) {
 }
 
 }  // namespace
-
-double MaskedFraction(const Mask& mask) {
-  const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
-                                    [](uint8_t value) { return value >= kInside; });
-  return double(inside) / double(std::max<size_t>(1, mask.NumPixels()));
-}
 
 std::optional<double> Iou(const Mask& mask, const Mask& truth) {
   return Overlap(mask, truth).Iou();
@@ -95,8 +89,8 @@ MaskScore ScoreMask(const Mask& mask, const Mask& truth, double margin) {
   Counts boundary;
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
-      boundary.Add(mask(x, y) >= kInside && !of_mask.Full(x, y, radius, true),
-                   truth(x, y) >= kInside && !of_truth.Full(x, y, radius, true));
+      boundary.Add(IsInside(mask(x, y)) && !of_mask.Full(x, y, radius, true),
+                   IsInside(truth(x, y)) && !of_truth.Full(x, y, radius, true));
     }
   }
   return {all.Iou(), boundary.Iou(), Counts::Ratio(all.both, all.in_mask),
@@ -116,7 +110,7 @@ EditScore ScoreEdit(const Image& before, const Image& edited, const Image& after
     for (int x = 0; x < truth.width; ++x) {
       const size_t pixel = truth.Index(x, y);
       const Eigen::Vector3f old = Shown(before, pixel), change = Shown(after, pixel) - old;
-      if (truth.data[pixel] < kInside) {
+      if (!IsInside(truth.data[pixel])) {
         ++outside;
         leak += 255.0 * double(change.cwiseAbs().mean());
         stained += 255 * change.cwiseAbs().maxCoeff() > kVisibleStep;

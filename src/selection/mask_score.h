@@ -18,9 +18,6 @@ struct MaskScore {
   std::optional<double> recall;     // share of the truth that the mask has
 };
 
-// Of its pixels, those inside.
-double MaskedFraction(const Mask& mask);
-
 // `margin`: of the boundary IoU, as a fraction of the image's diagonal; at least one pixel. Both
 // have one size.
 MaskScore ScoreMask(const Mask& mask, const Mask& truth, double margin = 0.02);

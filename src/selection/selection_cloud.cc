@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "selection/depth_sampling.h"
 #include "selection/neighbors.h"
 #include "selection/sampling.h"
@@ -106,7 +107,7 @@ SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, 
       point.position = view.Unproject({x + 0.5, y + 0.5}, z).cast<float>();
       point.normal = (world_from_cam * NormalFromDepth(view.camera, depth, x, y)).cast<float>();
       point.footprint = static_cast<float>(z / focal);
-      point.confidence = valid.Empty() || valid(x, y) >= 128 ? 1.0f : 0.5f;
+      point.confidence = valid.Empty() || IsInside(valid(x, y)) ? 1.0f : 0.5f;
       point.coverage = static_cast<float>(mask(x, y)) / 255.0f;
       point.x = static_cast<uint16_t>(x);
       point.y = static_cast<uint16_t>(y);
@@ -164,7 +165,7 @@ int64_t Erase(SelectionCloud& cloud, const PosedCamera& view, const Mask& erase,
     const double column = std::floor(projected->x()), row = std::floor(projected->y());
     if (!(column >= 0 && row >= 0 && column < erase.width && row < erase.height)) return false;
     const int x = static_cast<int>(column), y = static_cast<int>(row);
-    if (erase(x, y) < 128) return false;
+    if (!IsInside(erase(x, y))) return false;
     if (depth.Empty() || !HasDepth(depth, x, y)) return true;
     return projected->z() <= depth(x, y) * (1 + depth_tolerance);
   };

@@ -13,6 +13,7 @@
 #include "colmap_io/image_io.h"
 #include "recolor/color_map_fit.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "selection/view_depth.h"
 #include "session/contact_sheet.h"
 #include "session/jpeg_noise.h"
@@ -22,7 +23,6 @@
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;
 constexpr size_t kMostPairs = 40000;  // of colors, all pictures together
 constexpr float kExplained = 2.5F;    // DeltaE00: what a map gets this close to
 // A picture that shows its view: the mean change of its half that changed least, and the least
@@ -142,7 +142,7 @@ ScalarImage Residuals(const Pair& pair, const Mask& mask, const CompiledEdit* ed
   ParallelTasks(residuals.height, [&](int64_t y) {
     const size_t width = static_cast<size_t>(residuals.width);
     for (size_t p = static_cast<size_t>(y) * width; p < static_cast<size_t>(y + 1) * width; ++p) {
-      if (mask.data[p] < kInside) continue;
+      if (!IsInside(mask.data[p])) continue;
       Eigen::Vector3f color(&pair.before.data[3 * p]);
       if (edit) color = edit->Apply(color).cwiseMax(0.0F).cwiseMin(1.0F);
       residuals.data[p] = Difference(color.data(), Color8(pair.picture->image, p).data());
@@ -216,14 +216,14 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
 ColorTable FitTable(const std::vector<Pair>& pairs) {
   size_t inside = 0;
   for (const Pair& pair : pairs) {
-    for (const uint8_t value : pair.inside.data) inside += value >= kInside ? 1 : 0;
+    inside += CountInside(pair.inside);
   }
   const size_t step = inside / kMostPairs + 1;
   std::vector<float> before, after;
   size_t number = 0;
   for (const Pair& pair : pairs) {
     for (size_t p = 0; p < pair.inside.data.size(); ++p) {
-      if (pair.inside.data[p] < kInside || number++ % step != 0) continue;
+      if (!IsInside(pair.inside.data[p]) || number++ % step != 0) continue;
       const auto color = Color8(pair.picture->image, p);
       before.insert(before.end(), &pair.before.data[3 * p], &pair.before.data[3 * p] + 3);
       after.insert(after.end(), color.begin(), color.end());
@@ -248,7 +248,7 @@ Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
   for (const Pair& pair : pairs) {
     found.residuals.push_back(Residuals(pair, pair.inside, edit));
     for (size_t p = 0; p < pair.inside.data.size(); ++p) {
-      if (pair.inside.data[p] < kInside) continue;
+      if (!IsInside(pair.inside.data[p])) continue;
       ++inside;
       const float residual = found.residuals.back().data[p];
       // The noise of a file is not to be explained.
@@ -275,7 +275,7 @@ bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
   std::vector<Count> counts(size_t{kColorCells} * kColorCells * kColorCells);
   for (const Pair& pair : pairs) {
     for (size_t p = 0; p < pair.around.data.size(); ++p) {
-      const bool changed = pair.inside.data[p] >= kInside, stayed = pair.around.data[p] > 0;
+      const bool changed = IsInside(pair.inside.data[p]), stayed = pair.around.data[p] > 0;
       if (!changed && !stayed) continue;
       size_t cell = 0;
       for (size_t c = 0; c < 3; ++c) {

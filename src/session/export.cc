@@ -17,6 +17,7 @@
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
 #include "colmap_io/workspace.h"
+#include "scene/mask_pixels.h"
 #include "session/report_html.h"
 
 namespace retint {
@@ -95,10 +96,9 @@ std::optional<std::vector<std::string>> NamesOfExport(const fs::path& model) {
 double Coverage(const RegionSelection& selection, std::set<std::string>* views) {
   double sum = 0;
   for (const auto& [name, mask] : selection.masks) {
-    const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
-                                      [](uint8_t value) { return value >= 128; });
+    const double inside = FractionInside(mask);
     if (inside > 0) views->insert(name);
-    sum += static_cast<double>(inside) / static_cast<double>(std::max<size_t>(1, mask.NumPixels()));
+    sum += inside;
   }
   return selection.masks.empty() ? 0 : sum / static_cast<double>(selection.masks.size());
 }

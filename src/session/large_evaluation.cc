@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "recolor/quality_report.h"
+#include "scene/mask_pixels.h"
 #include "selection/mask_score.h"
 #include "session/main_colors.h"
 
@@ -227,7 +228,7 @@ class Evaluator {
 
   void AddCoverage() {
     for (const auto& [name, mask] : sides_[0].masks) {
-      coverages_.push_back(MaskedFraction(mask));
+      coverages_.push_back(FractionInside(mask));
       if (sides_.size() < 2) continue;
       const auto truth = sides_[1].masks.find(name);
       if (truth == sides_[1].masks.end()) continue;

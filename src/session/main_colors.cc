@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "recolor/main_color.h"
 #include "recolor/palette.h"
+#include "scene/mask_pixels.h"
 #include "selection/shrunk_view.h"
 #include "session/compare_pictures.h"
 #include "session/photo_paint.h"
@@ -18,17 +19,11 @@ namespace {
 
 constexpr size_t kMostViews = 8;
 constexpr size_t kMostPixels = 40000;  // a view
-constexpr uint8_t kInside = 128;
 
 struct MaskedView {
   PosedCamera camera;
   const Mask* mask;
 };
-
-size_t CountInside(const Mask& mask) {
-  return size_t(std::count_if(mask.data.begin(), mask.data.end(),
-                              [](uint8_t value) { return value >= kInside; }));
-}
 
 std::vector<MaskedView> SomeOf(std::vector<MaskedView> views) {
   std::erase_if(views, [](const MaskedView& view) { return !IsMeasured(*view.mask); });
@@ -136,7 +131,7 @@ std::vector<float> PixelsInside(const PosedCamera& camera, const Mask& mask, Ren
     for (int x = 0; x < image.width; ++x) {
       const int i = int((x + 0.5) * mask.width / image.width);
       const int j = int((y + 0.5) * mask.height / image.height);
-      if (mask(i, j) < kInside || inside++ % step != 0) continue;
+      if (!IsInside(mask(i, j)) || inside++ % step != 0) continue;
       pixels.insert(pixels.end(), &image(x, y), &image(x, y) + 3);
     }
   }

@@ -6,11 +6,10 @@
 
 #include "base/error.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 
 namespace retint {
 namespace {
-
-constexpr uint8_t kInside = 128;
 
 const DistortedPhoto& PhotoOf(const Workspace& workspace, const PaintedView& painted) {
   const DistortedPhoto* photo =
@@ -22,9 +21,9 @@ const DistortedPhoto& PhotoOf(const Workspace& workspace, const PaintedView& pai
   return *photo;
 }
 
-bool AnyInside(const PaintedView& view) {
+bool AnySeenInside(const PaintedView& view) {
   for (size_t p = 0; p < view.mask.data.size(); ++p) {
-    if (view.mask.data[p] >= kInside && (view.seen.Empty() || view.seen.data[p] != 0)) return true;
+    if (IsInside(view.mask.data[p]) && (view.seen.Empty() || view.seen.data[p] != 0)) return true;
   }
   return false;
 }
@@ -63,7 +62,7 @@ std::vector<PaintedView> OnViews(const Workspace& workspace, const PaintedView& 
     if (!painted.seen.Empty()) {
       const Mask seen = pixels.ToView(face, painted.seen);
       for (size_t p = 0; p < seen.data.size(); ++p) {
-        if (seen.data[p] < kInside) on.seen.data[p] = 0;
+        if (!IsInside(seen.data[p])) on.seen.data[p] = 0;
       }
     }
     views.push_back(std::move(on));
@@ -76,8 +75,8 @@ std::vector<PaintedView> OnViews(const Workspace& workspace,
   std::vector<PaintedView> all;
   for (const PaintedView& one : painted) {
     std::vector<PaintedView> views = OnViews(workspace, one);
-    if (views.size() > 1 && std::ranges::any_of(views, AnyInside)) {
-      std::erase_if(views, [](const PaintedView& view) { return !AnyInside(view); });
+    if (views.size() > 1 && std::ranges::any_of(views, AnySeenInside)) {
+      std::erase_if(views, [](const PaintedView& view) { return !AnySeenInside(view); });
     }
     std::move(views.begin(), views.end(), std::back_inserter(all));
   }

@@ -11,18 +11,17 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
+#include "scene/mask_pixels.h"
 #include "session/score_layout.h"
 #include "session/score_report.h"
 
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;
-
 Mask ReadTruth(const std::filesystem::path& path) {
   Mask mask = ReadMask(path);
   const uint8_t largest = *std::max_element(mask.data.begin(), mask.data.end());
-  if (largest < kInside) {
+  if (!IsInside(largest)) {
     for (uint8_t& value : mask.data) value = value > 0 ? 255 : 0;
   }
   return mask;

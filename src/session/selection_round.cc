@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
 #include "session/photo_paint.h"
@@ -13,18 +14,12 @@
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;
-
-bool AnyInside(const Mask& mask) {
-  return std::any_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= kInside; });
-}
-
 // 255 where `mask` is inside and `other` (no pixels: nowhere) is not.
 Mask InsideBut(const Mask& mask, const Mask& other) {
   Mask result(mask.width, mask.height);
   for (size_t i = 0; i < mask.data.size(); ++i) {
-    const bool in_other = !other.Empty() && other.data[i] >= kInside;
-    result.data[i] = mask.data[i] >= kInside && !in_other ? 255 : 0;
+    const bool in_other = !other.Empty() && IsInside(other.data[i]);
+    result.data[i] = IsInside(mask.data[i]) && !in_other ? 255 : 0;
   }
   return result;
 }
@@ -42,7 +37,7 @@ Mask ShownIn(Backend& backend, const DepthMap& depth, const PosedCamera& camera,
 
 void Set(const Mask& where, uint8_t value, Mask* mask) {
   for (size_t i = 0; i < mask->data.size(); ++i) {
-    if (where.data[i] >= kInside) mask->data[i] = value;
+    if (IsInside(where.data[i])) mask->data[i] = value;
   }
 }
 

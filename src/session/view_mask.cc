@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "scene/photo_rays.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
@@ -21,7 +22,7 @@ namespace {
 Mask Decided(EditSession& session, const UserPicture& picture, const Mask& mask,
              const Mask& undecided, Monitor& monitor) {
   PaintedView painted{picture.name, PosedPicture(session.workspace(), picture), mask, undecided};
-  for (uint8_t& value : painted.seen.data) value = value < 128 ? 255 : 0;
+  for (uint8_t& value : painted.seen.data) value = IsInside(value) ? 0 : 255;
   try {
     const auto masks = session.selection().Decide({std::move(painted)}, picture.faces, monitor);
     return session.pictures().ComposeMask(picture,
@@ -43,8 +44,8 @@ Mask Scribbled(EditSession& session, const UserPicture& picture, const ViewMaskR
   if (!any) return mask;
   mask = Decided(session, picture, mask, undecided, monitor);
   for (size_t p = 0; p < mask.data.size(); ++p) {  // strokes are proof
-    if (request.inside.data[p] >= 128) mask.data[p] = 255;
-    if (!request.outside.Empty() && request.outside.data[p] >= 128) mask.data[p] = 0;
+    if (IsInside(request.inside.data[p])) mask.data[p] = 255;
+    if (!request.outside.Empty() && IsInside(request.outside.data[p])) mask.data[p] = 0;
   }
   return mask;
 }
@@ -114,7 +115,7 @@ Mask MakeViewMask(EditSession& session, const UserPicture& picture, const ViewMa
   const ViewLayers layers = LayersOf(session, picture, session.original().sh, request.photo);
   Mask mask = Kept(request, layers, Selected(session, picture, request, layers, monitor));
   if (request.refine_edge > 0) mask = RefineEdge(layers, mask, request.refine_edge, monitor);
-  if (std::none_of(mask.data.begin(), mask.data.end(), [](uint8_t v) { return v >= 128; })) {
+  if (!AnyInside(mask)) {
     throw InputError("no pixel of view " + picture.name + " is selected");
   }
   return mask;

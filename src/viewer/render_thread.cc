@@ -15,6 +15,7 @@
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "depth/depth_picture.h"
+#include "scene/mask_pixels.h"
 #include "selection/mask_projector.h"
 #include "viewer/failure_text.h"
 #include "viewer/post.h"
@@ -23,7 +24,6 @@ namespace retint {
 namespace {
 
 constexpr size_t kCacheBytes = size_t{96} << 20;  // of view geometries: some cameras at rest
-constexpr uint8_t kInside = 128;                  // of a soft mask
 constexpr double kUndecided =
     0.2;  // what is hatched. A completion takes 0.25 off what no paint saw
 constexpr double kSmallestScale = 0.25;
@@ -121,7 +121,7 @@ void DrawHatching(const Mask& mask, double period, QImage& image) {
   for (int y = 0; y < image.height(); ++y) {
     QRgb* row = reinterpret_cast<QRgb*>(image.scanLine(y));
     for (int x = 0; x < image.width(); ++x) {
-      if (mask(x, y) < kInside) continue;
+      if (!IsInside(mask(x, y))) continue;
       const double at = std::fmod((x + y) / period, 1);
       if (at < kLight) row[x] = at < kDark ? qRgb(0, 0, 0) : qRgb(255, 255, 255);
     }

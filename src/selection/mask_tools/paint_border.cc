@@ -10,13 +10,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/parallel.h"
+#include "scene/mask_pixels.h"
 #include "selection/mask_tools/scribbles.h"
 
 namespace retint {
 namespace {
 
 // Chosen on cape, fox, flower and one synthetic scene; docs/notebook.md says what else was tried.
-constexpr uint8_t kInside = 128;
 constexpr double kFavor = 2;         // log odds by which the edge is looked for outward
 constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
 constexpr float kStronger = 1.2f;    // times the edge that the paint itself ends at
@@ -85,8 +85,8 @@ Mask LeftOutAtBorder(const ViewLayers& layers, const Mask& mask, int reach, Moni
       RefineEdgeOfPart(features, PixelsPerRadian(layers), painted, reach, monitor, kFavor);
   cv::Mat paint(part.height, part.width, CV_8U), grown(part.height, part.width, CV_8U);
   for (size_t p = 0; p < painted.data.size(); ++p) {
-    paint.data[p] = painted.data[p] >= kInside ? 255 : 0;
-    grown.data[p] = std::max(painted.data[p], refined.data[p]) >= kInside ? 255 : 0;
+    paint.data[p] = IsInside(painted.data[p]) ? 255 : 0;
+    grown.data[p] = IsInside(std::max(painted.data[p], refined.data[p])) ? 255 : 0;
   }
   const cv::Mat added = grown & ~paint;
   if (cv::countNonZero(added) == 0) return left_out;

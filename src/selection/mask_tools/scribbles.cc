@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "scene/mask_pixels.h"
 #include "selection/gaussian_mixture.h"
 #include "selection/mask_tools/guided_matte.h"
 #include "selection/mask_tools/min_cut.h"
@@ -24,7 +25,6 @@ using Features4 = PixelArray<float, 4>;
 using Mixture = GaussianMixture<4>;
 
 constexpr std::string_view kStage = "outline";
-constexpr uint8_t kInside = 128;
 constexpr double kMaxPixels = 100'000;
 constexpr double kSpread = 0.02;  // least standard deviation of a component
 constexpr int kInsideParts = 5, kOutsideParts = 8;
@@ -245,7 +245,7 @@ Mask Solve(const Features4& features, double focal, const std::vector<Seed>& see
 // 255 where `mask` is inside, else 0.
 cv::Mat InsideOf(const Mask& mask) {
   cv::Mat inside(mask.height, mask.width, CV_8U);
-  for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = mask.data[p] >= kInside ? 255 : 0;
+  for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
   return inside;
 }
 
@@ -286,8 +286,8 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   std::vector<Seed> seeds(inside.data.size(), Seed::kNone);
   bool any_in = false, any_out = false;
   for (size_t p = 0; p < seeds.size(); ++p) {
-    const bool in = inside.data[p] >= kInside;
-    const bool out = !outside.Empty() && outside.data[p] >= kInside;
+    const bool in = IsInside(inside.data[p]);
+    const bool out = !outside.Empty() && IsInside(outside.data[p]);
     CheckOption(!in || !out, "a pixel has a stroke inside and one outside");
     seeds[p] = in ? Seed::kInside : out ? Seed::kOutside : Seed::kNone;
     any_in |= in;

@@ -4,6 +4,7 @@
 #include <QEvent>
 #include <QPainter>
 
+#include "scene/mask_pixels.h"
 #include "viewer/canvas.h"
 #include "viewer/contrast.h"
 #include "viewer/current_region.h"
@@ -13,19 +14,18 @@ namespace retint {
 namespace {
 
 constexpr int kRestMs = 200;
-constexpr uint8_t kInside = 128;
 constexpr int kStripe = 8;  // pixels; hatched, so that color is not the only signal
 
 // In a color that stands out from the part of `shown` that it covers.
 QImage Overlay(const Mask& mask, const QImage& shown) {
   QColor under;
   if (shown.size() == QSize(mask.width, mask.height)) {
-    under = MeanColor(shown, [&](int x, int y) { return mask(x, y) >= kInside; });
+    under = MeanColor(shown, [&](int x, int y) { return IsInside(mask(x, y)); });
   }
   const QColor color = ContrastingColor(under);
   QImage picture(mask.width, mask.height, QImage::Format_ARGB32_Premultiplied);
   picture.fill(Qt::transparent);
-  const auto inside = [&](int x, int y) { return mask.Contains(x, y) && mask(x, y) >= kInside; };
+  const auto inside = [&](int x, int y) { return mask.Contains(x, y) && IsInside(mask(x, y)); };
   for (int y = 0; y < mask.height; ++y) {
     auto* row = reinterpret_cast<QRgb*>(picture.scanLine(y));
     for (int x = 0; x < mask.width; ++x) {

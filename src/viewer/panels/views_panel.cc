@@ -15,6 +15,7 @@
 #include <QStyledItemDelegate>
 #include <QVBoxLayout>
 
+#include "scene/mask_pixels.h"
 #include "viewer/canvas.h"
 #include "viewer/current_region.h"
 #include "viewer/photo_loader.h"
@@ -26,18 +27,11 @@
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;
 constexpr int kThumbWidth = 112;  // at least; the columns share what the list is wider
 constexpr int kThumbMargin = 12;
 constexpr int kCountedSide = 1024;  // pixels
 constexpr int kRestMs = 800;        // of unchanged colors, before pictures of them are rendered
 enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown, kOverlay };
-
-double Coverage(const Mask& mask) {
-  const auto inside = std::count_if(mask.data.begin(), mask.data.end(),
-                                    [](uint8_t value) { return value >= kInside; });
-  return mask.data.empty() ? 0 : double(inside) / double(mask.data.size());
-}
 
 // Of a picture, by the masks of the views that show it; nullopt where none has one. Those of
 // several are counted in a picture of at most kCountedSide.
@@ -48,7 +42,7 @@ std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& pictu
   for (const View* face : picture.faces) {
     const auto found = masks.find(face->name);
     any |= found != masks.end();
-    if (found != masks.end() && picture.faces.size() == 1) return Coverage(found->second);
+    if (found != masks.end() && picture.faces.size() == 1) return FractionInside(found->second);
     const Camera& camera = facts.workspace->reconstruction.cameras.at(face->camera_id);
     faces.push_back(found != masks.end() ? found->second : Mask(camera.width, camera.height));
   }
@@ -56,7 +50,8 @@ std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& pictu
   const int side = std::max(picture.width, picture.height);
   const double scale = std::min(1.0, double(kCountedSide) / side);
   const auto scaled = [&](int size) { return std::max(1, int(std::lround(size * scale))); };
-  return Coverage(facts.Lens(picture, scaled(picture.width), scaled(picture.height))->Bent(faces));
+  return FractionInside(
+      facts.Lens(picture, scaled(picture.width), scaled(picture.height))->Bent(faces));
 }
 
 QImage RenderSmall(EditSession& session, const SmallPicture& picture, std::span<const float> sh) {

@@ -8,10 +8,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "scene/mask_pixels.h"
+
 namespace retint {
 namespace {
-
-constexpr uint8_t kInside = 128;
 
 cv::Mat Wrap(const Mask& mask) {
   return {mask.height, mask.width, CV_8UC1, const_cast<uint8_t*>(mask.data.data())};
@@ -82,15 +82,9 @@ void MaskEditor::Reset(Mask mask) {
   bytes_ = 0;
 }
 
-bool MaskEditor::AnyInside() const {
-  return std::any_of(mask_.data.begin(), mask_.data.end(),
-                     [](uint8_t value) { return value >= kInside; });
-}
+bool MaskEditor::AnyInside() const { return retint::AnyInside(mask_); }
 
-size_t MaskEditor::CountInside() const {
-  return static_cast<size_t>(std::count_if(mask_.data.begin(), mask_.data.end(),
-                                           [](uint8_t value) { return value >= kInside; }));
-}
+size_t MaskEditor::CountInside() const { return retint::CountInside(mask_); }
 
 void MaskEditor::Begin() {
   EndStroke();

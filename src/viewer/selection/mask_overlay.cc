@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "scene/mask_pixels.h"
+
 namespace retint {
 namespace {
-
-constexpr uint8_t kInside = 128;  // of a soft mask
 
 // Image columns (or rows) under the device pixels first - 1 .. first + count; -1 beside the image.
 std::vector<int> Under(int first, int count, double scale, double offset, int size) {
@@ -40,14 +40,14 @@ class MaskRows {
   }
   // Of this row, counted from the rectangle's left: the value, 0 beside the image.
   uint8_t operator[](int i) const { return lines_[1][size_t(i) + 1]; }
-  bool Inside(int i) const { return (*this)[i] >= kInside; }
+  bool Inside(int i) const { return IsInside((*this)[i]); }
   bool InImage(int i) const { return rows_[read_ - 2] >= 0 && columns_[size_t(i) + 1] >= 0; }
   // A pixel above, below or beside is outside of an inside one, or inside of an outside one.
   bool IsEdge(int i) const {
     const auto c = size_t(i) + 1;
     const bool inside = Inside(i);
-    return (lines_[0][c] >= kInside) != inside || (lines_[2][c] >= kInside) != inside ||
-           (lines_[1][c - 1] >= kInside) != inside || (lines_[1][c + 1] >= kInside) != inside;
+    return IsInside(lines_[0][c]) != inside || IsInside(lines_[2][c]) != inside ||
+           IsInside(lines_[1][c - 1]) != inside || IsInside(lines_[1][c + 1]) != inside;
   }
 
  private:

@@ -9,13 +9,13 @@
 #include <QMouseEvent>
 #include <QWheelEvent>
 
+#include "scene/mask_pixels.h"
 #include "viewer/contrast.h"
 #include "viewer/selection/selection_keys.h"
 
 namespace retint {
 namespace {
 
-constexpr uint8_t kInsideMask = 128;
 constexpr double kLeastScale = 0.05, kMostScale = 64;
 constexpr double kLeastRadius = 0.5, kMostRadius = 500;
 constexpr double kClosing = 10;  // widget pixels within which a click closes the polygon
@@ -92,7 +92,7 @@ void SelectionCanvas::Changed(const PixelRect& changed) {
 void SelectionCanvas::ChooseOverlayColor() {
   const Mask& mask = editor_.mask();
   if (mask.width != image_.width() || mask.height != image_.height()) return;
-  const QColor under = MeanColor(image_, [&](int x, int y) { return mask(x, y) >= kInsideMask; });
+  const QColor under = MeanColor(image_, [&](int x, int y) { return IsInside(mask(x, y)); });
   const QColor color = ContrastingColor(under, style_.color);
   if (color == style_.color) return;
   style_.color = color;

@@ -4,21 +4,21 @@
 #include <algorithm>
 #include <utility>
 
+#include "scene/mask_pixels.h"
+
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;  // of a soft mask
 constexpr int kFadeMs = 200;
 
 PixelRect InsideOf(const Mask& mask) {
   PixelRect inside;
   for (int y = 0; y < mask.height; ++y) {
     const uint8_t* row = mask.data.data() + mask.Index(0, y);
-    const auto is_inside = [](uint8_t value) { return value >= kInside; };
-    const auto* first = std::find_if(row, row + mask.width, is_inside);
+    const auto* first = std::find_if(row, row + mask.width, IsInside);
     if (first == row + mask.width) continue;
     const auto* last = row + mask.width;
-    while (!is_inside(last[-1])) --last;
+    while (!IsInside(last[-1])) --last;
     inside = inside.United({int(first - row), y, int(last - row), y + 1});
   }
   return inside;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "scene/mask_pixels.h"
 #include "selection/paint_shares.h"
 #include "session/photo_paint.h"
 #include "viewer/photo_loader.h"
@@ -15,7 +16,6 @@
 namespace retint {
 namespace {
 
-constexpr uint8_t kInside = 128;  // of a soft mask
 // Of a round. What is left for a later one then comes first: of a large scene a stroke shows in one
 // picture after the other, and whoever accepts need not wait for all of them.
 constexpr double kRoundMs = 400;
@@ -27,7 +27,7 @@ QImage Overlay(const Mask& mask, const QColor& color) {
   QImage image(mask.width, mask.height, QImage::Format_ARGB32_Premultiplied);
   image.fill(Qt::transparent);
   const auto inside = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x < mask.width && y < mask.height && mask(x, y) >= kInside;
+    return x >= 0 && y >= 0 && x < mask.width && y < mask.height && IsInside(mask(x, y));
   };
   const QRgb opaque = color.rgba();
   const QRgb faint = qPremultiply(qRgba(color.red(), color.green(), color.blue(), 110));
