@@ -15,6 +15,8 @@ struct EditedPicture {
   std::string view;  // its name
   std::string file;  // where the picture is; for messages too
   Image8 image;      // empty: it is still to be read from `file`
+  // Was resampled from a picture in the pixels of a distorted photo.
+  bool of_photo = false;
   bool operator==(const EditedPicture& other) const;
 };
 

@@ -8,7 +8,6 @@
 
 #include "base/color_difference.h"
 #include "base/error.h"
-#include "base/files.h"
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
 #include "recolor/color_map_fit.h"
@@ -73,26 +72,16 @@ bool HasSize(const Image8& picture, const Camera& camera) {
   return picture.width == camera.width && picture.height == camera.height;
 }
 
-// Whether the picture's file has the pixels of a distorted photo, from which it was resampled.
-bool IsOfPhoto(const EditedPicture& picture, const View& view, const Workspace& workspace) {
-  if (!workspace.PhotoOf(view) || !IsFile(picture.file)) return false;
-  const Image8 file = ReadImage8(picture.file);
-  return !HasSize(file, workspace.reconstruction.cameras.at(view.camera_id)) &&
-         HasSize(file, workspace.PhotoCamera(view));
-}
-
 // A picture in a photo's pixels was resampled, and with it the noise of its file.
-ScalarImage LeastChangesOf(const EditedPicture& picture, const Image& before,
-                           const Workspace& workspace) {
-  const bool resampled = IsOfPhoto(picture, workspace.RequireView(picture.view), workspace);
-  return LeastChanges(picture.image, before, resampled ? std::string() : picture.file);
+ScalarImage LeastChangesOf(const EditedPicture& picture, const Image& before) {
+  return LeastChanges(picture.image, before, picture.of_photo ? std::string() : picture.file);
 }
 
 // The view's render as it comes out of the file of 8 bits that the picture was: one in a photo's
 // pixels is resampled twice, and so is this.
 Image RenderBefore(const EditedPicture& picture, const View& view, OpenScene& scene,
                    std::span<const float> sh) {
-  if (!IsOfPhoto(picture, view, scene.workspace())) {
+  if (!picture.of_photo) {
     Image render = scene.Render(view, sh);
     Round8(render);
     return render;
@@ -164,9 +153,8 @@ Mask MaskOf(const RegionSelection& selection, const std::string& view, const Wor
 
 // Leaves out what of a view its photo does not show: nobody can have changed it.
 void LimitToPhoto(Mask& mask, const EditedPicture& picture, const Workspace& workspace) {
-  const View& view = workspace.RequireView(picture.view);
-  if (!IsOfPhoto(picture, view, workspace)) return;
-  const Mask reach = workspace.photo_pixels->Reach(view.id);
+  if (!picture.of_photo) return;
+  const Mask reach = workspace.photo_pixels->Reach(workspace.RequireView(picture.view).id);
   for (size_t p = 0; p < mask.data.size(); ++p)
     mask.data[p] = std::min(mask.data[p], reach.data[p]);
 }
@@ -189,7 +177,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
     Mask mask = MaskOf(selection, picture.view, scene.workspace());
     if (!AnySet(mask)) continue;
     Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, {}};
-    if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
+    if (!picture.of_photo) {
       RequireLikeness(picture, pair.before, pair.inside);
     }
     LimitToPhoto(pair.inside, picture, scene.workspace());
@@ -202,7 +190,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
           compiled.Apply(Eigen::Vector3f(&pair.before.data[3 * p]), float(share.data[p]) / 255);
       std::copy_n(color.data(), 3, &pair.before.data[3 * p]);
     }
-    pair.least = LeastChangesOf(picture, pair.before, scene.workspace());
+    pair.least = LeastChangesOf(picture, pair.before);
     if (op.picture->selects) pair.around = Unchanged(pair, Surroundings(pair.inside));
     pairs.push_back(std::move(pair));
   }
@@ -340,7 +328,8 @@ std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& w
   for (const ViewId id : photo->faces) {
     const View& face = workspace.reconstruction.views.at(id);
     if (is_view && face.name != picture.view) continue;
-    faces.push_back({face.name, picture.file, ToImage8(workspace.photo_pixels->ToView(id, whole))});
+    faces.push_back({face.name, picture.file, ToImage8(workspace.photo_pixels->ToView(id, whole)),
+                     /*of_photo=*/true});
   }
   return faces;
 }
@@ -389,11 +378,11 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   std::map<std::string, bool> changed;  // by file
   for (const EditedPicture& picture : edit->pictures) {
     Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, {}};
-    if (!IsOfPhoto(picture, scene.workspace().RequireView(picture.view), scene.workspace())) {
+    if (!picture.of_photo) {
       RequireLikeness(picture, pair.before, {});
     }
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
-    pair.least = LeastChangesOf(picture, pair.before, scene.workspace());
+    pair.least = LeastChangesOf(picture, pair.before);
     pair.inside = ChangedPixels(Residuals(pair, pair.inside, nullptr), pair.least);
     bool& any = changed[picture.file];
     if (!AnySet(pair.inside)) continue;

@@ -8,11 +8,15 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "colmap_io/image_io.h"
 #include "scene/camera_projection.h"
+#include "scene/mask_pixels.h"
+#include "session/compare_pictures.h"
 #include "session/edit_session.h"
 #include "session/photo_paint.h"
 #include "session/scene_check.h"
 #include "tests/selection/tiny_gaussians.h"
+#include "tests/support/data.h"
 
 namespace retint {
 namespace {
@@ -119,6 +123,36 @@ TEST_F(WidePhoto, AViewThatLooksAtNothingIsNoSignOfAnotherFrame) {
   ASSERT_EQ(check.comparisons.size(), 3u) << "one a photo";
   EXPECT_GT(check.median_coverage, SceneCheckOptions().min_coverage);
   EXPECT_EQ(check.mismatch, "");
+}
+
+TEST_F(WidePhoto, APictureIsComparedAsItWasRead) {
+  OpenScene& scene = session_->scene();
+  const Workspace& workspace = scene.workspace();
+  const DistortedPhoto& photo = *workspace.photo_pixels->FindPhoto(world_.view(0).name);
+  std::vector<Image> faces;
+  for (const ViewId face : photo.faces) {
+    faces.push_back(scene.Render(scene.reconstruction().views.at(face), scene.original().sh));
+  }
+  Image painted = workspace.photo_pixels->ToPhoto(photo, faces);
+  const Mask ball = Ball();
+  for (size_t p = 0; p < ball.data.size(); ++p) {
+    if (IsInside(ball.data[p])) painted.data[3 * p] *= 0.5F;
+  }
+  const TempFolder folder;
+  const std::filesystem::path file = folder / "painted.png";
+  WritePng(file, painted);
+  RegionSelection selection;
+  selection.masks = session_->pictures().ToViews({{photo.name, ball}});
+  const auto compared = [&](bool gone) {
+    ColorOperation op = ColorOperation::Picture({{photo.name, file, {}}});
+    ReadPictures(op, workspace);
+    if (gone) std::filesystem::remove(file);
+    ComparePictures(op, {}, selection, scene, scene.original().sh);
+    return op;
+  };
+  const ColorOperation kept = compared(false);
+  EXPECT_GT(kept.Get("explained")[0], 0.9F);
+  EXPECT_EQ(compared(true), kept) << "the file is not looked at again";
 }
 
 TEST_F(WidePhoto, PicturesAreFoundByTheirNameAndTheirViews) {
