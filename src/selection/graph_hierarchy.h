@@ -40,7 +40,6 @@ class GraphHierarchy {
   // What `finest` views stays alive.
   explicit GraphHierarchy(GraphMatrix finest);
   const GraphMatrix& finest() const { return levels_.front().matrix; }
-  size_t NumLevels() const { return levels_.size(); }
   // *x = about A^-1 r.
   void Apply(const std::vector<double>& r, std::vector<double>* x) { Cycle(0, r, x); }
 

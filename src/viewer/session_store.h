@@ -33,9 +33,7 @@ class SessionStore : public QObject {
   void Open(const std::filesystem::path& folder, const SessionOptions& options);
   // saved(), or the controller's failed() or cancelled(). `then` runs after saved().
   void Save(const std::filesystem::path& folder, std::function<void()> then = {});
-  // What the session on disk holds.
-  const RegionSet& saved_regions() const { return saved_; }
-  // Regions differ from saved_regions() in what would be saved.
+  // Regions differ from those of the session on disk in what would be saved.
   bool IsModified() const;
 
   // The work is saved or given up: removes the autosave, and the one that it was recovered from.
