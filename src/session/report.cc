@@ -168,9 +168,8 @@ double StageClock::Get(const std::string& stage) const {
   return found == stages_.end() ? 0 : found->second;
 }
 
-double StageClock::Milliseconds(std::chrono::steady_clock::time_point since) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since)
-      .count();
+double StageClock::MillisecondsSince(std::chrono::steady_clock::time_point start) const {
+  return std::chrono::duration<double, std::milli>(now_() - start).count();
 }
 
 std::string ToJson(const RunReport& report) {

@@ -28,28 +28,32 @@ double PeakRssMb();
 // Wall-clock time per stage, summed over visits.
 class StageClock {
  public:
+  using Now = std::chrono::steady_clock::time_point (*)();
+  explicit StageClock(Now now = std::chrono::steady_clock::now) : now_(now) {}
+
   // Runs until destroyed.
   class Lap {
    public:
     Lap(StageClock& clock, std::string stage) : clock_(clock), stage_(std::move(stage)) {}
-    ~Lap() { clock_.Add(stage_, Milliseconds(start_)); }
+    ~Lap() { clock_.Add(stage_, clock_.MillisecondsSince(start_)); }
     Lap(const Lap&) = delete;
     Lap& operator=(const Lap&) = delete;
 
    private:
     StageClock& clock_;
     std::string stage_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point start_ = clock_.now_();
   };
 
   void Add(const std::string& stage, double milliseconds) { stages_[stage] += milliseconds; }
-  double Get(const std::string& stage) const;            // 0 when it never ran
-  double Total() const { return Milliseconds(start_); }  // since the clock was made
+  double Get(const std::string& stage) const;                 // 0 when it never ran
+  double Total() const { return MillisecondsSince(start_); }  // since the clock was made
 
  private:
-  static double Milliseconds(std::chrono::steady_clock::time_point since);
+  double MillisecondsSince(std::chrono::steady_clock::time_point start) const;
+  Now now_;
   std::map<std::string, double> stages_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point start_ = now_();
 };
 
 // Of one painted view.

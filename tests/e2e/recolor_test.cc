@@ -108,8 +108,6 @@ TEST(Recolor, WritesSplatReportStagesAndPictures) {
        {"load", "depth", "cloud", "registration", "projection", "refit", "save", "total"}) {
     EXPECT_TRUE(report["stages_ms"][stage].is_number()) << stage;
   }
-  EXPECT_GT(report["stages_ms"]["refit"], 0);
-  EXPECT_GE(report["stages_ms"]["total"], report["stages_ms"]["refit"]);
   EXPECT_GT(report["peak_rss_mb"], 10);
   EXPECT_EQ(report["depth"]["method"], "stereo-hv");
   EXPECT_GT(report["depth"]["valid_fraction"], 0.5);

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <semaphore>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -27,6 +28,20 @@ bool Eventually(Condition condition) {
   return true;
 }
 
+// Where a job waits until the test lets it pass.
+class Gate {
+ public:
+  void Pass() {
+    waiting_.release();
+    open_.acquire();
+  }
+  void AwaitJob() { waiting_.acquire(); }
+  void Open(int times = 1) { open_.release(times); }
+
+ private:
+  std::counting_semaphore<> waiting_{0}, open_{0};
+};
+
 // Every coefficient equals the number of steps taken: a torn snapshot would show two values.
 class CountingJob : public OptimizerJob {
  public:
@@ -44,6 +59,7 @@ class CountingJob : public OptimizerJob {
     ++taken_;
     for (float& value : sh_) value += 1;
     if (taken) taken->store(taken_);
+    if (gate) gate->Pass();
     return true;
   }
   ShSnapshot Snapshot() const override {
@@ -54,6 +70,7 @@ class CountingJob : public OptimizerJob {
   }
 
   std::atomic<int>*copies = nullptr, *taken = nullptr;  // counted for a test
+  Gate* gate = nullptr;                                 // at the end of each step
 
  private:
   FloatArray sh_;
@@ -103,17 +120,25 @@ TEST(BackgroundOptimizer, ReadersSeeOnlyWholeStatesInOrder) {
 
 TEST(BackgroundOptimizer, CancelStopsAnEndlessJobAndFreesIt) {
   std::atomic<int> alive{0};
+  Gate gate;
   BackgroundOptimizer optimizer;
-  optimizer.Start(Counting(kEndless, &alive));
-  ASSERT_TRUE(Eventually([&] { return optimizer.Newest() && optimizer.Newest()->steps > 3; }));
+  optimizer.Start([&](Monitor&) {
+    auto job = std::make_unique<CountingJob>(kEndless, &alive);
+    job->gate = &gate;
+    return job;
+  });
+  gate.AwaitJob();
+  optimizer.Newest();  // asks for the state after this step
+  gate.Open();
+  gate.AwaitJob();
+  EXPECT_EQ(optimizer.Newest()->steps, 1);
   optimizer.Cancel();
+  gate.Open();
   optimizer.Wait();
   EXPECT_EQ(optimizer.state(), State::kCancelled);
   EXPECT_EQ(alive.load(), 0);
-  const int steps = optimizer.Newest()->steps;
+  EXPECT_EQ(optimizer.Newest()->steps, 1) << "published after it was cancelled";
   EXPECT_FALSE(optimizer.Newest()->finished);
-  std::this_thread::sleep_for(5ms);
-  EXPECT_EQ(optimizer.Newest()->steps, steps) << "published after it was cancelled";
 }
 
 TEST(BackgroundOptimizer, ANewJobOvertakesTheOneBefore) {
@@ -131,24 +156,31 @@ TEST(BackgroundOptimizer, ANewJobOvertakesTheOneBefore) {
 
 TEST(BackgroundOptimizer, PausesBetweenStepsAndGoesOn) {
   std::atomic<int> taken{0};
+  Gate gate;
   BackgroundOptimizer optimizer;
   optimizer.Start([&](Monitor&) {
     auto job = std::make_unique<CountingJob>(kEndless);
     job->taken = &taken;
+    job->gate = &gate;
     return job;
   });
-  ASSERT_TRUE(Eventually([&] { return taken.load() > 0; }));
+  gate.AwaitJob();
   optimizer.Pause();
   EXPECT_EQ(optimizer.state(), State::kPaused);
-  const int most = taken.load() + 1;  // the step in progress ends
-  std::this_thread::sleep_for(40ms);  // time for many, were it not paused
-  EXPECT_LE(taken.load(), most);
+  gate.Open(3);  // for two more steps, were it not paused
+  EXPECT_TRUE(Eventually([&] { return optimizer.Newest()->steps == 1; }));
+  EXPECT_EQ(taken.load(), 1);
   optimizer.Resume();
-  EXPECT_TRUE(Eventually([&] { return taken.load() > most; }));
+  for (int step = 2; step <= 4; ++step) gate.AwaitJob();
+  EXPECT_EQ(taken.load(), 4);
   optimizer.Pause();
+  gate.Open();
+  EXPECT_TRUE(Eventually([&] { return optimizer.Newest()->steps == 4; }));
   optimizer.Cancel();  // a paused job can be cancelled
+  gate.Open();         // had it gone on
   optimizer.Wait();
   EXPECT_EQ(optimizer.state(), State::kCancelled);
+  EXPECT_EQ(taken.load(), 4);
 }
 
 TEST(BackgroundOptimizer, AFailureIsKeptAndTheNextJobRuns) {
