@@ -31,7 +31,7 @@ struct Piece {
   std::vector<int32_t> tiles;
 };
 
-// Finds the tiles with a pixel centre inside the ellipse alpha >= kMinAlpha.
+// Finds the tiles with a pixel center inside the ellipse alpha >= kMinAlpha.
 class TileFinder {
  public:
   explicit TileFinder(const TileGrid& grid)

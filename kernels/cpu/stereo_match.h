@@ -50,7 +50,7 @@ constexpr ptrdiff_t StereoStateStride(int count) { return count + 2 * kStereoSla
 // The least sum of a pixel, of several the first, and what surrounds it.
 struct StereoBest {
   int index, least;
-  int below, above;  // the neighbours' sums; 0 where there are none
+  int below, above;  // the neighbors' sums; 0 where there are none
   int second;        // the least of the others
 };
 

@@ -33,7 +33,7 @@ float Consensus(std::vector<float>& depths, double tolerance) {
   return float(double(best_count) / inverse);
 }
 
-// Fills pixels most of whose neighbours are known and lie on one surface.
+// Fills pixels most of whose neighbors are known and lie on one surface.
 void CloseSmallHoles(DepthMap& depth, double edge_tolerance) {
   for (int round = 0; round < kCloseRounds; ++round) {
     const DepthMap before = depth;

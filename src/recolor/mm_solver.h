@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The squared loss of the refit, minimised by block-Jacobi majorisation. Internal to recolor.
+// The squared loss of the refit, minimized by block-Jacobi majorization. Internal to recolor.
 // After a few sweeps, pixels that are to stay as they are cost StayLoss (kernels/common/loss.h)
 // instead of their square.
 //
@@ -8,7 +8,7 @@
 // with D_v the change that the target asks for, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv,
 // vis = W^T w.
 // A_g = sum_v vis_gv y y^T + ridge V_g bounds the curvature, because the weights of a pixel sum to
-// at most 1: s + A^-1 (-grad / 2) never raises Phi where no colour is clamped.
+// at most 1: s + A^-1 (-grad / 2) never raises Phi where no color is clamped.
 #pragma once
 
 #include <vector>

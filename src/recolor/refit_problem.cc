@@ -66,7 +66,7 @@ size_t BoxValues(const std::array<int32_t, 4>& box) {
   return size_t(box[2] - box[0]) * size_t(box[3] - box[1]) * 3;
 }
 
-// Largest |change| that an edit makes to a colour in [0, 2], the range of renders.
+// Largest |change| that an edit makes to a color in [0, 2], the range of renders.
 float LargestChange(const CompiledEdit& edit, bool photos) {
   float largest = 1e-3f;
   if (edit.IsAffine()) {

@@ -37,7 +37,7 @@ struct UploadedEdit {
 struct RegionView {
   std::shared_ptr<const ViewGeometry> region;
   Buffer<int32_t> slots;      // [rows] index among the active Gaussians, -1 for the others
-  Buffer<float> base_colors;  // [rows, 3] colours of the original coefficients
+  Buffer<float> base_colors;  // [rows, 3] colors of the original coefficients
   // mm: what the region's pixels should change by, see RegionTargetParams.
   Buffer<int16_t> target;
   Buffer<uint8_t> weights;  // [pixels]
@@ -113,7 +113,7 @@ class RefitProblem {
 
   // The weights as an image, [H, W] into `image` (zero outside the region).
   void WeightImage(const RegionView& view, float* image);
-  // What active coefficients `sh` change in the region, against the original ones: their colours
+  // What active coefficients `sh` change in the region, against the original ones: their colors
   // into `colors`, the difference into `change` (both [rows, 3]).
   void FindChange(const RegionView& view, const float* sh, float* colors, float* change);
   // The blend of `change` into `image` ([H, W, 3], where the region has pixels; what lies outside

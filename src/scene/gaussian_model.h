@@ -39,10 +39,10 @@ using FloatArray = UnsetVector<float>;
 struct GaussianModel {
   int sh_degree = 0;          // 0-3
   FloatArray means;           // [N, 3] world
-  FloatArray quats_wxyz;      // [N, 4] not normalised
+  FloatArray quats_wxyz;      // [N, 4] not normalized
   FloatArray log_scales;      // [N, 3] scale = exp(.)
   FloatArray opacity_logits;  // [N] opacity = sigmoid(.)
-  FloatArray sh;  // [N, K, 3], K = (sh_degree + 1)^2; colour = max(0, 0.5 + sum_k Y_k sh_k)
+  FloatArray sh;  // [N, K, 3], K = (sh_degree + 1)^2; color = max(0, 0.5 + sum_k Y_k sh_k)
   SourceLayout source;
 
   size_t NumGaussians() const { return opacity_logits.size(); }

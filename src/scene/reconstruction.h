@@ -22,7 +22,7 @@ using PointId = uint64_t;  // COLMAP's point3D_t
 inline constexpr PointId kInvalidPointId = std::numeric_limits<PointId>::max();
 
 struct Observation {
-  Eigen::Vector2d xy;  // pixels, COLMAP's convention (pixel centre at 0.5)
+  Eigen::Vector2d xy;  // pixels, COLMAP's convention (pixel center at 0.5)
   PointId point_id = kInvalidPointId;
 };
 

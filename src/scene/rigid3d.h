@@ -21,7 +21,7 @@ struct Rigid3d {
     const Eigen::Quaterniond inverse = rotation.conjugate();
     return {inverse, -(inverse * translation)};
   }
-  // For cam_from_world: the camera's centre in the world.
+  // For cam_from_world: the camera's center in the world.
   Eigen::Vector3d OriginInSource() const { return -(rotation.conjugate() * translation); }
 
   // The same numbers: q and -q are not.

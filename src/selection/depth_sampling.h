@@ -25,7 +25,7 @@ std::optional<double> SampleDepth(const DepthMap& depth, const Eigen::Vector2d& 
 // Unit normal of the surface seen in pixel (x, y), camera frame, towards the camera. On a plane 1/z
 // = A u + B v + C with (u, v) the ray, and (A, B, C) is the normal's direction. Slopes of 1/z are
 // taken over up to 3 pixels both ways: averaged where the surface is smooth, on the flatter side at
-// a depth edge. Faces the camera where no neighbour has depth.
+// a depth edge. Faces the camera where no neighbor has depth.
 Eigen::Vector3d NormalFromDepth(const Camera& camera, const DepthMap& depth, int x, int y);
 
 // Whether a pixel above 0 lies within a disc of `radius` pixels about (x, y).

@@ -17,7 +17,7 @@ namespace {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
 
-// Centred, so that clouds far from the world's origin keep their float digits.
+// Centered, so that clouds far from the world's origin keep their float digits.
 std::vector<Eigen::Vector3f> Centered(const std::vector<Eigen::Vector3f>& points,
                                       Eigen::Vector3f* center) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

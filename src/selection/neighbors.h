@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Neighbour queries on 3D points: the only door to PCL in this folder.
+// Neighbor queries on 3D points: the only door to PCL in this folder.
 #pragma once
 
 #include <cstdint>

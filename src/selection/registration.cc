@@ -171,7 +171,7 @@ std::optional<RegistrationPair> SurfaceAtPixel(const SelectionCloud& cloud, cons
     }
   }
   if (static_cast<int>(used.size()) < kLeast) return std::nullopt;
-  // A sparse point outside the mask has its neighbours on one side: that is extrapolation.
+  // A sparse point outside the mask has its neighbors on one side: that is extrapolation.
   const Eigen::Vector3d mean = normal_matrix.col(0) / double(used.size());
   if (mean.tail<2>().norm() > 1.5) return std::nullopt;
   const Eigen::Matrix3d fit = normal_matrix.ldlt().solve(moments);

@@ -39,7 +39,7 @@ struct CloudOptions {
   double sample_fraction = 0.7;  // of the mask's pixels, uniformly
   uint64_t seed = 0;
   int outlier_neighbors = 16;     // PCL StatisticalOutlierRemoval; 0 keeps all points
-  double outlier_stddev = 0.007;  // factor on the standard deviation of the mean neighbour distance
+  double outlier_stddev = 0.007;  // factor on the standard deviation of the mean neighbor distance
   void Describe(OptionList& list);
   void Check() const;
 };
@@ -49,8 +49,8 @@ struct CloudSummary {
 };
 
 // Unprojects the painted pixels of one view: position, normal (from the depth map's gradient),
-// footprint, colour. `mask` and `depth` and `valid` (0/255, may be empty: all valid) and `image`
-// (may be empty) have the view's size. `backend` (may be null) searches for neighbours where it
+// footprint, color. `mask` and `depth` and `valid` (0/255, may be empty: all valid) and `image`
+// (may be empty) have the view's size. `backend` (may be null) searches for neighbors where it
 // can, with the same result. InputError for a size mismatch or an empty mask, NoDepthError for a
 // mask that holds no pixel with depth.
 SelectionCloud MakeCloud(const PosedCamera& view, const std::string& view_name, const Mask& mask,
@@ -70,7 +70,7 @@ int64_t Erase(SelectionCloud& cloud, const PosedCamera& view, const Mask& erase,
               const DepthMap& depth, double depth_tolerance = 0.05);
 
 // Binary .ply: x y z, nx ny nz, red green blue, footprint, confidence, coverage, source, px, py; a
-// comment line a source. Reading also takes any .ply with x y z (normals, colours and footprint
+// comment line a source. Reading also takes any .ply with x y z (normals, colors and footprint
 // optional) so that other tools' clouds work.
 void WriteCloud(const std::filesystem::path& path, const SelectionCloud& cloud);
 SelectionCloud ReadCloud(const std::filesystem::path& path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A thread that runs one optimisation at a time, step by step, and publishes whole snapshots of the
+// A thread that runs one optimization at a time, step by step, and publishes whole snapshots of the
 // coefficients. A lock is held only to swap a pointer, never while a step runs.
 #pragma once
 
@@ -30,7 +30,7 @@ struct ShSnapshot {
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits;
 };
 
-// Work that the optimiser drives. All calls come from the optimiser's thread.
+// Work that the optimizer drives. All calls come from the optimizer's thread.
 class OptimizerJob {
  public:
   virtual ~OptimizerJob() = default;
@@ -41,13 +41,13 @@ class OptimizerJob {
 class BackgroundOptimizer {
  public:
   enum class State { kIdle, kRunning, kPaused, kFinished, kCancelled, kFailed };
-  // Makes the job, on the optimiser's thread; may be long and may throw.
+  // Makes the job, on the optimizer's thread; may be long and may throw.
   using Factory = std::function<std::unique_ptr<OptimizerJob>(Monitor& monitor)>;
 
   // A job's first and last states are published, and the one at which it pauses. In between a step
   // is published only when somebody called Newest() since the snapshot before: a state that nobody
   // asks for is not copied.
-  // `on_publish` (may be empty) is called from the optimiser's thread after each snapshot and
+  // `on_publish` (may be empty) is called from the optimizer's thread after each snapshot and
   // change of state, without a lock held: a viewer asks for a repaint there.
   explicit BackgroundOptimizer(std::function<void()> on_publish = {});
   ~BackgroundOptimizer();  // cancels and joins

@@ -124,10 +124,10 @@ Image8 MaskOverlay(const Image& image, const Mask& mask) {
   for (size_t i = 0; i < image.NumPixels(); ++i) {
     const float* rgb = &image.data[3 * i];
     const float inside = static_cast<float>(mask.data[i]) / 255.0F;
-    const float grey = 0.299F * rgb[0] + 0.587F * rgb[1] + 0.114F * rgb[2];
+    const float gray = 0.299F * rgb[0] + 0.587F * rgb[1] + 0.114F * rgb[2];
     for (size_t c = 0; c < 3; ++c) {
-      const float outside = 0.45F * (0.6F * grey + 0.4F * rgb[c]);
-      out.data[3 * i + c] = outside + inside * (0.55F * kMarker[c] + 0.6F * grey - outside);
+      const float outside = 0.45F * (0.6F * gray + 0.4F * rgb[c]);
+      out.data[3 * i + c] = outside + inside * (0.55F * kMarker[c] + 0.6F * gray - outside);
     }
   }
   return ToImage8(out);

@@ -222,7 +222,7 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
   CheckOption(frames >= 1, "a path has at least one frame");
   CheckOption(!views.empty(), "a path needs a view");
   std::vector<Eigen::Vector3d> centers;
-  std::vector<Eigen::Vector4d> rotations;  // x, y, z, w; neighbours on the same side
+  std::vector<Eigen::Vector4d> rotations;  // x, y, z, w; neighbors on the same side
   for (const View* view : views) {
     centers.push_back(view->cam_from_world.OriginInSource());
     Eigen::Vector4d q = view->cam_from_world.rotation.coeffs();

@@ -41,7 +41,7 @@ void ExportCameras(EditSession& session, bool images, const std::filesystem::pat
 std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,
                                    const Eigen::Vector3d& up, int frames);
 
-// `frames` cameras on a smooth curve through the views in their order (Catmull-Rom, in the centres
+// `frames` cameras on a smooth curve through the views in their order (Catmull-Rom, in the centers
 // and in the quaternions), from the first to the last, with the first view's intrinsics.
 // OptionError for fewer than one frame or no view.
 std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,

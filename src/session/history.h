@@ -41,7 +41,7 @@ class EditHistory {
   size_t steps_done() const { return cursor_; }
   bool Undo();  // false when there is nothing to undo
   bool Redo();
-  size_t bytes() const;  // held by all states together, shared parts of neighbours counted once
+  size_t bytes() const;  // held by all states together, shared parts of neighbors counted once
 
  private:
   struct Entry {

@@ -81,7 +81,7 @@ struct Region {
   ColorEdit EffectiveEdit() const { return edit.WithStrength(strength); }
 };
 
-// All regions, in the order in which their edits apply: each starts from the colours that the ones
+// All regions, in the order in which their edits apply: each starts from the colors that the ones
 // before it left, the first from the original coefficients.
 struct RegionSet {
   std::vector<Region> regions;

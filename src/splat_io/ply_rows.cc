@@ -113,7 +113,7 @@ void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
   }
 }
 
-// True when a value is NaN or infinite: all exponent bits set. Branch-free, so that it vectorises.
+// True when a value is NaN or infinite: all exponent bits set. Branch-free, so that it vectorizes.
 bool AnyNotFinite(const float* values, size_t count) {
   uint32_t any = 0;
   for (size_t i = 0; i < count; ++i) {

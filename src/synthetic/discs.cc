@@ -27,10 +27,10 @@ constexpr double kLeastSigma = 0.2;   // pixels
 constexpr double kLeastShare = 0.75;  // of a disc's size, in a round and in all
 constexpr double kDamping = 0.8;
 // How far a disc may move: along its surface in its size, across it in pixels. Further, and
-// neighbours would part.
+// neighbors would part.
 constexpr double kMostAlong = 0.5, kMostAcrossSolid = 1, kMostAcrossSheet = 0.5;
 constexpr double kFillerDepth = 1.5;  // pixels below the surface
-constexpr double kFarther = 1.002;    // relative depth at which a neighbour counts as behind
+constexpr double kFarther = 1.002;    // relative depth at which a neighbor counts as behind
 
 PixelArray<uint8_t, 1> DistanceToOutlines(const PixelArray<uint8_t, 1>& ids) {
   const int width = ids.width, height = ids.height;
@@ -42,7 +42,7 @@ PixelArray<uint8_t, 1> DistanceToOutlines(const PixelArray<uint8_t, 1>& ids) {
       }
     }
   }
-  // Two passes, each over the neighbours already visited.
+  // Two passes, each over the neighbors already visited.
   const auto pass = [&](int x, int y, int sign) {
     int best = distance(x, y);
     for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) {
@@ -91,7 +91,7 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
   disc->point = disc->surface = ray.origin + disc->hit.t * ray.direction;
   disc->normal = disc->hit.normal;
   disc->axis = disc->normal.unitOrthogonal();
-  // Where colour is flat, overlap costs nothing and closes the gaps.
+  // Where color is flat, overlap costs nothing and closes the gaps.
   const double sigma = seed.radius * (0.85 + 0.40 * Smooth(1.2, 3, seed.pixels));
   const double reach = kReach * sigma;
   disc->sigma[0] = disc->sigma[1] = disc->wanted = sigma;
@@ -174,14 +174,14 @@ bool MakeFiller(const World& world, const Disc& disc, Disc* filler) {
   return part.shape->Contains(filler->point, 0);
 }
 
-// A view in front of which a disc lies: pixels a metre along its three axes.
+// A view in front of which a disc lies: pixels a meter along its three axes.
 struct Silhouettes::Sight {
   size_t view;
   Vec2 scale[3];
-  double per_metre;  // pixels, of what is parallel to the image
+  double per_meter;  // pixels, of what is parallel to the image
 };
 
-// Metres from a point along an axis, forwards and backwards, to where its object gives way to
+// Meters from a point along an axis, forwards and backwards, to where its object gives way to
 // something behind it; negative on the side from which a point outside has to return.
 struct Silhouettes::Room {
   double side[2];
@@ -204,10 +204,10 @@ std::vector<Silhouettes::Sight> Silhouettes::Sights(const Disc& disc, const Vec3
     const int x = int(std::floor(at->x())), y = int(std::floor(at->y()));
     if (!view.parts.Contains(x, y)) continue;
     Sight sight{v, {}, view.camera.camera.fx() / p.z()};
-    if (distances_[v](x, y) > 2 + 2 * kOpaque * (1 + largest * sight.per_metre)) continue;
+    if (distances_[v](x, y) > 2 + 2 * kOpaque * (1 + largest * sight.per_meter)) continue;
     for (int k = 0; k < 3; ++k) {
       const Vec3 a = view.camera.cam_from_world.rotation * axes[k];
-      sight.scale[k] = sight.per_metre * (a.head<2>() - a.z() / p.z() * p.head<2>());
+      sight.scale[k] = sight.per_meter * (a.head<2>() - a.z() / p.z() * p.head<2>());
     }
     sights.push_back(sight);
   }
@@ -217,7 +217,7 @@ std::vector<Silhouettes::Sight> Silhouettes::Sights(const Disc& disc, const Vec3
 Silhouettes::Room Silhouettes::Walk(const Sight& sight, const Vec2& at, int axis, double z,
                                     int object, double reach) const {
   const TracedView& view = views_[sight.view];
-  const double per_metre = sight.scale[axis].norm();
+  const double per_meter = sight.scale[axis].norm();
   Room room = {{reach, reach}};
   enum { kOwn, kBehind, kHiding };
   const auto look = [&](const Vec2& p, int* clear) {
@@ -233,11 +233,11 @@ Silhouettes::Room Silhouettes::Walk(const Sight& sight, const Vec2& at, int axis
   if (start == kHiding) return room;
   double first[2] = {-1, -1};  // pixels to the first change, or -1
   for (int side = 0; side < 2; ++side) {
-    const Vec2 step = (side == 0 ? 1 : -1) / per_metre * sight.scale[axis];
-    for (double walked = 0; walked <= reach * per_metre; walked += std::max(kStep, clear - 1.0)) {
+    const Vec2 step = (side == 0 ? 1 : -1) / per_meter * sight.scale[axis];
+    for (double walked = 0; walked <= reach * per_meter; walked += std::max(kStep, clear - 1.0)) {
       const auto now = look(at + walked * step, &clear);
       if (now == start) continue;
-      if (now != kHiding) first[side] = std::max(0.0, walked - 0.5 * kStep) / per_metre;
+      if (now != kHiding) first[side] = std::max(0.0, walked - 0.5 * kStep) / per_meter;
       break;
     }
   }
@@ -255,7 +255,7 @@ Silhouettes::Room Silhouettes::Walk(const Sight& sight, const Vec2& at, int axis
 
 // What the views ask of a disc along one axis.
 struct Silhouettes::Demand {
-  double lack[2] = {0, 0};  // metres that the room is short of, forwards and backwards
+  double lack[2] = {0, 0};  // meters that the room is short of, forwards and backwards
   double fitting;           // the largest standard deviation that fits between two outlines
 };
 
@@ -265,11 +265,11 @@ Silhouettes::Demand Silhouettes::Ask(const std::vector<Sight>& sights, const Dis
   Demand demand;
   demand.fitting = sigma;
   for (const Sight& sight : sights) {
-    const double per_metre = sight.scale[axis].norm();
-    if (per_metre < kLeastForeshortening * sight.per_metre) continue;
+    const double per_meter = sight.scale[axis].norm();
+    if (per_meter < kLeastForeshortening * sight.per_meter) continue;
     const auto at = views_[sight.view].camera.Project(disc.point);
     if (!at) continue;
-    const double blur2 = kCovarianceDilation / (per_metre * per_metre);
+    const double blur2 = kCovarianceDilation / (per_meter * per_meter);
     const double reach = kOpaque * std::sqrt(sigma * sigma + blur2);
     const Room room = Walk(sight, at->head<2>(), axis, at->z(), object, reach);
     for (int side = 0; side < 2; ++side) {
@@ -277,7 +277,7 @@ Silhouettes::Demand Silhouettes::Ask(const std::vector<Sight>& sights, const Dis
     }
     if (room.side[0] < reach && room.side[1] < reach) {
       const double half = 0.5 * (room.side[0] + room.side[1]) / kOpaque;
-      const double least = kLeastSigma / sight.per_metre;
+      const double least = kLeastSigma / sight.per_meter;
       demand.fitting =
           std::min(demand.fitting, std::sqrt(std::max(least * least, half * half - blur2)));
     }

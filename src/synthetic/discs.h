@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The flat Gaussians of a synthetic world before they have a colour. Internal to the synthetic
+// The flat Gaussians of a synthetic world before they have a color. Internal to the synthetic
 // scenes.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace retint::synthetic {
 // A place where a disc may go.
 struct Seed {
   Vec3 point;
-  double radius;  // metres to its neighbours
+  double radius;  // meters to its neighbors
   double pixels;  // the same in the view
   uint32_t pixel;
   uint16_t view;
@@ -22,14 +22,14 @@ struct Seed {
 };
 
 struct Disc {
-  Vec3 point;         // centre
+  Vec3 point;         // center
   Vec3 surface;       // what it shows: on the surface, where `point` may lie below
   Vec3 normal, axis;  // axis: tangent of the first scale
   double sigma[2];
   int part;
   Hit hit;              // at `surface`
   double rod = 0;       // radius where it is a bead on a rod's axis, as thick as it is wide
-  double pixel = 0;     // metres a pixel in the view that it comes from
+  double pixel = 0;     // meters a pixel in the view that it comes from
   double wanted = 0;    // standard deviation where nothing asks for less
   bool solid = false;   // `point` is sunk below the surface
   bool filler = false;  // closes a crack from below
@@ -71,7 +71,7 @@ class Silhouettes {
 
   const World& world_;
   const std::vector<TracedView>& views_;
-  // Per view: pixels (chessboard) to the nearest pixel of which a neighbour shows another object.
+  // Per view: pixels (chessboard) to the nearest pixel of which a neighbor shows another object.
   std::vector<PixelArray<uint8_t, 1>> distances_;
 };
 

@@ -19,9 +19,9 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kMaxRing = 18;             // pixels
 constexpr double kRadiusPerRing = 0.42;  // a disc's radius per distance to the nearest change
-constexpr double kMinRadius = 1.6;       // pixels between neighbours where texture is finest
+constexpr double kMinRadius = 1.6;       // pixels between neighbors where texture is finest
 constexpr double kFineRadius = 1.25;     // the same on what is there to be selected
-constexpr float kFlatColor = 0.055f;     // largest change of colour that one disc may cover
+constexpr float kFlatColor = 0.055f;     // largest change of color that one disc may cover
 constexpr float kFlatNormal = 0.985f;    // cosine of the largest change of normal
 constexpr double kOpacity = 0.96;
 constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
@@ -30,7 +30,7 @@ constexpr double kLevelRatio = 1.25;  // between levels of world radius
 
 double Logit(double p) { return std::log(p / (1 - p)); }
 
-// How large a disc a pixel allows: by the distance to where its part's colour or normal changes or
+// How large a disc a pixel allows: by the distance to where its part's color or normal changes or
 // its surface ends.
 class RadiusFinder {
  public:
@@ -82,7 +82,7 @@ class RadiusFinder {
 
   const World& world_;
   const TracedView& view_;
-  // 1: beside another part, so the colour is mixed; 2: and that part is nearer.
+  // 1: beside another part, so the color is mixed; 2: and that part is nearer.
   PixelArray<uint8_t, 1> mixed_;
 };
 
@@ -213,8 +213,8 @@ std::vector<Seed> Thin(std::vector<Seed> seeds) {
   return kept;
 }
 
-// Where a disc shows in a view. Neighbours on its near side cover it, it covers those on its far
-// side: what is seen of it lies off its centre, towards larger depth.
+// Where a disc shows in a view. Neighbors on its near side cover it, it covers those on its far
+// side: what is seen of it lies off its center, towards larger depth.
 bool VisibleSpot(const TracedView& view, const Disc& disc, double* x, double* y) {
   if (!Sees(view, disc.part, disc.surface, x, y)) return false;
   const Vec3 in_camera = view.camera.cam_from_world * disc.surface;
@@ -231,7 +231,7 @@ bool VisibleSpot(const TracedView& view, const Disc& disc, double* x, double* y)
   return true;
 }
 
-// Bilinear photo at (x, y), pixel centres at 0.5; false where another part mixes in.
+// Bilinear photo at (x, y), pixel centers at 0.5; false where another part mixes in.
 bool LookUp(const TracedView& view, int part, double x, double y, Vec3* color) {
   const double fx = std::floor(x - 0.5), fy = std::floor(y - 0.5);
   const int x0 = int(fx), y0 = int(fy);
@@ -257,7 +257,7 @@ bool LookUpBead(const TracedView& view, const Disc& disc, Vec3* color) {
   return true;
 }
 
-// Writes the SH coefficients [16, 3] of a disc: least squares over the colours that the views show
+// Writes the SH coefficients [16, 3] of a disc: least squares over the colors that the views show
 // where it is seen; a ridge pulls the higher degrees to zero where nothing asks for them.
 void FitColor(const World& world, const Lighting& lighting, const std::vector<TracedView>& views,
               const Disc& disc, float* sh) {

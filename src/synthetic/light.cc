@@ -13,7 +13,7 @@ namespace retint::synthetic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kOffset = 2e-4;  // metres off the surface at which secondary rays start
+constexpr double kOffset = 2e-4;  // meters off the surface at which secondary rays start
 constexpr double kFar = 1e3;
 constexpr int kLightGrid = 7;                         // squared: shadow rays a lumel
 constexpr int kGatherRings = 8, kGatherSectors = 16;  // rays of the bounce
@@ -127,7 +127,7 @@ void Lighting::Bake(Charts* charts, int blurs, double progress0, double progress
   }
 }
 
-// Gives buried samples their neighbours' mean, so that interpolation beside another object's foot
+// Gives buried samples their neighbors' mean, so that interpolation beside another object's foot
 // does not pick up the darkness under it.
 void Lighting::Spread(Chart* chart) {
   std::vector<unsigned char> known = chart->valid;

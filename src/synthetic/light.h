@@ -21,7 +21,7 @@ class Lighting {
   Vec3 Radiance(const Hit& hit, const Vec3& point, const Vec3& direction) const;
   // The part of it that does not depend on the direction.
   Vec3 Diffuse(const Hit& hit, const Vec3& point) const;
-  // Encoded colour along a ray, black where it meets nothing. `likely`: a part known to be the
+  // Encoded color along a ray, black where it meets nothing. `likely`: a part known to be the
   // first in the way if it is met at all, or -1.
   Vec3 Color(const Ray& ray, int likely) const;
   Vec3 EncodeHere(const Vec3& radiance) const { return Encode(radiance, world_.exposure); }

@@ -204,7 +204,7 @@ Surfel RoundedBox::At(int chart, const Vec2& uv) const {
   p[b] = (2 * uv.y() - 1) * half_[b];
   Vec2 off(p[a] - std::clamp(p[a], -inner_[a], inner_[a]),
            p[b] - std::clamp(p[b], -inner_[b], inner_[b]));
-  // Past 45 degrees the neighbouring chart takes over; stay on the surface for interpolation.
+  // Past 45 degrees the neighboring chart takes over; stay on the surface for interpolation.
   const double limit = 0.72 * radius_;
   if (off.norm() > limit) {
     const Vec2 inside = off * (limit / off.norm());

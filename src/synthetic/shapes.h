@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Analytic surfaces of the synthetic scenes: exact ray hits, exact normals, and charts (u, v in
-// [0, 1]) on which light is baked. World frame: x right, y down, z away from the viewer, metres.
+// [0, 1]) on which light is baked. World frame: x right, y down, z away from the viewer, meters.
 // Internal to the synthetic scenes.
 #pragma once
 
@@ -53,7 +53,7 @@ class Shape {
   virtual bool Contains(const Vec3& /*point*/, double /*margin*/) const { return false; }
   // Of rods, which are too thin for a surface of discs.
   virtual std::optional<Strand> StrandAt(const Vec3& /*point*/) const { return std::nullopt; }
-  // Width and height of every chart in metres.
+  // Width and height of every chart in meters.
   virtual std::vector<Vec2> ChartSizes() const = 0;
   virtual bool WrapsU() const { return false; }
   virtual Eigen::AlignedBox3d Bounds() const = 0;
@@ -153,7 +153,7 @@ class Capsule : public Shape {
 class Leaf : public Shape {
  public:
   struct Form {
-    double length, width;  // metres
+    double length, width;  // meters
     double bend;           // R: radius of the spheres
     double fold;           // s: how far the crease lifts the sides
     double tip;            // outline exponent: larger is more pointed
@@ -166,7 +166,7 @@ class Leaf : public Shape {
   double HalfWidth(double u) const;
 
  private:
-  double Drop() const;  // of the spheres' centres, so that the crease begins at the base
+  double Drop() const;  // of the spheres' centers, so that the crease begins at the base
   Vec3 base_;
   Form form_;
   Eigen::Matrix3d world_from_local_;

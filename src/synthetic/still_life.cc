@@ -419,7 +419,7 @@ void AddPlant(World& world, uint64_t seed) {
 
   const int stem = world.AddMaterial(Plain({0.17, 0.27, 0.07}));
   Random random(HashOf(seed, 6));
-  // A fan of broad leaves in one plane, as a traveller's palm grows, facing the middle of the
+  // A fan of broad leaves in one plane, as a traveler's palm grows, facing the middle of the
   // cameras' arc: every leaf shows its upper side to all of them and hides little of another.
   constexpr int kLeaves = 7, kPieces = 7;
   constexpr double kFacing = 0.23;  // of the arc's middle from the front, radians

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sample scenes with exact ground truth: photos, depth, object ids, a sparse reconstruction and
 // Gaussians of one analytic, ray-traced world. World frame as COLMAP's captures usually come: x
-// right, y down, z away from the viewer; metres.
+// right, y down, z away from the viewer; meters.
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ struct SyntheticOptions {
   int floaters = 120;             // stray Gaussians in free space
   double floater_opacity = 0.06;  // of the most opaque one
   // Flaws of the sparse points: scaled about the middle of the cameras, then moved by this many
-  // metres, to the right and away from the viewer alike. Cameras, photos and Gaussians stay.
+  // meters, to the right and away from the viewer alike. Cameras, photos and Gaussians stay.
   double cloud_scale = 1, cloud_shift = 0;
   bool bare_walls = false;  // no wallpaper: two walls without texture, and no points on them
   // Objects of another color; a pattern stays as shades of it, light and gloss stay as they are.
@@ -59,9 +59,9 @@ struct SyntheticOptions {
 struct SyntheticView {
   std::string name;                   // "000.png", the view's name in the reconstruction
   Image photo;                        // anti-aliased, display encoded, in [0, 1]
-  DepthMap depth;                     // exact z of the surface at the pixel centre; 0 where none
-  PixelArray<uint8_t, 1> object_ids;  // at the pixel centre; 0 background
-  PixelArray<float, 3> normals;       // world, unit, towards the camera, at the pixel centre
+  DepthMap depth;                     // exact z of the surface at the pixel center; 0 where none
+  PixelArray<uint8_t, 1> object_ids;  // at the pixel center; 0 background
+  PixelArray<float, 3> normals;       // world, unit, towards the camera, at the pixel center
 };
 
 struct SyntheticScene {

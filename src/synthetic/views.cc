@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Sub-pixel offsets from the centre: four on a rotated grid for every pixel, eight more where
+// Sub-pixel offsets from the center: four on a rotated grid for every pixel, eight more where
 // pixels differ.
 constexpr double kOffsets[12][2] = {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375},
                                     {-0.375, 0.125},  {-0.42, -0.45},  {0.20, -0.46},

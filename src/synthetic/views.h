@@ -13,7 +13,7 @@ namespace retint::synthetic {
 struct TracedView {
   PosedCamera camera;
   SyntheticView truth;
-  PixelArray<int16_t, 1> parts;  // part at the pixel centre, -1 none
+  PixelArray<int16_t, 1> parts;  // part at the pixel center, -1 none
   int padding = 0;               // pixels traced beyond every border of the actual image
 };
 

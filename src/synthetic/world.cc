@@ -12,7 +12,7 @@ namespace retint::synthetic {
 namespace {
 
 constexpr int kLeafParts = 2;
-constexpr double kLarge = 2;  // metres
+constexpr double kLarge = 2;  // meters
 
 // Whether the ray meets the box before t_max; `inverse` is 1 / direction per axis.
 bool Meets(const Eigen::AlignedBox3d& box, const Vec3& origin, const Vec3& inverse, double t_min,

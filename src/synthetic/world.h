@@ -14,7 +14,7 @@
 
 namespace retint::synthetic {
 
-// What a texture may look at. `chart_xy` is uv times the chart's size: metres on the surface.
+// What a texture may look at. `chart_xy` is uv times the chart's size: meters on the surface.
 struct TexturePoint {
   Vec3 point;
   Vec3 normal;
@@ -27,7 +27,7 @@ struct Material {
   std::function<Vec3(const TexturePoint&)> albedo;  // linear RGB
   double specular = 0;      // reflectance at normal incidence (Schlick's F0); 0: purely diffuse
   double sharpness = 30;    // exponent of the reflected lobe, cos^n about the mirror direction
-  bool metal = false;       // reflects in its own colour, no diffuse part
+  bool metal = false;       // reflects in its own color, no diffuse part
   double translucency = 0;  // of sheets: share of the far side's light that shines through
   bool textureless = false;
 };

@@ -32,7 +32,7 @@ uint8_t Combined(uint8_t mask, uint8_t shape, Combine combine) {
 }
 
 // Of a brush at this distance from its spine: 1 within the hard part, a smooth fall to 0 at the
-// radius, at least one pixel wide and centerd on the radius when the brush is hard.
+// radius, at least one pixel wide and centered on the radius when the brush is hard.
 class BrushProfile {
  public:
   explicit BrushProfile(const BrushOptions& brush) {
