@@ -88,7 +88,9 @@ struct EvidenceParams {
   float tolerance, unknown_weight;
   const uint8_t* coverage;  // [H, W], steps of 1 / 255; null: none
   float scale;
-  float* residual;  // [H, W, 2], or [H, W, 3] with a `visible` above 0
+  // [H, W, 2] of K M and K, or with a `visible` above 0 [H, W, 4], also of that times K before its
+  // scale, and of that alone.
+  float* residual;
   uint16_t pixel_rows = kAllPixelRows;
   float visible = 0;
 };

@@ -174,12 +174,11 @@ RETINT_HD int PaintAt(const PaintedImage& painted, const glm::vec3& point, float
 }
 
 // K M and K of a pixel before its scale: what is found in the `count` painted views for a surface
-// of depth z, then the larger of that and of the coverage.
+// of depth z; where none of them sees it, what the coverage says.
 RETINT_HD glm::vec2 EvidenceAt(const PixelRays& rays, int x, int y, float z,
                                const PaintedImage* painted, int count, float tolerance,
                                float unknown_weight, uint8_t coverage) {
   if (z == kNoEvidence) return {0, 0};
-  float inside = 0, weight = unknown_weight;
   if (HasDepth(z)) {
     const glm::vec3 point = z * rays.At(x, y);
     int sum = 0, seen = 0;
@@ -188,15 +187,11 @@ RETINT_HD glm::vec2 EvidenceAt(const PixelRays& rays, int x, int y, float z,
       sum += paint < 0 ? 0 : paint;
       seen += paint < 0 ? 0 : 1;
     }
-    if (seen > 0) {
-      inside = float(sum) / (255.0f * float(seen));
-      weight = 1;
-    }
+    if (seen > 0) return {float(sum) / (255.0f * float(seen)), 1};
   }
   const float covered = float(coverage) / 255.0f;
-  inside = inside < covered ? covered : inside;
-  weight = weight < covered ? covered : weight;
-  return {weight * inside, weight};
+  const float weight = unknown_weight < covered ? covered : unknown_weight;
+  return {weight * covered, weight};
 }
 
 }  // namespace retint

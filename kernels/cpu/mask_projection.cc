@@ -221,7 +221,7 @@ void CpuMaskOps::DoMarkSilhouette(const MarkSilhouetteParams& params) {
 
 void CpuMaskOps::DoEvidence(const EvidenceParams& params) {
   const PixelRays rays = RaysOf(params.camera);
-  const int64_t width = params.camera.width, channels = params.visible > 0 ? 3 : 2;
+  const int64_t width = params.camera.width, channels = params.visible > 0 ? 4 : 2;
   ParallelRanges(params.camera.height, 8, [&](int64_t begin, int64_t end) {
     for (int y = int(begin); y < int(end); ++y) {
       float* out = params.residual + channels * y * width;
@@ -237,7 +237,7 @@ void CpuMaskOps::DoEvidence(const EvidenceParams& params) {
             params.tolerance, params.unknown_weight, coverage ? coverage[x] : uint8_t(0));
         out[0] = params.scale * evidence.x;
         out[1] = params.scale * evidence.y;
-        if (channels == 3) out[2] = params.visible;
+        if (channels == 4) out[2] = params.visible * evidence.y, out[3] = params.visible;
       }
     }
   });

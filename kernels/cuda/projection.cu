@@ -175,17 +175,18 @@ void CudaMaskOps::DoEvidence(const EvidenceParams& params) {
   ForPixels(params.camera.width, params.camera.height, stream_, "Evidence",
             [=] __device__(int x, int y, int64_t i) {
               float2 out = {0, 0};
+              float known = 0;
               const bool wanted = IsWantedRow(pixel_rows, y);
               if (wanted) {
                 const glm::vec2 evidence =
                     EvidenceAt(rays, x, y, depth ? depth[i] : 0, views, count, tolerance, unknown,
                                coverage ? coverage[i] : uint8_t(0));
                 out = {scale * evidence.x, scale * evidence.y};
+                known = evidence.y;
               }
               if (visible > 0) {
-                residual[3 * i] = out.x;
-                residual[3 * i + 1] = out.y;
-                residual[3 * i + 2] = wanted ? visible : 0;
+                reinterpret_cast<float4*>(residual)[i] = {out.x, out.y, visible * known,
+                                                          wanted ? visible : 0};
               } else {
                 reinterpret_cast<float2*>(residual)[i] = out;
               }

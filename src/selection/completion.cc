@@ -58,7 +58,7 @@ struct Proof {
 Proof ProofOf(const ShareEvidence& evidence, size_t g) {
   const double known = evidence.known[g];
   return {std::clamp(Ratio(evidence.inside[g], known), 0.0, 1.0),
-          std::min(1.0, Ratio(known, evidence.visible[g]) / kKnownFraction), known};
+          std::min(1.0, Ratio(evidence.seen[g], evidence.visible[g]) / kKnownFraction), known};
 }
 
 // body(i) for every i below `count`.
@@ -291,7 +291,7 @@ class Completer {
 
 CompletedShares CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
                                Completion completion, Monitor& monitor, Backend* backend) {
-  for (const auto& values : {evidence.inside, evidence.known, evidence.visible}) {
+  for (const auto& values : {evidence.inside, evidence.known, evidence.seen, evidence.visible}) {
     CheckOption(values.size() == graph.NumGaussians(),
                 "a completion needs the evidence of every Gaussian");
   }

@@ -29,9 +29,10 @@ enum class Completion {
 };
 
 // Of one Gaussian, sums over the views: W^T (K M) and W^T K of the evidence, where nothing is known
-// K = 0; and W^T 1, all in pixels.
+// K = 0; W^T K where a painted view's pixels count as those of all others do; and W^T 1, all in
+// pixels.
 struct ShareEvidence {
-  std::span<const float> inside, known, visible;  // [N] each
+  std::span<const float> inside, known, seen, visible;  // [N] each
 };
 
 struct CompletedShares {

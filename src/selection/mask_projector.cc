@@ -141,8 +141,9 @@ class Projection {
     };
     if (completes_) {
       const std::vector<float> inside = channel(0), known = channel(1);
-      result->visible = channel(2);
-      CompletedShares completed = CompleteShares(*graph, {inside, known, result->visible},
+      const std::vector<float> seen = channel(2);
+      result->visible = channel(3);
+      CompletedShares completed = CompleteShares(*graph, {inside, known, seen, result->visible},
                                                  options_.completion, monitor, &backend_);
       result->shares = std::move(completed.shares);
       result->confidence = std::move(completed.confidence);
@@ -165,7 +166,7 @@ class Projection {
     PosedCamera camera;
     const Mask* paint;
     const Mask* seen;
-    Buffer<uint8_t> mask;  // the paint, with what was left out at its border
+    Buffer<uint8_t> mask;  // the paint, up to the edges that it missed
     Buffer<float> depth;
   };
 
@@ -197,8 +198,9 @@ class Projection {
                               close_radius, backend_.Grow(coverage_mask_, surface.depth.size())});
   }
 
-  // 0 in pixels of which the paint says nothing, since it was left out before an edge; they become
-  // a part of the painted mask, so that its silhouette is that of the thing. Empty: there are none.
+  // 0 in pixels of which the paint says nothing, since it ends before or beyond an edge there; the
+  // painted mask then ends at that edge, so that its silhouette is that of the thing. Empty: there
+  // are none.
   Mask Said(Painted* painted, const ViewSurface& surface) {
     Mask mask = *painted->paint;
     ViewLayers layers;
@@ -210,17 +212,31 @@ class Projection {
     layers.depth.data = backend_.Download(surface.depth.data(), surface.depth.size());
     const double reach = options_.paint_slack * std::max(mask.width, mask.height);
     Monitor quiet;  // a step of the projection's
-    const Mask left_out =
-        LeftOutAtBorder(layers, mask, std::max(1, int(std::lround(reach))), quiet);
-    Mask said;
+    const MissedBorder missed =
+        FindMissedBorder(layers, mask, std::max(1, int(std::lround(reach))), quiet);
+    if (!AnyInside(missed.left_out) && !AnyInside(missed.spilled)) return {};
+    Mask said(mask.width, mask.height, 255);
     for (size_t p = 0; p < mask.data.size(); ++p) {
-      if (left_out.data[p] == 0) continue;
-      if (said.Empty()) said = Mask(mask.width, mask.height, 255);
-      said.data[p] = 0;
-      mask.data[p] = 255;
+      if (missed.left_out.data[p] > 0) said.data[p] = 0, mask.data[p] = 255;
+      if (missed.spilled.data[p] > 0) said.data[p] = mask.data[p] = 0;
     }
-    if (!said.Empty()) painted->mask = backend_.Upload(std::span<const uint8_t>(mask.data));
+    painted->mask = backend_.Upload(std::span<const uint8_t>(mask.data));
+    if (AnyInside(missed.spilled)) DropPoints(painted->camera, missed.spilled, layers.depth);
     return said;
+  }
+
+  // Takes the points from the cloud that `spilled` pixels show, not those behind.
+  void DropPoints(const PosedCamera& camera, const Mask& spilled, const DepthMap& depth) {
+    std::vector<CloudPoint> points = backend_.Download(points_.data(), points_.size());
+    std::erase_if(points, [&](const CloudPoint& point) {
+      const Eigen::Vector3f position = Eigen::Map<const Eigen::Vector3f>(point.position);
+      const auto at = camera.Project(position.cast<double>());
+      if (!at) return false;
+      const int x = int(std::floor(at->x())), y = int(std::floor(at->y()));
+      if (!spilled.Contains(x, y) || spilled(x, y) == 0) return false;
+      return at->z() <= (1 + options_.visible_tolerance) * double(depth(x, y));
+    });
+    points_ = backend_.Upload(std::span<const CloudPoint>(points));
   }
 
   // No evidence where the painter saw nothing.
@@ -245,7 +261,7 @@ class Projection {
     if (ranks_.IsRoot()) AddLifted(*surface.geometry);
   }
 
-  size_t Channels() const { return completes_ ? 3 : 2; }
+  size_t Channels() const { return completes_ ? 4 : 2; }
 
   // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
   void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence, float weight = 1) {
@@ -322,7 +338,9 @@ class Projection {
   std::vector<LiftedRows> kept_;  // a view of this rank each
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
-  Buffer<float> sums_;  // [N, 2] W^T (K M), W^T K; [N, 3] with W^T 1 where shares are completed
+  // [N, 2] W^T (K M), W^T K; where shares are completed [N, 4], also W^T K without painted_weight
+  // and W^T 1.
+  Buffer<float> sums_;
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
 };

@@ -381,9 +381,10 @@ TEST_P(MaskProjectionOp, LooksPaintUp) {
           ++count;
         }
         ++counts[size_t(count)];
-        if (count > 0) inside = sum / (255.0 * count), weight = 1;
-        if (with_coverage) {
-          inside = std::max(inside, coverage[p] / 255.0);
+        if (count > 0) {
+          inside = sum / (255.0 * count), weight = 1;
+        } else if (with_coverage) {
+          inside = coverage[p] / 255.0;
           weight = std::max(weight, coverage[p] / 255.0);
         }
         if (!IsWanted(rows, y)) weight = 0;
@@ -407,17 +408,18 @@ TEST_P(MaskProjectionOp, LooksPaintUp) {
       wrong += !(std::abs(double(found[i]) - expected[i]) <= 1e-5);
     }
     EXPECT_LE(wrong, 4);
-    // Visibility as a third channel leaves the first two as they are.
+    // Visibility, known and whole, leaves the first two channels as they are.
     const float visible = 2.5f;
-    Guarded<float> with_visible(*backend_, 3 * kPixels);
+    Guarded<float> with_visible(*backend_, 4 * kPixels);
     backend_->mask().Evidence({camera, with_depth ? surface.data() : nullptr, painted, tolerance,
                                unknown, with_coverage ? covered.data() : nullptr, scale,
                                with_visible.data(), rows, visible});
-    const auto three = with_visible.Read();
+    const auto four = with_visible.Read();
     for (size_t p = 0; p < kPixels; ++p) {
-      EXPECT_EQ(three[3 * p], found[2 * p]);
-      EXPECT_EQ(three[3 * p + 1], found[2 * p + 1]);
-      EXPECT_EQ(three[3 * p + 2], IsWanted(rows, int(p / kWidth)) ? visible : 0);
+      EXPECT_EQ(four[4 * p], found[2 * p]);
+      EXPECT_EQ(four[4 * p + 1], found[2 * p + 1]);
+      EXPECT_NEAR(four[4 * p + 2], visible / scale * found[2 * p + 1], 1e-5f);
+      EXPECT_EQ(four[4 * p + 3], IsWanted(rows, int(p / kWidth)) ? visible : 0);
     }
   };
   expect(true, true, kAllPixelRows);

@@ -23,7 +23,7 @@ struct World {
 
   size_t count() const { return model.NumGaussians(); }
   float x(size_t g) const { return model.means[3 * g]; }
-  ShareEvidence evidence() const { return {inside, known, visible}; }
+  ShareEvidence evidence() const { return {inside, known, known, visible}; }
 };
 
 void AddGaussian(float x, float y, float z, const float (&rgb)[3], GaussianModel* model) {

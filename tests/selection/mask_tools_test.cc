@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "scene/mask_pixels.h"
 #include "selection/mask_score.h"
 #include "selection/mask_tools/guided_matte.h"
 #include "selection/mask_tools/min_cut.h"
@@ -240,7 +241,7 @@ TEST(RefineEdge, LeavesWhatHasNoBorder) {
 // `mask` with what was left out at its border.
 Mask Grown(const ViewLayers& layers, Mask mask, int reach) {
   Monitor monitor;
-  const Mask left_out = LeftOutAtBorder(layers, mask, reach, monitor);
+  const Mask left_out = FindMissedBorder(layers, mask, reach, monitor).left_out;
   for (size_t p = 0; p < mask.data.size(); ++p) {
     if (left_out.data[p] > 0) {
       EXPECT_LT(mask.data[p], 128);
@@ -260,23 +261,42 @@ TEST(PaintBorder, LeavesOutWhatLiesBeforeAnEdgeOfColorOrDepth) {
   }
 }
 
-TEST(PaintBorder, LeavesOutNothingWherePaintEndsAtTheEdge) {
+// Paint with a hand that shakes goes beyond the edge, too.
+TEST(PaintBorder, SpillsBeyondAnEdgeOfColorOrDepth) {
   Monitor monitor;
-  for (const double radius : {kRadius, kRadius + 3}) {  // too large is no reason either
-    const Mask left_out = LeftOutAtBorder(Disc(kRed, kGray, 3), DiscMask(radius), 5, monitor);
-    EXPECT_EQ(std::count(left_out.data.begin(), left_out.data.end(), 255), 0) << radius;
+  for (const ViewLayers& layers :
+       {Disc(kRed, kGray, 4), Disc(kGray, kGray, 3), Disc(kRed, kGray, 3)}) {
+    for (const double more : {2.0, 3.0, 4.0}) {
+      Mask mask = DiscMask(kRadius + more);
+      const MissedBorder missed = FindMissedBorder(layers, mask, 5, monitor);
+      for (size_t p = 0; p < mask.data.size(); ++p) {
+        if (missed.spilled.data[p] == 0) continue;
+        EXPECT_GE(mask.data[p], 128);
+        mask.data[p] = 0;
+      }
+      EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.96) << more;
+      EXPECT_FALSE(AnyInside(missed.left_out)) << more;
+    }
   }
 }
 
+TEST(PaintBorder, MissesNothingWherePaintEndsAtTheEdge) {
+  Monitor monitor;
+  const MissedBorder missed = FindMissedBorder(Disc(kRed, kGray, 3), DiscMask(kRadius), 5, monitor);
+  EXPECT_FALSE(AnyInside(missed.left_out));
+  EXPECT_FALSE(AnyInside(missed.spilled));
+}
+
 // Paint on a part of a plain surface ends where the painter wanted it to.
-TEST(PaintBorder, LeavesOutNothingOnAPlainSurface) {
+TEST(PaintBorder, MissesNothingOnAPlainSurface) {
   Monitor monitor;
   const ViewLayers layers = Disc(kRed, kGray, 3);
   const auto is_plain = [&](const Mask& mask) {
-    const Mask left_out = LeftOutAtBorder(layers, mask, 5, monitor);
-    return std::count(left_out.data.begin(), left_out.data.end(), 255) == 0;
+    const MissedBorder missed = FindMissedBorder(layers, mask, 5, monitor);
+    return !AnyInside(missed.left_out) && !AnyInside(missed.spilled);
   };
   EXPECT_TRUE(is_plain(DiscMask(kRadius - 10)));
+  EXPECT_TRUE(is_plain(DiscMask(kRadius + 10)));
   Mask corner(kWidth, kHeight), stripe(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -302,8 +322,9 @@ TEST(PaintBorder, HasNoneWhereNothingOrAllIsPainted) {
   Monitor monitor;
   const ViewLayers layers = Disc(kRed, kGray, 3);
   for (const uint8_t value : {0, 255}) {
-    const Mask left_out = LeftOutAtBorder(layers, Mask(kWidth, kHeight, value), 5, monitor);
-    EXPECT_EQ(std::count(left_out.data.begin(), left_out.data.end(), 255), 0);
+    const MissedBorder missed = FindMissedBorder(layers, Mask(kWidth, kHeight, value), 5, monitor);
+    EXPECT_FALSE(AnyInside(missed.left_out));
+    EXPECT_FALSE(AnyInside(missed.spilled));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
@@ -17,7 +18,8 @@ namespace retint {
 namespace {
 
 // Chosen on cape, fox, flower and one synthetic scene; docs/notebook.md says what else was tried.
-constexpr double kFavor = 2;         // log odds by which the edge is looked for outward
+// Log odds by which the edge is looked for outward and inward.
+constexpr std::array<double, 2> kFavors = {2, -2};
 constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
 constexpr float kStronger = 1.2f;    // times the edge that the paint itself ends at
 
@@ -73,40 +75,49 @@ cv::Mat RimOf(const cv::Mat& shape) {
   return wider & ~shape;
 }
 
-}  // namespace
-
-Mask LeftOutAtBorder(const ViewLayers& layers, const Mask& mask, int reach, Monitor& monitor) {
-  Mask left_out(mask.width, mask.height);
-  const GridRect part = PartAboutBorder(mask, reach);
-  if (part.width == 0) return left_out;
-  const PixelArray<float, 4> features = Features(layers, part);
-  const Mask painted = Crop(mask, part);
-  const Mask refined =
-      RefineEdgeOfPart(features, PixelsPerRadian(layers), painted, reach, monitor, kFavor);
-  cv::Mat paint(part.height, part.width, CV_8U), grown(part.height, part.width, CV_8U);
-  for (size_t p = 0; p < painted.data.size(); ++p) {
-    paint.data[p] = IsInside(painted.data[p]) ? 255 : 0;
-    grown.data[p] = IsInside(std::max(painted.data[p], refined.data[p])) ? 255 : 0;
-  }
-  const cv::Mat added = grown & ~paint;
-  if (cv::countNonZero(added) == 0) return left_out;
-  // The cut ends somewhere within reach in any case. It ended at an edge if there is one where it
-  // left the paint, and none, or a weaker one, where the paint ends.
-  const cv::Mat cut_rim = RimOf(grown) & ~RimOf(paint), paint_rim = RimOf(paint) & added;
+// What the cut gives to a shape that is `shape` as it is painted and `grown` by the cut, where the
+// cut ends at an edge, and the paint at none or at a weaker one: the cut ends somewhere within
+// reach in any case.
+cv::Mat GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape,
+                    const cv::Mat& grown, int reach) {
+  cv::Mat added = grown & ~shape;
+  if (cv::countNonZero(added) == 0) return added;
+  const cv::Mat cut_rim = RimOf(grown) & ~RimOf(shape), shape_rim = RimOf(shape) & added;
   cv::Mat at, nearby;
-  cv::dilate(cut_rim | paint_rim, at, Square());
+  cv::dilate(cut_rim | shape_rim, at, Square());
   const cv::Mat edges = EdgesAt(at, features);
   cv::dilate(edges, nearby, Square());  // the cut's border may be a pixel off
   const cv::Mat ahead = MeanOver(nearby, cut_rim, reach);
-  const cv::Mat here = MeanOver(edges, paint_rim, reach);
-  for (int y = 0; y < part.height; ++y) {
-    for (int x = 0; x < part.width; ++x) {
-      if (added.at<uint8_t>(y, x) == 0) continue;
-      const float least = std::max(kLeastEdge, kStronger * here.at<float>(y, x));
-      if (ahead.at<float>(y, x) > least) left_out(part.x + x, part.y + y) = 255;
-    }
+  const cv::Mat here = MeanOver(edges, shape_rim, reach);
+  const cv::Mat least = cv::max(kLeastEdge, kStronger * here);
+  return added & (ahead > least);
+}
+
+Mask Placed(const cv::Mat& values, const GridRect& part, const Mask& like) {
+  Mask whole(like.width, like.height);
+  Place(values.data, part, &whole);
+  return whole;
+}
+
+}  // namespace
+
+MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int reach,
+                              Monitor& monitor) {
+  const GridRect part = PartAboutBorder(mask, reach);
+  if (part.width == 0) return {};
+  const PixelArray<float, 4> features = Features(layers, part);
+  const Mask painted = Crop(mask, part);
+  const std::vector<Mask> refined =
+      RefineEdgeOfPart(features, PixelsPerRadian(layers), painted, reach, kFavors, monitor);
+  cv::Mat paint(part.height, part.width, CV_8U);
+  cv::Mat grown(part.height, part.width, CV_8U), shrunk(part.height, part.width, CV_8U);
+  for (size_t p = 0; p < painted.data.size(); ++p) {
+    paint.data[p] = IsInside(painted.data[p]) ? 255 : 0;
+    grown.data[p] = paint.data[p] > 0 || IsInside(refined[0].data[p]) ? 255 : 0;
+    shrunk.data[p] = paint.data[p] > 0 && IsInside(refined[1].data[p]) ? 255 : 0;
   }
-  return left_out;
+  return {Placed(GrownToEdge(features, paint, grown, reach), part, mask),
+          Placed(GrownToEdge(features, ~paint, ~shrunk, reach), part, mask)};
 }
 
 }  // namespace retint

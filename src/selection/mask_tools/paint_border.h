@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Paint that stops a few pixels short of the edge of what was meant.
+// Paint that stops a few pixels before or beyond the edge of what was meant.
 #pragma once
 
 #include "base/monitor.h"
@@ -7,10 +7,16 @@
 
 namespace retint {
 
-// What a painter leaves out at the border of `mask`: 255 in pixels that are not painted (below 128)
-// but lie, within `reach` pixels of paint, before the edge of color or depth at which the painted
-// thing ends; else 0. Where the paint itself ends at an edge, and where there is none within reach,
-// as on a plain wall, nothing was left out.
-Mask LeftOutAtBorder(const ViewLayers& layers, const Mask& mask, int reach, Monitor& monitor);
+// Where paint misses the edge of color or depth at which the painted thing ends, by so many pixels
+// as a hand does. Each is 255 there and 0 elsewhere, and empty where nothing was painted or all.
+struct MissedBorder {
+  Mask left_out;  // not painted (below 128), and before the edge
+  Mask spilled;   // painted, and beyond the edge
+};
+
+// Of the border of `mask`, up to `reach` pixels from where the paint ends. Where the paint itself
+// ends at an edge, and where there is none within reach, as on a plain wall, nothing was missed.
+MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int reach,
+                              Monitor& monitor);
 
 }  // namespace retint

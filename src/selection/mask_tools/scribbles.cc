@@ -96,23 +96,25 @@ std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& 
   return odds;
 }
 
-// 1 of every pixel that is inside, else 0; and if it is asked for, 1 of every pixel that would
-// change with all log odds but the strokes' changed by kDoubt.
+// 1 of every pixel that is inside, else 0, for each of the favors; and if it is asked for, 1 of
+// every pixel that would change with all log odds but the strokes' changed by kDoubt.
 struct Solution {
-  std::vector<uint8_t> inside, doubtful;
+  std::vector<std::vector<uint8_t>> inside;
+  std::vector<uint8_t> doubtful;
 };
 
 Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
-                    const std::vector<Seed>& seeds, bool with_doubt, double favor,
+                    const std::vector<Seed>& seeds, bool with_doubt, std::span<const double> favors,
                     Monitor& monitor) {
   const PixelGraph graph(features, valleys);
   const FreePixels free = graph.Free(seeds);
   const size_t count = free.pixels.size();
   const std::vector<float> reach = ReachOdds(graph, seeds, free.pixels);
-  Solution solution;
-  std::vector<uint8_t>& inside = solution.inside;
-  inside.resize(seeds.size());
+  std::vector<uint8_t> inside(seeds.size());
   for (size_t p = 0; p < seeds.size(); ++p) inside[p] = seeds[p] == Seed::kInside ? 1 : 0;
+  const auto set_free = [&](const std::vector<uint8_t>& sides) {
+    for (size_t i = 0; i < count; ++i) inside[size_t(free.pixels[i])] = sides[i];
+  };
   std::vector<float> odds;
   const auto cut = [&](double favored) {
     std::vector<float> all(count);
@@ -129,13 +131,20 @@ Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
       return inside[p] == (kind == Seed::kInside ? 1 : 0);
     });
     for (size_t i = 0; i < count; ++i) odds[i] += reach[i];
-    const std::vector<uint8_t> sides = cut(round + 1 == kRounds ? favor : 0);
-    for (size_t i = 0; i < count; ++i) inside[size_t(free.pixels[i])] = sides[i];
+    if (round + 1 < kRounds) set_free(cut(0));
+  }
+  Solution solution;
+  std::vector<std::vector<uint8_t>> sides(favors.size());
+  ParallelTasks(int64_t(favors.size()),
+                [&](int64_t i) { sides[size_t(i)] = cut(favors[size_t(i)]); });
+  for (const std::vector<uint8_t>& one : sides) {
+    set_free(one);
+    solution.inside.push_back(inside);
   }
   if (with_doubt) {
     std::vector<uint8_t> least, most;
     ParallelTasks(2, [&](int64_t which) {
-      (which == 0 ? least : most) = cut(favor + (which == 0 ? -kDoubt : kDoubt));
+      (which == 0 ? least : most) = cut(favors[0] + (which == 0 ? -kDoubt : kDoubt));
     });
     solution.doubtful.resize(seeds.size());
     for (size_t i = 0; i < count; ++i)
@@ -213,7 +222,7 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
       const int i = std::min(connected.width - 1, int(int64_t(x) * connected.width / width));
       const int j = std::min(connected.height - 1, int(int64_t(y) * connected.height / height));
       const size_t p = connected.Index(i, j);
-      const bool dropped = solution.inside[p] != 0 && connected.data[p] < 0.5f;
+      const bool dropped = solution.inside[0][p] != 0 && connected.data[p] < 0.5f;
       const bool known = seeds[undecided.Index(x, y)] != Seed::kNone;
       undecided(x, y) = !known && (dropped || solution.doubtful[p] != 0) ? 255 : 0;
     }
@@ -221,8 +230,9 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
   return undecided;
 }
 
-Mask Solve(const Features4& features, double focal, const std::vector<Seed>& seeds,
-           Monitor& monitor, Mask* undecided = nullptr, double favor = 0) {
+std::vector<Mask> Solve(const Features4& features, double focal, const std::vector<Seed>& seeds,
+                        std::span<const double> favors, Monitor& monitor,
+                        Mask* undecided = nullptr) {
   const int width = features.width, height = features.height;
   const double shrink = std::min(1.0, std::sqrt(kMaxPixels / (double(width) * height)));
   const int small_width = std::max(1, int(width * shrink));
@@ -230,16 +240,20 @@ Mask Solve(const Features4& features, double focal, const std::vector<Seed>& see
   const std::vector<Seed> small = SmallSeeds(seeds, width, height, small_width, small_height);
   const Features4 resized = Resized(features, small_width, small_height);
   const Solution solution =
-      SolveSeeds(resized, Valleys(resized, focal * shrink), small, undecided, favor, monitor);
-  ScalarImage values(small_width, small_height);
-  for (size_t p = 0; p < values.data.size(); ++p) values.data[p] = solution.inside[p];
-  DropUnconnected(small, &values);
-  if (undecided) *undecided = Undecided(solution, values, seeds, width, height);
-  ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
-  for (size_t p = 0; p < seeds.size(); ++p) {
-    if (seeds[p] != Seed::kNone) matte.data[p] = seeds[p] == Seed::kInside ? 1 : 0;
+      SolveSeeds(resized, Valleys(resized, focal * shrink), small, undecided, favors, monitor);
+  std::vector<Mask> masks;
+  for (const std::vector<uint8_t>& inside : solution.inside) {
+    ScalarImage values(small_width, small_height);
+    std::copy(inside.begin(), inside.end(), values.data.begin());
+    DropUnconnected(small, &values);
+    if (undecided) *undecided = Undecided(solution, values, seeds, width, height);
+    ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
+    for (size_t p = 0; p < seeds.size(); ++p) {
+      if (seeds[p] != Seed::kNone) matte.data[p] = seeds[p] == Seed::kInside ? 1 : 0;
+    }
+    masks.push_back(ToMask(matte));
   }
-  return ToMask(matte);
+  return masks;
 }
 
 // 255 where `mask` is inside, else 0.
@@ -301,7 +315,9 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
       if (edge && seed == Seed::kNone) seed = Seed::kOutside;
     }
   }
-  return Solve(Features(layers), PixelsPerRadian(layers), seeds, monitor, undecided);
+  constexpr double kNeither = 0;
+  return Solve(Features(layers), PixelsPerRadian(layers), seeds, {&kNeither, 1}, monitor, undecided)
+      .front();
 }
 
 GridRect PartAboutBorder(const Mask& mask, int radius) {
@@ -316,8 +332,8 @@ GridRect PartAboutBorder(const Mask& mask, int radius) {
   return {part.x, part.y, part.width, part.height};
 }
 
-Mask RefineEdgeOfPart(const Features4& features, double focal, const Mask& mask, int radius,
-                      Monitor& monitor, double favor) {
+std::vector<Mask> RefineEdgeOfPart(const Features4& features, double focal, const Mask& mask,
+                                   int radius, std::span<const double> favors, Monitor& monitor) {
   // Distances to the border from both sides.
   const cv::Mat in = InsideOf(mask);
   cv::Mat depth_in, depth_out;
@@ -334,10 +350,11 @@ Mask RefineEdgeOfPart(const Features4& features, double focal, const Mask& mask,
     if (double(depth_in.ptr<float>()[p]) > band_in) seeds[p] = Seed::kInside;
     if (double(depth_out.ptr<float>()[p]) > double(radius)) seeds[p] = Seed::kOutside;
   }
-  const Mask found = Solve(features, focal, seeds, monitor, nullptr, favor);
-  Mask refined = mask;
-  for (size_t p = 0; p < seeds.size(); ++p) {
-    if (seeds[p] == Seed::kNone) refined.data[p] = found.data[p];
+  std::vector<Mask> refined = Solve(features, focal, seeds, favors, monitor);
+  for (Mask& one : refined) {
+    for (size_t p = 0; p < seeds.size(); ++p) {
+      if (seeds[p] != Seed::kNone) one.data[p] = mask.data[p];
+    }
   }
   return refined;
 }
@@ -350,10 +367,10 @@ Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor&
   const GridRect part = PartAboutBorder(mask, radius);
   if (part.width == 0) return mask;
   Mask refined = mask;
-  Place(RefineEdgeOfPart(Features(layers, part), PixelsPerRadian(layers), Crop(mask, part), radius,
-                         monitor, favor)
-            .data.data(),
-        part, &refined);
+  const Mask within = RefineEdgeOfPart(Features(layers, part), PixelsPerRadian(layers),
+                                       Crop(mask, part), radius, {&favor, 1}, monitor)
+                          .front();
+  Place(within.data.data(), part, &refined);
   return refined;
 }
 

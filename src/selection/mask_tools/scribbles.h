@@ -3,6 +3,7 @@
 // the outline that color and depth show.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -38,9 +39,10 @@ Mask RefineEdge(const ViewLayers& layers, const Mask& mask, int radius, Monitor&
 
 // The pixels that this looks at: those about what is inside. Empty where there is no border.
 GridRect PartAboutBorder(const Mask& mask, int radius);
-// The same of that part: `features` (view_layers.h) and `mask` are the part's, [height, width].
-// `focal`: pixels per radian.
-Mask RefineEdgeOfPart(const PixelArray<float, 4>& features, double focal, const Mask& mask,
-                      int radius, Monitor& monitor, double favor = 0);
+// The same of that part, once for each of `favors`: `features` (view_layers.h) and `mask` are the
+// part's, [height, width]. `focal`: pixels per radian.
+std::vector<Mask> RefineEdgeOfPart(const PixelArray<float, 4>& features, double focal,
+                                   const Mask& mask, int radius, std::span<const double> favors,
+                                   Monitor& monitor);
 
 }  // namespace retint
