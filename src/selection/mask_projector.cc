@@ -498,7 +498,22 @@ void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& pai
   }
 }
 
-void Finish(ProjectedMasks* result) {
+// Whether a mask of a painted view holds a pixel of its paint; true where there is none to compare.
+bool HoldsPaint(const std::vector<PaintedView>& painted, const ProjectedMasks& projected) {
+  bool any_painted = false;
+  for (const PaintedView& view : painted) {
+    const auto found = projected.masks.find(view.name);
+    if (found == projected.masks.end()) continue;
+    for (size_t p = 0; p < view.mask.data.size(); ++p) {
+      if (!IsInside(view.mask.data[p])) continue;
+      if (IsInside(found->second.data[p])) return true;
+      any_painted = true;
+    }
+  }
+  return !any_painted;
+}
+
+void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
   std::vector<const Mask*> masks;
   for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
   std::vector<double> covered(masks.size());
@@ -515,6 +530,10 @@ void Finish(ProjectedMasks* result) {
                  (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
   });
   if (!any) throw InputError("the selection reaches no view");
+  if (!HoldsPaint(painted, *result)) {
+    throw InputError(
+        "the selection holds nothing of what was painted: the splat is too faint there");
+  }
   const double sum = std::accumulate(covered.begin(), covered.end(), 0.0);
   result->mean_coverage = sum / static_cast<double>(result->masks.size());
 }
@@ -595,7 +614,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                 completes ? graph : nullptr, step, &result.masks);
   }
   ShareMasks(reconstruction, all_masked, ranks, &result.masks);
-  Finish(&result);
+  Finish(painted, &result);
   return result;
 }
 

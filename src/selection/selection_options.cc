@@ -112,9 +112,10 @@ void ProjectorOptions::Describe(OptionList& list) {
   list.push_back({.name = "paint_slack",
                   .member = &paint_slack,
                   .range = OptionRange::Closed(0, 0.1),
-                  .help = "how far paint may stop short of an edge of color or depth, as a share "
-                          "of the picture's longer side: what lies between is completed as sides "
-                          "that no painted view sees are; 0 takes the painted border as it is",
+                  .help = "how far paint may end before or beyond an edge of color or depth, as a "
+                          "share of the picture's longer side: what lies between is completed as "
+                          "sides that no painted view sees are; 0 takes the painted border as it "
+                          "is",
                   .applies = "gaussians",
                   .flag = "--paint-slack"});
   list.push_back({.name = "unknown_weight",
