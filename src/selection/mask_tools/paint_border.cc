@@ -21,7 +21,8 @@ namespace {
 // Log odds by which the edge is looked for outward and inward.
 constexpr std::array<double, 2> kFavors = {2, -2};
 constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
-constexpr float kStronger = 1.2f;    // times the edge that the paint itself ends at
+// Times the edge that the paint itself ends at.
+constexpr float kStrongerOutward = 1.2f, kStrongerInward = 1.3f;
 
 // How much color and depth change across each pixel of `where`, 1 at most; 0 elsewhere.
 cv::Mat EdgesAt(const cv::Mat& where, const PixelArray<float, 4>& features) {
@@ -79,7 +80,7 @@ cv::Mat RimOf(const cv::Mat& shape) {
 // cut ends at an edge, and the paint at none or at a weaker one: the cut ends somewhere within
 // reach in any case.
 cv::Mat GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape,
-                    const cv::Mat& grown, int reach) {
+                    const cv::Mat& grown, int reach, float stronger) {
   cv::Mat added = grown & ~shape;
   if (cv::countNonZero(added) == 0) return added;
   const cv::Mat cut_rim = RimOf(grown) & ~RimOf(shape), shape_rim = RimOf(shape) & added;
@@ -89,7 +90,7 @@ cv::Mat GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape,
   cv::dilate(edges, nearby, Square());  // the cut's border may be a pixel off
   const cv::Mat ahead = MeanOver(nearby, cut_rim, reach);
   const cv::Mat here = MeanOver(edges, shape_rim, reach);
-  const cv::Mat least = cv::max(kLeastEdge, kStronger * here);
+  const cv::Mat least = cv::max(kLeastEdge, stronger * here);
   return added & (ahead > least);
 }
 
@@ -116,8 +117,8 @@ MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int re
     grown.data[p] = paint.data[p] > 0 || IsInside(refined[0].data[p]) ? 255 : 0;
     shrunk.data[p] = paint.data[p] > 0 && IsInside(refined[1].data[p]) ? 255 : 0;
   }
-  return {Placed(GrownToEdge(features, paint, grown, reach), part, mask),
-          Placed(GrownToEdge(features, ~paint, ~shrunk, reach), part, mask)};
+  return {Placed(GrownToEdge(features, paint, grown, reach, kStrongerOutward), part, mask),
+          Placed(GrownToEdge(features, ~paint, ~shrunk, reach, kStrongerInward), part, mask)};
 }
 
 }  // namespace retint
