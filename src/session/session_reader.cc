@@ -434,13 +434,17 @@ OpenedSession OpenSession(const fs::path& folder, const SessionOptions& options,
     const fs::path normal = fs::absolute(folder).lexically_normal();
     return normal.has_filename() ? normal : normal.parent_path();
   }();
+  // Names of parts come again, so that one saved twice meanwhile may have the same text.
   const auto manifest = [&] {
-    return IsFile(root / session_json::kManifest) ? ReadFile(root / session_json::kManifest) : "";
+    const fs::path path = root / session_json::kManifest;
+    std::error_code code;
+    const auto written = fs::last_write_time(path, code).time_since_epoch().count();
+    return std::pair(written, IsFile(path) ? ReadFile(path) : "");
   };
   // A session that is saved while it is read may lose a part under the reader's hands: then there
   // is a newer one to read.
   for (int attempt = 0;; ++attempt) {
-    const std::string before = manifest();
+    const auto before = manifest();
     try {
       OpenedSession opened = OpenOnce(root, options, monitor);
       const bool is_whole =
