@@ -194,6 +194,20 @@ TEST(ColorEditTest, RecolorKeepsShadingAndHighlights) {
 }
 
 // Where the new color leaves the gamut, shading still shows, in the same hue.
+// What is lit four times as much as the main color is lighter, and no less blue than a screen
+// shows.
+TEST(ColorEditTest, RecolorOfWhatIsBrightKeepsTheHue) {
+  const Vector3f gray(0.4f, 0.4f, 0.4f), blue(0.19f, 0.38f, 1);
+  ColorOperation op = Recolor(gray, blue);
+  op.Get("brightest")[0] = 5;
+  const Vector3f lit = Apply(Edit({op}), Vector3f(0.75f, 0.75f, 0.75f));
+  const OkLab found = OkLabFromSrgb(lit.data()), target = OkLabFromSrgb(blue.data());
+  EXPECT_GT(found.lightness, target.lightness);
+  EXPECT_NEAR(std::atan2(found.b, found.a), std::atan2(target.b, target.a), 0.03f);
+  EXPECT_GT(std::hypot(found.a, found.b), 0.1f);
+  EXPECT_LE(lit.maxCoeff(), 1.001f);
+}
+
 TEST(ColorEditTest, RecolorStaysInTheGamutAndKeepsVariation) {
   const Vector3f red(0.7f, 0.1f, 0.08f), blue(0.19f, 0.38f, 1.0f);
   const CompiledEdit edit(Edit({Recolor(red, blue)}));

@@ -59,6 +59,20 @@ TEST(MainColorTest, ShadowsDoNotMoveItsHue) {
               std::hypot(truth.a, truth.b) / truth.lightness, 0.005f);
 }
 
+// Painted in the shade, lit in other views: its color is that of the paint, its light that of all.
+TEST(MainColorTest, IsAsBrightAsAnyViewShowsIt) {
+  Pixels shade, light;
+  shade.Add(500, kYellow, 0.2f, 0.3f);
+  light.Add(500, kYellow, 0.8f, 1.0f);
+  light.Add(500, kWhite, 0.8f, 1.0f);  // gloss, which is no light of the surface
+  const auto alone = FindMainColor(shade.values);
+  const auto main = FindMainColor(shade.values, light.values);
+  ASSERT_TRUE(alone && main);
+  EXPECT_EQ(main->rgb, alone->rgb);
+  EXPECT_LT(alone->brightest, 1.25f);
+  EXPECT_NEAR(main->brightest, 0.99f / 0.25f, 0.15f);
+}
+
 TEST(MainColorTest, TakesBlackAndNothing) {
   EXPECT_FALSE(FindMainColor({}));
   const std::vector<float> black(30, 0.0f);
