@@ -88,8 +88,7 @@ struct EvidenceParams {
   float tolerance, unknown_weight;
   const uint8_t* coverage;  // [H, W], steps of 1 / 255; null: none
   float scale;
-  // [H, W, 2] of K M and K, or with a `visible` above 0 [H, W, 4], also of that times K before its
-  // scale, and of that alone.
+  // [H, W, 2]: scale K M, scale K. With a `visible` above 0 [H, W, 4]: then visible K and visible.
   float* residual;
   uint16_t pixel_rows = kAllPixelRows;
   float visible = 0;

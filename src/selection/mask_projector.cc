@@ -20,6 +20,7 @@
 #include "scene/mask_pixels.h"
 #include "selection/evidence.h"
 #include "selection/mask_tools/paint_border.h"
+#include "selection/share_renderer.h"
 #include "selection/shrunk_view.h"
 #include "selection/view_depth.h"
 
@@ -33,8 +34,6 @@ constexpr size_t kManyViews = 32;
 uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
-// How far a mask's border may be soft, of the picture's smaller side.
-constexpr double kSoftBorder = 0.01;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
 // What the views share: the cloud and the painted views in backend memory, and images to draw to.
@@ -343,71 +342,6 @@ class Projection {
   Buffer<float> sums_;
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
-};
-
-// The shares, drawn to the threshold the more surely a Gaussian floats: it then changes no sum from
-// below the threshold to above it, nor back.
-std::vector<float> Votes(const std::vector<float>& shares, const ProjectorOptions& options,
-                         const std::vector<float>& floating) {
-  constexpr float kRamp = 0.1f;  // to both sides of what is called floating
-  const auto neutral = float(options.share_threshold);
-  std::vector<float> votes(shares.size());
-  ParallelRanges(int64_t(votes.size()), kGrain, [&](int64_t first, int64_t last) {
-    for (auto g = size_t(first); g < size_t(last); ++g) {
-      const float solid =
-          std::clamp(0.5f + (GaussianGraph::kFloating - floating[g]) / (2 * kRamp), 0.0f, 1.0f);
-      votes[g] = neutral + solid * (shares[g] - neutral);
-    }
-  });
-  return votes;
-}
-
-// W m of the shares as masks.
-class ShareRenderer {
- public:
-  ShareRenderer(Renderer& renderer, const std::vector<float>& shares,
-                const ProjectorOptions& options, const GaussianGraph* graph)
-      : renderer_(renderer), backend_(renderer.backend()) {
-    CheckOption(static_cast<int64_t>(shares.size()) == renderer.model().count(),
-                "a mask needs one share a Gaussian");
-    const bool any_floats = graph && !graph->floating().empty();
-    shares_ = backend_.Upload(
-        std::span<const float>(any_floats ? Votes(shares, options, graph->floating()) : shares));
-    const double half = 0.5 * std::min(options.share_threshold, 1 - options.share_threshold);
-    low_ = float(options.share_threshold - half);
-    high_ = float(options.share_threshold + half);
-    scale_ = 0.5 / half;
-    offset_ = 0.5 - scale_ * options.share_threshold;
-  }
-
-  // Queues a view's mask, [H, W].
-  Buffer<uint8_t> Render(const PosedCamera& view) {
-    const auto geometry = renderer_.Geometry(view);
-    const CameraParams& camera = geometry->camera();
-    const size_t pixels = size_t(camera.width) * size_t(camera.height);
-    BlendParams blend{};
-    float* const features = backend_.Grow(features_, size_t(geometry->num_rows()));
-    backend_.blend().GatherRows(*geometry, shares_.data(), 1, features);
-    blend.features = features;
-    blend.channels = 1;
-    blend.image = backend_.Grow(image_, pixels);
-    blend.low = low_;
-    blend.high = high_;
-    backend_.blend().Blend(*geometry, blend);
-    auto mask = backend_.Allocate<uint8_t>(pixels);
-    backend_.mask().MakeMask(
-        {blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
-    const double border = kSoftBorder * std::min(camera.width, camera.height);
-    backend_.mask().DropFaint({mask.data(), camera.width, camera.height, int(std::ceil(border))});
-    return mask;
-  }
-
- private:
-  Renderer& renderer_;
-  Backend& backend_;
-  Buffer<float> shares_, features_, image_;
-  float low_, high_;  // shares of which the mask is 0 and 255
-  double scale_, offset_;
 };
 
 // Masks of `views` to `masks`, a group at a time: the host takes the masks of one, and the memory

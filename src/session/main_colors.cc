@@ -100,7 +100,7 @@ ColorEdit OperationsBefore(const ColorEdit& edit, size_t i) {
 }
 
 // Of the selection's pixels, what an operation asks for, after the operations before it.
-// `elsewhere`: those of views that nobody painted.
+// `elsewhere`: PixelsElsewhere().
 void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<float>& pixels,
              const std::vector<float>& elsewhere = {}) {
   const std::vector<float> edited = Edited(pixels, before);
@@ -111,7 +111,8 @@ void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<floa
   }
 }
 
-// How bright views that nobody painted show the selection: means over the pixels of small pictures.
+// What up to eight views show of a selection that was painted in a few, for how bright it gets:
+// pixels of small pictures.
 std::vector<float> PixelsElsewhere(const RegionSelection& selection, const Reconstruction& model,
                                    Renderer& renderer) {
   if (selection.source.painted.empty()) return {};
@@ -170,6 +171,9 @@ ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenS
     }
     if (pixels.empty()) {
       pixels = PixelsOfSelection(selection, scene.workspace(), scene.renderer(), sh);
+    }
+    if (op.kind == ColorOperationKind::kRecolor && elsewhere.empty()) {
+      scene.renderer().SetSh(sh);
       elsewhere = PixelsElsewhere(selection, scene.reconstruction(), scene.renderer());
     }
     Measure(op, before, pixels, elsewhere);

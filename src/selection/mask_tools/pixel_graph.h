@@ -24,9 +24,9 @@ struct FreePixels {
 // Each pixel with its four neighbors and the four across.
 class PixelGraph {
  public:
-  // `features`: OKLab and depth (view_layers.h); `valleys` of the same size (surface_edges.h). A
-  // border between two pixels costs most where they are alike and no valley lies between them. The
-  // picture's own contrast says what is alike (Boykov and Jolly 2001).
+  // `features`: OKLab and depth (view_layers.h); `valleys` of the same size (surface_edges.h),
+  // which stay alive. A border between two pixels costs most where they are alike and no valley
+  // lies between them. The picture's own contrast says what is alike (Boykov and Jolly 2001).
   PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys);
 
   FreePixels Free(const std::vector<Seed>& seeds) const;

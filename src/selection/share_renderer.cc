@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selection/share_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+#include "base/error.h"
+#include "base/parallel.h"
+
+namespace retint {
+namespace {
+
+// How far a mask's border may be soft, of the picture's smaller side.
+constexpr double kSoftBorder = 0.01;
+constexpr int64_t kGrain = 16384;  // Gaussians
+
+// The shares, drawn to the threshold the more surely a Gaussian floats: it then changes no sum from
+// below the threshold to above it, nor back.
+std::vector<float> Votes(const std::vector<float>& shares, const ProjectorOptions& options,
+                         const std::vector<float>& floating) {
+  constexpr float kRamp = 0.1f;  // to both sides of what is called floating
+  const auto neutral = float(options.share_threshold);
+  std::vector<float> votes(shares.size());
+  ParallelRanges(int64_t(votes.size()), kGrain, [&](int64_t first, int64_t last) {
+    for (auto g = size_t(first); g < size_t(last); ++g) {
+      const float solid =
+          std::clamp(0.5f + (GaussianGraph::kFloating - floating[g]) / (2 * kRamp), 0.0f, 1.0f);
+      votes[g] = neutral + solid * (shares[g] - neutral);
+    }
+  });
+  return votes;
+}
+
+}  // namespace
+
+ShareRenderer::ShareRenderer(Renderer& renderer, const std::vector<float>& shares,
+                             const ProjectorOptions& options, const GaussianGraph* graph)
+    : renderer_(renderer), backend_(renderer.backend()) {
+  CheckOption(static_cast<int64_t>(shares.size()) == renderer.model().count(),
+              "a mask needs one share a Gaussian");
+  const bool any_floats = graph && !graph->floating().empty();
+  shares_ = backend_.Upload(
+      std::span<const float>(any_floats ? Votes(shares, options, graph->floating()) : shares));
+  const double half = 0.5 * std::min(options.share_threshold, 1 - options.share_threshold);
+  low_ = float(options.share_threshold - half);
+  high_ = float(options.share_threshold + half);
+  scale_ = 0.5 / half;
+  offset_ = 0.5 - scale_ * options.share_threshold;
+}
+
+Buffer<uint8_t> ShareRenderer::Render(const PosedCamera& view) {
+  const auto geometry = renderer_.Geometry(view);
+  const CameraParams& camera = geometry->camera();
+  const size_t pixels = size_t(camera.width) * size_t(camera.height);
+  BlendParams blend{};
+  float* const features = backend_.Grow(features_, size_t(geometry->num_rows()));
+  backend_.blend().GatherRows(*geometry, shares_.data(), 1, features);
+  blend.features = features;
+  blend.channels = 1;
+  blend.image = backend_.Grow(image_, pixels);
+  blend.low = low_;
+  blend.high = high_;
+  backend_.blend().Blend(*geometry, blend);
+  auto mask = backend_.Allocate<uint8_t>(pixels);
+  backend_.mask().MakeMask(
+      {blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
+  const double border = kSoftBorder * std::min(camera.width, camera.height);
+  backend_.mask().DropFaint({mask.data(), camera.width, camera.height, int(std::ceil(border))});
+  return mask;
+}
+
+}  // namespace retint

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Shares of Gaussians as masks. Internal to selection.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/backend.h"
+#include "render/renderer.h"
+#include "selection/gaussian_graph.h"
+#include "selection/mask_projector.h"
+
+namespace retint {
+
+// W m of the shares m, [N] in [0, 1], as masks (step 3 of mask_projector.h). `graph` knows the
+// floaters; null: there are none.
+class ShareRenderer {
+ public:
+  // OptionError unless there is one share a Gaussian.
+  ShareRenderer(Renderer& renderer, const std::vector<float>& shares,
+                const ProjectorOptions& options, const GaussianGraph* graph);
+
+  // Queues a view's mask, [H, W].
+  Buffer<uint8_t> Render(const PosedCamera& view);
+
+ private:
+  Renderer& renderer_;
+  Backend& backend_;
+  Buffer<float> shares_, features_, image_;
+  float low_, high_;  // shares of which the mask is 0 and 255
+  double scale_, offset_;
+};
+
+}  // namespace retint
