@@ -15,6 +15,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "base/parallel.h"
+
 namespace retint {
 
 // A mixture of D-dimensional Gaussians with full covariances, learned by expectation maximization
@@ -84,8 +86,10 @@ class GaussianMixture {
   static Points Choose(const Points& samples, std::mt19937_64& random) {
     std::vector<Eigen::Index> order(size_t(samples.rows()));
     std::iota(order.begin(), order.end(), Eigen::Index(0));
-    for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[size_t(random() % i)]);
-    order.resize(std::min(order.size(), kMaxSamples));
+    const size_t count = std::min(order.size(), kMaxSamples);
+    for (size_t i = 0; i < count; ++i)
+      std::swap(order[i], order[i + size_t(random() % (order.size() - i))]);
+    order.resize(count);
     return samples(order, Eigen::all);
   }
 
@@ -133,11 +137,13 @@ class GaussianMixture {
   }
 
   void Maximize(const Points& samples, const Eigen::ArrayXXf& belongs, float spread) {
+    std::vector<std::optional<Component>> found(size_t(belongs.cols()));
+    ParallelTasks(belongs.cols(), [&](int64_t k) {
+      found[size_t(k)] = ComponentOf(samples, belongs.col(k), spread);
+    });
     components_.clear();
-    for (const auto& part : belongs.colwise()) {
-      if (const auto component = ComponentOf(samples, part, spread)) {
-        components_.push_back(*component);
-      }
+    for (const auto& component : found) {
+      if (component) components_.push_back(*component);
     }
   }
 
@@ -171,7 +177,7 @@ class GaussianMixture {
   // [points, components]
   Eigen::ArrayXXf LogDensities(const Points& at) const {
     Eigen::ArrayXXf logs(at.rows(), Eigen::Index(components_.size()));
-    for (Eigen::Index k = 0; k < logs.cols(); ++k) {
+    ParallelTasks(logs.cols(), [&](int64_t k) {
       const Component& component = components_[size_t(k)];
       auto log = logs.col(k);
       log = component.log_scale;
@@ -182,7 +188,7 @@ class GaussianMixture {
         }
         log -= 0.5f * whitened.square();
       }
-    }
+    });
     return logs;
   }
 
@@ -191,10 +197,11 @@ class GaussianMixture {
     Eigen::ArrayXXf belongs = LogDensities(samples);
     const Values largest = belongs.rowwise().maxCoeff();
     Values sum = Values::Zero(samples.rows());
-    for (auto column : belongs.colwise()) {
+    ParallelTasks(belongs.cols(), [&](int64_t k) {
+      auto column = belongs.col(k);
       column = Exp(column - largest);
-      sum += column;
-    }
+    });
+    for (const auto& column : belongs.colwise()) sum += column;
     for (auto column : belongs.colwise()) column /= sum;
     return belongs;
   }

@@ -387,19 +387,23 @@ TEST(PixelGraph, IsCutInItsFreePixelsAsAWhole) {
   EXPECT_LT(inside, sides.size() - 5);
 }
 
-TEST(PixelGraph, MeasuresDistancesThroughOtherSeeds) {
+TEST(PixelGraph, MeasuresDistancesUpToOtherSeeds) {
   const PixelArray<float, 4> features(7, 1);
   const ScalarImage valleys(7, 1);
   const PixelGraph graph(features, valleys);
   std::vector<Seed> seeds(7, Seed::kNone);
   seeds[0] = seeds[1] = Seed::kInside;
-  seeds[3] = Seed::kOutside;
-  const std::vector<float> distances = graph.DistancesFrom(seeds, Seed::kInside);
-  const float step = distances[2];  // of a pixel's width
+  seeds[5] = Seed::kOutside;
+  const FreePixels free = graph.Free(seeds);  // 2, 3, 4 and 6
+  const std::vector<float> in = free.DistancesTo(Seed::kInside);
+  const std::vector<float> out = free.DistancesTo(Seed::kOutside);
+  const float step = in[0];  // of a pixel's width
   EXPECT_GT(step, 0);
-  for (const size_t p : {4u, 5u, 6u}) EXPECT_NEAR(distances[p], step * float(p - 1), 1e-6f) << p;
-  const std::vector<float> none = graph.DistancesFrom(std::vector<Seed>(7), Seed::kOutside);
-  EXPECT_TRUE(std::isinf(none[2]));
+  EXPECT_NEAR(in[1], 2 * step, 1e-6f);
+  EXPECT_NEAR(in[2], 3 * step, 1e-6f);
+  EXPECT_TRUE(std::isinf(in[3]));  // behind a seed outside
+  EXPECT_NEAR(out[0], 3 * step, 1e-6f);
+  EXPECT_NEAR(out[3], step, 1e-6f);
 }
 
 TEST(SurfaceValleys, AreWhereSurfacesMeetAndNotWhereTheyBendAway) {
@@ -429,7 +433,9 @@ TEST(SurfaceValleys, AreJudgedAgainstTheNoiseOfThePicture) {
   EXPECT_LT(sum / double(valleys.NumPixels()), 0.05);
 }
 
-TEST(GuidedMatte, IsSoftWhereTheGuideIs) {
+Mask All(int width, int height) { return Mask(width, height, 255); }
+
+TEST(GuidedMattes, AreSoftWhereTheGuideIs) {
   // A ramp from column 20 to 40 in the guide; the values jump at its middle.
   PixelArray<float, 4> guide(60, 30);
   ScalarImage values(60, 30);
@@ -439,7 +445,7 @@ TEST(GuidedMatte, IsSoftWhereTheGuideIs) {
       values(x, y) = x >= 30 ? 1 : 0;
     }
   }
-  const ScalarImage matte = GuidedMatte(values, guide, 12);
+  const ScalarImage matte = GuidedMattes({&values, 1}, guide, guide, All(60, 30), 12).front();
   for (int x = 25; x < 35; ++x) {
     // A line fitted to a step over a whole ramp is half again as steep as the ramp: at its quarter
     // that is 0.125 off.
@@ -450,7 +456,7 @@ TEST(GuidedMatte, IsSoftWhereTheGuideIs) {
   EXPECT_GT(matte(55, 15), 0.95);
 }
 
-TEST(GuidedMatte, FindsEdgesOfALargerGuide) {
+TEST(GuidedMattes, FindEdgesOfALargerGuide) {
   PixelArray<float, 4> guide(80, 80);
   for (int y = 0; y < 80; ++y) {
     for (int x = 0; x < 80; ++x) guide(x, y) = x >= 43 ? 1 : 0;
@@ -459,7 +465,8 @@ TEST(GuidedMatte, FindsEdgesOfALargerGuide) {
   for (int y = 0; y < 20; ++y) {
     for (int x = 0; x < 20; ++x) values(x, y) = x >= 11 ? 1 : 0;
   }
-  const ScalarImage matte = GuidedMatte(values, guide, 2);
+  const ScalarImage matte =
+      GuidedMattes({&values, 1}, Resized(guide, 20, 20), guide, All(80, 80), 2).front();
   ASSERT_EQ(matte.width, 80);
   EXPECT_LT(matte(42, 40), 0.5);
   EXPECT_GT(matte(43, 40), 0.5);

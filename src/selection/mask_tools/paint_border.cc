@@ -24,30 +24,29 @@ constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
 // Times the edge that the paint itself ends at.
 constexpr float kStrongerOutward = 1.2f, kStrongerInward = 1.3f;
 
-// How much color and depth change across each pixel of `where`, 1 at most; 0 elsewhere.
-cv::Mat EdgesAt(const cv::Mat& where, const PixelArray<float, 4>& features) {
+// How much color and depth change across each pixel of `where`, 1 at most; 0 elsewhere. `where` is
+// of the rows of `features` from `top` on.
+cv::Mat EdgesAt(const cv::Mat& where, const PixelArray<float, 4>& features, int top) {
   constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
   const int width = features.width, height = features.height;
-  cv::Mat edges = cv::Mat::zeros(height, width, CV_32F);
-  ParallelRanges(height, 16, [&](int64_t begin, int64_t end) {
-    for (int y = int(begin); y < int(end); ++y) {
-      for (int x = 0; x < width; ++x) {
-        if (where.at<uint8_t>(y, x) == 0) continue;
-        float most = 0;
-        for (const auto& [dx, dy] : kDirections) {
-          const int i = std::clamp(x - dx, 0, width - 1), j = std::clamp(y - dy, 0, height - 1);
-          const int k = std::clamp(x + dx, 0, width - 1), l = std::clamp(y + dy, 0, height - 1);
-          float sum = 0;
-          for (int c = 0; c < 4; ++c) {
-            const float change = features(i, j, c) - features(k, l, c);
-            sum += change * change;
-          }
-          most = std::max(most, sum);
+  cv::Mat edges = cv::Mat::zeros(where.size(), CV_32F);
+  for (int row = 0; row < where.rows; ++row) {
+    for (int x = 0, y = top + row; x < width; ++x) {
+      if (where.at<uint8_t>(row, x) == 0) continue;
+      float most = 0;
+      for (const auto& [dx, dy] : kDirections) {
+        const int i = std::clamp(x - dx, 0, width - 1), j = std::clamp(y - dy, 0, height - 1);
+        const int k = std::clamp(x + dx, 0, width - 1), l = std::clamp(y + dy, 0, height - 1);
+        float sum = 0;
+        for (int c = 0; c < 4; ++c) {
+          const float change = features(i, j, c) - features(k, l, c);
+          sum += change * change;
         }
-        edges.at<float>(y, x) = std::min(1.0f, std::sqrt(most));
+        most = std::max(most, sum);
       }
+      edges.at<float>(row, x) = std::min(1.0f, std::sqrt(most));
     }
-  });
+  }
   return edges;
 }
 
@@ -78,15 +77,15 @@ cv::Mat RimOf(const cv::Mat& shape) {
 
 // What the cut gives to a shape that is `shape` as it is painted and `grown` by the cut, where the
 // cut ends at an edge, and the paint at none or at a weaker one: the cut ends somewhere within
-// reach in any case.
-cv::Mat GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape,
+// reach in any case. The shapes are of the rows of `features` from `top` on.
+cv::Mat GrownToEdge(const PixelArray<float, 4>& features, int top, const cv::Mat& shape,
                     const cv::Mat& grown, int reach, float stronger) {
   cv::Mat added = grown & ~shape;
   if (cv::countNonZero(added) == 0) return added;
   const cv::Mat cut_rim = RimOf(grown) & ~RimOf(shape), shape_rim = RimOf(shape) & added;
   cv::Mat at, nearby;
   cv::dilate(cut_rim | shape_rim, at, Square());
-  const cv::Mat edges = EdgesAt(at, features);
+  const cv::Mat edges = EdgesAt(at, features, top);
   cv::dilate(edges, nearby, Square());  // the cut's border may be a pixel off
   const cv::Mat ahead = MeanOver(nearby, cut_rim, reach);
   const cv::Mat here = MeanOver(edges, shape_rim, reach);
@@ -94,10 +93,19 @@ cv::Mat GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape,
   return added & (ahead > least);
 }
 
-Mask Placed(const cv::Mat& values, const GridRect& part, const Mask& like) {
-  Mask whole(like.width, like.height);
-  Place(values.data, part, &whole);
-  return whole;
+// The same of all rows, in strips side by side, into `part` of `found`.
+void GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape, const cv::Mat& grown,
+                 int reach, float stronger, const GridRect& part, Mask* found) {
+  const int strip = 4 * reach, margin = reach + 4;  // what the filters above look at
+  ParallelTasks((shape.rows + strip - 1) / strip, [&](int64_t i) {
+    const int first = int(i) * strip, last = std::min(shape.rows, first + strip);
+    const int top = std::max(0, first - margin);
+    const cv::Range rows(top, std::min(shape.rows, last + margin));
+    const cv::Mat added =
+        GrownToEdge(features, top, shape.rowRange(rows), grown.rowRange(rows), reach, stronger);
+    for (int y = first; y < last; ++y)
+      std::copy_n(added.ptr(y - top), part.width, &(*found)(part.x, part.y + y));
+  });
 }
 
 }  // namespace
@@ -117,8 +125,10 @@ MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int re
     grown.data[p] = paint.data[p] > 0 || IsInside(refined[0].data[p]) ? 255 : 0;
     shrunk.data[p] = paint.data[p] > 0 && IsInside(refined[1].data[p]) ? 255 : 0;
   }
-  return {Placed(GrownToEdge(features, paint, grown, reach, kStrongerOutward), part, mask),
-          Placed(GrownToEdge(features, ~paint, ~shrunk, reach, kStrongerInward), part, mask)};
+  MissedBorder missed = {Mask(mask.width, mask.height), Mask(mask.width, mask.height)};
+  GrownToEdge(features, paint, grown, reach, kStrongerOutward, part, &missed.left_out);
+  GrownToEdge(features, ~paint, ~shrunk, reach, kStrongerInward, part, &missed.spilled);
+  return missed;
 }
 
 }  // namespace retint

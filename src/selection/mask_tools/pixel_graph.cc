@@ -19,6 +19,7 @@ constexpr double kLeastWeight = 0.01;
 constexpr double kValley = 3;        // logarithm of what a valley takes away of it
 constexpr double kStepCost = 0.01;   // of a pixel's width, in the distance along surfaces
 constexpr double kValleyCost = 0.3;  // of a valley
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // A queue by distance (Dial 1969). Every step is longer than a bucket is wide, so that what is in
 // the first bucket that is not empty has its final distance, and nothing is added to that bucket.
@@ -112,49 +113,50 @@ FreePixels PixelGraph::Free(const std::vector<Seed>& seeds) const {
   }
   free.edges.other.resize(free.edges.begin.back());
   free.edges.weight.resize(free.edges.begin.back());
+  free.steps.resize(free.edges.begin.back());
   free.given.assign(count, 0);
+  free.to_inside.assign(count, kInfinity);
+  free.to_outside.assign(count, kInfinity);
   ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
     for (auto i = size_t(begin); i < size_t(end); ++i) {
       const auto p = size_t(free.pixels[i]);
       size_t e = free.edges.begin[i];
       ForNeighbors(p, [&](size_t other, float squared, double length) {
         const float weight = Weight(p, other, squared, length);
-        if (index[other] < 0) {
-          free.given[i] += seeds[other] == Seed::kInside ? weight : -weight;
-        } else {
+        const float step = Step(p, other, squared, length);
+        if (index[other] >= 0) {
           free.edges.other[e] = index[other];
-          free.edges.weight[e++] = weight;
+          free.edges.weight[e] = weight;
+          free.steps[e++] = step;
+          return;
         }
+        const bool inside = seeds[other] == Seed::kInside;
+        free.given[i] += inside ? weight : -weight;
+        float& least = inside ? free.to_inside[i] : free.to_outside[i];
+        least = std::min(least, step);
       });
     }
   });
   return free;
 }
 
-std::vector<float> PixelGraph::DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const {
-  std::vector<float> distances(seeds.size(), std::numeric_limits<float>::infinity());
+std::vector<float> FreePixels::DistancesTo(Seed kind) const {
+  std::vector<float> distances = kind == Seed::kInside ? to_inside : to_outside;
   Buckets open;
-  size_t wanted = 0;
-  for (size_t p = 0; p < seeds.size(); ++p) {
-    wanted += seeds[p] == Seed::kNone ? 1 : 0;
-    if (seeds[p] != kind) continue;
-    distances[p] = 0;
-    bool leaves = false;  // a way out of the seeds starts here
-    ForNeighbors(p, [&](size_t other, float, double) { leaves |= seeds[other] != kind; });
-    if (leaves) open.Add(0, int(p));
+  for (size_t i = 0; i < distances.size(); ++i) {
+    if (std::isfinite(distances[i])) open.Add(distances[i], int(i));
   }
-  for (size_t at = 0; at < open.size() && wanted > 0; ++at) {
+  for (size_t at = 0; at < open.size(); ++at) {
     for (const Buckets::Entry& entry : open.Take(at)) {
-      const auto p = size_t(entry.pixel);
-      if (entry.distance > distances[p]) continue;
-      wanted -= seeds[p] == Seed::kNone ? 1 : 0;
-      ForNeighbors(p, [&](size_t other, float squared, double length) {
-        const float longer = entry.distance + Step(p, other, squared, length);
-        if (longer < distances[other]) {
-          distances[other] = longer;
-          open.Add(longer, int(other));
-        }
-      });
+      const auto i = size_t(entry.pixel);
+      if (entry.distance > distances[i]) continue;
+      for (size_t e = edges.begin[i]; e < edges.begin[i + 1]; ++e) {
+        const float longer = entry.distance + steps[e];
+        float& known = distances[size_t(edges.other[e])];
+        if (longer >= known) continue;
+        known = longer;
+        open.Add(longer, edges.other[e]);
+      }
     }
   }
   return distances;

@@ -18,7 +18,14 @@ enum class Seed : uint8_t { kNone, kInside, kOutside };
 struct FreePixels {
   std::vector<int> pixels;
   EdgeMatrix edges;          // between them: indices into `pixels`
+  std::vector<float> steps;  // of each edge: the change of the features along it, and its length
   std::vector<float> given;  // log odds of "inside" by the given pixels beside each
+  // The least step to a given pixel of each kind beside each, infinity where there is none.
+  std::vector<float> to_inside, to_outside;
+
+  // Least sum of steps through free pixels from each to any seed of that kind (Dijkstra 1959);
+  // infinity where there is no way.
+  std::vector<float> DistancesTo(Seed kind) const;
 };
 
 // Each pixel with its four neighbors and the four across.
@@ -30,10 +37,6 @@ class PixelGraph {
   PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys);
 
   FreePixels Free(const std::vector<Seed>& seeds) const;
-
-  // Least sum of changes of the features, and of steps, on a way from any seed of that kind
-  // (Dijkstra 1959); infinity where there is none. Right in free pixels alone.
-  std::vector<float> DistancesFrom(const std::vector<Seed>& seeds, Seed kind) const;
 
  private:
   static constexpr int kWindow = 9;  // a pixel and its neighbors, row by row

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string_view>
 
 #include <opencv2/imgproc.hpp>
@@ -41,18 +42,17 @@ Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
 
 // Log odds of "inside" of each free pixel by where it lies: kReach times the difference of its
 // distances from the strokes over their sum.
-std::vector<float> ReachOdds(const PixelGraph& graph, const std::vector<Seed>& seeds,
-                             const std::vector<int>& free) {
+std::vector<float> ReachOdds(const FreePixels& free) {
   std::vector<float> in, out;
   ParallelTasks(2, [&](int64_t which) {
-    (which == 0 ? in : out) =
-        graph.DistancesFrom(seeds, which == 0 ? Seed::kInside : Seed::kOutside);
+    (which == 0 ? in : out) = free.DistancesTo(which == 0 ? Seed::kInside : Seed::kOutside);
   });
-  std::vector<float> odds(free.size(), 0);
-  for (size_t i = 0; i < free.size(); ++i) {
-    const auto p = size_t(free[i]);
-    const float sum = in[p] + out[p];
-    if (sum > 0 && std::isfinite(sum)) odds[i] = float(kReach) * (out[p] - in[p]) / sum;
+  std::vector<float> odds(free.pixels.size());
+  for (size_t i = 0; i < odds.size(); ++i) {
+    const bool inward = std::isfinite(in[i]), outward = std::isfinite(out[i]);
+    const float apart =
+        inward && outward ? (out[i] - in[i]) / (out[i] + in[i]) : float(inward) - float(outward);
+    odds[i] = float(kReach) * apart;
   }
   return odds;
 }
@@ -103,19 +103,17 @@ struct Solution {
   std::vector<uint8_t> doubtful;
 };
 
-Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
+Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
                     const std::vector<Seed>& seeds, bool with_doubt, std::span<const double> favors,
                     Monitor& monitor) {
-  const PixelGraph graph(features, valleys);
   const FreePixels free = graph.Free(seeds);
   const size_t count = free.pixels.size();
-  const std::vector<float> reach = ReachOdds(graph, seeds, free.pixels);
   std::vector<uint8_t> inside(seeds.size());
   for (size_t p = 0; p < seeds.size(); ++p) inside[p] = seeds[p] == Seed::kInside ? 1 : 0;
   const auto set_free = [&](const std::vector<uint8_t>& sides) {
     for (size_t i = 0; i < count; ++i) inside[size_t(free.pixels[i])] = sides[i];
   };
-  std::vector<float> odds;
+  std::vector<float> reach, odds;
   const auto cut = [&](double favored) {
     std::vector<float> all(count);
     for (size_t i = 0; i < count; ++i) all[i] = odds[i] + free.given[i] + float(favored);
@@ -124,11 +122,15 @@ Solution SolveSeeds(const Features4& features, const ScalarImage& valleys,
   for (int round = 0; round < kRounds; ++round) {
     monitor.Step(kStage, round, kRounds);
     monitor.ThrowIfCancelled();
-    odds = LooksOdds(features, free.pixels, [&](size_t p, Seed kind) {
+    const auto take = [&](size_t p, Seed kind) {
       if (seeds[p] != Seed::kNone) return seeds[p] == kind;
       // First, what a stroke outside does not touch may still look like the border.
       if (round == 0) return kind == Seed::kOutside && IsBorder(features, p);
       return inside[p] == (kind == Seed::kInside ? 1 : 0);
+    };
+    ParallelTasks(round == 0 ? 2 : 1, [&](int64_t which) {
+      if (which == 1) reach = ReachOdds(free);
+      if (which == 0) odds = LooksOdds(features, free.pixels, take);
     });
     for (size_t i = 0; i < count; ++i) odds[i] += reach[i];
     if (round + 1 < kRounds) set_free(cut(0));
@@ -178,12 +180,17 @@ void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
   }
 }
 
-Mask ToMask(const ScalarImage& values) {
+// `values` where there is no seed.
+Mask ToMask(const ScalarImage& values, const std::vector<Seed>& seeds) {
   Mask mask(values.width, values.height);
   for (size_t p = 0; p < mask.data.size(); ++p) {
-    // Sharper than the solution, whose values creep toward the middle far from strokes.
-    const float sharp = std::clamp(2 * values.data[p] - 0.5f, 0.0f, 1.0f);
-    mask.data[p] = uint8_t(std::lround(255 * sharp));
+    if (seeds[p] == Seed::kNone) {
+      // Sharper than the solution, whose values creep toward the middle far from strokes.
+      const float sharp = std::clamp(2 * values.data[p] - 0.5f, 0.0f, 1.0f);
+      mask.data[p] = uint8_t(255 * sharp + 0.5f);
+    } else {
+      mask.data[p] = seeds[p] == Seed::kInside ? 255 : 0;
+    }
   }
   return mask;
 }
@@ -230,29 +237,45 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
   return undecided;
 }
 
-std::vector<Mask> Solve(const Features4& features, double focal, const std::vector<Seed>& seeds,
-                        std::span<const double> favors, Monitor& monitor,
-                        Mask* undecided = nullptr) {
+// A picture at the size at which it is solved.
+struct SmallPicture {
+  SmallPicture(const Features4& large, double focal)
+      : shrink(std::min(1.0, std::sqrt(kMaxPixels / (double(large.width) * large.height)))),
+        features(Resized(large, std::max(1, int(large.width * shrink)),
+                         std::max(1, int(large.height * shrink)))),
+        valleys(Valleys(features, focal * shrink)),
+        graph(features, valleys) {}
+
+  double shrink;
+  Features4 features;
+  ScalarImage valleys;
+  PixelGraph graph;  // refers to both
+};
+
+// `seeds` are of the large picture, whose features `features` are.
+std::vector<Mask> Solve(const Features4& features, const SmallPicture& small,
+                        const std::vector<Seed>& seeds, std::span<const double> favors,
+                        Monitor& monitor, Mask* undecided = nullptr) {
   const int width = features.width, height = features.height;
-  const double shrink = std::min(1.0, std::sqrt(kMaxPixels / (double(width) * height)));
-  const int small_width = std::max(1, int(width * shrink));
-  const int small_height = std::max(1, int(height * shrink));
-  const std::vector<Seed> small = SmallSeeds(seeds, width, height, small_width, small_height);
-  const Features4 resized = Resized(features, small_width, small_height);
+  const int small_width = small.features.width, small_height = small.features.height;
+  const std::vector<Seed> small_seeds = SmallSeeds(seeds, width, height, small_width, small_height);
   const Solution solution =
-      SolveSeeds(resized, Valleys(resized, focal * shrink), small, undecided, favors, monitor);
-  std::vector<Mask> masks;
-  for (const std::vector<uint8_t>& inside : solution.inside) {
-    ScalarImage values(small_width, small_height);
+      SolveSeeds(small.features, small.graph, small_seeds, undecided, favors, monitor);
+  std::vector<ScalarImage> connected(favors.size(), ScalarImage(small_width, small_height));
+  ParallelTasks(int64_t(favors.size()), [&](int64_t i) {
+    ScalarImage& values = connected[size_t(i)];
+    const std::vector<uint8_t>& inside = solution.inside[size_t(i)];
     std::copy(inside.begin(), inside.end(), values.data.begin());
-    DropUnconnected(small, &values);
-    if (undecided) *undecided = Undecided(solution, values, seeds, width, height);
-    ScalarImage matte = GuidedMatte(values, features, kMatteRadius);
-    for (size_t p = 0; p < seeds.size(); ++p) {
-      if (seeds[p] != Seed::kNone) matte.data[p] = seeds[p] == Seed::kInside ? 1 : 0;
-    }
-    masks.push_back(ToMask(matte));
-  }
+    DropUnconnected(small_seeds, &values);
+  });
+  if (undecided) *undecided = Undecided(solution, connected.front(), seeds, width, height);
+  Mask free(width, height);
+  for (size_t p = 0; p < seeds.size(); ++p) free.data[p] = seeds[p] == Seed::kNone ? 255 : 0;
+  const std::vector<ScalarImage> mattes =
+      GuidedMattes(connected, small.features, features, free, kMatteRadius);
+  std::vector<Mask> masks(mattes.size());
+  ParallelTasks(int64_t(mattes.size()),
+                [&](int64_t i) { masks[size_t(i)] = ToMask(mattes[size_t(i)], seeds); });
   return masks;
 }
 
@@ -261,6 +284,27 @@ cv::Mat InsideOf(const Mask& mask) {
   cv::Mat inside(mask.height, mask.width, CV_8U);
   for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
   return inside;
+}
+
+// What lies farther than `radius` from the border of `mask` is given.
+std::vector<Seed> SeedsBesideBand(const Mask& mask, int radius) {
+  // Distances to the border from both sides.
+  const cv::Mat in = InsideOf(mask);
+  cv::Mat depth_in, depth_out;
+  ParallelTasks(2, [&](int64_t which) {
+    cv::distanceTransform(which == 0 ? in : cv::Mat(255 - in), which == 0 ? depth_in : depth_out,
+                          cv::DIST_L2, cv::DIST_MASK_5);
+  });
+  // What is thinner than the band keeps its middle.
+  double deepest = 0;
+  cv::minMaxLoc(depth_in, nullptr, &deepest);
+  const double band_in = std::min(double(radius), 0.5 * deepest);
+  std::vector<Seed> seeds(mask.NumPixels(), Seed::kNone);
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    if (double(depth_in.ptr<float>()[p]) > band_in) seeds[p] = Seed::kInside;
+    if (double(depth_out.ptr<float>()[p]) > double(radius)) seeds[p] = Seed::kOutside;
+  }
+  return seeds;
 }
 
 void RequireSize(const ViewLayers& layers, const Mask& mask) {
@@ -316,8 +360,9 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
     }
   }
   constexpr double kNeither = 0;
-  return Solve(Features(layers), PixelsPerRadian(layers), seeds, {&kNeither, 1}, monitor, undecided)
-      .front();
+  const Features4 features = Features(layers);
+  const SmallPicture small(features, PixelsPerRadian(layers));
+  return Solve(features, small, seeds, {&kNeither, 1}, monitor, undecided).front();
 }
 
 GridRect PartAboutBorder(const Mask& mask, int radius) {
@@ -334,23 +379,13 @@ GridRect PartAboutBorder(const Mask& mask, int radius) {
 
 std::vector<Mask> RefineEdgeOfPart(const Features4& features, double focal, const Mask& mask,
                                    int radius, std::span<const double> favors, Monitor& monitor) {
-  // Distances to the border from both sides.
-  const cv::Mat in = InsideOf(mask);
-  cv::Mat depth_in, depth_out;
+  std::vector<Seed> seeds;
+  std::optional<SmallPicture> small;
   ParallelTasks(2, [&](int64_t which) {
-    cv::distanceTransform(which == 0 ? in : cv::Mat(255 - in), which == 0 ? depth_in : depth_out,
-                          cv::DIST_L2, cv::DIST_MASK_5);
+    if (which == 0) small.emplace(features, focal);
+    if (which == 1) seeds = SeedsBesideBand(mask, radius);
   });
-  // What is thinner than the band keeps its middle.
-  double deepest = 0;
-  cv::minMaxLoc(depth_in, nullptr, &deepest);
-  const double band_in = std::min(double(radius), 0.5 * deepest);
-  std::vector<Seed> seeds(mask.NumPixels(), Seed::kNone);
-  for (size_t p = 0; p < seeds.size(); ++p) {
-    if (double(depth_in.ptr<float>()[p]) > band_in) seeds[p] = Seed::kInside;
-    if (double(depth_out.ptr<float>()[p]) > double(radius)) seeds[p] = Seed::kOutside;
-  }
-  std::vector<Mask> refined = Solve(features, focal, seeds, favors, monitor);
+  std::vector<Mask> refined = Solve(features, *small, seeds, favors, monitor);
   for (Mask& one : refined) {
     for (size_t p = 0; p < seeds.size(); ++p) {
       if (seeds[p] != Seed::kNone) one.data[p] = mask.data[p];
