@@ -38,7 +38,8 @@ struct Workspace {
   Reconstruction reconstruction;
   // Of the numbers in dense depth maps to the reconstruction's unit.
   double depth_scale = 1;
-  // Its views were placed around a splat (session/virtual_views.h): there never were photos.
+  // Its views were placed around a splat (session/opening/virtual_views.h): there never were
+  // photos.
   bool has_virtual_views = false;
   std::shared_ptr<const PhotoPixels> photo_pixels;  // null where every view shows its own photo's
   std::vector<std::string> warnings;                // one line each, for the user

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "kernels/backend.h"
 #include "retint/command.h"
-#include "session/report.h"
+#include "session/reporting/report.h"
 #include "types.h"
 
 namespace retint::python {

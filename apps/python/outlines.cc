@@ -11,7 +11,7 @@
 #include "arrays.h"
 #include "recolor/palette.h"
 #include "selection/mask_tools/scribbles.h"
-#include "session/view_mask.h"
+#include "session/pictures/view_mask.h"
 #include "types.h"
 
 namespace retint::python {

@@ -9,7 +9,7 @@
 
 #include "arrays.h"
 #include "rendering.h"
-#include "session/pictures.h"
+#include "session/pictures/pictures.h"
 #include "types.h"
 
 namespace retint::python {

@@ -5,7 +5,7 @@
 
 #include "kernels/backend.h"
 #include "options.h"
-#include "session/export.h"
+#include "session/reporting/export.h"
 
 namespace retint::python {
 namespace {

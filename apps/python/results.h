@@ -7,7 +7,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "session/report.h"
+#include "session/reporting/report.h"
 
 namespace retint::python {
 

@@ -7,7 +7,7 @@
 #include "colmap_io/image_io.h"
 #include "options.h"
 #include "results.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 #include "types.h"
 
 namespace retint::python {

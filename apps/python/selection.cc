@@ -8,7 +8,7 @@
 #include "arrays.h"
 #include "colmap_io/depth_map_io.h"
 #include "results.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 #include "types.h"
 
 namespace retint::python {

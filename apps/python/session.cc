@@ -12,8 +12,8 @@
 #include "options.h"
 #include "rendering.h"
 #include "results.h"
-#include "session/export.h"
-#include "session/session_file.h"
+#include "session/reporting/export.h"
+#include "session/saving/session_file.h"
 #include "splat_io/splat_io.h"
 #include "types.h"
 

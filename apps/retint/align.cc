@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint align: how a splat lies in a workspace's world.
-#include "session/align.h"
+#include "session/opening/align.h"
 
 #include <cmath>
 
@@ -11,7 +11,7 @@
 #include "colmap_io/nerfstudio.h"
 #include "retint/common.h"
 #include "scene/transform.h"
-#include "session/scene_check.h"
+#include "session/opening/scene_check.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {

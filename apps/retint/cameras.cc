@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "retint/common.h"
-#include "session/export.h"
+#include "session/reporting/export.h"
 
 namespace retint::cli {
 namespace {

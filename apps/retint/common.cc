@@ -17,7 +17,7 @@
 #include "kernels/cuda/cuda_backend.h"
 #include "kernels/device_handle.h"
 #include "retint/version.h"
-#include "session/scene_check.h"
+#include "session/opening/scene_check.h"
 
 namespace retint::cli {
 namespace {

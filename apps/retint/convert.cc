@@ -9,7 +9,7 @@
 #include "retint/common.h"
 #include "retint/results.h"
 #include "scene/sh_band4.h"
-#include "session/virtual_views.h"
+#include "session/opening/virtual_views.h"
 #include "splat_io/splat_difference.h"
 #include "splat_io/splat_io.h"
 

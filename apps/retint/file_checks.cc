@@ -12,7 +12,7 @@
 
 #include "base/error.h"
 #include "recolor/edit_text.h"
-#include "session/staged_output.h"
+#include "session/saving/staged_output.h"
 
 namespace retint::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include "out_of_core/splat_index.h"
 #include "retint/common.h"
 #include "session/large_scene.h"
-#include "session/report.h"
+#include "session/reporting/report.h"
 
 namespace retint::cli {
 namespace {

@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "retint/common.h"
 #include "scene/sh_band4.h"
-#include "session/scene_check.h"
+#include "session/opening/scene_check.h"
 
 namespace retint::cli {
 namespace {

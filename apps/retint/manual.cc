@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "session/report.h"
+#include "session/reporting/report.h"
 
 namespace retint::cli {
 namespace {

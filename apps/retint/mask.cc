@@ -14,7 +14,7 @@
 #include "retint/common.h"
 #include "scene/mask_pixels.h"
 #include "selection/mask_tools/scribbles.h"
-#include "session/view_mask.h"
+#include "session/pictures/view_mask.h"
 
 namespace retint::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include "base/ranks.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 
 namespace retint::cli {
 namespace {

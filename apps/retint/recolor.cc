@@ -10,7 +10,7 @@
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/compare_pictures.h"
+#include "session/pictures/compare_pictures.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {

@@ -7,7 +7,7 @@
 #include "base/ranks.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {

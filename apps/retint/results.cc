@@ -13,8 +13,8 @@
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
 #include "scene/mask_pixels.h"
-#include "session/contact_sheet.h"
-#include "session/report_html.h"
+#include "session/pictures/contact_sheet.h"
+#include "session/reporting/report_html.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {

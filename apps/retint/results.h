@@ -9,7 +9,7 @@
 
 #include "retint/common.h"
 #include "scene/gaussian_model.h"
-#include "session/format_error.h"
+#include "session/saving/format_error.h"
 
 namespace retint::cli {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint score: masks and recolored pictures against true masks.
-#include "session/score.h"
+#include "session/reporting/score.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "retint/common.h"

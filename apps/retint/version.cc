@@ -2,7 +2,7 @@
 #include "retint/version.h"
 
 #include "cluster/mpi_ranks.h"
-#include "session/report.h"
+#include "session/reporting/report.h"
 
 namespace retint::cli {
 namespace {

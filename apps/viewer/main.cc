@@ -15,10 +15,10 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "colmap_io/nerfstudio.h"
-#include "session/report.h"
-#include "viewer/main_window.h"
-#include "viewer/open_dialog.h"
-#include "viewer/theme.h"
+#include "session/reporting/report.h"
+#include "viewer/window/main_window.h"
+#include "viewer/window/open_dialog.h"
+#include "viewer/window/theme.h"
 
 namespace retint {
 namespace {

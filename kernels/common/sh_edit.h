@@ -4,6 +4,7 @@
 
 #include "kernels/common/color_ops.h"
 #include "kernels/common/macros.h"
+#include "kernels/common/sh.h"
 
 namespace retint {
 
@@ -11,12 +12,11 @@ namespace retint {
 // coefficients, exact in every direction: C_k + share delta C_k, where the constant term also takes
 // the part of delta 0.5 + offset, which no direction changes. `value` [3] is coefficient k.
 RETINT_HD void EditCoefficient(const ColorMap& map, float share, int k, float* value) {
-  constexpr float kY00 = 0.28209479177387814f;  // the constant basis function, 1 / (2 sqrt(pi))
   float change[3];
   for (int c = 0; c < 3; ++c) {
     const float* row = map.delta + 3 * c;
     change[c] = row[0] * value[0] + (row[1] * value[1] + row[2] * value[2]);
-    if (k == 0) change[c] += (0.5f * (row[0] + (row[1] + row[2])) + map.offset[c]) / kY00;
+    if (k == 0) change[c] += (0.5f * (row[0] + (row[1] + row[2])) + map.offset[c]) / kShC0;
   }
   for (int c = 0; c < 3; ++c) {
     // Adding 0 would turn -0 into 0: an identity edit changes no bit.

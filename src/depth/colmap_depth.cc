@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/workspace.h"
 
@@ -99,9 +100,7 @@ std::vector<const ColmapDepthEstimator::Source*> ColmapDepthEstimator::Rank(cons
   }
   double unit = 0;
   if (!depths.empty()) {
-    const auto middle = depths.begin() + std::ptrdiff_t(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    unit = *middle;
+    unit = Median(std::move(depths));
   } else {
     for (const Source& source : sources_) {
       unit = std::max(unit, (source.camera.Center() - view.Center()).norm());

@@ -17,6 +17,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/median.h"
 #include "base/process.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
@@ -67,11 +68,7 @@ DepthRange RoughRange(Renderer& renderer, const PosedCamera& view) {
   std::vector<float> depths = renderer.Render(view, request).depth_median.data;
   std::erase_if(depths, [](float depth) { return !(depth > 0); });
   if (depths.empty()) throw NoDepthError("the view sees no Gaussian, so that it has no depth");
-  const auto quantile = [&](double q) {
-    const auto nth = depths.begin() + std::ptrdiff_t(q * double(depths.size() - 1));
-    std::nth_element(depths.begin(), nth, depths.end());
-    return double(*nth);
-  };
+  const auto quantile = [&](double q) { return double(Quantile(depths, q)); };
   return {quantile(kNearQuantile) / kMargin, quantile(0.5), quantile(kFarQuantile) * kMargin};
 }
 

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "scene/mask_pixels.h"
 
 namespace retint {
@@ -23,13 +24,8 @@ Image8 DepthPicture(const DepthMap& depth, const Mask& valid) {
     if (known(d)) inverse.push_back(1 / d);
   }
   if (inverse.empty()) return picture;
-  const auto quantile = [&](double q) {
-    const auto nth = inverse.begin() + std::ptrdiff_t(q * double(inverse.size() - 1));
-    std::nth_element(inverse.begin(), nth, inverse.end());
-    return *nth;
-  };
-  const float low = quantile(0.01);
-  const float span = std::max(quantile(0.99) - low, 1e-6f * low);
+  const float low = Quantile(inverse, 0.01);
+  const float span = std::max(Quantile(inverse, 0.99) - low, 1e-6f * low);
 
   cv::Mat ramp(1, 256, CV_8U), colors;
   for (int i = 0; i < 256; ++i) ramp.at<uint8_t>(i) = uint8_t(i);

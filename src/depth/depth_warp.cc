@@ -5,16 +5,10 @@
 #include <vector>
 
 #include "depth/colmap_depth.h"
+#include "scene/camera_projection.h"
 
 namespace retint {
 namespace {
-
-// The camera whose image is the map: the source's, at the map's resolution.
-Camera ScaledTo(const Camera& camera, int width, int height) {
-  const double sx = double(width) / camera.width, sy = double(height) / camera.height;
-  return Camera::Pinhole(camera.id, width, height, camera.fx() * sx, camera.fy() * sy,
-                         camera.cx() * sx, camera.cy() * sy);
-}
 
 bool IsEdge(float a, float b, double tolerance) {
   return std::abs(a - b) > tolerance * double(std::min(a, b));
@@ -53,7 +47,7 @@ void Rasterize(const Vertex& a, const Vertex& b, const Vertex& c, ScalarImage& i
 
 DepthMap ResampleDepth(const DepthMap& map, const Camera& source, const Camera& target,
                        double edge_tolerance) {
-  const Camera own = ScaledTo(source, map.width, map.height);
+  const Camera own = Resized(source, map.width, map.height);
   DepthMap out(target.width, target.height, 0.0f);
   for (int y = 0; y < out.height; ++y) {
     const double v = (y + 0.5 - target.cy()) / target.fy() * own.fy() + own.cy() - 0.5;
@@ -83,7 +77,7 @@ DepthMap ResampleDepth(const DepthMap& map, const Camera& source, const Camera& 
 
 DepthMap WarpDepth(const DepthMap& map, const PosedCamera& source, const PosedCamera& target,
                    double edge_tolerance) {
-  const Camera own = ScaledTo(source.camera, map.width, map.height);
+  const Camera own = Resized(source.camera, map.width, map.height);
   const Rigid3d target_from_source = target.cam_from_world * source.cam_from_world.Inverse();
   const Eigen::Matrix3d rotation = target_from_source.rotation.toRotationMatrix();
   const auto project = [&](int x, int y) -> Vertex {

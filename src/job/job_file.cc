@@ -6,8 +6,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "recolor/edit_text.h"
-#include "session/option_json.h"
-#include "session/staged_output.h"
+#include "session/saving/option_json.h"
+#include "session/saving/staged_output.h"
 
 namespace retint {
 namespace {

@@ -10,10 +10,10 @@
 #include "job/stage_files.h"
 #include "recolor/edit_text.h"
 #include "scene/image_checks.h"
-#include "session/compare_pictures.h"
-#include "session/export.h"
-#include "session/report_html.h"
-#include "session/session_file.h"
+#include "session/pictures/compare_pictures.h"
+#include "session/reporting/export.h"
+#include "session/reporting/report_html.h"
+#include "session/saving/session_file.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {

@@ -8,8 +8,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
-#include "session/selection_files.h"
-#include "session/session_json.h"
+#include "session/saving/session_json.h"
+#include "session/selecting/selection_files.h"
 
 namespace retint {
 namespace {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/parallel.h"
 
 namespace retint {
@@ -36,10 +37,7 @@ MortonCurve::MortonCurve(const std::vector<IndexEntry>& sample) {
   std::vector<float> values(sample.size());
   const auto quantile = [&](double q, auto value) {
     std::transform(sample.begin(), sample.end(), values.begin(), value);
-    const auto at =
-        values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
+    return Quantile(values, q);
   };
   for (size_t axis = 0; axis < 3; ++axis) {
     const auto mean = [axis](const IndexEntry& entry) { return entry.mean[axis]; };

@@ -11,6 +11,7 @@
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
 
+#include "base/median.h"
 #include "kernels/common/color_ops.h"
 
 namespace retint {
@@ -130,10 +131,7 @@ class Fit {
       }
       residuals.push_back((found - change_.row(Eigen::Index(i))).norm());
     }
-    std::vector<double> sorted = residuals;
-    const auto middle = sorted.begin() + ptrdiff_t(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double scale = kScales * std::max(1.4826 * *middle, kLeastScale);
+    const double scale = kScales * std::max(1.4826 * Median(residuals), kLeastScale);
     for (size_t i = 0; i < weights_.size(); ++i) {
       const double ratio = residuals[i] / scale;
       weights_[i] = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));

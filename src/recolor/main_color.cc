@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/median.h"
 #include "kernels/common/color_spaces.h"
 
 namespace retint {
@@ -63,12 +64,6 @@ Sample FullestBin(const std::vector<Sample>& samples) {
 
 bool IsNear(const Sample& s, const Sample& center) {
   return std::hypot(s.a - center.a, s.b - center.b) <= kBandwidth;
-}
-
-float Quantile(std::vector<float>& values, double share) {
-  const auto nth = values.begin() + ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
 }
 
 }  // namespace

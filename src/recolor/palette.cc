@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "kernels/common/color_ops.h"
 
 namespace retint {
@@ -227,11 +228,7 @@ PaletteColor MedianOf(const Samples& samples, const Clusters& clusters, size_t k
   PaletteColor color;
   if (values[0].empty()) return color;
   float median[3];
-  for (size_t c = 0; c < 3; ++c) {
-    const auto middle = values[c].begin() + ptrdiff_t(values[c].size() / 2);
-    std::nth_element(values[c].begin(), middle, values[c].end());
-    median[c] = *middle;
-  }
+  for (size_t c = 0; c < 3; ++c) median[c] = Median(values[c]);
   SrgbFromOkLab({median[0], median[1], median[2]}, color.rgb.data());
   for (float& value : color.rgb) value = std::clamp(value, 0.0f, 1.0f);
   color.share = float(double(values[0].size()) / double(clusters.of.size()));

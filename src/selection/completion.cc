@@ -230,9 +230,7 @@ class Completer {
     const auto quantile = [&](double q, const auto& value) {
       std::transform(painted.begin(), painted.end(), values.begin(),
                      [&](int g) { return value(surfaces_[size_t(g)].mean); });
-      const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1));
-      std::nth_element(values.begin(), at, values.end());
-      return *at;
+      return Quantile(values, q);
     };
     Ball ball;
     for (int axis = 0; axis < 3; ++axis) {

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
+#include "kernels/common/sh.h"
 #include "scene/morton.h"
 #include "selection/neighbors.h"
 
@@ -29,11 +30,10 @@ constexpr double kLeastWeight = 1e-6;  // so that the graph never falls apart
 constexpr int64_t kGrain = 4096;
 
 GaussianSurface SurfaceOf(const GaussianModel& model, size_t g) {
-  constexpr float kY00 = 0.28209479177387814f;
   GaussianSurface surface;
   float rgb[3];
   const float* const dc = &model.sh[g * size_t(model.NumShCoeffs()) * 3];
-  for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(0.5f + kY00 * dc[c], 0.0f, 1.0f);
+  for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(0.5f + kShC0 * dc[c], 0.0f, 1.0f);
   const OkLab lab = OkLabFromSrgb(rgb);
   surface.lab = {lab.lightness, lab.a, lab.b};
 

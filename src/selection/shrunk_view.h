@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scene/camera.h"
+#include "scene/camera_projection.h"
 
 namespace retint {
 
@@ -18,9 +19,7 @@ inline PosedCamera Shrunk(PosedCamera view) {
       std::min(1.0, std::sqrt(kMaxPixels / (double(camera.width) * camera.height)));
   const int width = std::max(1, int(camera.width * shrink));
   const int height = std::max(1, int(camera.height * shrink));
-  const double x = double(width) / camera.width, y = double(height) / camera.height;
-  camera = Camera::Pinhole(camera.id, width, height, camera.fx() * x, camera.fy() * y,
-                           camera.cx() * x, camera.cy() * y);
+  camera = Resized(camera, width, height);
   return view;
 }
 

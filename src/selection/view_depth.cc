@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/view_depth.h"
 
+#include "base/median.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -57,9 +58,7 @@ DepthBias FitDepthBias(std::span<const double> rendered, std::span<const double>
   std::vector<double> scratch(pairs.size());
   const auto median = [&](auto value) {
     std::transform(pairs.begin(), pairs.end(), scratch.begin(), value);
-    const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
-    std::nth_element(scratch.begin(), middle, scratch.end());
-    return *middle;
+    return Median(scratch);
   };
   const double depth = median([](const Pair& pair) { return pair.sparse; });
   // Residual (a / z_rendered + b) z_sparse - 1 in the unknowns (a, b * depth).

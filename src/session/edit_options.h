@@ -9,8 +9,8 @@
 
 #include "base/option.h"
 #include "selection/mask_projector.h"
-#include "session/region.h"
-#include "session/select_options.h"
+#include "session/regions/region.h"
+#include "session/selecting/select_options.h"
 
 namespace retint {
 

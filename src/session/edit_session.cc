@@ -2,7 +2,7 @@
 #include "session/edit_session.h"
 
 #include "base/error.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 
 namespace retint {
 

@@ -18,12 +18,12 @@
 #include <vector>
 
 #include "scene/gaussian_model.h"
-#include "session/open_scene.h"
-#include "session/pictures.h"
-#include "session/refit_service.h"
-#include "session/region_store.h"
-#include "session/selection_pipeline.h"
-#include "session/staged_output.h"
+#include "session/fitting/refit_service.h"
+#include "session/opening/open_scene.h"
+#include "session/pictures/pictures.h"
+#include "session/regions/region_store.h"
+#include "session/saving/staged_output.h"
+#include "session/selecting/selection_pipeline.h"
 
 namespace retint {
 

@@ -15,7 +15,7 @@
 #include "recolor/quality_report.h"
 #include "scene/mask_pixels.h"
 #include "selection/mask_score.h"
-#include "session/main_colors.h"
+#include "session/regions/main_colors.h"
 
 namespace retint {
 namespace {

@@ -11,8 +11,8 @@
 #include "base/monitor.h"
 #include "recolor/color_edit.h"
 #include "session/large_scene.h"
-#include "session/report.h"
-#include "session/selection_files.h"
+#include "session/reporting/report.h"
+#include "session/selecting/selection_files.h"
 
 namespace retint {
 

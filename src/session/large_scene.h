@@ -19,7 +19,7 @@
 #include "out_of_core/splat_index.h"
 #include "session/edit_memory.h"
 #include "session/edit_session.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 
 namespace retint {
 

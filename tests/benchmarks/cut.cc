@@ -10,7 +10,7 @@
 
 #include "colmap_io/sparse.h"
 #include "session/large_scene.h"
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/main.h"
 

@@ -16,8 +16,8 @@
 #include "base/median.h"
 #include "colmap_io/image_io.h"
 #include "recolor/edit_text.h"
-#include "session/color_preview.h"
 #include "session/edit_session.h"
+#include "session/fitting/color_preview.h"
 #include "tests/benchmarks/main.h"
 
 namespace retint {

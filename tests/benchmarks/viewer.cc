@@ -28,9 +28,9 @@
 #include "base/memory.h"
 #include "base/stopwatch.h"
 #include "colmap_io/image_io.h"
-#include "viewer/main_window.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/window/main_window.h"
 
 namespace retint {
 namespace {

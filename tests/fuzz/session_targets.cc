@@ -4,8 +4,8 @@
 #include "recolor/edit_text.h"
 #include "recolor/lut.h"
 #include "selection/selection_cloud.h"
-#include "session/selection_files.h"
-#include "session/session_file.h"
+#include "session/saving/session_file.h"
+#include "session/selecting/selection_files.h"
 #include "tests/fuzz/targets.h"
 #include "tests/session/saved_scene.h"
 

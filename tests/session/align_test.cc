@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/align.h"
+#include "session/opening/align.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/autosave.h"
+#include "session/saving/autosave.h"
 
 #include <signal.h>
 #include <sys/wait.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Run these under the thread sanitizer: the job has no kernels, so what it finds is ours.
-#include "session/background_optimizer.h"
+#include "session/fitting/background_optimizer.h"
 
 #include <atomic>
 #include <chrono>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/color_preview.h"
+#include "session/fitting/color_preview.h"
 
 #include <algorithm>
 #include <memory>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "session/refit_chain.h"
+#include "session/fitting/refit_chain.h"
 #include "tests/session/session_scene.h"
 
 namespace retint {

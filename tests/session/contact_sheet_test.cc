@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/contact_sheet.h"
+#include "session/pictures/contact_sheet.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "session/option_json.h"
+#include "session/saving/option_json.h"
 
 namespace retint {
 namespace {

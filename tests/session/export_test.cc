@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/export.h"
+#include "session/reporting/export.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/history.h"
+#include "session/regions/history.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures that were saved as JPEG files: what the file does to them is no change, and paint is.
-#include "session/jpeg_noise.h"
+#include "session/pictures/jpeg_noise.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 
 #include "base/color_difference.h"
 #include "colmap_io/image_io.h"
-#include "session/contact_sheet.h"
-#include "session/picture_changes.h"
+#include "session/pictures/contact_sheet.h"
+#include "session/pictures/picture_changes.h"
 #include "tests/support/data.h"
 
 namespace retint {

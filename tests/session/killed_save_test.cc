@@ -8,8 +8,8 @@
 #include "base/files.h"
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
-#include "session/selection_files.h"
-#include "session/staged_output.h"
+#include "session/saving/staged_output.h"
+#include "session/selecting/selection_files.h"
 #include "tests/session/saved_scene.h"
 #include "tests/support/killed_child.h"
 

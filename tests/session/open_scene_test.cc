@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/open_scene.h"
+#include "session/opening/open_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What was painted on a picture: by differences that are known.
-#include "session/picture_changes.h"
+#include "session/pictures/picture_changes.h"
 
 #include <cmath>
 #include <random>

@@ -9,9 +9,9 @@
 #include "base/color_difference.h"
 #include "base/error.h"
 #include "colmap_io/image_io.h"
-#include "session/compare_pictures.h"
-#include "session/contact_sheet.h"
-#include "session/open_scene.h"
+#include "session/opening/open_scene.h"
+#include "session/pictures/compare_pictures.h"
+#include "session/pictures/contact_sheet.h"
 #include "tests/support/data.h"
 
 namespace retint {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/report_html.h"
+#include "session/reporting/report_html.h"
 
 #include <cmath>
 #include <utility>
@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "session/export.h"
-#include "session/report_plots.h"
+#include "session/reporting/export.h"
+#include "session/reporting/report_plots.h"
 #include "tests/session/saved_scene.h"
 
 namespace retint {

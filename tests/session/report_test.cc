@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/report.h"
+#include "session/reporting/report.h"
 
 #include <chrono>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "colmap_io/sparse.h"
-#include "session/session_file.h"
+#include "session/saving/session_file.h"
 #include "splat_io/splat_io.h"
 #include "tests/session/session_scene.h"
 #include "tests/support/data.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/scene_check.h"
+#include "session/opening/scene_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/score.h"
+#include "session/reporting/score.h"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/selection_files.h"
+#include "session/selecting/selection_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/session_file.h"
+#include "session/saving/session_file.h"
 
 #include <atomic>
 #include <set>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/staged_output.h"
+#include "session/saving/staged_output.h"
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "session/video.h"
+#include "session/pictures/video.h"
 
 #include <algorithm>
 #include <cstring>

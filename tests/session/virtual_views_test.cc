@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A splat without photos: where its scene is, which views are placed, and work on them.
-#include "session/virtual_views.h"
+#include "session/opening/virtual_views.h"
 
 #include <cmath>
 #include <numbers>
@@ -13,7 +13,7 @@
 #include "colmap_io/sparse.h"
 #include "kernels/common/sh.h"
 #include "scene/transform.h"
-#include "session/scene_shape.h"
+#include "session/opening/scene_shape.h"
 #include "tests/colmap_io/tiny_model.h"
 #include "tests/session/saved_scene.h"
 

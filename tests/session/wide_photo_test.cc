@@ -11,10 +11,10 @@
 #include "colmap_io/image_io.h"
 #include "scene/camera_projection.h"
 #include "scene/mask_pixels.h"
-#include "session/compare_pictures.h"
 #include "session/edit_session.h"
-#include "session/photo_paint.h"
-#include "session/scene_check.h"
+#include "session/opening/scene_check.h"
+#include "session/pictures/compare_pictures.h"
+#include "session/pictures/photo_paint.h"
 #include "tests/selection/tiny_gaussians.h"
 #include "tests/support/data.h"
 

@@ -10,8 +10,8 @@
 #include "splat_io/splat_io.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/panels/color_picker.h"
+#include "viewer/scene/session_store.h"
 #include "viewer/selection/selection_mode.h"
-#include "viewer/session_store.h"
 
 namespace retint {
 

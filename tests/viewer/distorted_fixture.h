@@ -10,7 +10,7 @@
 #include <QToolButton>
 
 #include "colmap_io/image_io.h"
-#include "session/photo_paint.h"
+#include "session/pictures/photo_paint.h"
 #include "tests/viewer/viewer_scene.h"
 
 namespace retint {

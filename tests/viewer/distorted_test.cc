@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "scene/photo_rays.h"
-#include "session/session_file.h"
+#include "session/saving/session_file.h"
 #include "tests/viewer/distorted_fixture.h"
 #include "viewer/panels/mask_view.h"
+#include "viewer/scene/view_editor.h"
 #include "viewer/selection/stroke_preview.h"
-#include "viewer/view_editor.h"
 
 namespace retint {
 

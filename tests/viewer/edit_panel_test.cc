@@ -21,7 +21,7 @@
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/swatch_row.h"
-#include "viewer/view_editor.h"
+#include "viewer/scene/view_editor.h"
 
 namespace retint {
 

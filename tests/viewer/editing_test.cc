@@ -14,7 +14,7 @@
 #include "colmap_io/image_io.h"
 #include "splat_io/splat_io.h"
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/session_store.h"
+#include "viewer/scene/session_store.h"
 
 namespace retint {
 

@@ -14,7 +14,7 @@
 #include <QTableWidget>
 
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/keys_dialog.h"
+#include "viewer/window/keys_dialog.h"
 
 namespace retint {
 

@@ -9,9 +9,9 @@
 #include <QDialog>
 #include <QMenu>
 
-#include "session/autosave.h"
+#include "session/saving/autosave.h"
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/session_store.h"
+#include "viewer/scene/session_store.h"
 
 namespace retint {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/key_map.h"
+#include "viewer/window/key_map.h"
 
 #include <fstream>
 #include <set>
@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "viewer/keys_dialog.h"
 #include "viewer/selection/selection_keys.h"
+#include "viewer/window/keys_dialog.h"
 
 namespace retint {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The window on a synthetic workspace, explored with mouse and keys, and the outcome read off the
 // camera and the picture; explore_test.cc goes on, editing_test.cc changes the scene.
-#include "viewer/main_window.h"
+#include "viewer/window/main_window.h"
 
 #include <QAction>
 #include <QApplication>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/navigation.h"
+#include "viewer/canvas/navigation.h"
 
 #include <cmath>
 #include <numbers>

@@ -7,7 +7,7 @@
 #include <QSlider>
 
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/view_editor.h"
+#include "viewer/scene/view_editor.h"
 
 namespace retint {
 

@@ -18,7 +18,7 @@
 #include "viewer/panels/loss_plot.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/panels/quality_panel.h"
-#include "viewer/session_store.h"
+#include "viewer/scene/session_store.h"
 
 namespace retint {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tasks of the controller's that wait for one another: cancelled, overtaken, and of a scene that is
 // replaced meanwhile.
-#include "viewer/scene_controller.h"
+#include "viewer/scene/scene_controller.h"
 
 #include <future>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/scene_worker.h"
+#include "viewer/scene/scene_worker.h"
 
 #include <future>
 #include <string>

@@ -22,11 +22,11 @@
 #include <QTest>
 
 #include "colmap_io/image_io.h"
-#include "viewer/main_window.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/window/main_window.h"
 
 namespace retint {
 namespace {

@@ -11,10 +11,10 @@
 #include "selection/mask_projector.h"
 #include "selection/paint_shares.h"
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/photo_loader.h"
+#include "viewer/canvas/photo_loader.h"
+#include "viewer/canvas/uncertainty.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
-#include "viewer/uncertainty.h"
 
 namespace retint {
 

@@ -28,8 +28,8 @@
 #include "synthetic/lens.h"
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
-#include "viewer/main_window.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/window/main_window.h"
 
 namespace retint {
 

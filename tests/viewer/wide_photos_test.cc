@@ -10,9 +10,9 @@
 #include "scene/camera_projection.h"
 #include "scene/undistortion.h"
 #include "tests/viewer/distorted_fixture.h"
+#include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/selection/stroke_preview.h"
-#include "viewer/uncertainty.h"
 
 namespace retint {
 

@@ -22,7 +22,7 @@
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/parameter_row.h"
 #include "viewer/panels/row_tree.h"
-#include "viewer/wrap_layout.h"
+#include "viewer/window/wrap_layout.h"
 
 namespace retint {
 namespace {

@@ -14,8 +14,8 @@
 #include <QStandardItemModel>
 
 #include "base/error.h"
-#include "session/staged_output.h"
-#include "viewer/video_maker.h"
+#include "session/saving/staged_output.h"
+#include "viewer/scene/video_maker.h"
 
 namespace retint {
 namespace {

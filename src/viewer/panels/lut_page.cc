@@ -9,9 +9,9 @@
 
 #include "base/error.h"
 #include "recolor/lut.h"
-#include "viewer/failure_text.h"
 #include "viewer/panels/edit_pages.h"
-#include "viewer/post.h"
+#include "viewer/scene/failure_text.h"
+#include "viewer/scene/post.h"
 
 namespace retint {
 

@@ -5,10 +5,10 @@
 #include <QPainter>
 
 #include "scene/mask_pixels.h"
-#include "viewer/canvas.h"
-#include "viewer/contrast.h"
-#include "viewer/current_region.h"
-#include "viewer/scene_controller.h"
+#include "viewer/canvas/canvas.h"
+#include "viewer/canvas/contrast.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
 
 namespace retint {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "scene/camera.h"
 #include "scene/image.h"
-#include "session/region.h"
+#include "session/regions/region.h"
 
 namespace retint {
 

@@ -11,10 +11,10 @@
 #include <QVBoxLayout>
 
 #include "base/error.h"
-#include "viewer/current_region.h"
 #include "viewer/panels/loss_plot.h"
 #include "viewer/panels/option_form.h"
-#include "viewer/scene_controller.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
 
 namespace retint {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "base/option.h"
 #include "recolor/quality_report.h"
-#include "session/region.h"
+#include "session/regions/region.h"
 
 class QCheckBox;
 class QLabel;

@@ -12,7 +12,7 @@
 
 #include "recolor/palette.h"
 #include "viewer/panels/edit_pages.h"
-#include "viewer/wrap_layout.h"
+#include "viewer/window/wrap_layout.h"
 
 namespace retint {
 namespace {

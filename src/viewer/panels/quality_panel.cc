@@ -15,10 +15,10 @@
 #include <QTableWidget>
 #include <QVBoxLayout>
 
-#include "viewer/canvas.h"
-#include "viewer/current_region.h"
+#include "viewer/canvas/canvas.h"
 #include "viewer/panels/mask_view.h"
-#include "viewer/scene_controller.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
 
 namespace retint {
 namespace {

@@ -9,7 +9,7 @@
 #include <QWidget>
 
 #include "recolor/quality_report.h"
-#include "session/region.h"
+#include "session/regions/region.h"
 
 class QCheckBox;
 class QLabel;

@@ -14,13 +14,13 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
-#include "viewer/canvas.h"
-#include "viewer/contrast.h"
-#include "viewer/current_region.h"
+#include "viewer/canvas/canvas.h"
+#include "viewer/canvas/contrast.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/row_tree.h"
-#include "viewer/scene_controller.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
 
 namespace retint {
 namespace {

@@ -8,8 +8,8 @@
 #include <QColor>
 #include <QWidget>
 
-#include "session/region.h"
-#include "viewer/contrast.h"
+#include "session/regions/region.h"
+#include "viewer/canvas/contrast.h"
 
 class QLabel;
 class QSlider;

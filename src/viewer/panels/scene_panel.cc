@@ -16,7 +16,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
-#include "viewer/scene_controller.h"
+#include "viewer/scene/scene_controller.h"
 
 namespace retint {
 namespace {

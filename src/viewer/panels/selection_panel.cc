@@ -13,10 +13,10 @@
 
 #include "base/error.h"
 #include "session/edit_options.h"
-#include "viewer/canvas.h"
-#include "viewer/current_region.h"
+#include "viewer/canvas/canvas.h"
 #include "viewer/panels/option_form.h"
-#include "viewer/scene_controller.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {

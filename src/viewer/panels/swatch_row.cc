@@ -10,7 +10,7 @@
 #include <QSettings>
 #include <QToolButton>
 
-#include "viewer/wrap_layout.h"
+#include "viewer/window/wrap_layout.h"
 
 namespace retint {
 namespace {

@@ -16,13 +16,13 @@
 #include <QVBoxLayout>
 
 #include "scene/mask_pixels.h"
-#include "viewer/canvas.h"
-#include "viewer/current_region.h"
-#include "viewer/photo_loader.h"
-#include "viewer/post.h"
-#include "viewer/scene_controller.h"
+#include "viewer/canvas/canvas.h"
+#include "viewer/canvas/photo_loader.h"
+#include "viewer/canvas/uncertainty.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/post.h"
+#include "viewer/scene/scene_controller.h"
 #include "viewer/selection/stroke_preview.h"
-#include "viewer/uncertainty.h"
 
 namespace retint {
 namespace {

@@ -13,8 +13,8 @@
 #include <QWidget>
 
 #include "recolor/quality_report.h"
-#include "session/region.h"
-#include "viewer/scene_controller.h"
+#include "session/regions/region.h"
+#include "viewer/scene/scene_controller.h"
 
 class QComboBox;
 class QLabel;

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/error.h"
-#include "viewer/failure_text.h"
-#include "viewer/post.h"
+#include "viewer/scene/failure_text.h"
+#include "viewer/scene/post.h"
 
 namespace retint {
 

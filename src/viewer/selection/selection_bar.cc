@@ -17,7 +17,7 @@
 
 #include "viewer/selection/selection_canvas.h"
 #include "viewer/selection/tool_icons.h"
-#include "viewer/wrap_layout.h"
+#include "viewer/window/wrap_layout.h"
 
 namespace retint {
 namespace {

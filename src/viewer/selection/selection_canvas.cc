@@ -10,7 +10,7 @@
 #include <QWheelEvent>
 
 #include "scene/mask_pixels.h"
-#include "viewer/contrast.h"
+#include "viewer/canvas/contrast.h"
 #include "viewer/selection/selection_keys.h"
 
 namespace retint {

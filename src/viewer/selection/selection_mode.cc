@@ -16,8 +16,8 @@
 #include <QVBoxLayout>
 
 #include "selection/view_depth.h"
-#include "session/photo_paint.h"
-#include "session/view_mask.h"
+#include "session/pictures/photo_paint.h"
+#include "session/pictures/view_mask.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {

@@ -11,8 +11,8 @@
 #include <QString>
 #include <QWidget>
 
-#include "viewer/render_thread.h"
-#include "viewer/scene_controller.h"
+#include "viewer/canvas/render_thread.h"
+#include "viewer/scene/scene_controller.h"
 #include "viewer/selection/selection_canvas.h"
 
 class QLabel;

@@ -8,9 +8,9 @@
 #include "base/stopwatch.h"
 #include "scene/mask_pixels.h"
 #include "selection/paint_shares.h"
-#include "session/photo_paint.h"
-#include "viewer/photo_loader.h"
-#include "viewer/post.h"
+#include "session/pictures/photo_paint.h"
+#include "viewer/canvas/photo_loader.h"
+#include "viewer/scene/post.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {

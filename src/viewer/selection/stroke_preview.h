@@ -14,7 +14,7 @@
 #include <QObject>
 #include <QString>
 
-#include "viewer/scene_controller.h"
+#include "viewer/scene/scene_controller.h"
 
 namespace retint {
 

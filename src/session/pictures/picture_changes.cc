@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/pictures/picture_changes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/imgproc.hpp>
+
+#include "base/color_difference.h"
+#include "base/median.h"
+
+namespace retint {
+namespace {
+
+constexpr float kSeen = 2, kMostNoise = 6;  // DeltaE00
+constexpr float kOverNoise = 5.5f;          // times the median of the noise
+constexpr int kNeighbors = 4;     // of nine, itself among them, that a changed pixel needs
+constexpr double kAround = 0.03;  // of the smaller side
+constexpr double kGap = 0.01;     // of the smaller side: half the width of a gap that is paint too
+constexpr int kMixed = 1;      // pixels: so near to the selection's end they show what lies beyond
+constexpr int kExtension = 2;  // pixels
+// What is beside a mask tells whether a picture shows a view: of so much of it, and of edges that
+// differ by more than those of a JPEG's noise.
+constexpr double kLeastBeside = 0.1, kFlat = 0.03;
+constexpr double kRim = 0.01;      // of the smaller side, four pixels at least
+constexpr double kBeside = 0.015;  // of the smaller side: what a selection has beside its paint
+
+cv::Mat Pixels(Mask& mask) { return {mask.height, mask.width, CV_8U, mask.data.data()}; }
+
+cv::Mat Disk(int reach) {
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1});
+}
+
+void CloseGaps(Mask& paint) {
+  const int reach = int(std::lround(kGap * std::min(paint.width, paint.height)));
+  cv::morphologyEx(Pixels(paint), Pixels(paint), cv::MORPH_CLOSE, Disk(reach));
+}
+
+// Calls visit(x, y) of the neighbors that are known.
+template <typename Visit>
+void VisitKnown(const Mask& known, int x, int y, const Visit& visit) {
+  for (int i = 0; i < 9; ++i) {
+    const int px = x + i % 3 - 1, py = y + i / 3 - 1;
+    if (known.Contains(px, py) && known(px, py)) visit(px, py);
+  }
+}
+
+// Goes on with the paint beyond `inside`, ring by ring, each pixel in the mean of its neighbors
+// that are known.
+void Extend(const Mask& inside, Image8& picture, Mask& paint) {
+  Mask known(inside);
+  cv::Mat pixels = Pixels(known);
+  cv::erode(pixels, pixels, Disk(kMixed));
+  cv::bitwise_and(pixels, Pixels(paint), pixels);
+  const cv::Rect box = cv::boundingRect(Pixels(paint)) + cv::Size(2 * kExtension, 2 * kExtension) -
+                       cv::Point(kExtension, kExtension);
+  const cv::Rect reach = box & cv::Rect(0, 0, paint.width, paint.height);
+  Image8 colors = picture;
+  for (int ring = 0; ring < kMixed + kExtension; ++ring) {
+    const Mask last = known;
+    for (int y = reach.y; y < reach.br().y; ++y) {
+      for (int x = reach.x; x < reach.br().x; ++x) {
+        if (last(x, y) || (inside(x, y) && !paint(x, y))) continue;
+        int sum[3] = {0, 0, 0}, count = 0;
+        VisitKnown(last, x, y, [&](int px, int py) {
+          for (int c = 0; c < 3; ++c) sum[c] += colors(px, py, c);
+          ++count;
+        });
+        if (count == 0) continue;
+        for (int c = 0; c < 3; ++c) colors(x, y, c) = uint8_t((sum[c] + count / 2) / count);
+        known(x, y) = 255;
+      }
+    }
+  }
+  for (size_t p = 0; p < known.data.size(); ++p) {
+    if (!known.data[p] || inside.data[p]) continue;
+    paint.data[p] = 255;
+    std::copy_n(&colors.data[3 * p], 3, &picture.data[3 * p]);
+  }
+}
+
+// Sizes of gradients of gray values at a quarter of the size; the strongest count alike.
+cv::Mat Edges(const cv::Mat& gray) {
+  cv::Mat small, right, down, edges;
+  cv::resize(gray, small, {}, 0.25, 0.25, cv::INTER_AREA);
+  cv::Sobel(small, right, CV_32F, 1, 0);
+  cv::Sobel(small, down, CV_32F, 0, 1);
+  cv::magnitude(right, down, edges);
+  std::vector<float> sorted(edges.begin<float>(), edges.end<float>());
+  const auto strong = sorted.begin() + ptrdiff_t(sorted.size() * 95 / 100);
+  std::nth_element(sorted.begin(), strong, sorted.end());
+  return cv::min(edges, double(*strong));
+}
+
+// Where edges of a quarter of the size are beside a mask, 255; `size` is theirs.
+cv::Mat EdgesBeside(const Mask& mask, const cv::Size& size) {
+  if (mask.Empty()) return {size, CV_8U, cv::Scalar(255)};
+  const cv::Mat all(mask.height, mask.width, CV_8U, const_cast<uint8_t*>(mask.data.data()));
+  cv::Mat cells;
+  cv::resize(all > 0, cells, size, 0, 0, cv::INTER_AREA);
+  cv::dilate(cells > 0, cells, cv::Mat());  // a gradient reaches to the next cell
+  return cells == 0;
+}
+
+}  // namespace
+
+double EdgeCorrelation(const Image8& picture, const Image& view, const Mask& changed) {
+  const cv::Size size(view.width, view.height);
+  if (size.width < 8 || size.height < 8) return 1;  // too small to tell
+  const cv::Mat before(size, CV_32FC3, const_cast<float*>(view.data.data()));
+  const cv::Mat after(size, CV_8UC3, const_cast<uint8_t*>(picture.data.data()));
+  cv::Mat gray_before, gray_after;
+  cv::cvtColor(before, gray_before, cv::COLOR_RGB2GRAY);
+  cv::cvtColor(after, gray_after, cv::COLOR_RGB2GRAY);
+  const cv::Mat a = Edges(gray_before), b = Edges(gray_after);
+  cv::Mat where = EdgesBeside(changed, a.size());
+  cv::Scalar mean_a, mean_b, deviation_a, deviation_b;
+  cv::meanStdDev(a, mean_a, deviation_a, where);
+  if (cv::countNonZero(where) < kLeastBeside * double(a.total()) || deviation_a[0] < kFlat) {
+    where.setTo(255);
+    cv::meanStdDev(a, mean_a, deviation_a);
+  }
+  cv::meanStdDev(b, mean_b, deviation_b, where);
+  const double both = deviation_a[0] * deviation_b[0];
+  if (!(both > 0)) return 1;
+  return (cv::mean(a.mul(b), where)[0] - mean_a[0] * mean_b[0]) / both;
+}
+
+float LeastChange(const Image8& picture, const Image& view) {
+  // A change is smooth, or has few edges; noise differs from pixel to pixel.
+  constexpr int kApart = 2;             // pixels
+  constexpr double kNone = 0.05;        // DeltaE00
+  constexpr double kLeastNoisy = 0.25;  // of the samples
+  size_t samples = 0;
+  std::vector<double> noise;
+  const auto change = [&](int x, int y) {
+    float color[3];
+    for (int c = 0; c < 3; ++c) color[c] = float(picture(x, y, c)) / 255;
+    const CieLab after = CieLabFromSrgb(color),
+                 before = CieLabFromSrgb(&view.data[view.Index(x, y)]);
+    // DeltaE00 counts differences of chroma about half.
+    return Eigen::Vector3d(after.lightness - before.lightness, (after.a - before.a) / 2,
+                           (after.b - before.b) / 2);
+  };
+  for (int y = kApart; y + kApart < view.height; y += kApart + 1) {
+    for (int x = kApart; x + kApart < view.width; x += kApart + 1) {
+      const Eigen::Vector3d about = change(x - kApart, y - kApart) + change(x + kApart, y + kApart);
+      const double one = (change(x, y) - about / 2).norm();
+      ++samples;
+      if (one > kNone) noise.push_back(one);
+    }
+  }
+  // Flat parts of a JPEG have none. Where most of the picture has none, what has some is paint.
+  if (double(noise.size()) < kLeastNoisy * double(samples)) return kSeen;
+  return std::clamp(kOverNoise * float(Median(std::move(noise))), kSeen, kMostNoise);
+}
+
+Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least) {
+  Mask steady(difference.width, difference.height), mask(difference.width, difference.height);
+  const auto count = [&](int x, int y, const auto& holds) {
+    int found = 0;
+    for (int i = 0; i < 9; ++i) {
+      const int px = x + i % 3 - 1, py = y + i / 3 - 1;
+      found += difference.Contains(px, py) && holds(px, py) ? 1 : 0;
+    }
+    return found;
+  };
+  const auto differs = [&](int x, int y) { return difference(x, y) > least(x, y); };
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      steady(x, y) = differs(x, y) && count(x, y, differs) >= kNeighbors ? 1 : 0;
+    }
+  }
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      mask(x, y) = count(x, y, [&](int px, int py) { return steady(px, py) != 0; }) > 0 ? 255 : 0;
+    }
+  }
+  return mask;
+}
+
+Mask Surroundings(const Mask& mask) {
+  const int reach = std::max(1, int(std::lround(kAround * std::min(mask.width, mask.height))));
+  Mask around(mask);
+  cv::Mat pixels = Pixels(around);
+  cv::dilate(pixels, pixels, Disk(reach));
+  for (size_t p = 0; p < around.data.size(); ++p) {
+    if (mask.data[p] > 0) around.data[p] = 0;
+  }
+  return around;
+}
+
+void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& inside) {
+  Mask paint = ChangedPixels(difference, least), ends = inside;
+  const int reach = std::max(4, int(std::lround(kRim * std::min(paint.width, paint.height))));
+  cv::Mat distance, deep;
+  cv::threshold(Pixels(ends), Pixels(ends), 127, 255, cv::THRESH_BINARY);
+  cv::distanceTransform(Pixels(ends), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::bitwise_and(Pixels(paint), distance > reach, deep);
+  cv::dilate(deep, deep, Disk(reach + 1));
+  for (int y = 0; y < paint.height; ++y) {
+    for (int x = 0; x < paint.width; ++x) {
+      if (deep.at<uint8_t>(y, x) == 0 && distance.at<float>(y, x) <= float(reach)) {
+        difference(x, y) = 0;
+      }
+    }
+  }
+}
+
+Mask WithoutSpill(Mask mask, const DepthMap& depth) {
+  constexpr float kJump = 0.025F;  // of the depth, from pixel to pixel: a ball's limb has less
+  const int reach = std::max(6, int(std::lround(kBeside * std::min(mask.width, mask.height))));
+  cv::threshold(Pixels(mask), Pixels(mask), 127, 255, cv::THRESH_BINARY);
+  // What the surfaces that are painted deep inside go on to without a jump, straight on: a table
+  // that a ball lies on is not followed around the ball.
+  Mask kept = mask;
+  cv::erode(Pixels(kept), Pixels(kept), Disk(reach), {-1, -1}, 1, cv::BORDER_CONSTANT, 255);
+  std::vector<cv::Point> front, next;
+  cv::findNonZero(Pixels(kept), front);
+  for (int step = 0; step < reach * 3 / 2 && !front.empty(); ++step, front.swap(next)) {
+    next.clear();
+    for (const cv::Point& at : front) {
+      for (const cv::Point side : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+        const int x = at.x + side.x, y = at.y + side.y;
+        if (!mask.Contains(x, y) || !mask(x, y) || kept(x, y)) continue;
+        const float here = depth(at.x, at.y), there = depth(x, y);
+        if (std::abs(here - there) > kJump * std::min(here, there)) continue;
+        kept(x, y) = 255;
+        next.push_back({x, y});
+      }
+    }
+  }
+  // The nearest depth that is kept so close by.
+  cv::Mat nearest(mask.height, mask.width, CV_32F, cv::Scalar(1e30));
+  cv::Mat(mask.height, mask.width, CV_32F, const_cast<float*>(depth.data.data()))
+      .copyTo(nearest, Pixels(kept));
+  cv::erode(nearest, nearest, Disk(reach + 1));
+  cv::Mat rest, parts, sizes, centers;
+  cv::subtract(Pixels(mask), Pixels(kept), rest);
+  const int count = cv::connectedComponentsWithStats(rest, parts, sizes, centers, 8, CV_32S);
+  std::vector<int> behind(size_t(count), 0);
+  const auto visit_rest = [&](const auto& visit) {
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        if (const int part = parts.at<int>(y, x)) visit(x, y, part);
+      }
+    }
+  };
+  visit_rest([&](int x, int y, int part) {
+    const float before = nearest.at<float>(y, x), z = depth(x, y);
+    behind[size_t(part)] += before < 1e30F && !(z > 0 && z < (1 + kJump) * before) ? 1 : 0;
+  });
+  constexpr double kNearlyAll = 0.9;
+  visit_rest([&](int x, int y, int part) {
+    const int size = sizes.at<int>(part, cv::CC_STAT_AREA);
+    if (behind[size_t(part)] >= kNearlyAll * size) mask(x, y) = 0;
+  });
+  return mask;
+}
+
+Mask Widened(Mask mask) {
+  const int reach = std::max(2, int(std::lround(kBeside * std::min(mask.width, mask.height))));
+  cv::dilate(Pixels(mask), Pixels(mask), Disk(reach));
+  return mask;
+}
+
+std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
+                                       const ScalarImage& difference, const ScalarImage& least,
+                                       const Mask& inside) {
+  Mask paint = ChangedPixels(difference, least);
+  CloseGaps(paint);
+  for (size_t p = 0; p < paint.data.size(); ++p) {
+    if (inside.data[p] == 0) paint.data[p] = 0;
+  }
+  Extend(inside, picture, paint);
+  const cv::Rect box = cv::boundingRect(Pixels(paint));
+  if (box.empty()) return std::nullopt;
+  PaintLayer layer{view, box.x, box.y, Image8(box.width, box.height), Mask(box.width, box.height)};
+  for (int y = 0; y < box.height; ++y) {
+    for (int x = 0; x < box.width; ++x) {
+      layer.alpha(x, y) = paint(box.x + x, box.y + y);
+      for (int c = 0; c < 3 && layer.alpha(x, y); ++c) {
+        layer.color(x, y, c) = picture(box.x + x, box.y + y, c);
+      }
+    }
+  }
+  return layer;
+}
+
+}  // namespace retint

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/canvas/contrast.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/common/sh.h"
+#include "recolor/color_edit.h"
+
+namespace retint {
+namespace {
+
+const QColor kOverlays[] = {{255, 140, 0}, {0, 150, 255}, {255, 0, 200}, {60, 220, 0}};
+// Of differences in red, green and blue, up to 441. A measure of 150 tells azure from sky blue
+// and orange from a fox.
+constexpr double kStandsOut = 150;
+constexpr double kMostSamples = 2e5;
+
+double Distance(const QColor& a, const QColor& b) {
+  return std::hypot(a.red() - b.red(), a.green() - b.green(), a.blue() - b.blue());
+}
+
+QColor ToQColor(const Eigen::Vector3f& color) {
+  const auto part = [&](int c) { return std::clamp(color[c], 0.0F, 1.0F); };
+  return QColor::fromRgbF(part(0), part(1), part(2));
+}
+
+}  // namespace
+
+QColor ContrastingColor(const QColor& under, const QColor& current) {
+  const QColor first = current.isValid() ? current : kOverlays[0];
+  if (!under.isValid() || Distance(first, under) >= kStandsOut) return first;
+  return *std::max_element(
+      std::begin(kOverlays), std::end(kOverlays),
+      [&](const QColor& a, const QColor& b) { return Distance(a, under) < Distance(b, under); });
+}
+
+QColor MeanColor(const QImage& picture, const std::function<bool(int, int)>& inside) {
+  double sum[3] = {}, count = 0;
+  const double pixels = double(picture.width()) * picture.height();
+  const int step = std::max(1, int(std::sqrt(pixels / kMostSamples)));
+  for (int y = 0; y < picture.height(); y += step) {
+    for (int x = 0; x < picture.width(); x += step) {
+      if (!inside(x, y)) continue;
+      const QRgb pixel = picture.pixel(x, y);
+      sum[0] += qRed(pixel), sum[1] += qGreen(pixel), sum[2] += qBlue(pixel);
+      ++count;
+    }
+  }
+  if (count == 0) return {};
+  return QColor(int(sum[0] / count), int(sum[1] / count), int(sum[2] / count));
+}
+
+std::optional<Eigen::Vector3f> MeanColors::Mean(const RegionSelection& selection,
+                                                const GaussianModel& original) {
+  const auto [found, fresh] = means_.try_emplace(selection.id);
+  if (!fresh) return found->second;
+  const std::vector<float>& shares = selection.shares;
+  const auto block = size_t(original.NumShCoeffs()) * 3;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weight = 0;
+  for (size_t g = 0; g < shares.size() && (g + 1) * block <= original.sh.size(); ++g) {
+    if (shares[g] <= 0) continue;
+    const float* sh = original.sh.data() + g * block;
+    // What hardly covers anything says little about the region's looks.
+    const double opacity = 1 / (1 + std::exp(-double(original.opacity_logits[g])));
+    sum += opacity * shares[g] * Eigen::Vector3d(sh[0], sh[1], sh[2]);
+    weight += opacity * shares[g];
+  }
+  if (weight > 0) {
+    found->second = ((sum / weight * double(kShC0)).array() + 0.5).matrix().cast<float>();
+  }
+  return found->second;
+}
+
+QColor MeanColors::Before(const Region& region, const GaussianModel& original) {
+  const auto mean = Mean(*region.selection, original);
+  return mean ? ToQColor(*mean) : QColor();
+}
+
+QColor MeanColors::After(const Region& region, const GaussianModel& original) {
+  const ColorEdit edit = region.EffectiveEdit();
+  const auto mean = Mean(*region.selection, original);
+  // One that is still to be measured shows the original.
+  if (!mean || edit.NeedsMainColor()) return Before(region, original);
+  return ToQColor(CompiledEdit(edit).Apply(*mean));
+}
+
+}  // namespace retint

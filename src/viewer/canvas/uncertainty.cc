@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/canvas/uncertainty.h"
+
+#include "session/pictures/photo_paint.h"
+#include "viewer/selection/selection_mode.h"
+
+namespace retint {
+namespace {
+
+constexpr int kSuggested = 5;  // views of which each takes the ones before it into account
+
+}  // namespace
+
+Uncertainty::Uncertainty(SceneController* controller, CurrentRegion* current, SelectionMode* mode,
+                         QObject* parent)
+    : QObject(parent), controller_(controller), current_(current), mode_(mode) {
+  connect(current_, &CurrentRegion::changed, this, &Uncertainty::Follow);
+  connect(controller_, &SceneController::regionsChanged, this, &Uncertainty::Follow);
+  // Selections of different scenes may have the same number.
+  for (const auto another : {&SceneController::opened, &SceneController::closed}) {
+    connect(controller_, another, this, [this] {
+      found_.reset();
+      selection_ = asked_ = 0;
+      Q_EMIT changed();
+    });
+  }
+  const auto stopped = [this](const QString& label) {
+    if (label == tr("Finding what is uncertain")) asked_ = 0;
+  };
+  connect(controller_, &SceneController::failed, this, stopped);
+  connect(controller_, &SceneController::cancelled, this, stopped);
+}
+
+std::shared_ptr<const Uncertainty::Found> Uncertainty::found() const {
+  return found_ && found_->selection == selection_ ? found_ : nullptr;
+}
+
+void Uncertainty::Follow() {
+  const Region* region = current_->region();
+  const uint64_t now = region ? region->selection->id : 0;
+  if (now == selection_) return;
+  selection_ = now;
+  asked_ = 0;
+  Q_EMIT changed();
+}
+
+void Uncertainty::Find() {
+  if (found() || (asked_ != 0 && asked_ == selection_)) return;
+  const Region* region = current_->region();
+  if (!region) return Q_EMIT refused(tr("Choose a region first: what is uncertain is its own"));
+  const auto selection = region->selection;
+  if (selection->source.painted.empty()) {
+    return Q_EMIT refused(tr("The masks of this region were not painted here"));
+  }
+  const ProjectorOptions options = mode_->projector_options();
+  if (!options.Completes()) {
+    return Q_EMIT refused(
+        tr("What is uncertain follows from the completion, which the Selection panel leaves out"));
+  }
+  asked_ = selection->id;
+  const auto found = std::make_shared<Found>();
+  controller_->Run(
+      tr("Finding what is uncertain"),
+      [=](EditSession& session, Monitor& monitor) {
+        const SelectionSource& source = selection->source;
+        ProjectedMasks projected =
+            session.selection().Project(source.cloud, source.painted, options, monitor);
+        std::vector<std::string> painted;
+        for (const PaintedView& one : source.painted) {
+          for (std::string& name : PaintedNames(session.workspace(), one)) {
+            painted.push_back(std::move(name));
+          }
+        }
+        found->selection = selection->id;
+        found->views =
+            SuggestViews(session.renderer(), session.reconstruction(), session.pictures().Groups(),
+                         painted, projected.confidence, projected.visible, kSuggested, monitor);
+        for (float& one : projected.confidence) one = 1 - one;
+        found->undecided =
+            std::make_shared<const std::vector<float>>(std::move(projected.confidence));
+      },
+      [=, this] {
+        if (asked_ == found->selection) asked_ = 0;
+        if (found->selection != selection_) return;  // it is another by now
+        found_ = found;
+        Q_EMIT changed();
+      });
+}
+
+}  // namespace retint

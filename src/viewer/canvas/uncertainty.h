@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the paint of the current region has not decided: found by the worker when somebody asks, and
+// kept until the region's selection is another.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <QObject>
+
+#include "selection/suggestion.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
+
+namespace retint {
+
+class SelectionMode;
+
+class Uncertainty : public QObject {
+  Q_OBJECT
+
+ public:
+  struct Found {
+    uint64_t selection = 0;                               // it is of
+    std::shared_ptr<const std::vector<float>> undecided;  // [N] 1 - confidence of the completion
+    std::vector<ViewSuggestion> views;                    // what to paint next, the best first
+  };
+
+  // Completes with the options of `mode`, as its next Accept().
+  Uncertainty(SceneController* controller, CurrentRegion* current, SelectionMode* mode,
+              QObject* parent = nullptr);
+
+  // Of the current region; null: not found yet.
+  std::shared_ptr<const Found> found() const;
+  // changed() follows, or refused(). Nothing happens where it is found already, or on its way.
+  void Find();
+
+ Q_SIGNALS:
+  void changed();  // found(): it was found, or is another selection's
+  void refused(const QString& why);
+
+ private:
+  void Follow();
+
+  SceneController* controller_;
+  CurrentRegion* current_;
+  SelectionMode* mode_;
+  uint64_t selection_ = 0;  // of the current region; 0: none
+  uint64_t asked_ = 0;      // selection that is on its way
+  std::shared_ptr<const Found> found_;
+};
+
+}  // namespace retint

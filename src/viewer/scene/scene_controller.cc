@@ -1,0 +1,543 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/scene/scene_controller.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "session/pictures/photo_paint.h"
+#include "viewer/canvas/sh_composer.h"
+#include "viewer/scene/failure_text.h"
+#include "viewer/scene/post.h"
+#include "viewer/scene/scene_worker.h"
+
+namespace retint {
+namespace {
+
+using OptimizerState = BackgroundOptimizer::State;
+
+constexpr int kPollMs = 40;       // of the optimizer's snapshots
+constexpr int kRestartMs = 300;   // of quiet after an edit before the optimizer starts
+constexpr int kReleaseMs = 1000;  // after a scene closes, when nobody reads it any more
+
+QString Text(const std::string& text) { return QString::fromStdString(text); }
+
+// What a task is at, for people.
+QString StageText(const std::string& stage) {
+  static const std::map<std::string, const char*> kTexts = {
+      {"align", QT_TRANSLATE_NOOP("retint::SceneController", "aligning with the cameras")},
+      {"check", QT_TRANSLATE_NOOP("retint::SceneController", "checking the scene")},
+      {"cloud", QT_TRANSLATE_NOOP("retint::SceneController", "building the cloud")},
+      {"color error", QT_TRANSLATE_NOOP("retint::SceneController", "comparing colors")},
+      {"completion", QT_TRANSLATE_NOOP("retint::SceneController", "deciding what nobody painted")},
+      {"compare", QT_TRANSLATE_NOOP("retint::SceneController", "comparing pictures")},
+      {"depth", QT_TRANSLATE_NOOP("retint::SceneController", "measuring depth")},
+      {"evaluate", QT_TRANSLATE_NOOP("retint::SceneController", "rendering views")},
+      {"gaussians", QT_TRANSLATE_NOOP("retint::SceneController", "making Gaussians")},
+      {"index", QT_TRANSLATE_NOOP("retint::SceneController", "sorting the Gaussians")},
+      {"load", QT_TRANSLATE_NOOP("retint::SceneController", "reading files")},
+      {"photos", QT_TRANSLATE_NOOP("retint::SceneController", "reading photos")},
+      {"pictures", QT_TRANSLATE_NOOP("retint::SceneController", "reading pictures")},
+      {"points", QT_TRANSLATE_NOOP("retint::SceneController", "looking up the sparse points")},
+      {"projection", QT_TRANSLATE_NOOP("retint::SceneController", "projecting onto every view")},
+      {"refit", QT_TRANSLATE_NOOP("retint::SceneController", "fitting colors")},
+      {"registration",
+       QT_TRANSLATE_NOOP("retint::SceneController", "registering to the sparse points")},
+      {"render", QT_TRANSLATE_NOOP("retint::SceneController", "rendering views")},
+      {"rounds", QT_TRANSLATE_NOOP("retint::SceneController", "comparing with earlier rounds")},
+      {"save", QT_TRANSLATE_NOOP("retint::SceneController", "writing files")},
+      {"shares",
+       QT_TRANSLATE_NOOP("retint::SceneController", "finding the Gaussians of the masks")},
+      {"suggestion", QT_TRANSLATE_NOOP("retint::SceneController", "rating the views")},
+      {"views", QT_TRANSLATE_NOOP("retint::SceneController", "placing views")}};
+  const auto found = kTexts.find(stage);
+  return found == kTexts.end() ? Text(stage) : SceneController::tr(found->second);
+}
+
+bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
+  for (size_t i = 0; i < regions.regions.size(); ++i) {
+    const Region& region = regions.regions[i];
+    if (!region.visible || ChangesNothing(region.EffectiveEdit())) continue;
+    if (!region.fit || region.fit->key != regions.FitKey(i, job)) return true;
+  }
+  return false;
+}
+
+bool SameFits(const RegionSet& a, const RegionSet& b) {
+  return std::equal(
+      a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
+      [](const Region& x, const Region& y) { return x.fit == y.fit && x.paint == y.paint; });
+}
+
+}  // namespace
+
+PosedCamera SceneFacts::Shown(const UserPicture& picture) const {
+  return PosedPicture(*workspace, picture);
+}
+
+std::shared_ptr<const LensPicture> SceneFacts::Lens(const UserPicture& picture, int width,
+                                                    int height) const {
+  return picture.photo ? lenses->Get(picture.photo->lens, width, height) : nullptr;
+}
+
+std::vector<const View*> SceneFacts::Standpoints() const {
+  std::vector<const View*> stands;
+  for (const UserPicture& picture : pictures->all()) stands.push_back(picture.faces.front());
+  return stands;
+}
+
+struct SceneController::State {
+  RegionSet regions;
+  HistoryState history;
+  uint64_t edits = 0;
+};
+
+struct SceneController::Outcome {
+  QString label;
+  std::shared_ptr<EditSession> session;
+  State state;
+  std::exception_ptr error;
+  std::function<void()> done;
+};
+
+SceneController::SceneController(QObject* parent) : QObject(parent) {
+  composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
+    Post(this, [this, result] {
+      const ShPointer& sh = result.colors.sh;
+      if (IsOpen() && !sh) Q_EMIT failed(tr("Recoloring"), Text(result.failure));
+      if (!sh) return;
+      // An older one still is nearer to what is wanted than what shows, unless the optimizer
+      // has been faster.
+      if (!IsOpen() || sh->size() != facts_->original->sh.size()) return;
+      const bool overtaken =
+          refit_generation_ == generation_ && snapshot_ && solo_ == 0 && optimizer_.Active();
+      if (overtaken) return;
+      if (shown_key_.empty()) return SetSh(original_sh());
+      SetSh(sh, result.colors.active);
+    });
+  });
+  worker_ = std::make_unique<SceneWorker>(
+      [this](const Progress& step) {
+        Post(this, [this, step] { Q_EMIT progress(StageText(step.stage), step.fraction); });
+      },
+      [this](const QString& label) {
+        Post(this, [this, label] {
+          task_ = label;
+          Q_EMIT taskChanged(label);
+        });
+      });
+  poll_.setInterval(kPollMs);
+  connect(&poll_, &QTimer::timeout, this, &SceneController::PollOptimizer);
+  restart_.setSingleShot(true);
+  restart_.setInterval(kRestartMs);
+  connect(&restart_, &QTimer::timeout, this, &SceneController::StartRefit);
+}
+
+SceneController::~SceneController() {
+  worker_.reset();
+  composer_.reset();
+  if (session_) session_->optimizer().Cancel();
+}
+
+// ---- Scene
+
+void SceneController::Open(const OpenRequest& request) {
+  auto folder = request.place();
+  if (folder.filename().empty()) folder = folder.parent_path();
+  OpenWith(Text(folder.filename().string()), [request](Monitor& monitor) {
+    return EditSession::Open(request.workspace, request.splat, request.options, monitor);
+  });
+}
+
+void SceneController::OpenWith(const QString& name, Opener opener, std::function<void()> done) {
+  const auto session = std::make_shared<std::shared_ptr<EditSession>>();
+  const auto start = std::chrono::steady_clock::now();
+  const auto finish = [this, session, start, done = std::move(done)](std::exception_ptr error) {
+    if (!error) {
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      OpenDone(*session, taken.count());
+      if (done) done();
+      return;
+    }
+    try {
+      std::rethrow_exception(error);
+    } catch (const Cancelled&) {
+      Q_EMIT openCancelled();
+    } catch (const std::exception& failure) {
+      Q_EMIT openFailed(FailureText(failure));
+    }
+  };
+  worker_->Post({tr("Opening %1").arg(name),
+                 [session, opener = std::move(opener)](Monitor& monitor) {
+                   *session = opener(monitor);
+                   (*session)->optimizer();  // made here, so that every thread may call it
+                 },
+                 [this, finish](std::exception_ptr error) {
+                   Post(this, [finish, error] { finish(error); });
+                 }});
+}
+
+void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, double seconds) {
+  const bool replaces = IsOpen();
+  Retire();
+  if (replaces) Q_EMIT closed();
+  session_ = session;
+  auto facts = std::make_shared<SceneFacts>();
+  facts->request = {session->workspace().root, session->splat_path(), session->options()};
+  // Aliases: the session lives as long as anyone reads these.
+  facts->workspace = {session, &session->workspace()};
+  facts->original = {session, &session->original()};
+  facts->backend = session->renderer().shared_backend();
+  facts->views = session->reconstruction().ViewsByName();
+  facts->pictures = std::make_shared<const Pictures>(session->pictures());
+  facts->train = session->train_views();
+  facts->heldout = session->heldout_views();
+  facts->warnings = session->warnings();
+  facts->load_seconds = seconds;
+  facts_ = facts;
+  sh_ = original_sh();
+  sh_active_.reset();
+  ++sh_version_;
+  // A restored session has regions already; no task of the worker's touches it yet.
+  regions_ = session->regions();
+  started_job_ = job_ = session->last_job();
+  Q_EMIT opened();
+  Q_EMIT regionsChanged();
+  Q_EMIT shChanged();
+  Refresh();
+}
+
+void SceneController::Retire() {
+  restart_.stop();
+  poll_.stop();
+  if (session_) {
+    session_->optimizer().Cancel();
+    // Joined on the worker, where it may take its time. Tasks before may have started it anew.
+    worker_->Post({{},
+                   [session = session_](Monitor&) {
+                     session->optimizer().Cancel();
+                     session->optimizer().Wait();
+                   },
+                   {}});
+  }
+  composer_->Drop();
+  session_.reset();
+  facts_.reset();
+  regions_ = {};
+  history_ = {};
+  pending_.clear();
+  solo_ = 0;
+  sh_.reset();
+  sh_active_.reset();
+  shown_key_.clear();
+  snapshot_.reset();
+  optimizer_ = {};
+  ++generation_;
+  QTimer::singleShot(kReleaseMs, this, [this] {
+    worker_->Post({{}, [](Monitor&) { ReleaseFreedMemory(); }, {}});
+  });
+}
+
+void SceneController::Close() {
+  if (!IsOpen()) return;
+  worker_->Cancel();
+  Retire();
+  Q_EMIT closed();
+}
+
+void SceneController::Cancel() { worker_->Cancel(); }
+
+ShPointer SceneController::original_sh() const {
+  if (!facts_) return nullptr;
+  return {facts_->original, &facts_->original->sh};
+}
+
+bool SceneController::Run(const QString& label, Work work, std::function<void()> done) {
+  return Queue(label, std::move(work), std::move(done)) != nullptr;
+}
+
+std::shared_ptr<Monitor> SceneController::Queue(const QString& label, Work work,
+                                                std::function<void()> done) {
+  if (!session_) return nullptr;
+  const auto outcome = std::make_shared<Outcome>();
+  outcome->label = label;
+  outcome->session = session_;
+  outcome->done = std::move(done);
+  const uint64_t edits = edits_;
+  return worker_->Post(
+      {label,
+       [outcome, work = std::move(work)](Monitor& monitor) { work(*outcome->session, monitor); },
+       [this, outcome, edits](std::exception_ptr error) {
+         EditHistory& history = outcome->session->history();
+         outcome->error = error;
+         outcome->state = {outcome->session->regions(),
+                           {history.CanUndo(), history.CanRedo(), history.UndoLabel(),
+                            history.RedoLabel(), history.Labels(), history.steps_done()},
+                           edits};
+         Post(this, [this, outcome] { TaskDone(*outcome); });
+       }});
+}
+
+void SceneController::TaskDone(const Outcome& outcome) {
+  if (outcome.session != session_) return;  // closed meanwhile
+  Apply(outcome.state);
+  if (outcome.error) {
+    ReportFailure(outcome.label, outcome.error);
+  } else if (outcome.done) {
+    outcome.done();
+  }
+}
+
+void SceneController::ReportFailure(const QString& label, std::exception_ptr error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const Cancelled&) {
+    Q_EMIT cancelled(label);
+  } catch (const std::exception& failure) {
+    Q_EMIT failed(label, FailureText(failure));
+  }
+}
+
+void SceneController::Apply(const State& state) {
+  pending_.erase(pending_.begin(), pending_.upper_bound(state.edits));
+  RegionSet regions = state.regions;
+  for (const auto& [number, edit] : pending_) edit(regions);
+  const bool fits = !SameFits(regions, regions_);
+  regions_ = std::move(regions);
+  history_ = state.history;
+  if (solo_ != 0 && !regions_.Find(solo_)) solo_ = 0;
+  Refresh();
+  if (fits) Compose();
+  Q_EMIT regionsChanged();
+}
+
+// ---- Selection and regions
+
+void SceneController::SelectRound(Round round, std::function<void(RegionId)> done) {
+  const auto id = std::make_shared<RegionId>(round.base);
+  const SelectOptions select = round.select;
+  const ProjectorOptions project = round.project;
+  Run(
+      tr("Selecting"),
+      [id, round = std::move(round)](EditSession& session, Monitor& monitor) {
+        const Region* region = *id ? session.regions().Find(*id) : nullptr;
+        if (*id && !region) throw InputError("the region is not there any more");
+        const auto base = region ? region->selection : nullptr;
+        RegionSelection selection =
+            session.SelectRound(base.get(), round.paint, round.select, round.project, monitor);
+        // The last point at which cancelling changes nothing.
+        monitor.ThrowIfCancelled();
+        if (*id) {
+          session.SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
+                               monitor, std::move(selection.source));
+        } else {
+          *id = session.AddRegion(round.name.toStdString(), std::move(selection.masks),
+                                  std::move(selection.shares), round.edit, monitor,
+                                  std::move(selection.source));
+        }
+      },
+      [=, this, done = std::move(done)] {
+        Q_EMIT selectedWith(*id, select, project);
+        Q_EMIT regionAdded(*id);
+        if (done) done(*id);
+      });
+}
+
+void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
+                                  const ProjectorOptions& project) {
+  if (selecting_again_) selecting_again_->Cancel();
+  selecting_again_ = Queue(
+      tr("Selecting again"),
+      [=](EditSession& session, Monitor& monitor) {
+        const Region* region = session.regions().Find(id);
+        if (!region) throw Cancelled();  // deleted meanwhile
+        SelectionSource source = region->selection->source;
+        if (source.painted.empty()) {
+          throw InputError("the masks of this region were not painted here");
+        }
+        SelectionResult selected = session.selection().Select(source.painted, select, monitor);
+        ProjectedMasks projected =
+            session.selection().Project(selected.cloud, source.painted, project, monitor);
+        monitor.ThrowIfCancelled();  // the last point at which that changes nothing
+        source.cloud = std::move(selected.cloud);
+        source.reports = std::move(selected.painted);
+        session.SetSelection(id, std::move(projected.masks), std::move(projected.shares), monitor,
+                             std::move(source));
+      },
+      [=, this] {
+        Q_EMIT selectedWith(id, select, project);
+        Q_EMIT selectedAgain(id);
+      });
+}
+
+void SceneController::SeeSelection(RegionId id, const PosedCamera& camera,
+                                   std::shared_ptr<const LensPicture> lens) {
+  const auto mask = std::make_shared<Mask>();
+  Run(
+      tr("Projecting the selection"),
+      [=](EditSession& session, Monitor&) {
+        const Region* region = session.regions().Find(id);
+        if (!region) throw Cancelled();  // deleted meanwhile
+        *mask = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
+          return session.SelectionSeenFrom(*region->selection, face);
+        });
+      },
+      [=, this] { Q_EMIT selectionSeen(id, mask); });
+}
+
+void SceneController::AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
+                                         const ColorEdit& edit) {
+  const auto id = std::make_shared<RegionId>(0);
+  Run(
+      tr("Adding a region"),
+      [=, masks = std::move(masks)](EditSession& session, Monitor& monitor) {
+        *id = session.AddRegion(name.toStdString(), masks, {}, edit, monitor);
+      },
+      [=, this] { Q_EMIT regionAdded(*id); });
+}
+
+bool SceneController::Edit(std::function<void(RegionSet&)> local, Work work) {
+  if (!session_) return false;
+  ++edits_;
+  local(regions_);
+  pending_.emplace(edits_, std::move(local));
+  Run({}, std::move(work));
+  Refresh();  // colors are on their way while the panels follow
+  Q_EMIT regionsChanged();
+  return true;
+}
+
+void SceneController::SetEdit(RegionId id, const ColorEdit& edit, float strength,
+                              const std::string& merge_key) {
+  Edit(
+      [=](RegionSet& regions) {
+        Region* region = regions.Find(id);
+        if (!region) return;
+        region->edit = edit;
+        region->strength = strength;
+      },
+      [=](EditSession& session, Monitor&) { session.SetEdit(id, edit, strength, merge_key); });
+}
+
+void SceneController::SetVisible(RegionId id, bool visible) {
+  Edit(
+      [=](RegionSet& regions) {
+        if (Region* region = regions.Find(id)) region->visible = visible;
+      },
+      [=](EditSession& session, Monitor&) { session.SetVisible(id, visible); });
+}
+
+void SceneController::Rename(RegionId id, const QString& name) {
+  Edit(
+      [=](RegionSet& regions) {
+        if (Region* region = regions.Find(id)) region->name = name.toStdString();
+      },
+      [=](EditSession& session, Monitor&) { session.Rename(id, name.toStdString()); });
+}
+
+void SceneController::Move(RegionId id, size_t position) {
+  Edit(
+      [=](RegionSet& regions) {
+        const Region* found = regions.Find(id);
+        if (!found) return;
+        const Region region = *found;
+        std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
+        const size_t at = std::min(position, regions.regions.size());
+        regions.regions.insert(regions.regions.begin() + static_cast<std::ptrdiff_t>(at), region);
+      },
+      [=](EditSession& session, Monitor&) { session.MoveRegion(id, position); });
+}
+
+void SceneController::Remove(RegionId id) {
+  Edit(
+      [=](RegionSet& regions) {
+        std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
+      },
+      [=](EditSession& session, Monitor&) { session.RemoveRegion(id); });
+}
+
+void SceneController::Duplicate(RegionId id) {
+  const auto copy = std::make_shared<RegionId>(0);
+  Run(
+      {}, [=](EditSession& session, Monitor&) { *copy = session.DuplicateRegion(id); },
+      [=, this] { Q_EMIT regionAdded(*copy); });
+}
+
+void SceneController::Undo() {
+  Run({}, [](EditSession& session, Monitor&) { session.Undo(); });
+}
+
+void SceneController::Redo() {
+  Run({}, [](EditSession& session, Monitor&) { session.Redo(); });
+}
+
+void SceneController::GoToStep(size_t done) {
+  Run({}, [done](EditSession& session, Monitor&) {
+    while (session.history().steps_done() > done && session.Undo()) {
+    }
+    while (session.history().steps_done() < done && session.Redo()) {
+    }
+  });
+}
+
+void SceneController::SetSolo(RegionId id) {
+  if (solo_ == id) return;
+  solo_ = id;
+  Q_EMIT regionsChanged();
+  Refresh();
+}
+
+// ---- Colors on screen
+
+RegionSet SceneController::Shown() const {
+  RegionSet shown = regions_;
+  if (solo_ != 0) {
+    for (Region& region : shown.regions) region.visible = region.id == solo_;
+  }
+  return shown;
+}
+
+// Of the fit that would be up to date for everything that shows; empty when nothing does.
+std::string SceneController::KeyOfShown() const {
+  const RegionSet shown = Shown();
+  for (size_t i = shown.regions.size(); i-- > 0;) {
+    if (shown.regions[i].visible) return shown.FitKey(i, started_job_);
+  }
+  return {};
+}
+
+// Composes anew, and has the optimizer follow, when what shows has changed.
+void SceneController::Refresh() {
+  const std::string key = KeyOfShown();
+  if (key == shown_key_) return;
+  shown_key_ = key;
+  ++generation_;
+  Compose();
+  if (solo_ != 0) return;
+  // What the optimizer is at is out of date, and its cores are wanted for the picture.
+  if (optimizer_.Active()) CancelRefit();
+  if (automatic_ && NeedsFit(regions_, job_)) restart_.start();
+}
+
+void SceneController::Compose() {
+  if (!facts_) return;
+  if (shown_key_.empty()) return SetSh(original_sh());
+  const RegionSet shown = Shown();
+  for (const Region& region : shown.regions) {
+    // The worker measures it; what shows stays until then.
+    if (region.visible && region.edit.NeedsMainColor()) return;
+  }
+  composer_->Compose({facts_->original, facts_->backend, shown, started_job_, generation_});
+}
+
+void SceneController::SetSh(ShPointer sh, ActivePointer active) {
+  if (sh == sh_) return;
+  sh_ = std::move(sh);
+  sh_active_ = std::move(active);
+  ++sh_version_;
+  Q_EMIT shChanged();
+}
+
+}  // namespace retint

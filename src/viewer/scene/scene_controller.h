@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The GUI's only face of a session. Lives on the GUI thread; the EditSession lives on a worker
+// thread with a queue of tasks, the optimizer on the session's own thread, and the colors on
+// screen are composed on a third, so that no call here takes long. All signals are emitted on the
+// GUI thread, results as values that nobody changes any more.
+//
+// Value edits (SetEdit, SetVisible, ...) show at once in regions(), before the worker has done
+// them; what the session refuses is put back and reported by failed().
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <QObject>
+#include <QString>
+#include <QTimer>
+
+#include "scene/gaussian_model.h"
+#include "session/edit_session.h"
+#include "viewer/canvas/lens_picture.h"
+
+namespace retint {
+
+class SceneWorker;
+class ShComposer;
+
+// A scene's coefficients, [N, K, 3]; immutable, shared by everyone who shows them.
+using ShPointer = std::shared_ptr<const FloatArray>;
+// The Gaussians where a scene's coefficients may differ from the original's; null: anywhere.
+using ActivePointer = std::shared_ptr<const std::vector<int32_t>>;
+
+struct OpenRequest {
+  // What the scene goes by: the workspace or, of a splat alone, the splat.
+  const std::filesystem::path& place() const { return workspace.empty() ? splat : workspace; }
+
+  std::filesystem::path workspace, splat;
+  SessionOptions options;
+};
+
+// What does not change while a scene is open. Safe to keep and read on any thread, also after the
+// scene was closed.
+struct SceneFacts {
+  OpenRequest request;  // as the session says: where the files are, with what options
+  std::shared_ptr<const Workspace> workspace;
+  std::shared_ptr<const GaussianModel> original;
+  std::shared_ptr<Backend> backend;
+  std::vector<const View*> views;           // by name; they live in `workspace`
+  std::vector<const View*> train, heldout;  // the same, split
+  // What is shown and painted on: photos in their own pixels, or the views that show them.
+  std::shared_ptr<const Pictures> pictures;
+  std::vector<std::string> warnings;  // one line each, for the user
+  double load_seconds = 0;
+
+  PosedCamera Posed(const View& view) const { return workspace->reconstruction.Posed(view); }
+  const UserPicture& PictureOf(const View& view) const { return pictures->Of(view); }
+  // By its name or that of a view that it shows; null for none.
+  const UserPicture* FindPicture(std::string_view name) const { return pictures->Find(name); }
+  // The camera of the picture's pixels.
+  PosedCamera Shown(const UserPicture& picture) const;
+  // How that is made at a size, of a distorted photo; null: it is rendered as it is.
+  std::shared_ptr<const LensPicture> Lens(const UserPicture& picture, int width, int height) const;
+  // Where the pictures were taken, by their names: a view of each.
+  std::vector<const View*> Standpoints() const;
+
+  std::shared_ptr<LensPictures> lenses = std::make_shared<LensPictures>();
+};
+
+// Of a region whose color was not chosen yet, or was taken back to white.
+inline bool ChangesNothing(const ColorEdit& edit) {
+  if (!edit.IsAffine() || edit.HasPaint()) return false;
+  const auto [gain, offset] = edit.Affine();
+  return gain == Eigen::Matrix3f::Identity() && offset.isZero(0);
+}
+
+struct HistoryState {
+  bool can_undo = false, can_redo = false;
+  std::string undo_label, redo_label;
+  std::vector<std::string> labels;  // of all edits that are kept, the oldest first
+  size_t done = 0;                  // of them; the others were undone
+};
+
+struct OptimizerStatus {
+  BackgroundOptimizer::State state = BackgroundOptimizer::State::kIdle;
+  RegionId region = 0;         // being fitted, 0: none
+  int steps = 0;               // of the job so far
+  double seconds = 0;          // since the job started, pauses left out
+  std::vector<double> losses;  // of the region at hand
+  std::string error;           // why it failed
+  bool Active() const {
+    return state == BackgroundOptimizer::State::kRunning ||
+           state == BackgroundOptimizer::State::kPaused;
+  }
+};
+
+class SceneController : public QObject {
+  Q_OBJECT
+
+ public:
+  explicit SceneController(QObject* parent = nullptr);
+  ~SceneController() override;  // cancels what runs and joins every thread
+
+  // ---- Scene
+
+  // Replaces the open scene once the new one has loaded; a failed or cancelled load keeps it.
+  void Open(const OpenRequest& request);
+  // The same for any way of making a session. `done` runs after opened().
+  using Opener = std::function<std::unique_ptr<EditSession>(Monitor& monitor)>;
+  void OpenWith(const QString& name, Opener opener, std::function<void()> done = {});
+  void Close();
+  bool IsOpen() const { return facts_ != nullptr; }
+  std::shared_ptr<const SceneFacts> facts() const { return facts_; }
+
+  // Stops the long task that runs, and those that wait: cancelled() follows for each in its turn.
+  void Cancel();
+  bool IsBusy() const { return !task_.isEmpty(); }
+  QString task() const { return task_; }  // what the worker is at, for people; empty: nothing
+
+  // Any work on the session, on the worker thread; `done` then runs on the GUI thread unless it
+  // threw (failed() or cancelled() reports that). `label` names it in the status bar ("" for what
+  // takes no time); afterwards regions() is refreshed. False when no scene is open.
+  using Work = std::function<void(EditSession& session, Monitor& monitor)>;
+  bool Run(const QString& label, Work work, std::function<void()> done = {});
+
+  // ---- Selection and regions
+
+  // One round of painting: depth, cloud, registration and masks, which then are a new region's
+  // (`base` 0), or those of the region that the round extends and erases. regionAdded(), then
+  // `done`. A round that fails or is cancelled changes nothing.
+  struct Round {
+    PaintRound paint;
+    RegionId base = 0;
+    QString name;    // of a new region
+    ColorEdit edit;  // of a new region
+    SelectOptions select;
+    ProjectorOptions project;
+  };
+  void SelectRound(Round round, std::function<void(RegionId id)> done = {});
+  // The selection of a region anew from its paint, with other options: selectedAgain(). Of several
+  // requests only the newest is finished. InputError for a region that was not painted.
+  void SelectAgain(RegionId id, const SelectOptions& select, const ProjectorOptions& project);
+  // The selection of a region as a soft mask of any camera: selectionSeen(). `lens` as for a
+  // FrameRequest.
+  void SeeSelection(RegionId id, const PosedCamera& camera,
+                    std::shared_ptr<const LensPicture> lens = nullptr);
+  // From masks alone, by image name.
+  void AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
+                          const ColorEdit& edit);
+
+  const RegionSet& regions() const { return regions_; }
+  const HistoryState& history() const { return history_; }
+
+  // Steps with one non-empty `merge_key` are one step of the history.
+  void SetEdit(RegionId id, const ColorEdit& edit, float strength = 1,
+               const std::string& merge_key = {});
+  void SetVisible(RegionId id, bool visible);
+  void Rename(RegionId id, const QString& name);
+  void Move(RegionId id, size_t position);  // 0 is applied first
+  void Duplicate(RegionId id);
+  void Remove(RegionId id);
+  void Undo();
+  void Redo();
+  // Undoes or redoes until so many of history().labels are done.
+  void GoToStep(size_t done);
+  // Shows one region alone (0: all visible ones again). A way of looking, not an edit: the session
+  // does not know of it, and undo does not take it back.
+  void SetSolo(RegionId id);
+  RegionId solo() const { return solo_; }
+
+  // ---- Colors on screen
+
+  // The newest of closed form, fits and the optimizer's snapshot; the original's before any edit.
+  ShPointer sh() const { return sh_; }
+  ActivePointer sh_active() const { return sh_active_; }
+  ShPointer original_sh() const;
+  uint64_t sh_version() const { return sh_version_; }
+  // No region shows: sh() is the original.
+  bool ShowsOriginal() const { return sh_ == original_sh(); }
+
+  // ---- Background optimizer
+
+  // Of the next start. With `automatic` on (the default) it starts by itself after each edit.
+  void SetRefitJob(const RefitJob& job);
+  const RefitJob& refit_job() const { return job_; }
+  void SetAutomaticRefit(bool automatic);
+  bool automatic_refit() const { return automatic_; }
+  void StartRefit();
+  void PauseRefit();
+  void ResumeRefit();
+  void CancelRefit();
+  OptimizerStatus optimizer() const { return optimizer_; }
+
+  // ---- Results
+
+  void Evaluate(RegionId id);  // qualityReady()
+  // Says whether what was measured is of the edit that shows; empty: there is no such region.
+  std::string EditKey(RegionId id) const;
+  // The same on a few views, quickly: qualityGlanced().
+  void Glance(RegionId id);
+  // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.
+  void Check();
+  // What is written has the colors of every region that is not hidden, whatever solo() is.
+  void WriteSplat(const std::filesystem::path& path);
+  void WriteMasks(const std::filesystem::path& folder, RegionId id);
+  void WriteReport(const std::filesystem::path& path);
+  // <folder>/<image name>.png of these views (none named: every one), edited.
+  void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
+  // <folder>/0000.png, ...: a camera path.
+  // `done` runs once they are written. `replaced` as in ExportFrames().
+  void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
+                   std::function<void()> done = {},
+                   std::vector<std::filesystem::path> replaced = {});
+  // One picture: the scene before the edits on the left, edited on the right.
+  // `lens` as for a FrameRequest.
+  void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
+                       std::shared_ptr<const LensPicture> lens = nullptr);
+
+ Q_SIGNALS:
+  void opened();
+  void openFailed(const QString& message);
+  void openCancelled();
+  void closed();                          // also before opened(), of the scene that is replaced
+  void regionsChanged();                  // regions(), history(), solo()
+  void regionAdded(retint::RegionId id);  // or its selection replaced
+  void shChanged();                       // sh()
+  void selectedAgain(retint::RegionId id);
+  // With which options, before the two above; not of masks from elsewhere.
+  void selectedWith(retint::RegionId id, const retint::SelectOptions& select,
+                    const retint::ProjectorOptions& project);
+  void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
+  void optimizerChanged();  // optimizer()
+  void refitJobChanged();   // refit_job()
+  void sceneChecked(const std::vector<std::string>& warnings);
+  void qualityReady(retint::RegionId id, const retint::QualityReport& report);
+  void qualityGlanced(retint::RegionId id, const retint::QualityReport& report);
+  void written(const QString& path);
+  // `label` began (IsBusy), or ended when empty.
+  void taskChanged(const QString& label);
+  void progress(const QString& stage, double fraction);
+  void cancelled(const QString& label);
+  void failed(const QString& label, const QString& message);
+
+ private:
+  struct State;    // what the worker publishes after a task
+  struct Outcome;  // a task's end, on its way to the GUI thread
+  void OpenDone(const std::shared_ptr<EditSession>& session, double seconds);
+  void TaskDone(const Outcome& outcome);
+  void Apply(const State& state);
+  void ReportFailure(const QString& label, std::exception_ptr error);
+  // Run(), with the monitor by which this task alone is cancelled; null when no scene is open.
+  std::shared_ptr<Monitor> Queue(const QString& label, Work work, std::function<void()> done);
+  bool Edit(std::function<void(RegionSet&)> local, Work work);
+  void Refresh();
+  void Compose();
+  void SetSh(ShPointer sh, ActivePointer active = nullptr);
+  void PollOptimizer();
+  void Retire();  // the open session
+  void RunWrite(const QString& label, const std::filesystem::path& path, Work work,
+                std::function<void()> done = {});
+  RegionSet Shown() const;
+  std::string KeyOfShown() const;
+
+  std::shared_ptr<const SceneFacts> facts_;
+  // Used here only for its optimizer, whose calls any thread may make.
+  std::shared_ptr<EditSession> session_;
+  RegionSet regions_;
+  HistoryState history_;
+  // Local edits that the worker has not done yet, by number.
+  std::map<uint64_t, std::function<void(RegionSet&)>> pending_;
+  uint64_t edits_ = 0;
+  std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
+  RegionId solo_ = 0;
+  ShPointer sh_;
+  ActivePointer sh_active_;
+  uint64_t sh_version_ = 0;
+  std::string shown_key_;    // of what sh_ shows or will show
+  uint64_t generation_ = 0;  // counts changes of shown_key_
+  RefitJob job_, started_job_;
+  bool automatic_ = true;
+  uint64_t refit_generation_ = 0, refit_number_ = 0;  // of the job that runs
+  std::shared_ptr<const ShSnapshot> snapshot_;
+  OptimizerStatus optimizer_;
+  QTimer poll_, restart_;
+  QString task_;
+  std::unique_ptr<ShComposer> composer_;
+  std::unique_ptr<SceneWorker> worker_;  // last: its tasks call into the rest
+};
+
+}  // namespace retint

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/window/main_window.h"
+
+#include <unistd.h>
+#include <cstdio>
+
+#include <QAction>
+#include <QDockWidget>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QMenu>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QScreen>
+#include <QScrollArea>
+#include <QSettings>
+#include <QStackedWidget>
+#include <QStatusBar>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "viewer/canvas/contrast.h"
+#include "viewer/canvas/uncertainty.h"
+#include "viewer/scene/session_store.h"
+#include "viewer/scene/video_maker.h"
+#include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
+#include "viewer/window/preferences_dialog.h"
+
+namespace retint {
+namespace {
+
+constexpr int kMessageMs = 6000;
+constexpr int kStatusMs = 1000;
+
+double ResidentMb() {
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  if (!file) return PeakRssMb();
+  long total = 0, resident = 0;
+  const int read = std::fscanf(file, "%ld %ld", &total, &resident);
+  std::fclose(file);
+  return read == 2 ? double(resident) * double(sysconf(_SC_PAGESIZE)) / (1 << 20) : PeakRssMb();
+}
+
+}  // namespace
+
+MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), theme_(theme) {
+  setObjectName("retint");
+  setAcceptDrops(true);
+  setDockOptions(AllowTabbedDocks | AllowNestedDocks | AnimatedDocks);
+  setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
+  setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+  setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
+  resize(FirstSize(screen()->availableSize()));
+  controller_ = new SceneController(this);
+  current_ = new CurrentRegion(controller_, this);
+  renderer_ = new RenderThread(this);
+  photos_ = new PhotoLoader(this);
+  sessions_ = new SessionStore(controller_, this);
+  videos_ = new VideoMaker(this);
+  sessions_->SetViewState([this] { return canvas_->CameraState(); });
+  BuildCenter();
+  uncertainty_ = new Uncertainty(controller_, current_, selection_, this);
+  preview_ = new StrokePreview(controller_, selection_, this);
+  BuildStatusBar();
+  BuildActions();
+  BuildMenus();
+  AddPanels();
+  ConnectScene();
+  ConnectView();
+  ConnectSelection();
+  ConnectFiles();
+  const QSettings settings;
+  Prefer(Preferences::Load());
+  preview_->SetEnabled(settings.value("look_ahead", true).toBool());
+  restoreGeometry(settings.value("geometry").toByteArray());
+  restoreState(settings.value("layout").toByteArray());
+  ShowPage();
+  UpdateTitle();
+  UpdateActions();
+  UpdateStatus();
+}
+
+// Hidden while all of it is there: a field that loses the focus so may have something to say.
+MainWindow::~MainWindow() { hide(); }
+
+void MainWindow::BuildCenter() {
+  pages_ = new QStackedWidget;
+  welcome_text_ = new QLabel;
+  welcome_text_->setAlignment(Qt::AlignCenter);
+  welcome_text_->setWordWrap(true);
+  welcome_text_->setTextFormat(Qt::RichText);
+  auto* buttons = new QHBoxLayout;
+  buttons->addStretch();
+  const auto add = [&](const char* name, const QString& text, const QString& tip, auto act) {
+    auto* button = new QPushButton(text);
+    button->setObjectName(name);
+    button->setToolTip(tip);
+    connect(button, &QPushButton::clicked, this, act);
+    buttons->addWidget(button);
+  };
+  add("welcome_open", tr("Open a scene…"), tr("A COLMAP workspace and its splat (Ctrl+O)"),
+      [this] { AskAndOpen({}); });
+  add("welcome_sample", tr("Try the sample"),
+      tr("A small artificial scene to practice on. Making it takes a moment, the first time"),
+      [this] { OpenSample(); });
+  buttons->addStretch();
+  auto* recent = new QWidget;
+  recent->setMaximumWidth(640);
+  recent->setObjectName("welcome_recent");
+  welcome_recent_ = new QVBoxLayout(recent);
+  auto* guide = new QLabel(
+      tr("<b>From a view to a new color</b><ol>"
+         "<li>Step to a good view with ← and →.</li>"
+         "<li>Press B and brush over the object. Press Enter to accept.</li>"
+         "<li>Choose a color in the Regions panel. Every view follows.</li>"
+         "<li>Look at it from elsewhere. Paint again where the selection misses something.</li>"
+         "<li>Save the session, or export the splat.</li></ol>"));
+  guide->setObjectName("welcome_guide");  // not wrapped: its height would be that of fewer lines
+  auto* inner = new QWidget;
+  auto* layout = new QVBoxLayout(inner);
+  layout->addStretch();
+  layout->addWidget(welcome_text_);
+  layout->addSpacing(12);
+  layout->addLayout(buttons);
+  layout->addSpacing(12);
+  layout->addWidget(recent, 0, Qt::AlignHCenter);
+  layout->addSpacing(12);
+  layout->addWidget(guide, 0, Qt::AlignHCenter);
+  layout->addStretch();
+  auto* page = new QScrollArea;
+  page->setFrameShape(QFrame::NoFrame);
+  page->setWidgetResizable(true);
+  page->setWidget(inner);
+  welcome_ = page;
+  canvas_ = new Canvas(controller_, renderer_, photos_);
+  selection_ = new SelectionMode(controller_);
+  pages_->addWidget(welcome_);
+  pages_->addWidget(canvas_);
+  pages_->addWidget(selection_);
+  setCentralWidget(pages_);
+}
+
+void MainWindow::BuildStatusBar() {
+  message_ = new QLabel;
+  message_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  progress_ = new QProgressBar;
+  progress_->setFixedWidth(180);
+  progress_->setRange(0, 1000);
+  progress_->setTextVisible(false);
+  cancel_ = new QToolButton;
+  cancel_->setText(tr("Cancel"));
+  cancel_->setToolTip(tr("Stop the current task (Esc)"));
+  connect(cancel_, &QToolButton::clicked, controller_, &SceneController::Cancel);
+  backend_ = new QLabel;
+  gaussians_ = new QLabel;
+  speed_ = new QLabel;
+  memory_ = new QLabel;
+  speed_->setToolTip(tr("Frames a second while the camera moves"));
+  memory_->setToolTip(tr("Memory that this program holds"));
+  statusBar()->addWidget(message_, 1);
+  statusBar()->addPermanentWidget(progress_);
+  statusBar()->addPermanentWidget(cancel_);
+  warnings_ = new QToolButton;
+  warnings_->setAutoRaise(true);
+  connect(warnings_, &QToolButton::clicked, this, [this] { action("panel.scene")->trigger(); });
+  statusBar()->addPermanentWidget(warnings_);
+  for (QLabel* label : {backend_, gaussians_, speed_, memory_}) {
+    label->setContentsMargins(6, 0, 6, 0);
+    statusBar()->addPermanentWidget(label);
+  }
+  for (QWidget* widget : std::initializer_list<QWidget*>{progress_, cancel_, warnings_}) {
+    widget->hide();
+  }
+  for (const auto& [widget, name] :
+       std::initializer_list<std::pair<QWidget*, const char*>>{{message_, "message"},
+                                                               {progress_, "progress"},
+                                                               {cancel_, "cancel"},
+                                                               {warnings_, "warnings"},
+                                                               {backend_, "backend"},
+                                                               {gaussians_, "gaussians"},
+                                                               {speed_, "speed"},
+                                                               {memory_, "memory"}}) {
+    widget->setObjectName(name);
+  }
+  message_timer_.setSingleShot(true);
+  message_timer_.setInterval(kMessageMs);
+  connect(&message_timer_, &QTimer::timeout, this,
+          [this] { message_->setText(controller_->task()); });
+  status_timer_.setInterval(kStatusMs);
+  connect(&status_timer_, &QTimer::timeout, this, &MainWindow::UpdateStatus);
+  status_timer_.start();
+}
+
+// A frame and a task bar take a part of the room that is said to be there.
+QSize MainWindow::FirstSize(const QSize& room) {
+  constexpr QSize kWanted(1400, 900), kAround(24, 48);
+  return kWanted.boundedTo(room - kAround);
+}
+
+void MainWindow::Say(const QString& text) {
+  message_->setText(text);
+  message_timer_.start();
+}
+
+void MainWindow::ConnectScene() {
+  connect(controller_, &SceneController::opened, this, [this] {
+    if (!opening_.isEmpty()) Remember(opening_);
+    form_.reset();
+    unchecked_ = true;
+    means_.Clear();
+    ShowWarnings(controller_->facts()->warnings);
+    SetCurrentRegion(0);
+    ShowPage();
+    UpdateTitle();
+    UpdateActions();
+    UpdateStatus();
+    canvas_->setFocus();
+  });
+  connect(controller_, &SceneController::closed, this, [this] {
+    ShowWarnings({});
+    SetCurrentRegion(0);
+    ShowPage();
+    UpdateTitle();
+    UpdateActions();
+    UpdateStatus();
+  });
+  connect(controller_, &SceneController::openFailed, this, &MainWindow::OnOpenFailed);
+  connect(controller_, &SceneController::openCancelled, this, [this] {
+    form_.reset();
+    ShowPage();
+  });
+  connect(controller_, &SceneController::regionsChanged, this, &MainWindow::OnRegions);
+  connect(controller_, &SceneController::regionAdded, this, &MainWindow::SetCurrentRegion);
+  connect(controller_, &SceneController::taskChanged, this, [this](const QString& label) {
+    message_->setText(label);
+    message_timer_.stop();
+    const bool busy = !label.isEmpty();
+    progress_->setVisible(busy);
+    progress_->setRange(0, 0);  // busy, until something is reported
+    cancel_->setVisible(busy);
+    if (!controller_->IsOpen()) ShowPage();
+    UpdateActions();
+  });
+  connect(controller_, &SceneController::progress, this, [this](const QString& stage, double done) {
+    progress_->setRange(0, 1000);
+    progress_->setValue(int(done * 1000));
+    progress_->setToolTip(stage);
+    if (controller_->IsBusy()) message_->setText(controller_->task() + ": " + stage);
+  });
+  connect(controller_, &SceneController::failed, this,
+          [this](const QString& label, const QString& message) {
+            // The selection mode says what became of its own work itself.
+            if (!IsSelecting()) Complain(label, message);
+          });
+  connect(controller_, &SceneController::cancelled, this,
+          [this](const QString& label) { Say(tr("%1: cancelled").arg(label)); });
+  connect(controller_, &SceneController::sceneChecked, this,
+          [this](const std::vector<std::string>& found) {
+            std::vector<std::string> all = controller_->facts()->warnings;
+            all.insert(all.end(), found.begin(), found.end());
+            ShowWarnings(all);
+          });
+  connect(controller_, &SceneController::written, this, [this](const QString& path) {
+    RememberOutput(path.toStdString());
+    Say(tr("Wrote %1").arg(path));
+  });
+}
+
+void MainWindow::ConnectView() {
+  connect(renderer_, &RenderThread::failed, this,
+          [this](const QString& message) { ShowError(tr("Rendering failed"), message); });
+  connect(canvas_, &Canvas::hint, this, &MainWindow::Say);
+  connect(canvas_, &Canvas::frameShown, this, [this] {
+    if (canvas_->frames_per_second() > 0) {
+      speed_->setText(tr("%1 fps").arg(canvas_->frames_per_second(), 0, 'f', 0));
+    }
+    // Once the scene is to be seen: the check renders too.
+    if (unchecked_ && canvas_->IsSharp()) {
+      unchecked_ = false;
+      controller_->Check();
+    }
+  });
+  connect(canvas_, &Canvas::stateChanged, this, &MainWindow::UpdateActions);
+  connect(uncertainty_, &Uncertainty::changed, this, [this] {
+    const auto found = uncertainty_->found();
+    canvas_->SetUncertain(found ? found->undecided : nullptr);
+    // Of another selection, unless that is none: there is nothing to say of it.
+    if (!found && canvas_->hatching() && current_->region()) uncertainty_->Find();
+  });
+  connect(uncertainty_, &Uncertainty::refused, this, &MainWindow::Say);
+}
+
+void MainWindow::ConnectSelection() {
+  connect(selection_, &SelectionMode::otherFailed, this, &MainWindow::Complain);
+  connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
+    SetCurrentRegion(id);
+    canvas_->SetCloudShown(true);  // what was found
+    ShowPage();
+    canvas_->setFocus();
+    Say(tr("The points show what was selected. Choose a color in the Regions panel (%1)")
+            .arg(keys_.KeyText("panel.regions")));
+  });
+  connect(selection_, &SelectionMode::left, this, [this] {
+    ShowPage();
+    canvas_->setFocus();
+  });
+}
+
+void MainWindow::ConnectFiles() {
+  connect(videos_, &VideoMaker::finished, this,
+          [this](const QString& path) { Say(tr("Wrote %1").arg(path)); });
+  connect(videos_, &VideoMaker::failed, this,
+          [this](const QString& message) { ShowError(tr("The video cannot be made"), message); });
+  connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
+    OnRegions();
+    UpdateTitle();
+    Remember(path);
+    RememberOutput(path.toStdString());
+    Say(tr("Saved %1").arg(path));
+  });
+  connect(sessions_, &SessionStore::restored, this, [this](const std::string& view) {
+    OnRegions();
+    const auto& regions = controller_->regions().regions;
+    if (!regions.empty()) SetCurrentRegion(regions.back().id);
+    if (!view.empty()) canvas_->RestoreCamera(view);
+    UpdateTitle();
+  });
+  connect(sessions_, &SessionStore::autosaveFailed, this, [this](const QString& message) {
+    ShowError(tr("The work cannot be saved automatically; Retint keeps trying"), message);
+  });
+}
+
+void MainWindow::Complain(const QString& label, const QString& message) {
+  ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label), message);
+}
+
+// They stay as long as the scene is open: what does not match is easily taken for a bad edit.
+void MainWindow::ShowWarnings(const std::vector<std::string>& warnings) {
+  QStringList lines;
+  for (const std::string& warning : warnings) lines << QString::fromStdString(warning);
+  warnings_->setText(lines.size() == 1 ? tr("⚠ 1 warning") : tr("⚠ %1 warnings").arg(lines.size()));
+  warnings_->setToolTip(lines.join("\n"));
+  warnings_->setVisible(!lines.isEmpty());
+  if (!lines.isEmpty()) Say(QStringLiteral("⚠ ") + lines.back());
+}
+
+bool MainWindow::IsSelecting() const { return pages_->currentWidget() == selection_; }
+
+void MainWindow::ShowPage() {
+  QWidget* page = welcome_;
+  if (controller_->IsOpen()) {
+    page = selection_->state() == SelectionMode::State::kIdle ? static_cast<QWidget*>(canvas_)
+                                                              : selection_;
+  }
+  pages_->setCurrentWidget(page);
+  QString text =
+      tr("<h2>Retint</h2>Open a COLMAP workspace and its splat,<br>"
+         "or drop both on this window.");
+  if (controller_->IsBusy()) text = "<h2>" + controller_->task().toHtmlEscaped() + "…</h2>";
+  welcome_text_->setText(text);
+  if (page == welcome_) ShowRecent();
+  UpdateActions();
+}
+
+void MainWindow::EnterSelection(RegionId region) {
+  if (!controller_->IsOpen() || IsSelecting()) return;
+  SelectionEntry entry;
+  if (const UserPicture* picture = canvas_->picture()) {
+    entry.view = QString::fromStdString(picture->name);
+  }
+  entry.camera = canvas_->navigation().Exact();
+  entry.region = region;
+  if (const auto frame = canvas_->frame()) entry.picture = frame->image;
+  if (!selection_->Enter(entry)) return;
+  pages_->setCurrentWidget(selection_);
+  selection_->setFocus();
+  UpdateActions();
+}
+
+void MainWindow::SetCurrentRegion(RegionId id) {
+  current_->Set(id);
+  ShowCloudOfCurrent();
+}
+
+void MainWindow::ShowCloudOfCurrent() {
+  const Region* region = current_->region();
+  const auto selection = region ? region->selection : nullptr;
+  const auto facts = controller_->facts();
+  // In a color that stands out from what the edit makes of the region.
+  QColor color;
+  if (region && facts)
+    color = ContrastingColor(means_.After(*region, *facts->original), cloud_color_);
+  if (selection == cloud_of_ && color == cloud_color_) return;
+  cloud_of_ = selection;
+  cloud_color_ = color;
+  auto cloud = selection ? MakeOverlayCloud(*selection) : nullptr;
+  if (cloud) {
+    cloud->color = {uint8_t(color.red()), uint8_t(color.green()), uint8_t(color.blue())};
+  }
+  canvas_->SetCloud(cloud);
+}
+
+void MainWindow::OnRegions() {
+  setWindowModified(sessions_->IsModified());
+  ShowCloudOfCurrent();  // undo may have given it another selection
+  UpdateActions();
+}
+
+void MainWindow::UpdateTitle() {
+  const auto facts = controller_->facts();
+  QString name;
+  if (facts) {
+    auto path = sessions_->folder().empty() ? facts->request.place() : sessions_->folder();
+    if (path.filename().empty()) path = path.parent_path();
+    name = QString::fromStdString(path.filename().string()) + "[*] — ";
+  }
+  setWindowTitle(name + "Retint");
+}
+
+void MainWindow::UpdateStatus() {
+  memory_->setText(tr("%1 MB").arg(ResidentMb(), 0, 'f', 0));
+  const auto facts = controller_->facts();
+  for (QLabel* label : {backend_, gaussians_, speed_}) label->setVisible(facts != nullptr);
+  if (!facts) return;
+  backend_->setText(
+      QString::fromUtf8(facts->backend->Name().data(), qsizetype(facts->backend->Name().size()))
+          .toUpper());
+  backend_->setToolTip(QString::fromStdString(facts->backend->Description()));
+  gaussians_->setText(tr("%L1 Gaussians").arg(facts->original->NumGaussians()));
+}
+
+// Panels that are shown one by one would not come back as they were: their tabs and sizes.
+void MainWindow::SetPanelsShown(bool shown) {
+  if (shown == panels_shown_) return;
+  panels_shown_ = shown;
+  if (shown) {
+    restoreState(layout_);
+  } else {
+    layout_ = saveState();
+    for (QDockWidget* dock : docks_) dock->hide();
+  }
+  UpdateActions();
+}
+
+// Keys that no widget wanted: flying works wherever the focus is.
+void MainWindow::keyPressEvent(QKeyEvent* event) {
+  const Command* command = keys_.Held(event->key(), event->modifiers());
+  if (command && controller_->IsOpen() && !IsSelecting() && !canvas_->hasFocus()) {
+    canvas_->setFocus();
+    if (!event->isAutoRepeat()) canvas_->SetHeld(*command, true);
+    return;
+  }
+  QMainWindow::keyPressEvent(event);
+}
+
+void MainWindow::keyReleaseEvent(QKeyEvent* event) { QMainWindow::keyReleaseEvent(event); }
+
+}  // namespace retint

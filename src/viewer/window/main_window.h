@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The window: puts canvas, selection mode and panels together, owns menus, status bar and the
+// dialogs. What the scene is and does lies behind SceneController.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <QMainWindow>
+#include <QMessageBox>
+#include <QPointer>
+#include <QTimer>
+
+#include "viewer/canvas/canvas.h"
+#include "viewer/canvas/contrast.h"
+#include "viewer/canvas/photo_loader.h"
+#include "viewer/canvas/render_thread.h"
+#include "viewer/scene/current_region.h"
+#include "viewer/scene/scene_controller.h"
+#include "viewer/window/key_map.h"
+#include "viewer/window/keys_dialog.h"
+#include "viewer/window/open_dialog.h"
+#include "viewer/window/theme.h"
+
+class QAction;
+class QDockWidget;
+class QHBoxLayout;
+class QLabel;
+class QMenu;
+class QProgressBar;
+class QStackedWidget;
+class QToolButton;
+class QVBoxLayout;
+
+namespace retint {
+
+class SelectionMode;
+class SessionStore;
+class StrokePreview;
+class Uncertainty;
+class VideoMaker;
+class ViewsPanel;
+struct Preferences;
+
+// What the command line asks for.
+struct StartOptions {
+  OpenRequest scene;              // empty paths: not given
+  std::filesystem::path session;  // NAME.retint
+  QString problem;                // why what was given cannot be opened; empty: it can
+};
+
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+
+ public:
+  explicit MainWindow(Theme* theme, QWidget* parent = nullptr);
+  ~MainWindow() override;
+
+  // After show(): opens what was asked for; missing parts are asked for in the dialog.
+  void Start(const StartOptions& options);
+  void OpenScene(const OpenRequest& request);
+  void OpenPaths(const QStringList& paths);  // as if dropped
+  // Empty: asks which.
+  void OpenSession(const std::filesystem::path& folder, const std::string& backend = "auto");
+
+  SceneController& controller() { return *controller_; }
+  Canvas& canvas() { return *canvas_; }
+  SelectionMode& selection() { return *selection_; }
+  PhotoLoader& photos() { return *photos_; }
+  StrokePreview& stroke_preview() { return *preview_; }
+  Uncertainty& uncertainty() { return *uncertainty_; }
+  SessionStore& sessions() { return *sessions_; }
+  // Of a command, see Commands(); null for held ones.
+  QAction* action(std::string_view command) const;
+  const KeyMap& keys() const { return keys_; }
+  void SetKeyMap(const KeyMap& keys);
+
+  // The region that tools and shortcuts mean; 0: none.
+  RegionId current_region() const { return current_->id(); }
+  void SetCurrentRegion(RegionId id);
+  // Paints on the view that shows, for a new region (0) or another round of one.
+  void EnterSelection(RegionId region = 0);
+  bool IsSelecting() const;
+
+  // A dock with an entry in the Panels menu. `id` names it in the saved layout.
+  QDockWidget* AddPanel(const QString& id, const QString& title, QWidget* panel,
+                        Qt::DockWidgetArea area);
+  void SetPanelsShown(bool shown);
+  bool panels_shown() const { return panels_shown_; }
+
+  // A dialog that does not stop the program; one at a time, the rest follow.
+  void ShowError(const QString& title, const QString& message);
+  QMessageBox* dialog() const { return dialog_; }
+  // A line in the status bar, for a few seconds.
+  void Say(const QString& text);
+  // Whether the regions differ from what was last saved or opened.
+  bool IsModified() const { return isWindowModified(); }
+  // The size of a first window on a screen with so much room.
+  static QSize FirstSize(const QSize& room);
+
+ protected:
+  void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void keyReleaseEvent(QKeyEvent* event) override;
+
+ private:
+  // main_window.cc
+  void BuildCenter();
+  void BuildStatusBar();
+  void ConnectScene();
+  void ConnectView();
+  void ConnectSelection();
+  void ConnectFiles();
+  void Complain(const QString& label, const QString& message);  // a task failed
+  void ShowPage();
+  void ShowWarnings(const std::vector<std::string>& warnings);
+  void UpdateTitle();
+  void UpdateStatus();
+  void UpdateActions();
+  void OnRegions();
+  void ShowCloudOfCurrent();
+  // main_window_actions.cc
+  void BuildActions();
+  QAction* MakeAction(const char* command, const QString& text, std::function<void()> act,
+                      bool checkable = false);
+  void BuildMenus();
+  void BackOut();
+  void SaveScreenshot();
+  void CopyPicture();
+  void FillHistory();
+  void ShowPreferences();
+  void Prefer(const Preferences& preferences);
+  void ShowKeys();
+  void LoadProfile(const QString& path);
+  static QStringList LoadedProfiles();         // of this and earlier runs
+  static KeyMap Profile(const QString& name);  // loaded or built in, else the default
+  // main_window_files.cc
+  // `failure`: why what `start` says could not be opened.
+  void AskAndOpen(OpenRequest start, const QString& failure = {});
+  void OpenRequested(const OpenRequest& request, bool from_form);
+  void OnOpenFailed(const QString& message);
+  void OpenRecent(const QString& entry);
+  void OpenSample();
+  void ShowRecent();  // on the start page
+  void Remember(const QString& entry);
+  void FillRecent();
+  void Save(bool as, std::function<void()> then = {});
+  void OpenStart(const StartOptions& options);
+  void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
+  // Runs `go` at once, or after the user agreed to lose or save what would be lost.
+  void ConfirmThen(const QString& what, std::function<void()> go);
+  void ShowDialog(QMessageBox* box);
+  void NextError();
+  // main_window_export.cc
+  void ExportSplat();
+  void ExportMasks();
+  void ExportViews();
+  void ExportReport();
+  void ExportTurntable();
+  void ExportComparison();
+  void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video);
+  // Where output is proposed: the folder that was written to last, else beside the session or the
+  // workspace. The name begins with that of what is open and ends in `ending`.
+  std::filesystem::path ProposedOutput(const QString& ending) const;
+  static void RememberOutput(const std::filesystem::path& path);
+  // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.
+  void ConfirmReplacing(const std::filesystem::path& folder,
+                        const std::vector<std::filesystem::path>& files, std::function<void()> go);
+  // main_window_panels.cc
+  void AddPanels();
+
+  Theme* theme_;
+  SceneController* controller_;
+  CurrentRegion* current_;
+  RenderThread* renderer_;
+  PhotoLoader* photos_;
+  SessionStore* sessions_;
+  VideoMaker* videos_;
+  Uncertainty* uncertainty_;
+  StrokePreview* preview_;
+  ViewsPanel* views_;
+  Canvas* canvas_;
+  SelectionMode* selection_;
+  QStackedWidget* pages_;
+  QWidget* welcome_;
+  QLabel* welcome_text_;
+  QVBoxLayout* welcome_recent_;
+  QLabel *backend_, *gaussians_, *speed_, *memory_, *message_;
+  QToolButton* warnings_;
+  QProgressBar* progress_;
+  QToolButton* cancel_;
+  QTimer message_timer_, status_timer_;
+  std::map<std::string, QAction*, std::less<>> actions_;
+  QMenu *recent_ = nullptr, *panels_menu_ = nullptr, *history_ = nullptr;
+  std::vector<QDockWidget*> docks_;
+  bool panels_shown_ = true;
+  QByteArray layout_;  // of the panels that are hidden
+  KeyMap keys_;
+  QPointer<KeysDialog> keys_dialog_;
+  QPointer<QMessageBox> dialog_;
+  std::deque<std::pair<QString, QString>> errors_;
+  QString opening_;                  // entry of the recent files, once it has opened
+  std::optional<OpenRequest> form_;  // of the dialog, until it has opened
+  std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
+  QColor cloud_color_;
+  MeanColors means_;
+  bool closing_ = false;
+  bool unchecked_ = false;  // CheckScene() is still to come
+};
+
+}  // namespace retint

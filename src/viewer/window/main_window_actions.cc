@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The window's actions, menus and what they do besides files.
+#include <QAction>
+#include <QApplication>
+#include <QClipboard>
+#include <QDateTime>
+#include <QDir>
+#include <QDockWidget>
+#include <QFile>
+#include <QMenu>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QSettings>
+#include <QStackedWidget>
+#include <QStandardPaths>
+#include <QToolBar>
+
+#include "base/error.h"
+#include "session/reporting/report.h"
+#include "viewer/canvas/uncertainty.h"
+#include "viewer/panels/views_panel.h"
+#include "viewer/selection/selection_mode.h"
+#include "viewer/selection/stroke_preview.h"
+#include "viewer/window/keys_dialog.h"
+#include "viewer/window/main_window.h"
+#include "viewer/window/preferences_dialog.h"
+
+namespace retint {
+
+QAction* MainWindow::MakeAction(const char* command, const QString& text, std::function<void()> act,
+                                bool checkable) {
+  auto* action = new QAction(text, this);
+  action->setObjectName(command);
+  action->setCheckable(checkable);
+  connect(action, &QAction::triggered, this, [act = std::move(act)] { act(); });
+  addAction(action);
+  actions_.emplace(command, action);
+  return action;
+}
+
+QAction* MainWindow::action(std::string_view command) const {
+  const auto found = actions_.find(command);
+  return found == actions_.end() ? nullptr : found->second;
+}
+
+void MainWindow::BuildActions() {
+  MakeAction("file.open", tr("&Open…"), [this] { AskAndOpen({}); });
+  MakeAction("file.open_session", tr("Open se&ssion…"), [this] { OpenSession({}); });
+  MakeAction("file.save", tr("&Save session"), [this] { Save(false); });
+  MakeAction("file.save_as", tr("Save session &as…"), [this] { Save(true); });
+  MakeAction("file.export_splat", tr("&Splat…"), [this] { ExportSplat(); });
+  MakeAction("file.close", tr("&Close the scene"),
+             [this] { ConfirmThen(tr("Close the scene?"), [this] { controller_->Close(); }); });
+  MakeAction("file.quit", tr("&Quit"), [this] { close(); });
+  MakeAction("edit.undo", tr("&Undo"), [this] { controller_->Undo(); });
+  MakeAction("edit.redo", tr("&Redo"), [this] { controller_->Redo(); });
+  MakeAction("edit.cancel", tr("Back out"), [this] { BackOut(); });
+  MakeAction("selection.enter", tr("&Select"), [this] {
+    EnterSelection(views_->IsToPaintNext() ? current_->id() : 0);
+  })->setToolTip(tr("Paint on this view to select a part of the scene"));
+  MakeAction("view.next", tr("&Next view"), [this] { canvas_->StepView(1); });
+  MakeAction("view.previous", tr("&Previous view"), [this] { canvas_->StepView(-1); });
+  MakeAction("camera.frame", tr("&Frame"), [this] { canvas_->FrameSelection(); });
+  MakeAction("camera.reset", tr("&Reset the camera"), [this] { canvas_->ResetCamera(); });
+  MakeAction(
+      "camera.fly_mode", tr("Fl&y"), [this] { canvas_->SetFlyMode(!canvas_->fly_mode()); }, true);
+  MakeAction(
+      "show.frusta", tr("&Cameras"), [this] { canvas_->SetFrusta(!canvas_->frusta()); }, true);
+  MakeAction(
+      "show.depth", tr("&Depth"), [this] { canvas_->SetDepth(!canvas_->depth()); }, true);
+  MakeAction(
+      "show.split", tr("&Before and after"), [this] { canvas_->SetSplit(!canvas_->split()); },
+      true);
+  MakeAction(
+      "show.cloud", tr("&Points of the selection"),
+      [this] { canvas_->SetCloudShown(!canvas_->cloud_shown()); }, true);
+  MakeAction(
+      "show.uncertain", tr("&Uncertain surfaces"),
+      [this] {
+        canvas_->SetHatching(!canvas_->hatching());
+        if (canvas_->hatching()) uncertainty_->Find();
+      },
+      true);
+  MakeAction(
+      "show.look_ahead", tr("&Look ahead while painting"),
+      [this] {
+        preview_->SetEnabled(!preview_->enabled());
+        QSettings().setValue("look_ahead", preview_->enabled());
+        UpdateActions();
+      },
+      true);
+  MakeAction("window.panels", tr("&Hide the panels"), [this] { SetPanelsShown(!panels_shown_); });
+  MakeAction("window.screenshot", tr("Save a &screenshot"), [this] { SaveScreenshot(); });
+  MakeAction("window.copy_picture", tr("&Copy the picture"), [this] { CopyPicture(); });
+  MakeAction("window.full_screen", tr("&Full screen"),
+             [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); });
+  MakeAction("help.keys", tr("&Keys"), [this] { ShowKeys(); });
+}
+
+void MainWindow::BuildMenus() {
+  const auto add = [this](QMenu* menu, std::initializer_list<const char*> commands) {
+    for (const char* command : commands) {
+      if (*command) {
+        menu->addAction(action(command));
+      } else {
+        menu->addSeparator();
+      }
+    }
+  };
+  QMenu* file = menuBar()->addMenu(tr("&File"));
+  add(file, {"file.open", "file.open_session"});
+  recent_ = file->addMenu(tr("Open &recent"));
+  connect(recent_, &QMenu::aboutToShow, this, &MainWindow::FillRecent);
+  add(file, {"", "file.save", "file.save_as"});
+  QMenu* output = file->addMenu(tr("&Export"));
+  output->setObjectName("export");
+  add(output, {"file.export_splat"});
+  output->addAction(tr("&Masks of the current region…"), this, &MainWindow::ExportMasks);
+  output->addAction(tr("Edited &views…"), this, &MainWindow::ExportViews);
+  output->addAction(tr("&Report…"), this, &MainWindow::ExportReport);
+  output->addAction(tr("&Turntable…"), this, &MainWindow::ExportTurntable);
+  output->addAction(tr("&Before and after…"), this, &MainWindow::ExportComparison);
+  add(file, {"", "file.close", "file.quit"});
+  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
+  add(edit, {"edit.undo", "edit.redo"});
+  history_ = edit->addMenu(tr("&History"));
+  history_->setObjectName("history");
+  connect(history_, &QMenu::aboutToShow, this, &MainWindow::FillHistory);
+  add(edit, {"", "selection.enter", "", "window.copy_picture", ""});
+  edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
+  QMenu* view = menuBar()->addMenu(tr("&View"));
+  add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
+             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.uncertain",
+             "show.look_ahead"});
+  QMenu* window = menuBar()->addMenu(tr("&Window"));
+  panels_menu_ = window->addMenu(tr("&Panels"));
+  add(window, {"window.panels", "window.full_screen", "window.screenshot"});
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  add(help, {"help.keys"});
+  help->addAction(tr("Open the &sample"), this, &MainWindow::OpenSample);
+  help->addAction(tr("&About Retint"), this, [this] {
+    auto* box = new QMessageBox(
+        QMessageBox::NoIcon, tr("About Retint"),
+        tr("<b>Retint %1</b><br>Recolors regions of 3D Gaussian Splatting scenes from COLMAP "
+           "workspaces.<br>BSD-3-Clause. Uses Qt %2 (LGPL).")
+            .arg(QString::fromUtf8(Version().data(), qsizetype(Version().size())), qVersion()),
+        QMessageBox::Close, this);
+    ShowDialog(box);
+  });
+
+  QToolBar* bar = addToolBar(tr("Tools"));
+  bar->setObjectName("tools");
+  bar->setMovable(false);
+  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  for (const char* command : {"selection.enter", "", "edit.undo", "edit.redo", "", "view.previous",
+                              "view.next", "camera.frame", "camera.fly_mode", "", "show.frusta",
+                              "show.depth", "show.split", "show.cloud"}) {
+    if (*command) {
+      bar->addAction(action(command));
+    } else {
+      bar->addSeparator();
+    }
+  }
+  bar->setContextMenuPolicy(Qt::PreventContextMenu);
+}
+
+void MainWindow::UpdateActions() {
+  const bool open = controller_->IsOpen(), selecting = IsSelecting();
+  const bool exploring = open && !selecting;
+  for (const Command& command : Commands()) {
+    QAction* one = action(command.id);
+    // The selection mode has keys of its own.
+    if (one && command.context == KeyContext::kExplore) one->setEnabled(exploring);
+  }
+  for (const char* command : {"file.save", "file.save_as", "file.export_splat", "file.close"}) {
+    action(command)->setEnabled(open);
+  }
+  const HistoryState& history = controller_->history();
+  const auto label = [](const QString& verb, const std::string& what) {
+    return what.empty() ? verb : verb + " " + QString::fromStdString(what);
+  };
+  action("edit.undo")->setEnabled(exploring && history.can_undo);
+  action("edit.redo")->setEnabled(exploring && history.can_redo);
+  history_->setEnabled(exploring && !history.labels.empty());
+  action("edit.undo")->setText(label(tr("&Undo"), history.undo_label));
+  action("edit.redo")->setText(label(tr("&Redo"), history.redo_label));
+  action("edit.undo")->setIconText(tr("Undo"));
+  action("edit.redo")->setIconText(tr("Redo"));
+  action("edit.cancel")->setEnabled(!selecting);
+  action("window.panels")->setText(panels_shown_ ? tr("&Hide the panels") : tr("S&how the panels"));
+  action("camera.fly_mode")->setChecked(canvas_->fly_mode());
+  action("show.frusta")->setChecked(canvas_->frusta());
+  action("show.depth")->setChecked(canvas_->depth());
+  action("show.split")->setChecked(canvas_->split());
+  action("show.cloud")->setChecked(canvas_->cloud_shown());
+  action("show.uncertain")->setChecked(canvas_->hatching());
+  action("show.look_ahead")->setChecked(preview_->enabled());
+  for (QMenu* menu : findChildren<QMenu*>("export")) menu->setEnabled(open);
+}
+
+// Esc: out of the innermost thing, never out of the program.
+void MainWindow::BackOut() {
+  if (canvas_->picking()) {
+    canvas_->SetPicking(false);
+  } else if (controller_->IsBusy()) {
+    controller_->Cancel();
+  } else if (isFullScreen()) {
+    setWindowState(windowState() & ~Qt::WindowFullScreen);
+  } else if (canvas_->fly_mode()) {
+    canvas_->SetFlyMode(false);
+  } else if (canvas_->split()) {
+    canvas_->SetSplit(false);
+  } else if (canvas_->depth()) {
+    canvas_->SetDepth(false);
+  } else if (!panels_shown_) {
+    SetPanelsShown(true);
+  }
+  if (controller_->IsOpen()) canvas_->setFocus();
+}
+
+void MainWindow::SaveScreenshot() {
+  QString folder = QStandardPaths::writableLocation(QStandardPaths::PicturesLocation);
+  if (folder.isEmpty()) folder = QDir::homePath();
+  QDir().mkpath(folder);
+  const QString path = QDir(folder).filePath(
+      "retint-" + QDateTime::currentDateTime().toString("yyyyMMdd-HHmmss-zzz") + ".png");
+  // The picture, not the window around it.
+  const QPixmap picture = pages_->currentWidget()->grab();
+  if (!picture.save(path)) {
+    ShowError(tr("The screenshot cannot be saved"), tr("%1 cannot be written").arg(path));
+    return;
+  }
+  Say(tr("Wrote %1").arg(path));
+}
+
+void MainWindow::CopyPicture() {
+  QApplication::clipboard()->setPixmap(pages_->currentWidget()->grab());
+  Say(tr("The picture is in the clipboard"));
+}
+
+void MainWindow::SetKeyMap(const KeyMap& keys) {
+  keys_ = keys;
+  canvas_->SetKeyMap(keys);
+  for (const auto& [id, one] : actions_) {
+    one->setShortcuts(keys.ActiveKeys(id));
+    const QString text = keys.KeyText(id);
+    const Command* command = FindCommand(id);
+    one->setToolTip(tr(command->title) + (text.isEmpty() ? "" : " (" + text + ")"));
+  }
+  for (QDockWidget* dock : docks_) {
+    const QString text = keys.KeyText("panel." + dock->objectName().toStdString());
+    dock->toggleViewAction()->setToolTip(
+        text.isEmpty() ? dock->windowTitle()
+                       : tr("%1 (go there: %2)").arg(dock->windowTitle(), text));
+  }
+  if (keys_dialog_) keys_dialog_->Show(keys);
+}
+
+void MainWindow::ShowKeys() {
+  if (!keys_dialog_) {
+    keys_dialog_ = new KeysDialog(keys_, KeyMap::BuiltIn() + LoadedProfiles(), this);
+    keys_dialog_->setAttribute(Qt::WA_DeleteOnClose);
+    connect(keys_dialog_, &KeysDialog::profileChosen, this, [this](const QString& name) {
+      SetKeyMap(Profile(name));
+      QSettings().setValue("keys", name);
+    });
+    connect(keys_dialog_, &KeysDialog::fileChosen, this, &MainWindow::LoadProfile);
+  }
+  keys_dialog_->show();
+  keys_dialog_->raise();
+}
+
+// The text of a loaded profile is kept: its file may be gone at the next start.
+QStringList MainWindow::LoadedProfiles() {
+  return QSettings().value("key_profiles").toMap().keys();
+}
+
+KeyMap MainWindow::Profile(const QString& name) {
+  const QByteArray json = QSettings().value("key_profiles").toMap().value(name).toByteArray();
+  if (!json.isEmpty()) {
+    try {
+      return KeyMap::FromJson(json, name.toStdString());
+    } catch (const Error&) {
+      // Written for a version that knows other commands.
+    }
+  }
+  return KeyMap::Named(name);
+}
+
+void MainWindow::LoadProfile(const QString& path) {
+  QFile file(path);
+  if (!file.open(QIODevice::ReadOnly)) {
+    ShowError(tr("The profile cannot be read"), path + ": " + file.errorString());
+    return;
+  }
+  const QByteArray json = file.readAll();
+  try {
+    const KeyMap keys = KeyMap::FromJson(json, path.toStdString());
+    if (KeyMap::BuiltIn().contains(keys.name())) {
+      throw InputError(path.toStdString(), "has the name of a profile that is built in");
+    }
+    QSettings settings;
+    QVariantMap loaded = settings.value("key_profiles").toMap();
+    loaded[keys.name()] = json;
+    settings.setValue("key_profiles", loaded);
+    settings.setValue("keys", keys.name());
+    SetKeyMap(keys);
+  } catch (const Error& error) {
+    ShowError(tr("The profile cannot be used"), QString::fromStdString(error.what()));
+  }
+}
+
+// ---- Preferences
+
+void MainWindow::ShowPreferences() {
+  Preferences now = Preferences::Load();
+  now.theme = theme_->choice();
+  now.keys = keys_.name();
+  auto* dialog = new PreferencesDialog(now, KeyMap::BuiltIn() + LoadedProfiles(), this);
+  connect(dialog, &PreferencesDialog::changed, this, [this](const Preferences& chosen) {
+    chosen.Save();
+    theme_->Choose(chosen.theme);
+    Prefer(chosen);
+  });
+  dialog->open();
+}
+
+// The theme is the program's: the command line may have chosen another.
+void MainWindow::Prefer(const Preferences& preferences) {
+  SetKeyMap(Profile(preferences.keys));
+  controller_->SetAutomaticRefit(preferences.automatic_refit);
+  renderer_->SetFrameBudget(preferences.frame_ms);
+}
+
+// Every edit that is kept, the newest on top; a click goes to the state after it.
+void MainWindow::FillHistory() {
+  history_->clear();
+  const HistoryState& history = controller_->history();
+  for (size_t step = history.labels.size() + 1; step-- > 0;) {
+    const QString label =
+        step == 0 ? tr("Before these edits") : QString::fromStdString(history.labels[step - 1]);
+    QAction* one = history_->addAction(QString(label).replace("&", "&&"), this,
+                                       [this, step] { controller_->GoToStep(step); });
+    one->setCheckable(true);
+    one->setChecked(step == history.done);
+  }
+}
+
+}  // namespace retint

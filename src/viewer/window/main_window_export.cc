@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the window writes besides sessions, where it proposes to, and what it asks before anything
+// that is there is replaced.
+#include <algorithm>
+
+#include <QDir>
+#include <QFileDialog>
+#include <QPushButton>
+#include <QRegularExpression>
+#include <QSettings>
+
+#include "base/error.h"
+#include "colmap_io/image_io.h"
+#include "session/reporting/export.h"
+#include "viewer/panels/export_dialog.h"
+#include "viewer/scene/session_store.h"
+#include "viewer/scene/video_maker.h"
+#include "viewer/window/main_window.h"
+#include "viewer/window/open_dialog.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPlace = "output_folder";
+constexpr size_t kNamedFiles = 3;  // of those that would be replaced
+
+fs::path Path(const QString& text) { return text.toStdString(); }
+QString Text(const fs::path& path) { return QString::fromStdString(path.string()); }
+
+fs::path WithoutSlash(const fs::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
+// Frames of an earlier turn, also where they are more than those that come: a film would show them.
+std::vector<fs::path> NumberedPictures(const fs::path& folder) {
+  static const QRegularExpression kNumbered("^\\d{4,}\\.png$");
+  std::vector<fs::path> found;
+  for (const QString& name : QDir(Text(folder)).entryList(QDir::Files, QDir::Name)) {
+    if (kNumbered.match(name).hasMatch()) found.push_back(folder / name.toStdString());
+  }
+  return found;
+}
+
+// Those of `views` below a folder; a name that would leave it is refused when it is written.
+std::vector<fs::path> ViewFiles(const fs::path& folder, const std::vector<std::string>& views) {
+  std::vector<fs::path> files;
+  for (const std::string& view : views) {
+    try {
+      files.push_back(ViewFile(folder, view));
+    } catch (const InputError&) {
+    }
+  }
+  return files;
+}
+
+// What the pictures that show `views` are called.
+std::vector<std::string> PictureNames(const SceneFacts& facts,
+                                      const std::vector<const View*>& views) {
+  std::vector<std::string> names;
+  for (const UserPicture* one : facts.pictures->Showing(views)) names.push_back(one->name);
+  return names;
+}
+
+bool IsWithin(const fs::path& path, const fs::path& folder) {
+  std::error_code ignored;
+  const fs::path relative =
+      fs::weakly_canonical(path, ignored).lexically_relative(fs::weakly_canonical(folder, ignored));
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+}  // namespace
+
+fs::path MainWindow::ProposedOutput(const QString& ending) const {
+  const fs::path workspace = WithoutSlash(controller_->facts()->request.place());
+  const fs::path& session = sessions_->folder();
+  const fs::path of = session.empty() ? workspace : session;
+  const QString last = QSettings().value(kPlace).toString();
+  const fs::path place = !last.isEmpty() && QDir(last).exists() ? Path(last) : of.parent_path();
+  return place / (of.stem().string() + ending.toStdString());
+}
+
+void MainWindow::RememberOutput(const fs::path& path) {
+  QSettings().setValue(kPlace, Text(WithoutSlash(path).parent_path()));
+}
+
+void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::path>& files,
+                                  std::function<void()> go) {
+  QStringList there;
+  for (const fs::path& file : files) {
+    std::error_code ignored;
+    if (fs::exists(file, ignored)) there << Text(file.filename());
+  }
+  if (there.isEmpty()) return go();
+  const auto more = there.size() - qsizetype(kNamedFiles);
+  QString names = there.mid(0, qsizetype(kNamedFiles)).join(", ");
+  if (more > 0) names += tr(" and %1 more").arg(more);
+  const QString what =
+      there.size() == 1 ? tr("Replace a file?") : tr("Replace %1 files?").arg(there.size());
+  QString reason = tr("%1 already holds %2.").arg(Text(folder), names);
+  const auto facts = controller_->facts();
+  if (facts && !facts->request.workspace.empty() && IsWithin(folder, facts->request.workspace)) {
+    reason += tr("\nThis is in the workspace itself: they may be its own photos or masks.");
+  }
+  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
+  box->setInformativeText(reason);
+  QPushButton* replace = box->addButton(tr("&Replace"), QMessageBox::DestructiveRole);
+  box->setDefaultButton(QMessageBox::Cancel);
+  connect(box, &QMessageBox::buttonClicked, this, [=](QAbstractButton* button) {
+    if (button == replace) go();
+  });
+  ShowDialog(box);
+}
+
+void MainWindow::ExportSplat() {
+  if (!controller_->IsOpen()) return;
+  const fs::path source = controller_->facts()->request.splat;
+  const QString ending = "-edited" + Text(source.extension());
+  const QString path = QFileDialog::getSaveFileName(
+      this, tr("Export the splat"), WithSplatExtension(Text(ProposedOutput(ending))),
+      SplatFilter(/*writable=*/true));
+  if (path.isEmpty()) return;
+  // A name that says no format means that of the scene's own splat.
+  const bool says = WithSplatExtension(path) == path;
+  const QString named = says ? path : WithSplatExtension(path + Text(source.extension()));
+  controller_->WriteSplat(Path(named));
+}
+
+void MainWindow::ExportReport() {
+  if (!controller_->IsOpen()) return;
+  const QString page = tr("Page to look at (*.html)"),
+                figures = tr("Figures for programs (*.json)");
+  QString kind = page;
+  QString path = QFileDialog::getSaveFileName(this, tr("Export the report"),
+                                              Text(ProposedOutput("-report.html")),
+                                              page + ";;" + figures, &kind);
+  if (path.isEmpty()) return;
+  const QString ending = kind == figures ? ".json" : ".html";
+  if (!path.endsWith(".json") && !path.endsWith(".html")) path += ending;
+  controller_->WriteReport(Path(path));
+}
+
+void MainWindow::ExportMasks() {
+  const Region* region = controller_->regions().Find(current_->id());
+  if (!region) {
+    return ShowError(tr("Export masks"), tr("Choose a region first. Masks belong to a region."));
+  }
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kMasks, QString::fromStdString(region->name),
+                                  Text(ProposedOutput("-masks")), this);
+  connect(dialog, &QDialog::accepted, this, [this, dialog, id = region->id] {
+    const Region* one = controller_->regions().Find(id);
+    if (!one) return;
+    const fs::path folder = dialog->folder();
+    std::vector<const View*> views;
+    for (const auto& [name, mask] : one->selection->masks) {
+      views.push_back(controller_->facts()->workspace->reconstruction.FindView(name));
+    }
+    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*controller_->facts(), views)),
+                     [this, folder, id] { controller_->WriteMasks(folder, id); });
+  });
+  dialog->open();
+}
+
+void MainWindow::ExportViews() {
+  if (!controller_->IsOpen()) return;
+  const UserPicture* picture = canvas_->picture();
+  const std::string shown = picture ? picture->name : std::string();
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
+                                  Text(ProposedOutput("-views")), this);
+  connect(dialog, &QDialog::accepted, this, [=, this] {
+    const auto facts = controller_->facts();
+    if (!facts) return;
+    const fs::path folder = dialog->folder();
+    std::vector<const View*> views = facts->views;
+    if (dialog->choice() == ExportDialog::kShownView) {
+      const UserPicture* one = facts->FindPicture(shown);
+      if (!one) return;
+      views = one->faces;
+    }
+    std::vector<std::string> names;
+    for (const View* one : views) names.push_back(one->name);
+    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*facts, views)),
+                     [this, folder, names] { controller_->WriteViews(folder, names); });
+  });
+  dialog->open();
+}
+
+void MainWindow::ExportTurntable() {
+  if (!controller_->IsOpen()) return;
+  auto* dialog = new ExportDialog(ExportDialog::Kind::kTurntable, {},
+                                  Text(ProposedOutput("-turntable")), this);
+  connect(dialog, &QDialog::accepted, this, [this, dialog] {
+    const auto facts = controller_->facts();
+    if (!facts) return;
+    const PosedCamera shown = canvas_->navigation().Rendered();
+    // Even sizes: video encoders want them.
+    const auto cameras =
+        dialog->choice() == ExportDialog::kThroughViews
+            ? ViewPath(facts->workspace->reconstruction, facts->Standpoints(), dialog->frames())
+            : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
+                                              shown.camera.height & ~1);
+    const fs::path folder = dialog->folder();
+    const fs::path video = folder / ("turntable" + VideoMaker::Extension().toStdString());
+    const std::vector<fs::path> frames = NumberedPictures(folder);
+    std::vector<fs::path> files = frames;
+    if (dialog->video()) files.push_back(video);
+    const auto then = [this, folder, video, wanted = dialog->video()] {
+      if (wanted) MakeVideo(folder, video);
+    };
+    ConfirmReplacing(folder, files, [this, folder, cameras, then, frames] {
+      controller_->WriteFrames(folder, cameras, then, frames);
+    });
+  });
+  dialog->open();
+}
+
+void MainWindow::MakeVideo(const fs::path& folder, const fs::path& video) {
+  Say(tr("Making %1").arg(Text(video)));
+  videos_->Make(folder, video);
+}
+
+void MainWindow::ExportComparison() {
+  if (!controller_->IsOpen()) return;
+  QString path = QFileDialog::getSaveFileName(this, tr("Export before and after"),
+                                              Text(ProposedOutput("-before-after.png")),
+                                              tr("Pictures (*.png)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".png")) path += ".png";
+  controller_->WriteComparison(Path(path), canvas_->navigation().Rendered(), canvas_->Lens());
+}
+
+}  // namespace retint

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The window's dealings with files: opening, sessions, exports, and the questions that go with
+// them. No question blocks the program: each is a dialog whose answer arrives later.
+#include <algorithm>
+#include <utility>
+
+#include <QAction>
+#include <QCloseEvent>
+#include <QDragEnterEvent>
+#include <QDropEvent>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QLabel>
+#include <QMenu>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPushButton>
+#include <QSettings>
+#include <QStandardPaths>
+#include <QUrl>
+#include <QVBoxLayout>
+
+#include "base/error.h"
+#include "colmap_io/nerfstudio.h"
+#include "synthetic/synthetic_scene.h"
+#include "synthetic/synthetic_workspace.h"
+#include "viewer/scene/session_store.h"
+#include "viewer/window/main_window.h"
+
+namespace retint {
+namespace {
+
+constexpr qsizetype kRecentKept = 8, kRecentOnStartPage = 5;
+constexpr int kRecentWidth = 600;  // of a line on the start page, pixels
+constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 12;
+constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
+
+std::filesystem::path Path(const QString& text) { return text.toStdString(); }
+bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code ignored;
+  return std::filesystem::equivalent(a, b, ignored);
+}
+QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
+QString Absolute(const std::filesystem::path& path) {
+  return path.empty() ? QString() : QFileInfo(Text(path)).absoluteFilePath();
+}
+
+// A scene as an entry of the recent files: workspace, splat, photos, held-out views, backend,
+// model, frame, placed views. All but the first two may be missing: older entries have fewer parts.
+QString RecentEntry(const OpenRequest& request) {
+  const SessionOptions& options = request.options;
+  return QStringList{Absolute(request.workspace),
+                     Absolute(request.splat),
+                     Absolute(options.image_folder),
+                     QString::number(options.holdout),
+                     QString::fromStdString(options.backend),
+                     QString::fromStdString(options.model),
+                     QString::fromStdString(IsIdentity(options.world_from_splat)
+                                                ? ""
+                                                : WorldFromSplatToText(options.world_from_splat)),
+                     QString::number(options.views)}
+      .join(kBetween);
+}
+
+OpenRequest RecentRequest(const QString& entry) {
+  const QStringList parts = entry.split(kBetween);
+  OpenRequest request;
+  request.workspace = Path(parts.value(0));
+  request.splat = Path(parts.value(1));
+  request.options.image_folder = Path(parts.value(2));
+  request.options.holdout = parts.value(3).toInt();
+  if (!parts.value(4).isEmpty()) request.options.backend = parts.value(4).toStdString();
+  request.options.model = parts.value(5).toStdString();
+  try {
+    const std::string frame = parts.value(6).toStdString();
+    if (!frame.empty()) request.options.world_from_splat = ParseWorldFromSplat(frame);
+  } catch (const OptionError&) {
+    request.options.world_from_splat = {};  // settings that someone wrote by hand
+  }
+  if (const int views = parts.value(7).toInt(); views >= 2) request.options.views = views;
+  return request;
+}
+
+// What a recent file is called in a menu or on a button.
+QString RecentTitle(const QString& entry) {
+  QStringList files = entry.split(kBetween).mid(0, 2);
+  files.removeAll(QString());  // a splat alone has no workspace
+  return files.join(QObject::tr(" with ")).replace("&", "&&");
+}
+
+// Entries of the same files, whatever their options, are one.
+bool SameRecent(const QString& a, const QString& b) {
+  return a.split(kBetween).mid(0, 2) == b.split(kBetween).mid(0, 2);
+}
+
+}  // namespace
+
+// ---- Opening
+
+void MainWindow::Start(const StartOptions& options) {
+  if (!options.problem.isEmpty()) {
+    return ShowError(tr("That cannot be opened"), options.problem);
+  }
+  OfferRecovery(options, [this, options] { OpenStart(options); });
+}
+
+void MainWindow::OpenStart(const StartOptions& options) {
+  const OpenRequest& scene = options.scene;
+  if (!options.session.empty()) return OpenSession(options.session, scene.options.backend);
+  if (!scene.workspace.empty() || !scene.splat.empty()) {
+    OpenRequest request = scene;
+    if (request.splat.empty()) request.splat = Path(GuessSplat(Text(request.workspace)));
+    if (request.splat.empty()) return AskAndOpen(request);
+    return OpenScene(request);
+  }
+}
+
+void MainWindow::OpenScene(const OpenRequest& request) { OpenRequested(request, false); }
+
+void MainWindow::OpenRequested(const OpenRequest& request, bool from_form) {
+  ConfirmThen(tr("Open another scene?"), [this, request, from_form] {
+    opening_ = RecentEntry(request);
+    form_ = from_form ? std::optional(request) : std::nullopt;
+    controller_->Open(request);
+  });
+}
+
+// Where a form was filled in, it comes back with the reason; else the reason alone is shown.
+void MainWindow::OnOpenFailed(const QString& message) {
+  ShowPage();
+  if (!form_) return ShowError(tr("The scene cannot be opened"), message);
+  const OpenRequest request = *std::exchange(form_, std::nullopt);
+  AskAndOpen(request, message);
+}
+
+// Made once, by the same code as `retint synth`, and kept for the next time.
+void MainWindow::OpenSample() {
+  const QString place = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
+  const std::filesystem::path folder = Path(place + "/sample");
+  OpenRequest request;
+  request.workspace = folder;
+  request.splat = folder / "splat.ply";
+  const auto make = [request](Monitor& monitor) {
+    if (!std::filesystem::exists(request.splat)) {
+      SyntheticOptions options;
+      options.width = kSampleWidth, options.height = kSampleHeight, options.views = kSampleViews;
+      const SyntheticScene scene = MakeSyntheticScene(options, monitor);
+      // Under another name until it is whole.
+      auto part = request.workspace;
+      part += ".part";
+      std::filesystem::remove_all(part);
+      WriteSyntheticWorkspace(part, scene, monitor);
+      std::filesystem::remove_all(request.workspace);
+      std::filesystem::rename(part, request.workspace);
+    }
+    return EditSession::Open(request.workspace, request.splat, request.options, monitor);
+  };
+  ConfirmThen(tr("Open the sample?"), [this, request, make] {
+    opening_ = RecentEntry(request);
+    form_.reset();
+    controller_->OpenWith(tr("the sample"), make);
+  });
+}
+
+void MainWindow::OpenSession(const std::filesystem::path& folder, const std::string& backend) {
+  QString path = Text(folder);
+  if (path.isEmpty()) {
+    path = QFileDialog::getExistingDirectory(this, tr("Open a session (a .retint folder)"));
+    if (path.isEmpty()) return;
+  }
+  ConfirmThen(tr("Open another session?"), [this, path, backend] {
+    opening_ = QFileInfo(path).absoluteFilePath();
+    form_.reset();
+    SessionOptions options;
+    options.backend = backend;
+    sessions_->Open(Path(path), options);
+  });
+}
+
+void MainWindow::OpenPaths(const QStringList& paths) {
+  const DroppedPaths dropped = SortPaths(paths);
+  if (!dropped.problem.isEmpty()) return ShowError(tr("That cannot be opened"), dropped.problem);
+  if (!dropped.session.isEmpty()) return OpenSession(Path(dropped.session));
+  OpenRequest request;
+  request.workspace = Path(dropped.workspace);
+  request.splat =
+      Path(dropped.splat.isEmpty() && !dropped.workspace.isEmpty() ? GuessSplat(dropped.workspace)
+                                                                   : dropped.splat);
+  // A splat alone is meant for the workspace that is open.
+  if (request.workspace.empty() && controller_->IsOpen()) {
+    request.workspace = controller_->facts()->request.workspace;
+    request.options = controller_->facts()->request.options;
+  }
+  if (request.splat.empty()) return AskAndOpen(request);
+  OpenScene(request);
+}
+
+void MainWindow::AskAndOpen(OpenRequest start, const QString& failure) {
+  if (start.workspace.empty() && start.splat.empty() && controller_->IsOpen()) {
+    start = controller_->facts()->request;
+  }
+  auto* dialog = new OpenDialog(start, this);
+  dialog->setObjectName("open_dialog");
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  if (!failure.isEmpty()) dialog->ShowFailure(failure);
+  connect(dialog, &QDialog::accepted, this,
+          [this, dialog] { OpenRequested(dialog->request(), true); });
+  dialog->open();
+}
+
+void MainWindow::Remember(const QString& entry) {
+  QSettings settings;
+  QStringList recent = settings.value("recent").toStringList();
+  recent.removeIf([&](const QString& other) { return SameRecent(other, entry); });
+  recent.prepend(entry);
+  settings.setValue("recent", recent.mid(0, kRecentKept));
+}
+
+void MainWindow::OpenRecent(const QString& entry) {
+  if (!entry.contains(kBetween)) return OpenSession(Path(entry));
+  OpenScene(RecentRequest(entry));
+}
+
+void MainWindow::FillRecent() {
+  recent_->clear();
+  for (const QString& entry : QSettings().value("recent").toStringList()) {
+    recent_->addAction(RecentTitle(entry), this, [this, entry] { OpenRecent(entry); });
+  }
+  if (recent_->isEmpty()) {
+    recent_->addAction(tr("nothing yet"))->setEnabled(false);
+    return;
+  }
+  recent_->addSeparator();
+  recent_->addAction(tr("&Clear this list"), this, [this] {
+    QSettings().remove("recent");
+    ShowRecent();
+  });
+}
+
+void MainWindow::ShowRecent() {
+  while (QLayoutItem* item = welcome_recent_->takeAt(0)) {
+    if (QWidget* old = item->widget()) {
+      old->hide();
+      old->deleteLater();
+    }
+    delete item;
+  }
+  const QStringList recent = QSettings().value("recent").toStringList();
+  if (recent.isEmpty()) return;
+  welcome_recent_->addWidget(new QLabel(tr("<b>Open again</b>")));
+  for (const QString& entry : recent.mid(0, kRecentOnStartPage)) {
+    auto* button = new QPushButton;
+    const QString title = RecentTitle(entry);
+    button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, kRecentWidth));
+    button->setToolTip(title);
+    button->setFlat(true);
+    button->setStyleSheet("text-align: left; padding: 4px;");
+    connect(button, &QPushButton::clicked, this, [this, entry] { OpenRecent(entry); });
+    welcome_recent_->addWidget(button);
+  }
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  QStringList paths;
+  for (const QUrl& url : event->mimeData()->urls()) {
+    if (url.isLocalFile()) paths << url.toLocalFile();
+  }
+  if (paths.isEmpty()) return;
+  event->acceptProposedAction();
+  OpenPaths(paths);
+}
+
+// ---- Sessions
+
+void MainWindow::Save(bool as, std::function<void()> then) {
+  if (!controller_->IsOpen()) return;
+  auto folder = sessions_->folder();
+  if (as || folder.empty()) {
+    const auto start = folder.empty() ? ProposedOutput(".retint") : folder;
+    QString path = QFileDialog::getSaveFileName(this, tr("Save the session"), Text(start),
+                                                tr("Sessions (*.retint)"), nullptr,
+                                                QFileDialog::DontConfirmOverwrite);
+    if (path.isEmpty()) return;
+    if (!path.endsWith(".retint")) path += ".retint";
+    const auto chosen = Path(path);
+    if (SamePath(chosen, folder)) return sessions_->Save(folder, std::move(then));
+    return ConfirmReplacing(chosen, {chosen / "session.json"},
+                            [this, chosen, then] { sessions_->Save(chosen, then); });
+  }
+  sessions_->Save(folder, std::move(then));
+}
+
+// The newest work that was left behind, of what is asked for where something is; then, unless it
+// is taken, `otherwise`.
+void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()> otherwise) {
+  std::vector<std::filesystem::path> known;
+  if (!options.session.empty()) known.push_back(options.session);
+  for (const QString& entry : QSettings().value("recent").toStringList()) {
+    if (!entry.contains(kBetween)) known.push_back(Path(entry));
+  }
+  const auto left = FindRecoverable(known);
+  const auto found = std::find_if(left.begin(), left.end(), [&](const Recovery& one) {
+    const OpenRequest& scene = options.scene;
+    if (!options.session.empty()) return SamePath(one.session, options.session);
+    return (scene.workspace.empty() || SamePath(one.info.workspace, scene.workspace)) &&
+           (scene.splat.empty() || SamePath(one.info.splat, scene.splat));
+  });
+  if (found == left.end()) return otherwise();
+  const Recovery newest = *found;
+  const QString of = !newest.session.empty()         ? Text(newest.session)
+                     : newest.info.workspace.empty() ? Text(newest.info.splat)
+                                                     : Text(newest.info.workspace);
+  auto* box =
+      new QMessageBox(QMessageBox::Question, tr("Recover unsaved work?"),
+                      tr("Retint ended without saving %1 of %2.")
+                          .arg(newest.info.regions == 1 ? tr("1 region")
+                                                        : tr("%1 regions").arg(newest.info.regions),
+                               of),
+                      QMessageBox::NoButton, this);
+  QPushButton* recover = box->addButton(tr("Recover"), QMessageBox::AcceptRole);
+  QPushButton* discard = box->addButton(tr("Throw away"), QMessageBox::DestructiveRole);
+  box->addButton(tr("Later"), QMessageBox::RejectRole);
+  box->setDefaultButton(recover);
+  connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
+    if (button == recover) {
+      opening_.clear();
+      SessionOptions session_options;
+      session_options.backend = options.scene.options.backend;
+      sessions_->Open(newest.folder, session_options);
+      return;
+    }
+    if (button == discard) RemoveRecovery(newest);
+    otherwise();
+  });
+  ShowDialog(box);
+}
+
+// ---- Questions
+
+void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
+  const bool running = controller_->optimizer().Active();
+  const bool busy = controller_->IsOpen() && controller_->IsBusy();
+  const bool modified = controller_->IsOpen() && IsModified();
+  if (!running && !busy && !modified) return go();
+  QStringList reasons;
+  if (running) reasons << tr("The optimizer is still running. It will be stopped.");
+  if (busy) reasons << tr("%1 is still under way. It will be stopped.").arg(controller_->task());
+  if (modified) reasons << tr("There are edits that have not been saved.");
+  auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
+  box->setInformativeText(reasons.join("\n"));
+  QPushButton* save = nullptr;
+  if (modified) save = box->addButton(tr("&Save"), QMessageBox::AcceptRole);
+  QPushButton* leave = box->addButton(modified ? tr("&Don't save") : tr("&Stop and go on"),
+                                      QMessageBox::DestructiveRole);
+  box->setDefaultButton(save ? save : leave);
+  const auto stop_and_go = [this, go = std::move(go)] {
+    controller_->CancelRefit();
+    controller_->Cancel();
+    go();
+  };
+  connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
+    if (button == leave) {
+      stop_and_go();
+    } else if (save && button == save) {
+      Save(false, stop_and_go);  // nothing is stopped before it is saved: asking where may end here
+    }
+  });
+  ShowDialog(box);
+}
+
+void MainWindow::ShowDialog(QMessageBox* box) {
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  dialog_ = box;
+  connect(box, &QDialog::finished, this, [this] {
+    // After the dialog is gone, so that the next is not closed with it.
+    QTimer::singleShot(0, this, &MainWindow::NextError);
+  });
+  box->open();
+}
+
+void MainWindow::ShowError(const QString& title, const QString& message) {
+  errors_.emplace_back(title, message);
+  if (!dialog_) NextError();
+}
+
+void MainWindow::NextError() {
+  if (errors_.empty() || (dialog_ && dialog_->isVisible())) return;
+  const auto [title, message] = errors_.front();
+  errors_.pop_front();
+  auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, this);
+  box->setInformativeText(message);
+  box->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  ShowDialog(box);
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (!closing_) {
+    event->ignore();
+    if (dialog_ && dialog_->isVisible()) return;  // already asked
+    ConfirmThen(tr("Quit Retint?"), [this] {
+      closing_ = true;
+      close();
+    });
+    if (!closing_) return;
+  }
+  QSettings settings;
+  settings.setValue("geometry", saveGeometry());
+  settings.setValue("layout", panels_shown_ ? saveState() : layout_);
+  sessions_->DropAutosave();
+  controller_->Close();
+  event->accept();
+}
+
+}  // namespace retint

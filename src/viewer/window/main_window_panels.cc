@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which panels the window has, where they stand, and how the keyboard gets there.
+#include <algorithm>
+
+#include <QAbstractSpinBox>
+#include <QAction>
+#include <QApplication>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QKeyEvent>
+#include <QMenu>
+#include <QScrollArea>
+#include <QScrollBar>
+#include <QSlider>
+#include <QStackedWidget>
+
+#include "viewer/panels/optimizer_panel.h"
+#include "viewer/panels/quality_panel.h"
+#include "viewer/panels/regions_panel.h"
+#include "viewer/panels/scene_panel.h"
+#include "viewer/panels/selection_panel.h"
+#include "viewer/panels/views_panel.h"
+#include "viewer/scene/view_editor.h"
+#include "viewer/window/main_window.h"
+
+namespace retint {
+namespace {
+
+// While the focus is in a panel, the keys that work its controls are the panel's: arrows move its
+// sliders, Tab goes to the next control, and in a field that takes text all plain keys are text.
+// Letters elsewhere stay the window's, as do function keys, those with Ctrl or Alt, and Esc, which
+// leads back to the canvas.
+class PanelKeys : public QObject {
+ public:
+  using QObject::QObject;
+
+ protected:
+  bool eventFilter(QObject* object, QEvent* event) override {
+    if (event->type() != QEvent::ShortcutOverride) return false;
+    auto* widget = qobject_cast<QWidget*>(object);
+    if (!widget || !InPanel(widget)) return false;
+    const auto* key = static_cast<QKeyEvent*>(event);
+    const bool plain = !(key->modifiers() & (Qt::ControlModifier | Qt::AltModifier));
+    if (!plain || !IsPanels(*widget, key->key())) return false;
+    event->accept();
+    return true;
+  }
+
+ private:
+  static bool IsPanels(const QWidget& widget, int key) {
+    if (key == Qt::Key_Escape || (key >= Qt::Key_F1 && key <= Qt::Key_F35)) return false;
+    const bool text = widget.inherits("QLineEdit") || widget.inherits("QAbstractSpinBox") ||
+                      widget.inherits("QComboBox");
+    return text || key == Qt::Key_Space || !IsPrinted(key);
+  }
+  static bool IsPrinted(int key) { return key < Qt::Key_Escape; }
+  bool InPanel(QWidget* widget) const {
+    for (; widget && widget != parent(); widget = widget->parentWidget()) {
+      if (qobject_cast<QDockWidget*>(widget)) return true;
+    }
+    return false;
+  }
+};
+
+// The wheel over a number, slider or choice scrolls the panel, unless one works with that very one.
+class PanelWheel : public QObject {
+ public:
+  explicit PanelWheel(QWidget* panel) : QObject(panel) {
+    for (auto* control : panel->findChildren<QWidget*>()) {
+      const bool turns = qobject_cast<QAbstractSpinBox*>(control) ||
+                         qobject_cast<QSlider*>(control) || qobject_cast<QComboBox*>(control);
+      if (!turns) continue;
+      if (control->focusPolicy() == Qt::WheelFocus) control->setFocusPolicy(Qt::StrongFocus);
+      control->installEventFilter(this);
+    }
+  }
+
+ protected:
+  bool eventFilter(QObject* control, QEvent* event) override {
+    if (event->type() != QEvent::Wheel || static_cast<QWidget*>(control)->hasFocus()) return false;
+    event->ignore();
+    return true;
+  }
+};
+
+// Of a panel, pixels; what the panels hold needs no more, so that their column stays as wide.
+constexpr int kNarrowest = 320;
+
+// As wide as its panel and the bar beside it need, so that a panel scrolls downwards alone.
+class PanelArea : public QScrollArea {
+ public:
+  QSize minimumSizeHint() const override {
+    const int bar = verticalScrollBar()->sizeHint().width();
+    const int needed = widget() ? widget()->minimumSizeHint().width() + bar : 0;
+    return {std::max(kNarrowest, needed), QScrollArea::minimumSizeHint().height()};
+  }
+
+ protected:
+  bool eventFilter(QObject* of, QEvent* event) override {
+    if (of == widget() && event->type() == QEvent::LayoutRequest) updateGeometry();
+    return QScrollArea::eventFilter(of, event);
+  }
+};
+
+// Scrolls where the window is too small for the panel.
+QWidget* Scrolling(QWidget* panel) {
+  auto* area = new PanelArea;
+  area->setFrameShape(QFrame::NoFrame);
+  area->setWidgetResizable(true);
+  // One that comes and goes would change what fits in a row.
+  area->setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOn);
+  area->setFocusPolicy(Qt::NoFocus);
+  area->setWidget(panel);
+  return area;
+}
+
+// Where the keyboard begins in a panel: where the panel says, else at its first control.
+QWidget* FirstControl(QWidget* panel) {
+  const auto* area = qobject_cast<QScrollArea*>(panel);
+  QWidget* wanted = (area ? area->widget() : panel)->focusProxy();
+  if (wanted && wanted->isVisible() && wanted->isEnabled()) return wanted;
+  QWidget* at = panel;
+  for (int guard = 0; guard < 1000; ++guard) {
+    at = at->nextInFocusChain();
+    if (at == panel) break;
+    if (panel->isAncestorOf(at) && at->isVisible() && at->isEnabled() &&
+        (at->focusPolicy() & Qt::TabFocus)) {
+      return at;
+    }
+  }
+  return panel;
+}
+
+}  // namespace
+
+QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidget* panel,
+                                  Qt::DockWidgetArea area) {
+  auto* dock = new QDockWidget(title, this);
+  dock->setObjectName(id);
+  dock->setWidget(panel);
+  new PanelWheel(panel);
+  addDockWidget(area, dock);
+  panels_menu_->addAction(dock->toggleViewAction());
+  docks_.push_back(dock);
+  return dock;
+}
+
+void MainWindow::AddPanels() {
+  connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
+  auto* regions_panel = new RegionsPanel(controller_, canvas_, current_);
+  connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
+  connect(pages_, &QStackedWidget::currentChanged, regions_panel,
+          [=, this] { regions_panel->SetSelecting(IsSelecting()); });
+  auto* elsewhere = new ViewEditor(controller_, this);
+  connect(regions_panel, &RegionsPanel::elsewhereWanted, this, [this, elsewhere](bool photo) {
+    const UserPicture* picture = canvas_->picture();
+    if (!picture) {
+      return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
+                     .arg(keys_.KeyText("view.next")));
+    }
+    elsewhere->Start(current_->id(), picture->name,
+                     photo ? TargetKind::kPhoto : TargetKind::kRender);
+  });
+  connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
+    Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
+  });
+  connect(elsewhere, &ViewEditor::taken, this, [this](const QString& path) {
+    canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
+    Say(tr("Took over %1").arg(path));
+  });
+  connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
+    ShowError(tr("The view cannot be edited elsewhere"), message);
+  });
+  auto* optimizer_panel = new OptimizerPanel(controller_, current_);
+  connect(optimizer_panel, &OptimizerPanel::refused, this, &MainWindow::ShowError);
+  auto* selection_panel = new SelectionPanel(controller_, selection_, canvas_, current_);
+  connect(selection_panel, &SelectionPanel::refused, this, &MainWindow::ShowError);
+  QDockWidget* regions =
+      AddPanel("regions", tr("Regions"), Scrolling(regions_panel), Qt::RightDockWidgetArea);
+  QDockWidget* optimizer =
+      AddPanel("optimizer", tr("Optimizer"), Scrolling(optimizer_panel), Qt::RightDockWidgetArea);
+  QDockWidget* quality = AddPanel("quality", tr("Quality"),
+                                  Scrolling(new QualityPanel(controller_, canvas_, current_)),
+                                  Qt::RightDockWidgetArea);
+  QDockWidget* selection =
+      AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
+  views_ = new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_);
+  QDockWidget* views = AddPanel("views", tr("Views"), views_, Qt::LeftDockWidgetArea);
+  QDockWidget* scene =
+      AddPanel("scene", tr("Scene"), new ScenePanel(controller_), Qt::LeftDockWidgetArea);
+  tabifyDockWidget(optimizer, quality);
+  tabifyDockWidget(quality, selection);
+  tabifyDockWidget(views, scene);
+  optimizer->raise();
+  views->raise();
+  // Of a narrow window, so that the picture keeps about half of it.
+  resizeDocks({views, regions}, {std::min(300, width() / 5), std::clamp(width() / 4, 310, 340)},
+              Qt::Horizontal);
+  resizeDocks({regions, optimizer}, {560, 300}, Qt::Vertical);
+  constexpr int kLow = 800;  // pixels; there is no room for one above the other
+  if (height() < kLow) {
+    for (QDockWidget* dock : {optimizer, quality, selection}) tabifyDockWidget(regions, dock);
+    regions->raise();
+  }
+
+  panels_menu_->addSeparator();
+  const std::pair<const char*, QDockWidget*> commands[] = {
+      {"panel.regions", regions}, {"panel.optimizer", optimizer}, {"panel.quality", quality},
+      {"panel.views", views},     {"panel.scene", scene},         {"panel.selection", selection}};
+  for (const auto& [command, dock] : commands) {
+    QAction* go = MakeAction(command, tr("Go to %1").arg(dock->windowTitle()), [this, dock = dock] {
+      SetPanelsShown(true);
+      dock->show();
+      dock->raise();
+      FirstControl(dock->widget())->setFocus(Qt::ShortcutFocusReason);
+    });
+    panels_menu_->addAction(go);
+  }
+  qApp->installEventFilter(new PanelKeys(this));
+}
+
+}  // namespace retint

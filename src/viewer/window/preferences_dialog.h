@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the user may choose for every scene. A choice acts at once and is kept.
+#pragma once
+
+#include <QDialog>
+
+#include "viewer/window/theme.h"
+
+namespace retint {
+
+struct Preferences {
+  ThemeChoice theme = ThemeChoice::kSystem;
+  QString keys;  // name of a profile
+  bool automatic_refit = true;
+  int frame_ms = 60;  // that a picture may take while the camera moves
+
+  static Preferences Load();  // from the settings
+  void Save() const;
+};
+
+class PreferencesDialog : public QDialog {
+  Q_OBJECT
+
+ public:
+  // `profiles`: names of key profiles to choose from.
+  PreferencesDialog(const Preferences& now, const QStringList& profiles, QWidget* parent = nullptr);
+
+ Q_SIGNALS:
+  void changed(const retint::Preferences& preferences);
+};
+
+}  // namespace retint
