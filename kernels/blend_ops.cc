@@ -105,10 +105,10 @@ void BlendOps::GatherRows(const ViewGeometry& view, const float* of, int32_t cha
   DoGatherRows(view, of, channels, values);
 }
 
-void BlendOps::AddRows(const ViewGeometry& view, const float* values, int32_t channels,
-                       float* sums) {
+void BlendOps::AddRows(const ViewGeometry& view, const float* values, int32_t channels, float* sums,
+                       bool and_square) {
   Require(channels >= 1, "rows have at least one channel");
-  DoAddRows(view, values, channels, sums);
+  DoAddRows(view, values, channels, sums, and_square);
 }
 
 }  // namespace retint

@@ -155,9 +155,11 @@ class BlendOps {
   // [H, W], sums [N, 2].
   void AccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums);
   // Between the Gaussians' order, [N, C], and a geometry's rows, [rows, C]: values[r] =
-  // of[rows()[r]] and sums[rows()[r]] += values[r].
+  // of[rows()[r]] and sums[rows()[r]] += values[r]. With `and_square` sums are [N, C + 1], and what
+  // is one more gets the square of the last of values[r].
   void GatherRows(const ViewGeometry& view, const float* of, int32_t channels, float* values);
-  void AddRows(const ViewGeometry& view, const float* values, int32_t channels, float* sums);
+  void AddRows(const ViewGeometry& view, const float* values, int32_t channels, float* sums,
+               bool and_square = false);
 
  protected:
   virtual std::unique_ptr<Model> DoUploadModel(const GaussianArrays& host) = 0;
@@ -181,7 +183,7 @@ class BlendOps {
   virtual void DoGatherRows(const ViewGeometry& view, const float* of, int32_t channels,
                             float* values) = 0;
   virtual void DoAddRows(const ViewGeometry& view, const float* values, int32_t channels,
-                         float* sums) = 0;
+                         float* sums, bool and_square) = 0;
 };
 
 }  // namespace retint

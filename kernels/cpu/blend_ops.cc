@@ -104,13 +104,16 @@ class CpuBlendOps : public BlendOps {
     });
   }
 
-  void DoAddRows(const ViewGeometry& view, const float* values, int32_t channels,
-                 float* sums) override {
+  void DoAddRows(const ViewGeometry& view, const float* values, int32_t channels, float* sums,
+                 bool and_square) override {
     const int32_t* const gaussians = view.rows();  // distinct
+    const int32_t width = channels + (and_square ? 1 : 0);
     ParallelRanges(view.num_rows(), 8192, [&](int64_t begin, int64_t end) {
       for (int64_t r = begin; r < end; ++r) {
-        float* const sum = sums + int64_t(gaussians[r]) * channels;
-        for (int c = 0; c < channels; ++c) sum[c] += values[r * channels + c];
+        float* const sum = sums + int64_t(gaussians[r]) * width;
+        const float* const row = values + r * channels;
+        for (int c = 0; c < channels; ++c) sum[c] += row[c];
+        if (and_square) sum[channels] += row[channels - 1] * row[channels - 1];
       }
     });
   }

@@ -87,11 +87,16 @@ class CudaBlendOps : public BlendOps {
     });
   }
 
-  void DoAddRows(const ViewGeometry& view, const float* values, int32_t channels,
-                 float* sums) override {
+  void DoAddRows(const ViewGeometry& view, const float* values, int32_t channels, float* sums,
+                 bool and_square) override {
     const int32_t* const gaussians = view.rows();  // distinct
-    ForEach(view.num_rows() * channels, stream_, "AddRows", [=] __device__(int64_t i) {
-      sums[int64_t(gaussians[i / channels]) * channels + i % channels] += values[i];
+    const int32_t width = channels + (and_square ? 1 : 0);
+    ForEach(view.num_rows() * width, stream_, "AddRows", [=] __device__(int64_t i) {
+      const int64_t r = i / width;
+      const int32_t c = int32_t(i % width);
+      const float last = values[r * channels + channels - 1];
+      sums[int64_t(gaussians[r]) * width + c] +=
+          c < channels ? values[r * channels + c] : last * last;
     });
   }
 

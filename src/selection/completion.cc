@@ -28,6 +28,7 @@ constexpr float kSmoothness = 1000;              // of the edges against one uni
 constexpr double kValley = 4;                    // logarithm of what a valley takes away of an edge
 constexpr double kTrust = 10;                    // of full evidence
 constexpr double kKnownFraction = 0.5;           // of the visibility from which on evidence is full
+constexpr double kPaintedFraction = 0.25;        // of what a view sees, likewise
 constexpr double kKnownPixels = 16;              // pixels from which on it is
 constexpr double kLogPrior = -1;                 // log odds of "inside" before the color is seen
 constexpr double kLogLimit = 6;                  // of the log odds by color
@@ -52,13 +53,22 @@ double Ratio(double part, double whole) { return whole > kLeastVisible ? part / 
 struct Proof {
   double share = 0;  // m_g
   double known = 0;  // part of the visibility that is known, in [0, 1]
+  double kept = 0;   // part of m_g that stays, whatever the graph says; at least `known`
   double pixels = 0;
 };
 
 Proof ProofOf(const ShareEvidence& evidence, size_t g) {
-  const double known = evidence.known[g];
-  return {std::clamp(Ratio(evidence.inside[g], known), 0.0, 1.0),
-          std::min(1.0, Ratio(evidence.seen[g], evidence.visible[g]) / kKnownFraction), known};
+  const double pixels = evidence.known[g], visible = evidence.visible[g];
+  const double known = Ratio(evidence.seen[g], visible);
+  // Of what a view sees that sees it: the mean of all, each weighted by what it sees.
+  const double usual = Ratio(evidence.visible_squared[g], visible);
+  const double painted = Ratio(evidence.painted[g], usual);
+  Proof proof;
+  proof.share = std::clamp(Ratio(evidence.inside[g], pixels), 0.0, 1.0);
+  proof.known = std::min(1.0, known / kKnownFraction);
+  proof.kept = std::max(proof.known, std::min(1.0, painted / kPaintedFraction));
+  proof.pixels = pixels;
+  return proof;
 }
 
 // body(i) for every i below `count`.
@@ -289,7 +299,8 @@ class Completer {
 
 CompletedShares CompleteShares(const GaussianGraph& graph, const ShareEvidence& evidence,
                                Completion completion, Monitor& monitor, Backend* backend) {
-  for (const auto& values : {evidence.inside, evidence.known, evidence.seen, evidence.visible}) {
+  for (const auto& values : {evidence.inside, evidence.known, evidence.seen, evidence.painted,
+                             evidence.visible, evidence.visible_squared}) {
     CheckOption(values.size() == graph.NumGaussians(),
                 "a completion needs the evidence of every Gaussian");
   }
@@ -301,8 +312,8 @@ CompletedShares CompleteShares(const GaussianGraph& graph, const ShareEvidence& 
   result.confidence.resize(of.size());
   Each(of.size(), [&](size_t g) {
     const Proof proof = ProofOf(evidence, g);
-    const double x = of[g].x, unknown = 1 - proof.known;
-    const double share = proof.known * proof.share + unknown * of[g].share;
+    const double x = of[g].x, unknown = 1 - proof.kept;
+    const double share = proof.kept * proof.share + unknown * of[g].share;
     result.shares[g] = float(std::clamp(share, 0.0, 1.0));
     result.confidence[g] = float(1 - unknown * std::max(4 * x * (1 - x), kUnseenDoubt * x));
   });

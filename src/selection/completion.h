@@ -10,7 +10,9 @@
 // lies in a valley of the surface, v how surely: things of one color end where they touch.
 // m_g the share that the evidence gives, trust_g larger the more of the Gaussian's visibility the
 // painted views cover, p_g the probability of "inside" by color. A Gaussian of which half or more
-// of the visibility is known keeps m_g; below that x_g takes over in proportion.
+// of the visibility is known keeps m_g; below that x_g takes over in proportion. So does one of
+// which the painted views see a quarter or more of what a view sees that sees it: where a surface
+// lets light through, its depth differs from view to view, and little of it is found again.
 #pragma once
 
 #include <span>
@@ -29,10 +31,10 @@ enum class Completion {
 };
 
 // Of one Gaussian, sums over the views: W^T (K M) and W^T K of the evidence, where nothing is known
-// K = 0; W^T K where a painted view's pixels count as those of all others do; and W^T 1, all in
-// pixels.
+// K = 0; W^T K where a painted view's pixels count as those of all others do, and that of the
+// painted views alone; W^T 1, and its square. All in pixels.
 struct ShareEvidence {
-  std::span<const float> inside, known, seen, visible;  // [N] each
+  std::span<const float> inside, known, seen, painted, visible, visible_squared;  // [N] each
 };
 
 struct CompletedShares {

@@ -53,7 +53,7 @@ class Projection {
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
     keeps_rows_ = ranks_.AreMany() && backend_.IsHost();
     if (options.kind != ProjectorKind::kGaussians) return;
-    sums_ = backend_.Allocate<float>(Channels() * static_cast<size_t>(renderer.model().count()));
+    sums_ = backend_.Allocate<float>(SumChannels() * static_cast<size_t>(renderer.model().count()));
     for (const auto& view : painted) {
       painted_.push_back({view.name,
                           view.camera,
@@ -130,7 +130,7 @@ class Projection {
   void FindShares(const GaussianGraph* graph, Monitor& monitor, ProjectedMasks* result) {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
     const std::vector<float> sums = SumsOfAllRanks();
-    const size_t channels = Channels(), count = sums.size() / channels;
+    const size_t channels = SumChannels(), count = sums.size() / channels;
     const auto channel = [&](size_t c) {
       std::vector<float> values(count);
       ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {
@@ -139,11 +139,12 @@ class Projection {
       return values;
     };
     if (completes_) {
-      const std::vector<float> inside = channel(0), known = channel(1);
-      const std::vector<float> seen = channel(2);
+      const std::vector<float> inside = channel(0), known = channel(1), seen = channel(2);
+      const std::vector<float> squared = channel(4);
       result->visible = channel(3);
-      CompletedShares completed = CompleteShares(*graph, {inside, known, seen, result->visible},
-                                                 options_.completion, monitor, &backend_);
+      CompletedShares completed = CompleteShares(
+          *graph, {inside, known, seen, SeenInPaint(known, seen), result->visible, squared},
+          options_.completion, monitor, &backend_);
       result->shares = std::move(completed.shares);
       result->confidence = std::move(completed.confidence);
       return;
@@ -261,6 +262,17 @@ class Projection {
   }
 
   size_t Channels() const { return completes_ ? 4 : 2; }
+  size_t SumChannels() const { return completes_ ? 5 : 2; }
+
+  // What painted views see of each Gaussian: there alone pixels count as `painted_weight`.
+  std::vector<float> SeenInPaint(const std::vector<float>& known,
+                                 const std::vector<float>& seen) const {
+    std::vector<float> painted(known.size(), 0);
+    const auto more = float(options_.painted_weight - 1);
+    for (size_t g = 0; more != 0 && g < painted.size(); ++g)
+      painted[g] = std::max(0.0f, (known[g] - seen[g]) / more);
+    return painted;
+  }
 
   // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
   void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence, float weight = 1) {
@@ -282,7 +294,8 @@ class Projection {
 
   // lifted_ to the Gaussians' sums.
   void AddLifted(const ViewGeometry& view) {
-    backend_.blend().AddRows(view, lifted_.data(), static_cast<int32_t>(Channels()), sums_.data());
+    backend_.blend().AddRows(view, lifted_.data(), static_cast<int32_t>(Channels()), sums_.data(),
+                             completes_);
   }
 
   // lifted_ of a backend in host memory, for its turn among the views of all ranks.
@@ -307,7 +320,7 @@ class Projection {
     }
     const std::span<std::byte> bytes = BytesOf(std::span(sums));
     ranks_.AddInOrder({&bytes, 1}, [&](size_t) {
-      for (const LiftedRows& rows : kept_) rows.AddTo(Channels(), &sums);
+      for (const LiftedRows& rows : kept_) rows.AddTo(Channels(), completes_, &sums);
     });
     kept_.clear();
     return sums;
@@ -318,11 +331,15 @@ class Projection {
     std::vector<int32_t> gaussians;  // distinct
     std::vector<float> values;       // [gaussians, C]
 
-    void AddTo(size_t channels, std::vector<float>* sums) const {
+    // As BlendOps::AddRows().
+    void AddTo(size_t channels, bool and_square, std::vector<float>* sums) const {
+      const size_t width = channels + (and_square ? 1 : 0);
       ParallelRanges(int64_t(gaussians.size()), kGrain, [&](int64_t first, int64_t last) {
         for (auto r = size_t(first); r < size_t(last); ++r) {
-          float* const sum = sums->data() + channels * static_cast<size_t>(gaussians[r]);
-          for (size_t c = 0; c < channels; ++c) sum[c] += values[channels * r + c];
+          float* const sum = sums->data() + width * static_cast<size_t>(gaussians[r]);
+          const float* const row = values.data() + channels * r;
+          for (size_t c = 0; c < channels; ++c) sum[c] += row[c];
+          if (and_square) sum[channels] += row[channels - 1] * row[channels - 1];
         }
       });
     }
@@ -337,8 +354,8 @@ class Projection {
   std::vector<LiftedRows> kept_;  // a view of this rank each
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
-  // [N, 2] W^T (K M), W^T K; where shares are completed [N, 4], also W^T K without painted_weight
-  // and W^T 1.
+  // [N, 2] W^T (K M), W^T K; where shares are completed [N, 5], also W^T K without painted_weight,
+  // W^T 1 and its square.
   Buffer<float> sums_;
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;

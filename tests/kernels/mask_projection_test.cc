@@ -513,6 +513,25 @@ TEST_P(MaskProjectionOp, MovesValuesBetweenGaussiansAndRows) {
   }
 }
 
+TEST_P(MaskProjectionOp, AddsTheSquareOfTheLastChannel) {
+  const auto model = backend_->blend().UploadModel(RandomModel(rng_, 500).arrays());
+  const auto view = backend_->blend().PrepareView(*model, TestCamera(kWidth, kHeight));
+  const auto gaussians = RowsOf(*backend_, *view);
+  ASSERT_GT(gaussians.size(), 50u);
+  const auto before = UniformVector(rng_, 500 * 3, -1, 1);
+  const auto added = UniformVector(rng_, gaussians.size() * 2, -1, 1);
+  Guarded<float> values(*backend_, added), sums(*backend_, before);
+  backend_->blend().AddRows(*view, values.data(), 2, sums.data(), /*and_square=*/true);
+  auto expected = before;
+  for (size_t r = 0; r < gaussians.size(); ++r) {
+    float* const sum = &expected[3 * size_t(gaussians[r])];
+    const float first = added[2 * r], last = added[2 * r + 1];
+    sum[0] += first, sum[1] += last, sum[2] += last * last;
+  }
+  const auto found = sums.Read();
+  for (size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-6f) << i;
+}
+
 RETINT_INSTANTIATE(MaskProjectionOp);
 
 }  // namespace

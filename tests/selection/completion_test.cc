@@ -20,10 +20,15 @@ struct World {
   GaussianModel model;
   size_t floor_begin = 0, far_begin = 0;  // the ball comes first
   std::vector<float> inside, known, visible;
+  mutable std::vector<float> painted, visible_squared;  // what is missing: not by painted views
 
   size_t count() const { return model.NumGaussians(); }
   float x(size_t g) const { return model.means[3 * g]; }
-  ShareEvidence evidence() const { return {inside, known, known, visible}; }
+  ShareEvidence evidence() const {
+    painted.resize(count(), 0);
+    visible_squared.resize(count(), 1);
+    return {inside, known, known, painted, visible, visible_squared};
+  }
 };
 
 void AddGaussian(float x, float y, float z, const float (&rgb)[3], GaussianModel* model) {
@@ -120,6 +125,35 @@ TEST(Completion, LearnsColorsByPixelsAndNotByGaussians) {
     if (world.x(g) < -0.2f) back += double(shares[g]), ++backs;
   }
   EXPECT_GT(back / backs, 0.8);
+}
+
+// Haze before the ball's front and on the floor beside it: the painted view sees it as others do,
+// but what it lies before has another depth in each of them.
+TEST(Completion, KeepsWhatPaintedViewsSeeThoughOthersDoNotFindIt) {
+  World world = MakeWorld();
+  const size_t haze = world.count();
+  for (const bool floor : {false, true}) {
+    for (int i = 0; i < 20; ++i) {
+      AddGaussian(1 + 0.02f * float(i), 0, floor ? -1 : 0, {0.5f, floor ? 0.1f : 0.5f, 0.1f},
+                  &world.model);
+      world.visible.push_back(800);
+      world.known.push_back(16);
+      world.inside.push_back(floor ? 0 : 7);
+    }
+  }
+  const std::vector<float> lost = Complete(world, Completion::kNear);
+  world.painted.resize(world.count(), 0);
+  world.visible_squared.resize(world.count(), 1);
+  for (size_t g = haze; g < world.count(); ++g) {
+    world.painted[g] = 16;
+    world.visible_squared[g] = 800 * 20;  // 20 pixels in each of 40 views
+  }
+  const CompletedShares kept = CompleteAll(world, Completion::kNear);
+  for (size_t g = haze; g < world.count(); ++g) {
+    EXPECT_FLOAT_EQ(kept.shares[g], world.inside[g] / world.known[g]) << g;
+    EXPECT_EQ(kept.confidence[g], 1) << g;
+  }
+  EXPECT_GT(std::abs(Mean(lost, haze, haze + 20) - 7.0 / 16), 0.1);
 }
 
 TEST(Completion, LeavesSeparateThingsAloneUnlessAskedForAll) {
