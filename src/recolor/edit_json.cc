@@ -206,8 +206,9 @@ void PictureFromJson(const Json& json, const std::string& where,
     const std::string place = where + ".pictures";
     if (!entry.is_object()) throw OptionError(place + ": an entry is not an object");
     const std::filesystem::path file = JsonText(entry, "file", place);
-    picture->pictures.push_back(
-        {JsonText(entry, "view", place), compared ? file : folder / file, {}});
+    EditedPicture one{JsonText(entry, "view", place), compared ? file : folder / file, {}};
+    one.compared = compared;
+    picture->pictures.push_back(std::move(one));
   }
   for (const Json& entry : list("layers")) {
     picture->layers.push_back(LayerFromJson(entry, where + ".layers"));

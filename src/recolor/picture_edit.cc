@@ -5,7 +5,8 @@ namespace retint {
 
 bool EditedPicture::operator==(const EditedPicture& other) const {
   return view == other.view && file == other.file && image.width == other.image.width &&
-         image.data == other.image.data;
+         image.data == other.image.data && compared == other.compared &&
+         before.data == other.before.data && written.data == other.written.data;
 }
 
 bool PaintLayer::operator==(const PaintLayer& other) const {
@@ -15,7 +16,9 @@ bool PaintLayer::operator==(const PaintLayer& other) const {
 
 size_t PictureEdit::Bytes() const {
   size_t bytes = 0;
-  for (const EditedPicture& picture : pictures) bytes += picture.image.data.size();
+  for (const EditedPicture& picture : pictures) {
+    bytes += picture.image.data.size() + picture.before.data.size() + picture.written.data.size();
+  }
   for (const PaintLayer& layer : layers) bytes += layer.color.data.size() + layer.alpha.data.size();
   return bytes;
 }

@@ -17,6 +17,10 @@ struct EditedPicture {
   Image8 image;      // empty: it is still to be read from `file`
   // Was resampled from a picture in the pixels of a distorted photo.
   bool of_photo = false;
+  // Of one that was handed out to be painted on: the picture without the operation, and with it, as
+  // it was written. Empty: the view's render or photo is what it was made from.
+  Image8 before = {}, written = {};
+  bool compared = false;  // what was found is in the operation's map and layers
   bool operator==(const EditedPicture& other) const;
 };
 
@@ -30,7 +34,8 @@ struct PaintLayer {
 };
 
 // First the pictures; once they are compared with the scene, what one color map does not explain
-// of their change, as layers.
+// of their change, as layers. Pictures that come later are compared without the earlier ones, whose
+// layers stay.
 struct PictureEdit {
   std::vector<EditedPicture> pictures;
   std::vector<PaintLayer> layers;

@@ -390,7 +390,7 @@ TEST(EditSession, TheEditedTargetIsTheRenderWithEveryEditPaintedOver) {
   session->AddRegion("left", MasksOf(scene), scene.shares, kBlue, monitor);
   const View& view = *session->train_views()[0];
   const Image render = session->scene().Render(view, session->original().sh);
-  const Image target = session->refits().EditedTarget(view, TargetKind::kRender);
+  const Image target = session->refits().Edited(view, render);
   const Mask& mask = scene.masks[0];
   for (size_t i = 0; i < mask.data.size(); ++i) {
     const float m = static_cast<float>(mask.data[i]) / 255;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include <QAbstractButton>
+#include <QFile>
 #include <QSlider>
 
 #include "tests/viewer/viewer_scene.h"
@@ -67,17 +68,28 @@ class PaintedTest : public ViewerTest {
     return bands;
   }
 
-  // Paints the bands on the view that shows and hands it back, as the other program would; the
-  // picture.
-  QImage PaintElsewhere() {
-    auto* editor = window_->findChild<ViewEditor*>();
-    editor->SetOpener([this](const QString& path) {
+  ViewEditor* editor() { return window_->findChild<ViewEditor*>(); }
+  // The view that shows, as the other program gets it.
+  QImage OpenElsewhere() {
+    opened_.clear();
+    editor()->SetOpener([this](const QString& path) {
       opened_ = path;
       return true;
     });
     if (!Click("picture_elsewhere")) return {};
     if (!QTest::qWaitFor([&] { return !opened_.isEmpty(); }, kWaitMs)) return {};
-    QImage picture = QImage(opened_).convertToFormat(QImage::Format_RGB32);
+    return QImage(opened_).convertToFormat(QImage::Format_RGB32);
+  }
+  bool HandBack(const QImage& picture) {
+    if (!picture.save(opened_ + ".new", "PNG")) return false;
+    std::filesystem::rename((opened_ + ".new").toStdString(), opened_.toStdString());
+    return true;
+  }
+
+  // Paints the bands on the view that shows and hands it back, as the other program would; the
+  // picture.
+  QImage PaintElsewhere() {
+    QImage picture = OpenElsewhere();
     const Mask bands = Bands(Object());
     if (picture.width() != bands.width || picture.height() != bands.height) return {};
     for (int y = 0; y < bands.height; ++y) {
@@ -85,9 +97,7 @@ class PaintedTest : public ViewerTest {
         if (bands(x, y) != 0) picture.setPixel(x, y, kPaint);
       }
     }
-    if (!picture.save(opened_ + ".new", "PNG")) return {};
-    std::filesystem::rename((opened_ + ".new").toStdString(), opened_.toStdString());
-    return picture;
+    return HandBack(picture) ? picture : QImage();
   }
   bool TakenIn() {
     return QTest::qWaitFor(
@@ -155,6 +165,86 @@ class PaintedTest : public ViewerTest {
     QVERIFY(First().fit != nullptr);
     const double before = Apart(plain, Shown(), Object()), now = Apart(preview, Shown(), Object());
     QVERIFY2(before > 5 && now < 0.6 * before, qPrintable(QString("%1 %2").arg(now).arg(before)));
+  }
+
+  // Steps after the picture are not in it, so that they are applied once, and what was not painted
+  // stays as it is.
+  void ASecondPictureChangesNothingElse() {
+    QVERIFY(!PaintElsewhere().isNull());
+    QVERIFY(TakenIn());
+    ColorEdit edit = First().edit;
+    edit.operations.push_back(ColorOperation::Make(ColorOperationKind::kExposure, {-1}));
+    controller().SetEdit(First().id, edit);
+    QVERIFY(Settle(controller()));
+    const auto painted = [&] {
+      size_t pixels = 0;
+      for (const PaintLayer& layer : First().edit.operations[0].picture->layers) {
+        for (const uint8_t alpha : layer.alpha.data) pixels += alpha != 0 ? 1 : 0;
+      }
+      return pixels;
+    };
+    const size_t before = painted();
+    QImage picture = OpenElsewhere();
+    QVERIFY(!picture.isNull());
+    const Mask bands = Bands(Object());
+    int dot = 0;  // the first pixels of the object that are in no band
+    for (int y = 0; y < bands.height && dot < 30; ++y) {
+      for (int x = 0; x < bands.width && dot < 30; ++x) {
+        if (Object()(x, y) == 0 || bands(x, y) != 0) continue;
+        picture.setPixel(x, y, 0xff10e010);
+        ++dot;
+      }
+    }
+    QSignalSpy taken(editor(), &ViewEditor::taken);
+    QVERIFY(HandBack(picture));
+    QVERIFY(taken.wait(kWaitMs));
+    QCOMPARE(First().edit.operations.size(), size_t(2));
+    QVERIFY(!First().edit.operations[0].table);
+    // The dot, and some pixels around it; and the bands as they were.
+    QVERIFY2(painted() >= before && painted() < before + 150,
+             qPrintable(QString("%1 after %2").arg(painted()).arg(before)));
+  }
+
+  // It is said that it was not taken, and what was there stays.
+  void APictureOfAnotherSizeIsRefused() {
+    QVERIFY(!PaintElsewhere().isNull());
+    QVERIFY(TakenIn());
+    const ColorEdit edit = First().edit;
+    const std::string key = controller().EditKey(First().id);
+    QSignalSpy taken(editor(), &ViewEditor::taken);
+    QSignalSpy changed(&controller(), &SceneController::failed);
+    QVERIFY(HandBack(QImage(20, 20, QImage::Format_RGB32)));
+    QVERIFY(changed.wait(kWaitMs));
+    QVERIFY(changed.first().at(1).toString().contains("20 x 20"));
+    QCOMPARE(taken.count(), 0);
+    QVERIFY(First().edit == edit);
+    QCOMPARE(controller().EditKey(First().id), key);
+  }
+
+  void APictureThatStaysCutOffIsReported() {
+    QVERIFY(!OpenElsewhere().isNull());
+    QSignalSpy failed(editor(), &ViewEditor::failed);
+    QFile file(opened_);
+    QVERIFY(file.open(QIODevice::ReadOnly));
+    const QByteArray bytes = file.readAll();
+    file.close();
+    QVERIFY(file.open(QIODevice::WriteOnly));
+    file.write(bytes.left(30));
+    file.close();
+    QVERIFY(failed.wait(kWaitMs));
+    QVERIFY(!failed.wait(1500));  // once
+    QVERIFY(First().edit.operations.empty());
+    // The whole one comes after all.
+    QSignalSpy taken(editor(), &ViewEditor::taken);
+    QImage picture = QImage::fromData(bytes).convertToFormat(QImage::Format_RGB32);
+    const Mask bands = Bands(Object());
+    for (int y = 0; y < bands.height; ++y) {
+      for (int x = 0; x < bands.width; ++x) {
+        if (bands(x, y) != 0) picture.setPixel(x, y, kPaint);
+      }
+    }
+    QVERIFY(HandBack(picture));
+    QVERIFY(taken.wait(kWaitMs));
   }
 
   void TheStrengthAndUndoShow() {

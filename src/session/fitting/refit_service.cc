@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/fitting/refit_service.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
@@ -162,32 +163,56 @@ QualityReport RefitService::Evaluate(RegionId id, std::span<const float> sh_befo
                       targets(scene_.heldout_views()), region.EffectiveEdit(), monitor, row_step);
 }
 
-Image RefitService::EditedTarget(const View& view, TargetKind target) {
-  return Edited(view, target == TargetKind::kPhoto ? scene_.Picture(view)
-                                                   : scene_.Render(view, scene_.original().sh));
+RefitService::PictureStep RefitService::PictureStepOf(RegionId id, const View& view,
+                                                      TargetKind target) {
+  Image image = target == TargetKind::kPhoto ? scene_.Picture(view)
+                                             : scene_.Render(view, scene_.original().sh);
+  scene_.renderer().SetSh(scene_.original().sh);  // what a paint carrier looks at
+  const Region& region = store_.Require(id);
+  for (const Region& other : store_.regions().regions) {
+    if (other.id == id) break;
+    if (other.visible) ApplyEdit(other, other.EffectiveEdit(), view, image);
+  }
+  const auto& steps = region.edit.operations;
+  const auto picture =
+      std::ranges::find(steps, ColorOperationKind::kPicture, &ColorOperation::kind);
+  PictureStep result{image, std::move(image)};
+  ApplyEdit(region, {{steps.begin(), picture}, 1}, view, result.before);
+  if (picture == steps.end()) {
+    result.with = result.before;
+    return result;
+  }
+  ColorEdit with{{steps.begin(), picture + 1}, 1};
+  with.operations.back().strength = 1;
+  ApplyEdit(region, with, view, result.with);
+  return result;
 }
 
 Image RefitService::Edited(const View& view, Image image) const {
   for (const Region& region : store_.regions().regions) {
-    const auto found = region.selection->masks.find(view.name);
-    if (!region.visible || found == region.selection->masks.end()) continue;
-    const ColorEdit effective = region.EffectiveEdit();
-    if (effective.HasPaint()) {
-      PaintCarrier carrier(effective, LayerCameras(effective, scene_.workspace()),
-                           scene_.original(), region.paint);
-      image = carrier.Target(scene_.renderer(), scene_.reconstruction().Posed(view), found->second,
-                             &image);
-      continue;
-    }
-    const CompiledEdit edit(effective);
-    for (size_t i = 0; i < image.NumPixels(); ++i) {
-      if (found->second.data[i] == 0) continue;
-      const Eigen::Map<Eigen::Vector3f> pixel(image.data.data() + 3 * i);
-      Eigen::Map<Eigen::Vector3f>(image.data.data() + 3 * i) =
-          edit.Apply(pixel, static_cast<float>(found->second.data[i]) / 255.0F);
-    }
+    if (region.visible) ApplyEdit(region, region.EffectiveEdit(), view, image);
   }
   return image;
+}
+
+void RefitService::ApplyEdit(const Region& region, const ColorEdit& edit, const View& view,
+                             Image& picture) const {
+  const auto found = region.selection->masks.find(view.name);
+  if (found == region.selection->masks.end()) return;
+  if (edit.HasPaint()) {
+    PaintCarrier carrier(edit, LayerCameras(edit, scene_.workspace()), scene_.original(),
+                         region.paint);
+    picture = carrier.Target(scene_.renderer(), scene_.reconstruction().Posed(view), found->second,
+                             &picture);
+    return;
+  }
+  const CompiledEdit compiled(edit);
+  for (size_t i = 0; i < picture.NumPixels(); ++i) {
+    if (found->second.data[i] == 0) continue;
+    const Eigen::Map<Eigen::Vector3f> pixel(picture.data.data() + 3 * i);
+    Eigen::Map<Eigen::Vector3f>(picture.data.data() + 3 * i) =
+        compiled.Apply(pixel, static_cast<float>(found->second.data[i]) / 255.0F);
+  }
 }
 
 }  // namespace retint

@@ -56,10 +56,19 @@ class RefitService {
   // What the visible regions' edits make of a picture of one view: every edit painted over it in
   // order. Not clamped.
   Image Edited(const View& view, Image picture) const;
-  // The same of the original render or the photo.
-  Image EditedTarget(const View& view, TargetKind target);
+
+  // What a picture of one view is before the picture step of a region's edit, or after all its
+  // steps where it has none, and with that step: by what is applied before, the visible regions
+  // before it and its steps before that one, at full strength. Not clamped.
+  struct PictureStep {
+    Image before, with;
+  };
+  PictureStep PictureStepOf(RegionId id, const View& view, TargetKind target);
 
  private:
+  // What a region's edit, or another in its place, makes of a picture of one view.
+  void ApplyEdit(const Region& region, const ColorEdit& edit, const View& view,
+                 Image& picture) const;
   // Of `views`, at most so many of them (0: all). With the photos of this rank's views, where they
   // are the target.
   std::vector<RefitTarget> Targets(const Region& region, const std::vector<const View*>& views,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <set>
 #include <utility>
 
 #include "base/color_difference.h"
@@ -33,6 +35,7 @@ constexpr double kMostCommon = 0.4;    // of colors that were changed and of tho
 constexpr double kWhole = 0.98;        // of the pixels: what is left then are stray ones
 constexpr double kUntouched = 0.9995;  // of the pixels, without a map: a small logo is none of them
 constexpr double kMostly = 0.8;        // of the pixels: the map is meant for those at the rim too
+constexpr double kAsGood = 0.25;       // DeltaE00, mean: an earlier map stays where it is so close
 
 // One picture, and what its view was before: inside the selection.
 struct Pair {
@@ -111,13 +114,32 @@ Image ViewBefore(const EditedPicture& picture, OpenScene& scene, std::span<const
              : std::move(render);
 }
 
+// The view as the operations `before` leave it, in 8 bits where it was handed out.
+Image BeforePicture(const EditedPicture& picture, const ColorEdit& before, const Mask& share,
+                    OpenScene& scene, std::span<const float> sh) {
+  if (!picture.before.Empty()) return ToImage(picture.before);
+  Image view = ViewBefore(picture, scene, sh);
+  if (before.operations.empty()) return view;
+  const CompiledEdit compiled(before);
+  for (size_t p = 0; p < share.data.size(); ++p) {
+    if (share.data[p] == 0) continue;
+    const Eigen::Vector3f color =
+        compiled.Apply(Eigen::Vector3f(&view.data[3 * p]), float(share.data[p]) / 255);
+    std::copy_n(color.data(), 3, &view.data[3 * p]);
+  }
+  return view;
+}
+
+std::string NameOf(const EditedPicture& picture) {
+  return picture.file.empty() ? "the picture of view " + picture.view : picture.file;
+}
+
 // Refuses a picture of another view: neither half of it is as it was, nor are edges where they
 // were beside `changed`, the mask in which it is taken over (no pixels: everywhere).
 void RequireLikeness(const EditedPicture& picture, const Image& view, const Mask& changed) {
   if (MeanDifference(picture.image, view) < kLike) return;
   if (EdgeCorrelation(picture.image, view, changed) > kLeastEdges) return;
-  throw InputError((picture.file.empty() ? "the picture of view " + picture.view : picture.file) +
-                   ": this does not look like the view '" + picture.view +
+  throw InputError(NameOf(picture) + ": this does not look like the view '" + picture.view +
                    "': most of it differs, and its edges lie elsewhere. Name the view whose render "
                    "or photo was edited");
 }
@@ -172,25 +194,19 @@ Mask Unchanged(const Pair& pair, Mask pixels) {
 std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
                           const RegionSelection& selection, OpenScene& scene,
                           std::span<const float> sh) {
-  const CompiledEdit compiled(before);
   std::vector<Pair> pairs;
   for (const EditedPicture& picture : op.picture->pictures) {
+    if (picture.compared) continue;
     Mask mask = MaskOf(selection, picture.view, scene.workspace());
     if (!AnySet(mask)) continue;
-    Pair pair{&picture, ViewBefore(picture, scene, sh), std::move(mask), {}, {}};
+    // As such a view is shown: what a picture was made from.
+    const auto shown = selection.masks.find(picture.view);
+    const Mask& share = shown == selection.masks.end() ? mask : shown->second;
+    Pair pair{&picture, BeforePicture(picture, before, share, scene, sh), mask, {}, {}};
     if (!picture.of_photo) {
       RequireLikeness(picture, pair.before, pair.inside);
     }
     LimitToPhoto(pair.inside, picture, scene.workspace());
-    // As such a view is shown: what a picture was made from.
-    const auto shown = selection.masks.find(picture.view);
-    const Mask& share = shown == selection.masks.end() ? pair.inside : shown->second;
-    for (size_t p = 0; !before.operations.empty() && p < share.data.size(); ++p) {
-      if (share.data[p] == 0) continue;
-      const Eigen::Vector3f color =
-          compiled.Apply(Eigen::Vector3f(&pair.before.data[3 * p]), float(share.data[p]) / 255);
-      std::copy_n(color.data(), 3, &pair.before.data[3 * p]);
-    }
     pair.least = LeastChangesOf(picture, pair.before);
     if (op.picture->selects) pair.around = Unchanged(pair, Surroundings(pair.inside));
     pairs.push_back(std::move(pair));
@@ -282,16 +298,73 @@ bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
   return double(common) > kMostCommon * double(std::min(all.changed, all.stayed));
 }
 
-// What explains the pictures best, with the color map that does it, or none where none does.
-Explanation FindMap(const std::vector<Pair>& pairs, std::shared_ptr<ColorTable>* map) {
+using Map = std::shared_ptr<const ColorTable>;
+
+Explanation ExplainBy(const std::vector<Pair>& pairs, const Map& map) {
+  const CompiledEdit edit({{ColorOperation::Lut(map)}, 1});
+  return Explain(pairs, &edit);
+}
+
+// What explains the pictures best, with the color map that does it, or none where none does. `map`
+// is the map of earlier pictures, which stays where it explains these as well.
+Explanation FindMap(const std::vector<Pair>& pairs, Map* map) {
   auto table = std::make_shared<ColorTable>(FitTable(pairs));
   table->name = "picture";
-  const CompiledEdit edit({{ColorOperation::Lut(table)}, 1});
   Explanation as_it_was = Explain(pairs, nullptr);
-  Explanation fitted = Explain(pairs, &edit);
+  Explanation fitted = ExplainBy(pairs, table);
+  const Map earlier = std::exchange(*map, nullptr);
+  if (earlier) {
+    Explanation kept = ExplainBy(pairs, earlier);
+    if (kept.score <= std::min(fitted.score, as_it_was.score) + kAsGood) {
+      *map = earlier;
+      return kept;
+    }
+  }
   if (fitted.score >= as_it_was.score || SomeOfTheirColorsStayed(pairs)) return as_it_was;
   *map = std::move(table);
   return fitted;
+}
+
+// What is known of pictures that were compared before, without what other pictures replace.
+PictureEdit Earlier(const PictureEdit& edit) {
+  PictureEdit earlier;
+  std::set<std::string> replaced;
+  for (const EditedPicture& picture : edit.pictures) {
+    if (picture.compared) {
+      earlier.pictures.push_back(picture);
+    } else {
+      replaced.insert(picture.view);
+    }
+  }
+  for (const PaintLayer& layer : edit.layers) {
+    if (!replaced.contains(layer.view)) earlier.layers.push_back(layer);
+  }
+  return earlier;
+}
+
+const PaintLayer* LayerOf(const PictureEdit& edit, const std::string& view) {
+  const auto found = std::ranges::find(edit.layers, view, &PaintLayer::view);
+  return found == edit.layers.end() ? nullptr : &*found;
+}
+
+// Takes the difference back to 0 where the picture is as it was written and nothing was painted on
+// this view: what shows there was painted on others, and stays theirs.
+void LeaveAsWritten(const Pair& pair, const PaintLayer* layer, ScalarImage& difference) {
+  const Image8& written = pair.picture->written;
+  for (int y = 0; y < written.height; ++y) {
+    for (int x = 0; x < written.width; ++x) {
+      float& value = difference(x, y);
+      if (value == 0) continue;
+      if (layer && layer->alpha.Contains(x - layer->x, y - layer->y) &&
+          layer->alpha(x - layer->x, y - layer->y)) {
+        continue;
+      }
+      const size_t p = size_t(y) * size_t(written.width) + size_t(x);
+      const float painted =
+          Difference(Color8(written, p).data(), Color8(pair.picture->image, p).data());
+      if (painted <= pair.least.data[p]) value = 0;
+    }
+  }
 }
 
 Image8 ReadEdited(const std::string& file) {
@@ -300,6 +373,17 @@ Image8 ReadEdited(const std::string& file) {
                      "has transparent pixels: flatten it over the render or photo that was edited");
   }
   return ReadImage8(file);
+}
+
+// A picture that was handed out comes back in the size that it had.
+void RequireSameSize(const EditedPicture& picture) {
+  const Image8& given = picture.before;
+  if (given.Empty() || (given.width == picture.image.width && given.height == picture.image.height))
+    return;
+  throw InputError(picture.file, "is " + std::to_string(picture.image.width) + " x " +
+                                     std::to_string(picture.image.height) + " pixels, not " +
+                                     std::to_string(given.width) + " x " +
+                                     std::to_string(given.height) + " as it was written");
 }
 
 // The picture, or those of the views that show the photo whose pixels it has.
@@ -311,6 +395,7 @@ std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& w
     const View& view = workspace.RequireView(picture.view);
     photo = workspace.PhotoOf(view);
     if (picture.image.Empty()) picture.image = ReadEdited(picture.file);
+    RequireSameSize(picture);
     const Camera& camera = workspace.reconstruction.cameras.at(view.camera_id);
     if (!photo || HasSize(picture.image, camera)) {
       RequireSize(picture.file.empty() ? "picture of view " + picture.view : picture.file,
@@ -319,16 +404,19 @@ std::vector<EditedPicture> ReadPicture(EditedPicture picture, const Workspace& w
     }
   } else {
     picture.image = ReadEdited(picture.file);
+    RequireSameSize(picture);
   }
   RequireSize(picture.file.empty() ? "picture of " + photo->name : picture.file, picture.image,
               photo->lens->photo);
-  const Image whole = ToImage(picture.image);
+  const auto on_face = [&](ViewId id, const Image8& image) {
+    return image.Empty() ? Image8() : ToImage8(workspace.photo_pixels->ToView(id, ToImage(image)));
+  };
   std::vector<EditedPicture> faces;
   for (const ViewId id : photo->faces) {
     const View& face = workspace.reconstruction.views.at(id);
     if (is_view && face.name != picture.view) continue;
-    faces.push_back({face.name, picture.file, ToImage8(workspace.photo_pixels->ToView(id, whole)),
-                     /*of_photo=*/true});
+    faces.push_back({face.name, picture.file, on_face(id, picture.image), /*of_photo=*/true,
+                     on_face(id, picture.before), on_face(id, picture.written)});
   }
   return faces;
 }
@@ -341,6 +429,10 @@ void ReadPictures(ColorOperation& op, const Workspace& workspace) {
   read->layers = op.picture->layers;
   read->selects = op.picture->selects;
   for (const EditedPicture& picture : op.picture->pictures) {
+    if (picture.compared) {
+      read->pictures.push_back(picture);
+      continue;
+    }
     for (EditedPicture& one : ReadPicture(picture, workspace)) {
       const auto& all = read->pictures;
       const bool twice = std::any_of(all.begin(), all.end(), [&](const EditedPicture& other) {
@@ -359,6 +451,7 @@ std::vector<std::filesystem::path> FilesCompared(const ColorOperation& op,
   if (op.kind != ColorOperationKind::kPicture || !op.NeedsMeasuring()) return files;
   const Reconstruction& model = workspace.reconstruction;
   for (const EditedPicture& picture : op.picture->pictures) {
+    if (picture.compared) continue;
     files.emplace_back(picture.file);
     const DistortedPhoto* photo =
         workspace.photo_pixels ? workspace.photo_pixels->FindPhoto(picture.view) : nullptr;
@@ -366,6 +459,22 @@ std::vector<std::filesystem::path> FilesCompared(const ColorOperation& op,
     if (view && workspace.HasPhoto(*view)) files.push_back(workspace.PhotoPath(*view));
   }
   return files;
+}
+
+void AddPicture(ColorEdit& edit, EditedPicture picture, const std::vector<std::string>& views) {
+  const auto found =
+      std::ranges::find(edit.operations, ColorOperationKind::kPicture, &ColorOperation::kind);
+  if (found == edit.operations.end()) {
+    edit.operations.push_back(ColorOperation::Picture({std::move(picture)}));
+    return;
+  }
+  auto pictures = std::make_shared<PictureEdit>(*found->picture);
+  std::erase_if(pictures->pictures, [&](const EditedPicture& other) {
+    return std::ranges::find(views, other.view) != views.end() || other.view == picture.view;
+  });
+  pictures->pictures.push_back(std::move(picture));
+  found->picture = std::move(pictures);
+  std::ranges::fill(found->values, kUnset);  // explained and residual: to be measured
 }
 
 std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
@@ -394,7 +503,7 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   }
   // A map is for what was changed and for nothing else. Paint is where it is, and the Gaussians
   // that show it reach beyond.
-  std::shared_ptr<ColorTable> map;
+  Map map;
   FindMap(pairs, &map);
   std::map<std::string, Mask> masks;
   for (Pair& pair : pairs) {
@@ -413,22 +522,26 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
                      OpenScene& scene, std::span<const float> sh) {
   ReadPictures(op, scene.workspace());
   const std::vector<Pair> pairs = PairsOf(op, before, selection, scene, sh);
-  std::shared_ptr<ColorTable> map;
+  Map map = op.table;
   Explanation best = FindMap(pairs, &map);
-  if (map) op.table = map;
-  PictureEdit result;
+  PictureEdit result = Earlier(*op.picture);
   for (size_t i = 0; i < pairs.size(); ++i) {
+    const EditedPicture& picture = *pairs[i].picture;
     // The pixels themselves are not needed any more, nor kept by a session.
-    result.pictures.push_back({pairs[i].picture->view, pairs[i].picture->file, {}});
-    if (best.share >= (map ? kWhole : kUntouched)) continue;
+    result.pictures.push_back({picture.view, picture.file, {}});
+    result.pictures.back().compared = true;
+    if (map == op.table)
+      LeaveAsWritten(pairs[i], LayerOf(*op.picture, picture.view), best.residuals[i]);
     if (map && best.share >= kMostly) {
       DropRim(best.residuals[i], pairs[i].least, pairs[i].inside);
     }
-    if (auto layer = PaintedLayer(pairs[i].picture->view, pairs[i].picture->image,
-                                  best.residuals[i], pairs[i].least, pairs[i].inside)) {
+    if (best.share >= (map ? kWhole : kUntouched)) continue;
+    if (auto layer = PaintedLayer(picture.view, picture.image, best.residuals[i], pairs[i].least,
+                                  pairs[i].inside)) {
       result.layers.push_back(std::move(*layer));
     }
   }
+  op.table = std::move(map);
   op.Get("explained")[0] = static_cast<float>(best.share);
   op.Get("residual")[0] = static_cast<float>(best.median);
   op.picture = std::make_shared<PictureEdit>(std::move(result));

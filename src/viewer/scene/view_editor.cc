@@ -13,11 +13,14 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "session/pictures/compare_pictures.h"
+#include "session/pictures/contact_sheet.h"
 
 namespace retint {
 namespace {
 
 constexpr int kRestMs = 400;
+constexpr int kLooks = 5;  // at a file that is cut off and does not grow
 
 std::string BytesOf(const std::string& path) {
   try {
@@ -27,27 +30,11 @@ std::string BytesOf(const std::string& path) {
   }
 }
 
-// One step holds the pictures of several views; a view's newest picture counts. `views` show what
-// is in this one.
-void AddPicture(ColorEdit& edit, const EditedPicture& picture,
-                const std::vector<std::string>& views) {
-  for (ColorOperation& op : edit.operations) {
-    if (!op.picture) continue;
-    std::vector<EditedPicture> all = op.picture->pictures;
-    std::erase_if(all, [&](const EditedPicture& other) {
-      return std::ranges::find(views, other.view) != views.end();
-    });
-    // Pictures are compared together, so the others are read again.
-    if (!std::ranges::all_of(all, [](const EditedPicture& one) { return IsFile(one.file); })) {
-      continue;
-    }
-    all.push_back(picture);
-    const float strength = op.strength;
-    op = ColorOperation::Picture(std::move(all));
-    op.strength = strength;
-    return;
+std::shared_ptr<const PictureEdit> PictureOf(const ColorEdit& edit) {
+  for (const ColorOperation& op : edit.operations) {
+    if (op.picture) return op.picture;
   }
-  edit.operations.push_back(ColorOperation::Picture({picture}));
+  return nullptr;
 }
 
 }  // namespace
@@ -81,23 +68,31 @@ void ViewEditor::Start(RegionId region, const std::string& name, TargetKind of) 
   }
   const UserPicture* shown = controller_->facts()->FindPicture(name);
   if (!shown) return;
-  Picture picture{region, shown->name, {}, {}, {}};
-  for (const View* face : shown->faces) picture.shown.push_back(face->name);
-  const std::string stem = std::filesystem::path(picture.view).stem().string();
+  const auto picture = std::make_shared<Picture>(Picture{region, shown->name, {}});
+  for (const View* face : shown->faces) picture->shown.push_back(face->name);
+  const std::string stem = std::filesystem::path(picture->view).stem().string();
   const QString path = folder + "/" + QString::fromStdString(stem) + ".png";
   controller_->Run(
       tr("Writing the view"),
       [=](EditSession& session, Monitor&) {
         session.CollectFits();
         const Pictures pictures = session.pictures();
-        WritePng(path.toStdString(),
-                 pictures.Compose(pictures.RequireOne(picture.view), [&](const View& face) {
-                   return session.refits().EditedTarget(face, of);
-                 }));
+        const UserPicture& one = pictures.RequireOne(picture->view);
+        std::map<const View*, RefitService::PictureStep> steps;
+        for (const View* face : one.faces) {
+          steps[face] = session.refits().PictureStepOf(region, *face, of);
+        }
+        const auto compose = [&](Image RefitService::PictureStep::*part) {
+          return ToImage8(
+              pictures.Compose(one, [&](const View& face) { return steps.at(&face).*part; }));
+        };
+        picture->before = compose(&RefitService::PictureStep::before);
+        picture->written = compose(&RefitService::PictureStep::with);
+        WritePng(path.toStdString(), picture->written);
       },
-      [=, this]() mutable {
-        picture.bytes = BytesOf(path.toStdString());
-        Watch(path, picture);
+      [=, this] {
+        picture->bytes = BytesOf(path.toStdString());
+        Watch(path, *picture);
         if (opener_(path)) {
           Q_EMIT opened(path);
         } else {
@@ -120,25 +115,57 @@ void ViewEditor::Look() {
     if (QFile::exists(watched)) watcher_.addPath(watched);  // one that was replaced is dropped
     std::string bytes = BytesOf(path);
     if (bytes.empty() || bytes == picture.bytes) continue;
-    // Cut off: it is still being written.
-    if (QImage::fromData(QByteArray::fromStdString(bytes)).isNull()) {
-      later |= bytes != picture.cut;
-      picture.cut = std::move(bytes);
+    if (!IsWhole(path, bytes, picture)) {
+      later |= picture.looks < kLooks;
       continue;
     }
     picture.bytes = std::move(bytes);
-    if (Take(path, picture)) Q_EMIT taken(watched);
+    Take(path, picture);
   }
   if (later) rest_.start();
 }
 
-bool ViewEditor::Take(const std::string& path, Picture& picture) {
-  const Region* region = controller_->regions().Find(picture.region);
-  if (!region) return false;  // deleted meanwhile
-  ColorEdit edit = region->edit;
-  AddPicture(edit, {picture.view, path, {}}, picture.shown);
-  controller_->SetEdit(picture.region, edit, region->strength);
-  return true;
+// Whether a file is a picture. One that is cut off is still being written, or stays so.
+bool ViewEditor::IsWhole(const std::string& path, const std::string& bytes, Picture& picture) {
+  const bool whole = !QImage::fromData(QByteArray::fromStdString(bytes)).isNull();
+  if (whole || bytes != picture.cut) picture.looks = 0;
+  picture.cut = whole ? std::string() : bytes;
+  if (!whole && ++picture.looks == kLooks) {
+    Q_EMIT failed(tr("%1 is not a whole picture. Save it once more in the other program")
+                      .arg(QString::fromStdString(path)));
+  }
+  return whole;
+}
+
+void ViewEditor::Take(const std::string& path, const Picture& picture) {
+  if (!controller_->regions().Find(picture.region)) {
+    Q_EMIT failed(tr("The region of %1 is not there any more. Undo its removal and save the "
+                     "picture once more")
+                      .arg(QString::fromStdString(path)));
+    return;
+  }
+  EditedPicture edited{picture.view, path, {}};
+  edited.before = picture.before;
+  edited.written = picture.written;
+  const RegionId region = picture.region;
+  const auto found = std::make_shared<std::shared_ptr<const PictureEdit>>();
+  // The edit changes when the picture was found to be one of its view, and not before.
+  controller_->Run(
+      tr("Comparing the picture"),
+      [=, views = picture.shown](EditSession& session, Monitor&) {
+        const Region* now = session.regions().Find(region);
+        if (!now) throw InputError(path, "belongs to a region that is not there any more");
+        ColorEdit edit = now->edit;
+        AddPicture(edit, edited, views);
+        session.SetEdit(region, edit, now->strength);
+        *found = PictureOf(session.regions().Find(region)->edit);
+      },
+      [=, this] {
+        const Region* now = controller_->regions().Find(region);
+        // An edit that was made meanwhile, on its way behind this one, does not know the picture.
+        if (now && PictureOf(now->edit) != *found) return Take(path, picture);
+        Q_EMIT taken(QString::fromStdString(path));
+      });
 }
 
 }  // namespace retint

@@ -14,6 +14,7 @@
 #include <QTemporaryDir>
 #include <QTimer>
 
+#include "scene/image.h"
 #include "viewer/scene/scene_controller.h"
 
 namespace retint {
@@ -24,8 +25,8 @@ class ViewEditor : public QObject {
  public:
   explicit ViewEditor(SceneController* controller, QObject* parent = nullptr);
 
-  // The picture `name` (SceneFacts), its render or its photo, with the edits of all regions so far.
-  // What is saved is the edit of `region`.
+  // The picture `name` (SceneFacts), its render or its photo, as the picture step of the region has
+  // it (RefitService::PictureStepOf). What is saved becomes that step.
   void Start(RegionId region, const std::string& name, TargetKind of);
   // Opens a picture; false when there is no program for it. The desktop's, unless a test has its
   // own.
@@ -34,6 +35,7 @@ class ViewEditor : public QObject {
  Q_SIGNALS:
   void opened(const QString& path);
   void taken(const QString& path);  // a picture that was saved is now part of the edit
+  // One that cannot be is the scene controller's failure.
   void failed(const QString& message);
 
  private:
@@ -41,12 +43,15 @@ class ViewEditor : public QObject {
     RegionId region = 0;
     std::string view;                // or the distorted photo that it shows
     std::vector<std::string> shown;  // views that show it
-    std::string bytes;               // as it was last written or taken
-    std::string cut;                 // as it was when it was no picture
+    std::string bytes = {};          // as it was last written or taken
+    std::string cut = {};            // as it was when it was no picture
+    int looks = 0;                   // at what is cut off
+    Image8 before = {}, written = {};
   };
   void Watch(const QString& path, const Picture& picture);
   void Look();
-  bool Take(const std::string& path, Picture& picture);
+  bool IsWhole(const std::string& path, const std::string& bytes, Picture& picture);
+  void Take(const std::string& path, const Picture& picture);
 
   SceneController* controller_;
   std::function<bool(const QString&)> opener_;
