@@ -57,6 +57,13 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--to", "#3060ff,keep-lightness=0.5", "--keep-lightness", "1"});
      }},
+    {"AnUnchangedPicture", 3, "p.png: nothing was changed in this picture",
+     [](Place& p) {
+       fs::copy(p.in / "images" / TinyView(), p.in / "p.png");
+       return With(p, "recolor",
+                   {"--view", TinyView(), "--mask", MaskOf(p).string(), "--edited",
+                    TinyView() + "=" + p.In("p.png"), "--output", p.Out("o.ply")});
+     }},
     {"PaletteColorTwice", 2, "changes color 1 twice",
      [](Place& p) {
        return Recolor(p, {"--palette", "5,1=#ffffff,1=#000000"});

@@ -189,6 +189,7 @@ TEST_F(PictureStep, AGradeOfEarlierPicturesStays) {
 }
 
 TEST_F(PictureStep, WhatWasPaintedCanBeTakenAway) {
+  EXPECT_THROW(TakeBack(HandOut(1)), InputError) << "nothing was painted";
   Paint(1, kFirst);
   const ColorEdit edit = Edit();
   EditedPicture small = HandOut(1);

@@ -541,6 +541,10 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
       result.layers.push_back(std::move(*layer));
     }
   }
+  const bool had_some = op.table || !op.picture->layers.empty();
+  if (!map && result.layers.empty() && !had_some) {
+    throw InputError(NameOf(*pairs.front().picture) + ": nothing was changed in this picture");
+  }
   op.table = std::move(map);
   op.Get("explained")[0] = static_cast<float>(best.share);
   op.Get("residual")[0] = static_cast<float>(best.median);

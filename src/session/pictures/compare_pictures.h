@@ -40,7 +40,8 @@ void AddPicture(ColorEdit& edit, EditedPicture picture, const std::vector<std::s
 // it: fits the color map that explains most of the pixels, keeps it as op.table where it says more
 // than that nothing changed, and keeps what it does not explain as layers. Of pictures that were
 // compared before, layers stay, and the map too where it explains the new pictures as well as one
-// of their own. InputError as ReadPictures, and when the selection shows in none of the views.
+// of their own. InputError as ReadPictures, when the selection shows in none of the views, and when
+// nothing was changed.
 void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSelection& selection,
                      OpenScene& scene, std::span<const float> sh);
 
