@@ -9,6 +9,7 @@
 
 #include "base/color_difference.h"
 #include "base/error.h"
+#include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "session/opening/open_scene.h"
 #include "session/pictures/compare_pictures.h"
@@ -188,6 +189,56 @@ TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
   ColorOperation op = ColorOperation::Picture({{"0025.jpg", "", ToImage8(shown)}});
   EXPECT_THAT([&] { ComparePictures(op, before, selection, *scene, scene->original().sh); },
               ThrowsMessage<InputError>(HasSubstr("nothing was changed in this picture")));
+}
+
+// Graded, and with lettering that is less than a hundredth of it; noise is no lettering.
+TEST(ComparePictures, SmallLetteringOnAGradedObjectIsPaint) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  const auto scene = OpenFox();
+  const CompiledEdit grade{Grade()};
+  RegionSelection selection;
+  const Mask& mask = selection.masks["0025.jpg"] = ReadMask(DataPath("fox/masks/0025.jpg.png"));
+  const Image before = scene->workspace().ReadPhoto(scene->workspace().RequireView("0025.jpg"));
+  const TempFolder folder;
+  const auto layers = [&](bool lettering, const char* name) {
+    Image8 painted = ToImage8(before);
+    int inside = 0, letters = 0, left = -1, top = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        if (mask(x, y) < 128) continue;
+        ++inside;
+        Eigen::Vector3f color = grade.Apply(Eigen::Vector3f(&before.data[before.Index(x, y)]));
+        if (left < 0 && y > mask.height / 2 && mask(x + 100, y) == 255) left = x + 20, top = y;
+        // Strokes of two pixels, 14 high.
+        const bool ink = left >= 0 && x >= left && x < left + 70 && y >= top && y < top + 14 &&
+                         ((x - left) % 7 < 2 || ((y - top) % 6 < 2 && (x - left) % 14 < 7));
+        if (ink && lettering) color = {0.95f, 0.95f, 0.1f}, ++letters;
+        for (int c = 0; c < 3; ++c) {
+          painted(x, y, c) = uint8_t(std::lround(255 * std::clamp(color[c], 0.0f, 1.0f)));
+        }
+      }
+    }
+    EXPECT_EQ(letters > 0, lettering);
+    EXPECT_LT(letters, 0.01 * inside);
+    const std::filesystem::path file = folder / name;
+    if (file.extension() == ".jpg") {
+      WriteFile(file, EncodeJpeg(painted, 90));
+    } else {
+      WritePng(file, painted);
+    }
+    ColorOperation op = ColorOperation::Picture({{"0025.jpg", file.string(), {}}});
+    ComparePictures(op, {}, selection, *scene, scene->original().sh);
+    EXPECT_TRUE(op.table) << name;
+    EXPECT_GT(op.Get("explained")[0], 0.98f) << name;
+    return op.picture->layers;
+  };
+  for (const char* name : {"painted.png", "painted.jpg"}) {
+    EXPECT_TRUE(layers(false, name).empty()) << name;
+    const std::vector<PaintLayer> paint = layers(true, name);
+    ASSERT_EQ(paint.size(), 1u) << name;
+    EXPECT_LT(paint[0].color.width, 100) << name;
+    EXPECT_LT(paint[0].color.height, 40) << name;
+  }
 }
 
 }  // namespace

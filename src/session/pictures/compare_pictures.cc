@@ -535,7 +535,9 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
     if (map && best.share >= kMostly) {
       DropRim(best.residuals[i], pairs[i].least, pairs[i].inside);
     }
-    if (best.share >= (map ? kWhole : kUntouched)) continue;
+    if (best.share >= (map ? kWhole : kUntouched)) {
+      DropStray(best.residuals[i], pairs[i].least);
+    }
     if (auto layer = PaintedLayer(picture.view, picture.image, best.residuals[i], pairs[i].least,
                                   pairs[i].inside)) {
       result.layers.push_back(std::move(*layer));

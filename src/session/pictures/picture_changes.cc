@@ -210,6 +210,32 @@ void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& insi
   }
 }
 
+void DropStray(ScalarImage& difference, const ScalarImage& least) {
+  constexpr float kStrong = 10, kOverLeast = 2;  // DeltaE00, and times `least`
+  constexpr int kFewest = 16;                    // strong pixels of a piece
+  constexpr double kMuch = 0.25;                 // of what differs in it
+  Mask paint = ChangedPixels(difference, least), together = paint;
+  CloseGaps(together);  // the letters of a word
+  cv::Mat pieces;
+  const int count = cv::connectedComponents(Pixels(together), pieces, 8, CV_32S);
+  std::vector<int> strong(size_t(count), 0), all(size_t(count), 0);
+  const auto piece = [&](int x, int y) { return size_t(pieces.at<int>(y, x)); };
+  for (int y = 0; y < paint.height; ++y) {
+    for (int x = 0; x < paint.width; ++x) {
+      if (!paint(x, y)) continue;
+      const float bound = std::max(kStrong, kOverLeast * least(x, y));
+      strong[piece(x, y)] += difference(x, y) > bound ? 1 : 0;
+      all[piece(x, y)] += difference(x, y) > least(x, y) ? 1 : 0;
+    }
+  }
+  for (int y = 0; y < paint.height; ++y) {
+    for (int x = 0; x < paint.width; ++x) {
+      const size_t i = piece(x, y);
+      if (i == 0 || strong[i] < kFewest || strong[i] < kMuch * all[i]) difference(x, y) = 0;
+    }
+  }
+}
+
 Mask WithoutSpill(Mask mask, const DepthMap& depth) {
   constexpr float kJump = 0.025F;  // of the depth, from pixel to pixel: a ball's limb has less
   const int reach = std::max(6, int(std::lround(kBeside * std::min(mask.width, mask.height))));

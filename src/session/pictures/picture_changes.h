@@ -31,6 +31,10 @@ Mask Surroundings(const Mask& mask);
 // strip along the end of `inside`: pixels there show what lies beyond too, or the brush ran over.
 void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& inside);
 
+// Takes the difference back to 0 but for what is connected and strong: where a map of colors
+// explains nearly all, lettering is paint, and faint or single pixels beside it are none.
+void DropStray(ScalarImage& difference, const ScalarImage& least);
+
 // A mask without what a brush touched beyond the thing that it painted: strips along the mask's
 // end, some pixels wide, that lie behind, past a jump in `depth` [H, W].
 Mask WithoutSpill(Mask mask, const DepthMap& depth);
