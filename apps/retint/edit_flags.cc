@@ -42,7 +42,9 @@ void EditFlags::Add(CLI::App* verb, const std::string& group) {
                                     ->type_name(type.syntax);
     types_[option->group(group)] = &type;
   }
-  types_[verb->add_option("--edit", files_, "A list of operations (.json, see docs/formats.md)")
+  types_[verb->add_option("--edit", files_,
+                          "A list of operations (.json, see docs/formats.md), or a report, whose "
+                          "edit is taken")
              ->allow_extra_args(false)
              ->default_str("")
              ->type_name("FILE")
@@ -54,12 +56,13 @@ void EditFlags::Add(CLI::App* verb, const std::string& group) {
       ->expected(1)
       ->default_str("0")
       ->group(group);
-  verb->add_option(
-          "--strength", strength_,
-          "From 0, nothing, to 1, the whole edit; of one operation alone: ,strength=S after its "
-          "value")
-      ->check(CLI::Range(0.0, 1.0))
-      ->group(group);
+  strength_flag_ =
+      verb->add_option(
+              "--strength", strength_,
+              "From 0, nothing, to 1, the whole edit, in place of the strength that a file of "
+              "--edit has; of one operation alone: ,strength=S after its value")
+          ->check(CLI::Range(0.0, 1.0))
+          ->group(group);
 }
 
 ColorEdit EditFlags::Resolve(Run& run) const {
@@ -67,15 +70,17 @@ ColorEdit EditFlags::Resolve(Run& run) const {
   std::vector<std::string> warnings;
   std::map<const CLI::Option*, size_t> next;
   bool any_to = false;
+  std::string with_strength;  // a file whose list has one
+  size_t lists = 0, others = 0;
   for (const CLI::Option* option : verb_->parse_order()) {
     const auto found = types_.find(option);
     if (found == types_.end()) continue;
     std::string text = option->results().at(next[option]++);
     if (!found->second) {
       const ColorEdit more = ReadEdit(text, &warnings);
-      if (more.strength != 1) {
-        throw InputError(text, "has a strength of the whole list; give it as --strength");
-      }
+      if (more.strength != 1) with_strength = text;
+      edit.strength = more.strength;
+      ++lists;
       edit.operations.insert(edit.operations.end(), more.operations.begin(), more.operations.end());
       continue;
     }
@@ -87,12 +92,20 @@ ColorEdit EditFlags::Resolve(Run& run) const {
       }
     }
     ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text, &warnings);
+    ++others;
     if (type.kind == ColorOperationKind::kPicture && AddPicture(edit, op)) continue;
     edit.operations.push_back(std::move(op));
   }
   CheckOption(!edit.operations.empty(),
               "there is no edit: give --tint, --to or another operation, or --edit FILE");
   CheckOption(any_to || keep_lightness_.empty(), "--keep-lightness is of --to, which is missing");
+  if (strength_flag_->count() > 0) {
+    edit.strength = 1;
+  } else if (!with_strength.empty() && lists + others > 1) {
+    throw InputError(with_strength,
+                     "has a strength of its whole list, and other operations are given too; say "
+                     "with --strength what that of all is");
+  }
   edit.Check();
   for (const std::string& warning : warnings) run.Warn(warning);
   return edit;

@@ -19,8 +19,9 @@ class EditFlags {
   // One flag an operation, --edit for a file of them, --keep-lightness and --strength. The verb
   // outlives this.
   void Add(CLI::App* verb, const std::string& group);
-  // The edit that the parsed flags ask for. OptionError for a bad value, and where there is none;
-  // InputError for a file. Warns `run` of what is not quite as it was asked for.
+  // The edit that the parsed flags ask for; a file's strength of the whole list is the edit's,
+  // unless --strength is given. OptionError for a bad value, and where there is none; InputError
+  // for a file. Warns `run` of what is not quite as it was asked for.
   ColorEdit Resolve(Run& run) const;
   float strength() const { return static_cast<float>(strength_); }
 
@@ -32,6 +33,7 @@ class EditFlags {
   std::map<std::string, int> counts_;                       // of those without a value
   std::vector<double> keep_lightness_;
   double strength_ = 1;
+  const CLI::Option* strength_flag_ = nullptr;
 };
 
 }  // namespace retint::cli

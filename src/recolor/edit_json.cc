@@ -220,9 +220,15 @@ void PictureFromJson(const Json& json, const std::string& where,
   if (compared && json.contains("table")) op.table = TableFromJson(json, where, folder);
 }
 
+// As a JSON file in any folder names it.
+std::string Findable(const std::filesystem::path& file) {
+  return file.empty() ? std::string() : std::filesystem::absolute(file).lexically_normal().string();
+}
+
 void PictureToJson(const ColorOperation& op, bool with_tables, Json& json) {
   for (const EditedPicture& picture : op.picture->pictures) {
-    json["pictures"].push_back({{"view", picture.view}, {"file", picture.file}});
+    json["pictures"].push_back(
+        {{"view", picture.view}, {"file", with_tables ? picture.file : Findable(picture.file)}});
   }
   if (!with_tables || op.NeedsMeasuring()) return;
   json["layers"] = Json::array();
@@ -311,7 +317,8 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
   }
   if (op.picture) PictureToJson(op, with_tables, json);
   if (!op.table || (op.picture && !with_tables)) return json;
-  json["file"] = op.table->name;
+  const bool by_name = with_tables || op.table->file.empty();
+  json["file"] = by_name ? op.table->name : Findable(op.table->file);
   if (with_tables) {
     json["size"] = op.table->size;
     json["table"] = EncodeFloats(op.table->values);
@@ -319,18 +326,18 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
   return json;
 }
 
-}  // namespace
-
-ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folder,
-                       std::vector<std::string>* warnings) {
-  Json json;
+Json Parse(std::string_view text) {
   try {
-    json = ParseWithUniqueKeys<Json>(text);
+    return ParseWithUniqueKeys<Json>(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw OptionError("is not JSON, or cut off, at byte " + std::to_string(error.byte));
   } catch (const nlohmann::json::exception&) {
     throw OptionError("holds a number that is out of range");
   }
+}
+
+ColorEdit EditOf(const Json& json, const std::filesystem::path& folder,
+                 std::vector<std::string>* warnings) {
   if (!json.is_object() || !json.contains("operations") || !json["operations"].is_array()) {
     throw OptionError("is not an edit: it has no list of \"operations\"");
   }
@@ -350,6 +357,22 @@ ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folde
   return edit;
 }
 
+// A report's edit, or what is an edit itself.
+Json EditIn(Json json) {
+  if (!json.is_object() || json.contains("operations") || !json.contains("edit")) return json;
+  if (json["edit"].is_object()) return json["edit"];
+  throw OptionError(
+      "is a report without an edit of its own: write the \"edit\" of one of its \"regions\" into "
+      "a file");
+}
+
+}  // namespace
+
+ColorEdit EditFromJson(std::string_view text, const std::filesystem::path& folder,
+                       std::vector<std::string>* warnings) {
+  return EditOf(Parse(text), folder, warnings);
+}
+
 std::string EditToJson(const ColorEdit& edit, bool with_tables) {
   Json json = {{"operations", Json::array()}};
   if (edit.strength != 1) json["strength"] = edit.strength;
@@ -365,7 +388,7 @@ ColorEdit ReadEdit(const std::filesystem::path& path, std::vector<std::string>* 
     throw InputError(path, "is larger than any edit (64 MiB)");
   }
   try {
-    return EditFromJson(ReadFile(path), path.parent_path(), warnings);
+    return EditOf(EditIn(Parse(ReadFile(path))), path.parent_path(), warnings);
   } catch (const OptionError& error) {
     throw InputError(path, error.what());
   }

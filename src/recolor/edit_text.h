@@ -33,11 +33,12 @@ ColorEdit EditFromJson(std::string_view json, const std::filesystem::path& folde
                        std::vector<std::string>* warnings = nullptr);
 
 // The same as text, on one line. With tables, a LUT carries its values, so that
-// the text alone is enough; without, the name of its file.
+// the text alone is enough; without, the absolute path of its file, as far as
+// that is known. So are pictures that are to be compared again.
 std::string EditToJson(const ColorEdit& edit, bool with_tables);
 
-// EditFromJson of a file, whose folder is where tables are. InputError naming
-// it.
+// EditFromJson of a file, whose folder is where tables are; of a report of a run
+// its "edit". InputError naming the file.
 ColorEdit ReadEdit(const std::filesystem::path& path, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace retint

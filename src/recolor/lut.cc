@@ -174,6 +174,10 @@ std::vector<float> IdentityGrid(int size) {
 
 }  // namespace
 
+bool ColorTable::operator==(const ColorTable& other) const {
+  return size == other.size && values == other.values && name == other.name;
+}
+
 void ColorTable::Check() const {
   CheckOption(size >= 2 && size <= kMaxColorTableSize, "color table: " + std::to_string(size) +
                                                            " nodes a side are not 2 to " +
@@ -215,6 +219,7 @@ std::shared_ptr<const ColorTable> ReadLut(const std::filesystem::path& path) {
                                ReasonOf(error.what(), std::filesystem::absolute(path).string()));
   }
   table->name = path.filename().string();
+  table->file = std::filesystem::absolute(path).lexically_normal();
   return table;
 }
 

@@ -16,10 +16,11 @@ struct ColorTable {
   int size = 0;               // nodes a side, 2 to kMaxColorTableSize
   std::vector<float> values;  // [size, size, size, 3]: blue, green, red (fastest), RGB; finite
   std::string name;           // of the file that it came from
+  std::filesystem::path file = {};  // where that is, absolute; empty: not known
 
   // OptionError for a size out of range, a wrong number of values or one that is not finite.
   void Check() const;
-  bool operator==(const ColorTable&) const = default;
+  bool operator==(const ColorTable& other) const;  // wherever the files are
 };
 
 // .cube (1D and 3D), .3dl, .clf, and the CDL files .cdl, .cc and .ccc (of several corrections the

@@ -57,6 +57,11 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--to", "#3060ff,keep-lightness=0.5", "--keep-lightness", "1"});
      }},
+    {"StrengthsOfAListAndOfMore", 3, "edit.json: has a strength of its whole list",
+     [](Place& p) {
+       WriteFile(p.in / "edit.json", R"({"operations": [{"op": "gray"}], "strength": 0.5})");
+       return Recolor(p, {"--edit", p.In("edit.json")});
+     }},
     {"AnUnchangedPicture", 3, "p.png: nothing was changed in this picture",
      [](Place& p) {
        fs::copy(p.in / "images" / TinyView(), p.in / "p.png");

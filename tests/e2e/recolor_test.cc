@@ -71,6 +71,33 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
   EXPECT_LT(operation["residual"].get<double>(), 2);
 }
 
+// A report's edit, from any folder; what it measured is not measured again.
+TEST(Recolor, ItsReportIsAnEdit) {
+  TempFolder temp;
+  std::filesystem::create_directory(temp / "reports");
+  WriteFile(temp / "film.cube", "LUT_1D_SIZE 2\n0.1 0 0\n1 0.9 1\n");
+  const auto report = [&](const char* name) { return (temp / "reports" / name).string(); };
+  const auto refit = [&](const std::vector<std::string>& edit, const char* name) {
+    const CommandResult result = RunRetint(
+        Join(Join(Join({"refit"}, Scene()), edit),
+             {"--masks", (TinyWorkspace() / "masks").string(), "--output",
+              (temp / "out.ply").string(), "--iterations", "1", "--report", report(name)}));
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.err;
+  };
+  const auto edit = [&](const char* name) { return json::parse(ReadFile(report(name)))["edit"]; };
+  EXPECT_THAT(
+      refit({"--to", "#3060ff", "--lut", (temp / "film.cube").string(), "--strength", "0.5"},
+            "first.json"),
+      testing::HasSubstr("is measured inside the masks"));
+  EXPECT_THAT(refit({"--edit", report("first.json")}, "second.json"),
+              testing::Not(testing::HasSubstr("is measured inside the masks")));
+  EXPECT_EQ(edit("first.json")["strength"], 0.5);
+  EXPECT_EQ(edit("second.json"), edit("first.json"));
+  refit({"--edit", report("first.json"), "--strength", "1"}, "whole.json");
+  EXPECT_FALSE(edit("whole.json").contains("strength"));
+}
+
 TEST(Recolor, SaysWhatItReplacesAndWhatNoScreenShows) {
   TempFolder temp;
   const auto recolor = [&](const std::vector<std::string>& edit) {

@@ -256,6 +256,26 @@ TEST(EditJsonTest, FilesLookForTablesBesideThemselves) {
   const ColorEdit edit = ReadEdit(temp / "edit.json");
   ASSERT_EQ(edit.operations.size(), 1u);
   EXPECT_EQ(edit.operations[0].table->name, "one.cube");
+  // A report has the same, in whatever folder it is.
+  std::filesystem::create_directory(temp / "reports");
+  const auto report = temp / "reports/report.json";
+  ColorEdit written = edit;
+  written.strength = 0.5f;
+  written.operations.push_back(
+      ColorOperation::Picture({{"a.png", (temp / "sub/../p.png").string(), {}}}));
+  std::ofstream(report) << R"({"version": "1", "edit": )" << EditToJson(written, false) << "}";
+  const ColorEdit again = ReadEdit(report);
+  EXPECT_EQ(again.strength, 0.5f);
+  ASSERT_EQ(again.operations.size(), 2u);
+  EXPECT_EQ(again.operations[0], edit.operations[0]);
+  EXPECT_EQ(again.operations[1].picture->pictures[0].file, (temp / "p.png").string());
+  std::ofstream(report) << R"({"version": "1", "edit": null, "regions": []})";
+  try {
+    ReadEdit(report);
+    FAIL() << "was read";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("without an edit of its own"));
+  }
   std::ofstream(temp / "bad.json") << "{";
   EXPECT_THROW(ReadEdit(temp / "bad.json"), InputError);
   EXPECT_THROW(ReadEdit(temp / "none.json"), InputError);
