@@ -287,7 +287,10 @@ MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& 
 }
 
 void WarnOfMainColor(const ColorEdit& edit, Run& run) {
-  if (!edit.NeedsMainColor()) return;
+  const bool measures = std::ranges::any_of(edit.operations, [](const ColorOperation& op) {
+    return op.kind != ColorOperationKind::kPicture && op.NeedsMeasuring();
+  });
+  if (!measures) return;
   run.Warn(
       "the color that the edit replaces is measured inside the masks. `retint recolor` measures it "
       "on the painted pixels; --edit with its report has the same edit");

@@ -90,6 +90,7 @@ RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, Targe
   const GaussianModel after = ReadAfter(arguments, session->original());
   const RegionId region = session->AddRegion(
       "selection", ReadViewMasks(arguments.masks, *session, run), {}, edit, run.monitor());
+  WarnOfMainColor(edit, run);
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.edit.strength());
   RunReport report = session->MakeReport();
   report.quality =
@@ -135,14 +136,15 @@ RunReport EvaluateParts(const Arguments& arguments, const ColorEdit& edit, Targe
   evaluation.strength = arguments.edit.strength();
   evaluation.target = target;
   evaluation.opened = [&](EditSession& session) { StartSession(session, run); };
-  return EvaluateInParts(large, std::move(evaluation), run.monitor());
+  const RunReport report = EvaluateInParts(large, std::move(evaluation), run.monitor());
+  WarnOfMainColor(edit, run);
+  return report;
 }
 
 void Evaluate(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.edit.Resolve(run);
   const TargetKind target = arguments.target == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
   if (!arguments.report.empty()) CheckOutput(arguments.report);
-  WarnOfMainColor(edit, run);
   const auto large = OpenParts(arguments, run);
   const RunReport report = large ? EvaluateParts(arguments, edit, target, *large, run)
                                  : EvaluateWhole(arguments, edit, target, run);

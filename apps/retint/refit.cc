@@ -65,7 +65,6 @@ void Refit(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.color.flags.Resolve(run);
   RefitJob job = Resolve(arguments.edit, run.globals()).refit;
   CodecForWriting(arguments.output);
-  WarnOfMainColor(edit, run);
   if (run.Writes()) {
     CheckOutput(arguments.output);
     if (!arguments.report.empty()) CheckOutput(arguments.report);
@@ -76,6 +75,7 @@ void Refit(const Arguments& arguments, Run& run) {
   EditSession* const session = opened.session.get();
   const RegionId region = session->AddRegion("selection", std::move(opened.masks),
                                              std::move(opened.shares), edit, run.monitor());
+  WarnOfMainColor(edit, run);
   session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
   KeepWithin(arguments.large, opened.large.get(), *session, region, &job.options);
   session->Refit(job, run.monitor());
