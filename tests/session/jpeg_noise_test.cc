@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures that were saved as JPEG files: what the file does to them is no change, and paint is.
+// Pictures that were saved as JPEG or lossy WebP files: what the file does to them is no change,
+// and paint is.
 #include "session/pictures/jpeg_noise.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 
 #include "base/color_difference.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/webp_copy.h"
 #include "session/pictures/contact_sheet.h"
 #include "session/pictures/picture_changes.h"
 #include "tests/support/data.h"
@@ -37,11 +39,24 @@ Image Scene() {
 }
 
 // The picture as a JPEG file of a quality holds it, and what was changed in it.
-Mask ChangedIn(const Image8& painted, const Image& view, int quality) {
-  const TempFolder folder;
-  const auto file = folder / "painted.jpg";
-  const std::string bytes = EncodeJpeg(painted, quality);
+enum class Format { kJpeg, kWebp };
+
+void Save(const std::filesystem::path& file, const Image8& picture, int quality, Format format) {
+  std::string bytes;
+  if (format == Format::kJpeg) {
+    bytes = EncodeJpeg(picture, quality);
+  } else {
+    const std::vector<uint8_t> webp = EncodeWebp(picture, quality);
+    bytes.assign(webp.begin(), webp.end());
+    EXPECT_TRUE(IsLossyWebp(bytes));
+  }
   std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+}
+
+Mask ChangedIn(const Image8& painted, const Image& view, int quality, Format format) {
+  const TempFolder folder;
+  const auto file = folder / "painted";
+  Save(file, painted, quality, format);
   const Image8 read = ReadImage8(file);
   ScalarImage difference(view.width, view.height);
   for (size_t p = 0; p < difference.data.size(); ++p) {
@@ -55,9 +70,11 @@ Mask ChangedIn(const Image8& painted, const Image& view, int quality) {
 
 TEST(JpegNoise, AnUntouchedFileHasNoChange) {
   const Image view = Scene();
-  for (const int quality : {75, 90, 95}) {
-    const Mask changed = ChangedIn(ToImage8(view), view, quality);
-    EXPECT_EQ(std::count(changed.data.begin(), changed.data.end(), 255), 0) << quality;
+  for (const Format format : {Format::kJpeg, Format::kWebp}) {
+    for (const int quality : {75, 90, 95}) {
+      const Mask changed = ChangedIn(ToImage8(view), view, quality, format);
+      EXPECT_EQ(std::count(changed.data.begin(), changed.data.end(), 255), 0) << quality;
+    }
   }
 }
 
@@ -75,7 +92,7 @@ TEST(JpegNoise, PaintIsFoundAndWhatIsAroundItIsNot) {
     }
   }
   for (const int quality : {75, 90}) {
-    const Mask changed = ChangedIn(painted, view, quality);
+    const Mask changed = ChangedIn(painted, view, quality, Format::kJpeg);
     int missed = 0, beyond = 0;
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) {
@@ -85,6 +102,30 @@ TEST(JpegNoise, PaintIsFoundAndWhatIsAroundItIsNot) {
           near |= on_line(x + i % 9 - 4, y + i / 9 - 4) || on_tint(x + i % 9 - 4, y + i / 9 - 4);
         }
         beyond += changed(x, y) && !near ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(missed, 0) << quality;
+    EXPECT_EQ(beyond, 0) << quality;
+  }
+}
+
+// Blocks of a WebP file have 16 pixels, and its filters reach some farther.
+TEST(JpegNoise, PaintInALossyWebpIsFoundToo) {
+  const Image view = Scene();
+  const auto on_disc = [](int x, int y, int radius) { return std::hypot(x - 96, y - 96) < radius; };
+  Image8 painted = ToImage8(view);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int c = 0; c < 3 && on_disc(x, y, 20); ++c) painted(x, y, c) = c == 2 ? 230 : 20;
+    }
+  }
+  for (const int quality : {75, 90}) {
+    const Mask changed = ChangedIn(painted, view, quality, Format::kWebp);
+    int missed = 0, beyond = 0;
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        if (on_disc(x, y, 14)) missed += changed(x, y) ? 0 : 1;
+        if (!on_disc(x, y, 44)) beyond += changed(x, y) ? 1 : 0;
       }
     }
     EXPECT_EQ(missed, 0) << quality;

@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/webp_copy.h"
 #include "session/pictures/contact_sheet.h"
 #include "session/pictures/picture_changes.h"
 
@@ -64,7 +65,11 @@ ScalarImage LeastChanges(const Image8& picture, const Image& view,
   const Image8 before = ToImage8(view);
   // Read once: a paint program may save it again meanwhile.
   const std::string bytes = !file.empty() && IsFile(file) ? ReadFile(file) : std::string();
-  const std::optional<Image8> saved = AsJpegHolds(before, bytes);
+  int quality = IsLossyWebp(bytes) ? WebpQuality(before, bytes.size()) : 0;
+  const auto as_file_holds = [&](const Image8& one) {
+    return quality > 0 ? std::optional(AsWebpHolds(one, quality)) : AsJpegHolds(one, bytes);
+  };
+  const std::optional<Image8> saved = as_file_holds(before);
   if (!saved) return {picture.width, picture.height, LeastChange(picture, view)};
 
   const float least_anywhere = LeastChange(picture, ToImage(*saved));
@@ -85,7 +90,9 @@ ScalarImage LeastChanges(const Image8& picture, const Image& view,
     for (size_t p = 0; p < changed.data.size(); ++p) {
       if (changed.data[p]) std::copy_n(&picture.data[3 * p], 3, &composed.data[3 * p]);
     }
-    const Colors expected = ColorsOf(AsJpegHolds(composed, bytes).value());
+    // Paint makes a file larger.
+    if (quality > 0 && round == 1) quality = WebpQuality(composed, bytes.size());
+    const Colors expected = ColorsOf(as_file_holds(composed).value());
     ScalarImage noise = Differences(expected, ColorsOf(composed), picture);
     const ScalarImage from_expected = Differences(painted, expected, picture);
     for (size_t p = 0; p < noise.data.size(); ++p) {
