@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "recolor/color_edit.h"
 #include "retint/common.h"
@@ -22,16 +23,26 @@ struct Arguments {
 
 // OBJECT=#rrggbb or OBJECT=FILE
 PaintedObject ParseAlbedo(const std::string& text) {
+  const auto fail = [&](const std::string& why) {
+    throw OptionError("--albedo '" + text + "': " + why);
+  };
   const auto equals = text.find('=');
-  if (equals == std::string::npos) {
-    throw OptionError("--albedo '" + text + "': expected OBJECT=#rrggbb or OBJECT=FILE");
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    fail("expected OBJECT=#rrggbb or OBJECT=FILE");
   }
-  if (equals + 1 < text.size() && text[equals + 1] != '#') {
-    return {text.substr(0, equals), {}, ReadImage8(text.substr(equals + 1))};
+  const std::string object = text.substr(0, equals), value = text.substr(equals + 1);
+  if (value[0] != '#') {
+    if (!IsFile(value)) fail("'" + value + "' is neither a color, #rrggbb, nor a picture file");
+    return {object, {}, ReadImage8(value)};
   }
-  const ColorEdit tint = ParseTint(text.substr(equals + 1));
+  constexpr size_t kDigits = 6;
+  if (value.size() != 1 + kDigits ||
+      value.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) {
+    fail("a color needs six hexadecimal digits after its #");
+  }
+  const ColorEdit tint = ParseTint(value);
   const auto color = tint.operations.front().Get("color");
-  return {text.substr(0, equals), {color[0], color[1], color[2]}, {}};
+  return {object, {color[0], color[1], color[2]}, {}};
 }
 
 void Synth(const Arguments& arguments, Run& run) {

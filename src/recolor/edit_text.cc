@@ -91,6 +91,7 @@ constexpr std::string_view kStrength = ",strength=";
 
 FileOption FileAndStrength(const OperationText& text, std::string_view words) {
   const std::string_view file = FileOf(words);
+  if (Trimmed(file).empty()) text.Fail("names no file");
   if (file.size() == words.size()) return {std::filesystem::path(file)};
   const float strength = text.Number(Trimmed(words.substr(file.size() + kStrength.size())));
   if (!(strength >= 0 && strength <= 1)) text.Fail("strength must be from 0 to 1");
@@ -170,6 +171,12 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
     if (word.starts_with('#')) {
       reader.AddColor(word, values);
     } else {
+      std::string key(word);
+      std::replace(key.begin(), key.end(), '-', '_');
+      if (FindParameter(type, key)) {
+        reader.Fail("'" + std::string(word) + "' has no value; give it as " + std::string(word) +
+                    "=VALUE");
+      }
       values.push_back(reader.Number(word));
     }
   }

@@ -5,8 +5,11 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <mutex>
+#include <optional>
 #include <sstream>
+#include <string>
 #include <string_view>
 
 #include <OpenColorIO/OpenColorIO.h>
@@ -158,6 +161,31 @@ ocio::ConstProcessorRcPtr OpenTransform(const std::filesystem::path& path,
                                                              : FileTransform(name));
 }
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
+// A copy of a file without its first bytes, in a folder of its own that goes with it: OpenColorIO
+// reads files, and takes a byte order mark for a word.
+class ShortenedFile {
+ public:
+  ShortenedFile(const std::filesystem::path& path, std::string_view rest) {
+    std::string folder = (std::filesystem::temp_directory_path() / "retint-XXXXXX").string();
+    if (!mkdtemp(folder.data())) throw RunError(folder + " cannot be made");
+    folder_ = folder;
+    path_ = folder_ / path.filename();
+    WriteFile(path_, std::string(rest));
+  }
+  ~ShortenedFile() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  ShortenedFile(const ShortenedFile&) = delete;
+  ShortenedFile& operator=(const ShortenedFile&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path folder_, path_;
+};
+
 std::vector<float> IdentityGrid(int size) {
   std::vector<float> values;
   values.reserve(size_t(size) * size_t(size) * size_t(size) * 3);
@@ -200,10 +228,19 @@ std::shared_ptr<const ColorTable> ReadLut(const std::filesystem::path& path) {
   if (std::filesystem::file_size(path) > kMostBytes) {
     throw InputError(path, "is larger than any lookup table (64 MiB)");
   }
-  if (extension == ".cube") CheckCubeSizes(path, ReadFile(path));
+  std::optional<ShortenedFile> shortened;
+  if (extension == ".cube") {
+    std::string text = ReadFile(path);
+    if (text.starts_with(kByteOrderMark)) {
+      text.erase(0, kByteOrderMark.size());
+      shortened.emplace(path, text);
+    }
+    CheckCubeSizes(path, text);
+  }
+  const std::filesystem::path& read = shortened ? shortened->path() : path;
   auto table = std::make_shared<ColorTable>();
   try {
-    const ocio::ConstProcessorRcPtr processor = OpenTransform(path, extension);
+    const ocio::ConstProcessorRcPtr processor = OpenTransform(read, extension);
     table->size = CheckOperations(*processor->createGroupTransform(), path);
     table->values = IdentityGrid(table->size);
     ocio::PackedImageDesc grid(table->values.data(), table->size * table->size, table->size, 3);
@@ -216,7 +253,7 @@ std::shared_ptr<const ColorTable> ReadLut(const std::filesystem::path& path) {
     throw;
   } catch (const std::exception& error) {
     throw InputError(path, "is not a lookup table that can be read: " +
-                               ReasonOf(error.what(), std::filesystem::absolute(path).string()));
+                               ReasonOf(error.what(), std::filesystem::absolute(read).string()));
   }
   table->name = path.filename().string();
   table->file = std::filesystem::absolute(path).lexically_normal();

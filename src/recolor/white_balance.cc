@@ -32,6 +32,9 @@ GrayBalance WhiteBalanceOfGray(std::span<const float> color) {
   const Eigen::Vector2f least_values(range[0].min, range[1].min);
   const Eigen::Vector2f most_values(range[0].max, range[1].max);
   const Eigen::Vector3f rgb(color.data());
+  if (rgb.maxCoeff() <= 0) {
+    return {0, 0, "no white balance can be told from black (#000000), so colors stay as they are"};
+  }
   const auto chroma = [&](const Eigen::Vector2f& at) {
     const ColorOperation balance =
         ColorOperation::Make(ColorOperationKind::kWhiteBalance, {at[0], at[1]});

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "base/error.h"
@@ -156,8 +158,11 @@ void SyntheticOptions::Check() const {
   CheckRanges(*this);
   CheckOption(!around || !bare_walls, "a table in the open has no walls to be bare");
   const World world = albedo.empty() ? World() : MakeStillLife(seed, RoomOf(*this));
+  std::set<std::string> objects;
   for (const PaintedObject& painted : albedo) {
     FindObject(world, painted.object);
+    CheckOption(objects.insert(painted.object).second,
+                "object '" + painted.object + "' gets a color or picture twice");
     for (const float value : painted.color) {
       CheckOption(value >= 0 && value <= 1, "colors of objects must be 0 to 1");
     }

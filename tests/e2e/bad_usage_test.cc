@@ -69,6 +69,18 @@ const Row kUsageRows[] = {
                    {"--view", TinyView(), "--mask", MaskOf(p).string(), "--edited",
                     TinyView() + "=" + p.In("p.png"), "--output", p.Out("o.ply")});
      }},
+    {"AlbedoOfNothing", 2, "--albedo 'ball=': expected OBJECT=#rrggbb or OBJECT=FILE",
+     [](Place& p) {
+       return Arguments{"synth", "--albedo", "ball=", "--output", p.Out("s")};
+     }},
+    {"AlbedoInWords", 2, "'red' is neither a color, #rrggbb, nor a picture file",
+     [](Place& p) {
+       return Arguments{"synth", "--albedo", "ball=red", "--output", p.Out("s")};
+     }},
+    {"ShortAlbedo", 2, "--albedo 'ball=#30f': a color needs six",
+     [](Place& p) {
+       return Arguments{"synth", "--albedo", "ball=#30f", "--output", p.Out("s")};
+     }},
     {"PaletteColorTwice", 2, "changes color 1 twice",
      [](Place& p) {
        return Recolor(p, {"--palette", "5,1=#ffffff,1=#000000"});

@@ -93,6 +93,8 @@ TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THAT(FaultOf(Kind::kRecolor, "blue"), HasSubstr("'blue' is not a number"));
   EXPECT_THAT(FaultOf(Kind::kRecolor, "keep-lightness=1"), HasSubstr("needs 3 values"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, ""), HasSubstr("adjust"));
+  EXPECT_THAT(FaultOf(Kind::kAdjust, "hue"), HasSubstr("'hue' has no value; give it as hue=VALUE"));
+  EXPECT_THAT(FaultOf(Kind::kLut, ""), HasSubstr("--lut '': names no file"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hew=3"), HasSubstr("there is no 'hew'"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,hues=40:40"), HasSubstr("hues is empty"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,lightnesses=0.9:0.2"),
@@ -152,6 +154,9 @@ TEST(ParseOperationTest, SaysWhatABalanceCannotMakeGray) {
   EditFromJson(R"({"operations": [{"op": "white_balance", "gray": "#ff2020"}]})", "", &warnings);
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_EQ(warnings[1], warnings[0]);
+  ParseOperation(type, "gray=#000000", &warnings);
+  ASSERT_EQ(warnings.size(), 3u);
+  EXPECT_THAT(warnings[2], HasSubstr("black"));
 }
 
 TEST(ParseOperationTest, TakesAStrengthAfterAFile) {

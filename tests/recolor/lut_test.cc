@@ -5,6 +5,7 @@
 #include <functional>
 #include <sstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/error.h"
@@ -13,6 +14,8 @@
 
 namespace retint {
 namespace {
+
+using testing::HasSubstr;
 
 class LutTest : public ::testing::Test {
  protected:
@@ -64,6 +67,16 @@ TEST_F(LutTest, Reads3dCubesNodeByNode) {
   // A linear map on nodes of five digits.
   ExpectColor(*table, {0.1f, 0.6f, 0.9f}, {0.9f, 0.6f, 0.1f}, 1e-5);
   ExpectColor(*table, {1, 0, 0.33f}, {0.33f, 0, 1}, 1e-5);
+}
+
+TEST_F(LutTest, ReadsACubeAfterAByteOrderMark) {
+  const auto path = Write("marked.cube", "\xef\xbb\xbf" + Cube3d(5));
+  const auto table = ReadLut(path);
+  EXPECT_EQ(table->name, "marked.cube");
+  EXPECT_EQ(table->file, std::filesystem::absolute(path));
+  EXPECT_EQ(table->values, ReadLut(Write("swap.cube", Cube3d(5)))->values);
+  EXPECT_THAT(Fault(Write("cut.cube", "\xef\xbb\xbfLUT_3D_SIZE 3\n0 0 0\n")),
+              HasSubstr((temp_ / "cut.cube").string() + ": is not a lookup table"));
 }
 
 TEST_F(LutTest, ReadsCurvesAndCdl) {

@@ -57,6 +57,8 @@ TEST(SyntheticTest, RepaintsObjectsAndNothingElse) {
   EXPECT_THROW(options.Check(), OptionError);
   options.albedo = {{"ball", {0, 0, 2}}};
   EXPECT_THROW(options.Check(), OptionError);
+  options.albedo = {{"ball", {0, 0, 1}}, {"ball", {0, 1, 0}}};
+  EXPECT_THROW(options.Check(), OptionError);
 }
 
 TEST(SyntheticTest, DetailMakesFinerGaussiansOfTheSamePhotos) {
