@@ -150,11 +150,18 @@ class EditPanelTest : public PanelsFixture {
     Click("adjust.hue_reset");
     QCOMPARE(Edit().operations[2].Get("chroma")[0], 1.5F);
     QCOMPARE(Edit().operations[2].Get("hue")[0], 0.0F);
-    // Every one of these was a step of the history.
+    // Every one of these was a step of the history. The page stays, and no other step is at hand.
     Click("adjust.chroma_reset");
     QCOMPARE(Kinds().size(), size_t{5});
+    QVERIFY(Find<QToolButton>("mode_adjust")->isChecked());
+    QVERIFY(!Steps()->currentItem());
+    QVERIFY(!Find<QToolButton>("operation_remove")->isEnabled());
     window_->action("edit.undo")->trigger();
     QCOMPARE(Kinds().size(), size_t{6});
+    // What came back to the page is.
+    QTRY_VERIFY(Steps()->currentItem() == Steps()->topLevelItem(2));
+    QVERIFY(Find<QToolButton>("operation_remove")->isEnabled());
+    QVERIFY(Find<QSlider>("operation_strength_slider")->isVisibleTo(window_.get()));
   }
 
   void ASliderIsLiveAndOneStep() {
@@ -187,6 +194,15 @@ class EditPanelTest : public PanelsFixture {
     Type("adjust.hues0", "200");
     Type("adjust.hues1", "300");
     QCOMPARE(Edit().operations[1].Get("hues")[0], 200.0F);
+    // Ends that nobody set are those of the colors that there are, and leave none out.
+    auto* most = Find<QDoubleSpinBox>("adjust.lightnesses1");
+    QCOMPARE(most->value(), 1.0);
+    QCOMPARE(Find<QDoubleSpinBox>("adjust.chromas1")->value(), 0.4);
+    Type("adjust.lightnesses1", "0.8");
+    QCOMPARE(Edit().operations[1].Get("lightnesses")[1], 0.8F);
+    Click("adjust.lightnesses1_reset");
+    QCOMPARE(most->value(), 1.0);
+    QCOMPARE(Edit().operations[1].Get("lightnesses")[1], 10.0F);
     // An empty range is explained and not taken.
     Type("adjust.hues1", "200");
     QVERIFY2(Problem().contains("range of hues is empty"), qPrintable(Problem()));
@@ -473,6 +489,7 @@ class EditPanelTest : public PanelsFixture {
     QCOMPARE(edit.operations.size(), size_t{1});
     const ColorOperation& picture = edit.operations[0];
     QVERIFY(picture.kind == Kind::kPicture && picture.table);
+    QCOMPARE(Steps()->currentItem(), Steps()->topLevelItem(0));
     QCOMPARE(picture.picture->pictures[0].view, window_->canvas().navigation().view()->name);
     QVERIFY(Find<QLabel>("picture_found")->text().contains("color map explains"));
     // Saved again as it was, the same step says that nothing was changed.

@@ -9,7 +9,9 @@
 #include <QSlider>
 #include <QToolButton>
 
+#include "kernels/common/sh.h"
 #include "tests/viewer/panels_fixture.h"
+#include "viewer/canvas/contrast.h"
 
 namespace retint {
 
@@ -30,6 +32,25 @@ class RegionsPanelTest : public PanelsFixture {
     QCOMPARE(window_->current_region(), Regions()[1].id);
     Select(0);
     QCOMPARE(window_->current_region(), Regions()[0].id);
+  }
+
+  // Without an edit, and so for the picker before there is one: its main color and no mixture.
+  void ARegionHasItsMainColor() {
+    GaussianModel model;
+    for (int g = 0; g < 10; ++g) {
+      const bool red = g < 7;
+      for (const float value : {red ? 0.8F : 0.1F, 0.1F, red ? 0.1F : 0.8F}) {
+        model.sh.push_back((value - 0.5F) / kShC0);
+      }
+      model.opacity_logits.push_back(3);
+    }
+    auto selection = std::make_shared<RegionSelection>();
+    selection->id = 1;
+    selection->shares.assign(10, 1.0F);
+    Region region;
+    region.selection = selection;
+    const QColor color = RegionColors().Before(region, model);
+    QVERIFY2(std::abs(color.redF() - 0.8) < 0.05 && color.blueF() < 0.15, qPrintable(color.name()));
   }
 
   void ACheckBoxHidesAndSpaceShowsAgain() {

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "kernels/common/sh.h"
 #include "recolor/color_edit.h"
+#include "recolor/main_color.h"
 
 namespace retint {
 namespace {
@@ -15,6 +18,8 @@ const QColor kOverlays[] = {{255, 140, 0}, {0, 150, 255}, {255, 0, 200}, {60, 22
 // and orange from a fox.
 constexpr double kStandsOut = 150;
 constexpr double kMostSamples = 2e5;
+constexpr double kCovers = 0.25;  // of the most that a Gaussian of the region has
+constexpr size_t kMostGaussians = 40000;
 
 double Distance(const QColor& a, const QColor& b) {
   return std::hypot(a.red() - b.red(), a.green() - b.green(), a.blue() - b.blue());
@@ -51,39 +56,45 @@ QColor MeanColor(const QImage& picture, const std::function<bool(int, int)>& ins
   return QColor(int(sum[0] / count), int(sum[1] / count), int(sum[2] / count));
 }
 
-std::optional<Eigen::Vector3f> MeanColors::Mean(const RegionSelection& selection,
+std::optional<Eigen::Vector3f> RegionColors::Of(const RegionSelection& selection,
                                                 const GaussianModel& original) {
-  const auto [found, fresh] = means_.try_emplace(selection.id);
+  const auto [found, fresh] = colors_.try_emplace(selection.id);
   if (!fresh) return found->second;
   const std::vector<float>& shares = selection.shares;
   const auto block = size_t(original.NumShCoeffs()) * 3;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double weight = 0;
+  std::vector<std::pair<double, size_t>> weights;  // and of which Gaussian
+  double most = 0;
   for (size_t g = 0; g < shares.size() && (g + 1) * block <= original.sh.size(); ++g) {
     if (shares[g] <= 0) continue;
-    const float* sh = original.sh.data() + g * block;
-    // What hardly covers anything says little about the region's looks.
     const double opacity = 1 / (1 + std::exp(-double(original.opacity_logits[g])));
-    sum += opacity * shares[g] * Eigen::Vector3d(sh[0], sh[1], sh[2]);
-    weight += opacity * shares[g];
+    weights.emplace_back(opacity * double(shares[g]), g);
+    most = std::max(most, weights.back().first);
   }
-  if (weight > 0) {
-    found->second = ((sum / weight * double(kShC0)).array() + 0.5).matrix().cast<float>();
+  // What hardly covers anything says little about the region's looks.
+  std::erase_if(weights, [&](const auto& one) { return one.first < kCovers * most; });
+  const size_t step = weights.size() / kMostGaussians + 1;
+  std::vector<float> colors;
+  for (size_t i = 0; i < weights.size(); i += step) {
+    const float* sh = original.sh.data() + weights[i].second * block;
+    for (int c = 0; c < 3; ++c) colors.push_back(std::clamp(sh[c] * kShC0 + 0.5F, 0.0F, 1.0F));
+  }
+  if (const auto main = FindMainColor(colors)) {
+    found->second = Eigen::Vector3f(main->rgb.data());
   }
   return found->second;
 }
 
-QColor MeanColors::Before(const Region& region, const GaussianModel& original) {
-  const auto mean = Mean(*region.selection, original);
-  return mean ? ToQColor(*mean) : QColor();
+QColor RegionColors::Before(const Region& region, const GaussianModel& original) {
+  const auto color = Of(*region.selection, original);
+  return color ? ToQColor(*color) : QColor();
 }
 
-QColor MeanColors::After(const Region& region, const GaussianModel& original) {
+QColor RegionColors::After(const Region& region, const GaussianModel& original) {
   const ColorEdit edit = region.EffectiveEdit();
-  const auto mean = Mean(*region.selection, original);
+  const auto color = Of(*region.selection, original);
   // One that is still to be measured shows the original.
-  if (!mean || edit.NeedsMainColor()) return Before(region, original);
-  return ToQColor(CompiledEdit(edit).Apply(*mean));
+  if (!color || edit.NeedsMainColor()) return Before(region, original);
+  return ToQColor(CompiledEdit(edit).Apply(*color));
 }
 
 }  // namespace retint

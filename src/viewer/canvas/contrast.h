@@ -23,19 +23,20 @@ QColor ContrastingColor(const QColor& under, const QColor& current = {});
 // invalid where there is none.
 QColor MeanColor(const QImage& picture, const std::function<bool(int x, int y)>& inside);
 
-// The mean colors of regions, by their Gaussians' first coefficients; invalid of a region without
-// any. Those of a selection are asked once: that takes every Gaussian.
-class MeanColors {
+// The main colors of regions (FindMainColor), by their Gaussians' first coefficients; invalid of a
+// region without any. Near those that an edit measures in views, and at hand at once. Those of a
+// selection are asked once: that takes every Gaussian.
+class RegionColors {
  public:
   // Without the region's edit, and as the edit shows it.
   QColor Before(const Region& region, const GaussianModel& original);
   QColor After(const Region& region, const GaussianModel& original);
-  void Clear() { means_.clear(); }  // for another scene
+  void Clear() { colors_.clear(); }  // for another scene
 
  private:
-  std::optional<Eigen::Vector3f> Mean(const RegionSelection& selection,
-                                      const GaussianModel& original);
-  std::map<uint64_t, std::optional<Eigen::Vector3f>> means_;  // by selection
+  std::optional<Eigen::Vector3f> Of(const RegionSelection& selection,
+                                    const GaussianModel& original);
+  std::map<uint64_t, std::optional<Eigen::Vector3f>> colors_;  // by selection
 };
 
 }  // namespace retint

@@ -61,8 +61,7 @@ ColorOperation EditPage::Operation(Kind kind) const {
 void EditPage::AddRows(Kind kind) {
   for (const ParameterView& view : ParameterViews()) {
     if (view.kind != kind) continue;
-    const ColorParameter& type = view.type();
-    const ParameterRow::Range range{view.low,  view.high,      type.min,        type.max,
+    const ParameterRow::Range range{view.low,  view.high,      view.type().min, view.most(),
                                     view.step, view.Default(), view.logarithmic};
     auto* row = new ParameterRow(NameOf(view), tr(view.label), range, view.suffix, tr(view.tip));
     layout_->addWidget(row);

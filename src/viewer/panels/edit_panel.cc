@@ -178,13 +178,8 @@ void EditPanel::BuildModes() {
   AddMode("matrix", tr("Matrix"), tr("Any affine map of the colors"), new MatrixPage);
   modes_->buttons().back()->hide();
   connect(modes_, &QButtonGroup::idClicked, this, [this](int mode) {
-    const auto& kinds = static_cast<EditPage*>(pages_->widget(mode))->kinds();
-    int row = -1;
-    for (const Kind kind : kinds) {
-      if (row < 0) row = IndexOf(kind);
-    }
-    row_ = row;
     SetMode(mode);
+    row_ = RowOfPage();
     ShowAll();
   });
 }
@@ -200,7 +195,7 @@ void EditPanel::AddMode(const char* name, const QString& text, const QString& ti
   mode_row_->layout()->addWidget(button);
   pages_->addWidget(page);
   connect(page, &EditPage::changed, this, &EditPanel::Take);
-  connect(page, &EditPage::removed, this, [this](Kind kind) { RemoveRow(IndexOf(kind)); });
+  connect(page, &EditPage::removed, this, &EditPanel::RemoveFromPage);
   connect(page, &EditPage::colorChanged, this, [this, page] { picker_->SetColor(page->color()); });
   connect(page, &EditPage::pickWanted, this, [this] {
     pick_for_page_ = true;
@@ -236,10 +231,18 @@ int EditPanel::IndexOf(Kind kind) const {
   return found == operations.end() ? -1 : int(found - operations.begin());
 }
 
+int EditPanel::RowOfPage() const {
+  for (const Kind kind : page()->kinds()) {
+    if (const int row = IndexOf(kind); row >= 0) return row;
+  }
+  return -1;
+}
+
 void EditPanel::Show(uint64_t subject, const ColorEdit& edit, const QColor& base) {
   const bool another = subject != subject_;
   subject_ = subject;
   base_ = base;
+  const int old_count = int(edit_.operations.size());
   edit_ = edit;
   const int count = int(edit_.operations.size());
   if (another) {
@@ -250,6 +253,8 @@ void EditPanel::Show(uint64_t subject, const ColorEdit& edit, const QColor& base
     SetMode(count > 0 ? ModeOf(edit_.operations.back().kind) : 0);
   } else {
     row_ = std::min(row_, count - 1);
+    // A step that came back, or from elsewhere, to the page that shows it.
+    if (row_ < 0 && count > old_count) row_ = RowOfPage();
   }
   for (int i = 0; i < pages_->count(); ++i) {
     static_cast<EditPage*>(pages_->widget(i))->SetSubject(subject, base);
@@ -389,6 +394,13 @@ void EditPanel::RemoveRow(int row) {
   ForgetMeasured(edit, size_t(row));
   strengths_.clear();
   Send(std::move(edit), false);
+}
+
+// The page stays. Another operation that it shows is the one at hand then.
+void EditPanel::RemoveFromPage(Kind kind) {
+  RemoveRow(IndexOf(kind));
+  row_ = RowOfPage();
+  ShowAll();
 }
 
 void EditPanel::MoveRow(int from, int to) {

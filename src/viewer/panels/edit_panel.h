@@ -62,11 +62,13 @@ class EditPanel : public QWidget {
   void SetRow(int row);
   int ModeOf(ColorOperationKind kind) const;
   int IndexOf(ColorOperationKind kind) const;  // in the list, -1: none
+  int RowOfPage() const;                       // the first operation that the page shows, -1: none
   EditPage* page() const;
   void Add(ColorOperationKind kind);
   void Insert(const ColorOperation& operation, bool dragging);
   void Take(const ColorOperation& operation, bool dragging);
   void RemoveRow(int row);
+  void RemoveFromPage(ColorOperationKind kind);
   void MoveRow(int from, int to);
   void OnItemChanged(QTreeWidgetItem* item);
   void Copy();

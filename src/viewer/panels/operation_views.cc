@@ -2,6 +2,7 @@
 #include "viewer/panels/operation_views.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include <QCoreApplication>
 
@@ -127,11 +128,16 @@ const ColorParameter& ParameterView::type() const {
 }
 
 float ParameterView::Get(const ColorOperation& operation) const {
-  return operation.Get(parameter)[index];
+  return std::min(operation.Get(parameter)[index], float(most()));
 }
 
 void ParameterView::Set(ColorOperation& operation, double value) const {
-  operation.Get(parameter)[index] = float(value);
+  operation.Get(parameter)[index] = HasOpenEnd() && value >= high ? type().max : float(value);
+}
+
+bool ParameterView::HasOpenEnd() const {
+  const std::string_view name = parameter;
+  return index == 1 && (name == "chromas" || name == "lightnesses");
 }
 
 double ParameterView::Default() const { return double(Get(ColorOperation::Make(kind))); }

@@ -18,7 +18,7 @@ struct ParameterView {
   const char* parameter;  // ColorParameter::name
   size_t index;           // of its values
   const char* label;
-  double low, high;  // of the slider; the box goes as far as the operation allows
+  double low, high;  // of the slider; the box goes as far as the operation allows (most())
   double step;       // of the box and of the slider's keys
   bool logarithmic;  // the slider
   const char* suffix;
@@ -28,6 +28,10 @@ struct ParameterView {
   float Get(const ColorOperation& operation) const;
   void Set(ColorOperation& operation, double value) const;
   double Default() const;
+  // Of the end of a range that is open as long as nobody set it: it shows as `high`, beyond which
+  // there are no colors.
+  bool HasOpenEnd() const;
+  double most() const { return HasOpenEnd() ? high : double(type().max); }
 };
 // In the order in which they are shown.
 std::span<const ParameterView> ParameterViews();

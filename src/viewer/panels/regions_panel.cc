@@ -89,7 +89,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   });
   connect(controller_, &SceneController::regionsChanged, this, &RegionsPanel::Refresh);
   const auto fresh = [this] {
-    means_.Clear();
+    colors_.Clear();
     waiting_.reset();
     Refresh();
   };
@@ -204,8 +204,8 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
 
 QColor RegionsPanel::BaseOf(const Region& region) {
   const auto facts = controller_->facts();
-  const QColor mean = facts ? means_.Before(region, *facts->original) : QColor();
-  return mean.isValid() ? mean : QColor(Qt::gray);
+  const QColor color = facts ? colors_.Before(region, *facts->original) : QColor();
+  return color.isValid() ? color : QColor(Qt::gray);
 }
 
 void RegionsPanel::Refresh() {

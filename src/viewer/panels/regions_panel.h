@@ -79,7 +79,7 @@ class RegionsPanel : public QWidget {
     std::string key;
   };
   std::optional<Waiting> waiting_;
-  MeanColors means_;
+  RegionColors colors_;
 };
 
 }  // namespace retint

@@ -208,7 +208,7 @@ void MainWindow::ConnectScene() {
     if (!opening_.isEmpty()) Remember(opening_);
     form_.reset();
     unchecked_ = true;
-    means_.Clear();
+    colors_.Clear();
     ShowWarnings(controller_->facts()->warnings);
     SetCurrentRegion(0);
     ShowPage();
@@ -390,7 +390,7 @@ void MainWindow::ShowCloudOfCurrent() {
   // In a color that stands out from what the edit makes of the region.
   QColor color;
   if (region && facts)
-    color = ContrastingColor(means_.After(*region, *facts->original), cloud_color_);
+    color = ContrastingColor(colors_.After(*region, *facts->original), cloud_color_);
   if (selection == cloud_of_ && color == cloud_color_) return;
   cloud_of_ = selection;
   cloud_color_ = color;

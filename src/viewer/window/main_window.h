@@ -210,7 +210,7 @@ class MainWindow : public QMainWindow {
   std::optional<OpenRequest> form_;  // of the dialog, until it has opened
   std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
   QColor cloud_color_;
-  MeanColors means_;
+  RegionColors colors_;
   bool closing_ = false;
   bool unchecked_ = false;  // CheckScene() is still to come
 };
