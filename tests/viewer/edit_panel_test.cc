@@ -349,6 +349,42 @@ class EditPanelTest : public PanelsFixture {
     QVERIFY(Edit().operations[0] == measured);
   }
 
+  // In a window of a common size, of two regions, with the picker of a color and as many steps as
+  // the list shows.
+  void TheStepsShowBelowEveryPage() {
+    window_->resize(1660, 1020);
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_grade");
+    Type("exposure.stops", "0.5");
+    Type("contrast.factor", "1.2");
+    Type("saturation.factor", "1.2");
+    Type("gamma.gamma", "1.2");
+    Click("invert.on");
+    constexpr int kMore = 50;  // pixels: a larger font, or more colors in a palette
+    const auto shows = [&](const char* mode, const char* color) {
+      Click(mode);
+      if (color) Click(color);
+      QVERIFY(Settle(Controller()));
+      QCoreApplication::processEvents();
+      const auto* area = Find<QWidget>("edit_panel")->parentWidget()->parentWidget();
+      const int bottom = Steps()->mapTo(area, QPoint(0, Steps()->height())).y();
+      QVERIFY2(bottom + kMore <= area->height(),
+               qPrintable(QString("%1: %2 of %3").arg(mode).arg(bottom).arg(area->height())));
+    };
+    shows("mode_recolor", nullptr);
+    shows("mode_gradient", nullptr);
+    Click("mode_palette");
+    shows("mode_palette", nullptr);
+    auto* count = Find<QSpinBox>("palette_count");
+    count->setFocus();
+    count->selectAll();
+    QTest::keyClicks(count, "2");
+    QTest::keyClick(count, Qt::Key_Return);
+    QVERIFY(Measured());
+    shows("mode_palette", "palette0");
+  }
+
   void StepsAreOrderedSwitchedAndRemoved() {
     QVERIFY(AddRegions());
     Select(0);

@@ -196,7 +196,8 @@ void MainWindow::AddPanels() {
   // Of a narrow window, so that the picture keeps about half of it.
   resizeDocks({views, regions}, {std::min(300, width() / 5), std::clamp(width() / 4, 310, 340)},
               Qt::Horizontal);
-  resizeDocks({regions, optimizer}, {560, 300}, Qt::Vertical);
+  // The pages of an edit have their steps in sight then; the optimizer's options scroll.
+  resizeDocks({regions, optimizer}, {630, 230}, Qt::Vertical);
   constexpr int kLow = 800;  // pixels; there is no room for one above the other
   if (height() < kLow) {
     for (QDockWidget* dock : {optimizer, quality, selection}) tabifyDockWidget(regions, dock);
