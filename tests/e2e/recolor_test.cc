@@ -69,6 +69,13 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
   // The object has one surface; its outline and gray pixels, which a swap leaves, are the rest.
   EXPECT_GT(operation["explained"].get<double>(), 0.8);
   EXPECT_LT(operation["residual"].get<double>(), 2);
+  // Inside masks too; no main color is measured for that.
+  const CommandResult masked = RunRetint(Join(
+      Join({"refit"}, Scene()), {"--edited", TinyView() + "=" + (temp / "painted.png").string(),
+                                 "--masks", (TinyWorkspace() / "masks").string(), "--iterations",
+                                 "1", "--output", (temp / "masked.ply").string()}));
+  ASSERT_EQ(masked.code, 0) << masked.err;
+  EXPECT_THAT(masked.err, testing::Not(testing::HasSubstr("is measured inside the masks")));
 }
 
 // A report's edit, from any folder; what it measured is not measured again.
