@@ -31,8 +31,8 @@ enum class Completion {
 };
 
 // Of one Gaussian, sums over the views: W^T (K M) and W^T K of the evidence, where nothing is known
-// K = 0; W^T K where a painted view's pixels count as those of all others do, and that of the
-// painted views alone; W^T 1, and its square. All in pixels.
+// K = 0; W^T K where a painted view's pixels count as those of all others do, and that of pixels of
+// the painted views that are surely painted or not; W^T 1, and its square. All in pixels.
 struct ShareEvidence {
   std::span<const float> inside, known, seen, painted, visible, visible_squared;  // [N] each
 };

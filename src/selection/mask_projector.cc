@@ -53,7 +53,9 @@ class Projection {
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
     keeps_rows_ = ranks_.AreMany() && backend_.IsHost();
     if (options.kind != ProjectorKind::kGaussians) return;
-    sums_ = backend_.Allocate<float>(SumChannels() * static_cast<size_t>(renderer.model().count()));
+    const auto count = static_cast<size_t>(renderer.model().count());
+    sums_ = backend_.Allocate<float>(SumChannels() * count);
+    if (completes) painted_sums_ = backend_.Allocate<float>(count);
     for (const auto& view : painted) {
       painted_.push_back({view.name,
                           view.camera,
@@ -82,6 +84,7 @@ class Projection {
     HideUnseen(*painted.seen, &surface.depth);
     HideUnseen(said, &surface.depth);
     LiftPaint(surface, painted.mask.data());
+    if (completes_) LiftSurePaint(*surface.geometry, painted, said);
     painted.depth = std::move(surface.depth);
   }
 
@@ -142,9 +145,10 @@ class Projection {
       const std::vector<float> inside = channel(0), known = channel(1), seen = channel(2);
       const std::vector<float> squared = channel(4);
       result->visible = channel(3);
-      CompletedShares completed = CompleteShares(
-          *graph, {inside, known, seen, SeenInPaint(known, seen), result->visible, squared},
-          options_.completion, monitor, &backend_);
+      const std::vector<float> painted = backend_.Download(painted_sums_.data(), count);
+      CompletedShares completed =
+          CompleteShares(*graph, {inside, known, seen, painted, result->visible, squared},
+                         options_.completion, monitor, &backend_);
       result->shares = std::move(completed.shares);
       result->confidence = std::move(completed.confidence);
       return;
@@ -210,10 +214,9 @@ class Projection {
     layers.color.data = backend_.Download(rendered.rgb.data(), rendered.rgb.size());
     layers.depth = DepthMap(mask.width, mask.height);
     layers.depth.data = backend_.Download(surface.depth.data(), surface.depth.size());
-    const double reach = options_.paint_slack * std::max(mask.width, mask.height);
     Monitor quiet;  // a step of the projection's
     const MissedBorder missed =
-        FindMissedBorder(layers, mask, std::max(1, int(std::lround(reach))), quiet);
+        FindMissedBorder(layers, mask, std::max(1, SlackPixels(mask)), quiet);
     if (!AnyInside(missed.left_out) && !AnyInside(missed.spilled)) return {};
     Mask said(mask.width, mask.height, 255);
     for (size_t p = 0; p < mask.data.size(); ++p) {
@@ -261,18 +264,31 @@ class Projection {
     if (ranks_.IsRoot()) AddLifted(*surface.geometry);
   }
 
+  // What is seen in pixels that are not as close to the border of the paint as a hand may miss it.
+  void LiftSurePaint(const ViewGeometry& view, const Painted& painted, const Mask& said) {
+    const Mask& paint = *painted.paint;
+    std::vector<float> sure = FarFromBorder(paint, SlackPixels(paint)).data;
+    for (size_t p = 0; p < sure.size(); ++p) {
+      if (!painted.seen->Empty() && painted.seen->data[p] == 0) sure[p] = 0;
+      if (!said.Empty() && said.data[p] == 0) sure[p] = 0;
+    }
+    const Buffer<float> residual = backend_.Upload(std::span<const float>(sure));
+    BlendTransposeParams lift{};
+    lift.residual = residual.data();
+    lift.channels = 1;
+    lift.result = backend_.Grow(lifted_, size_t(view.num_rows()));
+    backend_.blend().BlendTranspose(view, lift);
+    // Every rank adds up all that is painted.
+    backend_.blend().AddRows(view, lifted_.data(), 1, painted_sums_.data());
+  }
+
+  // How far a hand misses a border.
+  int SlackPixels(const Mask& paint) const {
+    return int(std::lround(options_.paint_slack * std::max(paint.width, paint.height)));
+  }
+
   size_t Channels() const { return completes_ ? 4 : 2; }
   size_t SumChannels() const { return completes_ ? 5 : 2; }
-
-  // What painted views see of each Gaussian: there alone pixels count as `painted_weight`.
-  std::vector<float> SeenInPaint(const std::vector<float>& known,
-                                 const std::vector<float>& seen) const {
-    std::vector<float> painted(known.size(), 0);
-    const auto more = float(options_.painted_weight - 1);
-    for (size_t g = 0; more != 0 && g < painted.size(); ++g)
-      painted[g] = std::max(0.0f, (known[g] - seen[g]) / more);
-    return painted;
-  }
 
   // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
   void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence, float weight = 1) {
@@ -357,6 +373,7 @@ class Projection {
   // [N, 2] W^T (K M), W^T K; where shares are completed [N, 5], also W^T K without painted_weight,
   // W^T 1 and its square.
   Buffer<float> sums_;
+  Buffer<float> painted_sums_;  // [N] W^T 1 of pixels that are surely painted or not, painted views
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
 };

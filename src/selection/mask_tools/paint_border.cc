@@ -110,6 +110,18 @@ void GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape, con
 
 }  // namespace
 
+ScalarImage FarFromBorder(const Mask& mask, int reach) {
+  cv::Mat inside(mask.height, mask.width, CV_8U), wider, narrower;
+  for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
+  const cv::Mat window = cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U);
+  cv::dilate(inside, wider, window);
+  cv::erode(inside, narrower, window);
+  ScalarImage far(mask.width, mask.height);
+  for (size_t p = 0; p < mask.data.size(); ++p)
+    far.data[p] = wider.data[p] == narrower.data[p] ? 1.0f : 0.0f;
+  return far;
+}
+
 MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int reach,
                               Monitor& monitor) {
   const GridRect part = PartAboutBorder(mask, reach);

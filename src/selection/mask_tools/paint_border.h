@@ -19,4 +19,7 @@ struct MissedBorder {
 MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int reach,
                               Monitor& monitor);
 
+// 1 of every pixel that lies more than `reach` rows or columns from the border of `mask`, else 0.
+ScalarImage FarFromBorder(const Mask& mask, int reach);
+
 }  // namespace retint

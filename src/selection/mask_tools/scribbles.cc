@@ -29,7 +29,8 @@ constexpr std::string_view kStage = "outline";
 constexpr double kMaxPixels = 100'000;
 constexpr double kSpread = 0.02;  // least standard deviation of a component
 constexpr int kInsideParts = 5, kOutsideParts = 8;
-constexpr int kRounds = 3;
+constexpr int kRounds = 3;       // of learning what inside and outside look like
+constexpr int kBandRounds = 2;   // of the same where most pixels are given
 constexpr double kLogLimit = 2;  // of the log odds by color and depth
 constexpr double kReach = 3;     // log odds of a pixel far nearer to one side's strokes
 constexpr double kGiven = 1e4;   // log odds of a stroke's own pixels
@@ -104,8 +105,8 @@ struct Solution {
 };
 
 Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
-                    const std::vector<Seed>& seeds, bool with_doubt, std::span<const double> favors,
-                    Monitor& monitor) {
+                    const std::vector<Seed>& seeds, int rounds, bool with_doubt,
+                    std::span<const double> favors, Monitor& monitor) {
   const FreePixels free = graph.Free(seeds);
   const size_t count = free.pixels.size();
   std::vector<uint8_t> inside(seeds.size());
@@ -119,8 +120,8 @@ Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
     for (size_t i = 0; i < count; ++i) all[i] = odds[i] + free.given[i] + float(favored);
     return MinCut(free.edges, all);
   };
-  for (int round = 0; round < kRounds; ++round) {
-    monitor.Step(kStage, round, kRounds);
+  for (int round = 0; round < rounds; ++round) {
+    monitor.Step(kStage, round, rounds);
     monitor.ThrowIfCancelled();
     const auto take = [&](size_t p, Seed kind) {
       if (seeds[p] != Seed::kNone) return seeds[p] == kind;
@@ -133,7 +134,7 @@ Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
       if (which == 0) odds = LooksOdds(features, free.pixels, take);
     });
     for (size_t i = 0; i < count; ++i) odds[i] += reach[i];
-    if (round + 1 < kRounds) set_free(cut(0));
+    if (round + 1 < rounds) set_free(cut(0));
   }
   Solution solution;
   std::vector<std::vector<uint8_t>> sides(favors.size());
@@ -152,7 +153,7 @@ Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
     for (size_t i = 0; i < count; ++i)
       solution.doubtful[size_t(free.pixels[i])] = least[i] != most[i] ? 1 : 0;
   }
-  monitor.Step(kStage, kRounds, kRounds);
+  monitor.Step(kStage, rounds, rounds);
   return solution;
 }
 
@@ -254,13 +255,13 @@ struct SmallPicture {
 
 // `seeds` are of the large picture, whose features `features` are.
 std::vector<Mask> Solve(const Features4& features, const SmallPicture& small,
-                        const std::vector<Seed>& seeds, std::span<const double> favors,
+                        const std::vector<Seed>& seeds, int rounds, std::span<const double> favors,
                         Monitor& monitor, Mask* undecided = nullptr) {
   const int width = features.width, height = features.height;
   const int small_width = small.features.width, small_height = small.features.height;
   const std::vector<Seed> small_seeds = SmallSeeds(seeds, width, height, small_width, small_height);
   const Solution solution =
-      SolveSeeds(small.features, small.graph, small_seeds, undecided, favors, monitor);
+      SolveSeeds(small.features, small.graph, small_seeds, rounds, undecided, favors, monitor);
   std::vector<ScalarImage> connected(favors.size(), ScalarImage(small_width, small_height));
   ParallelTasks(int64_t(favors.size()), [&](int64_t i) {
     ScalarImage& values = connected[size_t(i)];
@@ -362,7 +363,7 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   constexpr double kNeither = 0;
   const Features4 features = Features(layers);
   const SmallPicture small(features, PixelsPerRadian(layers));
-  return Solve(features, small, seeds, {&kNeither, 1}, monitor, undecided).front();
+  return Solve(features, small, seeds, kRounds, {&kNeither, 1}, monitor, undecided).front();
 }
 
 GridRect PartAboutBorder(const Mask& mask, int radius) {
@@ -385,7 +386,7 @@ std::vector<Mask> RefineEdgeOfPart(const Features4& features, double focal, cons
     if (which == 0) small.emplace(features, focal);
     if (which == 1) seeds = SeedsBesideBand(mask, radius);
   });
-  std::vector<Mask> refined = Solve(features, *small, seeds, favors, monitor);
+  std::vector<Mask> refined = Solve(features, *small, seeds, kBandRounds, favors, monitor);
   for (Mask& one : refined) {
     for (size_t p = 0; p < seeds.size(); ++p) {
       if (seeds[p] != Seed::kNone) one.data[p] = mask.data[p];
