@@ -47,11 +47,11 @@ std::vector<uint8_t> MaskValues(const py::array& array) {
   return values;
 }
 
+}  // namespace
+
 bool IsPath(const py::object& object) {
   return py::isinstance<py::str>(object) || py::hasattr(object, "__fspath__");
 }
-
-}  // namespace
 
 py::array FromMask(const Mask& mask, const py::object& owner) {
   return ViewOf(mask.data.data(), ShapeOf(mask), {}, owner);

@@ -62,6 +62,8 @@ py::array FromPixels(PixelArray<T, C> image) {
 // A mask that others keep alive, not to be written to.
 py::array FromMask(const Mask& mask, const py::object& owner);
 
+bool IsPath(const py::object& object);
+
 // A mask from an array [H, W]: bool, uint8 (0 outside, 255 inside), or floats in [0, 1]; or from
 // the path of a picture. OptionError for another shape or type, and for another size than width x
 // height where these are not 0.

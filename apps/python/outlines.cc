@@ -53,10 +53,16 @@ std::vector<Eigen::Vector2d> Points(const py::handle& points, const std::string&
   return result;
 }
 
-// A mask, or a list of polylines [n, 2].
-Mask Strokes(const py::object& strokes, double brush, const UserPicture& view,
-             const std::string& what) {
+// A mask, a picture's path, or a list of polylines [n, 2].
+Mask Strokes(PySession& self, const py::object& strokes, double brush, const UserPicture& view,
+             bool inside) {
   if (strokes.is_none()) return {};
+  const std::string what = inside ? "a stroke of `inside`" : "a stroke of `outside`";
+  if (IsPath(strokes)) {
+    const std::filesystem::path path = ToPath(strokes);
+    return self.Use(
+        [&](EditSession& session) { return session.pictures().ReadStrokesOf(view, path, inside); });
+  }
   if (!py::isinstance<py::list>(strokes) && !py::isinstance<py::tuple>(strokes)) {
     return ToMask(strokes, view.width, view.height);
   }
@@ -84,8 +90,8 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   request.refine_edge = refine_edge;
   request.this_view_alone = this_view_alone;
   if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
-  request.inside = Strokes(inside, brush, picture, "a stroke of `inside`");
-  request.outside = Strokes(outside, brush, picture, "a stroke of `outside`");
+  request.inside = Strokes(self, inside, brush, picture, true);
+  request.outside = Strokes(self, outside, brush, picture, false);
   if (!wand.is_none()) {
     const auto at = Numbers(wand, 2, 5, "wand");
     WandOptions& options = request.wand.emplace();

@@ -19,6 +19,8 @@
 namespace retint::cli {
 namespace {
 
+constexpr std::string_view kInside = "--scribble", kOutside = "--scribble-outside";
+
 struct Arguments {
   SceneArguments scene;
   std::string view, image = "render";
@@ -60,19 +62,19 @@ int Pixel(const std::string& flag, double value) {
 }
 
 // Pictures, and polylines X,Y,X,Y... where a value is one, on one mask.
-Mask Strokes(const std::string& flag, const std::vector<std::string>& values, double brush,
-             const UserPicture& view) {
+Mask Strokes(std::string_view flag, const std::vector<std::string>& values, double brush,
+             const Pictures& pictures, const UserPicture& view) {
   Mask all(view.width, view.height);
   for (const std::string& value : values) {
     const auto numbers = ParseNumbers(value);
     if (!numbers) {
-      const Mask drawn = ReadBrushMask(value, view.width, view.height);
+      const Mask drawn = pictures.ReadStrokesOf(view, value, flag == kInside);
       for (size_t p = 0; p < all.data.size(); ++p) {
-        all.data[p] = std::max<uint8_t>(all.data[p], drawn.data[p] > 0 ? 255 : 0);
+        all.data[p] = std::max(all.data[p], drawn.data[p]);
       }
       continue;
     }
-    CheckOption(numbers->size() % 2 == 0, flag + " " + value + ": is not X,Y,X,Y...");
+    CheckOption(numbers->size() % 2 == 0, fmt::format("{} {}: is not X,Y,X,Y...", flag, value));
     std::vector<Eigen::Vector2d> points;
     for (size_t i = 0; i < numbers->size(); i += 2) {
       points.emplace_back((*numbers)[i], (*numbers)[i + 1]);
@@ -93,10 +95,10 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
     request.mask = pictures.ReadBrushOf(view, arguments.mask);
   }
   if (!arguments.inside.empty()) {
-    request.inside = Strokes("--scribble", arguments.inside, arguments.brush, view);
+    request.inside = Strokes(kInside, arguments.inside, arguments.brush, pictures, view);
   }
   if (!arguments.outside.empty()) {
-    request.outside = Strokes("--scribble-outside", arguments.outside, arguments.brush, view);
+    request.outside = Strokes(kOutside, arguments.outside, arguments.brush, pictures, view);
   }
   if (!arguments.wand.empty()) {
     const auto at = Numbers("--wand", arguments.wand, 2, 5, "X,Y[,COLOR[,DEPTH[,NORMAL]]]");

@@ -87,11 +87,30 @@ TEST(MaskVerb, HasAWandAndLimits) {
 TEST(MaskVerb, RefusesWhatItCannotDo) {
   TempFolder temp;
   const std::string out = (temp / "mask.png").string();
+  // A black stroke on white, and one of color: nothing but strokes.
+  Image8 white(160, 120);
+  std::fill(white.data.begin(), white.data.end(), uint8_t{255});
+  for (int x = 60; x < 90; ++x) white(x, 60, 0) = 0, white(x, 60, 1) = 0, white(x, 60, 2) = 0;
+  const std::string on_white = (temp / "white.png").string(), red = (temp / "red.png").string();
+  WritePng(on_white, white);
+  for (int x = 60; x < 90; ++x) white(x, 60, 0) = 255;
+  WritePng(red, white);
+  Image8 photo = ReadImage8(TinyWorkspace() / "images" / TinyView());
+  for (int x = 60; x < 90; ++x) photo(x, 60, 0) = 255, photo(x, 60, 1) = 0, photo(x, 60, 2) = 0;
+  const std::string painted_over = (temp / "photo.png").string();
+  WritePng(painted_over, photo);
   const struct {
     std::vector<std::string> more;
     int code;
     const char* says;
   } rows[] = {
+      {{"--scribble", on_white}, 3, "white.png: most of the picture counts as a stroke"},
+      {{"--scribble", red}, 3, "red.png: most of the picture counts as a stroke"},
+      {{"--scribble", painted_over}, 3, "photo.png: this shows the view"},
+      {{"--scribble", "5,5", "--scribble-outside", red}, 3, "red.png: most of the picture"},
+      {{"--scribble", "5,5", "--scribble-outside", on_white},
+       2,
+       "most of the picture has a stroke"},
       {{}, 2, "nothing to select by"},
       {{"--wand", "1,1", "--scribble", "3,3"}, 2, "give one of"},
       {{"--wand", "1"}, 2, "X,Y"},

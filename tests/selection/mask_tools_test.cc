@@ -128,6 +128,16 @@ TEST(Scribbles, KeepsWhatTheStrokesSay) {
   }
 }
 
+TEST(Scribbles, MayCoverEveryPixel) {
+  Monitor monitor;
+  const Mask disc = DiscMask(kRadius), all(kWidth, kHeight, 255);
+  Mask rest = disc;
+  for (uint8_t& value : rest.data) value = uint8_t(255 - value);
+  const ViewLayers layers = Disc(kRed, kGray, 3);
+  EXPECT_EQ(MaskFromScribbles(layers, disc, rest, monitor).data, disc.data);
+  EXPECT_EQ(MaskFromScribbles(layers, all, {}, monitor).data, all.data);
+}
+
 TEST(Scribbles, EndWhereTwoSurfacesMeetInAValley) {
   Monitor monitor;
   // Two gray planes at 90 degrees that meet at column 60, z = 3 / (1 + |u|).
@@ -337,6 +347,7 @@ TEST(MinCut, CutsAChainAtItsWeakestEdge) {
   // Node 1 would rather be 0: at the second odds that is worth the stronger edge.
   EXPECT_EQ(MinCut(chain, std::vector<float>{100, -1.5f, 0, -100}), (Sides{1, 1, 0, 0}));
   EXPECT_EQ(MinCut(chain, std::vector<float>{100, -2.5f, 0, -100}), (Sides{1, 0, 0, 0}));
+  EXPECT_EQ(MinCut({}, {}), Sides());
 }
 
 // Inverse depth of two planes that meet at column 40, by `turn` times 45 degrees each.

@@ -13,6 +13,7 @@ namespace retint {
 
 std::vector<uint8_t> MinCut(const EdgeMatrix& edges, std::span<const float> odds) {
   const size_t count = odds.size();
+  if (count == 0) return {};  // which OpenCV refuses
   cv::detail::GCGraph<float> graph(unsigned(count), unsigned(edges.other.size()));
   for (size_t i = 0; i < count; ++i) {
     graph.addTermWeights(graph.addVtx(), std::max(0.0f, odds[i]), std::max(0.0f, -odds[i]));

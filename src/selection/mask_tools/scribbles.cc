@@ -313,6 +313,12 @@ void RequireSize(const ViewLayers& layers, const Mask& mask) {
               "strokes and their view need one size");
 }
 
+[[noreturn]] void RefuseBoth(const Mask& outside) {
+  const bool most = 2 * CountInside(outside) > outside.NumPixels();
+  throw OptionError(most ? "most of the picture has a stroke outside, and some of it one inside too"
+                         : "a pixel has a stroke inside and one outside");
+}
+
 }  // namespace
 
 void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* mask) {
@@ -347,7 +353,7 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   for (size_t p = 0; p < seeds.size(); ++p) {
     const bool in = IsInside(inside.data[p]);
     const bool out = !outside.Empty() && IsInside(outside.data[p]);
-    CheckOption(!in || !out, "a pixel has a stroke inside and one outside");
+    if (in && out) RefuseBoth(outside);
     seeds[p] = in ? Seed::kInside : out ? Seed::kOutside : Seed::kNone;
     any_in |= in;
     any_out |= out;

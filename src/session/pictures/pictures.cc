@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "session/pictures/photo_paint.h"
 #include "session/pictures/picture_changes.h"
 
@@ -19,11 +20,24 @@ namespace {
 // brightest. Masks that are soft everywhere are told from photos by their edges.
 constexpr double kLeastSoft = 0.3;    // of the pixels
 constexpr double kLeastEdges = 0.35;  // EdgeCorrelation() of a view's photo and its render
+// Strokes: of the brightest, 255; less is what JPEG leaves beside them.
+constexpr uint8_t kLeastPaint = 64;
 
 bool LooksLikeAPhoto(const Mask& mask) {
   const auto soft = std::count_if(mask.data.begin(), mask.data.end(),
                                   [](uint8_t value) { return value > 16 && value < 240; });
   return double(soft) > kLeastSoft * double(mask.data.size());
+}
+
+// Whether strokes are on a white ground: all along the picture's edge, and on most of it.
+bool CoversTheGround(const Mask& strokes) {
+  for (int y = 0; y < strokes.height; ++y) {
+    const bool is_end = y == 0 || y == strokes.height - 1;
+    for (int x = 0; x < strokes.width; x += is_end ? 1 : std::max(1, strokes.width - 1)) {
+      if (strokes(x, y) == 0) return false;
+    }
+  }
+  return 2 * CountInside(strokes) > strokes.NumPixels();
 }
 
 template <typename Array, typename Draw>
@@ -215,6 +229,21 @@ Mask Pictures::ReadBrushOf(const UserPicture& picture, const std::filesystem::pa
   if (EdgeCorrelation(ReadImage8(path), photo) < kLeastEdges) return mask;
   throw InputError(path, "this shows the view '" + picture.name +
                              "' itself: a mask is black or transparent outside what is selected");
+}
+
+Mask Pictures::ReadStrokesOf(const UserPicture& picture, const std::filesystem::path& path,
+                             bool inside) const {
+  Mask strokes = ReadBrushOf(picture, path);
+  const bool photo = LooksLikeAPhoto(strokes) && IsOpaque(path);
+  for (uint8_t& value : strokes.data) value = value >= kLeastPaint ? 255 : 0;
+  const bool covers =
+      inside ? CoversTheGround(strokes) : CountInside(strokes) == strokes.NumPixels();
+  if (photo || covers) {
+    throw InputError(path,
+                     "most of the picture counts as a stroke: a picture of strokes is black "
+                     "or transparent elsewhere");
+  }
+  return strokes;
 }
 
 std::vector<PaintedView> Pictures::Brush(const UserPicture& picture, const Mask& mask,

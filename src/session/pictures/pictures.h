@@ -77,8 +77,13 @@ class Pictures {
   // The brush mask at `mask` of a picture (ReadBrushMask()). InputError as it, and for the
   // picture's photo or render itself, painted over or not: a mask is black or transparent outside.
   Mask ReadBrushOf(const UserPicture& picture, const std::filesystem::path& mask) const;
-  // The same, painted on the picture of that name, as the views of it that it paints. OptionError
-  // where the name stands for several pictures.
+  // Strokes, 0 or 255, from a picture of any colors on black. InputError as ReadBrushOf(), for any
+  // other photo, and for strokes on a white ground: where every pixel has a stroke or, of strokes
+  // `inside`, the whole edge of the picture and most of it.
+  Mask ReadStrokesOf(const UserPicture& picture, const std::filesystem::path& path,
+                     bool inside) const;
+  // A brush mask, painted on the picture of that name, as the views of it that it paints.
+  // OptionError where the name stands for several pictures.
   std::vector<PaintedView> ReadBrush(std::string_view name,
                                      const std::filesystem::path& mask) const;
   // The same of a mask of the picture's size that came from `origin`.
