@@ -568,5 +568,42 @@ TEST(Scissors, CutAlongEdges) {
   EXPECT_THROW(CutOut(layers.color, {{60, 20}, {85, 45}, {500, 5}}), OptionError);
 }
 
+TEST(Scissors, RunStraightWhereThereIsNoEdge) {
+  Image plain(kWidth, kHeight);
+  std::fill(plain.data.begin(), plain.data.end(), 0.5f);
+  const Mask mask = CutOut(plain, {{10, 10}, {100, 25}, {90, 80}, {20, 60}});
+  Mask straight(kWidth, kHeight);
+  const Eigen::Vector2d corners[] = {{10, 10}, {100, 25}, {90, 80}, {20, 60}};
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      bool in = true;
+      for (int i = 0; i < 4; ++i) {
+        const Eigen::Vector2d along = corners[(i + 1) % 4] - corners[i];
+        const Eigen::Vector2d at = Eigen::Vector2d(x, y) - corners[i];
+        in = in && along.x() * at.y() - along.y() * at.x() >= 0;
+      }
+      straight(x, y) = in ? 255 : 0;
+    }
+  }
+  EXPECT_GT(*Iou(mask, straight), 0.97);  // a pixel all around is 0.06
+}
+
+// A frame of strong edges about two points must not lead the line between them astray.
+TEST(Scissors, StayBesideTheLineBetweenTwoPoints) {
+  Image picture(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool in = x >= 40 && x < 80 && y >= 5 && y < 85;
+      for (int c = 0; c < 3; ++c) picture(x, y, c) = in ? 0.9f : 0.1f;
+    }
+  }
+  // The upper side of the outline crosses the bright bar 40 pixels below its top.
+  const Mask mask = CutOut(picture, {{40, 45}, {79, 45}, {79, 84}, {40, 84}});
+  for (int x = 45; x < 75; ++x) {
+    EXPECT_EQ(mask(x, 30), 0) << x;
+    EXPECT_EQ(mask(x, 60), 255) << x;
+  }
+}
+
 }  // namespace
 }  // namespace retint
