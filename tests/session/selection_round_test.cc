@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "scene/mask_pixels.h"
 #include "session/edit_session.h"
 #include "tests/selection/tiny_gaussians.h"
 
@@ -58,6 +59,14 @@ class SelectionRound : public testing::Test {
     return selection.masks.at(world_.view(view).name);
   }
   Mask Truth(int view) const { return world_.BallMask(world_.Posed(view)); }
+  // Left of it lies that part of the ball in view 2, or a little more.
+  int ColumnAt(double part) const {
+    int column = 0;
+    while (double(CountInside(LeftOf(Truth(2), column, true))) <
+           part * double(CountInside(Truth(2))))
+      ++column;
+    return column;
+  }
 
   TinyWorld world_ = TinyWorld::Make(kViews, 600, 0.002, 7);
   std::unique_ptr<EditSession> session_;
@@ -113,14 +122,16 @@ TEST_F(SelectionRound, ASecondRoundErasesWhatTheFirstPaintedTooMuch) {
 }
 
 TEST_F(SelectionRound, TheGaussiansDecideWhatStrokesLeaveOpen) {
-  // The mask says that half of the ball is outside; with what it does not decide it says nothing.
-  PaintRound round = Round(2, LeftOf(Truth(2), 81, true));
-  round.undecided = LeftOf(Truth(2), 81, false);
+  // The mask says that a sixth of the ball is outside; with what it does not decide it says
+  // nothing.
+  const int column = ColumnAt(5 / 6.0);
+  PaintRound round = Round(2, LeftOf(Truth(2), column, true));
+  round.undecided = LeftOf(Truth(2), column, false);
   const RegionSelection open = Select(nullptr, round);
-  const RegionSelection half = Select(nullptr, Round(2, round.view.mask));
+  const RegionSelection less = Select(nullptr, Round(2, round.view.mask));
   for (int v = 0; v < kViews; ++v) {
     EXPECT_GT(Iou(MaskOf(open, v), Truth(v)), 0.8) << v;
-    EXPECT_LT(Iou(MaskOf(half, v), Truth(v)), 0.75) << v;
+    EXPECT_GT(Iou(MaskOf(open, v), Truth(v)), Iou(MaskOf(less, v), Truth(v))) << v;
   }
   // For later rounds the decision is paint.
   ASSERT_EQ(open.source.painted.size(), 1u);
@@ -155,6 +166,23 @@ TEST_F(SelectionRound, AFreeCameraCanBePainted) {
 TEST_F(SelectionRound, MasksFromFilesCountAsPaint) {
   RegionSelection loaded;
   for (int v = 0; v < kViews; ++v) {
+TEST_F(SelectionRound, WhatTheSceneDecidesMustNotBeSomethingElse) {
+  // Half of the ball is drawn, and with the other half it would be twice as large.
+  PaintRound round = Round(2, LeftOf(Truth(2), 81, true));
+  round.undecided = LeftOf(Truth(2), 81, false);
+  const RegionSelection open = Select(nullptr, round);
+  const RegionSelection half = Select(nullptr, Round(2, round.view.mask));
+  EXPECT_EQ(open.source.painted[0].mask.data, round.view.mask.data);
+  for (int v = 0; v < kViews; ++v) EXPECT_EQ(MaskOf(open, v).data, MaskOf(half, v).data) << v;
+  const Mask whole = Truth(2);
+  EXPECT_TRUE(MayStandFor(whole, whole));
+  EXPECT_FALSE(MayStandFor(LeftOf(whole, ColumnAt(0.7), true), whole));
+  EXPECT_TRUE(MayStandFor(LeftOf(whole, ColumnAt(0.9), true), whole));
+  EXPECT_FALSE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.4), true)));
+  EXPECT_TRUE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.6), true)));
+  EXPECT_FALSE(MayStandFor(whole, Mask(whole.width, whole.height)));
+}
+
     loaded.masks[world_.view(v).name] = LeftOf(Truth(v), 81, true);
   }
   const RegionSelection whole = Select(&loaded, Round(1, Truth(1), MaskOf(loaded, 1)));

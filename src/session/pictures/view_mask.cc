@@ -18,15 +18,17 @@ namespace retint {
 namespace {
 
 // `mask` with what is `undecided` in it decided by the Gaussians; as it is where they cannot, since
-// no pixel that is decided has depth or the selection would be empty.
+// no pixel that is decided has depth or the selection would be empty, and where their answer must
+// not stand for it (MayStandFor()).
 Mask Decided(EditSession& session, const UserPicture& picture, const Mask& mask,
              const Mask& undecided, Monitor& monitor) {
   PaintedView painted{picture.name, PosedPicture(session.workspace(), picture), mask, undecided};
   for (uint8_t& value : painted.seen.data) value = IsInside(value) ? 0 : 255;
   try {
     const auto masks = session.selection().Decide({std::move(painted)}, picture.faces, monitor);
-    return session.pictures().ComposeMask(picture,
-                                          [&](const View& face) { return masks.at(face.name); });
+    Mask decided = session.pictures().ComposeMask(
+        picture, [&](const View& face) { return masks.at(face.name); });
+    return MayStandFor(mask, decided) ? decided : mask;
   } catch (const InputError&) {
     return mask;
   }

@@ -14,6 +14,7 @@
 #include "base/median.h"
 #include "base/ranks.h"
 #include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "selection/lifted_surfaces.h"
 #include "selection/views_between.h"
 #include "session/pictures/photo_paint.h"
@@ -110,6 +111,12 @@ std::vector<PosedCamera> AddedViews(const OpenScene& scene, const SelectionCloud
 }
 
 }  // namespace
+
+bool MayStandFor(const Mask& own, const Mask& decided) {
+  constexpr double kLeast = 0.5, kMost = 1.25;
+  const auto area = double(CountInside(own)), now = double(CountInside(decided));
+  return now >= kLeast * area && now <= kMost * area;
+}
 
 PaintedView SelectionPipeline::Paint(std::string_view view_name, Mask mask) const {
   const View& view = scene_.workspace().RequireView(view_name);

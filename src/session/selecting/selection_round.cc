@@ -147,6 +147,9 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
     RequireSize("what is undecided of a mask", round.undecided, round.view.camera.camera);
   }
   const Reconstruction& reconstruction = scene_.reconstruction();
+  const bool open = AnySet(round.undecided);
+  PaintRound as_drawn = open ? round : PaintRound();
+  as_drawn.undecided = {};
   RegionSelection result;
   std::vector<PaintedView>& painted = result.source.painted;
   if (base) {
@@ -160,7 +163,6 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (round.view.name.empty()) round.view.name = FreeViewName(reconstruction, painted);
   DropEarlier(scene_.workspace(), round.view, &result.source);
   CarryChanges(round, project.visible_tolerance, &result.source, monitor);
-  const bool open = AnySet(round.undecided);
   const Mask drawn = round.view.mask, seen = round.view.seen;
   if (open) LeaveOpen(round.undecided, &round.view);
 
@@ -187,6 +189,9 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
       if (round.undecided.data[i] > 0) view.mask.data[i] = decided.data[i];
     }
     view.seen = seen;
+    if (!MayStandFor(drawn, view.mask)) {
+      return SelectRound(base, std::move(as_drawn), select, project, monitor);
+    }
   }
   return result;
 }
