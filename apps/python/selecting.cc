@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Session: paint, selections in 3D and masks.
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -7,6 +8,7 @@
 #include "colmap_io/image_io.h"
 #include "options.h"
 #include "results.h"
+#include "session/selecting/paint_held.h"
 #include "session/selecting/selection_files.h"
 #include "types.h"
 
@@ -60,10 +62,11 @@ PyMasks Project(PySession& self, const PySelection& selection, py::object progre
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
     ProjectedMasks masks =
         session.selection().Project(selection.cloud, selection.painted, options.projector, monitor);
+    const auto warnings = WarningsOfPaint(session.workspace(), selection.painted, masks.masks);
     return PyMasks{std::move(masks.masks),
                    std::move(masks.shares),
                    {selection.painted, selection.cloud, selection.reports},
-                   "",
+                   fmt::format("{}", fmt::join(warnings, "\n")),
                    std::move(masks.confidence),
                    std::move(masks.visible)};
   });

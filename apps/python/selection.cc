@@ -201,7 +201,8 @@ void BindMasks(py::module_& module) {
           "[N] float32 in [0, 1]: how sure each share is, 1 where paint shows it; [0] without a "
           "completion.")
       .def_readonly("warning", &PyMasks::warning,
-                    "Why shares beside the masks were left aside, or ''.")
+                    "Why shares beside the masks were left aside, which painted views' masks hold "
+                    "less than half of the paint, or ''.")
       .def("keys",
            [](const py::object& self) {
              return MaskDict(self.cast<const PyMasks&>().masks, self).attr("keys")();

@@ -18,6 +18,7 @@
 #include "kernels/device_handle.h"
 #include "retint/version.h"
 #include "session/opening/scene_check.h"
+#include "session/selecting/paint_held.h"
 
 namespace retint::cli {
 namespace {
@@ -272,6 +273,13 @@ void WarnOfMismatch(const std::vector<std::string>& names, EditSession& session,
   }
   const std::string mismatch = MismatchIn(session, views, options);
   if (!mismatch.empty()) run.Warn(mismatch);
+}
+
+void WarnOfPaint(const std::vector<PaintedView>& painted, const std::map<std::string, Mask>& masks,
+                 const EditSession& session, Run& run) {
+  for (const std::string& warning : WarningsOfPaint(session.workspace(), painted, masks)) {
+    run.Warn(warning);
+  }
 }
 
 MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures,

@@ -159,6 +159,9 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& 
 
 // Warns of a splat that shows something else in the views of these names than their photos do.
 void WarnOfMismatch(const std::vector<std::string>& views, EditSession& session, Run& run);
+// As WarningsOfPaint().
+void WarnOfPaint(const std::vector<PaintedView>& painted, const std::map<std::string, Mask>& masks,
+                 const EditSession& session, Run& run);
 
 // <folder>/<picture name>.png of every picture that has one. Warns of pictures without.
 MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures, Run& run);

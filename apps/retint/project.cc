@@ -37,6 +37,7 @@ void Project(const Arguments& arguments, Run& run) {
     StartSession(*session, run);
   }
   ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
+  WarnOfPaint(painted, masks.masks, *session, run);
   if (!run.Writes()) return;
   const ShareAmong alone;
   if (!pictures.AreViews()) masks.masks = pictures.FromViews(masks.masks);

@@ -176,6 +176,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   result.session = session.get();
   ProjectedMasks masks = session->selection().Project(result.selection.cloud, result.painted,
                                                       options.projector, run.monitor());
+  WarnOfPaint(result.painted, masks.masks, *session, run);
   Coverage coverage = MeasureCoverage(masks.masks);
   // Views that do not see the selection have no mask in parts, and an empty one else.
   coverage.mean *= static_cast<double>(masks.masks.size()) /

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "scene/mask_pixels.h"
 #include "session/edit_session.h"
+#include "session/selecting/paint_held.h"
 #include "tests/selection/tiny_gaussians.h"
 
 namespace retint {
@@ -58,7 +59,6 @@ class SelectionRound : public testing::Test {
   const Mask& MaskOf(const RegionSelection& selection, int view) const {
     return selection.masks.at(world_.view(view).name);
   }
-  Mask Truth(int view) const { return world_.BallMask(world_.Posed(view)); }
   // Left of it lies that part of the ball in view 2, or a little more.
   int ColumnAt(double part) const {
     int column = 0;
@@ -67,6 +67,7 @@ class SelectionRound : public testing::Test {
       ++column;
     return column;
   }
+  Mask Truth(int view) const { return world_.BallMask(world_.Posed(view)); }
 
   TinyWorld world_ = TinyWorld::Make(kViews, 600, 0.002, 7);
   std::unique_ptr<EditSession> session_;
@@ -81,6 +82,30 @@ TEST_F(SelectionRound, TheFirstRoundReachesEveryView) {
   ASSERT_EQ(selection.source.painted.size(), 1u);
   EXPECT_FALSE(selection.source.cloud.points.empty());
   EXPECT_GT(selection.Bytes(), selection.source.cloud.points.size() * sizeof(SelectionPoint));
+}
+
+TEST_F(SelectionRound, SaysWhereAMaskHoldsLessThanHalfOfItsPaint) {
+  const std::vector<PaintedView> painted = {Round(2, Truth(2)).view, Round(3, Truth(3)).view};
+  const std::string name = world_.view(2).name;
+  std::map<std::string, Mask> masks = {{name, Truth(2)}, {world_.view(3).name, Truth(3)}};
+  const auto warnings = [&](const std::vector<PaintedView>& of) {
+    return WarningsOfPaint(session_->workspace(), of, masks);
+  };
+  EXPECT_TRUE(warnings(painted).empty());
+  const int column = world_.Posed(2).camera.width / 2;
+  masks[name] = Mask(Truth(2).width, Truth(2).height);
+  ASSERT_EQ(warnings(painted).size(), 1u);
+  EXPECT_NE(warnings(painted)[0].find("view " + name + " holds 0 %"), std::string::npos);
+  // What the painter saw nothing of says nothing.
+  std::vector<PaintedView> blind = painted;
+  blind[0].seen = Mask(Truth(2).width, Truth(2).height);
+  EXPECT_TRUE(warnings(blind).empty());
+  masks[name] = LeftOf(Truth(2), ColumnAt(0.4), true);
+  EXPECT_EQ(warnings(painted).size(), 1u);
+  masks[name] = LeftOf(Truth(2), ColumnAt(0.55), true);
+  EXPECT_TRUE(warnings(painted).empty());
+  masks.erase(name);
+  EXPECT_TRUE(warnings(painted).empty());
 }
 
 TEST_F(SelectionRound, ASecondRoundExtendsFromAnotherView) {
@@ -141,6 +166,23 @@ TEST_F(SelectionRound, TheGaussiansDecideWhatStrokesLeaveOpen) {
   EXPECT_THROW(Select(nullptr, round), InputError);
 }
 
+TEST_F(SelectionRound, WhatTheSceneDecidesMustNotBeSomethingElse) {
+  // Half of the ball is drawn, and with the other half it would be twice as large.
+  PaintRound round = Round(2, LeftOf(Truth(2), 81, true));
+  round.undecided = LeftOf(Truth(2), 81, false);
+  const RegionSelection open = Select(nullptr, round);
+  const RegionSelection half = Select(nullptr, Round(2, round.view.mask));
+  EXPECT_EQ(open.source.painted[0].mask.data, round.view.mask.data);
+  for (int v = 0; v < kViews; ++v) EXPECT_EQ(MaskOf(open, v).data, MaskOf(half, v).data) << v;
+  const Mask whole = Truth(2);
+  EXPECT_TRUE(MayStandFor(whole, whole));
+  EXPECT_FALSE(MayStandFor(LeftOf(whole, ColumnAt(0.7), true), whole));
+  EXPECT_TRUE(MayStandFor(LeftOf(whole, ColumnAt(0.9), true), whole));
+  EXPECT_FALSE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.4), true)));
+  EXPECT_TRUE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.6), true)));
+  EXPECT_FALSE(MayStandFor(whole, Mask(whole.width, whole.height)));
+}
+
 TEST_F(SelectionRound, AViewPaintedAgainReplacesItsPaint) {
   const RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), 81, true)));
   const RegionSelection other =
@@ -166,23 +208,6 @@ TEST_F(SelectionRound, AFreeCameraCanBePainted) {
 TEST_F(SelectionRound, MasksFromFilesCountAsPaint) {
   RegionSelection loaded;
   for (int v = 0; v < kViews; ++v) {
-TEST_F(SelectionRound, WhatTheSceneDecidesMustNotBeSomethingElse) {
-  // Half of the ball is drawn, and with the other half it would be twice as large.
-  PaintRound round = Round(2, LeftOf(Truth(2), 81, true));
-  round.undecided = LeftOf(Truth(2), 81, false);
-  const RegionSelection open = Select(nullptr, round);
-  const RegionSelection half = Select(nullptr, Round(2, round.view.mask));
-  EXPECT_EQ(open.source.painted[0].mask.data, round.view.mask.data);
-  for (int v = 0; v < kViews; ++v) EXPECT_EQ(MaskOf(open, v).data, MaskOf(half, v).data) << v;
-  const Mask whole = Truth(2);
-  EXPECT_TRUE(MayStandFor(whole, whole));
-  EXPECT_FALSE(MayStandFor(LeftOf(whole, ColumnAt(0.7), true), whole));
-  EXPECT_TRUE(MayStandFor(LeftOf(whole, ColumnAt(0.9), true), whole));
-  EXPECT_FALSE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.4), true)));
-  EXPECT_TRUE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.6), true)));
-  EXPECT_FALSE(MayStandFor(whole, Mask(whole.width, whole.height)));
-}
-
     loaded.masks[world_.view(v).name] = LeftOf(Truth(v), 81, true);
   }
   const RegionSelection whole = Select(&loaded, Round(1, Truth(1), MaskOf(loaded, 1)));

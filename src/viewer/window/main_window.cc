@@ -19,6 +19,7 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "session/selecting/paint_held.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/scene/session_store.h"
@@ -298,13 +299,25 @@ void MainWindow::ConnectSelection() {
     canvas_->SetCloudShown(true);  // what was found
     ShowPage();
     canvas_->setFocus();
-    Say(tr("The points show what was selected. Choose a color in the Regions panel (%1)")
+    const QString held = WarningOfPaint(id);
+    if (!held.isEmpty()) return Say(QStringLiteral("⚠ ") + held);
+    Say(tr("The points are the paint in space; \"Mask\" in the Quality panel shows what is "
+           "selected. Choose a color in the Regions panel (%1)")
             .arg(keys_.KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();
     canvas_->setFocus();
   });
+}
+
+QString MainWindow::WarningOfPaint(RegionId id) const {
+  const Region* region = controller_->regions().Find(id);
+  if (!region || !region->selection) return {};
+  const RegionSelection& selection = *region->selection;
+  const auto warnings =
+      WarningsOfPaint(*controller_->facts()->workspace, selection.source.painted, selection.masks);
+  return warnings.empty() ? QString() : QString::fromStdString(warnings.back());
 }
 
 void MainWindow::ConnectFiles() {
