@@ -54,6 +54,12 @@ void Suggest(const Arguments& arguments, Run& run) {
   }
   run.Commit(staged);
   run.FinishProgress();
+  if (!SettlesAnything(suggestions)) {
+    run.Print(
+        "no view would settle anything: the paint shows the whole object, or covers too few "
+        "Gaussians to complete the selection from them");
+    return;
+  }
   const size_t shown = std::min(suggestions.size(), static_cast<size_t>(arguments.count));
   for (size_t i = 0; i < shown; ++i) {
     run.Print(fmt::format("{:<3} {:<32} settles {:5.1f} % of what is uncertain", i + 1,

@@ -73,6 +73,11 @@ void Paint(const Candidate& candidate, std::vector<Doubt>* doubts) {
 
 }  // namespace
 
+bool SettlesAnything(std::span<const ViewSuggestion> suggestions) {
+  return std::any_of(suggestions.begin(), suggestions.end(),
+                     [](const ViewSuggestion& one) { return one.settles > 0; });
+}
+
 std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstruction& reconstruction,
                                          const std::vector<ViewGroup>& groups,
                                          const std::vector<std::string>& painted,

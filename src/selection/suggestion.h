@@ -26,6 +26,10 @@ struct ViewSuggestion {
   double fraction = 0;  // of all that is uncertain
 };
 
+// Whether a suggestion would settle anything. Nothing is uncertain where paint shows the whole
+// object, and where it covers too few Gaussians to complete the selection from them.
+bool SettlesAnything(std::span<const ViewSuggestion> suggestions);
+
 // The best groups first. The first `count` take into account what those before them settle; the
 // rest follow by what they would settle by themselves. A Gaussian is settled in proportion to what
 // the views of a group together see of it, and altogether from half of its visibility on, as in a

@@ -117,6 +117,10 @@ TEST(Suggestion, OfACertainSceneSettlesNothing) {
     EXPECT_EQ(one.settles, 0);
     EXPECT_EQ(one.fraction, 0);
   }
+  EXPECT_FALSE(SettlesAnything(SuggestViews(renderer, line.reconstruction, line.groups, {},
+                                            confidence, visible, 2, monitor)));
+  EXPECT_TRUE(SettlesAnything(SuggestViews(renderer, line.reconstruction, line.groups, {},
+                                           std::vector<float>{0.9f, 0, 1}, visible, 2, monitor)));
   const std::vector<float> few(2, 1.0f);
   EXPECT_THROW(
       SuggestViews(renderer, line.reconstruction, line.groups, {}, few, visible, 2, monitor),

@@ -396,7 +396,16 @@ void ViewsPanel::TakeUncertainty() {
   if (found) {
     for (const ViewSuggestion& one : found->views) settles_[one.view] = one.fraction;
   }
-  SetOrder(found && order_->currentIndex() == kToPaintNext ? kToPaintNext : in_force_);
+  const bool wanted = found && order_->currentIndex() == kToPaintNext;
+  if (wanted && !SettlesAnything(found->views)) {
+    Stay();
+    note_->setText(
+        tr("No view would settle anything: the paint shows the whole object, or covers too few "
+           "Gaussians to complete the selection from them."));
+    note_->show();
+    return;
+  }
+  SetOrder(wanted ? kToPaintNext : in_force_);
 }
 
 std::vector<std::string> ViewsPanel::Visible() const {
