@@ -143,7 +143,18 @@ class UncertainTest : public ViewerTest {
     QVERIFY(PaintAndAccept());
     auto* order = window_->findChild<QComboBox*>("views_order");
     order->setFocus();
-    for (int i = 0; i < 2; ++i) QTest::keyClick(order, Qt::Key_Down);
+    auto* shown = window_->findChild<QListWidget*>("views_list");
+    shown->setCurrentRow(shown->count() - 1);
+    shown->scrollToBottom();
+    // From its list, with Return and with Space.
+    for (const Qt::Key choose : {Qt::Key_Space, Qt::Key_Return}) {
+      order->showPopup();
+      QTRY_VERIFY(order->view()->isVisible());
+      QTest::keyClick(order->view(), Qt::Key_Down);
+      QTest::keyClick(order->view(), choose);
+      QTRY_VERIFY(!order->view()->isVisible());
+    }
+    QVERIFY(Activate(*window_));
     QCOMPARE(order->currentText(), QString("To paint next (computes)"));
     QVERIFY(QTest::qWaitFor([&] { return window_->uncertainty().found() != nullptr; }, kWaitMs));
     const auto& views = window_->uncertainty().found()->views;
@@ -155,6 +166,7 @@ class UncertainTest : public ViewerTest {
       QVERIFY(views[i].view != subject_.first);
     }
     QVERIFY(list->item(0)->toolTip().contains("would settle"));
+    QVERIFY(list->viewport()->rect().contains(list->visualItemRect(list->item(0)).center()));
 
     // What is painted there goes on with the region, in the other orders it is a new one.
     Q_EMIT list->itemActivated(list->item(0));

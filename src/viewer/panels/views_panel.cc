@@ -440,9 +440,11 @@ void ViewsPanel::ChooseOrder(int order) {
 // The box goes on naming an order that is on its way.
 void ViewsPanel::SetOrder(Order order) {
   const bool waits = order_->currentIndex() != in_force_ && order == in_force_;
+  const bool other = order != in_force_;
   in_force_ = order;
   if (!waits) Stay();
   Sort();
+  if (other) list_->scrollToTop();
 }
 
 void ViewsPanel::Stay() { order_->setCurrentIndex(in_force_); }

@@ -29,7 +29,8 @@ namespace {
 // While the focus is in a panel, the keys that work its controls are the panel's: arrows move its
 // sliders, Tab goes to the next control, and in a field that takes text all plain keys are text.
 // Letters elsewhere stay the window's, as do function keys, those with Ctrl or Alt, and Esc, which
-// leads back to the canvas.
+// leads back to the canvas. The list of a choice that is open has all keys; Space chooses there, as
+// Return does.
 class PanelKeys : public QObject {
  public:
   using QObject::QObject;
@@ -40,6 +41,7 @@ class PanelKeys : public QObject {
     auto* widget = qobject_cast<QWidget*>(object);
     if (!widget || !InPanel(widget)) return false;
     const auto* key = static_cast<QKeyEvent*>(event);
+    if (widget->window()->windowType() == Qt::Popup) return ChooseFrom(widget, key->key(), event);
     const bool plain = !(key->modifiers() & (Qt::ControlModifier | Qt::AltModifier));
     if (!plain || !IsPanels(*widget, key->key())) return false;
     event->accept();
@@ -47,6 +49,19 @@ class PanelKeys : public QObject {
   }
 
  private:
+  // Qt chooses at Return, and leaves the key to whoever has it as a shortcut.
+  bool ChooseFrom(QWidget* list, int key, QEvent* event) {
+    const bool chooses = key == Qt::Key_Return || key == Qt::Key_Enter || key == Qt::Key_Space;
+    if (choosing_ || !chooses || !qobject_cast<QComboBox*>(list->window()->parentWidget())) {
+      return false;
+    }
+    choosing_ = true;
+    QKeyEvent chosen(QEvent::ShortcutOverride, Qt::Key_Return, Qt::NoModifier);
+    QCoreApplication::sendEvent(list, &chosen);
+    choosing_ = false;
+    event->accept();
+    return true;
+  }
   static bool IsPanels(const QWidget& widget, int key) {
     if (key == Qt::Key_Escape || (key >= Qt::Key_F1 && key <= Qt::Key_F35)) return false;
     const bool text = widget.inherits("QLineEdit") || widget.inherits("QAbstractSpinBox") ||
@@ -60,6 +75,8 @@ class PanelKeys : public QObject {
     }
     return false;
   }
+
+  bool choosing_ = false;
 };
 
 // The wheel over a number, slider or choice scrolls the panel, unless one works with that very one.
