@@ -340,6 +340,10 @@ class SelectionToolsTest : public CanvasFixture {
     Drag({At(100, 20), At(100, 70)}, Qt::ShiftModifier);
     QVERIFY(Settled());
     Key(Qt::Key_B);
+    // A short place leaves the hint what is left of the row.
+    actions.SetTargets({"New region"}, 0, "0001.jpg");
+    QTest::qWait(0);
+    QVERIFY2(hint->width() > 600, qPrintable(QString::number(hint->width())));
     QVERIFY(Mask(kX, kY) == 255 && Mask(100, 45) >= 128);
     // The next scribble starts anew.
     Key(Qt::Key_S);

@@ -303,6 +303,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   target_->setFocusPolicy(Qt::TabFocus);
   target_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   target_->setMinimumContentsLength(12);
+  target_->setSizePolicy(QSizePolicy::Maximum, QSizePolicy::Fixed);
   layout->addWidget(target_);
   layout->addSpacing(4);
   place_ = new QLabel;
@@ -384,6 +385,10 @@ void ActionStrip::SetTargets(const QStringList& targets, int current, const QStr
   target_->setCurrentIndex(current);
   place_->setText(place);
   place_->setToolTip(place);
+  // No wider than its text: what is left of the row is the hint's.
+  place_->setMaximumWidth(std::max(kPlaceWidth, place_->sizeHint().width()));
+  QWidget* part = target_->parentWidget();
+  part->setMaximumWidth(part->layout()->maximumSize().width());
 }
 
 void ActionStrip::SetPaintable(bool paintable) {

@@ -105,8 +105,10 @@ void WrapLayout::setGeometry(const QRect& rect) {
     for (QLayoutItem* item : items) {
       int width = std::min(SizeOf(*item).width(), room.width());
       if (growing > 0 && Grows(item)) {
-        width += left / growing;
-        left -= left / growing--;
+        const int most = std::max(0, item->maximumSize().width() - width);
+        const int more = std::min(left / growing--, most);
+        width += more;
+        left -= more;
       }
       item->setGeometry({x, y, width, row.height});
       x += width + spacing();
