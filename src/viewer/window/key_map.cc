@@ -105,7 +105,7 @@ const std::vector<Command>& Commands() {
       {"show.frusta", "Show", "Cameras with their photos", kExplore, false},
       {"show.depth", "Show", "Depth", kExplore, false},
       {"show.split", "Show", "Before and after, side by side", kExplore, false},
-      {"show.cloud", "Show", "Points of the selection", kExplore, false},
+      {"show.cloud", "Show", "Points of the paint", kExplore, false},
       {"show.uncertain", "Show", "What paint has not decided, hatched", kExplore, false},
       {"show.look_ahead", "Show", "What a stroke selects, while it is drawn", kAlways, false},
       {"show.photo", "Show", "Photo of this view (hold)", kExplore, true},

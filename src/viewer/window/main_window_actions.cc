@@ -72,8 +72,11 @@ void MainWindow::BuildActions() {
       "show.split", tr("&Before and after"), [this] { canvas_->SetSplit(!canvas_->split()); },
       true);
   MakeAction(
-      "show.cloud", tr("&Points of the selection"),
-      [this] { canvas_->SetCloudShown(!canvas_->cloud_shown()); }, true);
+      "show.cloud", tr("&Points of the paint"),
+      [this] { canvas_->SetCloudShown(!canvas_->cloud_shown()); }, true)
+      ->setToolTip(
+          tr("The painted pixels in space, by the depth that was found; what the selection adds "
+             "beyond the paint shows with \"Mask\" in the Quality panel"));
   MakeAction(
       "show.uncertain", tr("&Uncertain surfaces"),
       [this] {
