@@ -272,6 +272,29 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(Mask(5, 5) == 0);  // the wall lies behind it
   }
 
+  // Of a camera that is turned by 45 degrees, the box about a level line is a diamond.
+  void TheBoxSelectsNoMoreThanTheDragsRectangle() {
+    Key(Qt::Key_X);
+    QImage image(kWidth, kHeight, QImage::Format_RGB32);
+    image.fill(Qt::gray);
+    ViewLayers layers = LayersOf(image, DepthMap(kWidth, kHeight, 2));
+    layers.camera.cam_from_world.rotation = Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitZ());
+    canvas_->SetView(image, layers, retint::Mask(kWidth, kHeight));
+    OutlineOptions options = canvas_->outline();
+    options.box_margin = 0;
+    canvas_->SetOutline(options);
+    Drag({At(40, 45), At(60, 45)});
+    QVERIFY(Settled());
+    QCOMPARE(Mask(50, 45), 255);
+    QVERIFY(Mask(50, 40) == 0 && Mask(50, 50) == 0);
+    options.box_margin = 0.5;
+    canvas_->SetOutline(options);
+    Drag({At(40, 45), At(60, 45)});
+    QVERIFY(Settled());
+    QVERIFY(Mask(50, 40) == 255 && Mask(50, 50) == 255);
+    QVERIFY(Mask(50, 33) == 0 && Mask(50, 57) == 0);
+  }
+
   void LikeThisColorKeepsOfWhatIsSelected() {
     Key(Qt::Key_K);
     QCOMPARE(canvas_->tool(), SelectionTool::kLike);
@@ -317,6 +340,10 @@ class SelectionToolsTest : public CanvasFixture {
     actions.SetPaintable(true);
     actions.show();
     auto* hint = actions.findChild<QLabel*>("selectionHint");
+    // A short place leaves the hint what is left of the row.
+    actions.SetTargets({"New region"}, 0, "0001.jpg");
+    QTest::qWait(0);
+    QVERIFY2(hint->width() > 600, qPrintable(QString::number(hint->width())));
     Key(Qt::Key_S);
     QVERIFY(hint->text().contains("stroke on the object"));
     Drag({At(40, 40), At(60, 50)});
@@ -340,10 +367,6 @@ class SelectionToolsTest : public CanvasFixture {
     Drag({At(100, 20), At(100, 70)}, Qt::ShiftModifier);
     QVERIFY(Settled());
     Key(Qt::Key_B);
-    // A short place leaves the hint what is left of the row.
-    actions.SetTargets({"New region"}, 0, "0001.jpg");
-    QTest::qWait(0);
-    QVERIFY2(hint->width() > 600, qPrintable(QString::number(hint->width())));
     QVERIFY(Mask(kX, kY) == 255 && Mask(100, 45) >= 128);
     // The next scribble starts anew.
     Key(Qt::Key_S);

@@ -35,6 +35,23 @@ std::optional<std::array<Eigen::Vector3d, 2>> BoxAbout(const std::vector<Eigen::
   return std::array<Eigen::Vector3d, 2>{low - pad, high + pad};
 }
 
+// What of `mask` lies outside the rectangle of `points` (pixels) becomes 0; `margin` as above, of
+// its longer side, and a pixel at least.
+void ClipToDrag(const std::vector<Eigen::Vector2d>& points, double margin, Mask* mask) {
+  Eigen::Array2d low = points.front(), high = low;
+  for (const Eigen::Vector2d& point : points) {
+    low = low.min(point.array());
+    high = high.max(point.array());
+  }
+  const double pad = std::max(1.0, margin * (high - low).maxCoeff());
+  for (int y = 0; y < mask->height; ++y) {
+    for (int x = 0; x < mask->width; ++x) {
+      const Eigen::Array2d at(x + 0.5, y + 0.5);
+      if ((at < low - pad).any() || (at > high + pad).any()) (*mask)(x, y) = 0;
+    }
+  }
+}
+
 }  // namespace
 
 void SelectionCanvas::Find(uint64_t gesture, Combine combine, OutlineFinder::Work work) {
@@ -116,7 +133,11 @@ void SelectionCanvas::FindDrawn() {
     const auto box = BoxAbout(surface, outline_.box_margin);
     if (!box) return;
     Find(gesture, drawing_->combine,
-         [layers = layers_, box = *box](Monitor&) { return InBox(*layers, box[0], box[1]); });
+         [layers = layers_, box = *box, points, margin = outline_.box_margin](Monitor&) {
+           Mask mask = InBox(*layers, box[0], box[1]);
+           ClipToDrag(points, margin, &mask);
+           return mask;
+         });
   } else if (drawing_->tool == SelectionTool::kScissors) {
     std::vector<Eigen::Vector2i> anchors;  // the last point follows the cursor
     for (size_t i = 0; i + 1 < points.size(); ++i) {
