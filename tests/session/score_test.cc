@@ -118,6 +118,17 @@ TEST_F(ScoreFolders, GroupsViewsThatLookTheSameWay) {
   EXPECT_THROW(Run(request), InputError);
 }
 
+TEST_F(ScoreFolders, RefusesAPaintedViewThatNoFolderHas) {
+  Truth("0.jpg.png", Left(10));
+  for (const char* name : {"0.jpg.png", "1.jpg.png"}) Found(name, Left(10));
+  ScoreRequest request = Request();
+  request.painted = {"1.jpg"};  // has no true mask
+  const std::vector<std::string> warnings = Run(request).warnings;
+  EXPECT_THAT(warnings, testing::Contains(HasSubstr("no true mask")));
+  request.painted = {"l.jpg"};
+  EXPECT_THROW(Run(request), InputError);
+}
+
 TEST_F(ScoreFolders, ReadsNvos) {
   Truth("masks/fern/IMG_1_mask.png", Left(10, 1, 40));  // of another size, and of zeros and ones
   WriteFile(temp_ / "truth/masks/fern/IMG_1.JPG", "a copy of the photo, not read");

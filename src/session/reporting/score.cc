@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <numbers>
 
 #include <Eigen/Core>
@@ -106,6 +107,25 @@ void FindDegrees(const ScoreRequest& request, std::vector<ViewScore>* scores) {
   }
 }
 
+// Warns of a painted view that has no true mask. InputError where nothing at all is of that view.
+void CheckPainted(const ScoreRequest& request, const std::vector<ScoredFile>& files,
+                  std::vector<std::string>* warnings) {
+  if (request.model) return;  // FindDegrees() checks the names
+  for (const std::string& name : request.painted) {
+    if (std::any_of(files.begin(), files.end(),
+                    [&](const ScoredFile& file) { return file.view == name; })) {
+      continue;
+    }
+    const std::filesystem::path* const folders[] = {&request.truth, &request.masks, &request.before,
+                                                    &request.after};
+    const bool known = std::any_of(std::begin(folders), std::end(folders), [&](const auto* folder) {
+      return !folder->empty() && std::filesystem::exists(ViewFile(*folder, name));
+    });
+    if (!known) throw InputError("no folder has a picture of the painted view " + name);
+    warnings->push_back("no true mask is that of the painted view " + name);
+  }
+}
+
 }  // namespace
 
 ScoreReport Score(const ScoreRequest& request, Monitor& monitor) {
@@ -117,12 +137,7 @@ ScoreReport Score(const ScoreRequest& request, Monitor& monitor) {
               "pictures are scored in the layout of views only");
   ScoreReport report;
   const std::vector<ScoredFile> files = FindScoredFiles(request, &report.warnings);
-  for (const std::string& name : request.painted) {
-    const bool known =
-        request.model || std::any_of(files.begin(), files.end(),
-                                     [&](const auto& file) { return file.view == name; });
-    if (!known) report.warnings.push_back("no true mask is that of the painted view " + name);
-  }
+  CheckPainted(request, files, &report.warnings);
   report.views.resize(files.size());
   // A few at a time, so that not all pictures are in memory at once.
   constexpr size_t kTogether = 8;
