@@ -202,6 +202,40 @@ class SelectionModeTest : public QObject {
     QVERIFY(!MakeOverlayCloud(RegionSelection{}));
   }
 
+  void SaysHowMuchTheSceneDecidedOtherwiseThanItWasShown() {
+    QVERIFY(AddRegion(first_, Truth(first_)) != 0);
+    QCOMPARE(mode_->DecidedOtherwise(), 0.0);  // paint is accepted as it is
+    QVERIFY(Enter(Entry(first_)));
+    SelectionCanvas& canvas = mode_->canvas();
+    QTest::keyClick(&canvas, Qt::Key_S);
+    const Mask half = LeftHalf(Truth(first_));
+    Mask line(half.width, half.height);  // the longest row of the half
+    int longest = 0;
+    for (int y = 0; y < half.height; ++y) {
+      const auto row = half.data.begin() + std::ptrdiff_t(half.Index(0, y));
+      const auto count = int(std::count(row, row + half.width, uint8_t{255}));
+      if (count <= longest) continue;
+      longest = count;
+      line = Mask(half.width, half.height);
+      std::copy(row, row + half.width, &line(0, y - y % 2));
+    }
+    PaintRows(canvas, line);
+    QVERIFY(QTest::qWaitFor([&] { return !canvas.IsFinding(); }, kWait));
+    const Mask shown = canvas.editor().mask(), undecided = canvas.Undecided();
+    QVERIFY(std::count(undecided.data.begin(), undecided.data.end(), uint8_t{255}) > 0);
+    const RegionId id = Accept();
+    QVERIFY(id != 0);
+    const Mask& decided = SelectionOf(id)->source.painted.back().mask;
+    double area = 0, different = 0;
+    for (size_t p = 0; p < shown.data.size(); ++p) {
+      const bool before = shown.data[p] >= 128, now = decided.data[p] >= 128;
+      area += before, different += before != now;
+      QVERIFY(before == now || undecided.data[p] > 0);
+    }
+    QCOMPARE(mode_->DecidedOtherwise(), different / area);
+    QVERIFY(different > 0);
+  }
+
   void ALaterRoundExtendsFromAnotherViewAsOneStep() {
     const RegionId id = AddRegion(first_, LeftHalf(Truth(first_)));
     QVERIFY(id != 0);

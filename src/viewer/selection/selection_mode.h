@@ -57,6 +57,9 @@ class SelectionMode : public QWidget {
   const SelectionEntry& entry() const { return entry_; }
   SelectionCanvas& canvas() { return *canvas_; }
   QString message() const;
+  // Of what accepted() gave: the pixels that the scene decided otherwise than the outline of
+  // strokes that was shown, as a part of that outline's area.
+  double DecidedOtherwise() const { return otherwise_; }
   // Of the next Accept().
   const SelectOptions& select_options() const { return select_; }
   const ProjectorOptions& projector_options() const { return project_; }
@@ -106,6 +109,7 @@ class SelectionMode : public QWidget {
   // Of the strokes that the canvas holds: where they belong.
   std::shared_ptr<const RegionSelection> draft_selection_;
   bool has_draft_ = false;
+  double otherwise_ = 0;
   bool accepts_found_ = false;  // accepts once the outline that is looked for is found
 };
 

@@ -301,6 +301,14 @@ void MainWindow::ConnectSelection() {
     canvas_->setFocus();
     const QString held = WarningOfPaint(id);
     if (!held.isEmpty()) return Say(QStringLiteral("⚠ ") + held);
+    constexpr double kMuch = 0.05;
+    if (selection_->DecidedOtherwise() >= kMuch) {
+      return Say(
+          tr("The scene decided %1 % of the outline otherwise than it was shown: \"Mask\" in "
+             "the Quality panel shows what is selected, %2 takes it back")
+              .arg(100 * selection_->DecidedOtherwise(), 0, 'f', 0)
+              .arg(keys_.KeyText("edit.undo")));
+    }
     Say(tr("The points are the paint in space; \"Mask\" in the Quality panel shows what is "
            "selected. Choose a color in the Regions panel (%1)")
             .arg(keys_.KeyText("panel.regions")));
