@@ -86,10 +86,8 @@ class GaussianMixture {
   static Points Choose(const Points& samples, std::mt19937_64& random) {
     std::vector<Eigen::Index> order(size_t(samples.rows()));
     std::iota(order.begin(), order.end(), Eigen::Index(0));
-    const size_t count = std::min(order.size(), kMaxSamples);
-    for (size_t i = 0; i < count; ++i)
-      std::swap(order[i], order[i + size_t(random() % (order.size() - i))]);
-    order.resize(count);
+    for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[size_t(random() % i)]);
+    order.resize(std::min(order.size(), kMaxSamples));
     return samples(order, Eigen::all);
   }
 

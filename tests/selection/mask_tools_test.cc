@@ -417,6 +417,15 @@ TEST(PixelGraph, MeasuresDistancesUpToOtherSeeds) {
   EXPECT_NEAR(out[3], step, 1e-6f);
 }
 
+TEST(FarFromBorder, LeavesOutABandOnBothSides) {
+  Mask mask(40, 20);
+  for (int y = 0; y < 20; ++y) std::fill_n(&mask(0, y), 15, 200);  // the border is at x = 15
+  const ScalarImage far = FarFromBorder(mask, 3);
+  for (int x = 0; x < 40; ++x) EXPECT_EQ(far(x, 10), x < 12 || x >= 18 ? 1 : 0) << x;
+  const ScalarImage all = FarFromBorder(mask, 0);
+  EXPECT_EQ(std::count(all.data.begin(), all.data.end(), 1.0f), 40 * 20);
+}
+
 TEST(SurfaceValleys, AreWhereSurfacesMeetAndNotWhereTheyBendAway) {
   const ScalarImage valley = SurfaceValleys(TwoPlanes(1), 100);
   EXPECT_FLOAT_EQ(valley(40, 10), 1);

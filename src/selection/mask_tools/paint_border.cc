@@ -111,14 +111,19 @@ void GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape, con
 }  // namespace
 
 ScalarImage FarFromBorder(const Mask& mask, int reach) {
-  cv::Mat inside(mask.height, mask.width, CV_8U), wider, narrower;
+  cv::Mat inside(mask.height, mask.width, CV_8U);
+  ScalarImage far(mask.width, mask.height);
+  cv::Mat result(mask.height, mask.width, CV_32F, far.data.data());
   for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
   const cv::Mat window = cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U);
-  cv::dilate(inside, wider, window);
-  cv::erode(inside, narrower, window);
-  ScalarImage far(mask.width, mask.height);
-  for (size_t p = 0; p < mask.data.size(); ++p)
-    far.data[p] = wider.data[p] == narrower.data[p] ? 1.0f : 0.0f;
+  ParallelRanges(mask.height, 2 * window.rows, [&](int64_t begin, int64_t end) {
+    // The filters look at the rows beside these, too.
+    const cv::Range rows(static_cast<int>(begin), static_cast<int>(end));
+    cv::Mat wider, narrower;
+    cv::dilate(inside.rowRange(rows), wider, window);
+    cv::erode(inside.rowRange(rows), narrower, window);
+    cv::Mat(wider == narrower).convertTo(result.rowRange(rows), CV_32F, 1.0 / 255);
+  });
   return far;
 }
 
