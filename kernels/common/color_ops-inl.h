@@ -42,6 +42,15 @@ RETINT_HD void AdjustColor(const float* values, Real* color) {
   for (int c = 0; c < 3; ++c) color[c] += share * (full[c] - color[c]);
 }
 
+// `x` up to the knee; above it the curve of DisplayFromScene(), which reaches 1 at `most`, and then
+// 1. `bend`: (1 - knee) / (most - knee)^2. A knee of 1 cuts off at 1.
+RETINT_HD Real Shoulder(float knee, float bend, Real x) {
+  const float room = 1 - knee;
+  const Real beyond = x - knee;
+  const Real fitted = knee + room * beyond * (1 + bend * beyond) / (room + beyond);
+  return Select(x <= knee, x, fminf(fitted, 1.0f));
+}
+
 // Gives a surface of one main color another: the dichromatic model of reflection (Shafer 1985) in
 // the scene's light. A pixel is gloss, which is white, and body: shade times the main color, where
 // texture and tinted light make the channels differ from it. Gloss stays, shade (the body's
@@ -52,7 +61,8 @@ RETINT_HD void AdjustColor(const float* values, Real* color) {
 // values: main color over its luminance; target; (1 - p) / |1 - p|^2, p the projection of white
 // onto the main color; how far gloss can be told, 0 to 1; luminances of main color and target;
 // exponent of the differences; shade above which the excess is gloss; share of the lightness that
-// is kept.
+// is kept; knee and bend of the shoulder that brings channels into the range, a knee above 1: they
+// are not brought in.
 RETINT_HD void RecolorColor(const float* values, Real* color) {
   constexpr float kSureGloss = 0.2f;  // share of a pixel's luminance from which it is gloss alone
   constexpr float kLeast = 1e-6f, kLeastRatio = 1e-3f;
@@ -83,20 +93,21 @@ RETINT_HD void RecolorColor(const float* values, Real* color) {
   for (int c = 0; c < 3; ++c) {
     out[c] = SrgbFromLinear(DisplayFromScene(scale * out[c] + gloss * from));
   }
-  const Truth fits = (out[0] <= 1) & (out[1] <= 1) & (out[2] <= 1);
+  const float knee = values[15];
+  const Truth fits = (out[0] <= knee) & (out[1] <= knee) & (out[2] <= knee);
   if (values[14] > 0 || Any(!fits)) {
     OkLab lab = OkLabFromSrgb(out);
     // A color that is too bright for a screen is as light as its channels at their most, of the
     // same hue and saturation.
     Real clipped[3];
-    for (int c = 0; c < 3; ++c) clipped[c] = fminf(out[c], 1.0f);
+    for (int c = 0; c < 3; ++c) clipped[c] = Shoulder(knee, values[16], out[c]);
     const Real lightness = OkLabFromSrgb(clipped).lightness;
     const Real darker = Select(fits, 1, lightness / fmaxf(lab.lightness, kLeast));
     lab = {lab.lightness * darker, lab.a * darker, lab.b * darker};
     if (values[14] > 0) {
       lab.lightness += values[14] * (OkLabFromSrgb(color).lightness - lab.lightness);
     }
-    CompressChroma(1, &lab);
+    if (knee <= 1) CompressChroma(1 - values[14] * (1 - knee), &lab);
     Real shown[3];
     SrgbFromOkLab(lab, shown);
     for (int c = 0; c < 3; ++c) {

@@ -136,13 +136,23 @@ void CompileAdjust(const ColorOperation& op, ColorOp& out) {
   std::copy(std::begin(values), std::end(values), out.values);
 }
 
+// Knee and bend of the Shoulder() that brings a recolored surface of at most `light`, in the scene,
+// into the range.
+void SetShoulder(float knee, float light, float* values) {
+  values[0] = knee;
+  if (knee >= 1) return;
+  const float most = std::max(SrgbFromLinear(DisplayFromScene(light)), 1.0f);
+  values[1] = (1 - knee) / ((most - knee) * (most - knee));
+}
+
 // See RecolorColor.
-void CompileRecolor(const ColorOperation& op, ColorOp& out) {
+void CompileRecolor(const ColorOperation& op, float knee, ColorOp& out) {
   constexpr float kLeast = 1e-3f;  // of the main color, so that black can be recolored
   // A pale main color is too near to white for gloss to be told from pale texture.
   constexpr float kPale = 0.3f, kColored = 0.8f;  // squared distances of white from it
   constexpr float kHueVariation = 0.2f;           // exponent
   constexpr float kMostLight = 1.5f;              // times the brightest body color measured
+  constexpr float kMostShade = 1.25f;             // times the limit
   constexpr float kGrayChroma = 1e-3f;
   if (!op.IsSet("from")) {
     throw OptionError(
@@ -181,6 +191,7 @@ void CompileRecolor(const ColorOperation& op, ColorOp& out) {
   out.values[12] = kHueVariation * paler;
   out.values[13] = limit;
   out.values[14] = op.Get("keep_lightness")[0];
+  SetShoulder(knee, kMostShade * limit * to.maxCoeff(), &out.values[15]);
 }
 
 // Between the stops straight in OKLab.
@@ -230,7 +241,8 @@ std::vector<float> PaletteTable(std::span<const float> pairs) {
   return table;
 }
 
-ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
+// `knee`: see KneeAfter().
+ColorOp Compile(const ColorOperation& op, float knee, std::vector<float>& tables) {
   constexpr int kGradientSize = 256;
   ColorOp out{};
   out.strength = op.strength;
@@ -268,7 +280,7 @@ ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
       CompileAdjust(op, out);
       break;
     case Kind::kRecolor:
-      CompileRecolor(op, out);
+      CompileRecolor(op, knee, out);
       break;
     case Kind::kGradient:
       add_table(ColorOpCode::kGradient, kGradientSize, GradientTable(op.values, kGradientSize));
@@ -287,6 +299,17 @@ ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
       out.values[0] = op.values[0];
   }
   return out;
+}
+
+// Of the soft clipping that follows the operation `i`; 1: there is none.
+float KneeAfter(const ColorEdit& edit, size_t i) {
+  float knee = 1;
+  while (++i < edit.operations.size()) {
+    const ColorOperation& op = edit.operations[i];
+    if (op.kind != Kind::kSoftClip) continue;
+    knee = std::min(knee, 1 - op.strength * (1 - op.values[0]));
+  }
+  return knee;
 }
 
 }  // namespace
@@ -313,10 +336,10 @@ ColorEdit ColorEdit::WithStrength(float factor) const {
   return edit;
 }
 
-ColorEdit ColorEdit::WithoutSoftClip() const {
-  ColorEdit edit = *this;
-  std::erase_if(edit.operations, [](const auto& op) { return op.kind == Kind::kSoftClip; });
-  return edit;
+bool ColorEdit::BringsIntoRange() const {
+  return std::any_of(operations.begin(), operations.end(), [](const auto& op) {
+    return op.kind == Kind::kSoftClip || op.kind == Kind::kRecolor;
+  });
 }
 
 bool ColorEdit::IsAffine() const {
@@ -354,7 +377,8 @@ void ColorEdit::Check() const {
               "edit: pictures belong into one operation");
 }
 
-CompiledEdit::CompiledEdit(const ColorEdit& edit) : affine_(edit.IsAffine()) {
+CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range)
+    : affine_(edit.IsAffine()) {
   edit.Check();
   CheckOption(
       std::none_of(edit.operations.begin(), edit.operations.end(),
@@ -364,8 +388,13 @@ CompiledEdit::CompiledEdit(const ColorEdit& edit) : affine_(edit.IsAffine()) {
     map_ = edit.Affine();
     return;
   }
-  for (const ColorOperation& op : edit.operations) {
-    program_.ops[program_.count++] = Compile(op, tables_);
+  constexpr float kNoKnee = 1e6f;
+  const bool brings_in = out_of_range == OutOfRange::kBroughtIn;
+  for (size_t i = 0; i < edit.operations.size(); ++i) {
+    const ColorOperation& op = edit.operations[i];
+    if (op.kind == Kind::kSoftClip && !brings_in) continue;
+    const float knee = brings_in ? KneeAfter(edit, i) : kNoKnee;
+    program_.ops[program_.count++] = Compile(op, knee, tables_);
   }
   program_.strength = edit.strength;
   program_.tables = tables_.data();

@@ -31,8 +31,8 @@ struct ColorEdit {
   static ColorEdit FromAffine(const AffineColor& map);  // one matrix
   // Linear interpolation from identity (strength 0) to this edit (1).
   ColorEdit WithStrength(float factor) const;
-  // What the edit would be if colors that no screen shows were left alone.
-  ColorEdit WithoutSoftClip() const;
+  // Whether an operation brings colors that no screen shows into the range.
+  bool BringsIntoRange() const;
 
   // Whether the whole list is one affine map, and that map. Precondition of
   // Affine(): it is.
@@ -50,11 +50,15 @@ struct ColorEdit {
   bool operator==(const ColorEdit&) const = default;
 };
 
+// What becomes of colors that no screen shows: they are brought into the range where an operation
+// does so, or left as they come out.
+enum class OutOfRange { kBroughtIn, kLeft };
+
 // An edit made ready to be applied to many colors. OptionError as Check(), and
 // for an edit that still needs a main color.
 class CompiledEdit {
  public:
-  explicit CompiledEdit(const ColorEdit& edit);
+  explicit CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn);
   CompiledEdit(const CompiledEdit&) = delete;
   CompiledEdit& operator=(const CompiledEdit&) = delete;
 

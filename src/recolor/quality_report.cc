@@ -27,11 +27,11 @@ float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
 
 double Square(float value) { return double(value) * double(value); }
 
-// The edit, and what it would be without soft clipping.
+// The edit, and what it would be if colors that no screen shows were left alone.
 class ReportedEdit {
  public:
   explicit ReportedEdit(const ColorEdit& edit)
-      : edit_(edit), unclipped_(edit.WithoutSoftClip()), clips_(edit != edit.WithoutSoftClip()) {}
+      : edit_(edit), unclipped_(edit, OutOfRange::kLeft), clips_(edit.BringsIntoRange()) {}
 
   // Colors, [*, 3], become f(color), not mixed by a mask.
   void Apply(std::vector<float>* colors) const { edit_.ApplyToAll(*colors); }

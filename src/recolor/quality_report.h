@@ -22,7 +22,8 @@ struct QualityNumbers {
          psnr_inside_after = 0;  // dB over pixels with mask >= 0.5, peak 1, all views pooled
   double psnr_outside = 0;       // dB over pixels with mask 0, result against original target
   double bleed = 0;              // mean |after - before| outside, in [0, 1]
-  // Share of the pixels inside whose edited color, before soft clipping, no screen shows.
+  // Share of the pixels inside whose edited color, before it is brought into the range, no screen
+  // shows.
   double out_of_gamut = 0;
 };
 

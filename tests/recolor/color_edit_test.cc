@@ -288,11 +288,75 @@ TEST(ColorEditTest, LutLooksColorsUp) {
   ExpectColor(Apply(Edit({ColorOperation::Lut(table)}), {0.1f, 0.6f, 0.9f}), {0.9f, 0.6f, 0.1f});
 }
 
-TEST(ColorEditTest, SoftClipCanBeLeftOut) {
-  const ColorEdit edit =
+TEST(ColorEditTest, ColorsCanBeLeftOutOfRange) {
+  const ColorEdit exposed =
       Edit({ColorOperation::Make(Kind::kExposure, {2}), ColorOperation::Make(Kind::kSoftClip)});
-  EXPECT_LE(Apply(edit, {0.9f, 0.5f, 0.2f}).maxCoeff(), 1);
-  EXPECT_GT(Apply(edit.WithoutSoftClip(), {0.9f, 0.5f, 0.2f}).maxCoeff(), 1.5f);
+  const Vector3f color(0.9f, 0.5f, 0.2f);
+  EXPECT_LE(Apply(exposed, color).maxCoeff(), 1);
+  EXPECT_GT(CompiledEdit(exposed, OutOfRange::kLeft).Apply(color).maxCoeff(), 1.5f);
+  const Vector3f gray(0.4f, 0.4f, 0.4f), blue(0.19f, 0.38f, 1);
+  for (const float keep : {0.0f, 0.5f}) {
+    const ColorEdit recolored = Edit({Recolor(gray, blue, keep)});
+    const Vector3f lit = Lit(gray, 1.5f);
+    EXPECT_LE(Apply(recolored, lit).maxCoeff(), 1.001f) << keep;
+    EXPECT_GT(CompiledEdit(recolored, OutOfRange::kLeft).Apply(lit).maxCoeff(), 1.02f) << keep;
+  }
+}
+
+// What a surface of one color becomes in more and more light.
+std::vector<Vector3f> InMoreLight(const Vector3f& from, const ColorEdit& edit) {
+  const CompiledEdit compiled(edit);
+  std::vector<Vector3f> colors;
+  for (int i = 0; i <= 100; ++i)
+    colors.push_back(compiled.Apply(Lit(from, 0.3f + 0.018f * float(i))));
+  return colors;
+}
+
+// How suddenly colors in a row begin to change otherwise.
+float LargestBend(const std::vector<Vector3f>& colors) {
+  float bend = 0;
+  for (size_t i = 2; i < colors.size(); ++i) {
+    bend = std::max(bend, (colors[i] - 2 * colors[i - 1] + colors[i - 2]).cwiseAbs().maxCoeff());
+  }
+  return bend;
+}
+
+TEST(ColorEditTest, SoftClipKeepsWhatRecolorMakesTooBright) {
+  const Vector3f from(0.6f, 0.4f, 0.2f);
+  for (const Vector3f& to : {Vector3f(1, 1, 1), Vector3f(0.96f, 0.96f, 0.96f), Vector3f(1, 1, 0)}) {
+    const ColorOperation recolor = Recolor(from, to), clip = ColorOperation::Make(Kind::kSoftClip);
+    const std::vector<Vector3f> hard = InMoreLight(from, Edit({recolor}));
+    const std::vector<Vector3f> soft = InMoreLight(from, Edit({recolor, clip}));
+    for (size_t i = 1; i < soft.size(); ++i) {
+      EXPECT_GT(Lab(soft[i]).lightness, Lab(soft[i - 1]).lightness + 2e-4f) << i;
+      EXPECT_LE(soft[i].maxCoeff(), 1) << i;
+    }
+    EXPECT_LT(LargestBend(soft), 0.75f * LargestBend(hard));
+    // Whites in much light are one white without it, and several steps of eight bits with it.
+    if (to.minCoeff() < 0.9f) continue;
+    EXPECT_LT(Lab(hard[100]).lightness - Lab(hard[65]).lightness, 1e-3f);
+    EXPECT_GT(Lab(soft[100]).lightness - Lab(soft[65]).lightness, 3.0f / 255);
+  }
+}
+
+// Computed before soft clipping reached into this operation.
+TEST(ColorEditTest, RecolorCutsOffWithoutSoftClip) {
+  const Vector3f from(0.6f, 0.4f, 0.2f), lit = Lit(from, 1.8f);
+  ExpectColor(Apply(Edit({Recolor(from, {1, 1, 1})}), lit), {1, 1, 1}, 1e-5f);
+  ExpectColor(Apply(Edit({Recolor(from, {1, 1, 0})}), lit), {1, 1, 0}, 1e-5f);
+  const Vector3f blue(0.19f, 0.38f, 1);
+  ExpectColor(Apply(Edit({Recolor(from, blue)}), lit), {0.271934f, 0.477391f, 1.000044f}, 1e-5f);
+  ExpectColor(Apply(Edit({Recolor(from, blue, 0.5f)}), lit), {0.295634f, 0.497524f, 1.000044f},
+              1e-5f);
+  const ColorOperation recolor = Recolor(from, {1, 1, 0});
+  ColorOperation clip = ColorOperation::Make(Kind::kSoftClip);
+  const Vector3f hard = Apply(Edit({recolor}), lit);
+  EXPECT_NE(Apply(Edit({recolor, clip}), lit), hard);
+  // One that comes before, or of no strength, does nothing to it.
+  EXPECT_EQ(Apply(Edit({clip, recolor}), Vector3f(0.5f, 0.5f, 0.5f)),
+            Apply(Edit({recolor}), Vector3f(0.5f, 0.5f, 0.5f)));
+  clip.strength = 0;
+  EXPECT_EQ(Apply(Edit({recolor, clip}), lit), hard);
 }
 
 TEST(ColorEditTest, CheckRefusesWhatIsNoEdit) {
