@@ -336,7 +336,7 @@ inline QString ReadError(MainWindow& window) {
   QMessageBox* dialog = WaitDialog(window);
   if (!dialog) return "no dialog came";
   const QString text = dialog->informativeText();
-  QTest::mouseClick(dialog->button(QMessageBox::Ok), Qt::LeftButton);
+  dialog->button(QMessageBox::Ok)->click();  // a mouse may come before the dialog is laid out
   (void)QTest::qWaitFor([&] { return !window.dialog() || !window.dialog()->isVisible(); }, kWaitMs);
   return text;
 }

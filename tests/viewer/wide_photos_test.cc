@@ -5,10 +5,12 @@
 #include <set>
 
 #include <QComboBox>
+#include <QLabel>
 #include <QListWidget>
 
 #include "scene/camera_projection.h"
 #include "scene/undistortion.h"
+#include "selection/suggestion.h"
 #include "tests/viewer/distorted_fixture.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/mask_view.h"
@@ -307,9 +309,15 @@ class WidePhotosTest : public DistortedFixture {
       if (name != spot.photo) others.insert(name);
     }
     QCOMPARE(suggested.size(), others.size());
+    // The panorama's boxes are too small to complete: then no order is better than another.
+    const bool ranked = SettlesAnything(suggested);
+    QCOMPARE(ranked, lens != "EQUIRECTANGULAR");
+    auto* note = window_->findChild<QLabel*>("views_note");
+    if (!ranked) QTRY_VERIFY(note->text().contains("settle"));
     for (size_t i = 0; i < suggested.size(); ++i) {
       QVERIFY(others.contains(suggested[i].view));
-      QCOMPARE(List()->item(int(i))->data(kName).toString().toStdString(), suggested[i].view);
+      if (ranked)
+        QCOMPARE(List()->item(int(i))->data(kName).toString().toStdString(), suggested[i].view);
     }
 
     controller().Undo();
