@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "depth/colmap_mvs.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <numbers>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -19,6 +14,7 @@
 #include "base/files.h"
 #include "base/median.h"
 #include "base/process.h"
+#include "base/temporary_folder.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
 #include "colmap_io/workspace.h"
@@ -36,26 +32,6 @@ constexpr int kSweeps = 20;
 constexpr size_t kToldLines = 3;
 // In degrees: what is three or four times as far as the median is still measured.
 constexpr const char* kSmallestAngle = "1";
-
-// A new folder below the system's temporary one, removed with all that is in it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string path = (fs::temp_directory_path() / "retint-colmap-XXXXXX").string();
-    if (!mkdtemp(path.data())) throw RunError(path + ": cannot create: " + std::strerror(errno));
-    path_ = path;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 struct DepthRange {
   double near = 0, median = 0, far = 0;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <mutex>
 #include <optional>
 #include <sstream>
@@ -16,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/temporary_folder.h"
 
 namespace retint {
 namespace {
@@ -163,29 +163,6 @@ ocio::ConstProcessorRcPtr OpenTransform(const std::filesystem::path& path,
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
-// A copy of a file without its first bytes, in a folder of its own that goes with it: OpenColorIO
-// reads files, and takes a byte order mark for a word.
-class ShortenedFile {
- public:
-  ShortenedFile(const std::filesystem::path& path, std::string_view rest) {
-    std::string folder = (std::filesystem::temp_directory_path() / "retint-XXXXXX").string();
-    if (!mkdtemp(folder.data())) throw RunError(folder + " cannot be made");
-    folder_ = folder;
-    path_ = folder_ / path.filename();
-    WriteFile(path_, std::string(rest));
-  }
-  ~ShortenedFile() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  ShortenedFile(const ShortenedFile&) = delete;
-  ShortenedFile& operator=(const ShortenedFile&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path folder_, path_;
-};
-
 std::vector<float> IdentityGrid(int size) {
   std::vector<float> values;
   values.reserve(size_t(size) * size_t(size) * size_t(size) * 3);
@@ -228,16 +205,19 @@ std::shared_ptr<const ColorTable> ReadLut(const std::filesystem::path& path) {
   if (std::filesystem::file_size(path) > kMostBytes) {
     throw InputError(path, "is larger than any lookup table (64 MiB)");
   }
-  std::optional<ShortenedFile> shortened;
+  // OpenColorIO reads files, and takes a byte order mark for a word: it gets a copy without it.
+  std::optional<TemporaryFolder> folder;
+  std::filesystem::path read = path;
   if (extension == ".cube") {
     std::string text = ReadFile(path);
     if (text.starts_with(kByteOrderMark)) {
       text.erase(0, kByteOrderMark.size());
-      shortened.emplace(path, text);
+      folder.emplace();
+      read = folder->path() / path.filename();
+      WriteFile(read, text);
     }
     CheckCubeSizes(path, text);
   }
-  const std::filesystem::path& read = shortened ? shortened->path() : path;
   auto table = std::make_shared<ColorTable>();
   try {
     const ocio::ConstProcessorRcPtr processor = OpenTransform(read, extension);

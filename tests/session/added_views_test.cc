@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where cameras are few, completion looks from more sides than they do.
+#include <memory>
 #include <numbers>
 #include <numeric>
 
@@ -8,7 +9,7 @@
 #include "scene/look_along.h"
 #include "selection/lifted_surfaces.h"
 #include "session/edit_session.h"
-#include "tests/selection/tiny_gaussians.h"
+#include "tests/session/tiny_session.h"
 
 namespace retint {
 namespace {
@@ -44,12 +45,8 @@ struct Found {
 
 Found Find(int num_cameras, const ProjectorOptions& options) {
   const TinyWorld world = World(num_cameras);
-  Workspace workspace;
-  workspace.root = "tiny";
-  workspace.reconstruction = world.reconstruction;
-  SessionOptions on_cpu;
-  on_cpu.backend = "cpu";
-  EditSession session(std::move(workspace), TinyGaussians(world).model, on_cpu);
+  const std::unique_ptr<EditSession> one = TinySession(world);
+  EditSession& session = *one;
   Monitor monitor;
   SelectOptions select;
   select.method = "gaussian";

@@ -12,7 +12,7 @@
 #include "session/edit_session.h"
 #include "session/pictures/compare_pictures.h"
 #include "session/pictures/contact_sheet.h"
-#include "tests/selection/tiny_gaussians.h"
+#include "tests/session/tiny_session.h"
 
 namespace retint {
 namespace {
@@ -26,13 +26,7 @@ struct Dot {
 class PictureStep : public testing::Test {
  protected:
   PictureStep() {
-    Workspace workspace;
-    workspace.root = "tiny";
-    workspace.reconstruction = world_.reconstruction;
-    SessionOptions options;
-    options.backend = "cpu";
-    session_ =
-        std::make_unique<EditSession>(std::move(workspace), TinyGaussians(world_).model, options);
+    session_ = TinySession(world_);
     for (int v = 0; v < 3; ++v) masks_[world_.view(v).name] = world_.BallMask(world_.Posed(v));
     ball_ = Add("ball", {});
   }

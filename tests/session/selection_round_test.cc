@@ -9,7 +9,7 @@
 #include "scene/mask_pixels.h"
 #include "session/edit_session.h"
 #include "session/selecting/paint_held.h"
-#include "tests/selection/tiny_gaussians.h"
+#include "tests/session/tiny_session.h"
 
 namespace retint {
 namespace {
@@ -40,13 +40,7 @@ double Iou(const Mask& a, const Mask& b) {
 class SelectionRound : public testing::Test {
  protected:
   SelectionRound() {
-    Workspace workspace;
-    workspace.root = "tiny";
-    workspace.reconstruction = world_.reconstruction;
-    SessionOptions options;
-    options.backend = "cpu";
-    session_ =
-        std::make_unique<EditSession>(std::move(workspace), TinyGaussians(world_).model, options);
+    session_ = TinySession(world_);
     select_.method = "gaussian";  // exact enough here; stereo is tested where it belongs
   }
 

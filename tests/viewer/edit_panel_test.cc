@@ -72,6 +72,15 @@ class EditPanelTest : public PanelsFixture {
     return label->isVisibleTo(window_.get()) ? label->text() : QString();
   }
   // As the worker, who measures, has it.
+  bool MeasureTwoColors() {
+    auto* count = Find<QSpinBox>("palette_count");
+    count->setFocus();
+    count->selectAll();
+    QTest::keyClicks(count, "2");
+    QTest::keyClick(count, Qt::Key_Return);
+    return Measured();
+  }
+
   bool Measured() {
     return QTest::qWaitFor([&] { return !Regions()[0].edit.NeedsMainColor(); }, kWaitMs) &&
            !Edit().operations.empty();
@@ -331,12 +340,7 @@ class EditPanelTest : public PanelsFixture {
   void APaletteIsMeasuredAndChanged() {
     QVERIFY(AddPlain());
     Click("mode_palette");
-    auto* count = Find<QSpinBox>("palette_count");
-    count->setFocus();
-    count->selectAll();
-    QTest::keyClicks(count, "2");
-    QTest::keyClick(count, Qt::Key_Return);
-    QVERIFY(Measured());
+    QVERIFY(MeasureTwoColors());
     const ColorOperation measured = Edit().operations[0];
     QVERIFY(measured.kind == Kind::kPalette && measured.values.size() <= 2 * kPairValues);
     Click("palette0");
@@ -376,12 +380,7 @@ class EditPanelTest : public PanelsFixture {
     shows("mode_gradient", nullptr);
     Click("mode_palette");
     shows("mode_palette", nullptr);
-    auto* count = Find<QSpinBox>("palette_count");
-    count->setFocus();
-    count->selectAll();
-    QTest::keyClicks(count, "2");
-    QTest::keyClick(count, Qt::Key_Return);
-    QVERIFY(Measured());
+    QVERIFY(MeasureTwoColors());
     shows("mode_palette", "palette0");
   }
 
