@@ -86,6 +86,9 @@ struct BlendParams {
   // side of a limit alone may have such values throughout.
   float low = -std::numeric_limits<float>::infinity();
   float high = std::numeric_limits<float>::infinity();
+  // With limits: values are divided by the pixel's opacity 1 - T, or by this where that is less. 1:
+  // they stand as they are.
+  float least_alpha = 1;
   bool HasLimits() const { return std::isfinite(low) || std::isfinite(high); }
 };
 

@@ -139,7 +139,7 @@ void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, std::span<con
   });
 }
 
-// Cuts what stands behind the last entry with a feature that is not zero: it adds nothing.
+// Cuts what stands behind the last entry with a feature that is not zero: it adds nothing to sums.
 TileList CutAfterLastFeature(TileList list, const float* features, int channels) {
   const auto has_feature = [&](int64_t entry) {
     const int32_t splat = list.entries[entry];
@@ -159,6 +159,12 @@ void BlendBetween(const TileKernels& kernels, const TileList& list, const TileRe
     InitTransmittance(camera, rect.x0, rect.y0, pixel_rows, scratch.transmittance);
     kernels.blend_between(list, params.features, params.low, params.high, scratch.values,
                           scratch.transmittance);
+    if (params.least_alpha == 1) return;
+    for (int p = 0; p < kTilePixels; ++p) {
+      if (!(pixel_rows >> (p / kTileSize) & 1)) continue;
+      const float alpha = 1 - std::fabs(scratch.transmittance[p]);
+      scratch.values[p] /= std::max(alpha, params.least_alpha);
+    }
   };
   const auto probed = uint16_t(params.pixel_rows & kProbed);
   blend(probed);
@@ -241,7 +247,10 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
       kernels.blend_weights(view.weights[i], params.features, channels, scratch.values);
     } else {
       TileList list = TileListOf(view, i);
-      if (!needs_transmittance) list = CutAfterLastFeature(list, params.features, channels);
+      if (!needs_transmittance) {
+        const TileList cut = CutAfterLastFeature(list, params.features, channels);
+        if (params.least_alpha == 1 || cut.count == 0) list = cut;
+      }
       if (params.HasLimits()) {
         BlendBetween(kernels, list, rect, view.camera(), params, scratch);
       } else {

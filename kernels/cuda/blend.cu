@@ -37,7 +37,8 @@ struct Features<C, true> {
 };
 
 // With limits (of one channel, see BlendParams) a pixel is done where nothing that is still to come
-// takes it over one: features lie in [0, 1], so that it gains at most its transmittance.
+// takes it over one: features lie in [0, 1], so that it gains at most its transmittance, also where
+// it is divided by its opacity in the end.
 template <int C, bool IsRegion, bool HasLimits = false>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
   using Payload = Features<C, IsRegion>;
@@ -87,6 +88,10 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
   const auto store = [&](int y, float transmittance, float share, const float* sum) {
     const int64_t pixel = int64_t(y) * lists.width + lane.x;
     const float left = fabsf(transmittance);
+    if constexpr (HasLimits) {
+      params.image[pixel] = sum[0] / fmaxf(1 - left, params.least_alpha);
+      return;
+    }
 #pragma unroll
     for (int c = 0; c < C; ++c) {
       params.image[pixel * C + c] = sum[c] + (params.background ? left * params.background[c] : 0);

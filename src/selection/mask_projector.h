@@ -16,8 +16,9 @@
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
-//  3. Masks. W_v m, view-consistent by construction; 0.5 (128) where it reaches share_threshold,
-//     0 and 1 at half of it away on either side.
+//  3. Masks. W_v m / max(W_v 1, 0.7), the mean share of what a pixel shows, view-consistent by
+//     construction; 0.5 (128) where it reaches share_threshold, 0 and 1 at half of it away on
+//     either side.
 // Floaters (selection/lifted_surfaces.h), which only a completion's graph knows, hide no surface
 // from the look-up, are no part of the completion, and have no say in masks: there their share is
 // share_threshold, so that those behind them decide.
@@ -80,8 +81,8 @@ struct ProjectedMasks {
   double mean_coverage = 0;           // mean over views of the masked fraction
 };
 
-// W m of `shares`, [N], as a soft mask of any camera: 128 where it reaches share_threshold. What
-// floats by `graph` takes no part; null: nothing does.
+// Step 3 with `shares`, [N], as a soft mask of any camera: 128 where it reaches share_threshold.
+// What floats by `graph` takes no part; null: nothing does.
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
                   const ProjectorOptions& options, const GaussianGraph* graph = nullptr);
 

@@ -314,8 +314,33 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
   }
 }
 
+// `limited` is `exact` between the limits, or on the same side, or of a tile whose rows 0, 5, 10
+// and 15 are.
+void ExpectSame(const ViewGeometry& view, const std::vector<float>& exact,
+                const std::vector<float>& limited, float low, float high) {
+  const int width = view.camera().width, height = view.camera().height;
+  const auto is_side = [&](int tile, float side) {
+    const int x0 = tile % view.tiles_x() * kTileSize;
+    const int y0 = tile / view.tiles_x() * kTileSize;
+    for (int y = y0; y < std::min(height, y0 + kTileSize); y += 5) {
+      for (int x = x0; x < std::min(width, x0 + kTileSize); ++x) {
+        if (std::clamp(exact[size_t(y * width + x)], low, high) != side) return false;
+      }
+    }
+    return true;
+  };
+  for (size_t p = 0; p < exact.size(); ++p) {
+    const int x = int(p) % width, y = int(p) / width;
+    const int tile = y / kTileSize * view.tiles_x() + x / kTileSize;
+    const float found = std::clamp(limited[p], low, high);
+    if ((found == low || found == high) && is_side(tile, found)) continue;
+    ASSERT_NEAR(found, std::clamp(exact[p], low, high), 1e-6) << p;
+  }
+}
+
 // Nothing that was still to come took a value over a limit: between them they are what they are
-// without, and beyond them they are beyond. A tile may be taken to be as its rows 0, 5, 10 and 15.
+// without, and beyond them they are beyond, also where they are divided by the pixel's opacity. A
+// tile may be taken to be as its rows 0, 5, 10 and 15.
 TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
   constexpr float kLow = 0.25f, kHigh = 0.75f;
   for (const Shape& shape : kShapes) {
@@ -326,33 +351,23 @@ TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
       if (i % 3 != 0) features[i] = i % 3 == 1 ? 0.0f : 1.0f;
     }
     Guarded<float> in(*backend_, features), image(*backend_, scene.pixels);
+    Guarded<float> alpha(*backend_, scene.pixels);
     BlendParams blend{};
     blend.features = in.data();
     blend.channels = 1;
     blend.image = image.data();
+    blend.alpha = alpha.data();
     backend_->blend().Blend(*scene.view, blend);
-    const std::vector<float> exact = image.Read();
+    const std::vector<float> sums = image.Read(), opacity = alpha.Read();
+    blend.alpha = nullptr;
     blend.low = kLow;
     blend.high = kHigh;
-    backend_->blend().Blend(*scene.view, blend);
-    const std::vector<float> limited = image.Read();
-    const int width = scene.view->camera().width, height = scene.view->camera().height;
-    const auto is_side = [&](int tile, float side) {
-      const int x0 = tile % scene.view->tiles_x() * kTileSize;
-      const int y0 = tile / scene.view->tiles_x() * kTileSize;
-      for (int y = y0; y < std::min(height, y0 + kTileSize); y += 5) {
-        for (int x = x0; x < std::min(width, x0 + kTileSize); ++x) {
-          if (std::clamp(exact[size_t(y * width + x)], kLow, kHigh) != side) return false;
-        }
-      }
-      return true;
-    };
-    for (size_t p = 0; p < scene.pixels; ++p) {
-      const int x = int(p) % width, y = int(p) / width;
-      const int tile = y / kTileSize * scene.view->tiles_x() + x / kTileSize;
-      const float found = std::clamp(limited[p], kLow, kHigh);
-      if ((found == kLow || found == kHigh) && is_side(tile, found)) continue;
-      ASSERT_NEAR(found, std::clamp(exact[p], kLow, kHigh), 1e-6) << p;
+    for (const float least_alpha : {1.0f, 0.7f}) {
+      std::vector<float> exact = sums;
+      for (size_t p = 0; p < scene.pixels; ++p) exact[p] /= std::max(opacity[p], least_alpha);
+      blend.least_alpha = least_alpha;
+      backend_->blend().Blend(*scene.view, blend);
+      ExpectSame(*scene.view, exact, image.Read(), kLow, kHigh);
     }
     blend.channels = 2;
     EXPECT_THROW(backend_->blend().Blend(*scene.view, blend), std::invalid_argument);

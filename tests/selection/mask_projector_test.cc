@@ -223,6 +223,27 @@ TEST_F(MaskProjectorTest, WhatIsFaintFarFromTheMaskIsDropped) {
   EXPECT_NEAR(of_share(0.6f), 0.7 * 255, 8);
 }
 
+// Dark walls that were trained on black: what lets through more than half of the light is selected
+// where all that it shows is, but not what is hardly there.
+TEST_F(MaskProjectorTest, HalfTransparentSurfacesAreSelectedByWhatTheyShow) {
+  for (float& logit : gaussians.model.opacity_logits) logit = -1.1f;
+  Renderer pale(CreateBackend("cpu"), gaussians.model);
+  const PosedCamera view = world.Posed(0);
+  RenderRequest request;
+  request.rgb = false;
+  request.alpha = true;
+  const ScalarImage alpha = pale.Render(view, request).alpha;
+  const std::vector<float> shares(size_t(pale.model().count()), 1.0f);
+  const Mask mask = RenderShares(pale, view, shares, options);
+  int half_transparent = 0;
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    if (std::abs(alpha.data[p] - 0.35f) < 0.01f) continue;
+    EXPECT_EQ(mask.data[p] >= 128, alpha.data[p] > 0.35f) << p;
+    half_transparent += alpha.data[p] > 0.36f && alpha.data[p] < 0.49f;
+  }
+  EXPECT_GT(half_transparent, 100);
+}
+
 TEST_F(MaskProjectorTest, GaussiansWorkFromACloudAlone) {
   const Overlap worst = Worst(Project(ProjectorKind::kGaussians, Cloud(2), {}));
   EXPECT_GT(worst.iou, 0.8);
