@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/neighbors.h"
 
+#include "base/median.h"
 #include "base/parallel.h"
 
 #include <algorithm>
@@ -17,13 +18,16 @@ namespace {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
 
-// Centered, so that clouds far from the world's origin keep their float digits.
+// Centered on the median of each axis, so that clouds far from the world's origin keep their float
+// digits, also where a few points are very far from all others.
 std::vector<Eigen::Vector3f> Centered(const std::vector<Eigen::Vector3f>& points,
                                       Eigen::Vector3f* center) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const auto& point : points) sum += point.cast<double>();
-  *center = points.empty() ? Eigen::Vector3f::Zero()
-                           : (sum / static_cast<double>(points.size())).cast<float>().eval();
+  std::vector<float> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(points.begin(), points.end(), values.begin(),
+                   [axis](const Eigen::Vector3f& point) { return point[axis]; });
+    (*center)[axis] = points.empty() ? 0 : Quantile(values, 0.5);
+  }
   std::vector<Eigen::Vector3f> centered(points.size());
   std::transform(points.begin(), points.end(), centered.begin(),
                  [&](const Eigen::Vector3f& point) { return (point - *center).eval(); });

@@ -101,6 +101,21 @@ TEST_P(Outliers, DoNotDependOnWhereTheCloudIs) {
   EXPECT_EQ(StatisticalInliers(points, 16, 2, backend_.get()), here);
 }
 
+// A splat may have a Gaussian that training threw far away: the other points keep their digits.
+TEST(NearestNeighbors, DoNotDependOnOnePointThatIsVeryFar) {
+  auto points = Cloud();
+  constexpr int kCount = 16;
+  const auto without = NearestNeighbors(points, kCount);
+  points.emplace_back(1e15f, -1e15f, 1e15f);
+  const auto with = NearestNeighbors(points, kCount);
+  ASSERT_EQ(with.size(), without.size() + kCount);
+  for (size_t i = 0; i < without.size(); ++i) {
+    // Points that are equally near may change places, so their distances are compared; the middle
+    // that is taken off may be another, which rounds them by an ulp of coordinates near 1.
+    ASSERT_NEAR(with[i].distance, without[i].distance, 1e-6f) << i;
+  }
+}
+
 TEST_P(Outliers, AreNoneAmongFewPoints) {
   const std::vector<Eigen::Vector3f> points = {{0, 0, 0}, {1, 0, 0}, {50, 0, 0}};
   EXPECT_EQ(StatisticalInliers(points, 2, 0.1, backend_.get()), (std::vector<int>{0, 1, 2}));
