@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/opening/scene_check.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -75,6 +77,36 @@ TEST_F(SceneCheckTest, ASplatElsewhereIsInAnotherFrame) {
   const SceneCheck check = Check(moved);
   EXPECT_EQ(check.median_coverage, 0);
   EXPECT_THAT(check.warnings, ElementsAre(HasSubstr("another frame")));
+}
+
+// In a unit so large that the scene lies within the rasterizer's near plane nothing is drawn, which
+// no other frame mends.
+TEST_F(SceneCheckTest, ASceneNearerThanIsDrawnIsNotInAnotherFrame) {
+  options_.min_coverage = SceneCheckOptions().min_coverage;
+  Workspace workspace = MakeWorkspace(scene_);
+  for (auto& [id, view] : workspace.reconstruction.views) {
+    view.observations.push_back({{1, 1}, 1});
+  }
+  workspace.reconstruction.points[1].xyz = Eigen::Vector3d::Zero();
+  const auto check = [&](double scale) {
+    Workspace scaled = workspace;
+    Sim3d smaller;
+    smaller.scale = scale;
+    scaled.Transform(smaller);
+    GaussianModel model = scene_.model;
+    for (float& mean : model.means) mean *= float(scale);
+    for (float& size : model.log_scales) size += std::log(float(scale));
+    SessionOptions session_options;
+    session_options.backend = "cpu";
+    EditSession session(std::move(scaled), model, session_options);
+    Monitor monitor;
+    return CheckScene(session, monitor, options_);
+  };
+  EXPECT_EQ(check(1).median_near, 0);
+  const SceneCheck tiny = check(1e-3);
+  EXPECT_EQ(tiny.median_near, 1);
+  EXPECT_EQ(tiny.median_coverage, 0);
+  EXPECT_THAT(tiny.mismatch, HasSubstr("nearer to it than 0.2"));
 }
 
 // Moved by three of 64 pixels: renders and photos do not disagree by much, but less where a render

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/median.h"
+#include "kernels/common/types.h"
 
 namespace retint {
 namespace {
@@ -107,6 +108,19 @@ void MoveAbout(const Image& render, const Image& photo, ViewComparison* comparis
   }
 }
 
+double ShareTooNear(const View& view, const Reconstruction& model) {
+  const PosedCamera posed = model.Posed(view);
+  double seen = 0, near = 0;
+  for (const Observation& observation : view.observations) {
+    const auto point = model.points.find(observation.point_id);
+    if (point == model.points.end()) continue;
+    const double z = (posed.cam_from_world * point->second.xyz).z();
+    seen += z > 0;
+    near += z > 0 && z <= double(kNearPlane);
+  }
+  return seen > 0 ? near / seen : std::numeric_limits<double>::quiet_NaN();
+}
+
 ViewComparison Compare(EditSession& session, const View& view, const SceneCheckOptions& options) {
   const PosedCamera posed = session.reconstruction().Posed(view);
   const int width = posed.camera.width, height = posed.camera.height;
@@ -118,7 +132,8 @@ ViewComparison Compare(EditSession& session, const View& view, const SceneCheckO
   request.cache = false;
   const RenderOutput output = session.renderer().Render(Reduced(posed, step), request);
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  ViewComparison comparison{view.name, kUnknown, 0, kUnknown, kUnknown};
+  const double near = ShareTooNear(view, session.reconstruction());
+  ViewComparison comparison{view.name, kUnknown, 0, kUnknown, kUnknown, near};
   for (const float alpha : output.alpha.data) comparison.coverage += alpha;
   comparison.coverage /= static_cast<double>(std::max<size_t>(1, output.alpha.data.size()));
   if (!session.workspace().HasPhoto(view)) return comparison;
@@ -164,9 +179,10 @@ std::string MissingPhotos(const SceneCheck& check) {
 
 // What the comparisons have in the middle.
 void TakeMedians(SceneCheck* check) {
-  std::vector<double> psnr, coverage, gain, moved;
+  std::vector<double> psnr, coverage, gain, moved, near;
   for (const ViewComparison& one : check->comparisons) {
     coverage.push_back(one.coverage);
+    if (!std::isnan(one.near)) near.push_back(one.near);
     if (std::isnan(one.psnr)) continue;
     psnr.push_back(one.psnr);
     gain.push_back(one.gain);
@@ -177,9 +193,16 @@ void TakeMedians(SceneCheck* check) {
   check->median_coverage = Median(std::move(coverage), kUnknown);
   check->median_gain = Median(std::move(gain), kUnknown);
   check->median_moved = Median(std::move(moved), kUnknown);
+  check->median_near = Median(std::move(near), kUnknown);
 }
 
 std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) {
+  if (check.median_near > options.max_near) {
+    return Fixed(100 * check.median_near, 0) +
+           " % of the sparse points of a view are nearer to it than " +
+           Fixed(double(kNearPlane), 1) +
+           ", and nothing so near is drawn: scale the workspace and the splat up";
+  }
   if (check.median_coverage < options.min_coverage) {
     return "the splat covers only " + Fixed(100 * check.median_coverage, 0) +
            " % of the views: it seems to be in another frame than the workspace; retint align "

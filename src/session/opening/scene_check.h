@@ -18,6 +18,7 @@ struct SceneCheckOptions {
   double min_psnr = 15;       // dB, median of the compared views
   double min_coverage = 0.5;  // mean opacity, median of the compared views
   double max_gain = 0.25;     // dB, median of the compared views, by moving renders about
+  double max_near = 0.05;     // sparse points nearer than is drawn, median of the compared views
 };
 
 struct ViewComparison {
@@ -28,6 +29,7 @@ struct ViewComparison {
   // side, than where it is: 0 where splat and workspace fit. NaN without a photo. And how far it is
   // moved then, of the longer side.
   double gain = 0, moved = 0;
+  double near = 0;  // share of its sparse points at z up to kNearPlane; NaN where it has none
 };
 
 struct SceneCheck {
@@ -37,6 +39,7 @@ struct SceneCheck {
   double median_psnr = 0;                   // NaN where no view has a photo
   double median_coverage = 0;
   double median_gain = 0, median_moved = 0;  // NaN where no view has a photo
+  double median_near = 0;                    // NaN where no view has sparse points
   std::string mismatch;               // why splat and workspace seem not to fit; empty: they do
   std::vector<std::string> warnings;  // that and missing photos, one line each, for the user
 };
