@@ -134,7 +134,9 @@ void JobRunner::AddKeys() {
       AddFile(before, session_.workspace().PhotoPath(*view));
     }
   }
+  bool all_keep = true;
   for (RegionPlan& plan : plans_) {
+    plan.keeps_fit = all_keep = all_keep && plan.keeps_cloud;
     StageKey select("select"), project("project");
     select.Add(scene);
     select.Add(OptionKey(Described(plan.region->options.select)));
@@ -164,7 +166,7 @@ std::vector<JobStage> JobRunner::StagesOf(const RegionPlan& plan) const {
         projected || (plan.keeps_cloud && cache_.Has("select", plan.select_key)));
     add("project", plan.project_key, projected);
   }
-  add("refit", plan.refit_key, plan.keeps_cloud && cache_.Has("refit", plan.refit_key));
+  add("refit", plan.refit_key, plan.keeps_fit && cache_.Has("refit", plan.refit_key));
   return stages;
 }
 
@@ -215,7 +217,7 @@ RegionSelection JobRunner::Select(const RegionPlan& plan, Kept* kept, Monitor& m
 // numbers, which differ from run to run.
 bool JobRunner::UseFit(const RegionPlan& plan, RegionId id) {
   RegionFit fit;
-  if (!plan.keeps_cloud || !cache_.Read("refit", plan.refit_key, [&](const fs::path& folder) {
+  if (!plan.keeps_fit || !cache_.Read("refit", plan.refit_key, [&](const fs::path& folder) {
         fit = ReadFit(folder, session_.original());
       })) {
     return false;
@@ -231,7 +233,7 @@ bool JobRunner::UseFit(const RegionPlan& plan, RegionId id) {
 
 void JobRunner::KeepFit(const RegionPlan& plan, RegionId id) {
   const auto fit = session_.regions().Find(id)->fit;
-  if (!fit || !plan.keeps_cloud) return;
+  if (!fit || !plan.keeps_fit) return;
   cache_.Write("refit", plan.refit_key, [&](const fs::path& folder) { WriteFit(folder, *fit); });
 }
 

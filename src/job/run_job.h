@@ -44,6 +44,7 @@ class JobRunner {
     std::map<std::string, Mask> masks;  // where they come from files
     std::string select_key, project_key, refit_key;
     bool keeps_cloud = true;  // the depth method reads nothing that the keys do not name
+    bool keeps_fit = true;    // nor does that of a region before, from whose colors the fit starts
   };
   RegionPlan ReadRegion(const JobRegion& region) const;
   void AddKeys();

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
 #include "tests/session/saved_scene.h"
 
@@ -38,7 +39,7 @@ class PictureJob : public testing::Test {
     }
     WritePng(Picture(), painted);
   }
-  // Whether the fit was there already.
+  // Whether the last region's fit was there already.
   bool IsKept() {
     const auto session = OpenTinyScene(folder_.path());
     StageCache cache(folder_ / "cache");
@@ -69,6 +70,30 @@ TEST_F(PictureJob, FitsAgainWhereThePhotoIsAnother) {
   for (float& value : other.data) value *= 0.8F;
   WritePng(Photo(), other);
   EXPECT_FALSE(IsKept());
+}
+
+// What COLMAP measured is in no key, so neither is what starts from the colors of such a region.
+TEST_F(PictureJob, FitsAgainAfterARegionOfDepthMaps) {
+  JobRegion measured;
+  measured.name = "measured";
+  measured.paint = {{ViewName(0), folder_ / "mask.png"}};
+  measured.edit = ColorEdit::Tint({1.0F, 0.3F, 0.1F});
+  measured.options.select.method = "colmap";
+  job_.regions.insert(job_.regions.begin(), measured);
+  const fs::path maps = folder_ / "ws/stereo/depth_maps";
+  fs::create_directories(maps);
+  const auto fit_at = [&](double depth) {
+    const Camera& camera = scene_.cameras[0].camera;
+    WriteDepthMap(maps / (ViewName(0) + ".geometric.bin"),
+                  DepthMap(camera.width, camera.height, float(depth)));
+    return IsKept();
+  };
+  const double middle = scene_.cameras[0].cam_from_world.translation.norm();
+  EXPECT_FALSE(fit_at(middle));
+  EXPECT_FALSE(fit_at(0.9 * middle));
+  job_.regions.erase(job_.regions.begin());
+  EXPECT_FALSE(IsKept());
+  EXPECT_TRUE(IsKept());
 }
 
 }  // namespace
