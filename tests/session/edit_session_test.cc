@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "session/regions/main_colors.h"
 #include "tests/session/saved_scene.h"
 
 namespace retint {
@@ -452,6 +453,17 @@ TEST(EditSession, RefusesBadInputAndKeepsItsState) {
   SessionOptions options;
   options.holdout = 1;
   EXPECT_THROW(options.Check(), OptionError);
+}
+
+// How many pixels of a small picture are looked at does not depend on how large its mask is.
+TEST(EditSession, MeasuresColorsInSmallPicturesOfLargeMasks) {
+  const TinyScene scene(19);
+  Renderer renderer = scene.MakeRenderer();
+  const Camera& camera = scene.cameras[0].camera;
+  const Mask mask(16 * camera.width, 16 * camera.height, 255);
+  ASSERT_GT(mask.NumPixels(), 400'000);
+  EXPECT_EQ(PixelsInside(scene.cameras[0], mask, renderer).size(),
+            size_t(3 * camera.width * camera.height));
 }
 
 TEST(EditSession, MeasuresTheMainColorOfARegion) {

@@ -125,7 +125,10 @@ std::vector<float> PixelsElsewhere(const RegionSelection& selection, const Recon
 
 std::vector<float> PixelsInside(const PosedCamera& camera, const Mask& mask, Renderer& renderer) {
   const Image image = std::move(renderer.Render(camera).rgb);
-  const size_t step = CountInside(mask) / kMostPixels + 1;
+  // Of the image, which may be smaller than the mask.
+  const size_t about =
+      CountInside(mask) * image.NumPixels() / std::max<size_t>(1, mask.NumPixels());
+  const size_t step = about / kMostPixels + 1;
   std::vector<float> pixels;
   size_t inside = 0;
   for (int y = 0; y < image.height; ++y) {
