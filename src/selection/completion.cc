@@ -176,8 +176,9 @@ class Completer {
         labs.row(g - begin) = surfaces_[size_t(g)].lab.transpose();
       Mixture::Values odds = in.LogLikelihoods(labs) - out.LogLikelihoods(labs);
       odds = (odds + float(kLogPrior)).max(-kLimit).min(kLimit);
-      const Mixture::Values probability = 1 / (1 + (-odds).exp());
-      for (int64_t g = begin; g < end; ++g) looks_[size_t(g)].prior = probability[g - begin];
+      for (int64_t g = begin; g < end; ++g) {
+        looks_[size_t(g)].prior = 1 / (1 + std::exp(-odds[g - begin]));
+      }
     });
     return true;
   }

@@ -14,6 +14,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include "base/parallel.h"
 
@@ -47,14 +48,19 @@ class GaussianMixture {
   }
 
   // Of each point, but for the constant -D/2 log(2 pi). Never below -690, also where there are no
-  // components.
+  // components. A point's has the same bits whatever other points it comes with.
   Values LogLikelihoods(const Points& at) const {
-    const Eigen::ArrayXXf logs = LogDensities(at);
-    Values largest = Values::Constant(at.rows(), kLeastLog);
+    // What is left of an array after its last whole vector takes other functions of Eigen.
+    constexpr Eigen::Index kVector = 16;
+    Points padded = Points::Zero((at.rows() + kVector - 1) / kVector * kVector, D);
+    padded.topRows(at.rows()) = at;
+    const Eigen::ArrayXXf logs = LogDensities(padded);
+    Values largest = Values::Constant(padded.rows(), kLeastLog);
     for (const auto& column : logs.colwise()) largest = largest.max(column);
     Values sum = Exp(kLeastLog - largest);
     for (const auto& column : logs.colwise()) sum += Exp(column - largest);
-    return largest + sum.log();
+    largest += sum.log();
+    return largest.head(at.rows());
   }
 
   size_t NumComponents() const { return components_.size(); }

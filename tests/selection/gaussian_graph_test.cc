@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "selection/gaussian_graph.h"
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -125,6 +127,27 @@ TEST(GaussianMixture, FindsTwoClustersAndTheirWeights) {
   EXPECT_NEAR(logs[1], std::log(1 / 3.0 * 1000), 0.2);
   EXPECT_LT(logs[2], logs[0] - 20);
   EXPECT_EQ(logs[3], -690);
+}
+
+// Threads take points in pieces of any size, and must not tell where one ends.
+TEST(GaussianMixture, LikelihoodsDoNotDependOnThePiecesThatAreAskedFor) {
+  constexpr Eigen::Index kPoints = 3000;
+  std::mt19937 random(11);
+  GaussianMixture<3>::Points at(kPoints, 3);
+  for (Eigen::Index i = 0; i < kPoints; ++i) {
+    for (Eigen::Index c = 0; c < 3; ++c) at(i, c) = float(random()) * 0x1p-32f;
+  }
+  const GaussianMixture<3> mixture(at, 5, 0.01);
+  const GaussianMixture<3>::Values all = mixture.LogLikelihoods(at);
+  for (const Eigen::Index piece : {1, 3, 7, 1001}) {
+    int differing = 0;
+    for (Eigen::Index first = 0; first < kPoints; first += piece) {
+      const Eigen::Index count = std::min(piece, kPoints - first);
+      const auto some = mixture.LogLikelihoods(at.middleRows(first, count));
+      for (Eigen::Index i = 0; i < count; ++i) differing += some[i] != all[first + i];
+    }
+    EXPECT_EQ(differing, 0) << piece;
+  }
 }
 
 TEST(GaussianMixture, TakesFewAndEqualSamples) {
