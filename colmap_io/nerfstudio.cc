@@ -2,11 +2,12 @@
 #include "colmap_io/nerfstudio.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <set>
+#include <string_view>
+#include <system_error>
 
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
@@ -273,21 +274,23 @@ Sim3d ReadWorldFromSplat(const Path& path) {
   return splat_from_world->Inverse();
 }
 
+// With a decimal point wherever the program runs: a window takes over the locale of its user.
 Sim3d ParseWorldFromSplat(const std::string& text) {
   std::vector<double> values;
-  const char* at = text.c_str();
-  while (*at != '\0') {
-    if (*at == ' ' || *at == ',' || *at == ';' || *at == '\n' || *at == '\t') {
+  const char *at = text.data(), *const end = at + text.size();
+  while (at < end) {
+    if (std::string_view(" ,;\n\t").find(*at) != std::string_view::npos) {
       ++at;
       continue;
     }
-    char* end = nullptr;
-    const double value = std::strtod(at, &end);
-    if (end == at) break;
+    double value = 0;
+    const bool has_plus = *at == '+' && at + 1 < end && at[1] != '-';
+    const auto [next, error] = std::from_chars(has_plus ? at + 1 : at, end, value);
+    if (error != std::errc()) break;
     values.push_back(value);
-    at = end;
+    at = next;
   }
-  const auto matrix = *at == '\0' ? MatrixFrom(values) : std::nullopt;
+  const auto matrix = at == end ? MatrixFrom(values) : std::nullopt;
   const auto similarity = matrix ? SimilarityFrom(*matrix) : std::nullopt;
   CheckOption(
       similarity.has_value(),
@@ -311,11 +314,11 @@ std::string WorldFromSplatToText(const Sim3d& world_from_splat) {
   std::string text;
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 4; ++c) {
-      char number[32];
-      std::snprintf(number, sizeof number, "%.17g",
-                    c < 3 ? linear(r, c) : world_from_splat.translation[r]);
+      char number[32];  // of 24 characters at most
+      const double value = c < 3 ? linear(r, c) : world_from_splat.translation[r];
+      const char* const end = std::to_chars(number, number + sizeof number, value).ptr;
       if (!text.empty()) text += ' ';
-      text += number;
+      text += std::string_view(number, end);
     }
   }
   return text;

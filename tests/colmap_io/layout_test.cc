@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Workspaces as other tools leave them.
+#include <clocale>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -288,6 +293,26 @@ TEST(Nerfstudio, SimilaritiesComeFromFilesAndNumbers) {
   }
   WriteFile(folder / "bad.json", R"({"transform": [1, 2], "scale": 1})");
   EXPECT_THROW(ReadWorldFromSplat(folder / "bad.json"), InputError);
+}
+
+// Qt takes over the user's locale, in which numbers may have a decimal comma.
+TEST(Layout, NumbersOfAFrameHaveAPointInEveryLocale) {
+  const TempFolder folder;
+  const std::shared_ptr<void> restored(nullptr, [](void*) { std::setlocale(LC_NUMERIC, "C"); });
+  const char* const name = "de_DE.UTF-8";
+  if (!std::setlocale(LC_NUMERIC, name)) {
+    const std::string make = "localedef -i de_DE -f UTF-8 '" + (folder / name).string() + "'";
+    const bool is_made = std::system((make + " >/dev/null 2>&1").c_str()) == 0;
+    setenv("LOCPATH", folder.path().c_str(), 1);
+    if (!is_made || !std::setlocale(LC_NUMERIC, name)) GTEST_SKIP() << "there is no " << name;
+  }
+  ASSERT_EQ(std::string(std::localeconv()->decimal_point), ",");
+  const Sim3d parsed = ParseWorldFromSplat("1 0 0 0.5, 0 1 0 -0.25, 0 0 1 +1e-3");
+  const Sim3d again = ParseWorldFromSplat(WorldFromSplatToText(parsed));
+  const std::string text = WorldFromSplatToText(parsed);
+  EXPECT_EQ(parsed.translation, Eigen::Vector3d(0.5, -0.25, 1e-3));
+  EXPECT_EQ(again.translation, parsed.translation);
+  EXPECT_EQ(text, "1 0 0 0.5 0 1 0 -0.25 0 0 1 0.001");
 }
 
 }  // namespace
