@@ -56,17 +56,23 @@ RETINT_HD glm::vec3 Times(const Covariance3& s, const glm::vec3& v) {
           s.xz * v.x + s.yz * v.y + s.zz * v.z};
 }
 
-// How a pixel moves with the world at `t` in the camera: the rows of J R. The Jacobian's x/z and
-// y/z are clamped to kFovMargin * tan(fov / 2), tan(fov / 2) = size / (2 f).
+// x/z or y/z, for a camera's Jacobian: clamped to what the picture shows and kFovMargin - 1 of half
+// of it beyond its sides, so that a part of a picture is what it is in the whole. With the
+// principal point in the middle, to kFovMargin * tan(fov / 2) on both sides, tan(fov / 2) = size /
+// (2 f).
+RETINT_HD float ClampedSlope(float slope, float focal, float principal, int32_t size) {
+  const float reach = kFovMargin * float(size), shift = 2 * principal - float(size);
+  return glm::min((reach - shift) / (2 * focal), glm::max(-(reach + shift) / (2 * focal), slope));
+}
+
+// How a pixel moves with the world at `t` in the camera: the rows of J R.
 struct PixelGradients {
   glm::vec3 x, y;
 };
 
 RETINT_HD PixelGradients PixelGradientsAt(const CameraParams& camera, const glm::vec3& t) {
-  const float limit_x = kFovMargin * float(camera.width) / (2 * camera.fx);
-  const float limit_y = kFovMargin * float(camera.height) / (2 * camera.fy);
-  const float u = glm::min(limit_x, glm::max(-limit_x, t.x / t.z));
-  const float v = glm::min(limit_y, glm::max(-limit_y, t.y / t.z));
+  const float u = ClampedSlope(t.x / t.z, camera.fx, camera.cx, camera.width);
+  const float v = ClampedSlope(t.y / t.z, camera.fy, camera.cy, camera.height);
   const float jx = camera.fx / t.z, jy = camera.fy / t.z;
   const float* r = camera.rotation;
   return {{jx * (r[0] - u * r[6]), jx * (r[1] - u * r[7]), jx * (r[2] - u * r[8])},

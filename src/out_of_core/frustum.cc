@@ -37,7 +37,8 @@ Frustum::Frustum(const CameraParams& camera) {
     return plane;
   };
   const auto sides = [&](int axis, double focal, double middle, int32_t pixels, size_t at) {
-    const double limit = double(kFovMargin) * pixels / (2 * focal);
+    const double beside = std::abs(middle - pixels / 2.0);  // of the principal point
+    const double limit = (double(kFovMargin) * pixels / 2 + beside) / focal;  // ClampedSlope()
     const double reach = kReach * focal * std::sqrt(1 + limit * limit);
     planes_[at] = make(axis, focal, -(tiles(pixels) - middle + blur), reach);
     planes_[at + 1] = make(axis, -focal, -(middle + blur), reach);

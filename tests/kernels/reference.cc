@@ -40,10 +40,13 @@ std::optional<Projected> Project(const TestModel& model, const CameraParams& cam
       Map<const Eigen::Vector3f>(&model.log_scales[size_t(3 * g)]).cast<double>().array().exp();
   const Eigen::Matrix3d sigma =
       axes * scales.array().square().matrix().asDiagonal() * axes.transpose();
-  const double limit_x = 1.3 * camera.width / (2.0 * camera.fx);
-  const double limit_y = 1.3 * camera.height / (2.0 * camera.fy);
-  const double u = std::clamp(t.x() / t.z(), -limit_x, limit_x);
-  const double v = std::clamp(t.y() / t.z(), -limit_y, limit_y);
+  // What the picture shows, and 0.3 of half of it beyond its sides.
+  const auto clamped = [](double slope, double focal, double principal, int size) {
+    const double margin = 0.15 * size;
+    return std::clamp(slope, -(principal + margin) / focal, (size - principal + margin) / focal);
+  };
+  const double u = clamped(t.x() / t.z(), camera.fx, camera.cx, camera.width);
+  const double v = clamped(t.y() / t.z(), camera.fy, camera.cy, camera.height);
   Eigen::Matrix<double, 2, 3> jacobian;
   jacobian << camera.fx / t.z(), 0, -camera.fx * u / t.z(), 0, camera.fy / t.z(),
       -camera.fy * v / t.z();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "render/renderer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -146,6 +147,29 @@ TEST(Renderer, PrincipalPointOffCentreMovesTheImage) {
     }
   }
   EXPECT_GT(compared, 4000);
+}
+
+// A corner of a wide picture, as a camera of its own whose principal point lies outside of it.
+TEST(Renderer, APartOfAPictureIsWhatItIsInTheWhole) {
+  constexpr int kWidth = 200, kHeight = 160, kLeft = 150, kTop = 110;
+  GaussianModel model = Blobs(400, 3);
+  for (size_t i = 0; i < model.means.size(); ++i) model.means[i] *= i % 3 == 2 ? 1 : 3;
+  Renderer renderer(CreateBackend("cpu"), model);
+  const Image whole = renderer.Render(Front(kWidth, kHeight, 100, 80)).rgb;
+  const Image part =
+      renderer.Render(Front(kWidth - kLeft, kHeight - kTop, 100 - kLeft, 80 - kTop)).rgb;
+  float largest = 0, most = 0;
+  for (int y = 0; y < part.height; ++y) {
+    for (int x = 0; x < part.width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        largest = std::max(largest, whole(x + kLeft, y + kTop, c));
+        most = std::max(most, std::abs(part(x, y, c) - whole(x + kLeft, y + kTop, c)));
+      }
+    }
+  }
+  EXPECT_GT(largest, 0.5f);
+  // Gaussians far beyond a side are clamped at another slope; what reaches the picture is faint.
+  EXPECT_LT(most, 0.01f);
 }
 
 TEST(Renderer, KeepsTheMostRecentViewsWithinItsBudget) {
