@@ -3,8 +3,9 @@
 
 namespace retint {
 
+// A scene without a workspace has no path: what is wrong with it stands alone.
 InputError::InputError(const std::filesystem::path& path, std::string_view fault)
-    : Error(path.string() + ": " + std::string(fault)) {}
+    : Error((path.empty() ? "" : path.string() + ": ") + std::string(fault)) {}
 
 InputError::InputError(const std::filesystem::path& path, int64_t line, std::string_view fault)
     : Error(path.string() + ":" + std::to_string(line) + ": " + std::string(fault)) {}

@@ -10,6 +10,7 @@ TEST(ErrorTest, InputErrorNamesFileLineAndFault) {
   EXPECT_STREQ(InputError("empty selection").what(), "empty selection");
   EXPECT_STREQ(InputError(std::filesystem::path("a/b.bin"), "truncated").what(),
                "a/b.bin: truncated");
+  EXPECT_STREQ(InputError(std::filesystem::path(), "no such view").what(), "no such view");
   EXPECT_STREQ(InputError(std::filesystem::path("a.txt"), 12, "QW is NaN").what(),
                "a.txt:12: QW is NaN");
 }
