@@ -29,11 +29,10 @@ Sim3d ToSimilarity(const py::object& given) {
     return ReadWorldFromSplat(ToPath(given));
   }
   using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-  const auto matrix = Doubles::ensure(given);
-  if (!matrix) throw py::error_already_set();
-  CheckOption(
-      matrix.ndim() == 2 && (matrix.shape(0) == 3 || matrix.shape(0) == 4) && matrix.shape(1) == 4,
-      "world_from_splat is a file or a matrix [3, 4] or [4, 4]");
+  const auto matrix = Doubles::ensure(given);  // clears the error where this is no array
+  CheckOption(matrix && matrix.ndim() == 2 && (matrix.shape(0) == 3 || matrix.shape(0) == 4) &&
+                  matrix.shape(1) == 4,
+              "world_from_splat is a file or a matrix [3, 4] or [4, 4]");
   std::string text;
   for (py::ssize_t i = 0; i < matrix.size(); ++i) text += fmt::format("{:.17g} ", matrix.data()[i]);
   return ParseWorldFromSplat(text);
@@ -363,8 +362,8 @@ void BindResults(Sessions& type) {
 
 Floats ToSh(PySession& self, const py::object& sh) {
   if (sh.is_none()) return Floats(std::vector<py::ssize_t>{});  // of no dimension: none given
-  const auto values = Floats::ensure(sh);
-  if (!values) throw py::error_already_set();
+  const auto values = Floats::ensure(sh);  // clears the error where this is no array
+  CheckOption(bool(values), "sh is an array [N, K, 3] of floats");
   const auto [count, coeffs] = self.Use([](EditSession& session) {
     return std::pair(session.original().NumGaussians(), session.original().NumShCoeffs());
   });

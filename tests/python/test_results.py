@@ -229,6 +229,10 @@ def test_a_splat_in_another_frame(scene, folder):
     assert np.array_equal(other.render(scene.view), at.render(scene.view, sh=at.original.sh))
     with pytest.raises(retint.OptionError, match=r"\[4, 4\]"):
         retint.Session(scene.folder, moved, world_from_splat=np.eye(3))
+    with pytest.raises(retint.OptionError, match=r"\[4, 4\]"):
+        retint.Session(scene.folder, moved, world_from_splat={"world_from_splat": matrix})
+    with pytest.raises(retint.OptionError, match=r"\[N, K, 3\]"):
+        at.render(scene.view, sh="colors")
     with pytest.raises(retint.OptionError, match="folder of a workspace"):
         retint.Session(None, moved, world_from_splat=matrix)
 
