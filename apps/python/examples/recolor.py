@@ -4,7 +4,7 @@
 
     retint synth --output sample
     python3 recolor.py --workspace sample --splat sample/splat.ply \
-        --view 011.png --mask sample/masks/011.png.png --to '#3060ff' --output result
+        --view 023.png --mask sample/masks/023.png.png --to '#3060ff' --output result
 
 writes result/recolored.ply, report.json, views.png (where matplotlib is installed) and
 turntable.avi.
