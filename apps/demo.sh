@@ -18,27 +18,34 @@ fail() {
 
 # What can be checked without building is checked first.
 has_edit=false
+has_picture=false
 build_arguments=()
 arguments=()
 while (($# > 0)); do
-  case $1 in
+  option=${1%%=*} # an option's value is the next word, or follows "="
+  value=${2:-}
+  [[ $1 == *=* ]] && value=${1#*=}
+  case $option in
     --no-cuda) build_arguments+=("$1"); shift; continue ;;
     --cuda-arch)
       build_arguments+=("$1" "${2:?"--cuda-arch needs a list such as 86-real or all-major"}")
       shift 2
       continue ;;
     -h | --help) sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    --output | --report | --comparison | --save-stages) fail "$1: the demo's outputs go to $demo" ;;
-    --to | --tint | --edit | --edited | --adjust | --lut | --gradient | --palette | --matrix | --exposure | --contrast | \
+    --output | --report | --comparison | --save-stages) fail "$option: the demo's outputs go to $demo" ;;
+    --edited) has_edit=true has_picture=true ;;
+    --to | --tint | --edit | --adjust | --lut | --gradient | --palette | --matrix | --exposure | --contrast | \
       --gamma | --white-balance | --saturation | --invert | --gray) has_edit=true ;;
-    --workspace) [[ -d ${2:-} ]] || fail "--workspace ${2:-}: no such folder" 3 ;;
-    --splat | --mask) [[ -f ${2:-} ]] || fail "$1 ${2:-}: no such file" 3 ;;
+    --workspace) [[ -d $value ]] || fail "$option $value: no such folder" 3 ;;
+    --splat | --mask) [[ -f $value ]] || fail "$option $value: no such file" 3 ;;
   esac
   arguments+=("$1")
   shift
 done
 if ((${#arguments[@]} > 0)); then
-  for option in --splat --view --mask; do
+  required=(--splat --view --mask)
+  $has_picture && required=(--splat) # an edited picture says itself where the change is
+  for option in "${required[@]}"; do
     [[ " ${arguments[*]} " == *" $option "* || " ${arguments[*]} " == *" $option="* ]] ||
       fail "$option is missing (bash apps/demo.sh --help)"
   done
