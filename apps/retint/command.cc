@@ -162,6 +162,13 @@ class HelpFormatter : public CLI::Formatter {
   }
 };
 
+// An option that is missing may be one that is misspelled: what nothing is known of is told first.
+std::string UsageFault(const CLI::App& app, const CLI::ParseError& error) {
+  const bool is_missing = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+  const std::vector<std::string> unknown = app.remaining(true);
+  return is_missing && !unknown.empty() ? CLI::ExtrasError(unknown).what() : error.what();
+}
+
 }  // namespace
 
 int RunCommand(int argc, char** argv) {
@@ -216,7 +223,7 @@ int RunCommand(int argc, char** argv) {
       const int code = app.exit(error);
       return FlushOutput() ? code : Fail(kRunTime, kNoStandardOutput);
     }
-    return Fail(kUsage, error.what());
+    return Fail(kUsage, UsageFault(app, error));
   }
   const auto verbs = app.get_subcommands();
   try {

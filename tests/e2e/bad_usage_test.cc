@@ -227,6 +227,11 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--frobnicate", "1"});
      }},
+    {"MisspelledOption", 2, "--outptu",
+     [](Place& p) {
+       return With(p, "recolor",
+                   {"--view", TinyView(), "--tint", "1,0,0", "--outptu", p.Out("o.ply")});
+     }},
     {"UnknownVerb", 2, "there is no verb 'frobnicate'",
      [](Place&) {
        return Arguments{"frobnicate", "--help"};
