@@ -4,8 +4,9 @@ and from a second view that `retint suggest` names, against any second view. And
 from three views (`edit`) does to the others: its share that arrives, and what it misses and stains.
 And from one view's mask painted too small or too large (`small`) by some pixels, or as a polygon.
 
-Scenes are captures and synthetic tables with cameras all around them; every object of a scene is
-painted in three views in turn. A row is one object from one view; the last lines have the median and
+Scenes are captures and synthetic tables with cameras all around them, or a whole path: a workspace of
+`retint synth` whose splat.ply another program has trained from its photos. Every object of a scene
+is painted in three views in turn. A row is one object from one view; the last lines have the median and
 the worst of each scene.
 
 Strokes are drawn at random from the truth: inside, a line between two far points of its deep part,
@@ -295,7 +296,8 @@ def capture(options, scene):
 
 
 def synthetic(options, scene):
-    folder = options.work / scene
+    folder = options.work / scene  # `scene` itself where that is a whole path
+    scene = folder.name
     if not (folder / "splat.ply").exists():
         subprocess.run([options.retint, "synth", "--output", folder, "--around", "--width", "400",
                         "--height", "300", "--views", "24", *SYNTHETIC[scene], "--quiet"],
@@ -323,7 +325,8 @@ def main():
     parser.add_argument("--retint", default="retint")
     parser.add_argument("--data", type=pathlib.Path, help="folder of the captures")
     parser.add_argument("--work", type=pathlib.Path, required=True, help="folder for what is made")
-    parser.add_argument("--scenes", default=",".join([*SYNTHETIC, *CAPTURES]))
+    parser.add_argument("--scenes", default=",".join([*SYNTHETIC, *CAPTURES]),
+                        help="names, or whole paths of workspaces of `retint synth`")
     parser.add_argument("--objects", default=",".join(OBJECTS), help="of the synthetic scenes")
     parser.add_argument("--what", default="one,three,strokes,suggestion")
     parser.add_argument("--strokes", type=int, default=2, help="pairs of strokes on each view")
@@ -350,7 +353,7 @@ def main():
     for scene in options.scenes.split(","):
         if scene in CAPTURES and options.data is None:
             parser.error(f"scene '{scene}' needs --data")
-        for thing in (synthetic if scene in SYNTHETIC else capture)(options, scene):
+        for thing in (capture if scene in CAPTURES else synthetic)(options, scene):
             for what in options.what.split(","):
                 if time.time() < end:
                     found.setdefault((scene, what), []).extend(getattr(thing, what)())

@@ -205,6 +205,21 @@ TEST(Scribbles, LeavesASecondDiscAlone) {
   EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.95);
 }
 
+TEST(Scribbles, LeavesARibbonOfItsColorOnTheWallBehind) {
+  Monitor monitor;
+  ViewLayers layers = Disc(kRed, kGray, 3);
+  for (int y = 4; y < kHeight; ++y) {
+    for (int x = 52; x < 68; ++x) {
+      if (FromCenter(x, y) < kRadius || y > kCenterY) continue;
+      for (int c = 0; c < 3; ++c) layers.color(x, y, c) = kRed[size_t(c)];
+    }
+  }
+  const Mask mask = MaskFromScribbles(layers, Stroke({{50, 45}, {70, 45}}),
+                                      Stroke({{10, 10}, {10, 80}, {110, 80}}), monitor);
+  EXPECT_LT(mask(60, 12), 128);
+  EXPECT_GT(*Iou(mask, DiscMask(kRadius)), 0.95);
+}
+
 TEST(Scribbles, RefusesStrokesThatContradict) {
   Monitor monitor;
   const ViewLayers layers = Disc(kRed, kGray, 3);

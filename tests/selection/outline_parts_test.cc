@@ -58,7 +58,7 @@ struct SeededNoise {
 
 TEST(PixelGraph, IsCutInItsFreePixelsAsAWhole) {
   const SeededNoise noise;
-  const PixelGraph graph(noise.features, noise.valleys);
+  const PixelGraph graph(noise.features, noise.valleys, 0.3);
   const FreePixels free = graph.Free(noise.seeds);
   const FreePixels all = graph.Free(std::vector<Seed>(noise.seeds.size(), Seed::kNone));
   ASSERT_EQ(all.pixels.size(), noise.seeds.size());
@@ -80,7 +80,7 @@ TEST(PixelGraph, IsCutInItsFreePixelsAsAWhole) {
 TEST(PixelGraph, MeasuresDistancesUpToOtherSeeds) {
   const PixelArray<float, 4> features(7, 1);
   const ScalarImage valleys(7, 1);
-  const PixelGraph graph(features, valleys);
+  const PixelGraph graph(features, valleys, 0.3);
   std::vector<Seed> seeds(7, Seed::kNone);
   seeds[0] = seeds[1] = Seed::kInside;
   seeds[5] = Seed::kOutside;

@@ -16,9 +16,8 @@ namespace {
 
 constexpr double kSmoothness = 10;  // of a border between neighbors alike, in log odds
 constexpr double kLeastWeight = 0.01;
-constexpr double kValley = 3;        // logarithm of what a valley takes away of it
-constexpr double kStepCost = 0.01;   // of a pixel's width, in the distance along surfaces
-constexpr double kValleyCost = 0.3;  // of a valley
+constexpr double kValley = 3;       // logarithm of what a valley takes away of it
+constexpr double kStepCost = 0.01;  // of a pixel's width, in the distance along surfaces
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // A queue by distance (Dial 1969). Every step is longer than a bucket is wide, so that what is in
@@ -58,8 +57,9 @@ void PixelGraph::ForNeighbors(size_t pixel, const Visit& visit) const {
   }
 }
 
-PixelGraph::PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys)
-    : valleys_(valleys), squared_(features.width, features.height) {
+PixelGraph::PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys,
+                       double valley_cost)
+    : valleys_(valleys), valley_cost_(valley_cost), squared_(features.width, features.height) {
   const int width = features.width, height = features.height;
   const auto at = [&](int x, int y) { return Eigen::Map<const Eigen::Vector4f>(&features(x, y)); };
   const double sum = OrderedSum(height, 16, [&](int64_t begin, int64_t end) {
@@ -92,7 +92,7 @@ float PixelGraph::Weight(size_t from, size_t to, float squared, double length) c
 }
 
 float PixelGraph::Step(size_t from, size_t to, float squared, double length) const {
-  return float(std::sqrt(double(squared)) + kStepCost * length + kValleyCost * Valley(from, to));
+  return float(std::sqrt(double(squared)) + kStepCost * length + valley_cost_ * Valley(from, to));
 }
 
 FreePixels PixelGraph::Free(const std::vector<Seed>& seeds) const {

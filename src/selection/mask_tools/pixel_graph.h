@@ -33,8 +33,9 @@ class PixelGraph {
  public:
   // `features`: OKLab and depth (view_layers.h); `valleys` of the same size (surface_edges.h),
   // which stay alive. A border between two pixels costs most where they are alike and no valley
-  // lies between them. The picture's own contrast says what is alike (Boykov and Jolly 2001).
-  PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys);
+  // lies between them. The picture's own contrast says what is alike (Boykov and Jolly 2001). A
+  // step over a valley is as long as a change of the features by `valley_cost`.
+  PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys, double valley_cost);
 
   FreePixels Free(const std::vector<Seed>& seeds) const;
 
@@ -49,6 +50,7 @@ class PixelGraph {
   double Valley(size_t from, size_t to) const;
 
   const ScalarImage& valleys_;
+  double valley_cost_;
   PixelArray<float, kWindow> squared_;  // changes of the features
   double contrast_ = 0;                 // of squared changes, in 1 / features^2
 };

@@ -29,13 +29,20 @@ constexpr std::string_view kStage = "outline";
 constexpr double kMaxPixels = 100'000;
 constexpr double kSpread = 0.02;  // least standard deviation of a component
 constexpr int kInsideParts = 5, kOutsideParts = 8;
-constexpr int kRounds = 3;       // of learning what inside and outside look like
-constexpr int kBandRounds = 2;   // of the same where most pixels are given
 constexpr double kLogLimit = 2;  // of the log odds by color and depth
 constexpr double kReach = 3;     // log odds of a pixel far nearer to one side's strokes
 constexpr double kGiven = 1e4;   // log odds of a stroke's own pixels
 constexpr int kMatteRadius = 2;  // of the small picture
 constexpr double kDoubt = 2;     // log odds that may be wrong
+
+// How a border is looked for.
+struct Search {
+  int rounds;          // of learning what inside and outside look like
+  double valley_cost;  // PixelGraph
+  bool drops_patches;  // DropPatches()
+};
+constexpr Search kFromStrokes = {3, 1, true};
+constexpr Search kInBand = {2, 0.3, false};  // about a border, where most pixels are given
 
 Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
   return Eigen::Map<const Eigen::Vector4f>(&features.data[4 * pixel]);
@@ -181,6 +188,33 @@ void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
   }
 }
 
+// Valleys part the picture into surfaces. Of one that holds no stroke inside and is outside for the
+// most part all becomes outside: what was inside of it has the color of the strokes, no more.
+void DropPatches(const ScalarImage& valleys, const std::vector<Seed>& seeds, ScalarImage* values) {
+  constexpr float kSure = 0.5f;  // of a valley
+  cv::Mat is_surface(valleys.height, valleys.width, CV_8U), surfaces;
+  for (size_t p = 0; p < seeds.size(); ++p) is_surface.data[p] = valleys.data[p] < kSure ? 1 : 0;
+  struct Surface {
+    int pixels = 0, inside = 0;
+    bool has_stroke = false;
+  };
+  std::vector<Surface> found(size_t(cv::connectedComponents(is_surface, surfaces, 4)));
+  const auto surface_of = [&](size_t p) { return size_t(surfaces.ptr<int>()[p]); };
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    Surface& surface = found[surface_of(p)];
+    ++surface.pixels;
+    if (values->data[p] >= 0.5f) ++surface.inside;
+    if (seeds[p] == Seed::kInside) surface.has_stroke = true;
+  }
+  for (size_t p = 0; p < seeds.size(); ++p) {
+    const Surface& surface = found[surface_of(p)];
+    const bool is_valley = surface_of(p) == 0;
+    if (!is_valley && !surface.has_stroke && 2 * surface.inside < surface.pixels) {
+      values->data[p] = 0;
+    }
+  }
+}
+
 // `values` where there is no seed.
 Mask ToMask(const ScalarImage& values, const std::vector<Seed>& seeds) {
   Mask mask(values.width, values.height);
@@ -240,12 +274,12 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
 
 // A picture at the size at which it is solved.
 struct SmallPicture {
-  SmallPicture(const Features4& large, double focal)
+  SmallPicture(const Features4& large, double focal, const Search& search)
       : shrink(std::min(1.0, std::sqrt(kMaxPixels / (double(large.width) * large.height)))),
         features(Resized(large, std::max(1, int(large.width * shrink)),
                          std::max(1, int(large.height * shrink)))),
         valleys(Valleys(features, focal * shrink)),
-        graph(features, valleys) {}
+        graph(features, valleys, search.valley_cost) {}
 
   double shrink;
   Features4 features;
@@ -255,18 +289,20 @@ struct SmallPicture {
 
 // `seeds` are of the large picture, whose features `features` are.
 std::vector<Mask> Solve(const Features4& features, const SmallPicture& small,
-                        const std::vector<Seed>& seeds, int rounds, std::span<const double> favors,
-                        Monitor& monitor, Mask* undecided = nullptr) {
+                        const std::vector<Seed>& seeds, const Search& search,
+                        std::span<const double> favors, Monitor& monitor,
+                        Mask* undecided = nullptr) {
   const int width = features.width, height = features.height;
   const int small_width = small.features.width, small_height = small.features.height;
   const std::vector<Seed> small_seeds = SmallSeeds(seeds, width, height, small_width, small_height);
-  const Solution solution =
-      SolveSeeds(small.features, small.graph, small_seeds, rounds, undecided, favors, monitor);
+  const Solution solution = SolveSeeds(small.features, small.graph, small_seeds, search.rounds,
+                                       undecided, favors, monitor);
   std::vector<ScalarImage> connected(favors.size(), ScalarImage(small_width, small_height));
   ParallelTasks(int64_t(favors.size()), [&](int64_t i) {
     ScalarImage& values = connected[size_t(i)];
     const std::vector<uint8_t>& inside = solution.inside[size_t(i)];
     std::copy(inside.begin(), inside.end(), values.data.begin());
+    if (search.drops_patches) DropPatches(small.valleys, small_seeds, &values);
     DropUnconnected(small_seeds, &values);
   });
   if (undecided) *undecided = Undecided(solution, connected.front(), seeds, width, height);
@@ -368,8 +404,8 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   }
   constexpr double kNeither = 0;
   const Features4 features = Features(layers);
-  const SmallPicture small(features, PixelsPerRadian(layers));
-  return Solve(features, small, seeds, kRounds, {&kNeither, 1}, monitor, undecided).front();
+  const SmallPicture small(features, PixelsPerRadian(layers), kFromStrokes);
+  return Solve(features, small, seeds, kFromStrokes, {&kNeither, 1}, monitor, undecided).front();
 }
 
 GridRect PartAboutBorder(const Mask& mask, int radius) {
@@ -389,10 +425,10 @@ std::vector<Mask> RefineEdgeOfPart(const Features4& features, double focal, cons
   std::vector<Seed> seeds;
   std::optional<SmallPicture> small;
   ParallelTasks(2, [&](int64_t which) {
-    if (which == 0) small.emplace(features, focal);
+    if (which == 0) small.emplace(features, focal, kInBand);
     if (which == 1) seeds = SeedsBesideBand(mask, radius);
   });
-  std::vector<Mask> refined = Solve(features, *small, seeds, kBandRounds, favors, monitor);
+  std::vector<Mask> refined = Solve(features, *small, seeds, kInBand, favors, monitor);
   for (Mask& one : refined) {
     for (size_t p = 0; p < seeds.size(); ++p) {
       if (seeds[p] != Seed::kNone) one.data[p] = mask.data[p];
