@@ -155,7 +155,7 @@ SplatIndex SplatIndex::OpenOrBuild(const PlyFile& splat, const std::filesystem::
                                    std::string* built) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) {
-    *built = "there is no " + path.string();
+    *built = "there was no " + path.string();
   } else {
     try {
       return SplatIndex(path, splat);

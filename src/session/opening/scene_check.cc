@@ -196,6 +196,16 @@ void TakeMedians(SceneCheck* check) {
   check->median_near = Median(std::move(near), kUnknown);
 }
 
+}  // namespace
+
+bool CoversTooLittle(const SceneCheck& check, const SceneCheckOptions& options) {
+  constexpr double kWithPhotos = 0.1;  // of min_coverage: black agrees with dark photos
+  const bool has_photos = !std::isnan(check.median_psnr);
+  return check.median_coverage < (has_photos ? kWithPhotos : 1) * options.min_coverage;
+}
+
+namespace {
+
 std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) {
   if (check.median_near > options.max_near) {
     return Fixed(100 * check.median_near, 0) +
@@ -203,7 +213,7 @@ std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) 
            Fixed(double(kNearPlane), 1) +
            ", and nothing so near is drawn: scale the workspace and the splat up";
   }
-  if (check.median_coverage < options.min_coverage) {
+  if (CoversTooLittle(check, options)) {
     return "the splat covers only " + Fixed(100 * check.median_coverage, 0) +
            " % of the views: it seems to be in another frame than the workspace; retint align "
            "finds it";

@@ -16,7 +16,7 @@ struct SceneCheckOptions {
   int longest_side = 400;     // pixels; larger views are compared this small; 0: as they are
   bool strict = false;        // a photo that cannot be read is an InputError, else left out
   double min_psnr = 15;       // dB, median of the compared views
-  double min_coverage = 0.5;  // mean opacity, median of the compared views
+  double min_coverage = 0.5;  // mean opacity, median of the compared views (CoversTooLittle)
   double max_gain = 0.25;     // dB, median of the compared views, by moving renders about
   double max_near = 0.05;     // sparse points nearer than is drawn, median of the compared views
 };
@@ -43,6 +43,10 @@ struct SceneCheck {
   std::string mismatch;               // why splat and workspace seem not to fit; empty: they do
   std::vector<std::string> warnings;  // that and missing photos, one line each, for the user
 };
+
+// Whether the splat covers less of the views than min_coverage, or where photos tell how well it
+// fits less than a tenth of that: a thing alone covers little of its views.
+bool CoversTooLittle(const SceneCheck& check, const SceneCheckOptions& options = {});
 
 // Why the splat seems not to fit what the photos of `views` show, of which the first
 // options.max_views are compared; empty: it does, or no photo tells. These may show little of the

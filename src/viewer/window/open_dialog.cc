@@ -305,10 +305,9 @@ void OpenDialog::ShowFit(const SceneCheck& check) {
     return fit_->setText(compared ? tr("Renders and photos agree: %1 dB.").arg(psnr)
                                   : tr("There are no photos to compare renders with."));
   }
-  const QString what = check.median_coverage < SceneCheckOptions().min_coverage
-                           ? tr("The splat covers only %1 % of the views")
-                                 .arg(std::lround(100 * check.median_coverage))
-                           : tr("Renders and photos disagree (%1 dB)").arg(psnr);
+  const QString what = CoversTooLittle(check) ? tr("The splat covers only %1 % of the views")
+                                                    .arg(std::lround(100 * check.median_coverage))
+                                              : tr("Renders and photos disagree (%1 dB)").arg(psnr);
   fit_->setText(QStringLiteral("⚠ ") + what +
                 tr(": the splat seems to be in another frame, which Align finds."));
 }
