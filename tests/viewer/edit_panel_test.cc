@@ -311,6 +311,33 @@ class EditPanelTest : public PanelsFixture {
     QVERIFY(Edit() == edit);
   }
 
+  void AnotherTableIsAddedOnlyWhenItIsChosen() {
+    QVERIFY(AddRegions());
+    Select(0);
+    std::string cube = "LUT_3D_SIZE 2\n";
+    for (int i = 0; i < 8; ++i) cube += "0.5 0.5 0.5\n";
+    WriteFile(*folder_ / "gray.cube", cube);
+    QAction* add = nullptr;
+    for (QAction* action : Find<QToolButton>("operation_add")->menu()->actions()) {
+      if (action->objectName() == "lut") add = action;
+    }
+    QVERIFY(add);
+    int came = 0;
+    CancelFileDialog(&came);
+    add->trigger();
+    QCOMPARE(came, 1);
+    // What is changed next is changed, and not added once more.
+    Click("mode_tint");
+    TypeColor("#2040ff");
+    QVERIFY(Kinds() == std::vector{Kind::kTint});
+    for (size_t count : {2, 3}) {
+      AnswerFileDialog(*folder_ / "gray.cube");
+      add->trigger();
+      QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), count, kWaitMs);
+    }
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kLut, Kind::kLut}));
+  }
+
   void AGradientHasStops() {
     QVERIFY(AddRegions());
     Select(0);

@@ -152,13 +152,18 @@ class LutPage : public EditPage {
  public:
   LutPage();
   ~LutPage() override;
-  void Choose();                   // asks which file
-  void Read(const QString& path);  // in the background; changed(), or what is wrong with it
+  // Asks which file. `another`: its table is to be added to those that the edit has.
+  void Choose(bool another);
+
+ Q_SIGNALS:
+  void added(const retint::ColorOperation& operation);
 
  protected:
   void ShowMore() override;
 
  private:
+  // In the background; changed() or added(), or what is wrong with it.
+  void Read(const QString& path, bool another);
   QLabel *name_, *problem_;
   QPushButton* open_;
   QThreadPool pool_;

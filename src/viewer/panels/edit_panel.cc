@@ -167,6 +167,8 @@ void EditPanel::BuildModes() {
           new GradePage);
   lut_ = new LutPage;
   AddMode("lut", tr("LUT"), tr("Look colors up in a table from a file"), lut_);
+  connect(lut_, &LutPage::added, this,
+          [this](const ColorOperation& operation) { Insert(operation, false); });
   AddMode("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
   AddMode("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
           new PalettePage);
@@ -247,7 +249,6 @@ void EditPanel::Show(uint64_t subject, const ColorEdit& edit, const QColor& base
   const int count = int(edit_.operations.size());
   if (another) {
     strengths_.clear();
-    insert_next_ = false;
     Complain({});
     row_ = count - 1;
     SetMode(count > 0 ? ModeOf(edit_.operations.back().kind) : 0);
@@ -349,10 +350,9 @@ void EditPanel::Complain(const QString& problem) {
 
 void EditPanel::Add(Kind kind) {
   if (kind == Kind::kLut) {  // needs a file first
-    insert_next_ = true;
     SetMode(ModeOf(kind));
     ShowAll();
-    return lut_->Choose();
+    return lut_->Choose(true);
   }
   Insert(NewOperation(kind, picker_->color()), false);
 }
@@ -377,7 +377,7 @@ void EditPanel::Insert(const ColorOperation& operation, bool dragging) {
 
 // A page's operation: in the place of the one that it showed, else new.
 void EditPanel::Take(const ColorOperation& operation, bool dragging) {
-  const int index = std::exchange(insert_next_, false) ? -1 : IndexOf(operation.kind);
+  const int index = IndexOf(operation.kind);
   if (index < 0) return Insert(operation, dragging);
   ColorEdit edit = edit_;
   edit.operations[size_t(index)] = operation;

@@ -38,7 +38,6 @@ class EditPanel : public QWidget {
   void Show(uint64_t subject, const ColorEdit& edit, const QColor& base);
   const ColorEdit& edit() const { return edit_; }
   RowTree& list() { return *list_; }
-  LutPage& lut() { return *lut_; }
   // The color of the picture that pickWanted() asked for.
   void TakePicked(const QColor& color);
   void SetCanPick(bool can);  // whether pickWanted() leads anywhere
@@ -81,7 +80,7 @@ class EditPanel : public QWidget {
   ColorEdit edit_;
   int row_ = -1;  // of the list; -1: none
   int mode_ = 0;
-  bool filling_ = false, insert_next_ = false, pick_for_page_ = false;
+  bool filling_ = false, pick_for_page_ = false;
   std::map<int, float> strengths_;  // of operations that are off, by row
   RowTree* list_;
   QWidget* list_box_;

@@ -30,7 +30,7 @@ LutPage::LutPage() : EditPage({ColorOperationKind::kLut}) {
   rows()->addWidget(problem_);
   rows()->addWidget(open_, 0, Qt::AlignLeft);
   pool_.setMaxThreadCount(1);
-  connect(open_, &QPushButton::clicked, this, &LutPage::Choose);
+  connect(open_, &QPushButton::clicked, this, [this] { Choose(false); });
 }
 
 LutPage::~LutPage() {
@@ -39,20 +39,20 @@ LutPage::~LutPage() {
   PoolIsDone();
 }
 
-void LutPage::Choose() {
+void LutPage::Choose(bool another) {
   QSettings settings;
   const QString path = QFileDialog::getOpenFileName(
       this, tr("Open a lookup table"), settings.value("lut_folder").toString(),
       tr("Lookup tables (*.cube *.3dl *.clf *.cdl *.cc *.ccc);;All files (*)"));
   if (path.isEmpty()) return;
   settings.setValue("lut_folder", QFileInfo(path).absolutePath());
-  Read(path);
+  Read(path, another);
 }
 
-void LutPage::Read(const QString& path) {
+void LutPage::Read(const QString& path, bool another) {
   open_->setEnabled(false);
   problem_->hide();
-  PostToPool(pool_, [this, path, subject = subject_] {
+  PostToPool(pool_, [this, path, another, subject = subject_] {
     std::shared_ptr<const ColorTable> table;
     QString problem;
     try {
@@ -60,13 +60,14 @@ void LutPage::Read(const QString& path) {
     } catch (const std::exception& error) {
       problem = FailureText(error);
     }
-    Post(this, [this, table, problem, subject] {
+    Post(this, [this, table, problem, another, subject] {
       open_->setEnabled(true);
       if (subject != subject_) return;  // another region was chosen meanwhile
       problem_->setText(problem);
       problem_->setVisible(!problem.isEmpty());
       if (!table) return;
       ColorOperation operation = ColorOperation::Lut(table);
+      if (another) return Q_EMIT added(operation);
       if (const ColorOperation* old = shown(ColorOperationKind::kLut)) {
         operation.strength = old->strength;
       }
