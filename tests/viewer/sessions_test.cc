@@ -49,6 +49,22 @@ class SessionsTest : public FilesFixture {
     QCOMPARE(ReadSessionInfo(copy).regions, size_t{1});
   }
 
+  void ASavedEditIsNotHiddenByPoints() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "work.retint";
+    QVERIFY(Save(folder));
+    QVERIFY(window_->canvas().cloud_shown());
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenSession(folder);
+    QVERIFY(Opened(opened));
+    QVERIFY(!window_->canvas().cloud_shown());
+    // Of a scene without edits, points show what is found.
+    opened.clear();
+    window_->OpenScene(scene_->Request());
+    QVERIFY(Opened(opened));
+    QVERIFY(window_->canvas().cloud_shown());
+  }
+
   void ClosingOffersToSave() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh() / "closing.retint";

@@ -2,6 +2,7 @@
 #include "viewer/window/main_window.h"
 
 #include <unistd.h>
+#include <algorithm>
 #include <cstdio>
 
 #include <QAction>
@@ -212,6 +213,10 @@ void MainWindow::ConnectScene() {
     colors_.Clear();
     ShowWarnings(controller_->facts()->warnings);
     SetCurrentRegion(0);
+    // Points would hide what the edits of a session have made.
+    canvas_->SetCloudShown(
+        std::ranges::all_of(controller_->regions().regions,
+                            [](const Region& region) { return ChangesNothing(region.edit); }));
     ShowPage();
     UpdateTitle();
     UpdateActions();
