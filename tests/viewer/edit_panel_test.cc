@@ -338,6 +338,27 @@ class EditPanelTest : public PanelsFixture {
     QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kLut, Kind::kLut}));
   }
 
+  void LongNamesDoNotWidenThePanel() {
+    QVERIFY(AddRegions());
+    Select(0);
+    std::string cube = "LUT_3D_SIZE 2\n";
+    for (int i = 0; i < 8; ++i) cube += "0.5 0.5 0.5\n";
+    const std::string name(200, 'w');
+    WriteFile(*folder_ / (name + ".cube"), cube);
+    WriteFile(*folder_ / (name + "_broken.cube"), "LUT_3D_SIZE 2\n0 0 0\n");
+    Click("mode_lut");
+    auto* panel = Find<EditPanel>("edit_panel");
+    const int width = panel->minimumSizeHint().width();
+    AnswerFileDialog(*folder_ / (name + ".cube"));
+    Click("lut_open");
+    QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), size_t{2}, kWaitMs);
+    QCOMPARE(panel->minimumSizeHint().width(), width);
+    AnswerFileDialog(*folder_ / (name + "_broken.cube"));
+    Click("lut_open");
+    QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("lut_problem")->isVisible(), kWaitMs);
+    QCOMPARE(panel->minimumSizeHint().width(), width);
+  }
+
   void AGradientHasStops() {
     QVERIFY(AddRegions());
     Select(0);

@@ -13,6 +13,7 @@
 #include <QScrollArea>
 #include <QScrollBar>
 #include <QStackedLayout>
+#include <QTableWidget>
 #include <QToolButton>
 #include <QTreeWidget>
 
@@ -155,6 +156,28 @@ class SmallWindowTest : public ViewerTest {
     // A list of one region is one row high.
     auto* list = dock->findChild<QTreeWidget*>("region_list");
     QVERIFY(list->viewport()->height() < 2 * list->visualItemRect(list->topLevelItem(0)).height());
+  }
+
+  void LongNamesOfRegionsAreCutShort() {
+    const RegionId region = AddTintedRegion();
+    QVERIFY(region != 0);
+    controller().Rename(region, QString(200, 'w'));
+    RefitJob job;
+    job.options.solver = Solver::kAdam;
+    job.options.adam.iterations = 1000000;
+    controller().SetRefitJob(job);
+    controller().StartRefit();
+    auto* state = window_->findChild<QLabel*>("optimizer_state");
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("wwww"), kWaitMs);
+    for (const char* panel : {"optimizer_panel", "regions_panel"}) {
+      QVERIFY(window_->findChild<QWidget*>(panel)->minimumSizeHint().width() < 330);
+    }
+    controller().CancelRefit();
+    controller().Evaluate(region);
+    auto* quality = window_->findChild<QWidget*>("quality_panel");
+    auto* report = quality->findChild<QTableWidget*>("report_table");
+    QTRY_VERIFY_WITH_TIMEOUT(report->rowCount() > 0, kWaitMs);
+    QVERIFY(quality->minimumSizeHint().width() < 330);
   }
 
   void SelectionModeIsWhole() {

@@ -22,6 +22,7 @@
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/parameter_row.h"
 #include "viewer/panels/row_tree.h"
+#include "viewer/window/long_text.h"
 #include "viewer/window/wrap_layout.h"
 
 namespace retint {
@@ -344,7 +345,7 @@ bool EditPanel::Send(ColorEdit edit, bool dragging) {
 }
 
 void EditPanel::Complain(const QString& problem) {
-  problem_->setText(problem);
+  problem_->setText(Breakable(problem));
   problem_->setVisible(!problem.isEmpty());
 }
 

@@ -16,6 +16,7 @@
 #include "base/error.h"
 #include "session/saving/staged_output.h"
 #include "viewer/scene/video_maker.h"
+#include "viewer/window/long_text.h"
 
 namespace retint {
 namespace {
@@ -128,7 +129,7 @@ void ExportDialog::Check() {
       problem = QStringLiteral("⚠ ") + QString::fromUtf8(error.what());
     }
   }
-  problem_->setText(problem);
+  problem_->setText(Breakable(problem));
   write_->setEnabled(problem.isEmpty());
 }
 

@@ -12,6 +12,7 @@
 #include "viewer/panels/edit_pages.h"
 #include "viewer/scene/failure_text.h"
 #include "viewer/scene/post.h"
+#include "viewer/window/long_text.h"
 
 namespace retint {
 
@@ -63,7 +64,7 @@ void LutPage::Read(const QString& path, bool another) {
     Post(this, [this, table, problem, another, subject] {
       open_->setEnabled(true);
       if (subject != subject_) return;  // another region was chosen meanwhile
-      problem_->setText(problem);
+      problem_->setText(Breakable(problem));
       problem_->setVisible(!problem.isEmpty());
       if (!table) return;
       ColorOperation operation = ColorOperation::Lut(table);
@@ -83,7 +84,7 @@ void LutPage::ShowMore() {
     return;
   }
   const QString name = QString::fromStdString(operation->table->name);
-  name_->setText(tr("%1, %2 nodes a side").arg(name).arg(operation->table->size));
+  name_->setText(tr("%1, %2 nodes a side").arg(Breakable(name)).arg(operation->table->size));
 }
 
 }  // namespace retint

@@ -15,6 +15,7 @@
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/long_text.h"
 
 namespace retint {
 namespace {
@@ -54,7 +55,7 @@ OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* curre
 }
 
 void OptimizerPanel::Build() {
-  state_ = new QLabel;
+  state_ = new ElidedLabel;
   state_->setObjectName("optimizer_state");
   speed_ = new QLabel;
   speed_->setObjectName("optimizer_speed");
@@ -84,8 +85,8 @@ void OptimizerPanel::Build() {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   auto* line = new QHBoxLayout;
-  line->addWidget(state_);
-  line->addWidget(speed_, 1);
+  line->addWidget(state_, 1);
+  line->addWidget(speed_);
   layout->addLayout(line);
   layout->addWidget(plot_);
   auto* buttons = new QHBoxLayout;

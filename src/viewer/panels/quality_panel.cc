@@ -19,6 +19,7 @@
 #include "viewer/panels/mask_view.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/long_text.h"
 
 namespace retint {
 namespace {
@@ -221,7 +222,8 @@ void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {
   if (!region) return;  // deleted meanwhile
   measured_ = id;
   measured_edit_ = controller_->EditKey(id);
-  of_->setText(tr("%1, against its edited targets:").arg(QString::fromStdString(region->name)));
+  of_->setText(
+      tr("%1, against its edited targets:").arg(Breakable(QString::fromStdString(region->name))));
   const auto cells = [&](double QualityNumbers::*member, int decimals) {
     QStringList list;
     for (const QualityNumbers* numbers : {&report.train, &report.heldout}) {

@@ -21,6 +21,7 @@
 #include "viewer/panels/row_tree.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/long_text.h"
 
 namespace retint {
 namespace {
@@ -135,9 +136,7 @@ void RegionsPanel::BuildEditors() {
   editors_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Minimum);
   auto* layout = new QGridLayout(editors_);
   layout->setContentsMargins(0, 4, 0, 0);
-  title_ = new QLabel;
-  title_->setTextFormat(Qt::PlainText);
-  title_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  title_ = new ElidedLabel;
   layout->addWidget(title_, 0, 0, 1, 3);
   edit_ = new EditPanel;
   layout->addWidget(edit_, 1, 0, 1, 3);

@@ -18,6 +18,7 @@
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/window/long_text.h"
 
 namespace retint {
 namespace {
@@ -158,7 +159,7 @@ void SelectionPanel::ShowRegion() {
   QStringList lines;
   for (const PaintedReport& report : region->selection->source.reports) lines << ReportText(report);
   lines << tr("%L1 Gaussians are inside").arg(GaussiansInside(*region->selection));
-  result_->setText(lines.join("\n"));
+  result_->setText(Breakable(lines.join("\n")));
 }
 
 // Of a selection that was not made since the scene was opened, what showed counts as its options.

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/window/long_text.h"
+
+#include <QHelpEvent>
+#include <QPainter>
+#include <QStyle>
+#include <QToolTip>
+
+namespace retint {
+namespace {
+
+constexpr int kLongWord = 24;    // characters
+constexpr QChar kBreak(0x200B);  // a space without width
+
+}  // namespace
+
+QString Breakable(const QString& text) {
+  QString result;
+  int run = 0;  // of characters in one word
+  for (const QChar c : text) {
+    const bool breaks = c.isSpace() || c == '/' || c == '-';  // lines break there anyway
+    run = breaks ? 0 : run + 1;
+    if (run > kLongWord && !c.isLowSurrogate() && !c.isMark()) result += kBreak;
+    result += c;
+  }
+  return result;
+}
+
+ElidedLabel::ElidedLabel() {
+  setTextFormat(Qt::PlainText);
+  setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+}
+
+QSize ElidedLabel::minimumSizeHint() const { return {0, QLabel::minimumSizeHint().height()}; }
+
+QString ElidedLabel::Shown() const {
+  return fontMetrics().elidedText(text(), Qt::ElideRight, contentsRect().width());
+}
+
+bool ElidedLabel::event(QEvent* event) {
+  if (event->type() == QEvent::ToolTip && toolTip().isEmpty() && Shown() != text()) {
+    QToolTip::showText(static_cast<QHelpEvent*>(event)->globalPos(), text(), this);
+    return true;
+  }
+  return QLabel::event(event);
+}
+
+void ElidedLabel::paintEvent(QPaintEvent* /*event*/) {
+  QPainter painter(this);
+  style()->drawItemText(&painter, contentsRect(), int(alignment()), palette(), isEnabled(), Shown(),
+                        foregroundRole());
+}
+
+}  // namespace retint

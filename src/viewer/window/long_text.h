@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Names in labels: one that is long and has no spaces must not make its panel wider.
+#pragma once
+
+#include <QLabel>
+#include <QString>
+
+namespace retint {
+
+// The same text for a label that wraps its lines. Long words may be broken anywhere.
+QString Breakable(const QString& text);
+
+// One line, cut short where there is no room for it. Its tool tip is then the whole of it.
+class ElidedLabel : public QLabel {
+ public:
+  ElidedLabel();
+  QSize minimumSizeHint() const override;
+
+ protected:
+  bool event(QEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
+
+ private:
+  QString Shown() const;
+};
+
+}  // namespace retint
