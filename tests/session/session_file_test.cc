@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::ordered_json;
 
 using SessionFile = SavedSession;
@@ -345,6 +346,19 @@ TEST_F(SessionFile, AFullDiskLeavesTheOldSession) {
   size_t entries = 0;
   for (const auto& entry : fs::directory_iterator(folder_.path())) entries += entry.exists();
   EXPECT_EQ(entries, 2u) << "the workspace and the session, nothing left behind";
+}
+
+TEST_F(SessionFile, SaysWhyItsFolderCannotBeMade) {
+  fs::create_directory_symlink(folder_ / "missing", folder_ / "link");
+  Monitor monitor;
+  try {
+    SessionWriter(folder_ / "link" / "new.retint").Write(Snapshot(), monitor);
+    ADD_FAILURE() << "there is no such folder";
+  } catch (const RunError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("new.retint"));
+    // Not what became of the file, whose folder was not there.
+    EXPECT_THAT(error.what(), Not(HasSubstr("No such file")));
+  }
 }
 
 TEST_F(SessionFile, ACancelledSaveLeavesTheOldSession) {

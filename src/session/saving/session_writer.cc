@@ -56,6 +56,10 @@ Json FileJson(const fs::path& path) {
 Json WriteSmallFile(const fs::path& path, std::string_view bytes) {
   std::error_code code;
   fs::create_directories(path.parent_path(), code);
+  if (code) {
+    throw RunError(path.string() + ": cannot write: " + path.parent_path().string() + ": " +
+                   code.message());
+  }
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   ssize_t wrote = fd < 0 ? -1 : 0;
   for (size_t done = 0; wrote >= 0 && done < bytes.size(); done += static_cast<size_t>(wrote)) {
