@@ -223,6 +223,24 @@ TEST_F(SessionFile, SavingAgainWritesOnlyWhatIsNew) {
   EXPECT_EQ(Load().draft, nullptr);
 }
 
+TEST_F(SessionFile, SavingOverWhatAnotherSavedKeepsItWhole) {
+  Monitor monitor;
+  SessionWriter writer(File());
+  writer.Write(Snapshot(), monitor);
+  const FloatArray saved = Load().session->CurrentSh();
+  // The second of the others finds the names of our parts free.
+  for (int i = 0; i < 2; ++i) {
+    const OpenedSession other = Load();
+    SessionSnapshot changed = TakeSnapshot(*other.session);
+    auto mine = std::make_shared<RegionSelection>(*changed.regions.regions[0].selection);
+    mine->masks.begin()->second(0, 0) ^= 255;
+    for (Region& region : changed.regions.regions) region.selection = mine;
+    SessionWriter(File()).Write(changed, monitor);
+  }
+  writer.Write(Snapshot(), monitor);
+  EXPECT_TRUE(SameBits(Load().session->CurrentSh(), saved));
+}
+
 TEST_F(SessionFile, MovesWithItsScene) {
   Save();
   const FloatArray expected = session_->CurrentSh();

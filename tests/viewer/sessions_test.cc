@@ -49,6 +49,33 @@ class SessionsTest : public FilesFixture {
     QCOMPARE(ReadSessionInfo(copy).regions, size_t{1});
   }
 
+  void WhatAnotherProgramSavedIsNotLostUnasked() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh() / "work.retint";
+    QVERIFY(Save(folder));
+    QVERIFY(!window_->sessions().IsSavedElsewhere());
+    const std::string theirs = ReadFile(folder / "session.json") + "\n";
+    WriteFile(folder / "session.json", theirs);
+    controller().Rename(Regions().front().id, "petals");
+    QTRY_VERIFY_WITH_TIMEOUT(window_->isWindowModified(), kWaitMs);
+    QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QVERIFY(WaitDialog(*window_));
+    QVERIFY(window_->dialog()->informativeText().contains("another program"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QVERIFY(ReadFile(folder / "session.json") == theirs);
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
+    const auto manifest = nlohmann::json::parse(ReadFile(folder / "session.json"));
+    QCOMPARE(manifest["regions"][0]["name"].get<std::string>(), std::string("petals"));
+    // From then on it is ours again.
+    controller().Rename(Regions().front().id, "leaves");
+    PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
+    QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 2, kWaitMs);
+  }
+
   void ASavedEditIsNotHiddenByPoints() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh() / "work.retint";

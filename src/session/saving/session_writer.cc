@@ -220,6 +220,7 @@ struct SessionWriter::Impl {
                 Monitor& monitor);
 
   std::map<const void*, Part> written;
+  std::string manifest;  // as it was written last
   uint64_t next = 1;
 };
 
@@ -372,14 +373,18 @@ void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
       !(IsFolder(folder_) && fs::is_empty(folder_, code) && !code)) {
     throw RunError(folder_.string() + ": cannot write a session: something else has this name");
   }
+  // Another program has saved it since: its parts may have the names of ours.
+  if (exists && ReadFile(folder_ / session_json::kManifest) != impl_->manifest) {
+    impl_->written.clear();
+  }
   Impl::Run run;
   // A new session appears under its name when it is whole.
   run.root = exists ? folder_ : HiddenBeside(folder_);
   Scratch hidden(exists ? fs::path() : run.root);
   try {
-    const Json manifest = impl_->Manifest(run, snapshot, folder_, monitor);
+    impl_->manifest = impl_->Manifest(run, snapshot, folder_, monitor).dump(1, ' ', false) + "\n";
     if (!run.fresh.empty()) Sync(run.root);
-    WriteFile(run.root / session_json::kManifest, manifest.dump(1, ' ', false) + "\n");
+    WriteFile(run.root / session_json::kManifest, impl_->manifest);
   } catch (const RunError& error) {
     // The hidden name is of no use to anybody.
     std::string message = error.what();

@@ -56,21 +56,40 @@ bool SessionStore::IsModified() const {
   return controller_->IsOpen() && !SameEdits(saved_, controller_->regions());
 }
 
+SessionStore::Stamp SessionStore::StampOf(const std::filesystem::path& folder) {
+  const auto manifest = folder / "session.json";
+  std::error_code code;
+  const auto time = std::filesystem::last_write_time(manifest, code);
+  if (code) return {};
+  const auto size = std::filesystem::file_size(manifest, code);
+  return code ? Stamp() : Stamp({time, size});
+}
+
+bool SessionStore::IsSavedElsewhere() const {
+  if (folder_.empty() || !saving_.expired()) return false;
+  const Stamp now = StampOf(folder_);
+  return now && now != stamp_;
+}
+
 void SessionStore::Open(const std::filesystem::path& path, const SessionOptions& options) {
   const auto folder = Whole(path);
   const auto opened = std::make_shared<OpenedSession>();
+  const auto stamp = std::make_shared<Stamp>();
   controller_->OpenWith(
       QString::fromStdString(folder.filename().string()),
       [=](Monitor& monitor) {
+        *stamp = StampOf(folder);
         *opened = retint::OpenSession(folder, options, monitor);
         return std::move(opened->session);
       },
       [=, this] {
         if (IsAutosave(folder)) {
           folder_ = opened->saved;
+          stamp_ = StampOf(folder_);
           recovered_ = folder;
         } else {
           folder_ = folder;
+          stamp_ = *stamp;
           saved_ = controller_->regions();
         }
         submitted_ = controller_->regions();
@@ -83,13 +102,17 @@ void SessionStore::Save(const std::filesystem::path& path, std::function<void()>
   const auto folder = Whole(path);
   if (!writer_ || writer_->folder() != folder) writer_ = std::make_shared<SessionWriter>(folder);
   const auto written = std::make_shared<RegionSet>();
+  const auto stamp = std::make_shared<Stamp>();
+  saving_ = written;
   controller_->Run(
       tr("Saving the session"),
-      [written, writer = writer_, view = ViewState()](EditSession& session, Monitor& monitor) {
+      [written, stamp, writer = writer_, view = ViewState()](EditSession& session,
+                                                             Monitor& monitor) {
         session.CollectFits();
         SessionSnapshot snapshot = TakeSnapshot(session);
         snapshot.view = view;
         writer->Write(snapshot, monitor);
+        *stamp = StampOf(writer->folder());
         *written = snapshot.regions;
       },
       [=, this] {
@@ -97,6 +120,7 @@ void SessionStore::Save(const std::filesystem::path& path, std::function<void()>
         if (folder_ != folder) autosave_.reset();  // the next one is beside the new session
         autosave_fails_ = false;
         folder_ = folder;
+        stamp_ = *stamp;
         saved_ = submitted_ = *written;
         Q_EMIT saved(QString::fromStdString(folder.string()));
         if (then) then();

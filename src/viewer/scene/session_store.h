@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <QObject>
 #include <QTimer>
@@ -35,6 +37,8 @@ class SessionStore : public QObject {
   void Save(const std::filesystem::path& folder, std::function<void()> then = {});
   // Regions differ from those of the session on disk in what would be saved.
   bool IsModified() const;
+  // Another program has saved the session since it was opened or saved here.
+  bool IsSavedElsewhere() const;
 
   // The work is saved or given up: removes the autosave, and the one that it was recovered from.
   void DropAutosave();
@@ -52,8 +56,14 @@ class SessionStore : public QObject {
   void RemoveRecovered();
   std::string ViewState() const { return view_state_ ? view_state_() : std::string(); }
 
+  // When a session was written, and how long its manifest is; nothing: there is none.
+  using Stamp = std::optional<std::pair<std::filesystem::file_time_type, uintmax_t>>;
+  static Stamp StampOf(const std::filesystem::path& folder);
+
   SceneController* controller_;
   std::filesystem::path folder_;
+  Stamp stamp_;                      // of folder_, as it is known here
+  std::weak_ptr<RegionSet> saving_;  // lives while a session is being written
   RegionSet saved_, submitted_;
   std::function<std::string()> view_state_;
   std::shared_ptr<SessionWriter> writer_;  // of folder_; used on the worker

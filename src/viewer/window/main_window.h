@@ -153,6 +153,7 @@ class MainWindow : public QMainWindow {
   void Remember(const QString& entry);
   void FillRecent();
   void Save(bool as, std::function<void()> then = {});
+  void SaveAgain(std::function<void()> then);
   void OpenStart(const StartOptions& options);
   void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
   // Runs `go` at once, or after the user agreed to lose or save what would be lost.

@@ -287,11 +287,31 @@ void MainWindow::Save(bool as, std::function<void()> then) {
     if (path.isEmpty()) return;
     if (!path.endsWith(".retint")) path += ".retint";
     const auto chosen = Path(path);
-    if (SamePath(chosen, folder)) return sessions_->Save(folder, std::move(then));
+    if (SamePath(chosen, folder)) return SaveAgain(std::move(then));
     return ConfirmReplacing(chosen, {chosen / "session.json"},
                             [this, chosen, then] { sessions_->Save(chosen, then); });
   }
-  sessions_->Save(folder, std::move(then));
+  SaveAgain(std::move(then));
+}
+
+// To the session that is open. What another program has saved there meanwhile is not lost unasked.
+void MainWindow::SaveAgain(std::function<void()> then) {
+  const auto folder = sessions_->folder();
+  if (!sessions_->IsSavedElsewhere()) return sessions_->Save(folder, std::move(then));
+  const QString what = tr("Replace the session?");
+  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
+  box->setInformativeText(
+      tr("%1 was saved by another program since it was opened here. What was saved there is lost "
+         "when you replace it.")
+          .arg(Text(folder)));
+  QPushButton* replace = box->addButton(tr("&Replace"), QMessageBox::DestructiveRole);
+  QPushButton* as = box->addButton(tr("Save &as…"), QMessageBox::AcceptRole);
+  box->setDefaultButton(as);
+  connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
+    if (button == replace) sessions_->Save(folder, then);
+    if (button == as) Save(true, then);
+  });
+  ShowDialog(box);
 }
 
 // The newest work that was left behind, of what is asked for where something is; then, unless it
