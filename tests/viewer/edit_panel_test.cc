@@ -401,6 +401,32 @@ class EditPanelTest : public PanelsFixture {
     QVERIFY(Edit().operations[0] == measured);
   }
 
+  void FewerColorsThanAskedForAreExplained() {
+    QVERIFY(AddPlain());
+    Click("mode_palette");
+    auto* count = Find<QSpinBox>("palette_count");
+    count->setFocus();
+    count->selectAll();
+    QTest::keyClicks(count, "16");
+    QTest::keyClick(count, Qt::Key_Return);
+    QVERIFY(Measured());
+    const int found = int(Edit().operations[0].values.size() / kPairValues);
+    QVERIFY(found < 16);
+    auto* note = Find<QLabel>("palette_note");
+    const QString told = QString("Found %1 of 16").arg(found);
+    QTRY_VERIFY2(note->text().startsWith(told), qPrintable(note->text()));
+    // It is as many that are looked for again.
+    Click("palette_measure");
+    QVERIFY(Measured());
+    QTRY_VERIFY2(note->text().startsWith(told), qPrintable(note->text()));
+    // One that is as many as were asked for is not worth a word.
+    count->setValue(1);
+    QVERIFY(Measured());
+    QTRY_VERIFY(note->text().startsWith("Choose"));
+    QVERIFY(Steps()->topLevelItem(0)->text(0).contains("of 1 color"));
+    QVERIFY(!Steps()->topLevelItem(0)->text(0).contains("colors"));
+  }
+
   // In a window of a common size, of two regions, with the picker of a color and as many steps as
   // the list shows.
   void TheStepsShowBelowEveryPage() {

@@ -200,12 +200,15 @@ class PalettePage : public EditPage {
 
  private:
   void SetCurrent(size_t pair);
+  void Ask(int count);
   QSpinBox* count_;
   QToolButton *stay_, *measure_;
   QWidget* pairs_;
   QLabel* note_;
   std::vector<QToolButton*> buttons_;  // one a pair
   size_t current_ = 0;
+  int asked_ = 0;  // main colors; 0: nothing was asked yet
+  uint64_t asked_of_ = 0;
 };
 
 // What was painted on views in another program.

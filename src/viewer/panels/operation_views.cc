@@ -103,7 +103,9 @@ QString Detail(const ColorOperation& op) {
     case Kind::kGradient:
       return Tr("of %1 colors").arg(op.values.size() / 4);
     case Kind::kPalette:
-      return Tr("of %1 colors").arg(op.values.size() / kPairValues);
+      return op.values.size() == kPairValues
+                 ? Tr("of 1 color")
+                 : Tr("of %1 colors").arg(op.values.size() / kPairValues);
     case Kind::kPicture: {
       QStringList views;
       for (const EditedPicture& one : op.picture->pictures) {

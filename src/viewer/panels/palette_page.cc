@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The page of palettes.
 #include <algorithm>
+#include <utility>
 
 #include <QIcon>
 #include <QLabel>
@@ -60,32 +61,34 @@ PalettePage::PalettePage() : EditPage({Kind::kPalette}) {
   policy.setHeightForWidth(true);
   pairs_->setSizePolicy(policy);
   note_ = new QLabel;
+  note_->setObjectName("palette_note");
   note_->setWordWrap(true);
   rows()->addWidget(MakeWrappingLine({label, count_, stay_, measure_}));
   rows()->addWidget(pairs_);
   rows()->addWidget(note_);
-  connect(count_, &QSpinBox::valueChanged, this, [this](int count) {
-    ColorOperation operation = ColorOperation::Palette(count);
-    if (const ColorOperation* old = shown(Kind::kPalette)) {
-      // What the most frequent ones become stays.
-      operation.strength = old->strength;
-      const size_t both = std::min(operation.values.size(), old->values.size());
-      for (size_t i = 0; i < both; ++i) {
-        if (i % kPairValues >= 3) operation.values[i] = old->values[i];
-      }
-    }
-    Q_EMIT changed(operation, false);
-  });
+  connect(count_, &QSpinBox::valueChanged, this, &PalettePage::Ask);
   connect(stay_, &QToolButton::clicked, this, [this] {
     ColorOperation operation = Operation(Kind::kPalette);
     std::fill_n(operation.values.begin() + std::ptrdiff_t(current_ * kPairValues + 3), 3, kUnset);
     Q_EMIT changed(operation, false);
   });
-  connect(measure_, &QToolButton::clicked, this, [this] {
-    ColorOperation operation = Operation(Kind::kPalette);
-    ForgetMeasured(operation);
-    Q_EMIT changed(operation, false);
-  });
+  // As many as were asked for: of another selection there may be more.
+  connect(measure_, &QToolButton::clicked, this,
+          [this] { Ask(std::max(asked_, count_->value())); });
+}
+
+void PalettePage::Ask(int count) {
+  asked_ = count;
+  ColorOperation operation = ColorOperation::Palette(count);
+  if (const ColorOperation* old = shown(Kind::kPalette)) {
+    // What the most frequent ones become stays.
+    operation.strength = old->strength;
+    const size_t both = std::min(operation.values.size(), old->values.size());
+    for (size_t i = 0; i < both; ++i) {
+      if (i % kPairValues >= 3) operation.values[i] = old->values[i];
+    }
+  }
+  Q_EMIT changed(operation, false);
 }
 
 QColor PalettePage::color() const {
@@ -146,9 +149,18 @@ void PalettePage::ShowMore() {
   }
   pairs_->updateGeometry();
   stay_->setEnabled(measured && drawn.values[current_ * kPairValues + 3] != kUnset);
-  note_->setText(measured    ? tr("Choose a main color, then what it becomes.")
+  if (std::exchange(asked_of_, subject_) != subject_) asked_ = 0;
+  QString note = measured    ? tr("Choose a main color, then what it becomes.")
                  : operation ? tr("Measuring the main colors…")
-                             : tr("Measure the region's main colors to begin."));
+                             : tr("Measure the region's main colors to begin.");
+  if (measured && int(count) < asked_) {
+    note = tr("Found %1 of %2: shades of one color count as one, and what few pixels have does not "
+              "count.")
+               .arg(count)
+               .arg(asked_) +
+           " " + note;
+  }
+  note_->setText(note);
 }
 
 }  // namespace retint
