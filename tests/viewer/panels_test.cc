@@ -89,6 +89,8 @@ class PanelsTest : public PanelsFixture {
     auto* toggle = Find<QPushButton>("optimizer_toggle");
     auto* state = Find<QLabel>("optimizer_state");
     QTest::mouseClick(toggle, Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().Active(), kWaitMs);
+    QVERIFY(state->text().contains("preparing") || Controller().optimizer().steps > 0);
     QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("running"), kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("optimizer_speed")->text().contains("a second"), kWaitMs);
     QTest::mouseClick(toggle, Qt::LeftButton);

@@ -178,6 +178,8 @@ void OptimizerPanel::ShowStatus() {
   const OptimizerStatus status = controller_->optimizer();
   const Region* region = controller_->regions().Find(status.region);
   QString text = StateText(status.state);
+  // The targets of every view come first, which takes a while.
+  if (status.state == State::kRunning && status.steps == 0) text = tr("▶ preparing the views");
   if (region && status.Active()) text += ": " + QString::fromStdString(region->name);
   state_->setText(text);
   state_->setToolTip(QString::fromStdString(status.error));
