@@ -611,6 +611,16 @@ class EditPanelTest : public PanelsFixture {
     Click("picture_photo_elsewhere");
     QTRY_VERIFY_WITH_TIMEOUT(opened != first, kWaitMs);
     QVERIFY(QImage(opened).size() == written.size());
+    // A render does not pass for a photo that is not there.
+    const fs::path photo = *folder_ / "ws" / "images" / window_->canvas().navigation().view()->name;
+    fs::rename(photo, photo.string() + ".away");
+    const QString second = opened;
+    Click("picture_photo_elsewhere");
+    const auto* message = window_->findChild<QLabel*>("message");
+    QTRY_VERIFY2(message->text().contains("has no photo"), qPrintable(message->text()));
+    QVERIFY(Settle(Controller()));
+    QCOMPARE(opened, second);
+    fs::rename(photo.string() + ".away", photo);
   }
 
   void ColorsAreKept() {

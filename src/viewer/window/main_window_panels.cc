@@ -175,6 +175,11 @@ void MainWindow::AddPanels() {
       return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
                      .arg(keys_.KeyText("view.next")));
     }
+    // A render in its place would not be what was asked for.
+    if (photo && !controller_->facts()->workspace->HasPhoto(*picture->faces.front())) {
+      return Say(
+          tr("%1 has no photo that could be edited").arg(QString::fromStdString(picture->name)));
+    }
     elsewhere->Start(current_->id(), picture->name,
                      photo ? TargetKind::kPhoto : TargetKind::kRender);
   });
