@@ -261,6 +261,16 @@ class PanelsTest : public PanelsFixture {
     canvas.StepView(1);
     QVERIFY(!mask->IsReady());  // of another camera
     QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kWaitMs);
+    // The key does the same, and takes the points away that would lie over it.
+    QVERIFY(window_->action("show.mask")->isChecked());
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
+    QVERIFY(!Find<QCheckBox>("mask_switch")->isChecked());
+    QVERIFY(!window_->action("show.mask")->isChecked());
+    canvas.SetCloudShown(true);
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
+    QVERIFY(Find<QCheckBox>("mask_switch")->isChecked() && !canvas.cloud_shown());
+    QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kWaitMs);
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
   }
 
   void TheReportHasTheFigures() {

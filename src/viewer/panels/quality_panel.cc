@@ -151,9 +151,14 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
   connect(split_, &QCheckBox::toggled, canvas_, &Canvas::SetSplit);
   connect(depth_, &QCheckBox::toggled, canvas_, &Canvas::SetDepth);
   connect(mask_, &QCheckBox::toggled, mask_view_, &MaskView::SetShown);
+  connect(mask_, &QCheckBox::toggled, this, &QualityPanel::maskShown);
   connect(at_, &QSlider::valueChanged, this,
           [this](int value) { canvas_->SetSplitAt(double(value) / kSplitSteps); });
 }
+
+bool QualityPanel::mask_shown() const { return mask_->isChecked(); }
+
+void QualityPanel::SetMaskShown(bool shown) { mask_->setChecked(shown); }
 
 void QualityPanel::ShowCanvas() {
   const Canvas& canvas = *canvas_;

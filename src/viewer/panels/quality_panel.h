@@ -31,6 +31,11 @@ class QualityPanel : public QWidget {
  public:
   QualityPanel(SceneController* controller, Canvas* canvas, CurrentRegion* current);
   MaskView& mask_view() { return *mask_view_; }
+  bool mask_shown() const;
+  void SetMaskShown(bool shown);
+
+ Q_SIGNALS:
+  void maskShown(bool shown);  // or is not any more
 
  private:
   void BuildSwitches(QVBoxLayout* layout);

@@ -106,6 +106,7 @@ const std::vector<Command>& Commands() {
       {"show.depth", "Show", "Depth", kExplore, false},
       {"show.split", "Show", "Before and after, side by side", kExplore, false},
       {"show.cloud", "Show", "Points of the paint", kExplore, false},
+      {"show.mask", "Show", "Mask: what is selected", kExplore, false},
       {"show.uncertain", "Show", "What paint has not decided, hatched", kExplore, false},
       {"show.look_ahead", "Show", "What a stroke selects, while it is drawn", kAlways, false},
       {"show.photo", "Show", "Photo of this view (hold)", kExplore, true},

@@ -309,14 +309,14 @@ void MainWindow::ConnectSelection() {
     constexpr double kMuch = 0.05;
     if (selection_->DecidedOtherwise() >= kMuch) {
       return Say(
-          tr("The scene decided %1 % of the outline otherwise than it was shown: \"Mask\" in "
-             "the Quality panel shows what is selected, %2 takes it back")
+          tr("The scene decided %1 % of the outline otherwise than it was shown: %2 shows what is "
+             "selected, %3 takes it back")
               .arg(100 * selection_->DecidedOtherwise(), 0, 'f', 0)
-              .arg(keys_.KeyText("edit.undo")));
+              .arg(keys_.KeyText("show.mask"), keys_.KeyText("edit.undo")));
     }
-    Say(tr("The points are the paint in space; \"Mask\" in the Quality panel shows what is "
-           "selected. Choose a color in the Regions panel (%1)")
-            .arg(keys_.KeyText("panel.regions")));
+    Say(tr("The points are the paint in space; %1 shows what is selected. Choose a color in the "
+           "Regions panel (%2)")
+            .arg(keys_.KeyText("show.mask"), keys_.KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();

@@ -39,6 +39,7 @@ class QVBoxLayout;
 
 namespace retint {
 
+class QualityPanel;
 class SelectionMode;
 class SessionStore;
 class StrokePreview;
@@ -187,6 +188,7 @@ class MainWindow : public QMainWindow {
   VideoMaker* videos_;
   Uncertainty* uncertainty_;
   StrokePreview* preview_;
+  QualityPanel* quality_;
   ViewsPanel* views_;
   Canvas* canvas_;
   SelectionMode* selection_;

@@ -18,6 +18,7 @@
 #include "base/error.h"
 #include "session/reporting/report.h"
 #include "viewer/canvas/uncertainty.h"
+#include "viewer/panels/quality_panel.h"
 #include "viewer/panels/views_panel.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
@@ -76,7 +77,15 @@ void MainWindow::BuildActions() {
       [this] { canvas_->SetCloudShown(!canvas_->cloud_shown()); }, true)
       ->setToolTip(
           tr("The painted pixels in space, by the depth that was found; what the selection adds "
-             "beyond the paint shows with \"Mask\" in the Quality panel"));
+             "beyond the paint shows with the mask"));
+  MakeAction(
+      "show.mask", tr("&Mask of the region"),
+      [this] {
+        const bool shown = !quality_->mask_shown();
+        if (shown) canvas_->SetCloudShown(false);  // it would hide the mask
+        quality_->SetMaskShown(shown);
+      },
+      true);
   MakeAction(
       "show.uncertain", tr("&Uncertain surfaces"),
       [this] {
@@ -133,8 +142,8 @@ void MainWindow::BuildMenus() {
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
-             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.uncertain",
-             "show.look_ahead"});
+             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.mask",
+             "show.uncertain", "show.look_ahead"});
   QMenu* window = menuBar()->addMenu(tr("&Window"));
   panels_menu_ = window->addMenu(tr("&Panels"));
   add(window, {"window.panels", "window.full_screen", "window.screenshot"});
@@ -196,6 +205,7 @@ void MainWindow::UpdateActions() {
   action("show.depth")->setChecked(canvas_->depth());
   action("show.split")->setChecked(canvas_->split());
   action("show.cloud")->setChecked(canvas_->cloud_shown());
+  action("show.mask")->setChecked(quality_->mask_shown());
   action("show.uncertain")->setChecked(canvas_->hatching());
   action("show.look_ahead")->setChecked(preview_->enabled());
   for (QMenu* menu : findChildren<QMenu*>("export")) menu->setEnabled(open);

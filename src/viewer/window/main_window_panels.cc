@@ -201,9 +201,10 @@ void MainWindow::AddPanels() {
       AddPanel("regions", tr("Regions"), Scrolling(regions_panel), Qt::RightDockWidgetArea);
   QDockWidget* optimizer =
       AddPanel("optimizer", tr("Optimizer"), Scrolling(optimizer_panel), Qt::RightDockWidgetArea);
-  QDockWidget* quality = AddPanel("quality", tr("Quality"),
-                                  Scrolling(new QualityPanel(controller_, canvas_, current_)),
-                                  Qt::RightDockWidgetArea);
+  quality_ = new QualityPanel(controller_, canvas_, current_);
+  connect(quality_, &QualityPanel::maskShown, this, &MainWindow::UpdateActions);
+  QDockWidget* quality =
+      AddPanel("quality", tr("Quality"), Scrolling(quality_), Qt::RightDockWidgetArea);
   QDockWidget* selection =
       AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
   views_ = new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_);
