@@ -381,8 +381,14 @@ class EditPanelTest : public PanelsFixture {
     bar->setFocus();
     QTest::keyClick(bar, Qt::Key_Delete);
     QCOMPARE(Edit().operations[1].values.size(), size_t{12});
+    QTest::mouseClick(bar, Qt::LeftButton, {}, {7 + int(0.51 * (bar->width() - 14)), low});
+    QCOMPARE(bar->current(), size_t{2});
+    const QColor last = bar->color();
     Click("gradient_reverse");
     QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#000000"));
+    // The stop at hand is still the same.
+    QCOMPARE(bar->current(), size_t{0});
+    QCOMPARE(bar->color(), last);
   }
 
   void APaletteIsMeasuredAndChanged() {

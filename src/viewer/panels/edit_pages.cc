@@ -323,14 +323,7 @@ GradientPage::GradientPage() : EditPage({Kind::kGradient}) {
     bar_->AddStop(double(stops[widest] + stops[widest - 4]) / 2);
   });
   connect(reverse_, &QToolButton::clicked, this, [this] {
-    const std::vector<float> old = bar_->stops();
-    std::vector<float> stops;
-    for (size_t i = old.size(); i >= 4; i -= 4) {
-      stops.push_back(1 - old[i - 4]);
-      stops.insert(stops.end(), old.begin() + std::ptrdiff_t(i - 3),
-                   old.begin() + std::ptrdiff_t(i));
-    }
-    bar_->SetStops(stops);
+    bar_->Reverse();
     Send(false);
   });
 }

@@ -72,6 +72,17 @@ void GradientBar::AddStop(double at) {
   Q_EMIT changed(false);
 }
 
+void GradientBar::Reverse() {
+  std::vector<float> reversed;
+  for (size_t i = stops_.size(); i >= 4; i -= 4) {
+    reversed.push_back(1 - stops_[i - 4]);
+    reversed.insert(reversed.end(), stops_.begin() + std::ptrdiff_t(i - 3),
+                    stops_.begin() + std::ptrdiff_t(i));
+  }
+  current_ = count() - 1 - current_;
+  SetStops(reversed);
+}
+
 void GradientBar::RemoveStop() {
   if (!CanRemove()) return;
   const auto first = stops_.begin() + std::ptrdiff_t(4 * current_);

@@ -25,6 +25,7 @@ class GradientBar : public QWidget {
   void SetColor(const QColor& color, bool dragging);
   void AddStop(double at);  // of the color that is there
   void RemoveStop();        // the current one, where more than two are left
+  void Reverse();           // the same stop stays current; says nothing
   bool CanAdd() const;
   bool CanRemove() const { return stops_.size() > 8; }
 
