@@ -541,8 +541,11 @@ class EditPanelTest : public PanelsFixture {
     Click("color_pipette");
     QVERIFY(canvas.picking());
     // Esc gives it up and nothing else.
+    const auto* message = window_->findChild<QLabel*>("message");
+    QVERIFY(message->text().contains("Esc"));
     QTest::keyClick(&canvas, Qt::Key_Escape);
     QVERIFY(!canvas.picking());
+    QCOMPARE(message->text(), QString());  // there is nothing to click any more
     QVERIFY(Edit().operations.empty());
     Click("color_pipette");
     QVERIFY(WaitSharp(*window_));  // without the points of the selection

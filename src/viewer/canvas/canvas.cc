@@ -321,6 +321,8 @@ void Canvas::SetPicking(bool picking) {
     setFocus();
     Q_EMIT hint(tr("Click the color to take; hold %1 for the photo, Esc to leave it")
                     .arg(keys_.KeyText("show.photo")));
+  } else {
+    Q_EMIT hint({});
   }
   UpdateCursor();
   update();
