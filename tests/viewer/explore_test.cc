@@ -416,6 +416,9 @@ class ExploreTest : public ViewerTest {
     QVERIFY(!canvas().depth() && !canvas().frusta());  // as the dialog says
     AnswerFileDialog(write("bad.json", R"({"name": "Bad", "keys": {"no.such": ["K"]}})"));
     QTest::mouseClick(load, Qt::LeftButton);
+    // Above the list of keys, so that it has the keyboard.
+    QVERIFY(WaitDialog(*window_));
+    QCOMPARE(window_->dialog()->parentWidget(), static_cast<QWidget*>(dialog));
     const QString error = ReadError(*window_);
     QVERIFY2(error.contains("bad.json") && error.contains("no.such"), qPrintable(error));
     QCOMPARE(window_->keys().name(), QString("Mine"));

@@ -25,6 +25,7 @@
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "viewer/scene/session_store.h"
+#include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
 
 namespace retint {
@@ -411,7 +412,10 @@ void MainWindow::NextError() {
   if (errors_.empty() || (dialog_ && dialog_->isVisible())) return;
   const auto [title, message] = errors_.front();
   errors_.pop_front();
-  auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, this);
+  // Above the list of keys while that shows, which would keep the keyboard otherwise.
+  QWidget* front = this;
+  if (keys_dialog_ && keys_dialog_->isVisible()) front = keys_dialog_;
+  auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, front);
   box->setInformativeText(message);
   box->setTextInteractionFlags(Qt::TextSelectableByMouse);
   ShowDialog(box);
