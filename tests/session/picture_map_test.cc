@@ -117,6 +117,28 @@ TEST(ComparePictures, StripesBesideUnchangedSurfaceArePaint) {
   EXPECT_THROW(ChangedMasks(other, *scene, scene->original().sh), InputError);
 }
 
+// Blue and gold stripes all over: the map that fits best makes everything gray, which nobody
+// painted.
+TEST(ComparePictures, StripesOfTwoColorsAreNoMap) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  const auto scene = OpenFox();
+  RegionSelection selection;
+  const Mask& mask = selection.masks["0025.jpg"] = ReadMask(DataPath("fox/masks/0025.jpg.png"));
+  Image8 striped =
+      ToImage8(scene->workspace().ReadPhoto(scene->workspace().RequireView("0025.jpg")));
+  for (size_t p = 0; p < mask.data.size(); ++p) {
+    if (mask.data[p] < 128) continue;
+    const bool blue = p % size_t(mask.width) / 30 % 2 == 0;
+    striped.data[3 * p] = blue ? 20 : 190;
+    striped.data[3 * p + 1] = blue ? 40 : 170;
+    striped.data[3 * p + 2] = blue ? 160 : 110;
+  }
+  ColorOperation op = ColorOperation::Picture({{"0025.jpg", "", striped}});
+  ComparePictures(op, {}, selection, *scene, scene->original().sh);
+  EXPECT_FALSE(op.table);
+  EXPECT_EQ(op.picture->layers.size(), 1u);
+}
+
 // Everything inside the mask, most of the picture, is painted over.
 TEST(ComparePictures, APictureIsKnownBesideItsMask) {
   RETINT_REQUIRE_DATA("fox/splat.ply");

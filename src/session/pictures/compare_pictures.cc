@@ -36,6 +36,8 @@ constexpr double kWhole = 0.98;        // of the pixels: what is left then are s
 constexpr double kUntouched = 0.9995;  // of the pixels, without a map: a small logo is none of them
 constexpr double kMostly = 0.8;        // of the pixels: the map is meant for those at the rim too
 constexpr double kAsGood = 0.25;       // DeltaE00, mean: an earlier map stays where it is so close
+constexpr float kTaken = 0.5F;   // of a pixel's change: less is left of it by a map that helps
+constexpr double kHelped = 0.5;  // of the changed pixels: fewer, and the change is no map
 
 // One picture, and what its view was before: inside the selection.
 struct Pair {
@@ -298,6 +300,24 @@ bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
   return double(common) > kMostCommon * double(std::min(all.changed, all.stayed));
 }
 
+// Whether a map takes most of their change from most of the pixels that were changed. Where one
+// color became two, the best map makes it a third one between them, which nobody painted.
+bool TakesMostOfTheChange(const std::vector<Pair>& pairs, const Explanation& as_it_was,
+                          const Explanation& fitted) {
+  size_t changed = 0, helped = 0;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    for (size_t p = 0; p < pairs[i].inside.data.size(); ++p) {
+      if (!IsInside(pairs[i].inside.data[p])) continue;
+      const float bound = std::max(kExplained, pairs[i].least.data[p]);
+      const float change = as_it_was.residuals[i].data[p];
+      if (change <= bound) continue;
+      ++changed;
+      helped += fitted.residuals[i].data[p] <= std::max(bound, kTaken * change);
+    }
+  }
+  return static_cast<double>(helped) >= kHelped * static_cast<double>(changed);
+}
+
 using Map = std::shared_ptr<const ColorTable>;
 
 Explanation ExplainBy(const std::vector<Pair>& pairs, const Map& map) {
@@ -320,7 +340,10 @@ Explanation FindMap(const std::vector<Pair>& pairs, Map* map) {
       return kept;
     }
   }
-  if (fitted.score >= as_it_was.score || SomeOfTheirColorsStayed(pairs)) return as_it_was;
+  if (fitted.score >= as_it_was.score || SomeOfTheirColorsStayed(pairs) ||
+      !TakesMostOfTheChange(pairs, as_it_was, fitted)) {
+    return as_it_was;
+  }
   *map = std::move(table);
   return fitted;
 }
