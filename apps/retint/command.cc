@@ -197,6 +197,7 @@ int RunCommand(int argc, char** argv) {
   AddProject(app, globals, action);
   AddRefit(app, globals, action);
   AddRecolor(app, globals, action);
+  AddRefine(app, globals, action);
   AddPalette(app, globals, action);
   AddEvaluate(app, globals, action);
   AddScore(app, globals, action);

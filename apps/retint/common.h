@@ -86,6 +86,7 @@ void AddSuggest(CLI::App& app, Globals& globals, Action& action);
 void AddProject(CLI::App& app, Globals& globals, Action& action);
 void AddRefit(CLI::App& app, Globals& globals, Action& action);
 void AddRecolor(CLI::App& app, Globals& globals, Action& action);
+void AddRefine(CLI::App& app, Globals& globals, Action& action);
 void AddPalette(CLI::App& app, Globals& globals, Action& action);
 void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
 void AddScore(CLI::App& app, Globals& globals, Action& action);

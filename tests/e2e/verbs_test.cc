@@ -310,6 +310,24 @@ TEST(Verbs, SelectionsGrowAndAreErased) {
   EXPECT_GT(left, count * 3 / 10);
 }
 
+TEST(Verbs, RefineSplitsWhatIsInsideMasks) {
+  TempFolder temp;
+  const fs::path finer = temp / "finer.ply", same = temp / "same.ply";
+  const std::string masks = (TinyWorkspace() / "truth" / "masks" / "box").string();
+  const CommandResult result =
+      RunRetint(With("refine", {"--masks", masks, "--part-pixels", "0.5", "--output", finer}));
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("Gaussians split into"));
+  EXPECT_THAT(result.out, HasSubstr("dB from the splat as it was"));
+  const size_t before = ReadSplat(TinyWorkspace() / "splat.ply").NumGaussians();
+  EXPECT_GT(ReadSplat(finer).NumGaussians(), before);
+  const CommandResult coarse =
+      RunRetint(With("refine", {"--masks", masks, "--part-pixels", "100", "--output", same}));
+  ASSERT_EQ(coarse.code, 0) << coarse.err;
+  EXPECT_THAT(coarse.err, HasSubstr("the splat is as it was"));
+  EXPECT_EQ(ReadSplat(same).NumGaussians(), before);
+}
+
 TEST(Verbs, ProgressAsJsonIsOneObjectALine) {
   TempFolder temp;
   const CommandResult result = RunRetint(With(

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// retint refine: a splat whose Gaussians are fine enough inside masks to show paint.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "recolor/finer_gaussians.h"
+#include "retint/common.h"
+#include "retint/results.h"
+#include "session/selecting/selection_files.h"
+#include "splat_io/splat_io.h"
+
+namespace retint::cli {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  RefineOptions options;
+  OptionFlags flags;
+  std::filesystem::path masks, output;
+};
+
+std::vector<RefitTarget> TargetsOf(const EditSession& session,
+                                   const std::map<std::string, Mask>& masks) {
+  std::vector<RefitTarget> targets;
+  for (const View* view : session.scene().views()) {
+    const auto mask = masks.find(view->name);
+    if (mask == masks.end()) continue;
+    targets.push_back({view->name, session.reconstruction().Posed(*view), &mask->second});
+  }
+  return targets;
+}
+
+void Refine(const Arguments& arguments, Run& run) {
+  arguments.options.Check();
+  const SplatCodec& codec = CodecForWriting(arguments.output);
+  CheckOutput(arguments.output);
+  const auto session = OpenSession(arguments.scene, 0, run);
+  const Pictures pictures = session->pictures();
+  MaskFolder folder = ReadMasksByName(arguments.masks, pictures, run);
+  SharesOfMasks shares =
+      ReadShares(arguments.masks, folder.checksum, session->original().NumGaussians());
+  if (!shares.why_not.empty()) run.Warn(shares.why_not);
+  const std::map<std::string, Mask> masks =
+      std::move(folder).OfViews(pictures, session->scene().views());
+  const Refinement refined =
+      RefineGaussians(session->renderer(), session->original(), TargetsOf(*session, masks),
+                      std::move(shares.shares), arguments.options, run.monitor());
+  if (refined.split == 0) {
+    run.Warn(
+        "nothing is larger inside the masks than --part-pixels asks for: the splat is as it "
+        "was");
+  }
+  StagedOutput staged;
+  staged.Add(arguments.output, [&](const std::filesystem::path& path) {
+    codec.Write(path, refined.finer.model, run.monitor());
+  });
+  run.Commit(staged);
+  WarnOfLosses(arguments.output, refined.finer.model, run);
+  run.FinishProgress();
+  const size_t after = refined.finer.model.NumGaussians();
+  run.Print(fmt::format("refine       {} of {} Gaussians split into {} of {:.1f} pixels",
+                        refined.split, session->original().NumGaussians(),
+                        after - refined.finer.stayed, refined.pixels));
+  if (refined.split > 0) {
+    run.Print(
+        fmt::format("views        inside {:.1f} dB from the splat as it was, {:.1f} dB before "
+                    "the parts' colors were fitted",
+                    refined.psnr, refined.psnr_split));
+  }
+  run.Print(fmt::format("wrote        {}", arguments.output.string()));
+}
+
+}  // namespace
+
+void AddRefine(CLI::App& app, Globals& globals, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = AddVerb(app, globals, "refine",
+                           "Split large Gaussians inside masks, so that paint shows its detail");
+  AddScene(verb, arguments->scene);
+  AddPath(verb, "--masks", arguments->masks,
+          "Folder of <image name>.png; a view without one takes no part. Shares that `retint "
+          "project` wrote there are used as long as the masks are unchanged",
+          "FOLDER")
+      ->required();
+  AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
+      ->required();
+  OptionList list;
+  arguments->options.Describe(list);
+  arguments->flags.Add(verb, "Refine", list);
+  verb->callback(
+      [&action, arguments] { action = [arguments](Run& run) { Refine(*arguments, run); }; });
+}
+
+}  // namespace retint::cli

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Large Gaussians as many small ones that look the same together, so that an edit can show detail
+// where the splat has none: stripes or letters on a plain wall.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/monitor.h"
+#include "base/option.h"
+#include "recolor/sh_refitter.h"
+#include "render/renderer.h"
+#include "scene/gaussian_model.h"
+
+namespace retint {
+
+struct FinerGaussians {
+  GaussianModel model;           // first those that stay, in their order and with all their bits
+  std::vector<int32_t> parents;  // [M] of each of them, its own or its parent's index before
+  size_t stayed = 0;
+};
+
+// Of the parts of a Gaussian, in the world's unit.
+struct PartSize {
+  float deviation = 0;  // standard deviation; 0: the Gaussian stays
+  float blur = 0;       // by how much of a deviation renderers widen it where it is seen
+};
+
+// Splits Gaussians along those of their axes that are longer than their `sizes`, [N], ask for.
+// Along an axis of deviation s a Gaussian of variance s^2 is the convolution of one of variance s^2
+// - size^2 with one of size^2, and the first is sampled, 1.8 sizes apart. Opacities are then found
+// for which the parts let as much light through as their parent did (by multiplicative updates of
+// optical depths), as renderers draw them: each is widened, and small ones the most. Parts have
+// their parent's colors. A faint Gaussian stays whole: its parts would be fainter than renderers
+// draw.
+FinerGaussians SplitGaussians(const GaussianModel& model, std::span<const PartSize> sizes);
+
+struct RefineOptions {
+  double pixels = 1.2;  // standard deviation of the parts, in the pixels of the closest view
+  int most = 300000;    // parts; where there would be more, they are larger
+  double share = 0.5;   // of a Gaussian inside the masks, above which it is split
+  void Describe(OptionList& list);
+  void Check() const;
+};
+
+struct Refinement {
+  FinerGaussians finer;
+  size_t split = 0;                 // Gaussians that were
+  double pixels = 0;                // the parts\' size that was taken
+  double psnr_split = 0, psnr = 0;  // of the views inside the masks against the original's, dB:
+                                    // with the parents' colors, and with those of `finer`
+};
+
+// Splits what lies inside the masks of `targets`, whose photos do not count, and fits the parts'
+// colors to what `renderer` shows of `model` there, so that the scene looks as it did. Everything
+// else keeps its bits. `shares` as ShRefitter has them. Stages: "refine", and ShRefitter's.
+Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
+                           std::vector<RefitTarget> targets, std::vector<float> shares,
+                           const RefineOptions& options, Monitor& monitor);
+
+}  // namespace retint
