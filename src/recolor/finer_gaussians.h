@@ -48,7 +48,7 @@ struct RefineOptions {
 struct Refinement {
   FinerGaussians finer;
   size_t split = 0;                 // Gaussians that were
-  double pixels = 0;                // the parts\' size that was taken
+  double pixels = 0;                // the parts' size that was taken
   double psnr_split = 0, psnr = 0;  // of the views inside the masks against the original's, dB:
                                     // with the parents' colors, and with those of `finer`
 };
