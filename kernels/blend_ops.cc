@@ -79,9 +79,9 @@ void BlendOps::Blend(const ViewGeometry& view, const BlendParams& params) {
     Require(params.channels == 1 && !params.background && !params.alpha,
             "only one channel, without background and alpha, may be blended up to limits");
   }
-  Require(params.least_alpha == 1 ||
-              (params.HasLimits() && params.least_alpha > 0 && params.least_alpha < 1),
-          "values are divided by the opacity between limits alone");
+  Require(params.behind == 0 ||
+              (params.HasLimits() && params.behind > 0 && params.behind <= params.low),
+          "what is behind counts between limits alone, and at most the lower one");
   DoBlend(view, params);
 }
 

@@ -86,9 +86,8 @@ struct BlendParams {
   // side of a limit alone may have such values throughout.
   float low = -std::numeric_limits<float>::infinity();
   float high = std::numeric_limits<float>::infinity();
-  // With limits: values are divided by the pixel's opacity 1 - T, or by this where that is less. 1:
-  // they stand as they are.
-  float least_alpha = 1;
+  // With limits, in [0, low]: y += T_final * behind. Where no feature is above 0, y may be 0.
+  float behind = 0;
   bool HasLimits() const { return std::isfinite(low) || std::isfinite(high); }
 };
 

@@ -159,11 +159,10 @@ void BlendBetween(const TileKernels& kernels, const TileList& list, const TileRe
     InitTransmittance(camera, rect.x0, rect.y0, pixel_rows, scratch.transmittance);
     kernels.blend_between(list, params.features, params.low, params.high, scratch.values,
                           scratch.transmittance);
-    if (params.least_alpha == 1) return;
+    if (params.behind == 0) return;
     for (int p = 0; p < kTilePixels; ++p) {
       if (!(pixel_rows >> (p / kTileSize) & 1)) continue;
-      const float alpha = 1 - std::fabs(scratch.transmittance[p]);
-      scratch.values[p] /= std::max(alpha, params.least_alpha);
+      scratch.values[p] += params.behind * std::fabs(scratch.transmittance[p]);
     }
   };
   const auto probed = uint16_t(params.pixel_rows & kProbed);
@@ -249,7 +248,7 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
       TileList list = TileListOf(view, i);
       if (!needs_transmittance) {
         const TileList cut = CutAfterLastFeature(list, params.features, channels);
-        if (params.least_alpha == 1 || cut.count == 0) list = cut;
+        if (params.behind == 0 || cut.count == 0) list = cut;
       }
       if (params.HasLimits()) {
         BlendBetween(kernels, list, rect, view.camera(), params, scratch);

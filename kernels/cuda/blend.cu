@@ -37,8 +37,8 @@ struct Features<C, true> {
 };
 
 // With limits (of one channel, see BlendParams) a pixel is done where nothing that is still to come
-// takes it over one: features lie in [0, 1], so that it gains at most its transmittance, also where
-// it is divided by its opacity in the end.
+// takes it over one: features lie in [0, 1], so that it gains at most its transmittance, with
+// what is behind as well.
 template <int C, bool IsRegion, bool HasLimits = false>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
   using Payload = Features<C, IsRegion>;
@@ -89,7 +89,7 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
     const int64_t pixel = int64_t(y) * lists.width + lane.x;
     const float left = fabsf(transmittance);
     if constexpr (HasLimits) {
-      params.image[pixel] = sum[0] / fmaxf(1 - left, params.least_alpha);
+      params.image[pixel] = sum[0] + left * params.behind;
       return;
     }
 #pragma unroll

@@ -16,9 +16,11 @@
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
-//  3. Masks. W_v m / max(W_v 1, 0.7), the mean share of what a pixel shows, view-consistent by
-//     construction; 0.5 (128) where it reaches share_threshold, 0 and 1 at half of it away on
-//     either side.
+//  3. Masks. W_v m + (1 - W_v 1) b, view-consistent by construction; 0.5 (128) where it reaches
+//     share_threshold, 0 and 1 at half of it away on either side. Light that passes everything
+//     counts as b, of which a mask is just 0: dark surfaces that were trained on black are often
+//     half transparent, and are selected where all that they show is, down to an opacity of a
+//     third.
 // Floaters (selection/lifted_surfaces.h), which only a completion's graph knows, hide no surface
 // from the look-up, are no part of the completion, and have no say in masks: there their share is
 // share_threshold, so that those behind them decide.

@@ -14,9 +14,6 @@ namespace {
 
 // How far a mask's border may be soft, of the picture's smaller side.
 constexpr double kSoftBorder = 0.01;
-// Light that passes everything has no say, down to this opacity: dark surfaces that were trained on
-// black are often half transparent, and what is less opaque than half of this is no surface.
-constexpr float kLeastAlpha = 0.7f;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
 // The shares, drawn to the threshold the more surely a Gaussian floats: it then changes no sum from
@@ -65,7 +62,7 @@ Buffer<uint8_t> ShareRenderer::Render(const PosedCamera& view) {
   blend.image = backend_.Grow(image_, pixels);
   blend.low = low_;
   blend.high = high_;
-  blend.least_alpha = kLeastAlpha;
+  blend.behind = low_;
   backend_.blend().Blend(*geometry, blend);
   auto mask = backend_.Allocate<uint8_t>(pixels);
   backend_.mask().MakeMask(

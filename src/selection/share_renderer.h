@@ -12,7 +12,7 @@
 
 namespace retint {
 
-// W m / max(W 1, 0.7) of the shares m, [N] in [0, 1], as masks (step 3 of mask_projector.h).
+// Of the shares m, [N] in [0, 1], as masks (step 3 of mask_projector.h).
 // `graph` knows the floaters; null: there are none.
 class ShareRenderer {
  public:

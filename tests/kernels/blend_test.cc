@@ -339,8 +339,8 @@ void ExpectSame(const ViewGeometry& view, const std::vector<float>& exact,
 }
 
 // Nothing that was still to come took a value over a limit: between them they are what they are
-// without, and beyond them they are beyond, also where they are divided by the pixel's opacity. A
-// tile may be taken to be as its rows 0, 5, 10 and 15.
+// without, and beyond them they are beyond, also with what is behind. A tile may be taken to be as
+// its rows 0, 5, 10 and 15.
 TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
   constexpr float kLow = 0.25f, kHigh = 0.75f;
   for (const Shape& shape : kShapes) {
@@ -362,13 +362,16 @@ TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
     blend.alpha = nullptr;
     blend.low = kLow;
     blend.high = kHigh;
-    for (const float least_alpha : {1.0f, 0.7f}) {
+    for (const float behind : {0.0f, kLow}) {
       std::vector<float> exact = sums;
-      for (size_t p = 0; p < scene.pixels; ++p) exact[p] /= std::max(opacity[p], least_alpha);
-      blend.least_alpha = least_alpha;
+      for (size_t p = 0; p < scene.pixels; ++p) exact[p] += behind * (1 - opacity[p]);
+      blend.behind = behind;
       backend_->blend().Blend(*scene.view, blend);
       ExpectSame(*scene.view, exact, image.Read(), kLow, kHigh);
     }
+    blend.behind = 2 * kLow;
+    EXPECT_THROW(backend_->blend().Blend(*scene.view, blend), std::invalid_argument);
+    blend.behind = 0;
     blend.channels = 2;
     EXPECT_THROW(backend_->blend().Blend(*scene.view, blend), std::invalid_argument);
   }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "scene/mask_pixels.h"
 #include "selection/depth_sampling.h"
 #include "selection/evidence.h"
 #include "selection/view_depth.h"
@@ -237,11 +238,32 @@ TEST_F(MaskProjectorTest, HalfTransparentSurfacesAreSelectedByWhatTheyShow) {
   const Mask mask = RenderShares(pale, view, shares, options);
   int half_transparent = 0;
   for (size_t p = 0; p < mask.data.size(); ++p) {
-    if (std::abs(alpha.data[p] - 0.35f) < 0.01f) continue;
-    EXPECT_EQ(mask.data[p] >= 128, alpha.data[p] > 0.35f) << p;
+    if (std::abs(alpha.data[p] - 1.0f / 3) < 0.01f) continue;
+    EXPECT_EQ(mask.data[p] >= 128, alpha.data[p] > 1.0f / 3) << p;
     half_transparent += alpha.data[p] > 0.36f && alpha.data[p] < 0.49f;
   }
   EXPECT_GT(half_transparent, 100);
+}
+
+// Fog that lets nearly nothing through is no selection, whatever its shares.
+TEST_F(MaskProjectorTest, FloatersAloneAreNotSelected) {
+  TinyGaussians fog(world);
+  fog.model = {};
+  fog.on_ball.clear();
+  for (int i = 0; i < 49 * 8; ++i) {
+    fog.AddFloater({0.35 * (i % 7 - 3), 0.35 * (i / 7 % 7 - 3), 2.4 + 0.1 * (i / 49)}, 0.25);
+  }
+  Renderer foggy(CreateBackend("cpu"), fog.model);
+  LiftedSurfaces lifted;
+  lifted.valleys.assign(fog.on_ball.size(), 0);
+  lifted.floating.assign(fog.on_ball.size(), 1);
+  const GaussianGraph graph(fog.model, monitor, std::nullopt, std::move(lifted));
+  const std::vector<float> shares(fog.on_ball.size(), 1.0f);
+  RenderRequest request;
+  request.alpha = true;
+  const ScalarImage alpha = foggy.Render(world.Posed(2), request).alpha;
+  EXPECT_GT(*std::max_element(alpha.data.begin(), alpha.data.end()), 0.9f);
+  EXPECT_FALSE(AnyInside(RenderShares(foggy, world.Posed(2), shares, options, &graph)));
 }
 
 TEST_F(MaskProjectorTest, GaussiansWorkFromACloudAlone) {
