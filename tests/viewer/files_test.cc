@@ -199,14 +199,47 @@ class FilesTest : public FilesFixture {
     QVERIFY(Opened(opened));
     QCOMPARE(Regions().size(), size_t{1});
     QVERIFY(window_->windowTitle().contains("work.retint"));
-    // One that is gone is a complaint, not a crash, and what is open stays.
+    // One that is gone is said to be so and leaves the list, and what is open stays.
     fs::remove_all(folder);
     for (QAction* entry : Recent()) {
       if (entry->text().endsWith("work.retint")) session = entry;
     }
     session->trigger();
-    QVERIFY(ReadError(*window_).contains("work.retint"));
+    QVERIFY(ReadError(*window_).contains("work.retint is gone"));
     QCOMPARE(Regions().size(), size_t{1});
+    for (QAction* entry : Recent()) QVERIFY(!entry->text().endsWith("work.retint"));
+  }
+
+  // Said at once, and not after a question about what is open.
+  void ARecentSceneThatIsGoneLeavesTheStartPage() {
+    const fs::path other = Fresh() / "moved";
+    fs::copy(scene_->workspace(), other, fs::copy_options::recursive);
+    OpenRequest request = scene_->Request();
+    request.workspace = other;
+    request.splat = other / "splat.ply";
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenScene(request);
+    QVERIFY(Opened(opened));
+    controller().Close();
+    auto* list = window_->findChild<QWidget*>("welcome_recent");
+    const auto buttons = [&] {
+      QList<QPushButton*> shown = list->findChildren<QPushButton*>();
+      shown.removeIf([](const QPushButton* one) { return !one->isVisible(); });
+      return shown;
+    };
+    QTRY_COMPARE_WITH_TIMEOUT(buttons().size(), 2, kWaitMs);
+    fs::remove(other / "splat.ply");
+    QTest::mouseClick(buttons().front(), Qt::LeftButton);
+    QVERIFY(WaitDialog(*window_));
+    Keep(*window_->dialog(), "recent_gone");
+    QVERIFY(ReadError(*window_).contains("moved/splat.ply is gone"));
+    QTRY_COMPARE(buttons().size(), 1);
+    Keep(*window_, "recent_after_gone");
+    QVERIFY(!buttons().front()->toolTip().contains("moved"));
+    // The others open as ever.
+    opened.clear();
+    QTest::mouseClick(buttons().front(), Qt::LeftButton);
+    QVERIFY(Opened(opened));
   }
 
   void RecentScenesKeepTheirOptions() {

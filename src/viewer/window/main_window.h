@@ -149,6 +149,7 @@ class MainWindow : public QMainWindow {
   void OpenRequested(const OpenRequest& request, bool from_form);
   void OnOpenFailed(const QString& message);
   void OpenRecent(const QString& entry);
+  void Forget(const QString& entry);  // of the recent files
   void OpenSample();
   void ShowRecent();  // on the start page
   void Remember(const QString& entry);

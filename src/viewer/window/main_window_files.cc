@@ -94,6 +94,15 @@ bool SameRecent(const QString& a, const QString& b) {
   return a.split(kBetween).mid(0, 2) == b.split(kBetween).mid(0, 2);
 }
 
+// What an entry needs and is not there any more; empty where it can be opened.
+QString MissingOf(const QString& entry) {
+  if (!entry.contains(kBetween)) return QFileInfo::exists(entry + "/session.json") ? "" : entry;
+  for (const QString& path : entry.split(kBetween).mid(0, 2)) {
+    if (!path.isEmpty() && !QFileInfo::exists(path)) return path;
+  }
+  return {};
+}
+
 }  // namespace
 
 // ---- Opening
@@ -217,7 +226,20 @@ void MainWindow::Remember(const QString& entry) {
   settings.setValue("recent", recent.mid(0, kRecentKept));
 }
 
+void MainWindow::Forget(const QString& entry) {
+  QSettings settings;
+  QStringList recent = settings.value("recent").toStringList();
+  recent.removeAll(entry);
+  settings.setValue("recent", recent);
+  ShowRecent();
+}
+
 void MainWindow::OpenRecent(const QString& entry) {
+  if (const QString missing = MissingOf(entry); !missing.isEmpty()) {
+    Forget(entry);
+    return ShowError(tr("It cannot be opened again"),
+                     tr("%1 is gone. It is off the list now.").arg(missing));
+  }
   if (!entry.contains(kBetween)) return OpenSession(Path(entry));
   OpenScene(RecentRequest(entry));
 }
