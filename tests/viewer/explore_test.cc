@@ -7,10 +7,13 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDialog>
+#include <QDialogButtonBox>
 #include <QFile>
 #include <QLabel>
 #include <QMenu>
 #include <QPushButton>
+#include <QScreen>
+#include <QScrollBar>
 #include <QTableWidget>
 
 #include "tests/viewer/viewer_scene.h"
@@ -353,6 +356,25 @@ class ExploreTest : public ViewerTest {
     QVERIFY(!window_->isFullScreen());
     QVERIFY(!canvas().split() && !canvas().depth());
     QVERIFY(window_->isVisible() && window_->controller().IsOpen() && !window_->dialog());
+  }
+
+  // The list scrolls where the screen is small.
+  void TheListOfKeysFitsTheScreen() {
+    KeysDialog* dialog = OpenKeys();
+    QVERIFY(dialog);
+    const QSize room = dialog->screen()->availableSize();
+    QVERIFY(dialog->width() < room.width() && dialog->height() < room.height());
+    constexpr QSize kSmall(1024, 700);
+    const QSize small = KeysDialog::FirstSize(kSmall);
+    constexpr int kDecorations = 40;  // pixels; a title and a frame
+    QVERIFY(small.width() < kSmall.width() && small.height() < kSmall.height() - kDecorations);
+    dialog->resize(small);
+    QTest::qWait(0);
+    QCOMPARE(dialog->size(), small);
+    Keep(*dialog, "keys_small");
+    auto* close = dialog->findChild<QDialogButtonBox*>();
+    QVERIFY(dialog->rect().contains(close->geometry()));
+    QVERIFY(dialog->findChild<QTableWidget*>()->verticalScrollBar()->maximum() > 0);
   }
 
   void F1ListsTheKeysAndChangesTheProfile() {

@@ -8,6 +8,7 @@
 #include <QHeaderView>
 #include <QLabel>
 #include <QPushButton>
+#include <QScreen>
 #include <QTableWidget>
 #include <QVBoxLayout>
 
@@ -77,7 +78,7 @@ std::vector<KeyRow> KeyRows(const KeyMap& keys) {
 KeysDialog::KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent)
     : QDialog(parent) {
   setWindowTitle(tr("Keys"));
-  resize(620, 700);
+  resize(FirstSize(screen()->availableSize()));
   profile_ = new QComboBox;
   profile_->setObjectName("profile");
   profile_->addItems(profiles);
@@ -114,6 +115,12 @@ KeysDialog::KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget*
     if (!path.isEmpty()) Q_EMIT fileChosen(path);
   });
   Show(keys);
+}
+
+// A frame takes a part of the room.
+QSize KeysDialog::FirstSize(const QSize& room) {
+  constexpr QSize kWanted(620, 700), kAround(24, 72);
+  return kWanted.boundedTo(room - kAround);
 }
 
 void KeysDialog::Show(const KeyMap& keys) {

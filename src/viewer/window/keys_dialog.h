@@ -18,6 +18,8 @@ class KeysDialog : public QDialog {
  public:
   // `profiles`: the names to choose from.
   KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent = nullptr);
+  // On a screen with this much room; the list scrolls.
+  static QSize FirstSize(const QSize& room);
   // After the profile was changed.
   void Show(const KeyMap& keys);
 
