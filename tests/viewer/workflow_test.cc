@@ -106,10 +106,14 @@ class WorkflowTest : public ViewerTest {
     QVERIFY(Iou(Selection()->masks.at(subject_.first), Truth(subject_.first)) > 0.6);
     QVERIFY2(MeanIou() > 0.5, qPrintable(QString::number(MeanIou())));
 
-    // Its points are drawn on the object and nowhere else; M takes them away.
+    // Its points are drawn on the object and nowhere else, with a note that they are not all that
+    // is selected; M takes them away.
     const QImage with_points = canvas().frame()->image;
+    QCOMPARE(canvas().CloudNote(), QString("Points of the paint · Shift+M shows the mask"));
+    Keep(*window_, "points_note");
     PressKey(*window_, Qt::Key_M);
     QVERIFY(WaitSharp(*window_));
+    QCOMPARE(canvas().CloudNote(), QString());
     const QImage plain = canvas().frame()->image;
     const auto points = Changed(with_points, plain, Truth(subject_.first));
     QVERIFY2(points.first > 0.05 && points.second < 0.01,

@@ -221,6 +221,18 @@ void Canvas::SetCloudShown(bool shown) {
   Q_EMIT stateChanged();
 }
 
+void Canvas::SetCloudNote(const QString& note) {
+  if (note == cloud_note_) return;
+  cloud_note_ = note;
+  update();
+}
+
+QString Canvas::CloudNote() const {
+  const bool shows = cloud_ && !cloud_->points.empty() && cloud_shown_ && !original_ && !picking_ &&
+                     !showing_photo();
+  return shows ? cloud_note_ : QString();
+}
+
 void Canvas::SetUncertain(std::shared_ptr<const std::vector<float>> shares) {
   if (shares == uncertain_) return;
   uncertain_ = std::move(shares);

@@ -49,6 +49,7 @@ class Canvas : public QWidget {
   void SetFlyMode(bool fly);
   void SetCloud(std::shared_ptr<const OverlayCloud> cloud);  // null: none
   void SetCloudShown(bool shown);
+  void SetCloudNote(const QString& note);  // beside the picture while the cloud shows; empty: none
   // Surfaces to hatch; null: none.
   void SetUncertain(std::shared_ptr<const std::vector<float>> shares);
   void SetHatching(bool hatching);
@@ -68,6 +69,7 @@ class Canvas : public QWidget {
   double fly_factor() const { return fly_factor_; }
   bool hatching() const { return hatching_; }
   bool cloud_shown() const { return cloud_shown_; }
+  QString CloudNote() const;  // empty: none shows
   bool showing_photo() const;
   // P is held, and the view's photo is missing or cannot be read.
   bool lacks_photo() const;
@@ -152,6 +154,7 @@ class Canvas : public QWidget {
 
   RenderWhat what_ = RenderWhat::kRgb;
   bool frusta_ = false, split_ = false, fly_mode_ = false, cloud_shown_ = true;
+  QString cloud_note_;
   bool hatching_ = false;
   bool photo_ = false, original_ = false;
   double split_at_ = 0.5;

@@ -17,7 +17,8 @@ const QColor kLine(255, 255, 255, 170);
 const QColor kAccent(255, 170, 0);
 constexpr double kSmallestQuad = 5;  // pixels; below, a frustum is not drawn
 
-void DrawLabel(QPainter& painter, const QPointF& at, const QString& text, Qt::Alignment align) {
+// Returns the box about the text.
+QRectF DrawLabel(QPainter& painter, const QPointF& at, const QString& text, Qt::Alignment align) {
   const QFontMetricsF metrics(painter.font());
   QRectF box = metrics.boundingRect(text).adjusted(-8, -4, 8, 4);
   box.moveTopLeft(align & Qt::AlignRight ? at - QPointF(box.width(), 0) : at);
@@ -26,6 +27,7 @@ void DrawLabel(QPainter& painter, const QPointF& at, const QString& text, Qt::Al
   painter.drawRoundedRect(box, 4, 4);
   painter.setPen(Qt::white);
   painter.drawText(box, Qt::AlignCenter, text);
+  return box;
 }
 
 }  // namespace
@@ -184,8 +186,12 @@ void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   painter.setRenderHint(QPainter::Antialiasing);
   const UserPicture* shown = picture();
   const double top = std::max(0.0, rect.top()) + 10;
-  DrawLabel(painter, {std::max(0.0, rect.left()) + 10, top},
-            shown ? QString::fromStdString(shown->name) : tr("free camera"), Qt::AlignLeft);
+  const QRectF name =
+      DrawLabel(painter, {std::max(0.0, rect.left()) + 10, top},
+                shown ? QString::fromStdString(shown->name) : tr("free camera"), Qt::AlignLeft);
+  if (const QString note = CloudNote(); !note.isEmpty()) {
+    DrawLabel(painter, name.bottomLeft() + QPointF(0, 6), note, Qt::AlignLeft);
+  }
   QString mode;
   if (picking_) {
     mode = tr("pick a color");

@@ -23,6 +23,7 @@
 #include "session/selecting/paint_held.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/canvas/uncertainty.h"
+#include "viewer/panels/quality_panel.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
@@ -410,6 +411,7 @@ void MainWindow::SetCurrentRegion(RegionId id) {
 }
 
 void MainWindow::ShowCloudOfCurrent() {
+  ShowCloudNote();
   const Region* region = current_->region();
   const auto selection = region ? region->selection : nullptr;
   const auto facts = controller_->facts();
@@ -425,6 +427,18 @@ void MainWindow::ShowCloudOfCurrent() {
     cloud->color = {uint8_t(color.red()), uint8_t(color.green()), uint8_t(color.blue())};
   }
   canvas_->SetCloud(cloud);
+}
+
+// As long as the points show: they are less than what is selected.
+void MainWindow::ShowCloudNote() {
+  const Region* region = current_->region();
+  const QString key = keys_.KeyText("show.mask");
+  QString note;
+  if (region && region->selection && !region->selection->masks.empty()) {
+    note = tr("Points of the paint");
+    if (!key.isEmpty() && !quality_->mask_shown()) note += tr(" · %1 shows the mask").arg(key);
+  }
+  canvas_->SetCloudNote(note);
 }
 
 void MainWindow::OnRegions() {

@@ -128,6 +128,7 @@ class MainWindow : public QMainWindow {
   void UpdateActions();
   void OnRegions();
   void ShowCloudOfCurrent();
+  void ShowCloudNote();
   // main_window_actions.cc
   void BuildActions();
   QAction* MakeAction(const char* command, const QString& text, std::function<void()> act,

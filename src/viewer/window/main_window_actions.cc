@@ -206,6 +206,7 @@ void MainWindow::UpdateActions() {
   action("show.split")->setChecked(canvas_->split());
   action("show.cloud")->setChecked(canvas_->cloud_shown());
   action("show.mask")->setChecked(quality_->mask_shown());
+  ShowCloudNote();
   action("show.uncertain")->setChecked(canvas_->hatching());
   action("show.look_ahead")->setChecked(preview_->enabled());
   for (QMenu* menu : findChildren<QMenu*>("export")) menu->setEnabled(open);
@@ -267,6 +268,7 @@ void MainWindow::SetKeyMap(const KeyMap& keys) {
                        : tr("%1 (go there: %2)").arg(dock->windowTitle(), text));
   }
   if (keys_dialog_) keys_dialog_->Show(keys);
+  ShowCloudNote();
 }
 
 void MainWindow::ShowKeys() {
