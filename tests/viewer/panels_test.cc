@@ -303,12 +303,20 @@ class PanelsTest : public PanelsFixture {
   }
 
   void RegistrationResidualsAreListed() {
+    SelectionSource source = TinySource(scene_);
+    PaintedReport& report = source.reports.front();
+    report.view = "IMG_5881.jpg";
+    report.registration.accepted = true;
+    report.registration.points_used = 1240;
+    report.registration.rms_before = 0.0921;
+    report.registration.rms_after = 0.0757;
+    report.registration.heldout_before = report.registration.heldout_after = 0.0812;
     bool done = false;
     Controller().Run(
         {},
-        [this](EditSession& session, Monitor& monitor) {
+        [&](EditSession& session, Monitor& monitor) {
           session.AddRegion("painted", MasksOf(scene_), scene_.shares,
-                            ColorEdit::Tint({0.5F, 1, 1}), monitor, TinySource(scene_));
+                            ColorEdit::Tint({0.5F, 1, 1}), monitor, source);
         },
         [&] { done = true; });
     QTRY_VERIFY_WITH_TIMEOUT(done, kWaitMs);
@@ -316,20 +324,33 @@ class PanelsTest : public PanelsFixture {
     Select(0);
     Show("quality");
     auto* table = Find<QTableWidget>("registration_table");
-    QCOMPARE(table->rowCount(), 1);
-    QCOMPARE(table->verticalHeaderItem(0)->text(), QString("view0"));
-    QCOMPARE(table->item(0, 0)->text(), QString("40"));
-    QVERIFY(table->item(0, 1)->text().contains("0.0333"));
-    QVERIFY(!table->item(0, 3)->text().contains("✘"));  // no correction is no failure
+    QCOMPARE(table->rowCount(), 2);  // the view's name, and its numbers
+    QCOMPARE(table->item(0, 0)->text(), QString("IMG_5881.jpg"));
+    QCOMPARE(table->item(1, 0)->text(), QString("1240"));
+    QCOMPARE(table->item(1, 1)->text(), QString("0.0921\n→ 0.0757"));
+    QCOMPARE(table->item(1, 2)->text(), QString("0.0812"));  // it did not change
+    QCOMPARE(table->item(1, 3)->text(), QString("yes"));
     // All of its row shows, whatever width the columns get.
     auto* dock = Find<QDockWidget>("quality");
     for (const int width : {330, 420, 340}) {
       window_->resizeDocks({dock}, {width}, Qt::Horizontal);
       QTest::qWait(50);
-      const QRect row = table->visualItemRect(table->item(0, 0));
+      Keep(*window_, qPrintable(QString("registration_%1").arg(width)));
+      const QRect row = table->visualItemRect(table->item(1, 0));
       QVERIFY2(table->viewport()->rect().contains(row.left(), row.bottom()),
                qPrintable(QString("%1 of %2").arg(row.bottom()).arg(table->viewport()->height())));
-      QVERIFY(table->rowHeight(0) >= table->verticalHeader()->sectionSizeHint(0));
+      QVERIFY(table->rowHeight(1) >= table->verticalHeader()->sectionSizeHint(1));
+      // No header is cut, and no value wraps.
+      for (int column = 0; column < table->columnCount(); ++column) {
+        const int given = table->columnWidth(column);
+        const int header = table->horizontalHeader()->sectionSizeHint(column);
+        const int value =
+            table->itemDelegate()->sizeHint({}, table->model()->index(1, column)).width();
+        QVERIFY2(
+            given >= std::max(header, value),
+            qPrintable(
+                QString("column %1: %2 of %3, %4").arg(column).arg(given).arg(header).arg(value)));
+      }
     }
   }
 

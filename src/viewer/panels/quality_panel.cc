@@ -34,6 +34,12 @@ QString Significant(double value) {
   return std::isfinite(value) ? QString::number(value, 'g', 3) : QStringLiteral("–");
 }
 
+// In two lines where it differs, which fit a narrow column.
+QString Change(double before, double after) {
+  const QString from = Significant(before), to = Significant(after);
+  return from == to ? from : from + QStringLiteral("\n→ ") + to;
+}
+
 // As high as its rows: the panel scrolls, not its tables.
 void FitHeight(QTableWidget* table) {
   table->resizeRowsToContents();
@@ -110,10 +116,11 @@ QualityPanel::QualityPanel(SceneController* controller, Canvas* canvas, CurrentR
   registration_of_->setWordWrap(true);
   layout->addWidget(registration_of_);
   registration_ =
-      MakeTable("registration_table", {tr("Points"), tr("RMS"), tr("Held out"), tr("Correction")});
+      MakeTable("registration_table", {tr("Points"), tr("RMS"), tr("Held out"), tr("Moved")});
+  registration_->verticalHeader()->hide();
   registration_->setToolTip(
-      tr("Distances of the selection's depth to COLMAP's points, before → after the correction, "
-         "in the scene's unit"));
+      tr("Distances of the selection's depth to COLMAP's points, before → after it was moved onto "
+         "them, in the scene's unit"));
   layout->addWidget(registration_);
   layout->addStretch();
 
@@ -205,21 +212,26 @@ void QualityPanel::ShowRegion() {
   } else {
     const auto& reports = region->selection->source.reports;
     registration_of_->setText(tr("Registration to the sparse points, by painted view:"));
-    registration_->setRowCount(int(reports.size()));
-    for (int row = 0; row < int(reports.size()); ++row) {
-      const PaintedReport& report = reports[size_t(row)];
-      const RegistrationSummary& moved = report.registration;
-      const auto change = [](double before, double after) {
-        return Significant(before) + QStringLiteral(" → ") + Significant(after);
-      };
-      SetRow(registration_, row, QString::fromStdString(report.view),
-             {QString::number(moved.points_used), change(moved.rms_before, moved.rms_after),
-              change(moved.heldout_before, moved.heldout_after),
-              moved.accepted ? tr("✔ applied") : tr("kept as is")});
-      registration_->item(row, 3)->setToolTip(QString::fromStdString(moved.reason));
-    }
+    for (const PaintedReport& report : reports) AddRegistration(report);
   }
   FitHeight(registration_);
+}
+
+// The view's name above its numbers, which have the width of the panel so.
+void QualityPanel::AddRegistration(const PaintedReport& report) {
+  const QString view = QString::fromStdString(report.view);
+  const RegistrationSummary& moved = report.registration;
+  const int row = registration_->rowCount();
+  registration_->setRowCount(row + 2);
+  auto* name = new QTableWidgetItem(view);
+  name->setToolTip(view);
+  registration_->setItem(row, 0, name);
+  registration_->setSpan(row, 0, 1, registration_->columnCount());
+  SetRow(
+      registration_, row + 1, view,
+      {QString::number(moved.points_used), Change(moved.rms_before, moved.rms_after),
+       Change(moved.heldout_before, moved.heldout_after), moved.accepted ? tr("yes") : tr("no")});
+  registration_->item(row + 1, 3)->setToolTip(QString::fromStdString(moved.reason));
 }
 
 void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {

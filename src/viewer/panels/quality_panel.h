@@ -41,6 +41,7 @@ class QualityPanel : public QWidget {
   void BuildSwitches(QVBoxLayout* layout);
   void ShowCanvas();
   void ShowRegion();
+  void AddRegistration(const PaintedReport& report);
   void ShowReport(RegionId id, const QualityReport& report);
   void ClearReport();
   void Clear();
