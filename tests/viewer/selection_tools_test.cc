@@ -348,7 +348,7 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(hint->text().contains("stroke on the object"));
     Drag({At(40, 40), At(60, 50)});
     QVERIFY(Settled());
-    QVERIFY2(hint->text().contains("Ctrl on what is not the object"), qPrintable(hint->text()));
+    QVERIFY2(hint->text().contains("Draw there with Ctrl"), qPrintable(hint->text()));
     Key(Qt::Key_I);
     QVERIFY(hint->text().contains("Click on the outline"));
     Click(At(30, 30));

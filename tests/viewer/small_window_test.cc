@@ -19,6 +19,7 @@
 
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/panels/edit_panel.h"
+#include "viewer/selection/selection_bar.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
@@ -98,13 +99,8 @@ class SmallWindowTest : public ViewerTest {
     return cut.isEmpty() ? QString() : where + ": " + cut.join("; ");
   }
 
- private Q_SLOTS:
-  void initTestCase() { MakeScene(); }
-  void cleanupTestCase() { scene_.reset(); }
-  void init() {
-    const QStringList sides = qEnvironmentVariable("RETINT_WINDOW", "1024x700").split('x');
-    const QSize size(sides.value(0).toInt(), sides.value(1).toInt());
-    // At its size before its panels are laid out, as on a small screen.
+  // At its size before its panels are laid out, as on a screen that small.
+  void Open(const QSize& size) {
     window_ = std::make_unique<MainWindow>(theme_.get());
     window_->resize(size);
     window_->show();
@@ -112,6 +108,14 @@ class SmallWindowTest : public ViewerTest {
     window_->OpenScene(scene_->Request());
     QVERIFY(QTest::qWaitFor([&] { return canvas().IsSharp(); }, kWaitMs));
     QCOMPARE(window_->size(), size);
+  }
+
+ private Q_SLOTS:
+  void initTestCase() { MakeScene(); }
+  void cleanupTestCase() { scene_.reset(); }
+  void init() {
+    const QStringList sides = qEnvironmentVariable("RETINT_WINDOW", "1024x700").split('x');
+    Open({sides.value(0).toInt(), sides.value(1).toInt()});
   }
   void cleanup() { window_.reset(); }
 
@@ -190,6 +194,46 @@ class SmallWindowTest : public ViewerTest {
       if (!one.isEmpty()) cut << one;
     }
     QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
+  }
+
+  // In a window of 1600 pixels, whatever was done with the tool so far.
+  void HintsOfToolsAreWhole() {
+    window_.reset();
+    Open({1600, 1000});
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    SelectionCanvas& paper = window_->selection().canvas();
+    auto* hint = window_->findChild<QLabel*>("selectionHint");
+    auto* strip = window_->findChild<ActionStrip*>();
+    strip->SetTargets({"New region"}, 0, "IMG_5881.jpg");
+    QStringList cut;
+    const auto look = [&](const QString& when) {
+      QTest::qWait(20);
+      Keep(*window_, qPrintable("hint-" + when));
+      if (hint->text().contains("…")) cut << when + ": " + hint->text();
+    };
+    constexpr Qt::Key kKeys[] = {Qt::Key_B, Qt::Key_E, Qt::Key_R, Qt::Key_L, Qt::Key_P, Qt::Key_S,
+                                 Qt::Key_W, Qt::Key_I, Qt::Key_H, Qt::Key_X, Qt::Key_K, Qt::Key_F};
+    for (const Qt::Key key : kKeys) {
+      QTest::keyClick(&paper, key);
+      look(QStringLiteral("%1").arg(QChar(key)));
+    }
+    const QPoint middle = paper.rect().center();
+    QTest::keyClick(&paper, Qt::Key_I);
+    for (const QPoint& by : {QPoint(0, 0), QPoint(40, 0), QPoint(40, 40)}) {
+      QTest::mouseClick(&paper, Qt::LeftButton, {}, middle + by);
+      look(QStringLiteral("corner-%1-%2").arg(by.x()).arg(by.y()));
+    }
+    QTest::keyClick(&paper, Qt::Key_S);
+    for (const auto& [by, modifiers] :
+         {std::pair(QPoint(0, 0), Qt::KeyboardModifiers()),
+          std::pair(QPoint(90, 90), Qt::KeyboardModifiers(Qt::ControlModifier))}) {
+      DragAlong(&paper, {middle + by, middle + by + QPoint(30, 10)}, Qt::LeftButton, modifiers);
+      QTRY_VERIFY_WITH_TIMEOUT(!paper.IsFinding(), kWaitMs);
+      look(QStringLiteral("scribble-%1").arg(by.x()));
+    }
+    QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
+    QCOMPARE(hint->toolTip(), paper.Hint());
   }
 
   // Whatever the panels show, and whatever the tool has for options.

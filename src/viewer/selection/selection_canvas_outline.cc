@@ -288,6 +288,7 @@ void SelectionCanvas::FindRefined(const std::vector<Eigen::Vector2d>& stroke) {
 
 // --- What to do next -----------------------------------------------------------------------------
 
+// The first part is short: it is what shows where there is little room.
 QString SelectionCanvas::Hint() const {
   if (IsFinding() && !drawing_ && !tuning_) return tr("Finding the outline  ·  Esc stops it");
   const QString combine = tr("  ·  Shift adds, Ctrl removes, Shift+Ctrl intersects");
@@ -302,36 +303,36 @@ QString SelectionCanvas::Hint() const {
     case SelectionTool::kLasso:
       return tr("Drag around it") + combine;
     case SelectionTool::kPolygon:
-      return tr("Click corners, double-click or Enter closes, Backspace takes one back");
+      return tr("Click corners, Enter closes  ·  Backspace takes one back");
     case SelectionTool::kScribble:
       if (scribbles_.empty()) {
-        return tr("Draw a stroke on the object; its outline is found") +
-               tr("  ·  Shift adds it to what is selected");
+        return tr("Draw a stroke on the object") +
+               tr("  ·  its outline is found  ·  Shift adds it to what is selected");
       }
       if (scribbles_.size() == 1 && !scribbles_[0].outside) {
-        return tr("Too much? Draw with Ctrl on what is not the object") + tr("  ·  Enter accepts");
+        return tr("Too much? Draw there with Ctrl") + tr("  ·  Enter accepts");
       }
-      return tr("Draw what is missing, with Ctrl what is too much") +
-             tr("  ·  Ctrl+Z takes a stroke back  ·  Enter accepts");
+      return tr("Draw what is missing, Ctrl removes") +
+             tr("  ·  Enter accepts  ·  Ctrl+Z takes a stroke back");
     case SelectionTool::kWand:
-      return tr("Click a surface; drag right for more, left for less") + combine;
+      return tr("Click a surface  ·  drag right for more, left for less") + combine;
     case SelectionTool::kScissors:
       if (corners == 0) return tr("Click on the outline, then along it  ·  it follows the edges");
       if (corners < 3) {
-        return tr("Click on along the outline, three points at least") +
-               tr("  ·  Backspace takes one back");
+        return tr("Click on along the outline") +
+               tr("  ·  three points at least  ·  Backspace takes one back");
       }
-      return tr("Click on, double-click or Enter closes  ·  Backspace takes one back");
+      return tr("Click on, Enter closes  ·  Backspace takes one back");
     case SelectionTool::kSphere:
-      return tr("Press on the object and drag the sphere's radius") + combine;
+      return tr("Drag from the object  ·  as far as the sphere reaches") + combine;
     case SelectionTool::kBox:
       return tr("Drag across the object  ·  the box holds what was under the cursor") + combine;
     case SelectionTool::kLike:
-      return tr("Click a color that stays of what is selected") +
+      return tr("Click the color that stays") +
              tr("  ·  drag right or left for more or less  ·  Shift adds, Ctrl removes");
     case SelectionTool::kRefine:
-      return tr("Drag along the border: it moves to the edges") +
-             tr("  ·  [ ] size  ·  Shift+F: the whole border");
+      return tr("Drag along the border") +
+             tr("  ·  it moves to the edges  ·  [ ] size  ·  Shift+F: the whole border");
   }
   return {};
 }
