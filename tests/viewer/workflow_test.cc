@@ -96,6 +96,29 @@ class WorkflowTest : public ViewerTest {
   }
   void cleanup() { window_.reset(); }
 
+  // What the note of the points says is true of the mask and of the profile of keys.
+  void TheNoteOfThePointsFollowsTheMaskAndTheKeys() {
+    PressKey(*window_, Qt::Key_Return);
+    QVERIFY(Painting());
+    Paint(Truth(subject_.first));
+    QVERIFY(Accept());
+    const QString points = "Points of the paint", with_key = points + " · Shift+M shows the mask";
+    QCOMPARE(canvas().CloudNote(), with_key);
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);  // the mask instead of the points
+    QCOMPARE(canvas().CloudNote(), QString());
+    PressKey(*window_, Qt::Key_M);  // and both
+    QCOMPARE(canvas().CloudNote(), points);
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
+    QCOMPARE(canvas().CloudNote(), with_key);
+    const KeyMap before = window_->keys();
+    window_->SetKeyMap(KeyMap::FromJson(
+        R"({"name": "Mine", "base": "SuperSplat", "keys": {"show.mask": ["K"]}})", "mine.json"));
+    QCOMPARE(canvas().CloudNote(), points + " · K shows the mask");
+    window_->SetKeyMap(before);
+    window_->SetCurrentRegion(0);
+    QCOMPARE(canvas().CloudNote(), QString());
+  }
+
   void PaintAcceptRecolorAndTakeBack() {
     const QImage before = canvas().frame()->image;
     PressKey(*window_, Qt::Key_Return);
