@@ -50,6 +50,13 @@ void Refine(const Arguments& arguments, Run& run) {
         "nothing is larger inside the masks than --part-pixels asks for: the splat is as it "
         "was");
   }
+  if (refined.split > 0 && refined.pixels > arguments.options.pixels) {
+    run.Warn(
+        fmt::format("parts of {:.1f} pixels would be more than {}, so they have {:.1f}: mask less "
+                    "than this, or "
+                    "give a larger --most-parts",
+                    arguments.options.pixels, arguments.options.most, refined.pixels));
+  }
   StagedOutput staged;
   staged.Add(arguments.output, [&](const std::filesystem::path& path) {
     codec.Write(path, refined.finer.model, run.monitor());

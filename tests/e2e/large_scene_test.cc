@@ -260,7 +260,7 @@ TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
                                             "on",         "--log-level", "info"};
   CommandResult run = Recolor("first.ply", options);
   ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("built the index: there is no"));
+  EXPECT_THAT(run.err, HasSubstr("built the index: there was no"));
   run = Recolor("second.ply", options);
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, testing::Not(HasSubstr("built the index")));

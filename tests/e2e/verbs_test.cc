@@ -321,6 +321,10 @@ TEST(Verbs, RefineSplitsWhatIsInsideMasks) {
   EXPECT_THAT(result.out, HasSubstr("dB from the splat as it was"));
   const size_t before = ReadSplat(TinyWorkspace() / "splat.ply").NumGaussians();
   EXPECT_GT(ReadSplat(finer).NumGaussians(), before);
+  const CommandResult few = RunRetint(With("refine", {"--masks", masks, "--part-pixels", "0.5",
+                                                      "--most-parts", "200", "--output", finer}));
+  ASSERT_EQ(few.code, 0) << few.err;
+  EXPECT_THAT(few.err, HasSubstr("parts of 0.5 pixels would be more than 200"));
   const CommandResult coarse =
       RunRetint(With("refine", {"--masks", masks, "--part-pixels", "100", "--output", same}));
   ASSERT_EQ(coarse.code, 0) << coarse.err;

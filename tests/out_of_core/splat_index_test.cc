@@ -289,7 +289,7 @@ TEST_F(SplatIndexTest, IsRebuiltWhereItDoesNotFit) {
     ExpectWhole(SplatIndex::OpenOrBuild(file, index_, {}, monitor_, &built), model_, 512);
     return std::exchange(built, "");
   };
-  EXPECT_THAT(open(), HasSubstr("there is no"));
+  EXPECT_THAT(open(), HasSubstr("there was no"));
   EXPECT_EQ(open(), "");
   Write(501);
   EXPECT_THAT(open(), HasSubstr("is the index of another file"));
