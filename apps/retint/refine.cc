@@ -6,6 +6,7 @@
 #include "recolor/finer_gaussians.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "session/regions/region_store.h"
 #include "session/selecting/selection_files.h"
 #include "splat_io/splat_io.h"
 
@@ -18,17 +19,6 @@ struct Arguments {
   OptionFlags flags;
   std::filesystem::path masks, output;
 };
-
-std::vector<RefitTarget> TargetsOf(const EditSession& session,
-                                   const std::map<std::string, Mask>& masks) {
-  std::vector<RefitTarget> targets;
-  for (const View* view : session.scene().views()) {
-    const auto mask = masks.find(view->name);
-    if (mask == masks.end()) continue;
-    targets.push_back({view->name, session.reconstruction().Posed(*view), &mask->second});
-  }
-  return targets;
-}
 
 void Refine(const Arguments& arguments, Run& run) {
   arguments.options.Check();
@@ -43,19 +33,17 @@ void Refine(const Arguments& arguments, Run& run) {
   const std::map<std::string, Mask> masks =
       std::move(folder).OfViews(pictures, session->scene().views());
   const Refinement refined =
-      RefineGaussians(session->renderer(), session->original(), TargetsOf(*session, masks),
+      RefineGaussians(session->renderer(), session->original(),
+                      RenderTargets(session->reconstruction(), masks, session->scene().views()),
                       std::move(shares.shares), arguments.options, run.monitor());
   if (refined.split == 0) {
-    run.Warn(
-        "nothing is larger inside the masks than --part-pixels asks for: the splat is as it "
-        "was");
+    run.Warn("no Gaussian inside the masks is larger than --part-pixels: the splat is as it was");
   }
   if (refined.split > 0 && refined.pixels > arguments.options.pixels) {
-    run.Warn(
-        fmt::format("parts of {:.1f} pixels would be more than {}, so they have {:.1f}: mask less "
-                    "than this, or "
-                    "give a larger --most-parts",
-                    arguments.options.pixels, arguments.options.most, refined.pixels));
+    run.Warn(fmt::format(
+        "parts of {:.1f} pixels may be more than {}, so they have {:.1f}: mask less, or allow more "
+        "with --most-parts",
+        arguments.options.pixels, arguments.options.most, refined.pixels));
   }
   StagedOutput staged;
   staged.Add(arguments.output, [&](const std::filesystem::path& path) {
@@ -70,8 +58,9 @@ void Refine(const Arguments& arguments, Run& run) {
                         after - refined.finer.stayed, refined.pixels));
   if (refined.split > 0) {
     run.Print(
-        fmt::format("views        inside {:.1f} dB from the splat as it was, {:.1f} dB before "
-                    "the parts' colors were fitted",
+        fmt::format("views        inside {:.1f} dB from the splat as it was, {:.1f} dB before the "
+                    "parts' colors "
+                    "were fitted",
                     refined.psnr, refined.psnr_split));
   }
   run.Print(fmt::format("wrote        {}", arguments.output.string()));

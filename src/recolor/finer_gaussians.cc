@@ -291,7 +291,8 @@ double PsnrInside(Renderer& one, Renderer& other, const std::vector<RefitTarget>
     const Image a = one.Render(target.camera).rgb, b = other.Render(target.camera).rgb;
     for (size_t i = 0; i < a.data.size(); ++i) {
       if (!IsInside(target.mask->data[i / 3])) continue;
-      const double difference = std::min(double(a.data[i]), 1.0) - std::min(double(b.data[i]), 1.0);
+      const double difference =
+          std::clamp(double(a.data[i]), 0.0, 1.0) - std::clamp(double(b.data[i]), 0.0, 1.0);
       sum += difference * difference;
       count += 1;
     }

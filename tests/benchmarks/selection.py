@@ -353,6 +353,9 @@ def main():
     for scene in options.scenes.split(","):
         if scene in CAPTURES and options.data is None:
             parser.error(f"scene '{scene}' needs --data")
+        trained = pathlib.Path(scene).is_absolute() and (pathlib.Path(scene) / "splat.ply").exists()
+        if scene not in CAPTURES and scene not in SYNTHETIC and not trained:
+            parser.error(f"there is no scene '{scene}', nor a splat.ply in a folder of that path")
         for thing in (capture if scene in CAPTURES else synthetic)(options, scene):
             for what in options.what.split(","):
                 if time.time() < end:

@@ -134,13 +134,15 @@ struct Wall {
   }
 };
 
+Refinement Refine(const Wall& wall, const RefineOptions& options = {}) {
+  Renderer renderer(CreateBackend("cpu"), wall.model);
+  Monitor monitor;
+  return RefineGaussians(renderer, wall.model, wall.Targets(), {}, options, monitor);
+}
+
 TEST(FinerGaussians, ARefinedWallShowsStripes) {
   const Wall wall;
-  const auto backend = std::shared_ptr<Backend>(CreateBackend("cpu"));
-  Renderer renderer(backend, wall.model);
-  Monitor monitor;
-  const Refinement refined =
-      RefineGaussians(renderer, wall.model, wall.Targets(), {}, RefineOptions(), monitor);
+  const Refinement refined = Refine(wall);
   EXPECT_EQ(refined.split, 24u);
   EXPECT_GT(refined.psnr, 40);
   EXPECT_GE(refined.psnr, refined.psnr_split);
@@ -150,13 +152,9 @@ TEST(FinerGaussians, ARefinedWallShowsStripes) {
 
 TEST(FinerGaussians, ThereAreNoMorePartsThanWanted) {
   const Wall wall;
-  const auto backend = std::shared_ptr<Backend>(CreateBackend("cpu"));
-  Renderer renderer(backend, wall.model);
-  Monitor monitor;
   RefineOptions options;
   options.most = 1000;
-  const Refinement refined =
-      RefineGaussians(renderer, wall.model, wall.Targets(), {}, options, monitor);
+  const Refinement refined = Refine(wall, options);
   EXPECT_LE(refined.finer.model.NumGaussians() - refined.finer.stayed, 1000u);
   EXPECT_GT(refined.finer.model.NumGaussians(), 200u);
   EXPECT_GT(refined.pixels, options.pixels);
@@ -169,11 +167,7 @@ TEST(FinerGaussians, OnlyWhatIsInsideTheMasksIsSplit) {
       for (int x = 32; x < mask.width; ++x) mask(x, y) = 0;
     }
   }
-  const auto backend = std::shared_ptr<Backend>(CreateBackend("cpu"));
-  Renderer renderer(backend, wall.model);
-  Monitor monitor;
-  const Refinement refined =
-      RefineGaussians(renderer, wall.model, wall.Targets(), {}, RefineOptions(), monitor);
+  const Refinement refined = Refine(wall);
   EXPECT_EQ(refined.split, 12u);
   EXPECT_EQ(refined.finer.stayed, 12u);
   for (size_t g = 0; g < refined.finer.stayed; ++g) {

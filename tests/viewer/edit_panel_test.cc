@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include <QAction>
-#include <QCheckBox>
 #include <QClipboard>
-#include <QDoubleSpinBox>
 #include <QLabel>
 #include <QMenu>
 #include <QSet>
@@ -16,10 +14,8 @@
 
 #include "base/files.h"
 #include "kernels/common/color_spaces.h"
-#include "tests/viewer/panels_fixture.h"
+#include "tests/viewer/edit_panel_fixture.h"
 #include "viewer/panels/edit_panel.h"
-#include "viewer/panels/gradient_bar.h"
-#include "viewer/panels/operation_views.h"
 #include "viewer/panels/swatch_row.h"
 #include "viewer/scene/view_editor.h"
 
@@ -27,64 +23,8 @@ namespace retint {
 
 namespace fs = std::filesystem;
 
-class EditPanelTest : public PanelsFixture {
+class EditPanelTest : public EditPanelFixture {
   Q_OBJECT
-
- private:
-  using Kind = ColorOperationKind;
-
-  // A region whose color was not chosen yet.
-  bool AddPlain(const char* name = "new") {
-    QSignalSpy added(&Controller(), &SceneController::regionAdded);
-    Controller().AddRegionFromMasks(name, MasksOf(scene_), ColorEdit());
-    return QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs);
-  }
-  ColorEdit Edit(size_t region = 0) { return SessionRegions().regions[region].edit; }
-  std::vector<Kind> Kinds() {
-    std::vector<Kind> kinds;
-    for (const ColorOperation& operation : Edit().operations) kinds.push_back(operation.kind);
-    return kinds;
-  }
-  void Click(const char* name) {
-    auto* button = Find<QAbstractButton>(name);
-    // A box is at the left of its row.
-    const QPoint at = qobject_cast<QCheckBox*>(button) ? QPoint(8, button->height() / 2)
-                                                       : button->rect().center();
-    QTest::mouseClick(button, Qt::LeftButton, {}, at);
-  }
-  void Type(const char* box, const char* text) {
-    auto* field = Find<QDoubleSpinBox>(box);
-    field->setFocus();
-    field->selectAll();
-    QTest::keyClicks(field, text);
-    QTest::keyClick(field, Qt::Key_Return);
-  }
-  void TypeColor(const char* color) {
-    auto* text = Find<QLineEdit>("color_text");
-    text->setFocus();
-    text->selectAll();
-    QTest::keyClicks(text, color);
-    QTest::keyClick(text, Qt::Key_Return);
-  }
-  RowTree* Steps() { return Find<RowTree>("operation_list"); }
-  QString Problem() {
-    auto* label = Find<QLabel>("edit_problem");
-    return label->isVisibleTo(window_.get()) ? label->text() : QString();
-  }
-  // As the worker, who measures, has it.
-  bool MeasureTwoColors() {
-    auto* count = Find<QSpinBox>("palette_count");
-    count->setFocus();
-    count->selectAll();
-    QTest::keyClicks(count, "2");
-    QTest::keyClick(count, Qt::Key_Return);
-    return Measured();
-  }
-
-  bool Measured() {
-    return QTest::qWaitFor([&] { return !Regions()[0].edit.NeedsMainColor(); }, kWaitMs) &&
-           !Edit().operations.empty();
-  }
 
  private Q_SLOTS:
   void initTestCase() { MakeTheme(); }
@@ -284,153 +224,6 @@ class EditPanelTest : public PanelsFixture {
     QVERIFY2(note->text().contains("cannot make #ff2020 fully gray"), qPrintable(note->text()));
     Type("white_balance.temperature", "20");
     QVERIFY(!note->isVisible());
-  }
-
-  void TablesComeFromFiles() {
-    QVERIFY(AddRegions());
-    Select(0);
-    std::string cube = "LUT_3D_SIZE 2\n";
-    for (int i = 0; i < 8; ++i) {  // the complement, red fastest
-      for (int c = 0; c < 3; ++c) cube += (i >> c & 1) ? "0.0 " : "1.0 ";
-      cube += "\n";
-    }
-    WriteFile(*folder_ / "negative.cube", cube);
-    WriteFile(*folder_ / "broken.cube", cube.substr(0, 60));
-    Click("mode_lut");
-    AnswerFileDialog(*folder_ / "negative.cube");
-    Click("lut_open");
-    QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), size_t{2}, kWaitMs);
-    const ColorEdit edit = Edit();
-    QVERIFY(edit.operations[1].kind == Kind::kLut);
-    QCOMPARE(edit.operations[1].table->size, 2);
-    QVERIFY(Find<QLabel>("lut_name")->text().contains("negative"));
-    AnswerFileDialog(*folder_ / "broken.cube");
-    Click("lut_open");
-    auto* problem = Find<QLabel>("lut_problem");
-    QTRY_VERIFY_WITH_TIMEOUT(problem->text().contains("broken.cube"), kWaitMs);
-    QVERIFY(Edit() == edit);
-  }
-
-  void AnotherTableIsAddedOnlyWhenItIsChosen() {
-    QVERIFY(AddRegions());
-    Select(0);
-    std::string cube = "LUT_3D_SIZE 2\n";
-    for (int i = 0; i < 8; ++i) cube += "0.5 0.5 0.5\n";
-    WriteFile(*folder_ / "gray.cube", cube);
-    QAction* add = nullptr;
-    for (QAction* action : Find<QToolButton>("operation_add")->menu()->actions()) {
-      if (action->objectName() == "lut") add = action;
-    }
-    QVERIFY(add);
-    int came = 0;
-    CancelFileDialog(&came);
-    add->trigger();
-    QCOMPARE(came, 1);
-    // What is changed next is changed, and not added once more.
-    Click("mode_tint");
-    TypeColor("#2040ff");
-    QVERIFY(Kinds() == std::vector{Kind::kTint});
-    for (size_t count : {2, 3}) {
-      AnswerFileDialog(*folder_ / "gray.cube");
-      add->trigger();
-      QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), count, kWaitMs);
-    }
-    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kLut, Kind::kLut}));
-  }
-
-  void LongNamesDoNotWidenThePanel() {
-    QVERIFY(AddRegions());
-    Select(0);
-    std::string cube = "LUT_3D_SIZE 2\n";
-    for (int i = 0; i < 8; ++i) cube += "0.5 0.5 0.5\n";
-    const std::string name(200, 'w');
-    WriteFile(*folder_ / (name + ".cube"), cube);
-    WriteFile(*folder_ / (name + "_broken.cube"), "LUT_3D_SIZE 2\n0 0 0\n");
-    Click("mode_lut");
-    auto* panel = Find<EditPanel>("edit_panel");
-    const int width = panel->minimumSizeHint().width();
-    AnswerFileDialog(*folder_ / (name + ".cube"));
-    Click("lut_open");
-    QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), size_t{2}, kWaitMs);
-    QCOMPARE(panel->minimumSizeHint().width(), width);
-    AnswerFileDialog(*folder_ / (name + "_broken.cube"));
-    Click("lut_open");
-    QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("lut_problem")->isVisible(), kWaitMs);
-    QCOMPARE(panel->minimumSizeHint().width(), width);
-  }
-
-  void AGradientHasStops() {
-    QVERIFY(AddRegions());
-    Select(0);
-    Click("mode_gradient");
-    auto* bar = Find<GradientBar>("gradient_bar");
-    QCOMPARE(bar->stops().size(), size_t{12});
-    // The last of the three.
-    const int right = bar->width() - 8, low = bar->height() - 5;
-    QTest::mouseClick(bar, Qt::LeftButton, {}, {right, low});
-    QCOMPARE(bar->current(), size_t{2});
-    TypeColor("#ffe080");
-    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kGradient}));
-    QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#ffe080"));
-    // Dragged to the left it stops before its neighbor.
-    DragAlong(bar, {{right, low}, {right - 20, low}, {5, low}});
-    QVERIFY(Edit().operations[1].values[8] > 0.5F && Edit().operations[1].values[8] < 0.52F);
-    QTest::mouseDClick(bar, Qt::LeftButton, {}, {bar->width() / 4, 8});
-    QCOMPARE(Edit().operations[1].values.size(), size_t{16});
-    QVERIFY(std::abs(Edit().operations[1].values[4] - 0.25F) < 0.03F);  // margins of 7 pixels
-    bar->setFocus();
-    QTest::keyClick(bar, Qt::Key_Delete);
-    QCOMPARE(Edit().operations[1].values.size(), size_t{12});
-    QTest::mouseClick(bar, Qt::LeftButton, {}, {7 + int(0.51 * (bar->width() - 14)), low});
-    QCOMPARE(bar->current(), size_t{2});
-    const QColor last = bar->color();
-    Click("gradient_reverse");
-    QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#000000"));
-    // The stop at hand is still the same.
-    QCOMPARE(bar->current(), size_t{0});
-    QCOMPARE(bar->color(), last);
-  }
-
-  void APaletteIsMeasuredAndChanged() {
-    QVERIFY(AddPlain());
-    Click("mode_palette");
-    QVERIFY(MeasureTwoColors());
-    const ColorOperation measured = Edit().operations[0];
-    QVERIFY(measured.kind == Kind::kPalette && measured.values.size() <= 2 * kPairValues);
-    Click("palette0");
-    TypeColor("#2040ff");
-    const ColorOperation changed = Edit().operations[0];
-    QCOMPARE(ToColor({&changed.values[3], 3}).name(), QString("#2040ff"));
-    QVERIFY(
-        std::equal(changed.values.begin(), changed.values.begin() + 3, measured.values.begin()));
-    Click("palette_stay");
-    QVERIFY(Edit().operations[0] == measured);
-  }
-
-  void FewerColorsThanAskedForAreExplained() {
-    QVERIFY(AddPlain());
-    Click("mode_palette");
-    auto* count = Find<QSpinBox>("palette_count");
-    count->setFocus();
-    count->selectAll();
-    QTest::keyClicks(count, "16");
-    QTest::keyClick(count, Qt::Key_Return);
-    QVERIFY(Measured());
-    const int found = int(Edit().operations[0].values.size() / kPairValues);
-    QVERIFY(found < 16);
-    auto* note = Find<QLabel>("palette_note");
-    const QString told = QString("Found %1 of 16").arg(found);
-    QTRY_VERIFY2(note->text().startsWith(told), qPrintable(note->text()));
-    // It is as many that are looked for again.
-    Click("palette_measure");
-    QVERIFY(Measured());
-    QTRY_VERIFY2(note->text().startsWith(told), qPrintable(note->text()));
-    // One that is as many as were asked for is not worth a word.
-    count->setValue(1);
-    QVERIFY(Measured());
-    QTRY_VERIFY(note->text().startsWith("Choose"));
-    QVERIFY(Steps()->topLevelItem(0)->text(0).contains("of 1 color"));
-    QVERIFY(!Steps()->topLevelItem(0)->text(0).contains("colors"));
   }
 
   // In a window of a common size, of two regions, with the picker of a color and as many steps as

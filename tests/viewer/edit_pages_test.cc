@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pages of the edit panel for tables, gradients and palettes, in the real window, with mouse
+// and keys, checked by the session's state.
+#include <cmath>
+
+#include <QAction>
+#include <QLabel>
+#include <QMenu>
+#include <QToolButton>
+
+#include "base/files.h"
+#include "tests/viewer/edit_panel_fixture.h"
+#include "viewer/panels/edit_panel.h"
+#include "viewer/panels/gradient_bar.h"
+
+namespace retint {
+
+class EditPagesTest : public EditPanelFixture {
+  Q_OBJECT
+
+ private:
+  static std::string GrayCube() {
+    std::string cube = "LUT_3D_SIZE 2\n";
+    for (int i = 0; i < 8; ++i) cube += "0.5 0.5 0.5\n";
+    return cube;
+  }
+
+ private Q_SLOTS:
+  void initTestCase() { MakeTheme(); }
+  void init() { QVERIFY(ShowScene()); }
+  void cleanup() { Close(); }
+
+  void TablesComeFromFiles() {
+    QVERIFY(AddRegions());
+    Select(0);
+    std::string cube = "LUT_3D_SIZE 2\n";
+    for (int i = 0; i < 8; ++i) {  // the complement, red fastest
+      for (int c = 0; c < 3; ++c) cube += (i >> c & 1) ? "0.0 " : "1.0 ";
+      cube += "\n";
+    }
+    WriteFile(*folder_ / "negative.cube", cube);
+    WriteFile(*folder_ / "broken.cube", cube.substr(0, 60));
+    Click("mode_lut");
+    AnswerFileDialog(*folder_ / "negative.cube");
+    Click("lut_open");
+    QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), size_t{2}, kWaitMs);
+    const ColorEdit edit = Edit();
+    QVERIFY(edit.operations[1].kind == Kind::kLut);
+    QCOMPARE(edit.operations[1].table->size, 2);
+    QVERIFY(Find<QLabel>("lut_name")->text().contains("negative"));
+    AnswerFileDialog(*folder_ / "broken.cube");
+    Click("lut_open");
+    auto* problem = Find<QLabel>("lut_problem");
+    QTRY_VERIFY_WITH_TIMEOUT(problem->text().contains("broken.cube"), kWaitMs);
+    QVERIFY(Edit() == edit);
+  }
+
+  void AnotherTableIsAddedOnlyWhenItIsChosen() {
+    QVERIFY(AddRegions());
+    Select(0);
+    WriteFile(*folder_ / "gray.cube", GrayCube());
+    QAction* add = nullptr;
+    for (QAction* action : Find<QToolButton>("operation_add")->menu()->actions()) {
+      if (action->objectName() == "lut") add = action;
+    }
+    QVERIFY(add);
+    int came = 0;
+    CancelFileDialog(&came);
+    add->trigger();
+    QCOMPARE(came, 1);
+    // What is changed next is changed, and not added once more.
+    Click("mode_tint");
+    TypeColor("#2040ff");
+    QVERIFY(Kinds() == std::vector{Kind::kTint});
+    for (size_t count : {2, 3}) {
+      AnswerFileDialog(*folder_ / "gray.cube");
+      add->trigger();
+      QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), count, kWaitMs);
+    }
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kLut, Kind::kLut}));
+  }
+
+  void LongNamesDoNotWidenThePanel() {
+    QVERIFY(AddRegions());
+    Select(0);
+    const std::string name(200, 'w');
+    WriteFile(*folder_ / (name + ".cube"), GrayCube());
+    WriteFile(*folder_ / (name + "_broken.cube"), "LUT_3D_SIZE 2\n0 0 0\n");
+    Click("mode_lut");
+    auto* panel = Find<EditPanel>("edit_panel");
+    const int width = panel->minimumSizeHint().width();
+    AnswerFileDialog(*folder_ / (name + ".cube"));
+    Click("lut_open");
+    QTRY_COMPARE_WITH_TIMEOUT(Edit().operations.size(), size_t{2}, kWaitMs);
+    QCOMPARE(panel->minimumSizeHint().width(), width);
+    AnswerFileDialog(*folder_ / (name + "_broken.cube"));
+    Click("lut_open");
+    QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("lut_problem")->isVisible(), kWaitMs);
+    QCOMPARE(panel->minimumSizeHint().width(), width);
+  }
+
+  void AGradientHasStops() {
+    QVERIFY(AddRegions());
+    Select(0);
+    Click("mode_gradient");
+    auto* bar = Find<GradientBar>("gradient_bar");
+    QCOMPARE(bar->stops().size(), size_t{12});
+    // The last of the three.
+    const int right = bar->width() - 8, low = bar->height() - 5;
+    QTest::mouseClick(bar, Qt::LeftButton, {}, {right, low});
+    QCOMPARE(bar->current(), size_t{2});
+    TypeColor("#ffe080");
+    QVERIFY(Kinds() == (std::vector{Kind::kTint, Kind::kGradient}));
+    QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#ffe080"));
+    // Dragged to the left it stops before its neighbor.
+    DragAlong(bar, {{right, low}, {right - 20, low}, {5, low}});
+    QVERIFY(Edit().operations[1].values[8] > 0.5F && Edit().operations[1].values[8] < 0.52F);
+    QTest::mouseDClick(bar, Qt::LeftButton, {}, {bar->width() / 4, 8});
+    QCOMPARE(Edit().operations[1].values.size(), size_t{16});
+    QVERIFY(std::abs(Edit().operations[1].values[4] - 0.25F) < 0.03F);  // margins of 7 pixels
+    bar->setFocus();
+    QTest::keyClick(bar, Qt::Key_Delete);
+    QCOMPARE(Edit().operations[1].values.size(), size_t{12});
+    QTest::mouseClick(bar, Qt::LeftButton, {}, {7 + int(0.51 * (bar->width() - 14)), low});
+    QCOMPARE(bar->current(), size_t{2});
+    const QColor last = bar->color();
+    Click("gradient_reverse");
+    QCOMPARE(ToColor({&Edit().operations[1].values[9], 3}).name(), QString("#000000"));
+    // The stop at hand is still the same.
+    QCOMPARE(bar->current(), size_t{0});
+    QCOMPARE(bar->color(), last);
+  }
+
+  void APaletteIsMeasuredAndChanged() {
+    QVERIFY(AddPlain());
+    Click("mode_palette");
+    QVERIFY(MeasureTwoColors());
+    const ColorOperation measured = Edit().operations[0];
+    QVERIFY(measured.kind == Kind::kPalette && measured.values.size() <= 2 * kPairValues);
+    Click("palette0");
+    TypeColor("#2040ff");
+    const ColorOperation changed = Edit().operations[0];
+    QCOMPARE(ToColor({&changed.values[3], 3}).name(), QString("#2040ff"));
+    QVERIFY(
+        std::equal(changed.values.begin(), changed.values.begin() + 3, measured.values.begin()));
+    Click("palette_stay");
+    QVERIFY(Edit().operations[0] == measured);
+  }
+
+  void FewerColorsThanAskedForAreExplained() {
+    QVERIFY(AddPlain());
+    Click("mode_palette");
+    auto* count = Find<QSpinBox>("palette_count");
+    count->setFocus();
+    count->selectAll();
+    QTest::keyClicks(count, "16");
+    QTest::keyClick(count, Qt::Key_Return);
+    QVERIFY(Measured());
+    const int found = int(Edit().operations[0].values.size() / kPairValues);
+    QVERIFY(found < 16);
+    auto* note = Find<QLabel>("palette_note");
+    const QString told = QString("Found %1 of 16").arg(found);
+    QTRY_VERIFY2(note->text().startsWith(told), qPrintable(note->text()));
+    // It is as many that are looked for again.
+    Click("palette_measure");
+    QVERIFY(Measured());
+    QTRY_VERIFY2(note->text().startsWith(told), qPrintable(note->text()));
+    // One that is as many as were asked for is not worth a word.
+    count->setValue(1);
+    QVERIFY(Measured());
+    QTRY_VERIFY(note->text().startsWith("Choose"));
+    QVERIFY(Steps()->topLevelItem(0)->text(0).contains("of 1 color"));
+    QVERIFY(!Steps()->topLevelItem(0)->text(0).contains("colors"));
+  }
+};
+
+}  // namespace retint
+
+QTEST_MAIN(retint::EditPagesTest)
+#include "edit_pages_test.moc"
