@@ -5,6 +5,7 @@
 
 #include "kernels/backend.h"
 #include "options.h"
+#include "recolor/finer_gaussians.h"
 #include "session/reporting/export.h"
 
 namespace retint::python {
@@ -118,6 +119,7 @@ Eigen::Vector3d ToVector(const std::array<double, 3>& v) { return {v[0], v[1], v
 
 py::list TableOf(const std::string& call, const std::string& preset) {
   EditOptions options = PresetOptions(preset);
+  RefineOptions refine;
   OptionList list;
   if (call == "select") {
     options.select.Describe(list);
@@ -127,8 +129,11 @@ py::list TableOf(const std::string& call, const std::string& preset) {
     options.projector.Describe(list);
   } else if (call == "refit") {
     options.refit.Describe(list);
+  } else if (call == "refine_gaussians") {
+    refine.Describe(list);
   } else {
-    throw OptionError("options are of select, depth, erase, project, complete or refit");
+    throw OptionError(
+        "options are of select, depth, erase, project, complete, refine_gaussians or refit");
   }
   return OptionTable(list);
 }

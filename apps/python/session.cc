@@ -12,6 +12,7 @@
 #include "options.h"
 #include "rendering.h"
 #include "results.h"
+#include "session/finer_session.h"
 #include "session/reporting/export.h"
 #include "session/saving/session_file.h"
 #include "splat_io/splat_io.h"
@@ -238,6 +239,29 @@ py::dict Refit(PySession& self, py::object progress, const py::kwargs& keywords)
   }));
 }
 
+py::tuple RefineGaussians(PySession& self, const py::object& region, const py::object& splat,
+                          py::object progress, const py::kwargs& keywords) {
+  RefineOptions options;
+  SetOptions(Described(options), keywords);
+  const RegionId id = ToId(region);
+  const auto file = ToPath(splat);
+  FinerSession finer = self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+    if (!file.empty()) CheckOutput(file);
+    return MakeFinerSession(session, id, options, file, monitor);
+  });
+  const RefineSummary& summary = finer.summary;
+  py::dict figures;
+  figures["split"] = summary.split;
+  figures["parts"] = summary.parts;
+  figures["part_pixels"] = summary.pixels;
+  figures["psnr_split"] = summary.psnr_split;
+  figures["psnr"] = summary.psnr;
+  figures["warning"] = summary.Warning(options);
+  if (!finer.session) return py::make_tuple(py::none(), figures);
+  return py::make_tuple(
+      std::make_unique<PySession>(std::shared_ptr<EditSession>(std::move(finer.session))), figures);
+}
+
 py::dict Evaluate(PySession& self, const py::object& region, const py::object& sh,
                   const std::string& target, size_t most_views, py::object progress) {
   const RegionId id = ToId(region);
@@ -281,7 +305,19 @@ void BindResults(Sessions& type) {
            "the figures of the fit." +
            OptionLines(Described(job));
   }();
+  static const std::string refine_doc = [] {
+    RefineOptions options;
+    return "Splits large Gaussians inside a region, or of a region with paint those that take some "
+           "of it, so that paint shows its detail. Returns another Session with all regions, not "
+           "fitted yet, or None where nothing was split; and a dict: 'split' Gaussians became "
+           "'parts' of 'part_pixels'; 'psnr' of the views inside against the splat as it was, and "
+           "'psnr_split' before the parts' colors were fitted; 'warning', empty where all went as "
+           "it was asked for. `splat`: a file to write the finer splat to." +
+           OptionLines(Described(options));
+  }();
   type.def("refit", &Refit, py::kw_only(), py::arg("progress") = py::none(), refit_doc.c_str())
+      .def("refine_gaussians", &RefineGaussians, py::arg("region"), py::kw_only(),
+           py::arg("splat") = py::none(), py::arg("progress") = py::none(), refine_doc.c_str())
       .def("evaluate", &Evaluate, py::arg("region"), py::arg("sh") = py::none(), py::kw_only(),
            py::arg("target") = "render", py::arg("most_views") = 0,
            py::arg("progress") = py::none(),

@@ -10,6 +10,7 @@
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "session/finer_session.h"
 #include "session/pictures/compare_pictures.h"
 #include "splat_io/splat_io.h"
 
@@ -22,6 +23,9 @@ struct Arguments {
   PaintArguments paint;
   ColorArguments color;
   LargeArguments large;
+  bool refine_gaussians = false;
+  RefineOptions refine;
+  OptionFlags refine_flags;
   std::filesystem::path output, report, page, stages, comparison;
 };
 
@@ -73,7 +77,9 @@ std::optional<FormatError> Save(const Arguments& arguments, const Recolored& res
 }
 
 void PrintResult(const Arguments& arguments, const RunReport& report,
-                 const std::optional<FormatError>& format, EditSession& session, const Run& run) {
+                 const std::optional<FormatError>& format, const Recolored& result,
+                 const Run& run) {
+  EditSession& session = *result.session;
   for (const PaintedReport& view : report.painted) {
     run.Print(fmt::format("{:<12} {} {:.1f} % measured, {} of {} points kept; {}", view.view,
                           view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
@@ -83,6 +89,7 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
                         report.mask_views, report.views, 100 * report.mean_coverage));
   const ColorEdit& edit = session.regions().regions.front().edit;
   PrintEdit(edit, run);
+  if (result.refined) run.Print("refine       " + result.refined->BriefReport());
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
   PrintQuality(report.quality, run, &session);
   PrintOutOfGamut(edit, report.quality, run);
@@ -132,6 +139,8 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Color
   *large = OpenLarge(arguments.scene, arguments.large, holdout, &refit, run);
   if (!*large) return OpenSession(arguments.scene, holdout, run, arguments.large.Limits(run));
   CheckOutputOfParts(arguments.output);
+  CheckOption(!arguments.refine_gaussians,
+              "--refine-gaussians splits Gaussians of a splat that is opened whole");
   CheckOption(arguments.stages.empty(),
               "--save-stages draws every view of the scene, which is not to be had in parts");
   std::vector<std::string> shown = PicturesOf(edit);
@@ -139,6 +148,29 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Color
   auto session = (*large)->Show(shown, nullptr, run.monitor());
   StartSession(*session, run);
   return session;
+}
+
+// The region's scene with its large Gaussians split.
+std::unique_ptr<EditSession> RefineRegion(const Arguments& arguments,
+                                          std::unique_ptr<EditSession> session, Recolored* result,
+                                          Run& run) {
+  FinerSession finer =
+      MakeFinerSession(*session, result->region, arguments.refine, {}, run.monitor());
+  const std::string warning = finer.summary.Warning(arguments.refine);
+  if (!warning.empty()) run.Warn(warning);
+  if (!finer.session) return session;
+  result->refined = finer.summary;
+  result->session = finer.session.get();
+  return std::move(finer.session);
+}
+
+void WarnOfLargeGaussians(const EditSession& session, RegionId region, Run& run) {
+  const double share = PaintOnLargeGaussians(*session.regions().Find(region), session.scene());
+  if (share < kMuchPaint) return;
+  run.Warn(
+      fmt::format("{:.0f} % of the paint is on Gaussians too large for stripes or letters; "
+                  "--refine-gaussians splits them",
+                  100 * share));
 }
 
 void Recolor(const Arguments& arguments, Run& run) {
@@ -187,12 +219,18 @@ void Recolor(const Arguments& arguments, Run& run) {
                                      edit, run.monitor(), std::move(source));
   session->SetEdit(result.region, session->regions().Find(result.region)->edit,
                    arguments.color.flags.strength());
+  if (arguments.refine_gaussians) {
+    session = RefineRegion(arguments, std::move(session), &result, run);
+  } else {
+    WarnOfLargeGaussians(*session, result.region, run);
+  }
   KeepWithin(arguments.large, large.get(), *session, result.region, &refit);
   session->Refit(job, run.monitor());
   result.sh_after = session->CurrentSh();
 
   RunReport report = session->MakeReport();
   if (large) report.out_of_core = large->Report();
+  report.refine = result.refined;
   report.options = SettingsThatApply(Described(options));
   report.painted = result.selection.painted;
   report.mask_views = coverage.views;
@@ -208,7 +246,21 @@ void Recolor(const Arguments& arguments, Run& run) {
   const ShareAmong alone;
   const std::optional<FormatError> format = Save(arguments, result, large.get(), report, run);
   run.FinishProgress();
-  PrintResult(arguments, report, format, *session, run);
+  PrintResult(arguments, report, format, result, run);
+}
+
+void AddRefineOptions(CLI::App* verb, Arguments& arguments) {
+  const std::string group = "Refine";
+  CLI::Option* const refine =
+      verb->add_flag("--refine-gaussians", arguments.refine_gaussians,
+                     "Before the fit, split large Gaussians that take paint of --edited, or of "
+                     "other edits those inside the masks, as `retint refine` does; the output has "
+                     "more Gaussians")
+          ->group(group);
+  OptionList list;
+  arguments.refine.Describe(list);
+  arguments.refine_flags.Add(verb, group, list);
+  for (const Option& option : list) verb->get_option(option.flag)->needs(refine);
 }
 
 }  // namespace
@@ -236,6 +288,7 @@ void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
   AddCloudOptions(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);
   AddLarge(verb, arguments->large, /*selects=*/true);
+  AddRefineOptions(verb, *arguments);
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Recolor(*arguments, run); }; });
 }

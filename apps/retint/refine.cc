@@ -36,15 +36,9 @@ void Refine(const Arguments& arguments, Run& run) {
       RefineGaussians(session->renderer(), session->original(),
                       RenderTargets(session->reconstruction(), masks, session->scene().views()),
                       std::move(shares.shares), arguments.options, run.monitor());
-  if (refined.split == 0) {
-    run.Warn("no Gaussian inside the masks is larger than --part-pixels: the splat is as it was");
-  }
-  if (refined.split > 0 && refined.pixels > arguments.options.pixels) {
-    run.Warn(fmt::format(
-        "parts of {:.1f} pixels may be more than {}, so they have {:.1f}: mask less, or allow more "
-        "with --most-parts",
-        arguments.options.pixels, arguments.options.most, refined.pixels));
-  }
+  const RefineSummary& summary = refined.summary;
+  const std::string warning = summary.Warning(arguments.options);
+  if (!warning.empty()) run.Warn(warning);
   StagedOutput staged;
   staged.Add(arguments.output, [&](const std::filesystem::path& path) {
     codec.Write(path, refined.finer.model, run.monitor());
@@ -52,17 +46,7 @@ void Refine(const Arguments& arguments, Run& run) {
   run.Commit(staged);
   WarnOfLosses(arguments.output, refined.finer.model, run);
   run.FinishProgress();
-  const size_t after = refined.finer.model.NumGaussians();
-  run.Print(fmt::format("refine       {} of {} Gaussians split into {} of {:.1f} pixels",
-                        refined.split, session->original().NumGaussians(),
-                        after - refined.finer.stayed, refined.pixels));
-  if (refined.split > 0) {
-    run.Print(
-        fmt::format("views        inside {:.1f} dB from the splat as it was, {:.1f} dB before the "
-                    "parts' colors "
-                    "were fitted",
-                    refined.psnr, refined.psnr_split));
-  }
+  run.Print("refine       " + summary.BriefReport());
   run.Print(fmt::format("wrote        {}", arguments.output.string()));
 }
 

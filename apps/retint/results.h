@@ -3,10 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "recolor/finer_gaussians.h"
 #include "retint/common.h"
 #include "scene/gaussian_model.h"
 #include "session/saving/format_error.h"
@@ -20,6 +22,7 @@ struct Recolored {
   SelectionResult selection;
   RegionId region = 0;
   TargetKind target = TargetKind::kRender;
+  std::optional<RefineSummary> refined;  // where Gaussians were split
   FloatArray sh_after;
 };
 

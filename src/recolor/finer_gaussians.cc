@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
 
 #include "base/error.h"
@@ -25,8 +26,8 @@ constexpr double kLeastPart = 0.006;    // of a part: renderers leave out what i
 constexpr double kMostOpacity = 0.99;   // as renderers have it
 constexpr double kRendererBlur = 0.5477;  // pixels: renderers widen a Gaussian by 0.3 px^2
 constexpr int kRounds = 40;
-constexpr size_t kMostParts = 4096;  // of one Gaussian; what would have more stays
-constexpr float kCoarser = 1.15f;    // a step of the parts' size where there are too many
+constexpr size_t kMostParts = 4096;     // of one Gaussian; what would have more stays
+constexpr double kLeastCoarser = 1.02;  // a step of the parts' size where there are too many
 
 // The parts along one axis of a Gaussian, whose own deviation is 1.
 struct Axis {
@@ -265,21 +266,35 @@ std::vector<PartSize> SizesOf(const GaussianModel& model, const std::vector<Refi
   return sizes;
 }
 
+// About how many parts a Gaussian has, before their opacities are found. Of one that stays 0.
+size_t CountParts(const Plan& plan) {
+  if (plan.count < 2) return 0;
+  size_t count = 0;
+  for (const double y : plan.axes[1].weights) {
+    for (const double x : plan.axes[0].weights) {
+      if (plan.opacity * x * y >= kLeastPart) ++count;
+    }
+  }
+  return count;
+}
+
 // Larger parts where there would be too many of them; by how much, as a factor.
-float Coarsen(const GaussianModel& model, std::vector<PartSize>& sizes, int most) {
-  for (float factor = 1;; factor *= kCoarser) {
-    const auto count = OrderedSum(int64_t(sizes.size()), 1024, [&](int64_t begin, int64_t end) {
+double Coarsen(const GaussianModel& model, std::vector<PartSize>& sizes, int most) {
+  double factor = 1;
+  for (;;) {
+    const double count = OrderedSum(int64_t(sizes.size()), 1024, [&](int64_t begin, int64_t end) {
       double sum = 0;
       for (auto g = size_t(begin); g < size_t(end); ++g) {
-        const size_t parts = PlanOf(model, g, {factor * sizes[g].deviation, 0}).count;
-        if (parts > 1) sum += double(parts);
+        sum += double(CountParts(PlanOf(model, g, {float(factor) * sizes[g].deviation, 0})));
       }
       return sum;
     });
-    if (count > most) continue;
-    for (PartSize& size : sizes) size.deviation *= factor;
-    return factor;
+    if (count <= most) break;
+    // Their number falls with the square of their size at most.
+    factor *= std::max(kLeastCoarser, std::sqrt(count / most));
   }
+  for (PartSize& size : sizes) size.deviation *= float(factor);
+  return factor;
 }
 
 // The mean squared difference of both renderers' views inside the masks, as dB; 99 at most.
@@ -351,10 +366,39 @@ void RefineOptions::Describe(OptionList& list) {
                   .member = &share,
                   .range = OptionRange::UpTo(0, 1),
                   .help = "share inside the masks above which a Gaussian is split",
-                  .flag = "--share"});
+                  .flag = "--split-share"});
 }
 
 void RefineOptions::Check() const { CheckRanges(*this); }
+
+std::string RefineSummary::BriefReport() const {
+  std::string text = fmt::format("{} of {} Gaussians split into {} of {:.1f} pixels", split, before,
+                                 parts, pixels);
+  if (split == 0) return text;
+  return text + fmt::format(
+                    "; views inside are {:.1f} dB from the splat as it was, {:.1f} dB "
+                    "before the parts' colors were fitted",
+                    psnr, psnr_split);
+}
+
+std::string RefineSummary::Warning(const RefineOptions& asked) const {
+  if (split == 0 && pixels > asked.pixels) {
+    return fmt::format(
+        "parts of {:.1f} pixels would be more than {}: mask less, or allow more parts; the splat "
+        "is as it was",
+        asked.pixels, asked.most);
+  }
+  if (split == 0) {
+    return fmt::format(
+        "no Gaussian inside the masks is larger than {:.1f} pixels: the splat is as it was",
+        asked.pixels);
+  }
+  if (!(pixels > asked.pixels)) return {};
+  return fmt::format(
+      "parts of {:.1f} pixels would be more than {}, so they have {:.1f}: mask less, or allow more "
+      "parts",
+      asked.pixels, asked.most, pixels);
+}
 
 Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
                            std::vector<RefitTarget> targets, std::vector<float> shares,
@@ -364,16 +408,19 @@ Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
   if (shares.empty()) shares = MaskShares(renderer, targets, monitor);
   monitor.Step("refine", 0, 1);
   Refinement refinement;
+  RefineSummary& summary = refinement.summary;
   std::vector<PartSize> sizes = SizesOf(model, targets, shares, options);
-  refinement.pixels = options.pixels * double(Coarsen(model, sizes, options.most));
+  summary.before = model.NumGaussians();
+  summary.pixels = options.pixels * Coarsen(model, sizes, options.most);
   refinement.finer = SplitGaussians(model, sizes);
   FinerGaussians& finer = refinement.finer;
   monitor.Step("refine", 1, 1);
-  refinement.split = model.NumGaussians() - finer.stayed;
-  if (refinement.split == 0) return refinement;
+  summary.split = summary.before - finer.stayed;
+  summary.parts = finer.parents.size() - finer.stayed;
+  if (summary.split == 0) return refinement;
 
   Renderer split(renderer.shared_backend(), finer.model);
-  refinement.psnr_split = PsnrInside(renderer, split, targets, monitor);
+  summary.psnr_split = PsnrInside(renderer, split, targets, monitor);
   std::vector<float> parts(finer.parents.size(), 0.0f);
   std::fill(parts.begin() + ptrdiff_t(finer.stayed), parts.end(), 1.0f);
   // Everywhere: what a part changes beside the masks is to be as it was, too.
@@ -394,7 +441,7 @@ Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
   refitter.Run(monitor);
   finer.model.sh = refitter.Sh();
   split.SetSh(finer.model.sh);
-  refinement.psnr = PsnrInside(renderer, split, targets, monitor);
+  summary.psnr = PsnrInside(renderer, split, targets, monitor);
   return refinement;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/monitor.h"
@@ -45,12 +46,20 @@ struct RefineOptions {
   void Check() const;
 };
 
-struct Refinement {
-  FinerGaussians finer;
-  size_t split = 0;                 // Gaussians that were
+struct RefineSummary {
+  size_t before = 0, split = 0;     // Gaussians that there were, and those that were split
+  size_t parts = 0;                 // what these became
   double pixels = 0;                // the parts' size that was taken
   double psnr_split = 0, psnr = 0;  // of the views inside the masks against the original's, dB:
-                                    // with the parents' colors, and with those of `finer`
+                                    // with the parents' colors, and with the parts' own
+  // For people. The warning is empty where all went as it was asked for.
+  std::string BriefReport() const;
+  std::string Warning(const RefineOptions& asked) const;
+};
+
+struct Refinement {
+  FinerGaussians finer;
+  RefineSummary summary;
 };
 
 // Splits what lies inside the masks of `targets`, whose photos do not count, and fits the parts'

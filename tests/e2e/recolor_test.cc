@@ -79,6 +79,32 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
 }
 
 // A report's edit, from any folder; what it measured is not measured again.
+TEST(Recolor, SplitsLargeGaussiansFirst) {
+  TempFolder temp;
+  const std::string report = (temp / "report.json").string();
+  const auto split = Join(RecolorArguments(temp), {"--refine-gaussians"});
+  const CommandResult result = RunRetint(Join(split, {"--part-pixels", "0.5", "--report", report}));
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("Gaussians split into"));
+  const json found = json::parse(ReadFile(report)), refine = found["refine"];
+  const size_t before = ReadSplat(TinyWorkspace() / "splat.ply").NumGaussians();
+  const size_t after = before - refine["split"].get<size_t>() + refine["parts"].get<size_t>();
+  EXPECT_GT(after, before);
+  EXPECT_EQ(ReadSplat(temp / "out.ply").NumGaussians(), after);
+  EXPECT_GT(refine["psnr"].get<double>(), 35);
+  EXPECT_GT(found["stages_ms"]["refine"].get<double>(), 0);
+  const json quality = found["quality"]["train"];
+  EXPECT_GT(quality["psnr_inside_after"].get<double>(),
+            quality["psnr_inside_before"].get<double>() + 5);
+  const CommandResult alone = RunRetint(Join(RecolorArguments(temp), {"--part-pixels", "0.5"}));
+  EXPECT_EQ(alone.code, 2);
+  EXPECT_THAT(alone.err, testing::HasSubstr("--refine-gaussians"));
+  const CommandResult parts = RunRetint(Join(split, {"--out-of-core", "on", "--index",
+                                                      (temp / "splat.index").string()}));
+  EXPECT_EQ(parts.code, 2);
+  EXPECT_THAT(parts.err, testing::HasSubstr("opened whole"));
+}
+
 TEST(Recolor, ItsReportIsAnEdit) {
   TempFolder temp;
   std::filesystem::create_directory(temp / "reports");

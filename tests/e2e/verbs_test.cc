@@ -324,7 +324,7 @@ TEST(Verbs, RefineSplitsWhatIsInsideMasks) {
   const CommandResult few = RunRetint(With("refine", {"--masks", masks, "--part-pixels", "0.5",
                                                       "--most-parts", "200", "--output", finer}));
   ASSERT_EQ(few.code, 0) << few.err;
-  EXPECT_THAT(few.err, HasSubstr("parts of 0.5 pixels may be more than 200"));
+  EXPECT_THAT(few.err, HasSubstr("parts of 0.5 pixels would be more than 200"));
   const CommandResult coarse =
       RunRetint(With("refine", {"--masks", masks, "--part-pixels", "100", "--output", same}));
   ASSERT_EQ(coarse.code, 0) << coarse.err;

@@ -56,6 +56,20 @@ def test_regions_and_undo(session, scene):
     assert [r.id for r in session.regions] == [region]
 
 
+def test_gaussians_are_split(session, scene):
+    region = session.add_region("a", square(session, scene), retint.Edit(to="#3060ff"))
+    finer, figures = session.refine_gaussians(region, pixels=0.5)
+    assert figures["split"] > 0 and figures["psnr"] > 30
+    stayed = len(session.original.means) - figures["split"]
+    assert len(finer.original.means) == stayed + figures["parts"]
+    assert [r.name for r in finer.regions] == ["a"]
+    finer.refit(iterations=2)
+    assert finer.sh.shape[0] == len(finer.original.means)
+    assert session.refine_gaussians(region, pixels=50)[0] is None
+    with pytest.raises(retint.OptionError):
+        session.refine_gaussians(region, pixels=-1)
+
+
 def test_masks_of_every_type_mean_the_same(session, scene):
     inside = square(session, scene)[scene.view]
     given = [inside, inside.astype(np.uint8) * 255, inside.astype(np.float32),

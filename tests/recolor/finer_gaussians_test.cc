@@ -143,9 +143,9 @@ Refinement Refine(const Wall& wall, const RefineOptions& options = {}) {
 TEST(FinerGaussians, ARefinedWallShowsStripes) {
   const Wall wall;
   const Refinement refined = Refine(wall);
-  EXPECT_EQ(refined.split, 24u);
-  EXPECT_GT(refined.psnr, 40);
-  EXPECT_GE(refined.psnr, refined.psnr_split);
+  EXPECT_EQ(refined.summary.split, 24u);
+  EXPECT_GT(refined.summary.psnr, 40);
+  EXPECT_GE(refined.summary.psnr, refined.summary.psnr_split);
   const double before = wall.StripesError(wall.model);
   EXPECT_LT(wall.StripesError(refined.finer.model), before / 4);
 }
@@ -157,7 +157,7 @@ TEST(FinerGaussians, ThereAreNoMorePartsThanWanted) {
   const Refinement refined = Refine(wall, options);
   EXPECT_LE(refined.finer.model.NumGaussians() - refined.finer.stayed, 1000u);
   EXPECT_GT(refined.finer.model.NumGaussians(), 200u);
-  EXPECT_GT(refined.pixels, options.pixels);
+  EXPECT_GT(refined.summary.pixels, options.pixels);
 }
 
 TEST(FinerGaussians, OnlyWhatIsInsideTheMasksIsSplit) {
@@ -168,7 +168,7 @@ TEST(FinerGaussians, OnlyWhatIsInsideTheMasksIsSplit) {
     }
   }
   const Refinement refined = Refine(wall);
-  EXPECT_EQ(refined.split, 12u);
+  EXPECT_EQ(refined.summary.split, 12u);
   EXPECT_EQ(refined.finer.stayed, 12u);
   for (size_t g = 0; g < refined.finer.stayed; ++g) {
     const auto parent = size_t(refined.finer.parents[g]);

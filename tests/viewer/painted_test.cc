@@ -5,6 +5,7 @@
 
 #include <QAbstractButton>
 #include <QFile>
+#include <QLabel>
 #include <QSlider>
 
 #include "tests/viewer/viewer_scene.h"
@@ -203,6 +204,54 @@ class PaintedTest : public ViewerTest {
     // The dot, and some pixels around it; and the bands as they were.
     QVERIFY2(painted() >= before && painted() < before + 150,
              qPrintable(QString("%1 after %2").arg(painted()).arg(before)));
+  }
+
+  // The regions go on with the finer splat, and so does what the other program has open.
+  void LargeGaussiansAreSplit() {
+    QVERIFY(!window_->findChild<QAbstractButton*>("picture_split")->isEnabled());
+    QVERIFY(!PaintElsewhere().isNull());
+    QVERIFY(TakenIn());
+    const QString file = opened_;
+    const size_t before = controller().facts()->original->NumGaussians();
+    const auto open = controller().facts()->request.splat, finer = scene_->folder() / "finer.ply";
+    // Not over the splat that is open.
+    AnswerFileDialog(open);
+    QVERIFY(Click("picture_split"));
+    QVERIFY(WaitDialog(*window_));
+    window_->dialog()->close();
+    // None of these is larger than the parts would be.
+    AnswerFileDialog(finer);
+    QVERIFY(Click("picture_split"));
+    QTRY_VERIFY_WITH_TIMEOUT(
+        window_->findChild<QLabel*>("message")->text().contains("stays as it is"), kWaitMs);
+    QVERIFY(!std::filesystem::exists(finer));
+    RefineOptions fine;
+    fine.pixels = 0.5;
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    controller().SplitGaussians(First().id, fine, finer, [](const RefineSummary&) {});
+    QVERIFY(opened.wait(kWaitMs));
+    QVERIFY(Settle(controller()));
+    QCOMPARE(controller().facts()->request.splat, finer);
+    QVERIFY(controller().facts()->original->NumGaussians() > before);
+    QCOMPARE(controller().regions().regions.size(), size_t(1));
+    QVERIFY(First().edit.HasPaint());
+    QVERIFY(First().paint != nullptr);
+    QVERIFY(window_->isWindowModified());  // no session holds it
+    // Saved once more in the other program.
+    const auto layers = [&] { return First().edit.operations[0].picture->pictures.size(); };
+    QCOMPARE(layers(), size_t(1));
+    QImage more = QImage(file).convertToFormat(QImage::Format_RGB32);
+    const Mask bands = Bands(Object());
+    for (int y = 0; y < bands.height; ++y) {
+      for (int x = 0; x < bands.width; ++x) {
+        if (bands(x, y) != 0) more.setPixel(x, y, 0xff10e010);
+      }
+    }
+    QSignalSpy taken(editor(), &ViewEditor::taken);
+    opened_ = file;
+    QVERIFY(HandBack(more));
+    QVERIFY(taken.wait(kWaitMs));
+    QCOMPARE(layers(), size_t(1));
   }
 
   // It is said that it was not taken, and what was there stays.

@@ -87,6 +87,11 @@ Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options,
   return PlaceViewsOnce(OpenBackend(options.backend), model, views, CacheFolder(), monitor);
 }
 
+// Beside the reading, of the same cached pages; what is saved later refers to these bytes.
+std::shared_future<FileChecksum> StartChecksum(const fs::path& splat) {
+  return std::async(std::launch::async, [splat] { return ChecksumFile(splat); });
+}
+
 }  // namespace
 
 std::shared_ptr<Backend> OpenBackend(const std::string& name) {
@@ -125,9 +130,7 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
   options.Check();
   StageClock clock;
   std::unique_ptr<OpenScene> scene;
-  // Beside the reading, of the same cached pages; what is saved later refers to these bytes.
-  std::shared_future<FileChecksum> checksum =
-      std::async(std::launch::async, [splat] { return ChecksumFile(splat); });
+  std::shared_future<FileChecksum> checksum = StartChecksum(splat);
   {
     const StageClock::Lap lap(clock, "load");
     monitor.Step("load", 0, 1);
@@ -141,8 +144,7 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
   }
   scene->clock_ = clock;
   scene->options_.view_folder.clear();  // the views are kept, not where they came from
-  scene->splat_path_ = fs::absolute(splat).lexically_normal();
-  scene->splat_checksum_ = std::move(checksum);
+  scene->SetSplat(splat, std::move(checksum));
   return scene;
 }
 
@@ -152,11 +154,17 @@ OpenScene::OpenScene(Workspace workspace, GaussianModel model, const SessionOpti
 
 OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel model,
                      const SessionOptions& options, std::optional<ScenePart> part)
+    : OpenScene(std::move(workspace), std::move(model), options, part,
+                part ? part->backend : nullptr) {}
+
+OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel model,
+                     const SessionOptions& options, std::optional<ScenePart> part,
+                     std::shared_ptr<Backend> backend)
     : workspace_(std::move(workspace)),
       model_(std::move(model)),
       options_(options),
       part_(std::move(part)),
-      backend_(part_ && part_->backend ? part_->backend : OpenBackend(options.backend)) {
+      backend_(backend ? std::move(backend) : OpenBackend(options.backend)) {
   options_.Check();
   cache_ = std::make_shared<GeometryCache>(options_.cache_bytes);
   renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions(), cache_);
@@ -165,6 +173,19 @@ OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel m
   if (workspace_->has_virtual_views) {
     placed_views_ = std::make_shared<const Reconstruction>(reconstruction());
   }
+}
+
+std::unique_ptr<OpenScene> OpenScene::WithModel(GaussianModel model, const fs::path& splat) const {
+  std::unique_ptr<OpenScene> scene(
+      new OpenScene(workspace_, std::move(model), options_, std::nullopt, backend_));
+  scene->clock_ = clock_;
+  if (!splat.empty()) scene->SetSplat(splat, StartChecksum(splat));
+  return scene;
+}
+
+void OpenScene::SetSplat(const fs::path& splat, std::shared_future<FileChecksum> checksum) {
+  splat_path_ = fs::absolute(splat).lexically_normal();
+  splat_checksum_ = std::move(checksum);
 }
 
 RendererOptions OpenScene::RenderOptions() const {
@@ -259,7 +280,7 @@ RunReport OpenScene::MakeReport() const {
   report.gaussians = static_cast<int64_t>(NumGaussians());
   report.views = static_cast<int>(reconstruction().views.size());
   for (const char* stage :
-       {"load", "depth", "cloud", "registration", "projection", "refit", "save"}) {
+       {"load", "depth", "cloud", "registration", "projection", "refine", "refit", "save"}) {
     report.stages_ms[stage] = clock_.Get(stage);
   }
   report.stages_ms["total"] = clock_.Total();

@@ -82,6 +82,9 @@ class OpenScene {
   OpenScene(Workspace workspace, GaussianModel model, const SessionOptions& options);
   OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel model,
             const SessionOptions& options, std::optional<ScenePart> part);
+  // The same scene with other Gaussians, which are those of the file `splat`; empty: of none.
+  std::unique_ptr<OpenScene> WithModel(GaussianModel model,
+                                       const std::filesystem::path& splat) const;
 
   const Workspace& workspace() const { return *workspace_; }
   const Reconstruction& reconstruction() const { return workspace_->reconstruction; }
@@ -90,7 +93,7 @@ class OpenScene {
   size_t NumGaussians() const;
   const std::optional<ScenePart>& part() const { return part_; }
   const SessionOptions& options() const { return options_; }
-  // Of the file that Open() read; empty and invalid for a scene made from memory.
+  // Of the file whose splat it is; empty and invalid for a scene made from memory.
   const std::filesystem::path& splat_path() const { return splat_path_; }
   const std::shared_future<FileChecksum>& splat_checksum() const { return splat_checksum_; }
   Renderer& renderer() { return *renderer_; }
@@ -119,7 +122,11 @@ class OpenScene {
   RunReport MakeReport() const;
 
  private:
+  OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel model,
+            const SessionOptions& options, std::optional<ScenePart> part,
+            std::shared_ptr<Backend> backend);
   void SplitViews();
+  void SetSplat(const std::filesystem::path& splat, std::shared_future<FileChecksum> checksum);
   void WritePatched(const std::filesystem::path& path, std::span<const float> sh,
                     Monitor& monitor) const;
   RendererOptions RenderOptions() const;

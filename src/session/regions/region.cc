@@ -102,6 +102,15 @@ std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
   return key;
 }
 
+bool RegionSet::SavesLike(const RegionSet& other) const {
+  return std::equal(regions.begin(), regions.end(), other.regions.begin(), other.regions.end(),
+                    [](const Region& x, const Region& y) {
+                      return x.id == y.id && x.name == y.name &&
+                             x.selection->id == y.selection->id && x.edit == y.edit &&
+                             x.strength == y.strength && x.visible == y.visible;
+                    });
+}
+
 size_t RegionSet::BytesBeyond(const RegionSet& other) const {
   size_t bytes = 0;
   for (const Region& region : regions) {

@@ -92,6 +92,8 @@ struct RegionSet {
   // it (selection, edit, strength), and each option of the job that applies to its solver, memory
   // among them: what does not fit into the region cache is fitted with unrounded weights.
   std::string FitKey(size_t index, const RefitJob& job) const;
+  // Whether both would be saved alike: all but fits and paint, which are derived.
+  bool SavesLike(const RegionSet& other) const;
   // Bytes of selections, fits and paint that `other` does not hold too.
   size_t BytesBeyond(const RegionSet& other) const;
 };

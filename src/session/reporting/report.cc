@@ -174,8 +174,8 @@ double StageClock::MillisecondsSince(std::chrono::steady_clock::time_point start
 
 std::string ToJson(const RunReport& report) {
   Json stages;
-  for (const char* stage :
-       {"load", "depth", "cloud", "registration", "projection", "refit", "save", "total"}) {
+  for (const char* stage : {"load", "depth", "cloud", "registration", "projection", "refine",
+                            "refit", "save", "total"}) {
     const auto found = report.stages_ms.find(stage);
     stages[stage] = found == report.stages_ms.end() ? 0.0 : found->second;
   }
@@ -217,6 +217,13 @@ std::string ToJson(const RunReport& report) {
        {{"before", RangeJson(report.quality.sh_before)},
         {"after", RangeJson(report.quality.sh_after)}}},
   };
+  if (report.refine) {
+    json["refine"] = {{"split", report.refine->split},
+                      {"parts", report.refine->parts},
+                      {"part_pixels", Number(report.refine->pixels)},
+                      {"psnr_split", Number(report.refine->psnr_split)},
+                      {"psnr", Number(report.refine->psnr)}};
+  }
   if (report.true_masks) {
     json["true_masks"] = {{"mask_iou", Number(report.true_masks->mask_iou)},
                           {"quality", ReportJson(report.true_masks->quality)}};

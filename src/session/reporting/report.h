@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/option.h"
+#include "recolor/finer_gaussians.h"
 #include "recolor/quality_report.h"
 #include "recolor/sh_refitter.h"
 #include "selection/registration.h"
@@ -100,7 +101,8 @@ struct RunReport {
   std::vector<PaintedReport> painted;
   int mask_views = 0;  // that hold a masked pixel
   double mean_coverage = 0;
-  std::optional<ColorEdit> edit;  // of the only region, at its strength
+  std::optional<ColorEdit> edit;        // of the only region, at its strength
+  std::optional<RefineSummary> refine;  // where Gaussians were split
   RefitSummary refit;
   QualityReport quality;
   std::optional<TrueMaskReport> true_masks;

@@ -220,12 +220,14 @@ class PicturePage : public EditPage {
 
  Q_SIGNALS:
   void elsewhereWanted(bool photo);
+  void splitWanted();
 
  protected:
   void ShowMore() override;
 
  private:
   QLabel* found_;
+  QPushButton* split_;
 };
 
 // Of an operation that no mode is for.

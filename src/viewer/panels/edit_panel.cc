@@ -177,6 +177,7 @@ void EditPanel::BuildModes() {
   AddMode("picture", tr("Picture"), tr("Take over what was painted on a view in another program"),
           picture);
   connect(picture, &PicturePage::elsewhereWanted, this, &EditPanel::elsewhereWanted);
+  connect(picture, &PicturePage::splitWanted, this, &EditPanel::splitWanted);
   // For lists from elsewhere: no button leads there.
   AddMode("matrix", tr("Matrix"), tr("Any affine map of the colors"), new MatrixPage);
   modes_->buttons().back()->hide();

@@ -48,6 +48,7 @@ class EditPanel : public QWidget {
   void pickWanted();
   // The view that shows, or its photo, is to be edited in another program.
   void elsewhereWanted(bool photo);
+  void splitWanted();  // of the Gaussians that take paint
 
  private:
   void BuildList();

@@ -26,10 +26,18 @@ PicturePage::PicturePage() : EditPage({ColorOperationKind::kPicture}) {
       false);
   add("picture_photo_elsewhere", tr("Edit its photo elsewhere…"),
       tr("The same with the photo of this view"), true);
+  split_ = new QPushButton(tr("Split large Gaussians…"));
+  split_->setObjectName("picture_split");
+  split_->setToolTip(tr(
+      "Where stripes or letters look torn: write a splat whose painted Gaussians are small enough "
+      "to show them, and go on with it"));
+  rows()->addWidget(split_, 0, Qt::AlignLeft);
+  connect(split_, &QPushButton::clicked, this, &PicturePage::splitWanted);
 }
 
 void PicturePage::ShowMore() {
   const ColorOperation* operation = shown(ColorOperationKind::kPicture);
+  split_->setEnabled(operation && !operation->picture->layers.empty());
   if (!operation) {
     return found_->setText(
         tr("Paint on a view in another program, or grade it there. The change "

@@ -159,6 +159,7 @@ void RegionsPanel::BuildEditors() {
   connect(edit_, &EditPanel::edited, this, &RegionsPanel::OnEdit);
   connect(edit_, &EditPanel::pickWanted, canvas_, [this] { canvas_->SetPicking(true); });
   connect(edit_, &EditPanel::elsewhereWanted, this, &RegionsPanel::elsewhereWanted);
+  connect(edit_, &EditPanel::splitWanted, this, &RegionsPanel::splitWanted);
   connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
   connect(strength_, &QSlider::valueChanged, this, &RegionsPanel::OnStrength);

@@ -42,6 +42,7 @@ class RegionsPanel : public QWidget {
  Q_SIGNALS:
   void paintWanted(retint::RegionId id);  // 0: a new region
   void elsewhereWanted(bool photo);       // see EditPanel
+  void splitWanted();                     // see EditPanel
 
  private:
   void BuildButtons();

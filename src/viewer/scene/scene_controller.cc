@@ -42,6 +42,7 @@ QString StageText(const std::string& stage) {
       {"pictures", QT_TRANSLATE_NOOP("retint::SceneController", "reading pictures")},
       {"points", QT_TRANSLATE_NOOP("retint::SceneController", "looking up the sparse points")},
       {"projection", QT_TRANSLATE_NOOP("retint::SceneController", "projecting onto every view")},
+      {"refine", QT_TRANSLATE_NOOP("retint::SceneController", "splitting Gaussians")},
       {"refit", QT_TRANSLATE_NOOP("retint::SceneController", "fitting colors")},
       {"registration",
        QT_TRANSLATE_NOOP("retint::SceneController", "registering to the sparse points")},
@@ -151,13 +152,16 @@ void SceneController::Open(const OpenRequest& request) {
   });
 }
 
-void SceneController::OpenWith(const QString& name, Opener opener, std::function<void()> done) {
+void SceneController::Replace(const QString& name, Opener opener, std::function<void()> done,
+                              bool same_views) {
   const auto session = std::make_shared<std::shared_ptr<EditSession>>();
   const auto start = std::chrono::steady_clock::now();
-  const auto finish = [this, session, start, done = std::move(done)](std::exception_ptr error) {
+  const auto finish = [=, this, done = std::move(done)](std::exception_ptr error) {
     if (!error) {
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      has_same_views_ = same_views;
       OpenDone(*session, taken.count());
+      has_same_views_ = false;
       if (done) done();
       return;
     }
@@ -177,6 +181,31 @@ void SceneController::OpenWith(const QString& name, Opener opener, std::function
                  [this, finish](std::exception_ptr error) {
                    Post(this, [finish, error] { finish(error); });
                  }});
+}
+
+void SceneController::SplitGaussians(RegionId id, const RefineOptions& options,
+                                     const std::filesystem::path& splat,
+                                     std::function<void(const RefineSummary&)> done) {
+  CancelRefit();
+  const QString label = tr("Splitting Gaussians");
+  const auto finer = std::make_shared<FinerSession>();
+  Run(
+      label,
+      [=](EditSession& session, Monitor& monitor) {
+        CheckOutput(splat);
+        *finer = MakeFinerSession(session, id, options, splat, monitor);
+      },
+      [=, this, done = std::move(done)] {
+        if (!finer->session) return done(finer->summary);
+        if (!finer->session->regions().SavesLike(regions_)) {
+          Q_EMIT failed(label, tr("The regions were changed meanwhile. Split once more."));
+          return;
+        }
+        Replace(
+            Text(splat.filename().string()),
+            [finer](Monitor&) { return std::move(finer->session); }, [=] { done(finer->summary); },
+            /*same_views=*/true);
+      });
 }
 
 void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, double seconds) {

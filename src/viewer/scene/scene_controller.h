@@ -24,6 +24,7 @@
 
 #include "scene/gaussian_model.h"
 #include "session/edit_session.h"
+#include "session/finer_session.h"
 #include "viewer/canvas/lens_picture.h"
 
 namespace retint {
@@ -112,7 +113,17 @@ class SceneController : public QObject {
   void Open(const OpenRequest& request);
   // The same for any way of making a session. `done` runs after opened().
   using Opener = std::function<std::unique_ptr<EditSession>(Monitor& monitor)>;
-  void OpenWith(const QString& name, Opener opener, std::function<void()> done = {});
+  void OpenWith(const QString& name, Opener opener, std::function<void()> done = {}) {
+    Replace(name, std::move(opener), std::move(done), /*same_views=*/false);
+  }
+  // Writes a splat whose large Gaussians are split where a region's paint or, without paint, the
+  // region lies (session/finer_session.h), and opens it with all regions. `done`, which gets what
+  // was done, runs after opened(), or where nothing was to be split.
+  void SplitGaussians(RegionId id, const RefineOptions& options, const std::filesystem::path& splat,
+                      std::function<void(const RefineSummary& summary)> done);
+  // While closed() and opened() are emitted: whether the new scene is the old one with finer
+  // Gaussians, and has its views and regions.
+  bool has_same_views() const { return has_same_views_; }
   void Close();
   bool IsOpen() const { return facts_ != nullptr; }
   std::shared_ptr<const SceneFacts> facts() const { return facts_; }
@@ -249,6 +260,7 @@ class SceneController : public QObject {
  private:
   struct State;    // what the worker publishes after a task
   struct Outcome;  // a task's end, on its way to the GUI thread
+  void Replace(const QString& name, Opener opener, std::function<void()> done, bool same_views);
   void OpenDone(const std::shared_ptr<EditSession>& session, double seconds);
   void TaskDone(const Outcome& outcome);
   void Apply(const State& state);
@@ -276,6 +288,7 @@ class SceneController : public QObject {
   uint64_t edits_ = 0;
   std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
   RegionId solo_ = 0;
+  bool has_same_views_ = false;
   ShPointer sh_;
   ActivePointer sh_active_;
   uint64_t sh_version_ = 0;

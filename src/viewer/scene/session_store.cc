@@ -19,15 +19,6 @@ std::filesystem::path Whole(const std::filesystem::path& folder) {
   return path.has_filename() ? path : path.parent_path();
 }
 
-// Whether two states would be saved alike; fits are derived.
-bool SameEdits(const RegionSet& a, const RegionSet& b) {
-  return std::equal(a.regions.begin(), a.regions.end(), b.regions.begin(), b.regions.end(),
-                    [](const Region& x, const Region& y) {
-                      return x.id == y.id && x.name == y.name && x.selection == y.selection &&
-                             x.edit == y.edit && x.strength == y.strength && x.visible == y.visible;
-                    });
-}
-
 }  // namespace
 
 SessionStore::SessionStore(SceneController* controller, QObject* parent)
@@ -53,7 +44,7 @@ SessionStore::SessionStore(SceneController* controller, QObject* parent)
 SessionStore::~SessionStore() = default;
 
 bool SessionStore::IsModified() const {
-  return controller_->IsOpen() && !SameEdits(saved_, controller_->regions());
+  return controller_->IsOpen() && !saved_.SavesLike(controller_->regions());
 }
 
 SessionStore::Stamp SessionStore::StampOf(const std::filesystem::path& folder) {
@@ -128,7 +119,7 @@ void SessionStore::Save(const std::filesystem::path& path, std::function<void()>
 }
 
 void SessionStore::OnRegions() {
-  if (!SameEdits(submitted_, controller_->regions())) timer_.start(kAutosaveMs);
+  if (!submitted_.SavesLike(controller_->regions())) timer_.start(kAutosaveMs);
 }
 
 void SessionStore::SubmitAutosave() {
@@ -166,7 +157,7 @@ void SessionStore::SubmitAutosave() {
         if (!autosave_) return;
         submitted_ = snapshot->regions;
         // Asking for them was news of them too.
-        if (SameEdits(submitted_, controller_->regions())) timer_.stop();
+        if (submitted_.SavesLike(controller_->regions())) timer_.stop();
         snapshot->view = ViewState();
         snapshot->saved = folder_;
         autosave_->Submit(std::move(*snapshot));

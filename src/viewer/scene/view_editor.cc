@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "session/finer_session.h"
 #include "session/pictures/compare_pictures.h"
 #include "session/pictures/contact_sheet.h"
 
@@ -51,6 +52,7 @@ ViewEditor::ViewEditor(SceneController* controller, QObject* parent)
   connect(&watcher_, &QFileSystemWatcher::fileChanged, this, [this] { rest_.start(); });
   connect(&watcher_, &QFileSystemWatcher::directoryChanged, this, [this] { rest_.start(); });
   const auto forget = [this] {
+    if (controller_->has_same_views()) return;
     pictures_.clear();
     const QStringList watched = watcher_.files() + watcher_.directories();
     if (!watched.isEmpty()) watcher_.removePaths(watched);
@@ -149,6 +151,7 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
   edited.written = picture.written;
   const RegionId region = picture.region;
   const auto found = std::make_shared<std::shared_ptr<const PictureEdit>>();
+  const auto on_large = std::make_shared<double>(0);
   // The edit changes when the picture was found to be one of its view, and not before.
   controller_->Run(
       tr("Comparing the picture"),
@@ -158,13 +161,15 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
         ColorEdit edit = now->edit;
         AddPicture(edit, edited, views);
         session.SetEdit(region, edit, now->strength);
-        *found = PictureOf(session.regions().Find(region)->edit);
+        now = session.regions().Find(region);
+        *found = PictureOf(now->edit);
+        *on_large = PaintOnLargeGaussians(*now, session.scene());
       },
       [=, this] {
         const Region* now = controller_->regions().Find(region);
         // An edit that was made meanwhile, on its way behind this one, does not know the picture.
         if (now && PictureOf(now->edit) != *found) return Take(path, picture);
-        Q_EMIT taken(QString::fromStdString(path));
+        Q_EMIT taken(QString::fromStdString(path), *on_large);
       });
 }
 

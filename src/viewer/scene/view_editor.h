@@ -34,7 +34,8 @@ class ViewEditor : public QObject {
 
  Q_SIGNALS:
   void opened(const QString& path);
-  void taken(const QString& path);  // a picture that was saved is now part of the edit
+  // A picture that was saved is now part of the edit. `on_large`: PaintOnLargeGaussians().
+  void taken(const QString& path, double on_large);
   // One that cannot be is the scene controller's failure.
   void failed(const QString& message);
 

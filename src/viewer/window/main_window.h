@@ -165,6 +165,7 @@ class MainWindow : public QMainWindow {
   void NextError();
   // main_window_export.cc
   void ExportSplat();
+  void SplitGaussians();  // of the current region, into another splat, which is then open
   void ExportMasks();
   void ExportViews();
   void ExportReport();

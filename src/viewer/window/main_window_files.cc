@@ -187,6 +187,38 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
   });
 }
 
+void MainWindow::SplitGaussians() {
+  const RegionId region = current_->id();
+  if (!controller_->regions().Find(region)) return;
+  QString path = QFileDialog::getSaveFileName(this, tr("Write the finer splat"),
+                                              Text(ProposedOutput("-finer.ply")),
+                                              tr("3D Gaussian Splatting (*.ply)"));
+  if (path.isEmpty()) return;
+  if (!path.endsWith(".ply")) path += ".ply";
+  OpenRequest request = controller_->facts()->request;
+  std::error_code code;
+  if (std::filesystem::equivalent(Path(path), request.splat, code)) {
+    return ShowError(tr("Choose another name"),
+                     tr("%1 is the splat that is open, and stays as it is.").arg(path));
+  }
+  request.splat = Path(path);
+  opening_ = RecentEntry(request);
+  form_.reset();
+  const std::string camera = canvas_->CameraState();
+  controller_->SplitGaussians(region, {}, request.splat, [=, this](const RefineSummary& summary) {
+    if (summary.split == 0) {
+      return Say(tr("No painted Gaussian is large: the scene stays as it is"));
+    }
+    SetCurrentRegion(region);
+    canvas_->RestoreCamera(camera);
+    UpdateTitle();
+    Say(tr("%1 Gaussians became %2, in %3, which is open now. Save the session to keep the regions")
+            .arg(summary.split)
+            .arg(summary.parts)
+            .arg(path));
+  });
+}
+
 void MainWindow::OpenPaths(const QStringList& paths) {
   const DroppedPaths dropped = SortPaths(paths);
   if (!dropped.problem.isEmpty()) return ShowError(tr("That cannot be opened"), dropped.problem);

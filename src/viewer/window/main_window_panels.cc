@@ -183,12 +183,18 @@ void MainWindow::AddPanels() {
     elsewhere->Start(current_->id(), picture->name,
                      photo ? TargetKind::kPhoto : TargetKind::kRender);
   });
+  connect(regions_panel, &RegionsPanel::splitWanted, this, &MainWindow::SplitGaussians);
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
-  connect(elsewhere, &ViewEditor::taken, this, [this](const QString& path) {
+  connect(elsewhere, &ViewEditor::taken, this, [this](const QString& path, double on_large) {
     canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
-    Say(tr("Took over %1").arg(path));
+    if (on_large < kMuchPaint) return Say(tr("Took over %1").arg(path));
+    Say(tr("Took over %1. %2 % of the paint is on Gaussians too large for detail: split them on "
+           "the "
+           "page Picture where it looks torn")
+            .arg(path)
+            .arg(100 * on_large, 0, 'f', 0));
   });
   connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
     ShowError(tr("The view cannot be edited elsewhere"), message);

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "session/finer_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "base/error.h"
+#include "session/pictures/compare_pictures.h"
+#include "splat_io/splat_io.h"
+
+namespace retint {
+namespace {
+
+// A Gaussian of which paint covers less stays as it is: the paint is not seen on it.
+constexpr float kLeastPaint = 0.02f;
+constexpr double kLargePixels = 3;
+
+std::vector<float> SharesToSplit(const Region& region) {
+  const std::vector<float>& shares = region.selection->shares;
+  if (!region.paint) return shares;
+  std::vector<float> painted(shares.size(), 0.0f);
+  for (const PaintedGaussian& gaussian : region.paint->gaussians) {
+    const auto g = static_cast<size_t>(gaussian.index);
+    if (gaussian.alpha >= kLeastPaint) painted[g] = shares[g];
+  }
+  return painted;
+}
+
+// The world's length of a pixel where a view shows a point; the least of these views'. 0: none
+// does.
+double PixelAt(const Eigen::Vector3d& point, const std::vector<PosedCamera>& cameras) {
+  double least = 0;
+  for (const PosedCamera& camera : cameras) {
+    const auto at = camera.Project(point);
+    if (!at) continue;
+    const double pixel = (*at)[2] / std::max(camera.camera.fx(), camera.camera.fy());
+    least = least == 0 ? pixel : std::min(least, pixel);
+  }
+  return least;
+}
+
+// The region in the finer scene, where each part has what its parent had.
+Region Carried(const Region& region, const std::vector<int32_t>& parents) {
+  Region carried = region;
+  carried.fit = nullptr;
+  carried.paint = nullptr;  // found again
+  auto selection = std::make_shared<RegionSelection>(*region.selection);
+  selection->shares.clear();
+  for (const int32_t g : parents) {
+    selection->shares.push_back(region.selection->shares[static_cast<size_t>(g)]);
+  }
+  carried.selection = std::move(selection);
+  return carried;
+}
+
+}  // namespace
+
+FinerSession MakeFinerSession(EditSession& session, RegionId id, const RefineOptions& options,
+                              const std::filesystem::path& splat, Monitor& monitor) {
+  CheckOption(!session.scene().part(),
+              "a splat that is opened in parts cannot have its Gaussians split");
+  const Region& region = session.store().Require(id);
+  session.ShowSh(session.original().sh);
+  Refinement refined = [&] {
+    const StageClock::Lap lap(session.scene().clock(), "refine");
+    return RefineGaussians(
+        session.renderer(), session.original(),
+        RenderTargets(session.reconstruction(), region.selection->masks, session.train_views()),
+        SharesToSplit(region), options, monitor);
+  }();
+  FinerSession finer;
+  finer.summary = refined.summary;
+  if (refined.summary.split == 0) return finer;
+  if (!splat.empty()) WriteSplat(splat, refined.finer.model, monitor);
+  RegionSet regions;
+  for (const Region& old : session.regions().regions) {
+    regions.regions.push_back(Carried(old, refined.finer.parents));
+  }
+  finer.session = std::make_unique<EditSession>(
+      session.scene().WithModel(std::move(refined.finer.model), splat));
+  const std::vector<std::string>& warnings = session.warnings();
+  for (size_t i = finer.session->warnings().size(); i < warnings.size(); ++i) {
+    finer.session->Warn(warnings[i]);
+  }
+  finer.session->RestoreRegions(std::move(regions), session.last_job());
+  return finer;
+}
+
+double PaintOnLargeGaussians(const Region& region, const OpenScene& scene) {
+  if (!region.paint) return 0;
+  const std::vector<PosedCamera> cameras = LayerCameras(region.edit, scene.workspace());
+  const GaussianModel& model = scene.original();
+  double on_large = 0, all = 0;
+  for (const PaintedGaussian& gaussian : region.paint->gaussians) {
+    const auto g = static_cast<size_t>(gaussian.index);
+    const Eigen::Vector3d mean = Eigen::Vector3f(&model.means[3 * g]).cast<double>();
+    const double pixel = PixelAt(mean, cameras);
+    if (pixel <= 0) continue;
+    Eigen::Array3d deviations =
+        Eigen::Array3f(Eigen::Array3f::Map(&model.log_scales[3 * g])).cast<double>().exp() / pixel;
+    std::sort(deviations.begin(), deviations.end());
+    const double opacity = 1 / (1 + std::exp(-static_cast<double>(model.opacity_logits[g])));
+    const double shows = gaussian.alpha * opacity * deviations[2] * deviations[1];
+    all += shows;
+    if (deviations[2] > kLargePixels) on_large += shows;
+  }
+  return all > 0 ? on_large / all : 0;
+}
+
+}  // namespace retint
