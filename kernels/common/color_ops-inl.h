@@ -16,7 +16,7 @@ RETINT_HD Real SoftRange(float low, float high, float edge, Real x) {
 
 // Hue turned, chroma and lightness multiplied, in OKLCh, for the colors of a range.
 // values: cosine and sine of the hue's turn; factors of chroma and lightness; hues: begin in
-// (-pi, pi], extent (2 pi: all hues), soft edge, radians; chroma: low, high; lightness: low, high;
+// [0, 2 pi], extent (2 pi: all hues), soft edge, radians; chroma: low, high; lightness: low, high;
 // soft edge of both.
 RETINT_HD void AdjustColor(const float* values, Real* color) {
   const OkLab lab = OkLabFromSrgb(color);
@@ -31,7 +31,9 @@ RETINT_HD void AdjustColor(const float* values, Real* color) {
     Real hue = atan2f(lab.b, lab.a) - values[4];
     hue -= kTurn * floorf(hue / kTurn);  // from the range's begin, [0, 2 pi)
     const Real outside = Select(hue <= extent, 0, fminf(hue - extent, kTurn - hue));
-    share *= (1 - SmoothStep(0, edge, outside)) * SmoothStep(0, kGray, chroma);
+    // Inside also where the edge is a step, at which SmoothStep() is 1 already.
+    share *= Select(outside > 0, 1 - SmoothStep(0, edge, outside), 1);
+    share *= SmoothStep(0, kGray, chroma);
   }
   if (!Any(share > 0)) return;
   const OkLab turned = {lab.lightness * values[3],

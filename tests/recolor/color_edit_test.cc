@@ -145,6 +145,11 @@ TEST(ColorEditTest, AdjustKeepsToItsRange) {
   op.Get("hues")[1] = std::fmod(hue + 360 - 7.5f, 360.0f);
   const Vector3f full = Apply(Edit({ColorOperation::Make(Kind::kAdjust, {90, 1.2f, 1.1f})}), red);
   ExpectColor(Apply(Edit({op}), red), 0.5f * (red + full), 2e-3f);
+  // Without a soft edge it is all or nothing.
+  op.Get("hue_edge")[0] = 0;
+  EXPECT_EQ(Apply(Edit({op}), red), red);
+  op.Get("hues")[1] = std::fmod(hue + 360 + 5.0f, 360.0f);
+  ExpectColor(Apply(Edit({op}), red), full);
   ColorOperation dark = ColorOperation::Make(Kind::kAdjust, {0, 0});
   dark.Get("lightnesses")[1] = 0.3f;
   EXPECT_EQ(Apply(Edit({dark}), red), red);
