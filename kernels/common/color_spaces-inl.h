@@ -116,8 +116,11 @@ RETINT_HD Real GamutReach(const OkLab& lab, float most) {
 }
 
 // Less chroma at the same hue and lightness, until a screen shows the color. Chroma below `knee` of
-// the largest that there is stays; above, it is compressed into the rest. `knee` in (0, 1].
+// the largest that there is stays; above, it is compressed into the rest. `knee` in [0, 1]; below a
+// twentieth it counts as that, as the gamut is looked for as far as 1 / knee.
 RETINT_HD void CompressChroma(float knee, OkLab* lab) {
+  constexpr float kLeast = 0.05f;
+  knee = knee > kLeast ? knee : kLeast;
   const Real reach = GamutReach(*lab, 1 / knee);
   const Real used = Select(reach > 0, 1 / reach, 1e6f);  // of the largest chroma
   const float room = 1 - knee;

@@ -116,6 +116,23 @@ TEST(ColorSpacesTest, FindsTheBorderOfTheGamut) {
   EXPECT_EQ(GamutReach({1.1f, 0.1f, 0}, kMost), 0);  // no gray is as bright
 }
 
+TEST(ColorSpacesTest, CompressesChromaAtAnyKnee) {
+  const OkLab violet = {0.75f, -0.05f, -0.25f};  // twice as far from gray as the gamut reaches
+  float last = 0;
+  for (const float knee : {0.0f, 0.001f, 0.05f, 0.3f, 0.8f, 1.0f}) {
+    OkLab lab = violet;
+    CompressChroma(knee, &lab);
+    float rgb[3];
+    EXPECT_TRUE(IsInGamut(lab, rgb)) << knee;
+    EXPECT_NEAR(lab.b, 5 * lab.a, 1e-5f) << knee;
+    // The more is compressed, the less is left; two thirds of the gamut at least.
+    const float chroma = std::hypot(lab.a, lab.b);
+    EXPECT_GE(chroma, last) << knee;
+    EXPECT_GT(chroma, 0.085f) << knee;
+    last = chroma;
+  }
+}
+
 TEST(ColorOpsTest, MixesByTheStrengthAndRunsInOrder) {
   ColorProgram program{};
   program.strength = 1;
