@@ -131,4 +131,5 @@ RETINT_HD void CompressChroma(float knee, OkLab* lab) {
   lab->b *= scale;
 }
 
-RETINT_HD Real Clamp01(Real x) { return Select(x < 0, 0, Select(x > 1, 1, x)); }
+// What is not a number becomes 0, so that it can be looked up in a table.
+RETINT_HD Real Clamp01(Real x) { return Select(x > 0, Select(x < 1, x, 1), 0); }

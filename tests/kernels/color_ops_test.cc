@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -211,6 +212,19 @@ TEST(ColorOpsTest, TableTakesColorsOutsideToItsBorder) {
   TableColor(table.data(), 4, outside);
   TableColor(table.data(), 4, border);
   for (int c = 0; c < 3; ++c) EXPECT_EQ(outside[c], border[c]);
+}
+
+// Large colors overflow, and their differences are no numbers.
+TEST(ColorOpsTest, TablesTakeWhatIsNoNumberForZero) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> table = AffineTable(4);
+  float color[3] = {nan, 0.5f, nan}, zero[3] = {0, 0.5f, 0};
+  TableColor(table.data(), 4, color);
+  TableColor(table.data(), 4, zero);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(color[c], zero[c]);
+  float infinite[3] = {INFINITY, INFINITY, INFINITY};
+  GradientColor(table.data(), 4, infinite);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(infinite[c], table[size_t(c)]);
 }
 
 TEST(ColorOpsTest, SoftClipBringsEveryColorIn) {
