@@ -258,7 +258,11 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
       if (json.contains("temperature") || json.contains("tint")) {
         throw OptionError(place + " stands for temperature and tint");
       }
-      SetGray(JsonColor(value, *type, place), op, warnings);
+      const std::vector<float> gray = JsonColor(value, *type, place);
+      for (const float channel : gray) {
+        if (!(channel >= 0 && channel <= 1)) throw OptionError(place + " is not from 0 to 1");
+      }
+      SetGray(gray, op, warnings);
       continue;
     }
     const ColorParameter* parameter = FindParameter(*type, key);

@@ -53,7 +53,7 @@ GrayBalance WhiteBalanceOfGray(std::span<const float> color) {
         const Eigen::Vector2f at =
             (center + step * aside).cwiseMax(least_values).cwiseMin(most_values);
         const float here = chroma(at);
-        if (here >= least) continue;
+        if (!(here < least)) continue;
         least = here;
         best = at;
         better = true;

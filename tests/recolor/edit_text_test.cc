@@ -140,6 +140,11 @@ TEST(ParseOperationTest, BalancesWhatShouldBeGray) {
   EXPECT_THAT(FaultOf(Kind::kExposure, "gray=#d0c8b0"), HasSubstr("there is no 'gray'"));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "white_balance", "gray": "#d0c8b0", "tint": 1}]})"),
               HasSubstr("stands for temperature and tint"));
+  for (const char* color : {"[5, 0.5, 0.5]", "[0.5, -0.1, 0.5]", "[1e30, 0.5, 0.5]"}) {
+    const std::string balance = R"({"op": "white_balance", "gray": )" + std::string(color) + "}";
+    EXPECT_THAT(FaultOf("{\"operations\": [" + balance + "]}"),
+                HasSubstr("operations[0].gray is not from 0 to 1"));
+  }
 }
 
 TEST(ParseOperationTest, SaysWhatABalanceCannotMakeGray) {
