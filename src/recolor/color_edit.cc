@@ -241,7 +241,7 @@ std::vector<float> PaletteTable(std::span<const float> pairs) {
   return table;
 }
 
-// `knee`: see KneeAfter().
+// `knee`: KneeOf() what follows.
 ColorOp Compile(const ColorOperation& op, float knee, std::vector<float>& tables) {
   constexpr int kGradientSize = 256;
   ColorOp out{};
@@ -301,11 +301,10 @@ ColorOp Compile(const ColorOperation& op, float knee, std::vector<float>& tables
   return out;
 }
 
-// Of the soft clipping that follows the operation `i`; 1: there is none.
-float KneeAfter(const ColorEdit& edit, size_t i) {
+// Of the soft clipping among operations; 1: there is none.
+float KneeOf(std::span<const ColorOperation> operations) {
   float knee = 1;
-  while (++i < edit.operations.size()) {
-    const ColorOperation& op = edit.operations[i];
+  for (const ColorOperation& op : operations) {
     if (op.kind != Kind::kSoftClip) continue;
     knee = std::min(knee, 1 - op.strength * (1 - op.values[0]));
   }
@@ -377,7 +376,8 @@ void ColorEdit::Check() const {
               "edit: pictures belong into one operation");
 }
 
-CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range)
+CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range,
+                           std::span<const ColorOperation> then)
     : affine_(edit.IsAffine()) {
   edit.Check();
   CheckOption(
@@ -393,7 +393,8 @@ CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range)
   for (size_t i = 0; i < edit.operations.size(); ++i) {
     const ColorOperation& op = edit.operations[i];
     if (op.kind == Kind::kSoftClip && !brings_in) continue;
-    const float knee = brings_in ? KneeAfter(edit, i) : kNoKnee;
+    const float own = KneeOf(std::span(edit.operations).subspan(i + 1));
+    const float knee = brings_in ? std::min(own, KneeOf(then)) : kNoKnee;
     program_.ops[program_.count++] = Compile(op, knee, tables_);
   }
   program_.strength = edit.strength;

@@ -55,10 +55,12 @@ struct ColorEdit {
 enum class OutOfRange { kBroughtIn, kLeft };
 
 // An edit made ready to be applied to many colors. OptionError as Check(), and
-// for an edit that still needs a main color.
+// for an edit that still needs a main color. `then`: of an edit that is applied in two parts, the
+// operations of the second, which may bring the colors of the first softly into the range.
 class CompiledEdit {
  public:
-  explicit CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn);
+  explicit CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn,
+                        std::span<const ColorOperation> then = {});
   CompiledEdit(const CompiledEdit&) = delete;
   CompiledEdit& operator=(const CompiledEdit&) = delete;
 

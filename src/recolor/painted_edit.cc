@@ -25,7 +25,9 @@ float LightOf(const float* rgb) {
 }
 
 PaintedEdit::PaintedEdit(const ColorEdit& edit)
-    : before_(PartOf(edit, true)), after_(PartOf(edit, false)), strength_(edit.strength) {
+    : before_(PartOf(edit, true), OutOfRange::kBroughtIn, PartOf(edit, false).operations),
+      after_(PartOf(edit, false)),
+      strength_(edit.strength) {
   for (const ColorOperation& op : edit.operations) {
     if (!op.picture) continue;
     picture_ = op.picture;

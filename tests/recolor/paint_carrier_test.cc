@@ -119,6 +119,20 @@ struct Scene {
   Renderer renderer;
 };
 
+TEST(PaintedEditTest, WhatIsNotPaintedTakesTheWholeList) {
+  ColorEdit edit = EditOf({PaintLayer{"painted", 0, 0, Image8(1, 1), Mask(1, 1)}});
+  edit.operations.insert(
+      edit.operations.begin(),
+      ColorOperation::Make(ColorOperationKind::kRecolor, {1, 1, 1, 0, 0.6f, 0.4f, 0.2f, 1.5f}));
+  edit.operations.push_back(ColorOperation::Make(ColorOperationKind::kSoftClip));
+  const PaintedEdit painted(edit);
+  const CompiledEdit whole(edit);
+  for (const float light : {0.3f, 0.8f, 1.0f, 1.2f, 1.6f}) {
+    const Vector3f color = light * Vector3f(0.6f, 0.4f, 0.2f);
+    EXPECT_EQ(painted.Apply(color, kDark, 0), whole.Apply(color)) << light;
+  }
+}
+
 // Position along a row at which the red channel falls or rises through the middle of the stripes,
 // from pixel `x` on; -1 where it does not.
 double NextEdge(const Image& image, int y, int x) {
