@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "recolor/refit_problem.h"
 #include "scene/mask_pixels.h"
 
 namespace retint {
@@ -405,7 +407,10 @@ Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
                            const RefineOptions& options, Monitor& monitor) {
   options.Check();
   CheckOption(!targets.empty(), "refine: there is no view with a mask");
+  for (const RefitTarget& target : targets) CheckTarget(target);
   if (shares.empty()) shares = MaskShares(renderer, targets, monitor);
+  CheckOption(shares.size() == model.NumGaussians(),
+              "refine: one share a Gaussian is needed, got " + std::to_string(shares.size()));
   monitor.Step("refine", 0, 1);
   Refinement refinement;
   RefineSummary& summary = refinement.summary;

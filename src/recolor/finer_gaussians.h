@@ -64,7 +64,8 @@ struct Refinement {
 
 // Splits what lies inside the masks of `targets`, whose photos do not count, and fits the parts'
 // colors to what `renderer` shows of `model` there, so that the scene looks as it did. Everything
-// else keeps its bits. `shares` as ShRefitter has them. Stages: "refine", and ShRefitter's.
+// else keeps its bits. `shares` as ShRefitter has them; OptionError and InputError as there.
+// Stages: "refine", and ShRefitter's.
 Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
                            std::vector<RefitTarget> targets, std::vector<float> shares,
                            const RefineOptions& options, Monitor& monitor);

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "tests/recolor/tiny_scene.h"
 
 namespace retint {
@@ -158,6 +159,20 @@ TEST(FinerGaussians, ThereAreNoMorePartsThanWanted) {
   EXPECT_LE(refined.finer.model.NumGaussians() - refined.finer.stayed, 1000u);
   EXPECT_GT(refined.finer.model.NumGaussians(), 200u);
   EXPECT_GT(refined.summary.pixels, options.pixels);
+}
+
+TEST(FinerGaussians, RefusesSharesAndMasksThatDoNotFit) {
+  Wall wall;
+  Renderer renderer(CreateBackend("cpu"), wall.model);
+  Monitor monitor;
+  const size_t count = wall.model.NumGaussians();
+  EXPECT_THROW(RefineGaussians(renderer, wall.model, wall.Targets(),
+                               std::vector<float>(count - 1, 0.0f), {}, monitor),
+               OptionError);
+  wall.masks[0] = Mask(8, 8, 0);
+  EXPECT_THROW(RefineGaussians(renderer, wall.model, wall.Targets(),
+                               std::vector<float>(count, 0.0f), {}, monitor),
+               InputError);
 }
 
 TEST(FinerGaussians, OnlyWhatIsInsideTheMasksIsSplit) {
