@@ -292,8 +292,8 @@ class TargetMeter {
 
   // In rows of pixels that are wanted of each tile.
   ErrorSums Measure(const RefitTarget& target, uint16_t pixel_rows = kAllPixelRows) {
-    const Image made = target.edited ? target.edited(renderer_) : Image();
-    const std::shared_ptr<const Image> photo = PhotoOf(target);
+    const Image made = MadeFor(target, renderer_);
+    const std::shared_ptr<const Image> photo = PhotoOf(target, renderer_);
     return Compare({target, photo.get(), made, reported_, pair_.Render(target, pixel_rows)},
                    pixel_rows);
   }

@@ -22,7 +22,7 @@ constexpr int kLossHalo = 10;
 constexpr double kMostRowsPerRow = 8;
 // Of what a view may keep; the rest is for its targets.
 constexpr double kWeightsShare = 0.8;
-constexpr int64_t kGaussians = 1 << 16;  // a task
+constexpr int64_t kGaussians = 1 << 16, kPixels = 1 << 16;  // a task
 
 // Pixel bounds of a region's tiles: x0, y0, x1, y1, half-open.
 std::array<int32_t, 4> TileBounds(const ViewGeometry& region) {
@@ -121,11 +121,42 @@ void CheckTarget(const RefitTarget& target) {
   CheckSize(target, target.mask->width, target.mask->height, target.mask->data.size(), 1, "mask");
 }
 
-std::shared_ptr<const Image> PhotoOf(const RefitTarget& target) {
+namespace {
+
+bool HasBackground(const Renderer& renderer) {
+  const auto& background = renderer.background();
+  return std::any_of(background.begin(), background.end(), [](float value) { return value != 0; });
+}
+
+Image WithoutBackground(Image image, const PosedCamera& camera, Renderer& renderer) {
+  RenderRequest request;
+  request.rgb = false;
+  request.alpha = true;
+  const ScalarImage alpha = renderer.Render(camera, request).alpha;
+  ParallelRanges(int64_t(alpha.data.size()), kPixels, [&](int64_t begin, int64_t end) {
+    for (size_t p = size_t(begin); p < size_t(end); ++p) {
+      const float through = 1 - alpha.data[p];
+      for (size_t c = 0; c < 3; ++c) image.data[3 * p + c] -= through * renderer.background()[c];
+    }
+  });
+  return image;
+}
+
+}  // namespace
+
+std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& renderer) {
   if (!target.photo) return nullptr;
   std::shared_ptr<const Image> photo = target.photo();
   CheckSize(target, photo->width, photo->height, photo->data.size(), 3, "photo");
-  return photo;
+  if (!HasBackground(renderer)) return photo;
+  return std::make_shared<const Image>(WithoutBackground(*photo, target.camera, renderer));
+}
+
+Image MadeFor(const RefitTarget& target, Renderer& renderer) {
+  if (!target.edited) return {};
+  Image made = target.edited(renderer);
+  return HasBackground(renderer) ? WithoutBackground(std::move(made), target.camera, renderer)
+                                 : made;
 }
 
 std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo) {
@@ -396,8 +427,8 @@ RegionView RefitProblem::Prepare(const RefitTarget& target, size_t budget) {
   backend().Grow(mask_, pixels);
   backend().CopyToDevice(mask_.data(), target.mask->data.data(), pixels);
   if (target.edited || target.photo) {
-    const Image made = target.edited ? target.edited(renderer_) : Image();
-    const std::shared_ptr<const Image> photo = target.edited ? nullptr : PhotoOf(target);
+    const Image made = MadeFor(target, renderer_);
+    const std::shared_ptr<const Image> photo = target.edited ? nullptr : PhotoOf(target, renderer_);
     const Image& source = photo ? *photo : made;
     backend().Grow(photo_, pixels * 3);
     backend().CopyToDevice(photo_.data(), source.data.data(), pixels * 3 * sizeof(float));

@@ -22,8 +22,11 @@ namespace retint {
 
 // InputError naming the view when its mask is missing or not of the view's size.
 void CheckTarget(const RefitTarget& target);
-// A target's photo; null where it has none. InputError where it is not of the view's size.
-std::shared_ptr<const Image> PhotoOf(const RefitTarget& target);
+// A target's photo, and what is made for it, without the renderer's background where that shows
+// between the Gaussians: what is fitted and measured are their colors alone. Null or empty where
+// there is none. InputError where a photo is not of the view's size.
+std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& renderer);
+Image MadeFor(const RefitTarget& target, Renderer& renderer);
 
 // An edit in backend memory, for its kernels.
 struct UploadedEdit {

@@ -76,6 +76,7 @@ struct Renderer::Scratch {
 Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
                    RendererOptions options, std::shared_ptr<GeometryCache> cache)
     : backend_(std::move(backend)),
+      background_(options.background),
       makes_room_(options.makes_room),
       cache_(cache ? std::move(cache) : std::make_shared<GeometryCache>(options.cache_bytes)),
       scratch_(std::make_unique<Scratch>()) {

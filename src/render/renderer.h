@@ -78,6 +78,7 @@ class Renderer {
   // Replaces the SH coefficients that later renders use, [N, K, 3]; geometry and cache stay.
   void SetSh(std::span<const float> sh);
 
+  const std::array<float, 3>& background() const { return background_; }
   Backend& backend() { return *backend_; }
   std::shared_ptr<Backend> shared_backend() { return backend_; }
   Model& model() { return *model_; }
@@ -92,6 +93,7 @@ class Renderer {
 
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Model> model_;
+  std::array<float, 3> background_;
   bool makes_room_;
   std::shared_ptr<GeometryCache> cache_;
   std::unique_ptr<Scratch> scratch_;

@@ -161,6 +161,15 @@ TEST(FinerGaussians, ThereAreNoMorePartsThanWanted) {
   EXPECT_GT(refined.summary.pixels, options.pixels);
 }
 
+TEST(FinerGaussians, TheBackgroundIsNotFitted) {
+  const Wall wall;
+  Renderer renderer(CreateBackend("cpu"), wall.model, {.background = {1, 1, 1}});
+  Monitor monitor;
+  const Refinement refined = RefineGaussians(renderer, wall.model, wall.Targets(), {}, {}, monitor);
+  EXPECT_GT(refined.psnr, 40);
+  EXPECT_GE(refined.psnr, refined.psnr_split);
+}
+
 TEST(FinerGaussians, RefusesSharesAndMasksThatDoNotFit) {
   Wall wall;
   Renderer renderer(CreateBackend("cpu"), wall.model);

@@ -184,6 +184,16 @@ TEST_F(QualityReportTest, PhotosAreTheTargetsWhereGiven) {
   EXPECT_NEAR(report.train.psnr_outside, -10 * std::log10(sum / values), 1e-3);
 }
 
+TEST_F(QualityReportTest, TheBackgroundOfPhotosIsNoError) {
+  Renderer renderer = scene_.MakeRenderer({.background = {1, 1, 1}});
+  for (const PosedCamera& camera : scene_.cameras) {
+    scene_.photos.push_back(renderer.Render(camera).rgb);
+  }
+  const FloatArray& sh = scene_.model.sh;
+  const auto report = EvaluateEdit(renderer, sh, sh, scene_.Targets(), {}, edit_, monitor_);
+  EXPECT_GT(report.train.psnr_outside, 90);
+}
+
 TEST_F(QualityReportTest, RefusesCoefficientsOfAnotherModel) {
   after_.pop_back();
   EXPECT_THROW(Evaluate(targets_, {}), OptionError);

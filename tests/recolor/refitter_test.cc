@@ -153,6 +153,35 @@ TEST_P(RefitterTest, PhotosPullTowardsThemselves) {
   EXPECT_LT(error(refitter->Sh()), 0.5 * error(scene_.model.sh));
 }
 
+// What shows between the Gaussians is not theirs to become.
+TEST_P(RefitterTest, TheBackgroundOfPhotosIsNotFitted) {
+  Renderer renderer = scene_.MakeRenderer({.background = {1, 0.9f, 0.8f}});
+  for (const PosedCamera& camera : scene_.cameras) {
+    scene_.photos.push_back(renderer.Render(camera).rgb);
+  }
+  const std::vector<float> all(scene_.model.NumGaussians(), 1.0f);
+  const auto change_by = [&](std::vector<RefitTarget> targets) {
+    ShRefitter refitter(renderer, scene_.model, std::move(targets), ColorEdit::Tint({1, 1, 1}), all,
+                        options_, monitor_);
+    refitter.Run(monitor_);
+    const FloatArray sh = refitter.Sh();
+    float most = 0;
+    for (size_t i = 0; i < sh.size(); ++i) {
+      most = std::max(most, std::abs(sh[i] - scene_.model.sh[i]));
+    }
+    return most;
+  };
+  // Rounding to the step of the targets, and of Adam six steps of its own.
+  constexpr float kMost = 5e-3f;
+  EXPECT_LT(change_by(scene_.Targets()), kMost);
+  std::vector<RefitTarget> made = scene_.Targets();
+  for (size_t v = 0; v < made.size(); ++v) {
+    made[v].photo = nullptr;
+    made[v].edited = [&, v](Renderer&) { return scene_.photos[v]; };
+  }
+  EXPECT_LT(change_by(std::move(made)), kMost);
+}
+
 TEST_P(RefitterTest, CancelStopsBetweenViewsAndKeepsTheLastResult) {
   auto refitter = Make(edit_, scene_.shares);
   refitter->Step(monitor_);

@@ -83,7 +83,9 @@ struct TinyScene {
     }
   }
 
-  Renderer MakeRenderer() const { return Renderer(backend, model); }
+  Renderer MakeRenderer(const RendererOptions& options = {}) const {
+    return Renderer(backend, model, options);
+  }
 
   std::vector<RefitTarget> Targets() const {
     std::vector<RefitTarget> targets;
