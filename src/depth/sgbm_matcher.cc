@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -50,6 +52,11 @@ class SgbmMatcher : public StereoMatcher {
       }
     }
     return match;
+  }
+
+  // OpenCV's are 16 bits of sixteenths of a pixel.
+  int MostDisparity() const override {
+    return std::numeric_limits<int16_t>::max() / cv::StereoMatcher::DISP_SCALE;
   }
 
  private:

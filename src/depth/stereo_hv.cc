@@ -96,11 +96,15 @@ class Estimation {
     KeepPart();
     if (census && !FitCensus(search_.range)) {
       census = false;
-      if (!estimate_.warning.empty()) estimate_.warning += "; ";
-      estimate_.warning += "a search of " + std::to_string(search_.range.count) +
-                           " disparities is too long for the census matcher, which takes at most " +
-                           std::to_string(kMaxStereoCount) +
-                           ": OpenCV's StereoSGBM matched the pairs instead";
+      Warn("a search of " + std::to_string(search_.range.count) +
+           " disparities is too long for the census matcher, which takes at most " +
+           std::to_string(kMaxStereoCount) + ": OpenCV's StereoSGBM matched the pairs instead");
+    }
+    const int largest = search_.range.lowest + search_.range.count - 1;
+    if (!census && largest > matcher.MostDisparity()) {
+      Warn("disparities up to " + std::to_string(largest) +
+           " pixels are searched, of which OpenCV's StereoSGBM finds those up to " +
+           std::to_string(matcher.MostDisparity()) + ": nearer surfaces are not measured");
     }
     Advance();
     RenderPlates();
@@ -128,6 +132,11 @@ class Estimation {
   }
 
  private:
+  void Warn(const std::string& text) {
+    if (!estimate_.warning.empty()) estimate_.warning += "; ";
+    estimate_.warning += text;
+  }
+
   void Advance(double steps = 1) {
     monitor_.Step("depth", done_, steps_);
     done_ += steps;

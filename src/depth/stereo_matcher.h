@@ -2,6 +2,7 @@
 // Dense matching of a rectified pair, behind one interface so that matchers can be exchanged.
 #pragma once
 
+#include <limits>
 #include <memory>
 
 #include "base/option.h"
@@ -28,6 +29,8 @@ class StereoMatcher {
   // Called from several threads at once.
   virtual StereoMatch Match(const Image8& left, const Image8& right,
                             const DisparityRange& range) const = 0;
+  // Larger ones it does not find.
+  virtual int MostDisparity() const { return std::numeric_limits<int>::max(); }
 };
 
 struct SgbmOptions {

@@ -202,6 +202,26 @@ TEST_P(OnBackends, SearchesTooLongForCensusAreLeftToOpenCvWithAWarning) {
   EXPECT_NE(shorter.depth.data, sgbm.depth.data) << "or census was not used where it can be";
 }
 
+// A baseline that moves all of a wide view by more than two thousand pixels.
+TEST(StereoHv, DisparitiesThatOpenCvCannotHoldAreAWarning) {
+  const PosedCamera view{Camera::Pinhole(1, 3200, 16, 1600, 1600, 1600, 8), Rigid3d{}};
+  const PlaneScene plane{4, 0, 0};
+  Renderer renderer(CreateBackend("cpu"), plane.Model(5, 0.08, 4));
+  StereoHvOptions options;
+  options.both_sides = false;
+  options.max_disparities = 64;
+  Monitor monitor;
+  for (const auto matcher : {StereoMatcherKind::kCensus, StereoMatcherKind::kSgbm}) {
+    options.matcher = matcher;
+    options.baseline = 7;  // 2800 pixels, of which 2096 and more are searched
+    const bool is_census = matcher == StereoMatcherKind::kCensus;
+    const auto far = StereoHvEstimator(renderer, options).Estimate(view, monitor);
+    EXPECT_EQ(far.warning.find("finds those up to 2047") == std::string::npos, is_census);
+    options.baseline = 5;
+    EXPECT_EQ(StereoHvEstimator(renderer, options).Estimate(view, monitor).warning, "");
+  }
+}
+
 TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {
   const PlaneScene plane{4, 0, 0};
   Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 3));
