@@ -155,6 +155,7 @@ std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& render
 Image MadeFor(const RefitTarget& target, Renderer& renderer) {
   if (!target.edited) return {};
   Image made = target.edited(renderer);
+  CheckSize(target, made.width, made.height, made.data.size(), 3, "edited picture");
   return HasBackground(renderer) ? WithoutBackground(std::move(made), target.camera, renderer)
                                  : made;
 }

@@ -24,7 +24,7 @@ namespace retint {
 void CheckTarget(const RefitTarget& target);
 // A target's photo, and what is made for it, without the renderer's background where that shows
 // between the Gaussians: what is fitted and measured are their colors alone. Null or empty where
-// there is none. InputError where a photo is not of the view's size.
+// there is none. InputError where one is not of the view's size.
 std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& renderer);
 Image MadeFor(const RefitTarget& target, Renderer& renderer);
 

@@ -223,6 +223,8 @@ TEST_P(RefitterTest, RefusesTargetsThatDoNotFit) {
   const Image photo(64, 47);
   targets[2].photo = HeldPhoto(photo);
   EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("photo is 64x47")));
+  targets[2].edited = [](Renderer&) { return Image(63, 48); };
+  EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("edited picture is 63x48")));
   targets.clear();
   EXPECT_THAT(make, ThrowsMessage<OptionError>(HasSubstr("no view")));
 }
