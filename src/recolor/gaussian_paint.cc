@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
 #include "kernels/common/projection.h"
@@ -117,6 +118,7 @@ bool GaussianPaint::IsOf(const PictureEdit& picture) const {
 GaussianPaint FindGaussianPaint(Renderer& renderer, const GaussianModel& model,
                                 std::shared_ptr<const PictureEdit> picture,
                                 const std::vector<PosedCamera>& cameras) {
+  CheckOption(cameras.size() == picture->layers.size(), "paint: one camera a layer is needed");
   std::vector<Share> shares;
   for (size_t k = 0; k < cameras.size(); ++k) {
     AddLayer(renderer, model, picture->layers[k], cameras[k], &shares);

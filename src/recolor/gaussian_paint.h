@@ -35,11 +35,11 @@ struct GaussianPaint {
   size_t Bytes() const { return gaussians.size() * sizeof(PaintedGaussian); }
 };
 
-// Of the layers of `picture`; `cameras` are of their views, in their order. With the weights W of a
-// painted view, a Gaussian takes the mean W^T (alpha color) / W^T alpha and is covered by
-// W^T alpha / W^T 1. One that is nearly hidden there takes nothing. Where several views paint one,
-// each counts as W^T alpha, so that the view that sees it more squarely counts more. Renders
-// nothing: the renderer, of `model`, may show any colors.
+// Of the layers of `picture`; `cameras` are of their views, in their order, else OptionError. With
+// the weights W of a painted view, a Gaussian takes the mean W^T (alpha color) / W^T alpha and is
+// covered by W^T alpha / W^T 1. One that is nearly hidden there takes nothing. Where several views
+// paint one, each counts as W^T alpha, so that the view that sees it more squarely counts more.
+// Renders nothing: the renderer, of `model`, may show any colors.
 GaussianPaint FindGaussianPaint(Renderer& renderer, const GaussianModel& model,
                                 std::shared_ptr<const PictureEdit> picture,
                                 const std::vector<PosedCamera>& cameras);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
 #include "scene/mask_pixels.h"
@@ -344,6 +345,8 @@ struct PaintCarrier::Blended {
 PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras,
                            const GaussianModel& model, std::shared_ptr<const GaussianPaint> paint)
     : edit_(edit), model_(model), paint_(std::move(paint)) {
+  const size_t layers = edit_.picture() ? edit_.picture()->layers.size() : 0;
+  CheckOption(cameras.size() == layers, "paint: one camera a layer is needed");
   for (PosedCamera& camera : cameras) sources_.push_back({std::move(camera), {}, {}});
   if (paint_ && !paint_->IsOf(*edit_.picture())) paint_ = nullptr;
 }

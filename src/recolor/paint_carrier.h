@@ -30,8 +30,9 @@ namespace retint {
 // look like: later ones must find the same coefficients in it.
 class PaintCarrier {
  public:
-  // `cameras`: of the views of the edit's layers, in their order. `model`: the renderers'; it must
-  // outlive this. `paint`: FindGaussianPaint() of the layers, where it is known.
+  // `cameras`: of the views of the edit's layers, in their order, else OptionError. `model`: the
+  // renderers'; it must outlive this. `paint`: FindGaussianPaint() of the layers, where it is
+  // known.
   PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras, const GaussianModel& model,
                std::shared_ptr<const GaussianPaint> paint = nullptr);
   ~PaintCarrier();

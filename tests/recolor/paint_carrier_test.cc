@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "kernels/common/color_spaces.h"
 #include "tests/recolor/tiny_scene.h"
 
@@ -192,6 +193,18 @@ TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
 TEST(PaintCarrierTest, WhatShinesThroughDoesNotMoveThePaint) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}, 3}, {3.0, 6.0, {0.5f, 0.5f, 0.5f}}});
   ExpectStripesInPlace(scene);
+}
+
+TEST(PaintCarrierTest, NeedsTheCamerasOfAllLayers) {
+  Scene scene({{0.2, 0, {0.5f, 0.5f, 0.5f}}});
+  const PosedCamera view = CameraAt(0);
+  const ColorEdit edit = EditOf({PaintOf(view, [](int, int) { return kDark; })});
+  const std::shared_ptr<const PictureEdit> picture = edit.operations[0].picture;
+  for (const std::vector<PosedCamera>& cameras :
+       {std::vector<PosedCamera>{}, std::vector<PosedCamera>{view, view}}) {
+    EXPECT_THROW(PaintCarrier(edit, cameras, scene.model), OptionError);
+    EXPECT_THROW(FindGaussianPaint(scene.renderer, scene.model, picture, cameras), OptionError);
+  }
 }
 
 TEST(PaintCarrierTest, WhatThePaintedViewDoesNotSeeStays) {
