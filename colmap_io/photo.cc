@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "colmap_io/photo.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -92,10 +93,10 @@ Image Turned(const Image& stored, int orientation) {
   return shown;
 }
 
-// Up to what rounding both sides to whole pixels may change.
+// Up to what rounding both sides of the smaller picture to whole pixels may change.
 bool SameShape(int width, int height, int other_width, int other_height) {
   const int64_t cross = int64_t{width} * other_height - int64_t{other_width} * height;
-  return std::abs(cross) <= int64_t{other_width} + other_height;
+  return std::abs(cross) <= std::max(int64_t{width} + height, int64_t{other_width} + other_height);
 }
 
 Image Resized(const Image& image, int width, int height) {

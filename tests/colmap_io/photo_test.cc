@@ -170,6 +170,10 @@ TEST(Photo, SixteenBitsArePhotosToo) {
   const TempFolder folder;
   const cv::Mat deep(10, 12, CV_16UC3, cv::Scalar(0, 32768, 65535));  // BGR
   for (const char* name : {"p.png", "p.tiff"}) {
+  // A thirteenth of a large photo, rounded down; three pixels less is another shape.
+  WritePng(folder / "p.png", Image8(1040, 1013));
+  EXPECT_EQ(ReadPhotoOfSize(folder / "p.png", 80, 77).height, 77);
+  EXPECT_THROW(ReadPhotoOfSize(folder / "p.png", 80, 75), InputError);
     cv::imwrite((folder / name).string(), deep);
     const Image image = ReadPhotoOfSize(folder / name, 12, 10);
     EXPECT_EQ(image(3, 3, 0), 1.0F) << name;
