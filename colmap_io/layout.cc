@@ -174,7 +174,8 @@ std::optional<fs::path> FindPhoto(const fs::path& folder, const std::string& nam
   for (const fs::path& path : {folder / relative, folder / relative.filename()}) {
     if (IsFile(path)) return path;
     for (const char* extension :
-         {".jpg", ".png", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff"}) {
+         {".jpg", ".png", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".TIF", ".TIFF",
+          ".webp", ".WEBP", ".bmp", ".BMP", ".jp2", ".JP2"}) {
       fs::path other = path;
       if (IsFile(other.replace_extension(extension))) return other;
     }

@@ -138,6 +138,12 @@ TEST(Layout, PhotosWithAnotherExtensionOrWithoutTheirFolderAreFound) {
   EXPECT_FALSE(workspace.HasPhoto(workspace.RequireView("a.jpg")));
   EXPECT_EQ(workspace.PhotoPath(workspace.RequireView("sub/b c.png")), folder / "images/b c.png");
   EXPECT_FALSE(workspace.ReadPhoto(workspace.RequireView("\xC3\xA9t\xC3\xA9.jpg")).Empty());
+  // Of every kind of picture that is read.
+  for (const char* name : {"a.TIF", "a.tiff", "a.webp", "a.bmp", "a.JP2"}) {
+    WriteFile(folder / "images" / name, "");
+    EXPECT_EQ(workspace.PhotoPath(workspace.RequireView("a.jpg")), folder / "images" / name);
+    fs::remove(folder / "images" / name);
+  }
 }
 
 TEST(Layout, PartsMayBeTextAndBinaryMixed) {
