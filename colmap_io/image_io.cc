@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "colmap_io/image_check.h"
 #include "colmap_io/jpeg_decode.h"
+#include "colmap_io/photo.h"
 #include "scene/image_checks.h"
 
 namespace retint {
@@ -24,8 +25,9 @@ cv::Mat Decode(const fs::path& path, int flags) {
     return true;
   }();
   (void)silenced;
-  const std::string bytes = ReadFile(path);
+  std::string bytes = ReadFile(path);
   CheckImageFile(bytes, path);
+  KeepTiffAsStored(&bytes);
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) {
     throw InputError(path, "is larger than 2 GiB");
   }
@@ -36,7 +38,7 @@ cv::Mat Decode(const fs::path& path, int flags) {
     return cv::Mat(rgb.height, rgb.width, CV_8UC3, rgb.data.data()).clone();
   }
   try {
-    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
     pixels = cv::imdecode(raw, flags);
   } catch (const cv::Exception&) {
     pixels.release();

@@ -52,23 +52,40 @@ void VisitSegments(std::string_view bytes, const Visit& visit) {
 
 bool IsJpeg(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
 
-// EXIF's tag 0x0112 of a JPEG file, 1 to 8; 1 where there is none (Exif 2.32, 4.6.4).
+bool IsTiff(std::string_view bytes) {
+  return bytes.starts_with(std::string_view("II*\0", 4)) ||
+         bytes.starts_with(std::string_view("MM\0*", 4));
+}
+
+// Where tag 0x0112 of the first picture of a TIFF file has its value (TIFF 6.0, section 2); nullopt
+// where there is none.
+std::optional<size_t> OrientationAt(std::string_view tiff) {
+  const Bytes data{tiff, tiff.starts_with("MM")};
+  const size_t folder = data.At(4, 4);
+  const size_t entries = data.At(folder, 2);
+  for (size_t k = 0; k < entries; ++k) {
+    const size_t entry = folder + 2 + 12 * k;
+    if (data.At(entry, 2) == 0x0112 && entry + 10 <= tiff.size()) return entry + 8;
+  }
+  return std::nullopt;
+}
+
+// 1 to 8; 1 where it is not told.
+int OrientationIn(std::string_view tiff) {
+  const auto at = OrientationAt(tiff);
+  const uint32_t value = at ? Bytes{tiff, tiff.starts_with("MM")}.At(*at, 2) : 1;
+  return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+}
+
+// Of a TIFF file, or as a JPEG file's EXIF has it (Exif 2.32, 4.6.4).
 int Orientation(std::string_view bytes) {
+  if (IsTiff(bytes)) return OrientationIn(bytes);
   int orientation = 1;
   if (!IsJpeg(bytes)) return orientation;
   VisitSegments(bytes, [&](uint32_t marker, std::string_view segment) {
     constexpr std::string_view kExif("Exif\0\0", 6);
     if (marker != 0xE1 || !segment.starts_with(kExif)) return false;
-    const std::string_view tiff = segment.substr(kExif.size());
-    const Bytes data{tiff, tiff.starts_with("MM")};
-    const size_t folder = data.At(4, 4);
-    const size_t entries = data.At(folder, 2);
-    for (size_t k = 0; k < entries; ++k) {
-      const size_t entry = folder + 2 + 12 * k;
-      if (data.At(entry, 2) != 0x0112) continue;
-      const uint32_t value = data.At(entry + 8, 2);
-      if (value >= 1 && value <= 8) orientation = static_cast<int>(value);
-    }
+    orientation = OrientationIn(segment.substr(kExif.size()));
     return true;
   });
   return orientation;
@@ -130,6 +147,14 @@ std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& pa
     });
   }
   return size;
+}
+
+void KeepTiffAsStored(std::string* bytes) {
+  const auto at = IsTiff(*bytes) ? OrientationAt(*bytes) : std::nullopt;
+  if (!at) return;
+  const bool big = bytes->starts_with("MM");
+  (*bytes)[*at] = big ? '\0' : '\1';
+  (*bytes)[*at + 1] = big ? '\1' : '\0';
 }
 
 Image ReadPhotoOfSize(const std::filesystem::path& path, int width, int height) {

@@ -108,6 +108,53 @@ TEST(Photo, StoredPixelsCountAndExifOnlyWhereTheyDoNotFit) {
               ThrowsMessage<InputError>(HasSubstr("photo is 48x32, its camera says 32x48")));
 }
 
+// Without compression, in one strip.
+std::string TiffBytes(const Image8& image, int orientation) {
+  constexpr int kEntries = 10;
+  constexpr uint32_t kBitsAt = 8 + 2 + 12 * kEntries + 4, kPixelsAt = kBitsAt + 6;
+  std::string tiff("II*\0\x08\0\0\0", 8);
+  const auto number = [&](uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) tiff += char(value >> (8 * i) & 255);
+  };
+  const auto entry = [&](uint32_t tag, uint32_t count, uint32_t value) {
+    constexpr uint32_t kShort = 3, kLong = 4;
+    const bool is_long = tag == 273 || tag == 279;
+    number(tag, 2);
+    number(is_long ? kLong : kShort, 2);
+    number(count, 4);
+    number(value, 4);
+  };
+  number(kEntries, 2);
+  entry(256, 1, uint32_t(image.width));
+  entry(257, 1, uint32_t(image.height));
+  entry(258, 3, kBitsAt);
+  entry(259, 1, 1);  // not compressed
+  entry(262, 1, 2);  // RGB
+  entry(273, 1, kPixelsAt);
+  entry(274, 1, uint32_t(orientation));
+  entry(277, 1, 3);
+  entry(278, 1, uint32_t(image.height));
+  entry(279, 1, uint32_t(image.data.size()));
+  number(0, 4);
+  for (int channel = 0; channel < 3; ++channel) number(8, 2);
+  return tiff + std::string(image.data.begin(), image.data.end());
+}
+
+TEST(Photo, TiffFilesAreReadAsStoredAndTurnedOnlyWhereTheyDoNotFit) {
+  const TempFolder folder;
+  const Image8 stored = Picture(48, 32);
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    WriteFile(folder / "p.tif", TiffBytes(stored, orientation));
+    EXPECT_EQ(ReadImage8(folder / "p.tif").data, stored.data) << orientation;
+    EXPECT_EQ(ReadMask(folder / "p.tif").width, 48) << orientation;
+  }
+  WriteFile(folder / "p.tif", TiffBytes(stored, 6));
+  const Image turned = ReadPhotoOfSize(folder / "p.tif", 32, 48);
+  EXPECT_EQ(turned(30, 40, 2), 1.0F);  // the white top is on the right
+  EXPECT_EQ(turned(10, 4, 0), 1.0F);   // the red left at the top
+  EXPECT_EQ(turned(10, 4, 2), 0.0F);
+}
+
 TEST(Photo, OtherSizesOfTheSameShapeAreScaled) {
   const TempFolder folder;
   WritePng(folder / "p.png", Picture(96, 64));
@@ -123,6 +170,10 @@ TEST(Photo, OtherSizesOfTheSameShapeAreScaled) {
   // A third, rounded to whole pixels.
   EXPECT_EQ(ReadPhotoOfSize(folder / "p.png", 32, 21).height, 21);
   EXPECT_THROW(ReadPhotoOfSize(folder / "p.png", 32, 18), InputError);
+  // A thirteenth of a large photo, rounded down; three pixels less is another shape.
+  WritePng(folder / "p.png", Image8(1040, 1013));
+  EXPECT_EQ(ReadPhotoOfSize(folder / "p.png", 80, 77).height, 77);
+  EXPECT_THROW(ReadPhotoOfSize(folder / "p.png", 80, 75), InputError);
 }
 
 // Bytes of a JPEG of four inks, one value each.
@@ -170,10 +221,6 @@ TEST(Photo, SixteenBitsArePhotosToo) {
   const TempFolder folder;
   const cv::Mat deep(10, 12, CV_16UC3, cv::Scalar(0, 32768, 65535));  // BGR
   for (const char* name : {"p.png", "p.tiff"}) {
-  // A thirteenth of a large photo, rounded down; three pixels less is another shape.
-  WritePng(folder / "p.png", Image8(1040, 1013));
-  EXPECT_EQ(ReadPhotoOfSize(folder / "p.png", 80, 77).height, 77);
-  EXPECT_THROW(ReadPhotoOfSize(folder / "p.png", 80, 75), InputError);
     cv::imwrite((folder / name).string(), deep);
     const Image image = ReadPhotoOfSize(folder / name, 12, 10);
     EXPECT_EQ(image(3, 3, 0), 1.0F) << name;
