@@ -89,43 +89,77 @@ std::optional<Sim3d> SimilarityFrom(const Eigen::Matrix4d& matrix) {
   return similarity;
 }
 
+// nerfstudio's name of the camera model, its own default where none is told. instant-ngp's files
+// have is_fisheye.
+std::string ModelOf(const Json& frame, const Json& all) {
+  for (const Json* json : {&frame, &all}) {
+    const auto model = json->find("camera_model");
+    if (model != json->end() && model->is_string()) return model->get<std::string>();
+    const auto fisheye = json->find("is_fisheye");
+    if (fisheye != json->end() && *fisheye == true) return "OPENCV_FISHEYE";
+  }
+  return "OPENCV";
+}
+
+// `number(key)` is what the frame or all of the file say. `camera` is a pinhole camera as yet.
+template <typename Number>
+void Bend(const std::string& model, const Number& number, const Path& path, Camera* camera) {
+  constexpr std::string_view kPerspective[] = {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL",
+                                               "RADIAL", "OPENCV"};
+  const auto add = [&](CameraModelId id, std::initializer_list<const char*> keys) {
+    camera->model = id;
+    for (const char* key : keys) camera->params.push_back(number(key).value_or(0));
+  };
+  const auto is_set = [&](const char* key) { return number(key).value_or(0) != 0; };
+  if (model == "OPENCV_FISHEYE") {
+    return add(CameraModelId::kOpenCVFisheye, {"k1", "k2", "k3", "k4"});
+  }
+  if (model == "FULL_OPENCV") {
+    return add(CameraModelId::kFullOpenCV, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"});
+  }
+  if (std::find(std::begin(kPerspective), std::end(kPerspective), model) ==
+      std::end(kPerspective)) {
+    throw InputError(path, "camera_model " + model +
+                               " is not supported; supported: OPENCV and the simpler ones, "
+                               "FULL_OPENCV, OPENCV_FISHEYE and EQUIRECTANGULAR");
+  }
+  if (is_set("k4")) {
+    throw InputError(path, "k4 of camera_model " + model +
+                               ", of the eighth power of the radius, is not supported");
+  }
+  if (is_set("k3")) {
+    add(CameraModelId::kFullOpenCV, {"k1", "k2", "p1", "p2", "k3"});
+    camera->params.resize(12, 0);
+  } else if (is_set("k1") || is_set("k2") || is_set("p1") || is_set("p2")) {
+    add(CameraModelId::kOpenCV, {"k1", "k2", "p1", "p2"});
+  }
+}
+
 Camera CameraFrom(const Json& frame, const Json& all, const Path& path) {
   const auto number = [&](const char* key) {
     const auto own = NumberIn(frame, key);
     return own ? own : NumberIn(all, key);
   };
+  const std::string model = ModelOf(frame, all);
+  const bool is_sphere = model == "EQUIRECTANGULAR";
   const auto width = number("w"), height = number("h");
   auto fx = number("fl_x"), fy = number("fl_y");
   if (width && !fx) {
     if (const auto angle = number("camera_angle_x")) fx = *width / 2 / std::tan(*angle / 2);
   }
   if (!fy) fy = fx;
-  if (!width || !height || !fx || !(*fx > 0) || !(*fy > 0) || !(*width >= 1) || !(*height >= 1) ||
-      *width > 1e6 || *height > 1e6) {
+  const bool has_focal = is_sphere || (fx && *fx > 0 && *fy > 0);
+  if (!width || !height || !has_focal || !(*width >= 1) || !(*height >= 1) || *width > 1e6 ||
+      *height > 1e6) {
     throw InputError(path, "has no usable w, h and fl_x (or camera_angle_x) for each frame");
+  }
+  if (is_sphere) {  // the whole of it, whatever fl_x says
+    const int w = int(*width), h = int(*height);
+    return {0, CameraModelId::kEquirectangular, w, h, {double(w), double(h)}};
   }
   const double cx = number("cx").value_or(*width / 2), cy = number("cy").value_or(*height / 2);
   Camera camera = Camera::Pinhole(0, int(*width), int(*height), *fx, *fy, cx, cy);
-  std::string model;
-  for (const Json* json : {&frame, &all}) {
-    const auto found = json->find("camera_model");
-    if (model.empty() && found != json->end() && found->is_string()) {
-      model = found->get<std::string>();
-    }
-  }
-  const auto value = [&](const char* key) { return number(key).value_or(0); };
-  const double k1 = value("k1"), k2 = value("k2"), k3 = value("k3"), k4 = value("k4");
-  const double p1 = value("p1"), p2 = value("p2");
-  if (model == "OPENCV_FISHEYE") {
-    camera.model = CameraModelId::kOpenCVFisheye;
-    camera.params = {*fx, *fy, cx, cy, k1, k2, k3, k4};
-  } else if (k3 != 0 || k4 != 0) {
-    camera.model = CameraModelId::kFullOpenCV;
-    camera.params = {*fx, *fy, cx, cy, k1, k2, p1, p2, k3, k4, 0, 0};
-  } else if (k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0) {
-    camera.model = CameraModelId::kOpenCV;
-    camera.params = {*fx, *fy, cx, cy, k1, k2, p1, p2};
-  }
+  Bend(model, number, path, &camera);
   return camera;
 }
 

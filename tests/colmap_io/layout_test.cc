@@ -229,6 +229,36 @@ TEST(Nerfstudio, CamerasComeWithColmapsAxesInColmapsWorld) {
   EXPECT_EQ(camera.params, (std::vector<double>{60, 51, 31, 25, 0.1, 0, 0, 0}));
 }
 
+// A file of one frame, with what comes before and in it.
+std::string OneFrame(const std::string& all, const std::string& frame) {
+  return "{" + all + R"("w": 64, "h": 32, "fl_x": 50, "frames": [{"transform_matrix":
+    [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]], )" +
+         frame + "}]}";
+}
+
+TEST(Nerfstudio, LensesAreThoseOfTheirNames) {
+  const TempFolder folder;
+  const auto camera = [&](const std::string& all) {
+    WriteFile(folder / "transforms.json", OneFrame(all + ", ", R"("file_path": "a.png")"));
+    return Workspace::Open(folder.path()).reconstruction.cameras.at(1);
+  };
+  const Camera sphere = camera(R"("camera_model": "EQUIRECTANGULAR")");
+  EXPECT_EQ(sphere.model, CameraModelId::kEquirectangular);
+  EXPECT_EQ(sphere.params, (std::vector<double>{64, 32}));
+  const Camera fisheye = camera(R"("is_fisheye": true, "k1": 0.1, "k4": 0.4)");
+  EXPECT_EQ(fisheye.model, CameraModelId::kOpenCVFisheye);
+  EXPECT_EQ(fisheye.params, (std::vector<double>{50, 50, 32, 16, 0.1, 0, 0, 0.4}));
+  const Camera cubic = camera(R"("camera_model": "OPENCV", "k1": 0.1, "p2": 0.2, "k3": 0.3)");
+  EXPECT_EQ(cubic.model, CameraModelId::kFullOpenCV);
+  EXPECT_EQ(cubic.params, (std::vector<double>{50, 50, 32, 16, 0.1, 0, 0, 0.2, 0.3, 0, 0, 0}));
+  EXPECT_EQ(camera(R"("camera_model": "SIMPLE_PINHOLE")").model, CameraModelId::kPinhole);
+  // Others would show something else than their photos.
+  EXPECT_THAT([&] { camera(R"("camera_model": "FISHEYE624")"); },
+              ThrowsMessage<InputError>(HasSubstr("camera_model FISHEYE624 is not supported")));
+  EXPECT_THAT([&] { camera(R"("camera_model": "OPENCV", "k4": 0.1)"); },
+              ThrowsMessage<InputError>(HasSubstr("k4 of camera_model OPENCV")));
+}
+
 // Its points are in the frame of its poses, here that of kTransforms' world.
 TEST(Nerfstudio, PointsAreThoseOfThePlyThatIsNamed) {
   const TempFolder folder;
