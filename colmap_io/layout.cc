@@ -116,6 +116,7 @@ std::vector<fs::path> ImageFolders(const fs::path& root, const fs::path& sparse_
     }
     folders.push_back(at);  // photos beside the model, and names that begin with the folder's
   }
+  folders.push_back(top.root_path());  // names that were whole paths
   return folders;
 }
 
@@ -191,9 +192,12 @@ std::optional<fs::path> FindImages(const fs::path& root, const fs::path& sparse_
   for (const fs::path& folder : ImageFolders(root, sparse_folder)) {
     for (size_t k = 0; k < kTried && k < views.size(); ++k) {
       const View& view = *views[k * views.size() / std::min<size_t>(kTried, views.size())];
-      // Beside the model only whole names count.
-      const bool exact = IsFile(folder / view.name);
-      const auto photo = exact ? std::optional(folder / view.name) : FindPhoto(folder, view.name);
+      const fs::path named = folder / view.name;
+      const auto photo = FindPhoto(folder, view.name);
+      // Beside the model only whole names count, to which an extension may be missing.
+      const bool exact =
+          photo && (*photo == named ||
+                    (!named.has_extension() && photo->parent_path() == named.parent_path()));
       const std::string name = folder.filename().string();
       if (!photo || (!exact && !name.starts_with("images"))) continue;
       const auto size = ReadImageSize(*photo);

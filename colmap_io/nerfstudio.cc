@@ -163,12 +163,20 @@ Camera CameraFrom(const Json& frame, const Json& all, const Path& path) {
   return camera;
 }
 
+// Its file_path, without what leads out of the folder: names of views are those of files that are
+// written, too.
 std::string NameOf(const Json& frame, const Path& path) {
   const auto found = frame.find("file_path");
   if (found == frame.end() || !found->is_string()) {
     throw InputError(path, "has a frame without file_path");
   }
-  std::string name = Path(found->get<std::string>()).lexically_normal().generic_string();
+  auto file = found->get<std::string>();
+  std::replace(file.begin(), file.end(), '\\', '/');  // of Windows
+  Path relative;
+  for (const Path& part : Path(file).lexically_normal().relative_path()) {
+    if (part != "..") relative /= part;
+  }
+  const std::string name = relative.generic_string();
   if (name.empty() || name == ".") throw InputError(path, "has a frame without file_path");
   return name;
 }

@@ -14,7 +14,8 @@ namespace retint {
 
 inline constexpr const char* kTransformsName = "transforms.json";
 
-// Views are named by their file_path. Its transform_matrix is world_from_camera of a camera with x
+// Views are named by their file_path, without what leads out of the folder ("..", the root). Its
+// transform_matrix is world_from_camera of a camera with x
 // right, y up and z backward; what is returned has COLMAP's axes. Where the file has
 // applied_transform, the world is the one before it: COLMAP's. Points are
 // those of the .ply that ply_file_path names, in the same frame as the poses; no view is known to

@@ -259,6 +259,27 @@ TEST(Nerfstudio, LensesAreThoseOfTheirNames) {
               ThrowsMessage<InputError>(HasSubstr("k4 of camera_model OPENCV")));
 }
 
+TEST(Nerfstudio, NamesLeadNowhereElseAndTheirPhotosAreFound) {
+  const TempFolder folder;
+  const auto open = [&](const std::string& file) {
+    WriteFile(folder / "data/transforms.json", OneFrame("", R"("file_path": ")" + file + "\""));
+    return Workspace::Open(folder / "data");
+  };
+  const auto expect = [&](const std::string& file, const std::string& name) {
+    const Workspace workspace = open(file);
+    const View& view = workspace.reconstruction.views.at(1);
+    EXPECT_EQ(view.name, name) << file;
+    EXPECT_TRUE(workspace.HasPhoto(view)) << file;
+  };
+  WritePng(folder / "photos/a.png", Image8(64, 32));
+  expect("../photos/a.png", "photos/a.png");
+  const std::string whole = (folder / "photos/a.png").string();
+  expect(whole, whole.substr(1));
+  WritePng(folder / "data/train/a.png", Image8(64, 32));
+  expect("./train/a", "train/a");
+  expect(R"(.\\train\\a.png)", "train/a.png");
+}
+
 // Its points are in the frame of its poses, here that of kTransforms' world.
 TEST(Nerfstudio, PointsAreThoseOfThePlyThatIsNamed) {
   const TempFolder folder;
