@@ -242,6 +242,22 @@ void ReadPoints(const Json& json, const Path& path, const Sim3d& world_from_data
   }
 }
 
+// The file's world from COLMAP's.
+Sim3d AppliedTo(const Json& json, const Path& path) {
+  Sim3d applied;
+  if (json.contains("applied_transform")) {
+    const auto matrix = MatrixIn(json, "applied_transform");
+    const auto similarity = matrix ? SimilarityFrom(*matrix) : std::nullopt;
+    if (!similarity) throw InputError(path, "applied_transform is not a similarity");
+    applied = *similarity;
+  }
+  const double scale = NumberIn(json, "applied_scale").value_or(1);
+  if (!(scale > 0)) throw InputError(path, "applied_scale is not positive");
+  applied.scale *= scale;
+  applied.translation *= scale;
+  return applied;
+}
+
 }  // namespace
 
 Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnings) {
@@ -250,14 +266,7 @@ Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnin
   if (frames == json.end() || !frames->is_array() || frames->empty()) {
     throw InputError(path, "has no frames: it is not nerfstudio's file of cameras");
   }
-  Sim3d data_from_world;
-  if (json.contains("applied_transform")) {
-    const auto applied = MatrixIn(json, "applied_transform");
-    const auto similarity = applied ? SimilarityFrom(*applied) : std::nullopt;
-    if (!similarity) throw InputError(path, "applied_transform is not a similarity");
-    data_from_world = *similarity;
-    data_from_world.scale *= NumberIn(json, "applied_scale").value_or(1);
-  }
+  const Sim3d data_from_world = AppliedTo(json, path);
   const Sim3d world_from_data = data_from_world.Inverse();
   // x right, y up, z backward to x right, y down, z forward.
   const Eigen::Quaterniond turn(0, 1, 0, 0);

@@ -280,6 +280,18 @@ TEST(Nerfstudio, NamesLeadNowhereElseAndTheirPhotosAreFound) {
   expect(R"(.\\train\\a.png)", "train/a.png");
 }
 
+TEST(Nerfstudio, TheScaleThatWasAppliedIsUndone) {
+  const TempFolder folder;
+  for (const char* moved : {R"("applied_transform": [[1,0,0,4],[0,1,0,0],[0,0,1,0]], )", ""}) {
+    WriteFile(folder / "transforms.json", OneFrame(std::string(R"("applied_scale": 0.5, )") + moved,
+                                                   R"("file_path": "a.png")"));
+    const Workspace workspace = Workspace::Open(folder.path());
+    const Eigen::Vector3d center =
+        workspace.reconstruction.Posed(workspace.reconstruction.views.at(1)).Center();
+    EXPECT_LT((center - Eigen::Vector3d(*moved ? -2 : 2, 4, 6)).norm(), 1e-12);
+  }
+}
+
 // Its points are in the frame of its poses, here that of kTransforms' world.
 TEST(Nerfstudio, PointsAreThoseOfThePlyThatIsNamed) {
   const TempFolder folder;
