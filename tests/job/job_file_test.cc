@@ -170,6 +170,10 @@ TEST_F(JobFile, TheSchemaNamesEveryOption) {
   const json& options = schema["properties"]["options"]["properties"];
   for (const Option& option : Described(EditOptions())) {
     const json& place =
+  // The name of what is below holds the names of all that it is in.
+  EXPECT_THAT(Fault(std::string(2000, '[')), HasSubstr("job.json:1: is nested too deeply"));
+  EXPECT_THAT(Fault("{\"" + std::string(10000, 'k') + "\": 1}"),
+              HasSubstr("job.json:1: has a key that is too long"));
         option.applies.empty() ? options : options.at(option.applies).at("properties");
     EXPECT_TRUE(place.contains(option.name)) << option.applies << " " << option.name;
   }

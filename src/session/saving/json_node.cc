@@ -89,8 +89,13 @@ class LineReader : public nlohmann::json_sax<Json> {
   bool end_object() override { return End(); }
   bool end_array() override { return End(); }
   bool key(string_t& name) override {
+    // What is below a name has it before its own: few long ones would fill the memory.
+    constexpr size_t kLongestName = 8192;
     Frame& object = frames_.back();
     object.next = object.name.empty() ? name : object.name + "." + name;
+    if (object.next.size() > kLongestName) {
+      throw InputError(path_, place_.line, "has a key that is too long");
+    }
     if (!lines_->emplace(object.next, place_.line).second) {
       throw InputError(path_, place_.line, object.next + " comes twice");
     }
@@ -127,7 +132,11 @@ class LineReader : public nlohmann::json_sax<Json> {
     return true;
   }
   bool Start(bool list) {
+    constexpr size_t kMostDepth = 64;
     const std::string name = Begin(false);
+    if (frames_.size() == kMostDepth) {
+      throw InputError(path_, place_.line, "is nested too deeply");
+    }
     frames_.push_back({name, "", list, 0});
     return true;
   }
