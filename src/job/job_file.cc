@@ -181,7 +181,8 @@ JobOutputs JobReader::Outputs(const Node& node) const {
   return outputs;
 }
 
-// No output takes the place of another or of what the job reads, but for the scene's own splat.
+// No output takes the place of another or of what the job reads, but for the scene's own splat; and
+// a session has its folder for itself.
 void JobReader::CheckFiles(const Job& job, const Node& node) const {
   std::vector<NamedFile> written, read = {{"this job", job.file}};
   const auto add = [](std::vector<NamedFile>* files, const char* name, const fs::path& path) {
@@ -202,6 +203,15 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
     CheckApart(written, read);
   } catch (const OptionError& error) {
     node.Fail(error.what());
+  }
+  const fs::path& session = job.outputs.session;
+  for (const auto& [name, folder] :
+       {std::pair("masks", job.outputs.masks), std::pair("views", job.outputs.views)}) {
+    if (session.empty() || folder.empty()) continue;
+    const fs::path below = session.lexically_relative(folder);
+    if (!below.empty() && *below.begin() != "..") {
+      node.At("session").Fail(std::string("lies in the folder of ") + name);
+    }
   }
 }
 

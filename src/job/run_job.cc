@@ -90,6 +90,7 @@ JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
       if (session.workspace().HasPhoto(*view)) continue;
       throw InputError(session.workspace().PhotoPath(*view), "the target \"photo\" needs it");
     }
+  if (!job.outputs.session.empty()) SessionWriter(job.outputs.session).CheckFolder();
   }
   for (const JobRegion& region : job.regions) plans_.push_back(ReadRegion(region));
   AddKeys();
@@ -308,8 +309,10 @@ void JobRunner::WriteOutputs(Monitor& monitor) {
     });
   }
   staged.Commit();
-  if (outputs.session.empty()) return;
-  SessionWriter(outputs.session).Write(TakeSnapshot(session_), monitor);
 }
 
+  // Writing it may fail, putting what is staged in place hardly does.
+  if (!outputs.session.empty()) {
+    SessionWriter(outputs.session).Write(TakeSnapshot(session_), monitor);
+  }
 }  // namespace retint

@@ -33,7 +33,7 @@ class JobRunner {
   // `on_stage` is called as each stage of the plan begins. The session holds the regions
   // afterwards.
   void Run(const std::function<void(const JobStage&)>& on_stage, Monitor& monitor);
-  // All files as StagedOutput does, and after them the session for the editor. After Run().
+  // All files as StagedOutput does, once the session for the editor is written. After Run().
   void WriteOutputs(Monitor& monitor);
 
  private:

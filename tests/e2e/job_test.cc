@@ -133,6 +133,15 @@ TEST_F(JobRun, ADryRunWritesNothing) {
 
 TEST_F(JobRun, WhatWasFinishedBeforeAnInterruptionStays) {
   CommandOptions interrupt;
+TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {
+  WriteFile(temp_ / "mine/notes.txt", "not a session");
+  job_["outputs"]["session"] = "mine";
+  const CommandResult result = Run();
+  EXPECT_EQ(result.code, 4);
+  EXPECT_THAT(result.err, HasSubstr("something else has this name"));
+  EXPECT_FALSE(fs::exists(temp_ / "out.ply"));
+}
+
   interrupt.interrupt_when = [](const std::string& err) {
     return err.find("refit") != std::string::npos;
   };

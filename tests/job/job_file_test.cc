@@ -124,6 +124,14 @@ TEST_F(JobFile, NoOutputReplacesAnotherOrAnInput) {
   EXPECT_EQ(Read(With("out.ply", "../splat.ply")).outputs.splats[0],
             (temp_ / "../splat.ply").lexically_normal())
       << "the recolored splat may take its place";
+  for (const char* session : {"x", "x/", "x/a.retint"}) {
+    EXPECT_THAT(Fault(With("\"report\": \"report.json\"",
+                           R"("masks": "x", "session": ")" + std::string(session) + '"')),
+                HasSubstr("job.json:22: outputs.session: lies in the folder of masks"));
+  }
+  EXPECT_EQ(
+      Read(With("\"report\": \"report.json\"", R"("masks": "x", "session": "xa")")).outputs.session,
+      temp_ / "xa");
 }
 
 TEST_F(JobFile, PresetsAndSeedsApply) {
@@ -162,6 +170,10 @@ TEST_F(JobFile, TextThatIsNotJsonIsToldWithItsLine) {
               HasSubstr("job.json:18: regions[1].name comes twice"));
   EXPECT_THAT(Fault(""), HasSubstr("is cut off"));
   EXPECT_THAT(Fault("[]"), HasSubstr("is not an object"));
+  // The name of what is below holds the names of all that it is in.
+  EXPECT_THAT(Fault(std::string(2000, '[')), HasSubstr("job.json:1: is nested too deeply"));
+  EXPECT_THAT(Fault("{\"" + std::string(10000, 'k') + "\": 1}"),
+              HasSubstr("job.json:1: has a key that is too long"));
   EXPECT_THAT(Fault(With("0.5", "1e999")), HasSubstr("is out of range"));
 }
 
@@ -170,10 +182,6 @@ TEST_F(JobFile, TheSchemaNamesEveryOption) {
   const json& options = schema["properties"]["options"]["properties"];
   for (const Option& option : Described(EditOptions())) {
     const json& place =
-  // The name of what is below holds the names of all that it is in.
-  EXPECT_THAT(Fault(std::string(2000, '[')), HasSubstr("job.json:1: is nested too deeply"));
-  EXPECT_THAT(Fault("{\"" + std::string(10000, 'k') + "\": 1}"),
-              HasSubstr("job.json:1: has a key that is too long"));
         option.applies.empty() ? options : options.at(option.applies).at("properties");
     EXPECT_TRUE(place.contains(option.name)) << option.applies << " " << option.name;
   }

@@ -52,6 +52,8 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
+  // RunError when the folder holds something else than a session.
+  void CheckFolder() const;
   // The whole session or, on any failure, what was there. RunError when it cannot be written, or
   // when the folder holds something else than a session; OptionError when `view` is not a JSON
   // object. Parts that this writer has written before are not written again; parts that the session

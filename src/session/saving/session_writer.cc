@@ -366,13 +366,18 @@ SessionWriter::SessionWriter(fs::path folder)
 
 SessionWriter::~SessionWriter() = default;
 
-void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
+void SessionWriter::CheckFolder() const {
   std::error_code code;
-  const bool exists = IsFile(folder_ / session_json::kManifest);
-  if (!exists && fs::exists(folder_, code) &&
+  if (!IsFile(folder_ / session_json::kManifest) && fs::exists(folder_, code) &&
       !(IsFolder(folder_) && fs::is_empty(folder_, code) && !code)) {
     throw RunError(folder_.string() + ": cannot write a session: something else has this name");
   }
+}
+
+void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
+  CheckFolder();
+  std::error_code code;
+  const bool exists = IsFile(folder_ / session_json::kManifest);
   // Another program has saved it since: its parts may have the names of ours.
   if (exists && ReadFile(folder_ / session_json::kManifest) != impl_->manifest) {
     impl_->written.clear();
