@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint run: a job file, whose stages are kept and go on from the first that changed.
 #include <cstdio>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -15,6 +16,7 @@ struct Arguments {
   std::filesystem::path job, cache;
   bool no_cache = false, dry_run = false, schema = false;
   uint64_t keep_mb = 2048;
+  const CLI::Option* seed = nullptr;  // of all verbs; a job has its own
 };
 
 std::filesystem::path CacheFolder(const Arguments& arguments, const Job& job) {
@@ -45,7 +47,9 @@ void RunJob(const Arguments& arguments, Run& run) {
   CheckOption(!arguments.job.empty(), "a job file is needed (or --schema)");
   CheckOption(arguments.cache.empty() || !arguments.no_cache,
               "--cache and --no-cache exclude each other");
-  const Job job = ReadJob(arguments.job);
+  std::optional<uint64_t> seed;
+  if (arguments.seed->count() > 0) seed = run.globals().seed;
+  const Job job = ReadJob(arguments.job, seed);
   for (const std::string& warning : job.warnings) run.Warn(warning);
   SceneArguments scene;
   scene.workspace = job.workspace;
@@ -81,6 +85,7 @@ void AddRun(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb = AddVerb(app, globals, "run",
                            "Run a job file: many regions and edits of one scene, going on where "
                            "an earlier run ended");
+  arguments->seed = verb->get_option("--seed");
   verb->add_option("JOB", arguments->job, "The job file (.json); see docs/pipelines.md")
       ->type_name("FILE");
   verb->add_flag("--dry-run", arguments->dry_run,

@@ -25,7 +25,7 @@ class JobReader {
         folder_(fs::absolute(path).parent_path()),
         json_(session_json::ParseWithLines(ReadFile(path), path, &lines_)) {}
 
-  Job Read();
+  Job Read(std::optional<uint64_t> seed);
 
  private:
   fs::path Path(const Node& node) const;
@@ -215,7 +215,7 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
   }
 }
 
-Job JobReader::Read() {
+Job JobReader::Read(std::optional<uint64_t> seed) {
   const Node root(json_, path_, "", &lines_);
   root.AllowOnly(
       {"$schema", "retint_job", "scene", "preset", "seed", "options", "regions", "outputs"});
@@ -234,6 +234,7 @@ Job JobReader::Read() {
     }
   }
   if (root.Has("seed")) job.seed = root.At("seed").Unsigned();
+  job.seed = seed.value_or(job.seed);
   job.options.SetSeed(job.seed);
   job.options = Options(root, job.options, /*with_refit=*/true);
   job.options.EndByThemselves();
@@ -250,6 +251,8 @@ Job JobReader::Read() {
 
 }  // namespace
 
-Job ReadJob(const fs::path& path) { return JobReader(path).Read(); }
+Job ReadJob(const fs::path& path, std::optional<uint64_t> seed) {
+  return JobReader(path).Read(seed);
+}
 
 }  // namespace retint

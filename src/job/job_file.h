@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,7 +57,8 @@ struct Job {
 
 // Paths are made absolute. InputError "FILE:LINE: KEY: fault" for text that is not JSON, keys that
 // do not exist, values out of range, and files of edits that cannot be read.
-Job ReadJob(const std::filesystem::path& path);
+// `seed`, where given, takes the place of the job's.
+Job ReadJob(const std::filesystem::path& path, std::optional<uint64_t> seed = std::nullopt);
 
 // The JSON Schema (draft 2020-12) of a job file, made from the same descriptions of options and
 // operations that ReadJob() checks against.

@@ -85,6 +85,15 @@ TEST_F(JobRun, MakesTheBytesThatRecolorMakesAndGoesOnFromWhatChanged) {
   EXPECT_EQ(States(Run().out), "select kept, project done, refit done");
 }
 
+TEST_F(JobRun, TheSeedOfTheCommandTakesThePlaceOfTheJobs) {
+  job_["seed"] = 7;
+  ASSERT_EQ(Run().code, 0);
+  EXPECT_THAT(Run({"--dry-run", "--seed", "7"}).out, HasSubstr("refit        kept"));
+  const CommandResult other = Run({"--dry-run", "--seed", "8"});
+  EXPECT_EQ(other.code, 0) << other.err;
+  EXPECT_THAT(other.out, Not(HasSubstr("kept")));
+}
+
 TEST_F(JobRun, ADamagedResultIsMadeAnew) {
   ASSERT_EQ(Run().code, 0);
   const std::string expected = ReadFile(temp_ / "out.ply");
@@ -124,15 +133,6 @@ TEST_F(JobRun, LaterRegionsStartFromEarlierOnes) {
             "select kept, project kept, refit kept, select kept, project kept, refit done");
 }
 
-TEST_F(JobRun, ADryRunWritesNothing) {
-  const CommandResult result = Run({"--dry-run"});
-  ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(States(result.out), "select to, project to, refit to");  // "to do"
-  EXPECT_EQ(FilesBelow(temp_.path()), std::vector<std::string>{"job.json"});
-}
-
-TEST_F(JobRun, WhatWasFinishedBeforeAnInterruptionStays) {
-  CommandOptions interrupt;
 TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {
   WriteFile(temp_ / "mine/notes.txt", "not a session");
   job_["outputs"]["session"] = "mine";
@@ -142,6 +142,15 @@ TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {
   EXPECT_FALSE(fs::exists(temp_ / "out.ply"));
 }
 
+TEST_F(JobRun, ADryRunWritesNothing) {
+  const CommandResult result = Run({"--dry-run"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(States(result.out), "select to, project to, refit to");  // "to do"
+  EXPECT_EQ(FilesBelow(temp_.path()), std::vector<std::string>{"job.json"});
+}
+
+TEST_F(JobRun, WhatWasFinishedBeforeAnInterruptionStays) {
+  CommandOptions interrupt;
   interrupt.interrupt_when = [](const std::string& err) {
     return err.find("refit") != std::string::npos;
   };
