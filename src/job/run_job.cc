@@ -42,6 +42,11 @@ std::string SceneKey(EditSession& session) {
   key.Add(Version());
   key.Add(session.renderer().backend().Name());
   AddSum(key, session.scene().splat_checksum().get());
+  // The sum is that of the file which is named.
+  const std::vector<fs::path> files = SplatFiles(session.splat_path());
+  if (files.size() > 1) {
+    for (const fs::path& file : files) AddFile(key, file);
+  }
   const Reconstruction& model = session.reconstruction();
   for (const View* view : model.ViewsByName()) {
     const Camera& camera = model.cameras.at(view->camera_id);
@@ -85,12 +90,12 @@ JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
   for (const fs::path& folder : {job.outputs.masks, job.outputs.views, job.outputs.session}) {
     if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
   }
+  if (!job.outputs.session.empty()) SessionWriter(job.outputs.session).CheckFolder();
   if (job.options.refit.target == TargetKind::kPhoto) {
     for (const View* view : session.train_views()) {
       if (session.workspace().HasPhoto(*view)) continue;
       throw InputError(session.workspace().PhotoPath(*view), "the target \"photo\" needs it");
     }
-  if (!job.outputs.session.empty()) SessionWriter(job.outputs.session).CheckFolder();
   }
   for (const JobRegion& region : job.regions) plans_.push_back(ReadRegion(region));
   AddKeys();
@@ -308,11 +313,11 @@ void JobRunner::WriteOutputs(Monitor& monitor) {
                   monitor);
     });
   }
-  staged.Commit();
-}
-
   // Writing it may fail, putting what is staged in place hardly does.
   if (!outputs.session.empty()) {
     SessionWriter(outputs.session).Write(TakeSnapshot(session_), monitor);
   }
+  staged.Commit();
+}
+
 }  // namespace retint

@@ -188,13 +188,17 @@ GaussianModel ReadSplat(const std::filesystem::path& path) {
   return ReadSplat(path, monitor);
 }
 
-uint64_t SplatBytes(const std::filesystem::path& path) {
+std::vector<std::filesystem::path> SplatFiles(const std::filesystem::path& path) {
   std::vector<std::filesystem::path> files = CodecForReading(path).Files(path);
   // One file may be named for several things.
   std::sort(files.begin(), files.end());
   files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
+
+uint64_t SplatBytes(const std::filesystem::path& path) {
   uint64_t bytes = 0;
-  for (const std::filesystem::path& file : files) bytes += InputFile(file).size();
+  for (const std::filesystem::path& file : SplatFiles(path)) bytes += InputFile(file).size();
   return bytes;
 }
 

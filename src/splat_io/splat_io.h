@@ -79,8 +79,10 @@ GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor,
                         BadRows bad = BadRows::kRefuse);
 GaussianModel ReadSplat(const std::filesystem::path& path);
 
-// The size of all files that the splat at `path` is made of: of a SOG folder its pictures too, of a
-// .gltf the buffers beside it. InputError as ReadSplat, as far as their sizes need to be known.
+// All files that the splat at `path` is made of, each once: of a SOG folder its pictures too, of a
+// .gltf the buffers beside it. InputError as ReadSplat, as far as they need to be known.
+std::vector<std::filesystem::path> SplatFiles(const std::filesystem::path& path);
+// Their size.
 uint64_t SplatBytes(const std::filesystem::path& path);
 
 // Writes in the format of the extension. OptionError as CodecForWriting, RunError for a model that

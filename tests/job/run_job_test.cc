@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/files.h"
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
 #include "tests/session/saved_scene.h"
@@ -40,10 +41,10 @@ class PictureJob : public testing::Test {
     WritePng(Picture(), painted);
   }
   // Whether the last region's fit was there already.
-  bool IsKept() {
-    const auto session = OpenTinyScene(folder_.path());
+  bool IsKept() { return IsKept(*OpenTinyScene(folder_.path())); }
+  bool IsKept(EditSession& session) {
     StageCache cache(folder_ / "cache");
-    JobRunner runner(job_, *session, cache);
+    JobRunner runner(job_, session, cache);
     bool kept = false;
     Monitor monitor;
     runner.Run([&](const JobStage& stage) { kept = stage.cached; }, monitor);
@@ -70,6 +71,27 @@ TEST_F(PictureJob, FitsAgainWhereThePhotoIsAnother) {
   for (float& value : other.data) value *= 0.8F;
   WritePng(Photo(), other);
   EXPECT_FALSE(IsKept());
+}
+
+// A SOG's own file names the pictures that its values are in.
+TEST_F(PictureJob, FitsAgainWhereAFileBesideTheSplatsIsAnother) {
+  const fs::path splat = folder_ / "sog/meta.json";
+  WriteSplat(splat, scene_.model);
+  const auto is_kept = [&] {
+    SessionOptions options;
+    options.backend = "cpu";
+    Monitor monitor;
+    return IsKept(*EditSession::Open(folder_ / "ws", splat, options, monitor));
+  };
+  EXPECT_FALSE(is_kept());
+  EXPECT_TRUE(is_kept());
+  GaussianModel turned = scene_.model;
+  for (size_t i = 1; i < turned.quats_wxyz.size(); i += 4) turned.quats_wxyz[i] += 0.5F;
+  WriteSplat(folder_ / "turned/meta.json", turned);
+  EXPECT_EQ(ReadFile(folder_ / "turned/meta.json"), ReadFile(splat));
+  fs::copy_file(folder_ / "turned/quats.webp", folder_ / "sog/quats.webp",
+                fs::copy_options::overwrite_existing);
+  EXPECT_FALSE(is_kept());
 }
 
 // What COLMAP measured is in no key, so neither is what starts from the colors of such a region.
