@@ -162,11 +162,18 @@ class HelpFormatter : public CLI::Formatter {
   }
 };
 
-// An option that is missing may be one that is misspelled: what nothing is known of is told first.
+// An option that is missing may be one that is misspelled: what nothing is known of is told first,
+// in the order in which it was typed.
 std::string UsageFault(const CLI::App& app, const CLI::ParseError& error) {
-  const bool is_missing = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+  const int code = error.get_exit_code();
+  const bool is_missing = code == static_cast<int>(CLI::ExitCodes::RequiredError);
+  const bool is_extra = code == static_cast<int>(CLI::ExitCodes::ExtrasError);
   const std::vector<std::string> unknown = app.remaining(true);
-  return is_missing && !unknown.empty() ? CLI::ExtrasError(unknown).what() : error.what();
+  if (unknown.empty() || !(is_missing || is_extra)) return error.what();
+  std::string message = unknown.size() == 1 ? "The following argument was not expected:"
+                                            : "The following arguments were not expected:";
+  for (const std::string& word : unknown) message += ' ' + word;
+  return message;
 }
 
 }  // namespace

@@ -250,6 +250,8 @@ const Row kUsageRows[] = {
        return Arguments{"score",   "--truth",     p.In("masks"), "--before", p.In("masks"),
                         "--after", p.In("masks"), "--to",        "#3060ff"};
      }},
+    {"ExtraArgumentsAsTyped", 2, "not expected: c.ply d.ply e.ply",
+     [](Place&) { return Arguments{"convert", "a.ply", "b.ply", "c.ply", "d.ply", "e.ply"}; }},
     {"ReportOverTheSplat", 2, "--report would replace what --splat names",
      [](Place& p) {
        return Recolor(p, {"--report", p.In("splat.ply")});
