@@ -92,6 +92,8 @@ ColorEdit EditFlags::Resolve(Run& run) const {
       }
     }
     ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text, &warnings);
+    CheckOption(*type.syntax != 0 || text == "true",
+                fmt::format("--{} takes no value, not '{}'", type.option, text));
     ++others;
     if (type.kind == ColorOperationKind::kPicture && AddPicture(edit, op)) continue;
     edit.operations.push_back(std::move(op));

@@ -250,6 +250,11 @@ const Row kUsageRows[] = {
        return Arguments{"score",   "--truth",     p.In("masks"), "--before", p.In("masks"),
                         "--after", p.In("masks"), "--to",        "#3060ff"};
      }},
+    {"ValueOfAnOperationWithoutOne", 2, "--invert takes no value, not 'false'",
+     [](Place& p) {
+       return With(p, "refit",
+                   {"--masks", p.In("masks"), "--invert=false", "--output", p.Out("o.ply")});
+     }},
     {"ExtraArgumentsAsTyped", 2, "not expected: c.ply d.ply e.ply",
      [](Place&) { return Arguments{"convert", "a.ply", "b.ply", "c.ply", "d.ply", "e.ply"}; }},
     {"ReportOverTheSplat", 2, "--report would replace what --splat names",
