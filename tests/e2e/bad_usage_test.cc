@@ -250,6 +250,12 @@ const Row kUsageRows[] = {
        return Arguments{"score",   "--truth",     p.In("masks"), "--before", p.In("masks"),
                         "--after", p.In("masks"), "--to",        "#3060ff"};
      }},
+    {"ScoreOfAColorThatIsMeasuredBeforeAFileThatIsMissing", 2,
+     "the region's main color is not measured here",
+     [](Place& p) {
+       return Arguments{"score",   "--truth",    p.In("masks"), "--before", p.In("gone"),
+                        "--after", p.In("gone"), "--to",        "#3060ff"};
+     }},
     {"ValueOfAnOperationWithoutOne", 2, "--invert takes no value, not 'false'",
      [](Place& p) {
        return With(p, "refit",

@@ -135,6 +135,7 @@ ScoreReport Score(const ScoreRequest& request, Monitor& monitor) {
               "there is nothing to score: no masks and no pictures");
   CheckOption(request.after.empty() || request.layout == TruthLayout::kViews,
               "pictures are scored in the layout of views only");
+  if (!request.after.empty()) CompiledEdit(request.edit);  // its faults before those of files
   ScoreReport report;
   const std::vector<ScoredFile> files = FindScoredFiles(request, &report.warnings);
   CheckPainted(request, files, &report.warnings);
