@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "retint/edit_flags.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -65,6 +66,12 @@ void EditFlags::Add(CLI::App* verb, const std::string& group) {
           ->group(group);
 }
 
+bool EditFlags::Given() const {
+  return strength_flag_->count() > 0 || !keep_lightness_.empty() ||
+         std::any_of(types_.begin(), types_.end(),
+                     [](const auto& entry) { return entry.first->count() > 0; });
+}
+
 ColorEdit EditFlags::Resolve(Run& run) const {
   ColorEdit edit;
   std::vector<std::string> warnings;
@@ -85,6 +92,8 @@ ColorEdit EditFlags::Resolve(Run& run) const {
       continue;
     }
     const ColorOperationType& type = *found->second;
+    CheckOption(*type.syntax != 0 || text == "true",
+                fmt::format("--{} takes no value, not '{}'", type.option, text));
     if (type.kind == ColorOperationKind::kRecolor) {
       any_to = true;
       if (!keep_lightness_.empty()) {
@@ -92,8 +101,6 @@ ColorEdit EditFlags::Resolve(Run& run) const {
       }
     }
     ColorOperation op = ParseOperation(type, *type.syntax == 0 ? "" : text, &warnings);
-    CheckOption(*type.syntax != 0 || text == "true",
-                fmt::format("--{} takes no value, not '{}'", type.option, text));
     ++others;
     if (type.kind == ColorOperationKind::kPicture && AddPicture(edit, op)) continue;
     edit.operations.push_back(std::move(op));

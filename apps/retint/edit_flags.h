@@ -23,6 +23,8 @@ class EditFlags {
   // unless --strength is given. OptionError for a bad value, and where there is none; InputError
   // for a file. Warns `run` of what is not quite as it was asked for.
   ColorEdit Resolve(Run& run) const;
+  // Whether any flag of an edit was given.
+  bool Given() const;
   float strength() const { return static_cast<float>(strength_); }
 
  private:

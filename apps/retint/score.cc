@@ -23,6 +23,8 @@ TruthLayout LayoutOf(const std::string& name) {
 void ScoreFolders(const Arguments& arguments, Run& run) {
   ScoreRequest request = arguments.request;
   request.layout = LayoutOf(arguments.layout);
+  CheckOption(!request.after.empty() || !arguments.edit.Given(),
+              "an edit is of pictures before and after it: it needs --before and --after");
   if (!request.after.empty()) {
     request.edit = arguments.edit.Resolve(run).WithStrength(arguments.edit.strength());
   }
@@ -58,10 +60,11 @@ void AddScore(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "--before", request.before,
           "Folder of pictures before the edit, <image name>.png, as `retint render` writes them",
           "FOLDER");
-  AddPath(verb, "--after", request.after,
-          "Folder of the same pictures after the edit: how much of it hit the object, missed it, "
-          "and leaked to or stained what is outside",
-          "FOLDER");
+  CLI::Option* const after =
+      AddPath(verb, "--after", request.after,
+              "Folder of the same pictures after the edit: how much of it hit the object, missed "
+              "it, and leaked to or stained what is outside",
+              "FOLDER");
   verb->add_option("--layout", arguments->layout,
                    "views; or the truth of a benchmark, with masks in a folder a scene: nvos "
                    "(masks/SCENE/IMAGE_mask.png) or spin-nerf (SCENE/IMAGE.png)")
@@ -69,15 +72,18 @@ void AddScore(CLI::App& app, Globals& globals, Action& action) {
   AddRepeated(verb, "--painted", request.painted,
               "Name of a view that was painted: it is listed, but is in no mean; repeatable")
       ->type_name("NAME");
-  AddPath(verb, "--workspace", arguments->workspace,
-          "COLMAP workspace: with --painted, views that look in nearly the same direction are "
-          "summed up on their own",
-          "FOLDER");
+  CLI::Option* const workspace =
+      AddPath(verb, "--workspace", arguments->workspace,
+              "COLMAP workspace: with --painted, views that look in nearly the same direction are "
+              "summed up on their own",
+              "FOLDER");
   verb->add_option("--within", request.within_degrees,
                    "Largest angle between such directions, degrees")
+      ->needs(workspace)
       ->check(CLI::Range(0.0, 180.0));
   verb->add_option("--border", request.border,
                    "How far inside the true border hit and missed begin, pixels")
+      ->needs(after)
       ->check(CLI::Range(0, 1000));
   arguments->edit.Add(verb, "Edit that was asked for, with --after");
   AddPath(verb, "--report", arguments->report, "All figures to write (.json)");

@@ -256,6 +256,21 @@ const Row kUsageRows[] = {
        return Arguments{"score",   "--truth",    p.In("masks"), "--before", p.In("gone"),
                         "--after", p.In("gone"), "--to",        "#3060ff"};
      }},
+    {"ScoreOfAnEditWithoutPictures", 2, "an edit is of pictures before and after it",
+     [](Place& p) {
+       return Arguments{"score",       "--truth", p.In("masks"), "--masks",
+                        p.In("masks"), "--tint",  "1,0,0"};
+     }},
+    {"ScoreWithinAnAngleOfNoView", 2, "--within requires --workspace",
+     [](Place& p) {
+       return Arguments{"score",       "--truth",  p.In("masks"), "--masks",
+                        p.In("masks"), "--within", "20"};
+     }},
+    {"ScoreOfABorderWithoutPictures", 2, "--border requires --after",
+     [](Place& p) {
+       return Arguments{"score",    "--truth", p.In("masks"), "--masks", p.In("masks"),
+                        "--border", "4"};
+     }},
     {"ValueOfAnOperationWithoutOne", 2, "--invert takes no value, not 'false'",
      [](Place& p) {
        return With(p, "refit",
