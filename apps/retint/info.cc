@@ -134,6 +134,8 @@ void Info(const Arguments& arguments, Run& run) {
   const SceneArguments& scene = arguments.scene;
   CheckOption(!scene.workspace.empty() || !scene.splat.empty(),
               "give --workspace, --splat or both");
+  CheckOption(scene.world_from_splat.empty() || !scene.splat.empty(),
+              "--world-from-splat needs --splat");
   if (scene.splat.empty()) {
     const Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
     PrintWorkspace(workspace, run);

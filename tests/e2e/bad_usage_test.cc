@@ -278,6 +278,10 @@ const Row kUsageRows[] = {
      }},
     {"ExtraArgumentsAsTyped", 2, "not expected: c.ply d.ply e.ply",
      [](Place&) { return Arguments{"convert", "a.ply", "b.ply", "c.ply", "d.ply", "e.ply"}; }},
+    {"FrameOfNoSplat", 2, "--world-from-splat needs --splat",
+     [](Place& p) {
+       return Arguments{"info", "--workspace", p.in.string(), "--world-from-splat", "t.json"};
+     }},
     {"ReportOverTheSplat", 2, "--report would replace what --splat names",
      [](Place& p) {
        return Recolor(p, {"--report", p.In("splat.ply")});
