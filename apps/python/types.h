@@ -68,9 +68,7 @@ class PySession {
   // session was closed, or is called from its own progress callback.
   template <typename Work>
   auto Use(py::object progress, Work&& work) {
-    if (user_ == std::this_thread::get_id()) {
-      throw RunError("the session is at work: its progress callback cannot call it");
-    }
+    RequireIdle();
     Call call(std::move(progress));
     return call.Run([&](Monitor& monitor) {
       const std::lock_guard lock(mutex_);
@@ -89,6 +87,7 @@ class PySession {
     return {session_, &part};
   }
   void Close() {
+    RequireIdle();
     std::shared_ptr<EditSession> last;
     const py::gil_scoped_release unlocked;
     const std::lock_guard lock(mutex_);
@@ -97,6 +96,12 @@ class PySession {
   bool closed() const { return !session_; }
 
  private:
+  // Of this thread: others wait.
+  void RequireIdle() const {
+    if (user_ == std::this_thread::get_id()) {
+      throw RunError("the session is at work: its progress callback cannot call it");
+    }
+  }
   struct User {
     explicit User(std::atomic<std::thread::id>& id) : user(id) {
       user = std::this_thread::get_id();

@@ -176,6 +176,9 @@ def test_a_callback_cannot_call_its_session(session, scene):
     session.add_region("a", square(session, scene), retint.Edit(tint="#0000ff"))
     with pytest.raises(retint.RunError, match="at work"):
         session.refit(progress=lambda *_: session.undo())
+    with pytest.raises(retint.RunError, match="at work"):
+        session.refit(progress=lambda *_: session.close())
+    assert not session.closed
 
 
 def test_threads_wait_for_their_turn_and_the_lock_is_free(session, scene):
