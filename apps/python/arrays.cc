@@ -75,6 +75,12 @@ Mask ToMask(const py::object& mask, int width, int height) {
   return result;
 }
 
+py::dict ToDictOfMasks(const py::object& masks) {
+  const bool is_mapping = PyMapping_Check(masks.ptr()) != 0 && py::hasattr(masks, "keys");
+  CheckOption(is_mapping, "masks are Masks or a dict of image names to masks");
+  return py::dict(masks);
+}
+
 Image ToImage(const py::object& image) {
   const auto array = py::array::ensure(image);
   if (!array || array.ndim() != 3 || array.shape(2) != 3) {

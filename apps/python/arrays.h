@@ -69,6 +69,9 @@ bool IsPath(const py::object& object);
 // height where these are not 0.
 Mask ToMask(const py::object& mask, int width = 0, int height = 0);
 
+// A dict, or what another mapping holds: OptionError for what is none.
+py::dict ToDictOfMasks(const py::object& masks);
+
 // An image from an array [H, W, 3] of floats or of uint8 (divided by 255). OptionError otherwise.
 Image ToImage(const py::object& image);
 

@@ -93,9 +93,9 @@ py::object RenderPhoto(PySession& self, const std::string& name, const py::objec
                 what);
 }
 
-PyMasks FromPhotos(PySession& self, const py::dict& given) {
+PyMasks FromPhotos(PySession& self, const py::object& given) {
   std::map<std::string, Mask> masks;
-  for (const auto& [name, mask] : given) {
+  for (const auto& [name, mask] : ToDictOfMasks(given)) {
     const UserPicture photo = RequirePhoto(self, name.cast<std::string>());
     masks[photo.name] = ToMask(py::reinterpret_borrow<py::object>(mask), photo.width, photo.height);
   }

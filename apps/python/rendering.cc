@@ -73,9 +73,9 @@ py::array SeenFrom(PySession& self, const py::object& region, const py::object& 
   const auto workspace =
       self.Use([&](EditSession& session) { return self.Share(session.scene().workspace()); });
   const PosedCamera camera = ToViewpoint(view, workspace.get()).camera;
-  const Region data = region.cast<const PyRegion&>().data;
+  const auto selection = SelectionOf(self, region);
   return FromPixels(self.Use(
-      [&](EditSession& session) { return session.SelectionSeenFrom(*data.selection, camera); }));
+      [&](EditSession& session) { return session.SelectionSeenFrom(*selection, camera); }));
 }
 
 // Without a session: a renderer for this call.
@@ -189,7 +189,8 @@ void BindRendering(py::class_<PySession>& type) {
       .def("depth", &SessionDepth, py::arg("view"), py::kw_only(), py::arg("progress") = py::none(),
            depth_doc.c_str())
       .def("seen_from", &SeenFrom, py::arg("region"), py::arg("view"),
-           "A Region as a soft mask of any view: [H, W] uint8.");
+           "A region as a soft mask of any view: [H, W] uint8. Of a Region as it was when it was "
+           "asked for, of an id as it is.");
 }
 
 void BindRender(py::module_& module) {

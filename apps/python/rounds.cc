@@ -37,7 +37,7 @@ PyMasks SelectRound(PySession& self, const std::string& view, const py::object& 
   round.view.mask = ToMask(mask, camera.width, camera.height);
   if (!before.is_none()) round.before = ToMask(before, camera.width, camera.height);
   std::shared_ptr<const RegionSelection> base;
-  if (!region.is_none()) base = region.cast<const PyRegion&>().data.selection;
+  if (!region.is_none()) base = SelectionOf(self, region);
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
     RegionSelection made = session.SelectRound(base.get(), std::move(round), options.select,
                                                options.projector, monitor);
@@ -49,12 +49,14 @@ PyMasks SelectRound(PySession& self, const std::string& view, const py::object& 
   });
 }
 
-void SetSelection(PySession& self, RegionId region, const PyMasks& masks, py::object progress) {
+void SetSelection(PySession& self, const py::object& region, const PyMasks& masks,
+                  py::object progress) {
+  const RegionId id = ToId(region);
   self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    if (!session.regions().Find(region)) {
-      throw OptionError("there is no region " + std::to_string(region));
+    if (!session.regions().Find(id)) {
+      throw OptionError("there is no region " + std::to_string(id));
     }
-    session.SetSelection(region, masks.masks, masks.shares, monitor, masks.source);
+    session.SetSelection(id, masks.masks, masks.shares, monitor, masks.source);
   });
 }
 
@@ -181,12 +183,13 @@ void BindRounds(py::class_<PySession>& type) {
            py::arg("progress") = py::none(),
            "Masks after one more round of painting. `mask` is the whole selection as it should be "
            "seen in that view, `before` what was seen of it when painting began (None: nothing), "
-           "`region` a Region to go on from (None: a first round). What the newest round removed "
+           "`region` a Region or its id to go on from (None: a first round). What the newest round "
+           "removed "
            "or added holds in the rounds before it too. Options: those of select() and project(). "
            "InputError when nothing is left selected.")
       .def("set_selection", &SetSelection, py::arg("region"), py::arg("masks"),
            py::arg("progress") = py::none(),
-           "Gives the region of that id other masks, as a step that undo() takes back.")
+           "Gives a region other masks, as a step that undo() takes back.")
       .def("suggest", &Suggest, py::arg("masks"), py::arg("count") = 5,
            py::arg("progress") = py::none(),
            "The views whose paint would decide most of what is uncertain in the Masks of "

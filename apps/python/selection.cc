@@ -48,9 +48,9 @@ py::array SharesView(const std::vector<float>& shares, const py::object& owner) 
   return ViewOf(shares.data(), {static_cast<py::ssize_t>(shares.size())}, {}, owner);
 }
 
-PyMasks MasksFromDict(const py::dict& masks, const py::object& shares) {
+PyMasks MasksFromDict(const py::object& masks, const py::object& shares) {
   PyMasks result;
-  for (const auto& [name, mask] : masks) {
+  for (const auto& [name, mask] : ToDictOfMasks(masks)) {
     result.masks.emplace(name.cast<std::string>(),
                          ToMask(py::reinterpret_borrow<py::object>(mask)));
   }

@@ -118,13 +118,6 @@ PyRegion FindRegion(const EditSession& session, RegionId id) {
   return {*region};
 }
 
-// A region, or its id.
-RegionId ToId(const py::object& region) {
-  if (py::isinstance<PyRegion>(region)) return region.cast<const PyRegion&>().data.id;
-  if (PyIndex_Check(region.ptr()) != 0) return region.cast<RegionId>();
-  throw OptionError("a region is a Region or its id");
-}
-
 TargetKind ToTarget(const std::string& name) {
   CheckOption(name == "render" || name == "photo", "target is 'render' or 'photo'");
   return name == "photo" ? TargetKind::kPhoto : TargetKind::kRender;
@@ -134,14 +127,8 @@ TargetKind ToTarget(const std::string& name) {
 
 RegionId AddRegion(PySession& self, const std::string& name, const py::object& masks,
                    const ColorEdit& edit, float strength, py::object progress) {
-  PyMasks given;
-  if (py::isinstance<py::dict>(masks)) {
-    given = py::type::of<PyMasks>()(masks).cast<PyMasks>();
-  } else if (py::isinstance<PyMasks>(masks)) {
-    given = masks.cast<PyMasks>();
-  } else {
-    throw OptionError("masks are Masks or a dict of image names to masks");
-  }
+  PyMasks given = py::isinstance<PyMasks>(masks) ? masks.cast<PyMasks>()
+                                                 : py::type::of<PyMasks>()(masks).cast<PyMasks>();
   CheckOption(strength >= 0 && strength <= 1, "strength lies in [0, 1]");
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
     const RegionId id = session.AddRegion(name, std::move(given.masks), std::move(given.shares),
@@ -395,6 +382,18 @@ void BindResults(Sessions& type) {
 }
 
 }  // namespace
+
+RegionId ToId(const py::object& region) {
+  if (py::isinstance<PyRegion>(region)) return region.cast<const PyRegion&>().data.id;
+  if (PyIndex_Check(region.ptr()) != 0) return region.cast<RegionId>();
+  throw OptionError("a region is a Region or its id");
+}
+
+std::shared_ptr<const RegionSelection> SelectionOf(PySession& self, const py::object& region) {
+  if (py::isinstance<PyRegion>(region)) return region.cast<const PyRegion&>().data.selection;
+  const RegionId id = ToId(region);
+  return self.Use([&](EditSession& session) { return FindRegion(session, id).data.selection; });
+}
 
 Floats ToSh(PySession& self, const py::object& sh) {
   if (sh.is_none()) return Floats(std::vector<py::ssize_t>{});  // of no dimension: none given

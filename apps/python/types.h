@@ -123,6 +123,11 @@ struct Viewpoint {
 // From a View, a Camera or a view's name. InputError for a name that is none.
 Viewpoint ToViewpoint(const py::object& view, const Workspace* workspace);
 
+// A region, or its id.
+RegionId ToId(const py::object& region);
+// The selection of a Region as it was when it was asked for, or of the region of an id as it is.
+std::shared_ptr<const RegionSelection> SelectionOf(PySession& self, const py::object& region);
+
 // The three kinds of errors as Python exceptions.
 void BindErrors(py::module_& module);
 void BindScene(py::module_& module);              // Workspace, View, Camera, Splat, pictures

@@ -7,6 +7,7 @@ import os
 import pathlib
 import signal
 import threading
+import types
 import weakref
 
 import numpy as np
@@ -179,6 +180,22 @@ def test_a_callback_cannot_call_its_session(session, scene):
     with pytest.raises(retint.RunError, match="at work"):
         session.refit(progress=lambda *_: session.close())
     assert not session.closed
+
+
+def test_regions_are_named_by_themselves_or_by_their_ids(session, scene):
+    masks = retint.Masks({scene.view: square(session, scene)[scene.view]})
+    region = session.add_region("a", types.MappingProxyType(dict(masks.items())),
+                                retint.Edit(tint="#0000ff"))
+    seen = session.seen_from(region, scene.view)
+    assert np.array_equal(seen, session.seen_from(session.region(region), scene.view))
+    session.set_selection(session.region(region), masks)
+    round_of_id = session.select_round(scene.view, seen, region, before=seen)
+    round_of_region = session.select_round(scene.view, seen, session.region(region), before=seen)
+    assert np.array_equal(round_of_id.shares, round_of_region.shares)
+    with pytest.raises(retint.OptionError, match="no region 99"):
+        session.seen_from(99, scene.view)
+    with pytest.raises(retint.OptionError, match="a dict of image names"):
+        session.add_region("a", [1], retint.Edit(gray=True))
 
 
 def test_threads_wait_for_their_turn_and_the_lock_is_free(session, scene):
