@@ -87,6 +87,9 @@ Image ToImage(const py::object& image) {
     PyErr_Clear();
     throw OptionError("an image is an array [H, W, 3]");
   }
+  if (!IsBytes(array) && array.dtype().kind() != 'f') {  // of what range would they be?
+    throw OptionError("an image's values are floats or uint8 (0 to 255)");
+  }
   const Floats values(array);
   if (!values) throw py::error_already_set();
   Image result;

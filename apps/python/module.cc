@@ -83,6 +83,10 @@ void BindErrors(py::module_& module) {
       PyErr_SetString(g_input_error, caught.what());
     } catch (const Error& caught) {
       PyErr_SetString(g_run_error, caught.what());
+    } catch (const py::cast_error&) {
+      PyErr_SetString(g_option_error,
+                      "an argument is of a type that the call does not take; help() of it says "
+                      "which it takes");
     } catch (const std::invalid_argument& caught) {  // of the kernels
       PyErr_SetString(g_option_error, caught.what());
     }

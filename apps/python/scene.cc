@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Workspace, View, Camera, Splat and pictures.
 #include <algorithm>
+#include <cmath>
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -60,6 +61,8 @@ PosedCamera MakeCamera(int width, int height, double fx, double fy, double cx, d
                        const py::object& cam_from_world) {
   CheckOption(width > 0 && height > 0, "a camera's width and height are positive");
   CheckOption(fx > 0 && fy > 0, "a camera's focal lengths are positive");
+  CheckOption(std::isfinite(fx) && std::isfinite(fy) && std::isfinite(cx) && std::isfinite(cy),
+              "a camera's focal lengths and principal point are finite");
   PosedCamera camera;
   camera.camera = Camera::Pinhole(1, width, height, fx, fy, cx, cy);
   if (!cam_from_world.is_none()) camera.cam_from_world = ToPose(Doubles(cam_from_world));

@@ -198,6 +198,18 @@ def test_regions_are_named_by_themselves_or_by_their_ids(session, scene):
         session.add_region("a", [1], retint.Edit(gray=True))
 
 
+def test_what_is_no_picture_or_camera_is_refused(folder, session, scene):
+    with pytest.raises(retint.OptionError, match="floats or uint8"):
+        retint.write_png(folder / "a.png", np.full((4, 4, 3), 128))
+    retint.write_png(folder / "a.png", np.full((4, 4, 3), 128, np.uint8))
+    assert abs(retint.read_image(folder / "a.png") - 128 / 255).max() < 1e-6
+    for bad in (float("nan"), float("inf")):
+        with pytest.raises(retint.OptionError, match="finite"):
+            retint.Camera(8, 8, 10, 10, bad, 4)
+    with pytest.raises(retint.OptionError, match="of a type"):
+        session.palette("red")
+
+
 def test_threads_wait_for_their_turn_and_the_lock_is_free(session, scene):
     expected = session.render(scene.view)
     results, seen = [None] * 4, threading.Event()
