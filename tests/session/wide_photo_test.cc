@@ -29,9 +29,14 @@ constexpr int kWidth = 320, kHeight = 160;
 
 class WidePhoto : public testing::Test {
  protected:
-  WidePhoto() {
+  WidePhoto() : session_(Open({})) {
+    select_.method = "gaussian";  // exact enough here; stereo is tested where it belongs
+  }
+
+  std::unique_ptr<EditSession> Open(const std::filesystem::path& photos) const {
     Workspace workspace;
     workspace.root = "tiny";
+    workspace.image_folder = photos;
     workspace.reconstruction = world_.reconstruction;
     const Camera pinhole = world_.reconstruction.cameras.at(1);
     const CameraProjection sphere(sphere_);
@@ -44,9 +49,8 @@ class WidePhoto : public testing::Test {
     workspace.UndistortViews();
     SessionOptions options;
     options.backend = "cpu";
-    session_ =
-        std::make_unique<EditSession>(std::move(workspace), TinyGaussians(world_).model, options);
-    select_.method = "gaussian";  // exact enough here; stereo is tested where it belongs
+    return std::make_unique<EditSession>(std::move(workspace), TinyGaussians(world_).model,
+                                         options);
   }
 
   // What the first photo shows of the ball.
@@ -123,6 +127,36 @@ TEST_F(WidePhoto, AViewThatLooksAtNothingIsNoSignOfAnotherFrame) {
   ASSERT_EQ(check.comparisons.size(), 3u) << "one a photo";
   EXPECT_GT(check.median_coverage, SceneCheckOptions().min_coverage);
   EXPECT_EQ(check.mismatch, "");
+}
+
+// What the photos show beyond the splat, here white, says nothing about its frame.
+TEST_F(WidePhoto, ASplatOfAPartOfTheSphereIsNoSignOfAnotherFrame) {
+  const TempFolder folder;
+  const auto check = [&](float brightness) {
+    const Workspace& workspace = session_->workspace();
+    RenderRequest request;
+    request.alpha = true;
+    for (int i = 0; i < 3; ++i) {
+      const DistortedPhoto& photo = *workspace.photo_pixels->FindPhoto(world_.view(i).name);
+      std::vector<Image> faces;
+      for (const ViewId face : photo.faces) {
+        const View& view = workspace.reconstruction.views.at(face);
+        RenderOutput output =
+            session_->renderer().Render(workspace.reconstruction.Posed(view), request);
+        for (size_t p = 0; p < output.rgb.data.size(); ++p) {
+          const float alpha = output.alpha.data[p / 3];
+          output.rgb.data[p] = brightness * output.rgb.data[p] + 1 - alpha;
+        }
+        faces.push_back(std::move(output.rgb));
+      }
+      WritePng(folder / photo.name, workspace.photo_pixels->ToPhoto(photo, faces));
+    }
+    return CheckScene(*Open(folder.path()), monitor_, {});
+  };
+  const SceneCheck same = check(1);
+  EXPECT_GT(same.median_psnr, 25);
+  EXPECT_EQ(same.mismatch, "");
+  EXPECT_THAT(check(0.2F).mismatch, HasSubstr("disagree"));
 }
 
 TEST_F(WidePhoto, APictureIsComparedAsItWasRead) {

@@ -57,6 +57,20 @@ Mask Reduced(const Mask& mask, int step) {
   return small;
 }
 
+// Leaves of `reach` what a render covers, unless that is next to nothing.
+void KeepCovered(const ScalarImage& alpha, Mask* reach) {
+  constexpr float kCovered = 0.5F;
+  constexpr size_t kLeastShare = 100;  // a hundredth
+  Mask covered = *reach;
+  size_t before = 0, after = 0;
+  for (size_t i = 0; i < covered.data.size(); ++i) {
+    before += covered.data[i] > 0;
+    if (alpha.data[i] < kCovered) covered.data[i] = 0;
+    after += covered.data[i] > 0;
+  }
+  if (after * kLeastShare >= before) *reach = std::move(covered);
+}
+
 // Over the pixels inside `reach`; empty: all.
 double Psnr(const Image& render, const Image& photo, const Mask& reach) {
   double sum = 0, count = 0;
@@ -140,8 +154,10 @@ ViewComparison Compare(EditSession& session, const View& view, const SceneCheckO
   try {
     const Workspace& workspace = session.workspace();
     const Image photo = Reduced(workspace.ReadPhoto(view), step);
-    const Mask reach =
-        workspace.PhotoOf(view) ? Reduced(workspace.photo_pixels->Reach(view.id), step) : Mask();
+    const DistortedPhoto* const of = workspace.PhotoOf(view);
+    Mask reach = of ? Reduced(workspace.photo_pixels->Reach(view.id), step) : Mask();
+    // Photos that take several views show more than most splats hold.
+    if (of && of->faces.size() > 1) KeepCovered(output.alpha, &reach);
     comparison.psnr = Psnr(output.rgb, photo, reach);
     comparison.gain = comparison.moved = 0;
     if (reach.Empty()) MoveAbout(output.rgb, photo, &comparison);

@@ -23,7 +23,9 @@ struct SceneCheckOptions {
 
 struct ViewComparison {
   std::string view;
-  double psnr = 0;      // dB, of the render against the photo; NaN without one
+  // dB, of the render against the photo; NaN without one. Of a photo that takes several views, of
+  // the pixels that the splat covers.
+  double psnr = 0;
   double coverage = 0;  // mean opacity of the render
   // How many dB closer a render comes to the photo where it is moved, by 1 to 8 % of the longer
   // side, than where it is: 0 where splat and workspace fit. NaN without a photo. And how far it is
