@@ -42,11 +42,6 @@ std::string SceneKey(EditSession& session) {
   key.Add(Version());
   key.Add(session.renderer().backend().Name());
   AddSum(key, session.scene().splat_checksum().get());
-  // The sum is that of the file which is named.
-  const std::vector<fs::path> files = SplatFiles(session.splat_path());
-  if (files.size() > 1) {
-    for (const fs::path& file : files) AddFile(key, file);
-  }
   const Reconstruction& model = session.reconstruction();
   for (const View* view : model.ViewsByName()) {
     const Camera& camera = model.cameras.at(view->camera_id);

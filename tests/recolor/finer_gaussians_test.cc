@@ -166,8 +166,8 @@ TEST(FinerGaussians, TheBackgroundIsNotFitted) {
   Renderer renderer(CreateBackend("cpu"), wall.model, {.background = {1, 1, 1}});
   Monitor monitor;
   const Refinement refined = RefineGaussians(renderer, wall.model, wall.Targets(), {}, {}, monitor);
-  EXPECT_GT(refined.psnr, 40);
-  EXPECT_GE(refined.psnr, refined.psnr_split);
+  EXPECT_GT(refined.summary.psnr, 40);
+  EXPECT_GE(refined.summary.psnr, refined.summary.psnr_split);
 }
 
 TEST(FinerGaussians, RefusesSharesAndMasksThatDoNotFit) {

@@ -268,6 +268,31 @@ TEST_F(SessionFile, RefusesAnotherSplat) {
   EXPECT_THAT(Refusal(), HasSubstr("its workspace is not there"));
 }
 
+// A SOG's own file names the pictures that its values are in.
+TEST_F(SessionFile, RefusesASplatOfWhichAnotherFileChanged) {
+  const fs::path splat = folder_ / "ws/sog/meta.json";
+  WriteSplat(splat, scene_.model);
+  SessionOptions options;
+  options.backend = "cpu";
+  Monitor monitor;
+  session_ = EditSession::Open(folder_ / "ws", splat, options, monitor);
+  Save();
+  Load();
+  // As programs saved it that knew the sum of the named file alone.
+  const std::string saved = ReadFile(Manifest());
+  Json earlier = Json::parse(saved);
+  earlier["splat"]["xxh64"] = HexText(ChecksumFile(splat).xxh64);
+  WriteFile(Manifest(), earlier.dump());
+  Load();
+  WriteFile(Manifest(), saved);
+  GaussianModel turned = scene_.model;
+  for (size_t i = 1; i < turned.quats_wxyz.size(); i += 4) turned.quats_wxyz[i] += 0.5F;
+  WriteSplat(folder_ / "turned/meta.json", turned);
+  fs::copy_file(folder_ / "turned/quats.webp", folder_ / "ws/sog/quats.webp",
+                fs::copy_options::overwrite_existing);
+  EXPECT_THAT(Refusal(), HasSubstr("meta.json: is not the splat that the session edit.retint"));
+}
+
 TEST_F(SessionFile, RefusesWhatIsNoSession) {
   EXPECT_THAT(Refusal(), HasSubstr("no such folder"));
   fs::create_directory(File());

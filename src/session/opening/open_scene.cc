@@ -14,6 +14,7 @@
 #include "base/ranks.h"
 #include "scene/sh_band4.h"
 #include "session/opening/virtual_views.h"
+#include "splat_io/splat_checksum.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {
@@ -89,7 +90,7 @@ Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options,
 
 // Beside the reading, of the same cached pages; what is saved later refers to these bytes.
 std::shared_future<FileChecksum> StartChecksum(const fs::path& splat) {
-  return std::async(std::launch::async, [splat] { return ChecksumFile(splat); });
+  return std::async(std::launch::async, [splat] { return ChecksumSplat(splat); });
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "session/pictures/photo_paint.h"
 #include "session/saving/session_file.h"
 #include "session/saving/session_json.h"
+#include "splat_io/splat_checksum.h"
 
 namespace retint {
 namespace {
@@ -376,6 +377,17 @@ SessionInfo InfoFrom(const Json& json, const fs::path& folder) {
   return info;
 }
 
+// The splat's sum. In sessions of earlier programs it is that of the named file alone.
+FileChecksum SumLike(const FileChecksum& expected, const fs::path& splat) {
+  const FileChecksum named = ChecksumFile(splat);
+  if (named == expected || named.bytes != expected.bytes) return named;
+  try {
+    return ChecksumSplat(splat);
+  } catch (const InputError&) {  // it is no splat any more
+    return named;
+  }
+}
+
 OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& monitor) {
   const Json json = session_json::ReadManifest(folder);
   const fs::path path = folder / session_json::kManifest;
@@ -386,7 +398,7 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
   if (!IsFile(info.splat)) {
     throw InputError(path, "its splat is not there: " + info.splat.string());
   }
-  const FileChecksum found = ChecksumFile(info.splat);
+  const FileChecksum found = SumLike(info.checksum, info.splat);
   if (found != info.checksum) {
     throw InputError(info.splat, "is not the splat that the session " + folder.filename().string() +
                                      " edited: it has " + std::to_string(found.bytes) +
