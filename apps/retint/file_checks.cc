@@ -60,6 +60,17 @@ FileOptions FilesOf(const CLI::App& verb) {
   return files;
 }
 
+// Whether what is written of one of the views, FOLDER/<image name>.png, may be `path`.
+bool IsOfView(std::string_view path, const std::set<std::string>& views) {
+  constexpr std::string_view kPng = ".png";
+  if (!path.ends_with(kPng)) return false;
+  path.remove_suffix(kPng.size());
+  return std::any_of(views.begin(), views.end(), [&](const std::string& view) {
+    const std::string name = std::filesystem::path(view).lexically_normal().generic_string();
+    return path == name || path.ends_with("/" + name);
+  });
+}
+
 }  // namespace
 
 void CheckFiles(const CLI::App& verb) {
@@ -84,8 +95,7 @@ void CheckFiles(const CLI::App& verb) {
       std::error_code code;
       const auto below = std::filesystem::relative(picture.path, folder.path, code);
       if (code || below.empty() || *below.begin() == "..") continue;
-      // What is written there has views' names.
-      if (below.extension() != ".png" || !files.views.contains(below.stem().string())) continue;
+      if (!IsOfView(below.generic_string(), files.views)) continue;
       throw OptionError(folder.name + " would replace what " + picture.name + " names, " +
                         picture.path.string() + ", which lies in that folder");
     }

@@ -309,6 +309,12 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--save-stages", p.in.string()});
      }},
+    {"StagesOverTheMaskOfAViewInAFolder", 2, "--save-stages would replace what --mask names",
+     [](Place& p) {
+       return With(p, "recolor",
+                   {"--view", "cam/000.png", "--mask", p.In("masks/cam/000.png.png"), "--tint",
+                    "#3060ff", "--output", p.Out("o.ply"), "--save-stages", p.in.string()});
+     }},
     {"ConvertedOverItsReport", 2, "output and --report name one file",
      [](Place& p) {
        return Arguments{"convert", p.In("splat.ply"), p.Out("o.spz"), "--report", p.Out("o.spz")};
