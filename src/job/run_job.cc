@@ -2,6 +2,8 @@
 #include "job/run_job.h"
 
 #include <algorithm>
+#include <set>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -71,6 +73,39 @@ void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspac
   }
 }
 
+// What is written by image names takes the place of no mask that the job reads; but for a folder of
+// a region's masks, which are written as they were read. InputError.
+void CheckMasksStay(const Job& job, const Pictures& pictures) {
+  const auto whole = [](const fs::path& path) {
+    std::error_code code;
+    const fs::path canonical = fs::weakly_canonical(path, code);
+    return code ? path : canonical;
+  };
+  std::set<fs::path> read;
+  for (const JobRegion& region : job.regions) {
+    for (const JobPaint& paint : region.paint) read.insert(whole(paint.mask));
+    for (const auto& [name, mask] : region.masks) read.insert(whole(mask));
+    if (region.mask_folder.empty()) continue;
+    for (const UserPicture& picture : pictures.all()) {
+      read.insert(whole(ViewFile(region.mask_folder, picture.name)));
+    }
+  }
+  const auto check = [&](const char* output, const fs::path& folder, const fs::path& own) {
+    if (!own.empty() && whole(own) == whole(folder)) return;
+    for (const UserPicture& picture : pictures.all()) {
+      const fs::path path = ViewFile(folder, picture.name);
+      if (!IsFile(path) || !read.contains(whole(path))) continue;
+      throw InputError(job.file, std::string("outputs.") + output +
+                                     " would replace a mask that the job reads, " + path.string());
+    }
+  };
+  if (!job.outputs.views.empty()) check("views", job.outputs.views, {});
+  if (job.outputs.masks.empty()) return;
+  for (const JobRegion& region : job.regions) {
+    check("masks", job.outputs.masks / region.name, region.mask_folder);
+  }
+}
+
 }  // namespace
 
 JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
@@ -85,6 +120,7 @@ JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
   for (const fs::path& folder : {job.outputs.masks, job.outputs.views, job.outputs.session}) {
     if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
   }
+  CheckMasksStay(job, session.pictures());
   if (!job.outputs.session.empty()) SessionWriter(job.outputs.session).CheckFolder();
   if (job.options.refit.target == TargetKind::kPhoto) {
     for (const View* view : session.train_views()) {

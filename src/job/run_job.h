@@ -25,7 +25,8 @@ class JobRunner {
  public:
   // Reads the job's masks and checks what it names: InputError for masks that are no pictures of
   // their views or select nothing, views that do not exist, missing photos where they are the
-  // target; RunError for outputs that could not be written; OptionError for formats that cannot.
+  // target, outputs that would replace masks; RunError for outputs that could not be written;
+  // OptionError for formats that cannot.
   JobRunner(const Job& job, EditSession& session, StageCache& cache);
 
   // What Run() would do, without doing it.

@@ -142,6 +142,21 @@ TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {
   EXPECT_FALSE(fs::exists(temp_ / "out.ply"));
 }
 
+TEST_F(JobRun, MasksThatAreReadStay) {
+  for (const std::string folder : {"made/object", "views"}) {
+    const fs::path mask = temp_ / folder / (TinyView() + ".png");
+    fs::create_directories(mask.parent_path());
+    fs::copy_file(TinyMask(), mask);
+    job_["regions"][0]["paint"][0]["mask"] = mask.string();
+    job_["outputs"] = {{"splats", {"out.ply"}}, {"masks", "made"}, {"views", "views"}};
+    const CommandResult result = Run();
+    EXPECT_EQ(result.code, 3);
+    EXPECT_THAT(result.err, HasSubstr("would replace a mask that the job reads, " + mask.string()));
+    EXPECT_EQ(ReadFile(mask), ReadFile(TinyMask()));
+    fs::remove(mask);
+  }
+}
+
 TEST_F(JobRun, ADryRunWritesNothing) {
   const CommandResult result = Run({"--dry-run"});
   ASSERT_EQ(result.code, 0) << result.err;
