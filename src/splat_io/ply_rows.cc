@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "base/error.h"
+#include "splat_io/splat_row.h"
 
 namespace retint {
 namespace {
@@ -122,6 +123,14 @@ bool AnyNotFinite(const float* values, size_t count) {
   return any != 0;
 }
 
+// Programs that make a .ply of a format whose opacities have 8 bits write the logits of 0 and 1
+// (Niantic's spz does): read as such formats are read here.
+void KeepLogitsFinite(float* logits, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    if (std::isinf(logits[i])) logits[i] = Logit(logits[i] > 0 ? 1 : 0);
+  }
+}
+
 [[noreturn]] void FailNotFinite(const PlyField& field, const float* rows, size_t first_row,
                                 const uint32_t* numbers, const std::filesystem::path& path) {
   size_t i = 0;
@@ -203,6 +212,7 @@ void PlyRowReader::Take(const char* rows, size_t first, size_t count, const uint
       }
     }
     if (gather.any_double) TakeDoubles(gather, rows, count, to);
+    if (fields_[f].values == &GaussianModel::opacity_logits) KeepLogitsFinite(to, count);
     if (bad_ == BadRows::kDrop) continue;
     if (AnyNotFinite(to, count * width)) FailNotFinite(fields_[f], to, first, numbers, path_);
   }

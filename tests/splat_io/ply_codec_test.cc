@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -51,6 +52,20 @@ void ExpectMatches(const GaussianModel& model, PlyText& ply) {
       }
     }
   }
+}
+
+// As Niantic's spz writes opacities of 0 and 255 of 255.
+TEST_F(PlyCodecTest, InfiniteOpacitiesAreFullyOpaqueOrTransparent) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  PlyText ply = PlyText::Canonical(3, 0);
+  ply["opacity"].values[0] = PlyText::Raw(kInfinity);
+  ply["opacity"].values[2] = PlyText::Raw(-kInfinity);
+  const GaussianModel model = Read(ply);
+  EXPECT_NEAR(1 / (1 + std::exp(-model.opacity_logits[0])), 1, 2e-6);
+  EXPECT_EQ(model.opacity_logits[1], ply.Float("opacity", 1));
+  EXPECT_NEAR(1 / (1 + std::exp(-model.opacity_logits[2])), 0, 2e-6);
+  ply["opacity"].values[1] = PlyText::Raw(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_THROW(Read(ply), InputError);
 }
 
 class PlyDegreeTest : public PlyCodecTest, public ::testing::WithParamInterface<int> {};
