@@ -50,6 +50,25 @@ Workspace OpenModel(const fs::path& root, const fs::path& folder, const fs::path
   return workspace;
 }
 
+// "0001" of "left/0001.jpg".
+std::string_view Stem(std::string_view name) {
+  name.remove_prefix(name.rfind('/') + 1);
+  return name.substr(0, name.rfind('.'));
+}
+
+// Without the folders in its name a file is a view's photo where it cannot be another view's.
+std::optional<fs::path> PhotoNamed(const std::string& name, const Workspace& workspace) {
+  const auto found = FindPhoto(workspace.image_folder, name);
+  if (!found || found->parent_path() == (workspace.image_folder / name).parent_path()) {
+    return found;
+  }
+  for (const auto& [id, view] : workspace.reconstruction.views) {
+    const std::string& other = workspace.PhotoName(view);
+    if (other != name && Stem(other) == Stem(name)) return std::nullopt;
+  }
+  return found;
+}
+
 }  // namespace
 
 Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder,
@@ -128,11 +147,11 @@ const Camera& Workspace::PhotoCamera(const View& view) const {
 
 fs::path Workspace::PhotoPath(const View& view) const {
   const std::string& name = PhotoName(view);
-  return FindPhoto(image_folder, name).value_or(image_folder / name);
+  return PhotoNamed(name, *this).value_or(image_folder / name);
 }
 
 bool Workspace::HasPhoto(const View& view) const {
-  return !has_virtual_views && FindPhoto(image_folder, PhotoName(view)).has_value();
+  return !has_virtual_views && PhotoNamed(PhotoName(view), *this).has_value();
 }
 
 Image Workspace::ReadPhoto(const View& view) const {

@@ -146,6 +146,27 @@ TEST(Layout, PhotosWithAnotherExtensionOrWithoutTheirFolderAreFound) {
   }
 }
 
+// Two cameras that name their photos alike.
+TEST(Layout, APhotoWithoutItsFolderIsTakenForOneViewAlone) {
+  const TempFolder folder;
+  Reconstruction model = WithViews(3);
+  model.views.begin()->second.name = "left/0.png";
+  std::next(model.views.begin())->second.name = "right/0.png";
+  std::next(model.views.begin(), 2)->second.name = "right/1.png";
+  WriteReconstructionBinary(folder / "sparse/0", model);
+  for (const char* name : {"0.png", "1.png"}) {
+    WritePng(folder / "images" / name, Image8(64, 48));
+  }
+  Workspace workspace = Workspace::Open(folder.path());
+  EXPECT_FALSE(workspace.HasPhoto(workspace.RequireView("left/0.png")));
+  EXPECT_FALSE(workspace.HasPhoto(workspace.RequireView("right/0.png")));
+  EXPECT_TRUE(workspace.HasPhoto(workspace.RequireView("right/1.png")));
+  WritePng(folder / "images/left/0.png", Image8(64, 48));
+  workspace = Workspace::Open(folder.path());
+  EXPECT_TRUE(workspace.HasPhoto(workspace.RequireView("left/0.png")));
+  EXPECT_FALSE(workspace.HasPhoto(workspace.RequireView("right/0.png")));
+}
+
 TEST(Layout, PartsMayBeTextAndBinaryMixed) {
   const TempFolder folder;
   WriteReconstructionBinary(folder / "b", TinyModel());
