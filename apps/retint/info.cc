@@ -64,14 +64,17 @@ void PrintWorkspace(const Workspace& workspace, Run& run) {
 
 void PrintCheck(const SceneCheck& check, Run& run) {
   const ViewComparison* worst = nullptr;
+  int with_photo = 0;
   for (const ViewComparison& one : check.comparisons) {
-    if (std::isfinite(one.psnr) && (!worst || one.psnr < worst->psnr)) worst = &one;
+    if (!std::isfinite(one.psnr)) continue;
+    ++with_photo;
+    if (!worst || one.psnr < worst->psnr) worst = &one;
   }
   if (worst) {
-    run.Print(fmt::format(
-        "PSNR         {:.1f} dB median of {} of {} views against their photos, "
-        "worst {:.1f} dB ({})",
-        check.median_psnr, check.comparisons.size(), check.views, worst->psnr, worst->view));
+    run.Print(
+        fmt::format("PSNR         {:.1f} dB median of {} of {} views against their photos, "
+                    "worst {:.1f} dB ({})",
+                    check.median_psnr, with_photo, check.views, worst->psnr, worst->view));
   } else {
     run.Print("PSNR         no photos to compare with");
   }

@@ -150,6 +150,12 @@ TEST(Verbs, InfoDoesWithoutPhotosAndWithoutASplat) {
   result = RunRetint({"info", "--workspace", temp.path().string()});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("Gaussians")));
+  // Of what is compared, those with photos count.
+  fs::create_directories(temp / "images");
+  fs::copy(TinyWorkspace() / "images" / TinyView(), temp / "images");
+  result = RunRetint({"info", "--workspace", temp.path().string(), "--splat",
+                      (TinyWorkspace() / "splat.ply").string()});
+  EXPECT_THAT(result.out, HasSubstr("median of 1 of 8 views against their photos"));
 }
 
 TEST(Verbs, InfoNeedsSomethingToDescribe) {
