@@ -11,6 +11,7 @@
 #include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
+#include <QTabBar>
 #include <QTableWidget>
 #include <QTreeWidget>
 
@@ -482,6 +483,41 @@ class PanelsTest : public PanelsFixture {
       QTest::keyClick(QApplication::focusWidget(), Qt::Key_Escape);
       QVERIFY2(window_->canvas().hasFocus(), panels[i]);
     }
+  }
+
+  // All around, forwards and back: also behind the tab of another panel there are controls.
+  void TabGoesToNothingThatIsBehindATab() {
+    QVERIFY(AddRegions());
+    auto* list = Find<QTreeWidget>("region_list");
+    for (const auto& [key, modifiers] :
+         {std::pair(Qt::Key_Tab, Qt::NoModifier), std::pair(Qt::Key_Backtab, Qt::ShiftModifier)}) {
+      list->setFocus();
+      int controls = 0;
+      do {
+        QTest::keyClick(QApplication::focusWidget(), key, modifiers);
+        const QWidget* at = QApplication::focusWidget();
+        QVERIFY(at);
+        for (const char* name :
+             {"regions", "optimizer", "quality", "views", "scene", "selection"}) {
+          auto* dock = Find<QDockWidget>(name);
+          QVERIFY2(!dock->isAncestorOf(at) || !dock->visibleRegion().isEmpty(),
+                   qPrintable(name + QString(": ") + at->objectName()));
+        }
+        QVERIFY(window_->panels_shown() && ++controls < 500);
+      } while (QApplication::focusWidget() != list && !window_->canvas().hasFocus());
+      QVERIFY(controls > 5);
+    }
+    // The tabs are worked by arrows.
+    auto* scene = Find<QDockWidget>("scene");
+    for (auto* tabs : window_->findChildren<QTabBar*>()) {
+      if (tabs->tabText(0) != "Views") continue;
+      tabs->setFocus();
+      QVERIFY(scene->visibleRegion().isEmpty());
+      QTest::keyClick(tabs, Qt::Key_Right);
+      QTRY_VERIFY(!scene->visibleRegion().isEmpty());
+      return;
+    }
+    QFAIL("there are no tabs");
   }
 
   void EveryControlHasATooltipAndIsReachable() {

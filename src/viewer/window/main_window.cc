@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include <QAction>
+#include <QApplication>
 #include <QDockWidget>
 #include <QKeyEvent>
 #include <QLabel>
@@ -481,6 +482,22 @@ void MainWindow::SetPanelsShown(bool shown) {
     for (QDockWidget* dock : docks_) dock->hide();
   }
   UpdateActions();
+}
+
+// A panel behind the tab of another is not hidden, but lies beside the window: nobody would see
+// where the focus is.
+bool MainWindow::focusNextPrevChild(bool next) {
+  const auto is_seen = [this] {
+    const QWidget* part = QApplication::focusWidget();
+    while (part && part->parentWidget() != this) part = part->parentWidget();
+    return part && !part->visibleRegion().isEmpty();
+  };
+  constexpr int kMost = 1000;  // where nothing is to be seen
+  for (int i = 0; i < kMost; ++i) {
+    if (!QMainWindow::focusNextPrevChild(next)) return false;
+    if (is_seen()) return true;
+  }
+  return false;
 }
 
 // Keys that no widget wanted: flying works wherever the focus is.

@@ -13,6 +13,7 @@
 #include <QScrollBar>
 #include <QSlider>
 #include <QStackedWidget>
+#include <QTabBar>
 
 #include "viewer/panels/optimizer_panel.h"
 #include "viewer/panels/quality_panel.h"
@@ -25,6 +26,17 @@
 
 namespace retint {
 namespace {
+
+// Or in the tabs of panels that lie one behind the other.
+bool InPanel(QWidget* widget) {
+  if (qobject_cast<QTabBar*>(widget) && qobject_cast<QMainWindow*>(widget->parentWidget())) {
+    return true;
+  }
+  for (; widget; widget = widget->parentWidget()) {
+    if (qobject_cast<QDockWidget*>(widget)) return true;
+  }
+  return false;
+}
 
 // While the focus is in a panel, the keys that work its controls are the panel's: arrows move its
 // sliders, Tab goes to the next control, and in a field that takes text all plain keys are text.
@@ -69,12 +81,6 @@ class PanelKeys : public QObject {
     return text || key == Qt::Key_Space || !IsPrinted(key);
   }
   static bool IsPrinted(int key) { return key < Qt::Key_Escape; }
-  bool InPanel(QWidget* widget) const {
-    for (; widget && widget != parent(); widget = widget->parentWidget()) {
-      if (qobject_cast<QDockWidget*>(widget)) return true;
-    }
-    return false;
-  }
 
   bool choosing_ = false;
 };
