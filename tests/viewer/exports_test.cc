@@ -78,6 +78,35 @@ class ExportsTest : public FilesFixture {
     QVERIFY(!fs::exists(folder / "turn" / "0000.png"));
   }
 
+  // Also where the name was typed without its ending.
+  void AFileIsNotReplacedWithoutAsking() {
+    QVERIFY(AddRegion("pot"));
+    const fs::path folder = Fresh();
+    QSignalSpy written(&controller(), &SceneController::written);
+    const std::pair<int, const char*> cases[] = {{0, ".ply"}, {3, ".html"}, {5, ".png"}};
+    for (const auto& [entry, ending] : cases) {
+      const fs::path file = folder / (std::string("out") + ending);
+      WriteFile(file, "precious");
+      for (const fs::path& typed : {folder / "out", file}) {
+        AnswerFileDialog(typed);
+        Export(entry);
+        const QMessageBox* box = WaitDialog(*window_);
+        QVERIFY2(box && box->informativeText().contains(file.filename().c_str()), ending);
+        QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+        QTRY_VERIFY(!window_->dialog());
+        QVERIFY(Settle(controller()));
+        QCOMPARE(ReadFile(file), std::string("precious"));
+      }
+      written.clear();
+      AnswerFileDialog(folder / "out");
+      Export(entry);
+      QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+      QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
+      QVERIFY(ReadFile(file) != "precious");
+      QTRY_VERIFY(!window_->dialog());
+    }
+  }
+
   void BeforeAndAfterAreOnePicture() {
     QVERIFY(AddRegion("pot"));
     QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
@@ -258,6 +287,7 @@ class ExportsTest : public FilesFixture {
       QVERIFY(window_->isWindowModified());
       AnswerFileDialog(splat);
       PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
+      QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
       QVERIFY(ReadError(*window_).contains("kept.ply"));
       const auto names = [&](const fs::path& path) {
         const QString error = ReadError(*window_);

@@ -266,8 +266,8 @@ inline bool WaitPainting(MainWindow& window) {
       [&] { return window.selection().state() == SelectionMode::State::kPainting; }, kWaitMs);
 }
 
-// Types a path into the next file dialog and confirms it, also that a file is replaced. The dialog
-// has an event loop of its own, so this is called before what opens it.
+// Types a path into the next file dialog and confirms it. The dialog has an event loop of its own,
+// so this is called before what opens it.
 inline void AnswerFileDialog(const std::filesystem::path& path) {
   static QPointer<QTimer> before;
   delete before;  // whose dialog never came
@@ -278,10 +278,6 @@ inline void AnswerFileDialog(const std::filesystem::path& path) {
     if (!dialog) return;
     timer->deleteLater();
     timer->stop();
-    QTimer::singleShot(100, dialog, [dialog] {
-      auto* replace = dialog->findChild<QMessageBox*>();
-      if (replace) QTest::mouseClick(replace->button(QMessageBox::Yes), Qt::LeftButton);
-    });
     auto* name = dialog->findChild<QLineEdit*>("fileNameEdit");
     name->setText(QString::fromStdString(path.string()));
     QTest::keyClick(name, Qt::Key_Return);

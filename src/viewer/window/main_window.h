@@ -180,6 +180,7 @@ class MainWindow : public QMainWindow {
   // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.
   void ConfirmReplacing(const std::filesystem::path& folder,
                         const std::vector<std::filesystem::path>& files, std::function<void()> go);
+  void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);
   // main_window_panels.cc
   void AddPanels();
 

@@ -25,6 +25,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPlace = "output_folder";
 constexpr size_t kNamedFiles = 3;  // of those that would be replaced
+// The dialog sees the name that was typed, to which an ending may be added.
+constexpr auto kAskHere = QFileDialog::DontConfirmOverwrite;
 
 fs::path Path(const QString& text) { return text.toStdString(); }
 QString Text(const fs::path& path) { return QString::fromStdString(path.string()); }
@@ -101,7 +103,7 @@ void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::
   QString reason = tr("%1 already holds %2.").arg(Text(folder), names);
   const auto facts = controller_->facts();
   if (facts && !facts->request.workspace.empty() && IsWithin(folder, facts->request.workspace)) {
-    reason += tr("\nThis is in the workspace itself: they may be its own photos or masks.");
+    reason += tr("\nThis is in the workspace itself: they may be its own files.");
   }
   auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
   box->setInformativeText(reason);
@@ -113,18 +115,22 @@ void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::
   ShowDialog(box);
 }
 
+void MainWindow::ConfirmReplacing(const fs::path& file, std::function<void()> go) {
+  ConfirmReplacing(fs::absolute(file).parent_path(), {file}, std::move(go));
+}
+
 void MainWindow::ExportSplat() {
   if (!controller_->IsOpen()) return;
   const fs::path source = controller_->facts()->request.splat;
   const QString ending = "-edited" + Text(source.extension());
   const QString path = QFileDialog::getSaveFileName(
       this, tr("Export the splat"), WithSplatExtension(Text(ProposedOutput(ending))),
-      SplatFilter(/*writable=*/true));
+      SplatFilter(/*writable=*/true), nullptr, kAskHere);
   if (path.isEmpty()) return;
   // A name that says no format means that of the scene's own splat.
   const bool says = WithSplatExtension(path) == path;
   const QString named = says ? path : WithSplatExtension(path + Text(source.extension()));
-  controller_->WriteSplat(Path(named));
+  ConfirmReplacing(Path(named), [this, named] { controller_->WriteSplat(Path(named)); });
 }
 
 void MainWindow::ExportReport() {
@@ -134,11 +140,11 @@ void MainWindow::ExportReport() {
   QString kind = page;
   QString path = QFileDialog::getSaveFileName(this, tr("Export the report"),
                                               Text(ProposedOutput("-report.html")),
-                                              page + ";;" + figures, &kind);
+                                              page + ";;" + figures, &kind, kAskHere);
   if (path.isEmpty()) return;
   const QString ending = kind == figures ? ".json" : ".html";
   if (!path.endsWith(".json") && !path.endsWith(".html")) path += ending;
-  controller_->WriteReport(Path(path));
+  ConfirmReplacing(Path(path), [this, path] { controller_->WriteReport(Path(path)); });
 }
 
 void MainWindow::ExportMasks() {
@@ -224,10 +230,13 @@ void MainWindow::ExportComparison() {
   if (!controller_->IsOpen()) return;
   QString path = QFileDialog::getSaveFileName(this, tr("Export before and after"),
                                               Text(ProposedOutput("-before-after.png")),
-                                              tr("Pictures (*.png)"));
+                                              tr("Pictures (*.png)"), nullptr, kAskHere);
   if (path.isEmpty()) return;
   if (!path.endsWith(".png")) path += ".png";
-  controller_->WriteComparison(Path(path), canvas_->navigation().Rendered(), canvas_->Lens());
+  const PosedCamera camera = canvas_->navigation().Rendered();
+  ConfirmReplacing(Path(path), [this, path, camera, lens = canvas_->Lens()] {
+    controller_->WriteComparison(Path(path), camera, lens);
+  });
 }
 
 }  // namespace retint
