@@ -323,6 +323,51 @@ class FilesTest : public FilesFixture {
     QCOMPARE(controller().facts()->request.splat, other);
   }
 
+  // Not moved: a program that is told so may delete it. Addresses of the web are not taken.
+  void WhatIsDroppedIsACopyOfAFile() {
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    const QString splat = QString::fromStdString((scene_->workspace() / "splat.ply").string());
+    QCOMPARE(Drop(*window_, QUrl::fromLocalFile(splat), Qt::MoveAction), Qt::IgnoreAction);
+    QCOMPARE(Drop(*window_, QUrl::fromLocalFile(splat)), Qt::CopyAction);
+    QVERIFY(Opened(opened));
+    QCOMPARE(Drop(*window_, QUrl("https://example.org/splat.ply")), Qt::IgnoreAction);
+  }
+
+  // A field of text in a panel does not become the name of the file.
+  void FilesThatAreDroppedOnAPanelAreOpened() {
+    QVERIFY(AddRegion("pot"));
+    QVERIFY(Save(Fresh() / "panel.retint"));
+    auto* field = window_->findChild<QLineEdit*>("color_text");
+    QVERIFY(field && field->isVisible() && field->isEnabled());
+    const QString color = field->text();
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QVERIFY(Drop(*field, scene_->workspace()));
+    QCOMPARE(field->text(), color);
+    QVERIFY(Opened(opened));
+    QVERIFY(Regions().empty());
+  }
+
+  // A path that is dropped on a field takes the place of the one before.
+  void FilesAreDroppedOnTheForms() {
+    const fs::path other = Fresh() / "other";
+    fs::copy(scene_->workspace(), other, fs::copy_options::recursive);
+    PressKey(*window_, Qt::Key_O, Qt::ControlModifier);
+    auto* dialog = window_->findChild<QDialog*>("open_dialog");
+    QVERIFY(dialog && dialog->isVisible());
+    auto* workspace = dialog->findChild<QLineEdit*>("workspace");
+    QVERIFY(Drop(*workspace, other));
+    QCOMPARE(workspace->text(), QString::fromStdString(other.string()));
+    QCOMPARE(dialog->findChild<QLineEdit*>("splat")->text(),
+             QString::fromStdString((other / "splat.ply").string()));
+    dialog->reject();
+    dialog = ExportDialogOf(2);
+    QVERIFY(dialog);
+    auto* folder = dialog->findChild<QLineEdit*>("export_folder");
+    QVERIFY(Drop(*folder, other));
+    QCOMPARE(folder->text(), QString::fromStdString(other.string()));
+    dialog->reject();
+  }
+
   void BadScenesAreExplained_data() {
     QTest::addColumn<QString>("fault");
     QTest::addColumn<QString>("named");

@@ -183,16 +183,25 @@ inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
   QTest::mouseRelease(widget, button, modifiers, path.back());
 }
 
-// Files from another program; false when the window does not want them.
-inline bool Drop(MainWindow& window, const std::filesystem::path& path) {
+// Dropped by another program, which would rather move it and has its name as a text too; what it is
+// told was done. Ignored where nothing there wants it.
+inline Qt::DropAction Drop(QWidget& onto, const QUrl& url,
+                           Qt::DropActions may = Qt::CopyAction | Qt::MoveAction) {
   QMimeData data;
-  data.setUrls({QUrl::fromLocalFile(QString::fromStdString(path.string()))});
-  QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-  QCoreApplication::sendEvent(&window, &enter);
-  if (!enter.isAccepted()) return false;
-  QDropEvent drop({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-  QCoreApplication::sendEvent(&window, &drop);
-  return true;
+  data.setUrls({url});
+  data.setText(url.toString());
+  const auto moves = Qt::ShiftModifier;
+  QDragEnterEvent enter({10, 10}, may, &data, Qt::LeftButton, moves);
+  QCoreApplication::sendEvent(&onto, &enter);
+  if (!enter.isAccepted()) return Qt::IgnoreAction;
+  QDropEvent drop({10, 10}, may, &data, Qt::LeftButton, moves);
+  QCoreApplication::sendEvent(&onto, &drop);
+  return drop.isAccepted() ? drop.dropAction() : Qt::IgnoreAction;
+}
+
+// A file; false when nothing there wants it.
+inline bool Drop(QWidget& onto, const std::filesystem::path& path) {
+  return Drop(onto, QUrl::fromLocalFile(QString::fromStdString(path.string()))) == Qt::CopyAction;
 }
 
 // What most tests of the window have: a scene for all cases, and a window on it for each.

@@ -17,6 +17,7 @@
 #include "session/saving/staged_output.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/window/long_text.h"
+#include "viewer/window/path_edit.h"
 
 namespace retint {
 namespace {
@@ -92,7 +93,7 @@ void ExportDialog::AddChoice(QFormLayout* form, Kind kind, const QString& view) 
 }
 
 void ExportDialog::AddFolder(QFormLayout* form, const QString& folder) {
-  folder_ = new QLineEdit(folder);
+  folder_ = new PathEdit(folder);
   folder_->setObjectName("export_folder");
   folder_->setMinimumWidth(360);
   folder_->setToolTip(tr("The folder is made where it does not exist"));

@@ -13,11 +13,9 @@
 #include <QLabel>
 #include <QMenu>
 #include <QMessageBox>
-#include <QMimeData>
 #include <QPushButton>
 #include <QSettings>
 #include <QStandardPaths>
-#include <QUrl>
 #include <QVBoxLayout>
 
 #include "base/error.h"
@@ -27,6 +25,7 @@
 #include "viewer/scene/session_store.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
+#include "viewer/window/path_edit.h"
 
 namespace retint {
 namespace {
@@ -316,17 +315,18 @@ void MainWindow::ShowRecent() {
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
-  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+  if (!LocalPaths(*event->mimeData()).isEmpty()) TakeCopy(event);
+}
+
+void MainWindow::dragMoveEvent(QDragMoveEvent* event) {
+  if (!LocalPaths(*event->mimeData()).isEmpty()) TakeCopy(event);
 }
 
 void MainWindow::dropEvent(QDropEvent* event) {
-  QStringList paths;
-  for (const QUrl& url : event->mimeData()->urls()) {
-    if (url.isLocalFile()) paths << url.toLocalFile();
-  }
+  const QStringList paths = LocalPaths(*event->mimeData());
   if (paths.isEmpty()) return;
-  event->acceptProposedAction();
-  OpenPaths(paths);
+  TakeCopy(event);
+  if (event->isAccepted()) OpenPaths(paths);
 }
 
 // ---- Sessions

@@ -7,6 +7,7 @@
 #include <QApplication>
 #include <QComboBox>
 #include <QDockWidget>
+#include <QDragEnterEvent>
 #include <QKeyEvent>
 #include <QMenu>
 #include <QScrollArea>
@@ -23,6 +24,7 @@
 #include "viewer/panels/views_panel.h"
 #include "viewer/scene/view_editor.h"
 #include "viewer/window/main_window.h"
+#include "viewer/window/path_edit.h"
 
 namespace retint {
 namespace {
@@ -83,6 +85,23 @@ class PanelKeys : public QObject {
   static bool IsPrinted(int key) { return key < Qt::Key_Escape; }
 
   bool choosing_ = false;
+};
+
+// Files that are dropped on a field of text in a panel are the window's: they are opened.
+class PanelDrops : public QObject {
+ public:
+  using QObject::QObject;
+
+ protected:
+  bool eventFilter(QObject* object, QEvent* event) override {
+    if (event->type() != QEvent::DragEnter || !object->inherits("QLineEdit")) return false;
+    auto* drag = static_cast<QDragEnterEvent*>(event);
+    if (!InPanel(static_cast<QWidget*>(object)) || LocalPaths(*drag->mimeData()).isEmpty()) {
+      return false;
+    }
+    drag->ignore();  // goes on to what holds the field
+    return true;
+  }
 };
 
 // The wheel over a number, slider or choice scrolls the panel, unless one works with that very one.
@@ -253,6 +272,7 @@ void MainWindow::AddPanels() {
     panels_menu_->addAction(go);
   }
   qApp->installEventFilter(new PanelKeys(this));
+  qApp->installEventFilter(new PanelDrops(this));
 }
 
 }  // namespace retint

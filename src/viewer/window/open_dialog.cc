@@ -20,6 +20,7 @@
 #include "base/error.h"
 #include "colmap_io/nerfstudio.h"
 #include "splat_io/splat_io.h"
+#include "viewer/window/path_edit.h"
 
 namespace retint {
 namespace {
@@ -105,7 +106,7 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   auto* form = new QFormLayout;
   const auto row = [&](const QString& title, const std::filesystem::path& path, const QString& hint,
                        bool folder) {
-    auto* edit = new QLineEdit(PathText(path));
+    auto* edit = new PathEdit(PathText(path));
     edit->setPlaceholderText(hint);
     edit->setMinimumWidth(420);
     auto* browse = new QPushButton(tr("Browse…"));
