@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include <QAction>
+#include <QPushButton>
 #include <QToolButton>
 #include <nlohmann/json.hpp>
 
@@ -106,6 +107,34 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
     QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), kWaitMs);
     QCOMPARE(ReadSessionInfo(folder).regions, size_t{1});
+  }
+
+  void PaintThatWasNotAcceptedIsNotLostUnasked() {
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    const auto close = [&] { window_->action("file.close")->trigger(); };
+    SelectionCanvas& paper = window_->selection().canvas();
+    const QPoint middle = paper.rect().center();
+    DragAlong(&paper, {middle, middle + QPoint(40, 0)});
+    close();
+    const QMessageBox* box = WaitDialog(*window_);
+    QVERIFY(box && box->informativeText().contains("not been accepted"));
+    QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QVERIFY(window_->IsSelecting() && paper.editor().AnyInside());
+    close();
+    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
+    // Nothing was painted: there is nothing to ask.
+    QTRY_VERIFY(!window_->dialog());
+    window_->OpenScene(scene_->Request());
+    QVERIFY(WaitSharp(*window_));
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    close();
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
+    QVERIFY(!window_->dialog());
   }
 
   void BackingOutOfSavingStopsNothing() {

@@ -190,6 +190,10 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
 
 QString SelectionMode::message() const { return actions_->message(); }
 
+bool SelectionMode::HoldsPaint() const {
+  return state_ == State::kPainting && canvas_->editor().mask().data != before_.data;
+}
+
 void SelectionMode::SetState(State state) {
   state_ = state;
   const bool painting = state == State::kPainting;

@@ -57,6 +57,8 @@ class SelectionMode : public QWidget {
   const SelectionEntry& entry() const { return entry_; }
   SelectionCanvas& canvas() { return *canvas_; }
   QString message() const;
+  // Whether the view that shows was painted on since it was entered or last accepted.
+  bool HoldsPaint() const;
   // Of what accepted() gave: the pixels that the scene decided otherwise than the outline of
   // strokes that was shown, as a part of that outline's area.
   double DecidedOtherwise() const { return otherwise_; }

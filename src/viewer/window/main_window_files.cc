@@ -23,6 +23,7 @@
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "viewer/scene/session_store.h"
+#include "viewer/selection/selection_mode.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
 #include "viewer/window/path_edit.h"
@@ -420,18 +421,23 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
   const bool running = controller_->optimizer().Active();
   const bool busy = controller_->IsOpen() && controller_->IsBusy();
   const bool modified = controller_->IsOpen() && IsModified();
-  if (!running && !busy && !modified) return go();
+  const bool painted = selection_->HoldsPaint();
+  if (!running && !busy && !modified && !painted) return go();
   QStringList reasons;
   if (running) reasons << tr("The optimizer is still running. It will be stopped.");
   if (busy) reasons << tr("%1 is still under way. It will be stopped.").arg(controller_->task());
+  if (painted) reasons << tr("What you painted has not been accepted. It will be lost.");
   if (modified) reasons << tr("There are edits that have not been saved.");
   auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
   box->setInformativeText(reasons.join("\n"));
   QPushButton* save = nullptr;
   if (modified) save = box->addButton(tr("&Save"), QMessageBox::AcceptRole);
-  QPushButton* leave = box->addButton(modified ? tr("&Don't save") : tr("&Stop and go on"),
-                                      QMessageBox::DestructiveRole);
-  box->setDefaultButton(save ? save : leave);
+  const QString go_on = modified          ? tr("&Don't save")
+                        : running || busy ? tr("&Stop and go on")
+                                          : tr("&Go on");
+  QPushButton* leave = box->addButton(go_on, QMessageBox::DestructiveRole);
+  if (!painted) box->setDefaultButton(save ? save : leave);
+  if (painted) box->setDefaultButton(QMessageBox::Cancel);
   const auto stop_and_go = [this, go = std::move(go)] {
     controller_->CancelRefit();
     controller_->Cancel();
