@@ -450,6 +450,44 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(swatches->colors().empty());
   }
 
+  // The keyboard stays where it is: at the plus that was pressed, and Tab goes from it to what lies
+  // beside it.
+  void KeptColorsLeaveTheFocus() {
+    QVERIFY(AddPlain());
+    auto* plus = Find<QToolButton>("swatch_add");
+    const std::pair<const char*, const char*> colors[] = {{"#204060", "#406080"},
+                                                          {"#a04020", "#c06040"}};
+    for (const auto& [kept, next] : colors) {
+      TypeColor(kept);
+      plus->setFocus();
+      QTest::keyClick(plus, Qt::Key_Space);
+      QVERIFY(plus->hasFocus());
+      TypeColor(next);
+    }
+    auto* swatches = Find<SwatchRow>("swatches");
+    QCOMPARE(swatches->colors().size(), size_t{2});
+    plus->setFocus();
+    for (const char* name : {"#a04020", "#204060"}) {
+      QTest::keyClick(QApplication::focusWidget(), Qt::Key_Backtab, Qt::ShiftModifier);
+      QCOMPARE(QApplication::focusWidget()->accessibleName(), QString(name));
+    }
+    // One that is taken away leaves it at the next.
+    QTest::keyClick(QApplication::focusWidget(), Qt::Key_Delete);
+    QCOMPARE(QApplication::focusWidget()->accessibleName(), QString("#a04020"));
+    QTest::keyClick(QApplication::focusWidget(), Qt::Key_Delete);
+    QVERIFY(swatches->colors().empty());
+    // A color that was chosen anew becomes the first.
+    auto* recent = Find<SwatchRow>("recent_colors");
+    QTRY_VERIFY_WITH_TIMEOUT(!recent->colors().empty(), kWaitMs);
+    auto* newest = recent->findChildren<QToolButton*>().front();
+    newest->setFocus();
+    const size_t before = recent->colors().size();
+    TypeColor("#102030");
+    newest->setFocus();
+    QTRY_COMPARE_WITH_TIMEOUT(recent->colors().size(), before + 1, kWaitMs);
+    QVERIFY(newest->hasFocus());
+  }
+
   void OkLchKeepsHueAndLightness() {
     QVERIFY(AddPlain());
     Click("color_model1");

@@ -43,42 +43,51 @@ SwatchRow::SwatchRow(const QString& title, const QString& key, Form form, QWidge
     if (color.isValid()) colors_.push_back(color);
   }
   Build();
+  Show();
 }
 
+QToolButton* SwatchRow::AddButton() {
+  auto* button = new QToolButton;
+  button->setAutoRaise(true);
+  button->setIconSize({kSide, kSide});
+  button->setFocusPolicy(Qt::StrongFocus);
+  layout()->addWidget(button);
+  return button;
+}
+
+// All buttons at once: one that came later would be the last that Tab goes to, and one that went
+// would take the focus along.
 void SwatchRow::Build() {
-  for (QWidget* cell : cells_) {
-    cell->hide();
-    cell->deleteLater();
-  }
-  cells_.clear();
-  const auto add = [&](const QString& name, const QString& tip) {
-    auto* button = new QToolButton;
-    button->setAutoRaise(true);
-    button->setIconSize({kSide, kSide});
-    button->setFocusPolicy(Qt::StrongFocus);
-    button->setAccessibleName(name);
-    button->setToolTip(tip);
-    layout()->addWidget(button);
-    cells_.push_back(button);
-    return button;
-  };
-  for (const QColor& color : colors_) {
-    const bool kept = form_ == Form::kKept;
-    QToolButton* button =
-        add(color.name(),
-            kept ? tr("%1 (Del or a right click takes it away)").arg(color.name()) : color.name());
-    button->setIcon(Filled(color, palette()));
-    connect(button, &QToolButton::clicked, this, [this, color] { Q_EMIT chosen(color); });
+  const bool kept = form_ == Form::kKept;
+  const size_t most = kept ? kMostKept : kMostRecent;
+  for (size_t i = 0; i < most; ++i) {
+    QToolButton* button = AddButton();
+    button->setAccessibleName(title_->text().trimmed());
+    connect(button, &QToolButton::clicked, this, [this, i] { Q_EMIT chosen(QColor(colors_[i])); });
     if (kept) button->installEventFilter(this);
+    cells_.push_back(button);
   }
-  if (form_ == Form::kKept) {
-    QToolButton* plus = add(tr("Keep this color"), tr("Keep the color that is chosen"));
-    plus->setObjectName("swatch_add");
-    plus->setText(QStringLiteral("+"));
-    plus->setEnabled(colors_.size() < kMostKept);
-    connect(plus, &QToolButton::clicked, this, &SwatchRow::addWanted);
+  if (!kept) return;
+  plus_ = AddButton();
+  plus_->setAccessibleName(tr("Keep this color"));
+  plus_->setToolTip(tr("Keep the color that is chosen"));
+  plus_->setObjectName("swatch_add");
+  plus_->setText(QStringLiteral("+"));
+  connect(plus_, &QToolButton::clicked, this, &SwatchRow::addWanted);
+}
+
+void SwatchRow::Show() {
+  const bool kept = form_ == Form::kKept;
+  for (size_t i = 0; i < cells_.size(); ++i) {
+    cells_[i]->setVisible(i < colors_.size());
+    if (i >= colors_.size()) continue;
+    const QString name = colors_[i].name();
+    cells_[i]->setIcon(Filled(colors_[i], palette()));
+    cells_[i]->setAccessibleName(name);
+    cells_[i]->setToolTip(kept ? tr("%1 (Del or a right click takes it away)").arg(name) : name);
   }
-  setVisible(!cells_.empty());
+  if (plus_) plus_->setEnabled(colors_.size() < kMostKept);
+  setVisible(kept || !colors_.empty());
   updateGeometry();
 }
 
@@ -91,13 +100,13 @@ void SwatchRow::Add(const QColor& color) {
     colors_.push_back(color);
   }
   Save();
-  Build();
+  Show();
 }
 
 void SwatchRow::Remove(size_t index) {
   colors_.erase(colors_.begin() + std::ptrdiff_t(index));
   Save();
-  Build();
+  Show();
 }
 
 void SwatchRow::Save() const {

@@ -8,6 +8,7 @@
 #include <QWidget>
 
 class QLabel;
+class QToolButton;
 
 namespace retint {
 
@@ -34,7 +35,9 @@ class SwatchRow : public QWidget {
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
+  QToolButton* AddButton();
   void Build();
+  void Show();
   void Remove(size_t index);
   void Save() const;
 
@@ -42,7 +45,8 @@ class SwatchRow : public QWidget {
   const Form form_;
   QLabel* title_;
   std::vector<QColor> colors_;
-  std::vector<QWidget*> cells_;
+  std::vector<QToolButton*> cells_;  // one for each color that there may be
+  QToolButton* plus_ = nullptr;      // of kKept
 };
 
 }  // namespace retint
