@@ -488,6 +488,29 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(newest->hasFocus());
   }
 
+  // Of what no screen shows, and of the frames of colors.
+  void ThePickerFollowsTheTheme() {
+    QVERIFY(AddPlain());
+    TypeColor("#8090a0");
+    Click("swatch_add");
+    Click("color_model1");
+    auto* square = Find<ColorSquare>("color_square");
+    auto* swatches = Find<SwatchRow>("swatches");
+    const auto look = [&] {
+      QCoreApplication::processEvents();  // the palette is on its way
+      const QImage hatched = square->grab().toImage();
+      const QImage frame =
+          swatches->findChildren<QToolButton*>().front()->icon().pixmap(16, 16).toImage();
+      return std::pair(hatched.pixelColor(hatched.width() - 5, 5), frame.pixelColor(0, 0));
+    };
+    theme_->Choose(ThemeChoice::kDark);
+    const auto dark = look();
+    theme_->Choose(ThemeChoice::kLight);
+    const auto light = look();
+    QVERIFY(dark.first.lightness() < 128 && light.first.lightness() > 128);
+    QVERIFY(dark.second.lightness() > 128 && light.second.lightness() < 128);
+  }
+
   void OkLchKeepsHueAndLightness() {
     QVERIFY(AddPlain());
     Click("color_model1");

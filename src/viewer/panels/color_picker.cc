@@ -90,6 +90,11 @@ void ColorSquare::Draw() {
   picture_hue_ = place_.hue;
 }
 
+void ColorSquare::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) picture_hue_ = -1;  // hatched in the theme's colors
+  QWidget::changeEvent(event);
+}
+
 void ColorSquare::paintEvent(QPaintEvent*) {
   if (picture_hue_ != place_.hue) Draw();
   QPainter painter(this);

@@ -115,6 +115,11 @@ void SwatchRow::Save() const {
   QSettings().setValue(key_, names);
 }
 
+void SwatchRow::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) Show();  // framed in the theme's colors
+  QWidget::changeEvent(event);
+}
+
 bool SwatchRow::eventFilter(QObject* object, QEvent* event) {
   const auto cell = std::find(cells_.begin(), cells_.end(), object);
   const auto index = size_t(cell - cells_.begin());

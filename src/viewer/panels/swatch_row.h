@@ -32,6 +32,7 @@ class SwatchRow : public QWidget {
   void addWanted();  // the button with a plus
 
  protected:
+  void changeEvent(QEvent* event) override;
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
