@@ -511,6 +511,18 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(dark.second.lightness() > 128 && light.second.lightness() < 128);
   }
 
+  // A number that was set back has nothing more to set back.
+  void ResettingByKeyStaysInItsRow() {
+    QVERIFY(AddPlain());
+    Click("mode_grade");
+    Type("saturation.factor", "0.5");
+    auto* reset = Find<QToolButton>("saturation.factor_reset");
+    reset->setFocus();
+    QTest::keyClick(reset, Qt::Key_Space);
+    QCOMPARE(Find<QDoubleSpinBox>("saturation.factor")->value(), 1.0);
+    QVERIFY(Find<QSlider>("saturation.factor_slider")->hasFocus());
+  }
+
   void OkLchKeepsHueAndLightness() {
     QVERIFY(AddPlain());
     Click("color_model1");

@@ -76,7 +76,11 @@ ParameterRow::ParameterRow(const QString& name, const QString& label, const Rang
     SetValue(value);
     Q_EMIT changed(value, false);
   });
-  connect(reset_, &QToolButton::clicked, this, &ParameterRow::reset);
+  connect(reset_, &QToolButton::clicked, this, [this] {
+    // There is nothing more to reset: the focus would go on to the next row.
+    if (reset_->hasFocus()) slider_->setFocus();
+    Q_EMIT reset();
+  });
   SetValue(range.initial);
 }
 
