@@ -8,10 +8,12 @@
 #include <QClipboard>
 #include <QDir>
 #include <QDockWidget>
+#include <QHelpEvent>
 #include <QLabel>
 #include <QPushButton>
 #include <QStandardPaths>
 #include <QToolButton>
+#include <QToolTip>
 
 #include "depth/depth_picture.h"
 #include "tests/viewer/viewer_scene.h"
@@ -340,6 +342,22 @@ class MainWindowTest : public ViewerTest {
     QTRY_VERIFY(!scene->visibleRegion().isEmpty());
     controller().Close();
     QTRY_VERIFY(!badge->isVisible());
+  }
+
+  // The tool tip has the whole of what the status bar has no room for.
+  void AMessageThatDoesNotFitIsWholeInItsToolTip() {
+    auto* message = window_->findChild<QLabel*>("message");
+    const auto tip = [&](const QString& text) {
+      window_->Say(text);
+      const QPoint at(5, 5);
+      QHelpEvent ask(QEvent::ToolTip, at, message->mapToGlobal(at));
+      QCoreApplication::sendEvent(message, &ask);
+      return QToolTip::text();
+    };
+    QVERIFY(tip("Wrote out.png").isEmpty());
+    const QString path = "Wrote /home/" + QString("folder/").repeated(60) + "out.png";
+    QCOMPARE(tip(path), path);
+    QToolTip::hideText();
   }
 
   void TheFirstWindowFitsTheScreen() {

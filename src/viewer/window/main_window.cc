@@ -29,6 +29,7 @@
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/window/long_text.h"
 #include "viewer/window/preferences_dialog.h"
 
 namespace retint {
@@ -146,8 +147,7 @@ void MainWindow::BuildCenter() {
 }
 
 void MainWindow::BuildStatusBar() {
-  message_ = new QLabel;
-  message_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  message_ = new ElidedLabel;
   progress_ = new QProgressBar;
   progress_->setFixedWidth(180);
   progress_->setRange(0, 1000);
