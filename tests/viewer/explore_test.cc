@@ -125,6 +125,29 @@ class ExploreTest : public ViewerTest {
              qPrintable(QString::number(QLineF(from, there).length())));
   }
 
+  // Below the name of a view lies its picture, right of a portrait the surround.
+  void ALongNameOfAPhotoIsCutShort() {
+    SyntheticScene scene = scene_->scene();
+    for (SyntheticView& view : scene.views) view.name.insert(0, std::string(200, 'w'));
+    for (auto& [id, view] : scene.reconstruction.views) {
+      view.name.insert(0, std::string(200, 'w'));
+    }
+    OpenRequest request = scene_->Request();
+    request.workspace = scene_->folder() / "long";
+    request.splat = request.workspace / "splat.ply";
+    Monitor monitor;
+    WriteSyntheticWorkspace(request.workspace, scene, monitor);
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenScene(request);
+    QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
+    window_->SetPanelsShown(false);
+    QVERIFY(canvas().GoTo(scene.views.front().name) && WaitSharp(*window_));
+    const double left = canvas().ImageRect(navigation().Rendered()).left();
+    QVERIFY(left > 100);  // there is room beside the picture
+    const QImage image = canvas().grab().toImage();
+    for (int y = 0; y < 40; ++y) QCOMPARE(image.pixel(image.width() - 3, y), image.pixel(2, y));
+  }
+
   void EveryFlyKeyMovesAlongItsAxis() {
     const std::tuple<Qt::Key, int, double> keys[] = {{Qt::Key_W, 2, 1},  {Qt::Key_S, 2, -1},
                                                      {Qt::Key_A, 0, -1}, {Qt::Key_D, 0, 1},

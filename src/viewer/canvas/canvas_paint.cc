@@ -16,11 +16,12 @@ const QColor kSurround(30, 31, 34);
 const QColor kLine(255, 255, 255, 170);
 const QColor kAccent(255, 170, 0);
 constexpr double kSmallestQuad = 5;  // pixels; below, a frustum is not drawn
+constexpr double kAboutText = 8;     // pixels beside the text of a label
 
 // Returns the box about the text.
 QRectF DrawLabel(QPainter& painter, const QPointF& at, const QString& text, Qt::Alignment align) {
   const QFontMetricsF metrics(painter.font());
-  QRectF box = metrics.boundingRect(text).adjusted(-8, -4, 8, 4);
+  QRectF box = metrics.boundingRect(text).adjusted(-kAboutText, -4, kAboutText, 4);
   box.moveTopLeft(align & Qt::AlignRight ? at - QPointF(box.width(), 0) : at);
   painter.setPen(Qt::NoPen);
   painter.setBrush(QColor(0, 0, 0, 160));
@@ -185,13 +186,7 @@ void Canvas::PaintSplit(QPainter& painter, const QRectF& rect) const {
 void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   painter.setRenderHint(QPainter::Antialiasing);
   const UserPicture* shown = picture();
-  const double top = std::max(0.0, rect.top()) + 10;
-  const QRectF name =
-      DrawLabel(painter, {std::max(0.0, rect.left()) + 10, top},
-                shown ? QString::fromStdString(shown->name) : tr("free camera"), Qt::AlignLeft);
-  if (const QString note = CloudNote(); !note.isEmpty()) {
-    DrawLabel(painter, name.bottomLeft() + QPointF(0, 6), note, Qt::AlignLeft);
-  }
+  const double top = std::max(0.0, rect.top()) + 10, left = std::max(0.0, rect.left()) + 10;
   QString mode;
   if (picking_) {
     mode = tr("pick a color");
@@ -206,8 +201,18 @@ void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   } else if (fly_mode_) {
     mode = tr("fly");
   }
-  if (mode.isEmpty()) return;
-  DrawLabel(painter, {std::min<double>(width(), rect.right()) - 10, top}, mode, Qt::AlignRight);
+  double end = width() - 10;  // of the room for the name
+  if (!mode.isEmpty()) {
+    const QPointF corner(std::min<double>(width(), rect.right()) - 10, top);
+    end = DrawLabel(painter, corner, mode, Qt::AlignRight).left() - 10;
+  }
+  const QString title = shown ? QString::fromStdString(shown->name) : tr("free camera");
+  const QString fitting =
+      QFontMetricsF(painter.font()).elidedText(title, Qt::ElideMiddle, end - left - 2 * kAboutText);
+  const QRectF name = DrawLabel(painter, {left, top}, fitting, Qt::AlignLeft);
+  if (const QString note = CloudNote(); !note.isEmpty()) {
+    DrawLabel(painter, name.bottomLeft() + QPointF(0, 6), note, Qt::AlignLeft);
+  }
 }
 
 // The color that a click would take, beside the cursor.

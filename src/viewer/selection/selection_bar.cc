@@ -17,6 +17,7 @@
 
 #include "viewer/selection/selection_canvas.h"
 #include "viewer/selection/tool_icons.h"
+#include "viewer/window/long_text.h"
 #include "viewer/window/wrap_layout.h"
 
 namespace retint {
@@ -306,9 +307,8 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   target_->setSizePolicy(QSizePolicy::Maximum, QSizePolicy::Fixed);
   layout->addWidget(target_);
   layout->addSpacing(4);
-  place_ = new QLabel;
+  place_ = new ElidedLabel;
   place_->setMinimumWidth(kPlaceWidth);
-  place_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   layout->addWidget(place_, 1);
   layout = part(QSizePolicy::Expanding);
   hint_ = new QLabel;
