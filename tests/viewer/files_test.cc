@@ -210,6 +210,22 @@ class FilesTest : public FilesFixture {
     for (QAction* entry : Recent()) QVERIFY(!entry->text().endsWith("work.retint"));
   }
 
+  // In the menu and on the start page; the tool tip has the whole path as it is.
+  void LongPathsOfRecentScenesAreCutShort() {
+    const QString path = "/home/" + QString("pots & pans/").repeated(60) + "work.retint";
+    QSettings().setValue("recent", QStringList{path});
+    QAction* entry = Recent().value(0);
+    QVERIFY(entry && entry->text().contains("…") && entry->text().contains("pots && pans"));
+    QCOMPARE(entry->toolTip(), path);
+    auto* menu = qobject_cast<QMenu*>(entry->parent());
+    QVERIFY(menu && menu->toolTipsVisible() && menu->sizeHint().width() < 800);
+    window_->action("file.close")->trigger();
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
+    auto* line = window_->findChild<QWidget*>("welcome_recent")->findChild<QPushButton*>();
+    QVERIFY(line && line->text().contains("…") && line->text().contains("pots && pans"));
+    QCOMPARE(line->toolTip(), path);
+  }
+
   // Said at once, and not after a question about what is open.
   void ARecentSceneThatIsGoneLeavesTheStartPage() {
     const fs::path other = Fresh() / "moved";

@@ -122,6 +122,7 @@ void MainWindow::BuildMenus() {
   QMenu* file = menuBar()->addMenu(tr("&File"));
   add(file, {"file.open", "file.open_session"});
   recent_ = file->addMenu(tr("Open &recent"));
+  recent_->setToolTipsVisible(true);  // of paths that are cut short
   connect(recent_, &QMenu::aboutToShow, this, &MainWindow::FillRecent);
   add(file, {"", "file.save", "file.save_as"});
   QMenu* output = file->addMenu(tr("&Export"));

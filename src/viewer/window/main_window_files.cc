@@ -32,7 +32,7 @@ namespace retint {
 namespace {
 
 constexpr qsizetype kRecentKept = 8, kRecentOnStartPage = 5;
-constexpr int kRecentWidth = 600;  // of a line on the start page, pixels
+constexpr int kRecentWidth = 600;  // of a line on the start page or in the menu, pixels
 constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 12;
 constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
 
@@ -82,11 +82,16 @@ OpenRequest RecentRequest(const QString& entry) {
   return request;
 }
 
-// What a recent file is called in a menu or on a button.
+// What a recent file is called.
 QString RecentTitle(const QString& entry) {
   QStringList files = entry.split(kBetween).mid(0, 2);
   files.removeAll(QString());  // a splat alone has no workspace
-  return files.join(QObject::tr(" with ")).replace("&", "&&");
+  return files.join(QObject::tr(" with "));
+}
+
+// And in a menu or on a button, where paths may be longer than a screen is wide.
+QString RecentLine(const QString& entry, const QFontMetrics& metrics) {
+  return metrics.elidedText(RecentTitle(entry), Qt::ElideMiddle, kRecentWidth).replace("&", "&&");
 }
 
 // Entries of the same files, whatever their options, are one.
@@ -279,7 +284,9 @@ void MainWindow::OpenRecent(const QString& entry) {
 void MainWindow::FillRecent() {
   recent_->clear();
   for (const QString& entry : QSettings().value("recent").toStringList()) {
-    recent_->addAction(RecentTitle(entry), this, [this, entry] { OpenRecent(entry); });
+    QAction* one = recent_->addAction(RecentLine(entry, recent_->fontMetrics()), this,
+                                      [this, entry] { OpenRecent(entry); });
+    one->setToolTip(RecentTitle(entry));
   }
   if (recent_->isEmpty()) {
     recent_->addAction(tr("nothing yet"))->setEnabled(false);
@@ -305,9 +312,8 @@ void MainWindow::ShowRecent() {
   welcome_recent_->addWidget(new QLabel(tr("<b>Open again</b>")));
   for (const QString& entry : recent.mid(0, kRecentOnStartPage)) {
     auto* button = new QPushButton;
-    const QString title = RecentTitle(entry);
-    button->setText(button->fontMetrics().elidedText(title, Qt::ElideMiddle, kRecentWidth));
-    button->setToolTip(title);
+    button->setText(RecentLine(entry, button->fontMetrics()));
+    button->setToolTip(RecentTitle(entry));
     button->setFlat(true);
     button->setStyleSheet("text-align: left; padding: 4px;");
     connect(button, &QPushButton::clicked, this, [this, entry] { OpenRecent(entry); });
