@@ -16,6 +16,7 @@
 #include "splat_io/splat_io.h"
 #include "tests/support/file_size_limit.h"
 #include "tests/viewer/files_fixture.h"
+#include "viewer/scene/video_maker.h"
 
 namespace retint {
 
@@ -201,6 +202,16 @@ class ExportsTest : public FilesFixture {
     for (const auto& entry : fs::directory_iterator(folder / "second")) {
       QVERIFY2(entry.path().extension() == ".png", entry.path().c_str());
     }
+    // One that is being made is not given up unasked.
+    install("while :; do /bin/sleep 1; done\n");
+    turn(folder / "endless");
+    QTRY_VERIFY_WITH_TIMEOUT(window_->findChild<VideoMaker*>()->IsBusy(), kWaitMs);
+    PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
+    const QMessageBox* box = WaitDialog(*window_);
+    QVERIFY(box && box->informativeText().contains("video"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QVERIFY(window_->isVisible());
     fs::remove(programs / "ffmpeg");
     // Without the program the film is motion JPEG.
     qputenv("PATH", QByteArray::fromStdString(programs.string()));

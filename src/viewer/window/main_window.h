@@ -162,7 +162,7 @@ class MainWindow : public QMainWindow {
   void OpenStart(const StartOptions& options);
   void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
   // Runs `go` at once, or after the user agreed to lose or save what would be lost.
-  void ConfirmThen(const QString& what, std::function<void()> go);
+  void ConfirmThen(const QString& what, std::function<void()> go, bool quits = false);
   void ShowDialog(QMessageBox* box);
   void NextError();
   // main_window_export.cc

@@ -23,6 +23,7 @@
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "viewer/scene/session_store.h"
+#include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
@@ -423,24 +424,25 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
 
 // ---- Questions
 
-void MainWindow::ConfirmThen(const QString& what, std::function<void()> go) {
+void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool quits) {
   const bool running = controller_->optimizer().Active();
   const bool busy = controller_->IsOpen() && controller_->IsBusy();
   const bool modified = controller_->IsOpen() && IsModified();
   const bool painted = selection_->HoldsPaint();
-  if (!running && !busy && !modified && !painted) return go();
+  const bool filming = quits && videos_->IsBusy();
+  if (!running && !busy && !filming && !modified && !painted) return go();
   QStringList reasons;
   if (running) reasons << tr("The optimizer is still running. It will be stopped.");
   if (busy) reasons << tr("%1 is still under way. It will be stopped.").arg(controller_->task());
+  if (filming) reasons << tr("The video is still being made. It will be stopped.");
   if (painted) reasons << tr("What you painted has not been accepted. It will be lost.");
   if (modified) reasons << tr("There are edits that have not been saved.");
   auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
   box->setInformativeText(reasons.join("\n"));
   QPushButton* save = nullptr;
   if (modified) save = box->addButton(tr("&Save"), QMessageBox::AcceptRole);
-  const QString go_on = modified          ? tr("&Don't save")
-                        : running || busy ? tr("&Stop and go on")
-                                          : tr("&Go on");
+  const bool stops = running || busy || filming;
+  const QString go_on = modified ? tr("&Don't save") : stops ? tr("&Stop and go on") : tr("&Go on");
   QPushButton* leave = box->addButton(go_on, QMessageBox::DestructiveRole);
   if (!painted) box->setDefaultButton(save ? save : leave);
   if (painted) box->setDefaultButton(QMessageBox::Cancel);
@@ -491,10 +493,11 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   if (!closing_) {
     event->ignore();
     if (dialog_ && dialog_->isVisible()) return;  // already asked
-    ConfirmThen(tr("Quit Retint?"), [this] {
+    const auto quit = [this] {
       closing_ = true;
       close();
-    });
+    };
+    ConfirmThen(tr("Quit Retint?"), quit, /*quits=*/true);
     if (!closing_) return;
   }
   QSettings settings;
