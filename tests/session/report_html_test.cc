@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/reporting/report_html.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "scene/mask_pixels.h"
 #include "session/reporting/export.h"
 #include "session/reporting/report_plots.h"
 #include "tests/session/saved_scene.h"
@@ -91,6 +94,33 @@ TEST_F(Html, TheWorstViewComesFirst) {
   const std::string page = HtmlReport(*session_, report, {}, monitor_);
   const auto first = page.find("Before and after of ");
   EXPECT_EQ(page.substr(first + 20, worst.size()), worst);
+}
+
+// Whose they are, and how much all of them select together.
+TEST_F(Html, FiguresOfSeveralRegionsSayWhoseTheyAre) {
+  const RunReport report = FullReport(*session_, TargetKind::kRender, monitor_);
+  ASSERT_EQ(report.regions.size(), 2U);
+  const std::string page = HtmlReport(*session_, report, {}, monitor_);
+  for (const RegionReport& region : report.regions) {
+    EXPECT_THAT(page, HasSubstr("<dt>inside, " + HtmlText(region.name) + ", fitted views</dt>"));
+  }
+  const auto left = MasksOf(scene_), right = OtherMasksOf(scene_);
+  for (const ViewQuality& view : report.regions[0].quality.views) {
+    const auto& other = report.regions[1].quality.views;
+    const auto same = std::ranges::find(other, view.name, &ViewQuality::name);
+    if (same == other.end()) continue;
+    const bool is_left = view.psnr_inside <= same->psnr_inside;
+    const ViewQuality& worst = is_left ? view : *same;
+    Mask both = left.at(view.name);
+    const Mask& second = right.at(view.name);
+    for (size_t i = 0; i < both.data.size(); ++i) {
+      both.data[i] = std::max(both.data[i], second.data[i]);
+    }
+    EXPECT_THAT(page, HasSubstr(fmt::format(
+                          "inside {:.1f} dB ({}), outside {:.1f} dB, {:.1f} % selected",
+                          worst.psnr_inside, HtmlText(report.regions[is_left ? 0 : 1].name),
+                          worst.psnr_outside, 100 * FractionInside(both))));
+  }
 }
 
 TEST_F(Html, StaysWithinItsSize) {

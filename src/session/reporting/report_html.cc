@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "colmap_io/image_io.h"
 #include "recolor/edit_text.h"
+#include "scene/mask_pixels.h"
 #include "session/pictures/contact_sheet.h"
 #include "session/reporting/report_plots.h"
 
@@ -65,24 +66,30 @@ for (const figure of document.querySelectorAll('figure')) {
 }
 )";
 
+// In a view: of the region whose PSNR inside is the lowest there.
+struct WorstQuality : ViewQuality {
+  std::string region;  // empty: there is but one
+};
+
 struct ViewPictures {
   const View* view = nullptr;
   bool painted = false, heldout = false;
-  const ViewQuality* quality = nullptr;  // null: it holds no masked pixel
-  Image8 before, after, mask;            // no mask: empty
+  const WorstQuality* quality = nullptr;  // null: it holds no masked pixel
+  double selected = 0;                    // of its pixels, by any region
+  Image8 before, after, mask;             // no mask: empty
 };
 
-// The lowest PSNR of the regions, by view.
-std::map<std::string, ViewQuality> QualityByView(const RunReport& report) {
-  std::map<std::string, ViewQuality> views;
-  const auto add = [&](const QualityReport& quality) {
+std::map<std::string, WorstQuality> QualityByView(const RunReport& report) {
+  std::map<std::string, WorstQuality> views;
+  const auto add = [&](const QualityReport& quality, const std::string& region) {
     for (const ViewQuality& view : quality.views) {
-      const auto [found, is_new] = views.emplace(view.name, view);
-      if (!is_new && view.psnr_inside < found->second.psnr_inside) found->second = view;
+      const auto [found, is_new] = views.emplace(view.name, WorstQuality{view, region});
+      if (!is_new && view.psnr_inside < found->second.psnr_inside) found->second = {view, region};
     }
   };
-  add(report.quality);
-  for (const RegionReport& region : report.regions) add(region.quality);
+  add(report.quality, {});
+  const bool several = report.regions.size() > 1;
+  for (const RegionReport& one : report.regions) add(one.quality, several ? one.name : "");
   return views;
 }
 
@@ -120,7 +127,7 @@ class Page {
   EditSession& session_;
   const RunReport& report_;
   const HtmlReportOptions& options_;
-  const std::map<std::string, ViewQuality> quality_;
+  const std::map<std::string, WorstQuality> quality_;
   std::vector<ViewPictures> views_;
 };
 
@@ -162,7 +169,9 @@ void Page::Render(Monitor& monitor) {
       (edited ? one.after : one.before) = Shrunk(ToImage8(picture));
       if (edited) continue;
       const Mask mask = UnionOfMasks(regions, one.view->name);
-      if (!mask.Empty()) one.mask = Shrunk(MaskOverlay(picture, mask));
+      if (mask.Empty()) continue;
+      one.mask = Shrunk(MaskOverlay(picture, mask));
+      one.selected = FractionInside(mask);
     }
   }
 }
@@ -192,10 +201,12 @@ std::string Page::Pictures(int quality) const {
     if (one.painted) html += "<span class=\"tag\">painted</span> ";
     if (one.heldout) html += "<span class=\"tag\">held out</span> ";
     if (one.quality) {
+      const std::string& region = one.quality->region;
       html += fmt::format(
-          "<span class=\"quiet\">inside {:.1f} dB, outside {:.1f} dB, {:.1f} % "
+          "<span class=\"quiet\">inside {:.1f} dB{}, outside {:.1f} dB, {:.1f} % "
           "selected</span> ",
-          one.quality->psnr_inside, one.quality->psnr_outside, 100 * one.quality->coverage);
+          one.quality->psnr_inside, region.empty() ? "" : " (" + HtmlText(region) + ")",
+          one.quality->psnr_outside, 100 * one.selected);
     } else {
       html += "<span class=\"quiet\">nothing selected</span> ";
     }
@@ -211,7 +222,7 @@ std::string Page::Pictures(int quality) const {
 std::string Page::Figures() const {
   std::string html = "<dl class=\"figures\">\n";
   const auto add = [&](std::string_view name, const std::string& value) {
-    html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, HtmlText(value));
+    html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", HtmlText(name), HtmlText(value));
   };
   const auto psnr = [&](std::string_view name, const QualityNumbers& numbers) {
     if (numbers.views == 0) return;
@@ -220,6 +231,11 @@ std::string Page::Figures() const {
   };
   psnr("fitted", report_.quality.train);
   psnr("held out", report_.quality.heldout);
+  for (const RegionReport& region : report_.regions) {
+    if (report_.regions.size() == 1) break;  // its figures are those above
+    psnr(region.name + ", fitted", region.quality.train);
+    psnr(region.name + ", held out", region.quality.heldout);
+  }
   add("views with a selection", fmt::format("{} of {}", report_.mask_views, report_.views));
   add("Gaussians changed",
       fmt::format("{} of {}", report_.refit.changed_gaussians, report_.gaussians));
