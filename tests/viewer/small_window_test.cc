@@ -119,6 +119,17 @@ class SmallWindowTest : public ViewerTest {
   }
   void cleanup() { window_.reset(); }
 
+  void TheStartPageIsWhole() {
+    const QString path = "/home/" + QString("pots & pans/").repeated(60);
+    QSettings().setValue("recent", QStringList{path + "work.retint", "/home/work.retint"});
+    controller().Close();
+    auto* guide = window_->findChild<QLabel*>("welcome_guide");
+    QTRY_VERIFY_WITH_TIMEOUT(guide->isVisible(), kWaitMs);
+    const QString cut = CutNow("start", window_->centralWidget());
+    QVERIFY2(cut.isEmpty(), qPrintable(cut));
+    QSettings().remove("recent");
+  }
+
   void PanelsAreWhole() {
     QVERIFY(AddTintedRegion() != 0);
     QStringList cut;

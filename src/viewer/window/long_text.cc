@@ -51,4 +51,20 @@ void ElidedLabel::paintEvent(QPaintEvent* /*event*/) {
                         foregroundRole());
 }
 
+ElidedButton::ElidedButton(const QString& title) : title_(title) {
+  setToolTip(title);
+  setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);
+  ShowTitle();
+}
+
+void ElidedButton::ShowTitle() {
+  constexpr int kAround = 16;  // pixels of the frame and its padding
+  setText(fontMetrics().elidedText(title_, Qt::ElideMiddle, width() - kAround).replace("&", "&&"));
+}
+
+void ElidedButton::resizeEvent(QResizeEvent* event) {
+  QPushButton::resizeEvent(event);
+  ShowTitle();
+}
+
 }  // namespace retint

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <QLabel>
+#include <QPushButton>
 #include <QString>
 
 namespace retint {
@@ -22,6 +23,20 @@ class ElidedLabel : public QLabel {
 
  private:
   QString Shown() const;
+};
+
+// The same, of a button; its middle is cut.
+class ElidedButton : public QPushButton {
+ public:
+  explicit ElidedButton(const QString& title);
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
+ private:
+  void ShowTitle();
+
+  const QString title_;
 };
 
 }  // namespace retint

@@ -121,7 +121,17 @@ void MainWindow::BuildCenter() {
          "<li>Choose a color in the Regions panel. Every view follows.</li>"
          "<li>Look at it from elsewhere. Paint again where the selection misses something.</li>"
          "<li>Save the session, or export the splat.</li></ol>"));
-  guide->setObjectName("welcome_guide");  // not wrapped: its height would be that of fewer lines
+  guide->setObjectName("welcome_guide");
+  guide->setMaximumWidth(guide->sizeHint().width());
+  guide->setWordWrap(true);
+  // As wide as it may be, in the middle of the page.
+  const auto centered = [](QWidget* widget) {
+    auto* row = new QHBoxLayout;
+    row->addStretch();
+    row->addWidget(widget, 1);
+    row->addStretch();
+    return row;
+  };
   auto* inner = new QWidget;
   auto* layout = new QVBoxLayout(inner);
   layout->addStretch();
@@ -129,9 +139,9 @@ void MainWindow::BuildCenter() {
   layout->addSpacing(12);
   layout->addLayout(buttons);
   layout->addSpacing(12);
-  layout->addWidget(recent, 0, Qt::AlignHCenter);
+  layout->addLayout(centered(recent));
   layout->addSpacing(12);
-  layout->addWidget(guide, 0, Qt::AlignHCenter);
+  layout->addLayout(centered(guide));
   layout->addStretch();
   auto* page = new QScrollArea;
   page->setFrameShape(QFrame::NoFrame);

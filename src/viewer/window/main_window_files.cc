@@ -26,6 +26,7 @@
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/window/keys_dialog.h"
+#include "viewer/window/long_text.h"
 #include "viewer/window/main_window.h"
 #include "viewer/window/path_edit.h"
 
@@ -33,7 +34,7 @@ namespace retint {
 namespace {
 
 constexpr qsizetype kRecentKept = 8, kRecentOnStartPage = 5;
-constexpr int kRecentWidth = 600;  // of a line on the start page or in the menu, pixels
+constexpr int kRecentWidth = 600;  // of a line in the menu, pixels
 constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 12;
 constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
 
@@ -90,7 +91,7 @@ QString RecentTitle(const QString& entry) {
   return files.join(QObject::tr(" with "));
 }
 
-// And in a menu or on a button, where paths may be longer than a screen is wide.
+// And in the menu: paths may be longer than a screen is wide.
 QString RecentLine(const QString& entry, const QFontMetrics& metrics) {
   return metrics.elidedText(RecentTitle(entry), Qt::ElideMiddle, kRecentWidth).replace("&", "&&");
 }
@@ -312,9 +313,7 @@ void MainWindow::ShowRecent() {
   if (recent.isEmpty()) return;
   welcome_recent_->addWidget(new QLabel(tr("<b>Open again</b>")));
   for (const QString& entry : recent.mid(0, kRecentOnStartPage)) {
-    auto* button = new QPushButton;
-    button->setText(RecentLine(entry, button->fontMetrics()));
-    button->setToolTip(RecentTitle(entry));
+    auto* button = new ElidedButton(RecentTitle(entry));
     button->setFlat(true);
     button->setStyleSheet("text-align: left; padding: 4px;");
     connect(button, &QPushButton::clicked, this, [this, entry] { OpenRecent(entry); });
