@@ -249,12 +249,23 @@ class SmallWindowTest : public ViewerTest {
 
   // Whatever the panels show, and whatever the tool has for options.
   void ThePictureStaysWhereItIs() {
-    QVERIFY(AddTintedRegion() != 0);
+    const RegionId region = AddTintedRegion();
+    QVERIFY(region != 0);
     const auto place = [](const QWidget& of) {
       QTest::qWait(30);
       return QRect(of.mapTo(of.window(), QPoint()), of.size());
     };
     const QRect before = place(canvas());
+    // What was measured does not make its panel wider.
+    auto* optimizer = window_->findChild<QWidget*>("optimizer_panel");
+    const int needed = optimizer->minimumSizeHint().width();
+    QualityReport report;
+    report.train.views = 100;
+    report.train.psnr_inside_before = report.train.psnr_inside_after = 88.88;
+    Q_EMIT controller().qualityReady(region, report);
+    QVERIFY(window_->findChild<QLabel*>("psnr_inside")->text().contains("88.88"));
+    QCOMPARE(place(canvas()), before);
+    QCOMPARE(optimizer->minimumSizeHint().width(), needed);
     for (const char* name : {"selection", "optimizer"}) {
       auto* dock = window_->findChild<QDockWidget*>(name);
       dock->raise();

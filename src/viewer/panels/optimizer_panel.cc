@@ -240,7 +240,7 @@ void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report, const
   measured_edit_ = controller_->EditKey(id);
   const QualityNumbers& numbers = report.train;
   inside_->setText(
-      tr("%1 (before the edit %2)")
+      tr("%1 (before: %2)")
           .arg(Decibels(numbers.psnr_inside_after), Decibels(numbers.psnr_inside_before)));
   outside_->setText(Decibels(numbers.psnr_outside));
   measured_->setText(over.arg(numbers.views).arg(QString::fromStdString(region->name)));
