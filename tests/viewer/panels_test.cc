@@ -312,6 +312,10 @@ class PanelsTest : public PanelsFixture {
     report.registration.rms_before = 0.0921;
     report.registration.rms_after = 0.0757;
     report.registration.heldout_before = report.registration.heldout_after = 0.0812;
+    PaintedReport few;  // sparse points, of which nothing can be said
+    few.view = "IMG_5882.jpg";
+    few.registration.points_used = 2;
+    source.reports.push_back(few);
     bool done = false;
     Controller().Run(
         {},
@@ -325,12 +329,14 @@ class PanelsTest : public PanelsFixture {
     Select(0);
     Show("quality");
     auto* table = Find<QTableWidget>("registration_table");
-    QCOMPARE(table->rowCount(), 2);  // the view's name, and its numbers
+    QCOMPARE(table->rowCount(), 4);  // of each view the name, and its numbers
     QCOMPARE(table->item(0, 0)->text(), QString("IMG_5881.jpg"));
     QCOMPARE(table->item(1, 0)->text(), QString("1240"));
     QCOMPARE(table->item(1, 1)->text(), QString("0.0921\n→ 0.0757"));
     QCOMPARE(table->item(1, 2)->text(), QString("0.0812"));  // it did not change
     QCOMPARE(table->item(1, 3)->text(), QString("yes"));
+    QCOMPARE(table->item(3, 0)->text(), QString("2"));
+    for (const int column : {1, 2}) QCOMPARE(table->item(3, column)->text(), QString("–"));
     // All of its row shows, whatever width the columns get.
     auto* dock = Find<QDockWidget>("quality");
     for (const int width : {330, 420, 340}) {

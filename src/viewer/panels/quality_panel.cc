@@ -34,8 +34,10 @@ QString Significant(double value) {
   return std::isfinite(value) ? QString::number(value, 'g', 3) : QStringLiteral("–");
 }
 
-// In two lines where it differs, which fit a narrow column.
+// In two lines where it differs, which fit a narrow column. There is none where too few points
+// were found to measure it.
 QString Change(double before, double after) {
+  if (before == 0 && after == 0) return QStringLiteral("–");
   const QString from = Significant(before), to = Significant(after);
   return from == to ? from : from + QStringLiteral("\n→ ") + to;
 }
