@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A screen whose pixels are twice as fine (QT_SCALE_FACTOR=2, set where the test is registered):
 // pictures have its pixels, and strokes and clicks land where they are seen.
+#include <QCheckBox>
+#include <QStyle>
+
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/selection/selection_mode.h"
 
@@ -31,6 +34,18 @@ class HidpiTest : public ViewerTest {
     const QPoint corner = (rect.topLeft() * 2).toPoint();
     const QPoint inside(shown.camera.width / 2, shown.camera.height * 3 / 4);
     QCOMPARE(grabbed.pixel(corner + inside), canvas.frame()->image.pixel(inside));
+  }
+
+  // Of a box that is not checked: none of its frame lies beside it.
+  void BoxesAreFramedOnAllSides() {
+    QCheckBox box("Depth");
+    box.show();
+    const QImage image = box.grab().toImage();
+    const int side = 2 * box.style()->pixelMetric(QStyle::PM_IndicatorWidth, nullptr, &box);
+    const int y = image.height() / 2, inside = side / 2;
+    const QRgb frame = image.pixel(0, y);
+    QVERIFY(Apart(frame, image.pixel(inside, y)) > 50);
+    for (const int x : {1, side - 2, side - 1}) QCOMPARE(image.pixel(x, y), frame);
   }
 
   void StrokesLandOnThePixelsUnderTheCursor() {

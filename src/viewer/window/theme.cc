@@ -78,7 +78,9 @@ class FramedStyle : public QProxyStyle {
     painter->save();
     painter->setBrush(Qt::NoBrush);
     painter->setPen(frame);
-    painter->drawRect(option->rect.adjusted(0, 0, -1, -1));
+    // All of the line lies inside, also where it is wider than a pixel of the screen.
+    painter->setRenderHint(QPainter::Antialiasing);
+    painter->drawRect(QRectF(option->rect).adjusted(0.5, 0.5, -0.5, -0.5));
     painter->restore();
   }
 };
