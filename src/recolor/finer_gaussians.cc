@@ -28,7 +28,7 @@ constexpr double kLeastPart = 0.006;    // of a part: renderers leave out what i
 constexpr double kMostOpacity = 0.99;   // as renderers have it
 constexpr double kRendererBlur = 0.5477;  // pixels: renderers widen a Gaussian by 0.3 px^2
 constexpr int kRounds = 40;
-constexpr size_t kMostParts = 4096;     // of one Gaussian; what would have more stays
+constexpr size_t kMostParts = 4096;  // of one Gaussian; where it would have more, they are larger
 constexpr double kLeastCoarser = 1.02;  // a step of the parts' size where there are too many
 
 // The parts along one axis of a Gaussian, whose own deviation is 1.
@@ -165,20 +165,24 @@ struct Plan {
 
 Plan PlanOf(const GaussianModel& model, size_t g, const PartSize& wanted) {
   Plan plan;
-  const double size = double(wanted.deviation), blur = double(wanted.blur);
+  const double blur = double(wanted.blur);
+  double size = double(wanted.deviation);
   plan.opacity = 1 / (1 + std::exp(-double(model.opacity_logits[g])));
   if (!(size > 0) || plan.opacity < kLeastOpacity) return plan;
   const Eigen::Vector3f log_scales(&model.log_scales[3 * g]);
   std::ranges::sort(plan.order, [&](auto a, auto b) { return log_scales[a] > log_scales[b]; });
-  size_t count = 1;
   for (size_t i = 0; i < 2; ++i) {
     plan.deviations[i] = std::exp(double(log_scales[plan.order[i]]));
-    if (plan.deviations[i] / size > double(kMostParts)) return plan;
-    plan.axes[i] = SplitAxis(plan.deviations[i], size, blur);
-    count *= plan.axes[i].places.size();
+    if (!std::isfinite(plan.deviations[i])) return plan;
+    size = std::max(size, plan.deviations[i] / double(kMostParts));
   }
-  if (count <= kMostParts) plan.count = count;
-  return plan;
+  for (;; size *= std::max(kLeastCoarser, std::sqrt(double(plan.count) / double(kMostParts)))) {
+    for (size_t i = 0; i < 2; ++i) {
+      plan.axes[i] = SplitAxis(plan.deviations[i], size, blur);
+    }
+    plan.count = plan.axes[0].places.size() * plan.axes[1].places.size();
+    if (plan.count <= kMostParts) return plan;
+  }
 }
 
 // None: it stays.

@@ -29,7 +29,8 @@ struct PartSize {
   float blur = 0;       // by how much of a deviation renderers widen it where it is seen
 };
 
-// Splits Gaussians along those of their axes that are longer than their `sizes`, [N], ask for.
+// Splits Gaussians along those of their axes that are longer than their `sizes`, [N], ask for, each
+// into 4096 parts at most, which are larger where there would be more.
 // Along an axis of deviation s a Gaussian of variance s^2 is the convolution of one of variance s^2
 // - size^2 with one of size^2, and the first is sampled, 1.8 sizes apart. Opacities are then found
 // for which the parts let as much light through as their parent did (by multiplicative updates of

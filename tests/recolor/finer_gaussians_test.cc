@@ -56,6 +56,14 @@ TEST(FinerGaussians, PartsLookAsTheirParentDid) {
   }
 }
 
+TEST(FinerGaussians, OneOfVeryManyPartsHasLargerOnes) {
+  const GaussianModel model = TwoGaussians(0.8);
+  const PartSize tiny = {1e-3f, 1e-4f};
+  const FinerGaussians finer = SplitGaussians(model, std::vector<PartSize>{tiny, kStay});
+  EXPECT_GT(finer.parents.size() - finer.stayed, 2000u);
+  EXPECT_LE(finer.parents.size() - finer.stayed, 4096u);
+}
+
 TEST(FinerGaussians, WhatStaysKeepsItsBits) {
   GaussianModel model = TwoGaussians(0.8);
   model.source.extras = {{"label", "uchar", 1, {'a', 'b'}}};

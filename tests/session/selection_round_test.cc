@@ -86,7 +86,6 @@ TEST_F(SelectionRound, SaysWhereAMaskHoldsLessThanHalfOfItsPaint) {
     return WarningsOfPaint(session_->workspace(), of, masks);
   };
   EXPECT_TRUE(warnings(painted).empty());
-  const int column = world_.Posed(2).camera.width / 2;
   masks[name] = Mask(Truth(2).width, Truth(2).height);
   ASSERT_EQ(warnings(painted).size(), 1u);
   EXPECT_NE(warnings(painted)[0].find("view " + name + " holds 0 %"), std::string::npos);
