@@ -428,7 +428,9 @@ Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
   summary.parts = finer.parents.size() - finer.stayed;
   if (summary.split == 0) return refinement;
 
-  Renderer split(renderer.shared_backend(), finer.model, {.background = renderer.background()});
+  // Each view is rendered a few times only: its geometry is not worth the memory.
+  Renderer split(renderer.shared_backend(), finer.model,
+                 {.cache_bytes = 0, .background = renderer.background()});
   summary.psnr_split = PsnrInside(renderer, split, targets, monitor);
   std::vector<float> parts(finer.parents.size(), 0.0f);
   std::fill(parts.begin() + ptrdiff_t(finer.stayed), parts.end(), 1.0f);

@@ -99,8 +99,8 @@ TEST(Recolor, SplitsLargeGaussiansFirst) {
   const CommandResult alone = RunRetint(Join(RecolorArguments(temp), {"--part-pixels", "0.5"}));
   EXPECT_EQ(alone.code, 2);
   EXPECT_THAT(alone.err, testing::HasSubstr("--refine-gaussians"));
-  const CommandResult parts = RunRetint(Join(split, {"--out-of-core", "on", "--index",
-                                                      (temp / "splat.index").string()}));
+  const CommandResult parts =
+      RunRetint(Join(split, {"--out-of-core", "on", "--index", (temp / "splat.index").string()}));
   EXPECT_EQ(parts.code, 2);
   EXPECT_THAT(parts.err, testing::HasSubstr("opened whole"));
 }
