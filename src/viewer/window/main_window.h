@@ -167,7 +167,9 @@ class MainWindow : public QMainWindow {
   void NextError();
   // main_window_export.cc
   void ExportSplat();
-  void SplitGaussians();  // of the current region, into another splat, which is then open
+  // Of the current region, into another splat, which is then open.
+  void SplitGaussians();
+  void SplitInto(RegionId region, const QString& path);
   void ExportMasks();
   void ExportViews();
   void ExportReport();

@@ -197,17 +197,23 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
 void MainWindow::SplitGaussians() {
   const RegionId region = current_->id();
   if (!controller_->regions().Find(region)) return;
-  QString path = QFileDialog::getSaveFileName(this, tr("Write the finer splat"),
-                                              Text(ProposedOutput("-finer.ply")),
-                                              tr("3D Gaussian Splatting (*.ply)"));
+  // The dialog sees the name that was typed, to which an ending may be added.
+  QString path = QFileDialog::getSaveFileName(
+      this, tr("Write the finer splat"), Text(ProposedOutput("-finer.ply")),
+      tr("3D Gaussian Splatting (*.ply)"), nullptr, QFileDialog::DontConfirmOverwrite);
   if (path.isEmpty()) return;
   if (!path.endsWith(".ply")) path += ".ply";
-  OpenRequest request = controller_->facts()->request;
   std::error_code code;
-  if (std::filesystem::equivalent(Path(path), request.splat, code)) {
+  if (std::filesystem::equivalent(Path(path), controller_->facts()->request.splat, code)) {
     return ShowError(tr("Choose another name"),
                      tr("%1 is the splat that is open, and stays as it is.").arg(path));
   }
+  ConfirmReplacing(Path(path), [this, region, path] { SplitInto(region, path); });
+}
+
+void MainWindow::SplitInto(RegionId region, const QString& path) {
+  if (!controller_->IsOpen()) return;  // closed while it was asked
+  OpenRequest request = controller_->facts()->request;
   request.splat = Path(path);
   opening_ = RecentEntry(request);
   form_.reset();
