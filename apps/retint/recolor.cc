@@ -221,7 +221,7 @@ void Recolor(const Arguments& arguments, Run& run) {
                    arguments.color.flags.strength());
   if (arguments.refine_gaussians) {
     session = RefineRegion(arguments, std::move(session), &result, run);
-  } else {
+  } else if (!large) {
     WarnOfLargeGaussians(*session, result.region, run);
   }
   KeepWithin(arguments.large, large.get(), *session, result.region, &refit);

@@ -19,11 +19,20 @@ namespace {
 constexpr float kLeastPaint = 0.02f;
 constexpr double kLargePixels = 3;
 
+// Of the layers that the edit has now; null: it has none.
+const GaussianPaint* PaintOf(const Region& region) {
+  for (const ColorOperation& op : region.edit.operations) {
+    if (op.picture && region.paint && region.paint->IsOf(*op.picture)) return region.paint.get();
+  }
+  return nullptr;
+}
+
 std::vector<float> SharesToSplit(const Region& region) {
   const std::vector<float>& shares = region.selection->shares;
-  if (!region.paint) return shares;
+  const GaussianPaint* const paint = PaintOf(region);
+  if (!paint) return shares;
   std::vector<float> painted(shares.size(), 0.0f);
-  for (const PaintedGaussian& gaussian : region.paint->gaussians) {
+  for (const PaintedGaussian& gaussian : paint->gaussians) {
     const auto g = static_cast<size_t>(gaussian.index);
     if (gaussian.alpha >= kLeastPaint) painted[g] = shares[g];
   }
@@ -91,11 +100,12 @@ FinerSession MakeFinerSession(EditSession& session, RegionId id, const RefineOpt
 }
 
 double PaintOnLargeGaussians(const Region& region, const OpenScene& scene) {
-  if (!region.paint) return 0;
+  const GaussianPaint* const paint = PaintOf(region);
+  if (!paint) return 0;
   const std::vector<PosedCamera> cameras = LayerCameras(region.edit, scene.workspace());
   const GaussianModel& model = scene.original();
   double on_large = 0, all = 0;
-  for (const PaintedGaussian& gaussian : region.paint->gaussians) {
+  for (const PaintedGaussian& gaussian : paint->gaussians) {
     const auto g = static_cast<size_t>(gaussian.index);
     const Eigen::Vector3d mean = Eigen::Vector3f(&model.means[3 * g]).cast<double>();
     const double pixel = PixelAt(mean, cameras);

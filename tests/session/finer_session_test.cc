@@ -89,6 +89,8 @@ TEST_F(FinerSessions, OnlyWhatTakesPaintIsSplitWhereThereIsPaint) {
   const auto& paint = finer.session->regions().Find(ball_)->paint;
   ASSERT_NE(paint, nullptr);  // found again, on the parts
   EXPECT_GT(paint->gaussians.size(), region.paint->gaussians.size());
+  session_->SetEdit(ball_, ColorEdit::Tint({0.2F, 0.4F, 1}));  // the paint is gone
+  EXPECT_EQ(Split().summary.split, all);
 }
 
 TEST_F(FinerSessions, TheFileHoldsTheSplatOfTheSession) {
