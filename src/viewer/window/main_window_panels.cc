@@ -215,9 +215,8 @@ void MainWindow::AddPanels() {
   connect(elsewhere, &ViewEditor::taken, this, [this](const QString& path, double on_large) {
     canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
     if (on_large < kMuchPaint) return Say(tr("Took over %1").arg(path));
-    Say(tr("Took over %1. %2 % of the paint is on Gaussians too large for detail: split them on "
-           "the "
-           "page Picture where it looks torn")
+    Say(tr("Took over %1. %2 % of the paint is on Gaussians too large for detail: where it looks "
+           "torn, split them on the page Picture")
             .arg(path)
             .arg(100 * on_large, 0, 'f', 0));
   });
