@@ -62,11 +62,16 @@ std::optional<fs::path> PhotoNamed(const std::string& name, const Workspace& wor
   if (!found || found->parent_path() == (workspace.image_folder / name).parent_path()) {
     return found;
   }
-  for (const auto& [id, view] : workspace.reconstruction.views) {
-    const std::string& other = workspace.PhotoName(view);
-    if (other != name && Stem(other) == Stem(name)) return std::nullopt;
+  return workspace.shared_stems.contains(Stem(name)) ? std::nullopt : found;
+}
+
+std::set<std::string, std::less<>> SharedStems(const Reconstruction& model) {
+  std::set<std::string, std::less<>> once, shared;
+  for (const auto& [id, view] : model.views) {
+    std::string stem(Stem(view.name));
+    if (!once.insert(stem).second) shared.insert(std::move(stem));
   }
-  return found;
+  return shared;
 }
 
 }  // namespace
@@ -95,6 +100,7 @@ Workspace Workspace::Open(const fs::path& root, const fs::path& image_folder,
       continue;  // the first one can be used, without photos
     }
   }
+  workspace.shared_stems = SharedStems(workspace.reconstruction);
   if (model.empty()) {
     const std::string several = SeveralModels(workspace.sparse_folder);
     if (!several.empty()) workspace.warnings.insert(workspace.warnings.begin(), several);

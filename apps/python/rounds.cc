@@ -184,7 +184,8 @@ void BindRounds(py::class_<PySession>& type) {
            "Masks after one more round of painting. `mask` is the whole selection as it should be "
            "seen in that view, `before` what was seen of it when painting began (None: nothing), "
            "`region` a Region or its id to go on from (None: a first round). What the newest round "
-           "removed or added holds in the rounds before it too. Options: those of select() and project(). "
+           "removed or added holds in the rounds before it too. Options: those of select() and "
+           "project(). "
            "InputError when nothing is left selected.")
       .def("set_selection", &SetSelection, py::arg("region"), py::arg("masks"),
            py::arg("progress") = py::none(),

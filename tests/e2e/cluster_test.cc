@@ -122,6 +122,11 @@ TEST(ClusterEdits, PhotosAndALookupAreFittedAlike) {
   ExpectSameAsAlone(2, {"--gamma", "1.6", "--target", "photo"});
 }
 
+TEST(ClusterEdits, GaussiansAreSplitAlike) {
+  SKIP_WITHOUT_MPIRUN();
+  ExpectSameAsAlone(2, {"--tint", "0.2,0.4,1.0", "--refine-gaussians", "--part-pixels", "0.5"});
+}
+
 // One line of retint's, an exit code, nothing written.
 void ExpectOneLine(const CommandResult& result, const fs::path& output) {
   EXPECT_NE(result.code, 0);

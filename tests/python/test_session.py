@@ -57,15 +57,19 @@ def test_regions_and_undo(session, scene):
     assert [r.id for r in session.regions] == [region]
 
 
-def test_gaussians_are_split(session, scene):
+def test_gaussians_are_split(session, scene, folder):
     region = session.add_region("a", square(session, scene), retint.Edit(to="#3060ff"))
-    finer, figures = session.refine_gaussians(region, pixels=0.5)
+    finer, figures = session.refine_gaussians(region, pixels=0.5, splat=folder / "finer.ply")
     assert figures["split"] > 0 and figures["psnr"] > 30
     stayed = len(session.original.means) - figures["split"]
     assert len(finer.original.means) == stayed + figures["parts"]
     assert [r.name for r in finer.regions] == ["a"]
     finer.refit(iterations=2)
     assert finer.sh.shape[0] == len(finer.original.means)
+    finer.save(folder / "finer.retint")
+    again = retint.Session.load(folder / "finer.retint")
+    assert len(again.original.means) == len(finer.original.means)
+    assert [r.name for r in again.regions] == ["a"]
     assert session.refine_gaussians(region, pixels=50)[0] is None
     with pytest.raises(retint.OptionError):
         session.refine_gaussians(region, pixels=-1)

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pages of the edit panel for tables, gradients and palettes, in the real window, with mouse
-// and keys, checked by the session's state.
+// The picker of colors and the pages for tables, gradients and palettes, in the real window, with
+// mouse and keys, checked by the session's state.
+#include <array>
 #include <cmath>
 
 #include <QAction>
 #include <QLabel>
 #include <QMenu>
+#include <QSet>
 #include <QToolButton>
 
 #include "base/files.h"
+#include "kernels/common/color_spaces.h"
 #include "tests/viewer/edit_panel_fixture.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/gradient_bar.h"
+#include "viewer/panels/swatch_row.h"
 
 namespace retint {
 
@@ -29,6 +33,59 @@ class EditPagesTest : public EditPanelFixture {
   void initTestCase() { MakeTheme(); }
   void init() { QVERIFY(ShowScene()); }
   void cleanup() { Close(); }
+
+  // Of what no screen shows, and of the frames of colors.
+  void ThePickerFollowsTheTheme() {
+    QVERIFY(AddPlain());
+    TypeColor("#8090a0");
+    Click("swatch_add");
+    Click("color_model1");
+    auto* square = Find<ColorSquare>("color_square");
+    auto* swatches = Find<SwatchRow>("swatches");
+    const auto look = [&] {
+      QCoreApplication::processEvents();  // the palette is on its way
+      const QImage hatched = square->grab().toImage();
+      const QImage frame =
+          swatches->findChildren<QToolButton*>().front()->icon().pixmap(16, 16).toImage();
+      return std::pair(hatched.pixelColor(hatched.width() - 5, 5), frame.pixelColor(0, 0));
+    };
+    theme_->Choose(ThemeChoice::kDark);
+    const auto dark = look();
+    theme_->Choose(ThemeChoice::kLight);
+    const auto light = look();
+    QVERIFY(dark.first.lightness() < 128 && light.first.lightness() > 128);
+    QVERIFY(dark.second.lightness() > 128 && light.second.lightness() < 128);
+  }
+
+  void OkLchKeepsHueAndLightness() {
+    QVERIFY(AddPlain());
+    Click("color_model1");
+    TypeColor("#4080c0");
+    auto* square = Find<ColorSquare>("color_square");
+    const auto lch = [&] {
+      const QColor color = Find<ColorPicker>("color_picker")->color();
+      const float rgb[3] = {color.redF(), color.greenF(), color.blueF()};
+      const OkLab lab = OkLabFromSrgb(rgb);
+      return std::array{double(lab.lightness), std::hypot(double(lab.a), double(lab.b)),
+                        std::atan2(double(lab.b), double(lab.a))};
+    };
+    const auto before = lch();
+    // Far to the right no screen shows a color of this lightness: the nearest one is taken.
+    QTest::mouseClick(square, Qt::LeftButton, {},
+                      {square->width() - 2, int((1 - before[0]) * (square->height() - 1))});
+    const auto after = lch();
+    QVERIFY(after[1] > before[1] + 0.01 && after[1] < kMostChroma);
+    // A pixel of the area is 1 % of lightness, a step of 1 / 255 less than 0.02 of an angle.
+    QVERIFY2(std::abs(after[0] - before[0]) < 0.015, qPrintable(QString::number(after[0])));
+    QVERIFY2(std::abs(after[2] - before[2]) < 0.03, qPrintable(QString::number(after[2])));
+    QVERIFY(std::abs(square->place().across * kMostChroma - after[1]) < 0.01);
+    // Hatched there: not of one color.
+    const QImage area = square->grab().toImage();
+    QSet<QRgb> colors;
+    for (int x = area.width() - 40; x < area.width() - 12; ++x) colors << area.pixel(x, 12);
+    QVERIFY(colors.size() > 2);
+    Click("color_model0");
+  }
 
   void TablesComeFromFiles() {
     QVERIFY(AddRegions());
