@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "base/error.h"
 #include "kernels/common/color_spaces.h"
 #include "synthetic/gaussians.h"
@@ -23,6 +25,11 @@ namespace retint {
 using namespace synthetic;
 
 namespace {
+
+// The pictures that a scene is made from, all of which are kept until its Gaussians are there, and
+// what a pixel of them takes with the candidates for Gaussians.
+constexpr double kMostMegapixels = 200;
+constexpr double kBytesPerPixel = 75;
 
 // Index of a named object that can be selected.
 int FindObject(const World& world, const std::string& name) {
@@ -157,6 +164,15 @@ void SyntheticOptions::DescribeFlaws(OptionList& list) {
 void SyntheticOptions::Check() const {
   CheckRanges(*this);
   CheckOption(!around || !bare_walls, "a table in the open has no walls to be bare");
+  // Finer Gaussians are made from pictures of their own.
+  const int pictures = detail == 1 ? 1 : 1 + detail * detail;
+  const double megapixels = 1e-6 * width * height * views * pictures;
+  CheckOption(megapixels <= kMostMegapixels,
+              fmt::format("{} views of {} by {} pixels with a detail of {} would take {:.0f} GB of "
+                          "memory to make, and {:.0f} GB are the most: ask for fewer or smaller "
+                          "views, or for less detail",
+                          views, width, height, detail, 1e-3 * kBytesPerPixel * megapixels,
+                          1e-3 * kBytesPerPixel * kMostMegapixels));
   const World world = albedo.empty() ? World() : MakeStillLife(seed, RoomOf(*this));
   std::set<std::string> objects;
   for (const PaintedObject& painted : albedo) {

@@ -62,6 +62,17 @@ TEST(SyntheticTest, OptionsAreChecked) {
   EXPECT_THAT(fault([](auto& o) { o.depth_noise = NAN; }), HasSubstr("depth noise"));
   EXPECT_THAT(fault([](auto& o) { o.cloud_scale = 0; }), HasSubstr("scale"));
   EXPECT_THAT(fault([](auto& o) { o.cloud_shift = 2; }), HasSubstr("shift"));
+  EXPECT_THAT(fault([](auto& o) {
+                o.width = o.height = 2048;
+                o.views = 100;
+              }),
+              HasSubstr("GB of memory"));
+  EXPECT_THAT(fault([](auto& o) {
+                o.width = o.height = 512;
+                o.views = 100;
+                o.detail = 3;
+              }),
+              HasSubstr("less detail"));
 }
 
 TEST(SyntheticTest, CancelStops) {
