@@ -213,6 +213,49 @@ TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
               ThrowsMessage<InputError>(HasSubstr("nothing was changed in this picture")));
 }
 
+// What was changed and is not taken over is not said to be unchanged.
+TEST(ComparePictures, AChangeThatIsNotTakenOverIsSaidToBeOne) {
+  RETINT_REQUIRE_DATA("fox/splat.ply");
+  const auto scene = OpenFox();
+  const Image8 photo =
+      ToImage8(scene->workspace().ReadPhoto(scene->workspace().RequireView("0025.jpg")));
+  RegionSelection selection;
+  Mask& mask = selection.masks["0025.jpg"] = Mask(photo.width, photo.height);
+  const int x = photo.width / 2, y = photo.height / 2;
+  for (int dy = -100; dy <= 100; ++dy) {
+    for (int dx = -100; dx <= 100; ++dx) mask(x + dx, y + dy) = 255;
+  }
+  const auto painted = [&](int left, int size) {
+    Image8 picture = photo;
+    for (int i = 0; i < size * size; ++i) {
+      for (int c = 0; c < 3; ++c) picture(left + i % size, y + i / size, c) = c == 2 ? 255 : 0;
+    }
+    return ColorOperation::Picture({{"0025.jpg", "p.png", std::move(picture)}});
+  };
+  const auto compare = [&](const ColorOperation& picture) {
+    return [&, picture] {
+      ColorOperation op = picture;
+      ComparePictures(op, {}, selection, *scene, scene->original().sh);
+    };
+  };
+  const auto select = [&](const ColorOperation& picture) {
+    return [&, picture] {
+      ColorOperation op = picture;
+      ChangedMasks(op, *scene, scene->original().sh);
+    };
+  };
+  const auto says = [](const std::string& text) {
+    return ThrowsMessage<InputError>(testing::StrEq("p.png: " + text));
+  };
+  const std::string one =
+                        "1 pixel of this picture differs, which is too little to be told from "
+                        "noise",
+                    beside = "what was changed in this picture lies outside the region";
+  EXPECT_THAT(compare(painted(x, 1)), says(one));
+  EXPECT_THAT(select(painted(x, 1)), says(one));
+  EXPECT_THAT(compare(painted(x + 150, 20)), says(beside));
+}
+
 // Graded, and with lettering that is less than a hundredth of it; noise is no lettering.
 TEST(ComparePictures, SmallLetteringOnAGradedObjectIsPaint) {
   RETINT_REQUIRE_DATA("fox/splat.ply");

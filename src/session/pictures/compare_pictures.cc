@@ -348,6 +348,35 @@ Explanation FindMap(const std::vector<Pair>& pairs, Map* map) {
   return fitted;
 }
 
+size_t CountDifferent(const ScalarImage& residuals, const ScalarImage& least) {
+  size_t count = 0;
+  for (size_t p = 0; p < residuals.data.size(); ++p) {
+    count += residuals.data[p] > least.data[p] ? 1 : 0;
+  }
+  return count;
+}
+
+// Why nothing of a picture is taken over in which so many pixels differ.
+std::string NothingTaken(size_t different) {
+  if (different == 0) return "nothing was changed in this picture";
+  return (different == 1 ? "1 pixel of this picture differs"
+                         : std::to_string(different) + " pixels of this picture differ") +
+         ", which is too little to be told from noise";
+}
+
+// The same of pictures that were compared inside a selection.
+std::string NothingTaken(const std::vector<Pair>& pairs) {
+  size_t different = 0;
+  bool beside = false;
+  for (const Pair& pair : pairs) {
+    different += CountDifferent(Residuals(pair, pair.inside, nullptr), pair.least);
+    const Mask whole(pair.inside.width, pair.inside.height, 255);
+    beside = beside || AnySet(ChangedPixels(Residuals(pair, whole, nullptr), pair.least));
+  }
+  if (different == 0 && beside) return "what was changed in this picture lies outside the region";
+  return NothingTaken(different);
+}
+
 // What is known of pictures that were compared before, without what other pictures replace.
 PictureEdit Earlier(const PictureEdit& edit) {
   PictureEdit earlier;
@@ -506,7 +535,11 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   edit->selects = true;
   op.picture = edit;
   std::vector<Pair> pairs;
-  std::map<std::string, bool> changed;  // by file
+  struct Change {
+    bool taken = false;
+    size_t different = 0;  // pixels
+  };
+  std::map<std::string, Change> changes;  // by file
   for (const EditedPicture& picture : edit->pictures) {
     Pair pair{&picture, ViewBefore(picture, scene, sh), {}, {}, {}};
     if (!picture.of_photo) {
@@ -514,15 +547,17 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
     }
     pair.inside = Mask(pair.before.width, pair.before.height, 255);
     pair.least = LeastChangesOf(picture, pair.before);
-    pair.inside = ChangedPixels(Residuals(pair, pair.inside, nullptr), pair.least);
-    bool& any = changed[picture.file];
+    const ScalarImage residuals = Residuals(pair, pair.inside, nullptr);
+    pair.inside = ChangedPixels(residuals, pair.least);
+    Change& change = changes[picture.file];
+    change.different += CountDifferent(residuals, pair.least);
     if (!AnySet(pair.inside)) continue;
-    any = true;
+    change.taken = true;
     pair.around = Unchanged(pair, Surroundings(pair.inside));
     pairs.push_back(std::move(pair));
   }
-  for (const auto& [file, any] : changed) {
-    if (!any) throw InputError(file + ": nothing was changed in this picture");
+  for (const auto& [file, change] : changes) {
+    if (!change.taken) throw InputError(file + ": " + NothingTaken(change.different));
   }
   // A map is for what was changed and for nothing else. Paint is where it is, and the Gaussians
   // that show it reach beyond.
@@ -568,7 +603,7 @@ void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSe
   }
   const bool had_some = op.table || !op.picture->layers.empty();
   if (!map && result.layers.empty() && !had_some) {
-    throw InputError(NameOf(*pairs.front().picture) + ": nothing was changed in this picture");
+    throw InputError(NameOf(*pairs.front().picture) + ": " + NothingTaken(pairs));
   }
   op.table = std::move(map);
   op.Get("explained")[0] = static_cast<float>(best.share);
