@@ -61,7 +61,9 @@ ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
   facts_->setRootIsDecorated(false);
   facts_->setTextElideMode(Qt::ElideMiddle);
   facts_->header()->setSectionResizeMode(0, QHeaderView::ResizeToContents);
-  facts_->header()->setStretchLastSection(true);
+  // As wide as there is room: a last section that stretches keeps 100 pixels and scrolls.
+  facts_->header()->setStretchLastSection(false);
+  facts_->header()->setSectionResizeMode(1, QHeaderView::Stretch);
   auto* copy = new QShortcut(QKeySequence::Copy, facts_);
   copy->setContext(Qt::WidgetShortcut);
   connect(copy, &QShortcut::activated, this, [this] {
