@@ -203,8 +203,11 @@ class ExportsTest : public FilesFixture {
       QVERIFY2(entry.path().extension() == ".png", entry.path().c_str());
     }
     // One that is being made is not given up unasked.
-    install("while :; do /bin/sleep 1; done\n");
-    turn(folder / "endless");
+    const fs::path may_end = programs / "may_end";
+    install(("while [ ! -e '" + may_end.string() +
+             "' ]; do /bin/sleep 0.1; done; for last; do :; done; echo film > \"$last\"\n")
+                .c_str());
+    turn(folder / "long");
     QTRY_VERIFY_WITH_TIMEOUT(window_->findChild<VideoMaker*>()->IsBusy(), kWaitMs);
     PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
     const QMessageBox* box = WaitDialog(*window_);
@@ -212,12 +215,22 @@ class ExportsTest : public FilesFixture {
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
     QTRY_VERIFY(!window_->dialog());
     QVERIFY(window_->isVisible());
+    // Nor are its frames replaced.
+    turn(folder / "long");
+    const QString refused = ReadError(*window_);
+    QVERIFY2(refused.contains("long is still being made"), qPrintable(refused));
     fs::remove(programs / "ffmpeg");
-    // Without the program the film is motion JPEG.
+    // Without the program the film is motion JPEG. It is made after the one before.
     qputenv("PATH", QByteArray::fromStdString(programs.string()));
     const fs::path third = folder / "third";
     turn(third);
+    auto* message = window_->findChild<QLabel*>("message");
+    QTRY_VERIFY_WITH_TIMEOUT(message->text().contains("after the video before"), kWaitMs);
+    QVERIFY(!fs::exists(third / "turntable.avi"));
+    WriteFile(may_end, "");
     QTRY_VERIFY_WITH_TIMEOUT(fs::exists(third / "turntable.avi"), kWaitMs);
+    QCOMPARE(ReadFile(folder / "long" / "turntable.mp4"), std::string("film\n"));
+    QVERIFY(fs::exists(folder / "long" / "0002.png"));
     const std::string film = ReadFile(third / "turntable.avi");
     QCOMPARE(film.substr(8, 4), std::string("AVI "));
     QVERIFY(film.find("MJPG") != std::string::npos);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/scene/video_maker.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <QStandardPaths>
@@ -28,77 +29,94 @@ QString Pattern(const std::filesystem::path& folder) {
 
 QString VideoMaker::Program() { return QStandardPaths::findExecutable("ffmpeg"); }
 
-VideoMaker::~VideoMaker() { Stop(); }
-
-void VideoMaker::Stop() {
+VideoMaker::~VideoMaker() {
   if (thread_) {
     thread_->disconnect(this);
     monitor_->Cancel();
     thread_->wait();
-    thread_.reset();
   }
   if (!process_) return;
   process_->disconnect(this);
   process_->kill();
   process_->waitForFinished();
-  delete std::exchange(process_, nullptr);
   std::error_code ignored;
   std::filesystem::remove(part_, ignored);
 }
 
-void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video) {
-  Stop();
-  video_ = video;
-  if (video.extension() == ".avi") return MakeHere(folder);
-  MakeByFfmpeg(folder);
+bool VideoMaker::Needs(const std::filesystem::path& folder) const {
+  std::error_code ignored;
+  return std::any_of(films_.begin(), films_.end(), [&](const Film& film) {
+    return std::filesystem::equivalent(film.folder, folder, ignored);
+  });
 }
 
-void VideoMaker::MakeHere(const std::filesystem::path& folder) {
+void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video) {
+  films_.push_back({folder, video});
+  if (films_.size() == 1) MakeFirst();
+}
+
+void VideoMaker::MakeFirst() {
+  const Film& film = films_.front();
+  if (film.video.extension() == ".avi") return MakeHere(film);
+  MakeByFfmpeg(film);
+}
+
+void VideoMaker::End(const QString& error) {
+  const QString video = Text(films_.front().video);
+  films_.pop_front();
+  if (error.isEmpty()) {
+    Q_EMIT finished(video);
+  } else {
+    Q_EMIT failed(error);
+  }
+  if (!films_.empty()) MakeFirst();
+}
+
+void VideoMaker::MakeHere(const Film& film) {
   monitor_ = std::make_shared<Monitor>();
   const auto error = std::make_shared<std::string>();
-  thread_.reset(QThread::create([folder, video = video_, monitor = monitor_, error] {
+  thread_.reset(QThread::create([film, monitor = monitor_, error] {
     try {
-      FilmOfFrames(folder, video, kFramesPerSecond, *monitor);
+      FilmOfFrames(film.folder, film.video, kFramesPerSecond, *monitor);
     } catch (const std::exception& caught) {
       *error = caught.what();
     }
   }));
-  connect(thread_.get(), &QThread::finished, this, [this, error, made = thread_.get()] {
-    if (thread_.get() != made) return;  // stopped meanwhile
+  connect(thread_.get(), &QThread::finished, this, [this, error] {
     thread_.release()->deleteLater();
-    if (error->empty()) return Q_EMIT finished(Text(video_));
-    Q_EMIT failed(QString::fromStdString(*error));
+    End(QString::fromStdString(*error));
   });
   thread_->start();
 }
 
-void VideoMaker::MakeByFfmpeg(const std::filesystem::path& folder) {
-  part_ =
-      video_.parent_path() / std::string(".").append(video_.stem().string()).append(".part.mp4");
+void VideoMaker::MakeByFfmpeg(const Film& film) {
+  part_ = film.video.parent_path() /
+          std::string(".").append(film.video.stem().string()).append(".part.mp4");
   process_ = new QProcess(this);
   process_->setProcessChannelMode(QProcess::MergedChannels);
-  connect(process_, &QProcess::finished, this, &VideoMaker::Ended);
+  connect(process_, &QProcess::finished, this, &VideoMaker::FfmpegEnded);
   connect(process_, &QProcess::errorOccurred, this, [this](QProcess::ProcessError error) {
-    if (error == QProcess::FailedToStart) Ended(-1, QProcess::CrashExit);
+    if (error == QProcess::FailedToStart) FfmpegEnded(-1, QProcess::CrashExit);
   });
   // Sizes are made even and the colors halved, as players want them.
   process_->start(
       Program(), {"-y", "-loglevel", "error", "-framerate", QString::number(kFramesPerSecond), "-i",
-                  Pattern(folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p",
-                  "-movflags", "+faststart", Text(part_)});
+                  Pattern(film.folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt",
+                  "yuv420p", "-movflags", "+faststart", Text(part_)});
 }
 
-void VideoMaker::Ended(int code, QProcess::ExitStatus status) {
+void VideoMaker::FfmpegEnded(int code, QProcess::ExitStatus status) {
   const QString said = QString::fromLocal8Bit(process_->readAll()).trimmed();
   std::exchange(process_, nullptr)->deleteLater();
+  const std::filesystem::path& video = films_.front().video;
   std::error_code error;
   if (status == QProcess::NormalExit && code == 0) {
-    std::filesystem::rename(part_, video_, error);
-    if (!error) return Q_EMIT finished(Text(video_));
+    std::filesystem::rename(part_, video, error);
+    if (!error) return End();
   }
   std::filesystem::remove(part_, error);
-  Q_EMIT failed(tr("%1: ffmpeg could not make the video: %2")
-                    .arg(Text(video_), said.isEmpty() ? tr("it ended early") : said));
+  End(tr("%1: ffmpeg could not make the video: %2")
+          .arg(Text(video), said.isEmpty() ? tr("it ended early") : said));
 }
 
 }  // namespace retint

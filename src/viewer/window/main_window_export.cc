@@ -207,6 +207,10 @@ void MainWindow::ExportTurntable() {
             : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
                                               shown.camera.height & ~1);
     const fs::path folder = dialog->folder();
+    if (videos_->Needs(folder)) {
+      return ShowError(tr("Choose another folder"),
+                       tr("A video of the frames in %1 is still being made.").arg(Text(folder)));
+    }
     const fs::path video = folder / ("turntable" + VideoMaker::Extension().toStdString());
     const std::vector<fs::path> frames = NumberedPictures(folder);
     std::vector<fs::path> files = frames;
@@ -222,7 +226,8 @@ void MainWindow::ExportTurntable() {
 }
 
 void MainWindow::MakeVideo(const fs::path& folder, const fs::path& video) {
-  Say(tr("Making %1").arg(Text(video)));
+  Say(videos_->IsBusy() ? tr("%1 is made after the video before it").arg(Text(video))
+                        : tr("Making %1").arg(Text(video)));
   videos_->Make(folder, video);
 }
 
