@@ -324,6 +324,26 @@ class FilesTest : public FilesFixture {
     QVERIFY(Drop(*window_, folder));
     QVERIFY(Opened(opened));
     QCOMPARE(Regions().size(), size_t{1});
+    // Its folder may have another name, and what is in it stands for it.
+    const fs::path renamed = Fresh() / "renamed";
+    fs::copy(folder, renamed, fs::copy_options::recursive);
+    QStringList content;
+    for (const auto& entry : fs::directory_iterator(renamed)) {
+      content << QString::fromStdString(entry.path().string());
+    }
+    QVERIFY(content.size() > 1);
+    for (const QStringList& dropped :
+         {QStringList(QString::fromStdString(renamed.string())),
+          QStringList(QString::fromStdString((renamed / "session.json").string())), content}) {
+      opened.clear();
+      window_->OpenPaths(dropped);
+      QVERIFY(Opened(opened));
+      QCOMPARE(Regions().size(), size_t{1});
+      QCOMPARE(window_->sessions().folder(), renamed);
+    }
+    const QString splat = QString::fromStdString((scene_->workspace() / "splat.ply").string());
+    window_->OpenPaths(content + QStringList(splat));
+    QVERIFY(ReadError(*window_).contains("a session names its workspace and splat itself"));
     // A splat alone goes with the workspace that is open.
     const fs::path other = Fresh() / "other.ply";
     fs::copy_file(scene_->workspace() / "splat.ply", other);

@@ -185,6 +185,7 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
     path = QFileDialog::getExistingDirectory(this, tr("Open a session (a .retint folder)"));
     if (path.isEmpty()) return;
   }
+  if (const QString session = SessionOf(path); !session.isEmpty()) path = session;
   ConfirmThen(tr("Open another session?"), [this, path, backend] {
     opening_ = QFileInfo(path).absoluteFilePath();
     form_.reset();

@@ -20,6 +20,7 @@
 #include "base/error.h"
 #include "colmap_io/nerfstudio.h"
 #include "splat_io/splat_io.h"
+#include "viewer/window/long_text.h"
 #include "viewer/window/path_edit.h"
 
 namespace retint {
@@ -72,18 +73,35 @@ QString WithSplatExtension(const QString& path) {
   return has_one ? path : path + extensions.value(0);
 }
 
+QString SessionOf(const QString& path) {
+  constexpr const char* kManifest = "session.json";
+  const QFileInfo info(path);
+  if (info.isFile()) return info.fileName() == kManifest ? info.absolutePath() : QString();
+  const bool is_named = path.endsWith(".retint") || path.endsWith(".retint/");
+  const bool is_one = is_named || (QFileInfo::exists(path + "/" + kManifest) && !HoldsModel(path));
+  return is_one ? path : QString();
+}
+
 DroppedPaths SortPaths(const QStringList& paths) {
   DroppedPaths sorted;
+  // The content of a session's folder stands for the session.
+  QStringList sessions;
+  for (const QString& path : paths) {
+    if (QFileInfo(path).isFile()) sessions << SessionOf(path);
+  }
   const auto take = [&](QString& place, const QString& path) {
     if (!place.isEmpty()) sorted.problem = QObject::tr("%1 and %2: one is enough").arg(place, path);
     place = path;
   };
   for (const QString& path : paths) {
     const QFileInfo info(path);
+    const QString session = SessionOf(path);
     if (!info.exists()) {
       sorted.problem = QObject::tr("%1 does not exist").arg(path);
-    } else if (path.endsWith(".retint") || path.endsWith(".retint/")) {
-      take(sorted.session, path);
+    } else if (!session.isEmpty()) {
+      take(sorted.session, session);
+    } else if (sessions.contains(QFileInfo(QDir::cleanPath(path)).absolutePath())) {
+      continue;
     } else if (info.isDir()) {
       if (!HoldsModel(path)) {
         sorted.problem =
@@ -94,7 +112,8 @@ DroppedPaths SortPaths(const QStringList& paths) {
       take(sorted.splat, path);
     }
   }
-  if (!sorted.session.isEmpty() && paths.size() > 1 && sorted.problem.isEmpty()) {
+  const bool has_more = !sorted.workspace.isEmpty() || !sorted.splat.isEmpty();
+  if (!sorted.session.isEmpty() && has_more && sorted.problem.isEmpty()) {
     sorted.problem =
         QObject::tr("%1: a session names its workspace and splat itself").arg(sorted.session);
   }

@@ -62,8 +62,12 @@ class OpenDialog : public QDialog {
   FrameFinder finder_;
 };
 
-// What dropped or given paths mean together: a folder with a model is a workspace, NAME.retint a
-// session, any other file a splat. `problem`: why they cannot be opened, empty when they can.
+// The folder of the session that a path means: the folder itself, or the one whose session.json it
+// is; empty where it means none.
+QString SessionOf(const QString& path);
+// What dropped or given paths mean together: a folder with a model is a workspace, a folder
+// NAME.retint or with a session.json, or what is in it, a session, any other file a splat.
+// `problem`: why they cannot be opened, empty when they can.
 struct DroppedPaths {
   QString workspace, splat, session, problem;
 };
