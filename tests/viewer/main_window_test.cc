@@ -41,6 +41,29 @@ class MainWindowTest : public ViewerTest {
   void init() { QVERIFY(ShowScene()); }
   void cleanup() { window_.reset(); }
 
+  // Of a path that is one word, longer than a screen is wide; what is copied is the path.
+  void LongWordsAreWholeInAMessage() {
+    const QString path = "/home/" + QString(200, 'w') + ".ply";
+    const QString message = path + " is <no> splat";
+    window_->ShowError("That cannot be opened", message);
+    QMessageBox* box = WaitDialog(*window_);
+    QVERIFY(box);
+    Keep(*box, "long_word");
+    QLabel* text = nullptr;
+    for (auto* label : box->findChildren<QLabel*>()) {
+      if (label->text().contains("www")) text = label;
+    }
+    QVERIFY(text);
+    QVERIFY(text->width() >= text->minimumSizeHint().width());
+    QVERIFY(text->height() >= text->heightForWidth(text->width()));
+    QVERIFY(box->width() <= 1000);
+    text->setSelection(0, int(text->text().size()));
+    text->setFocus();
+    QTest::keyClick(text, Qt::Key_C, Qt::ControlModifier);
+    QTRY_COMPARE(QApplication::clipboard()->text(), message);
+    box->button(QMessageBox::Ok)->click();
+  }
+
   void OpensEmptyAtOnceAndShowsTheScene() {
     MainWindow empty(theme_.get());
     empty.show();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/window/long_text.h"
 
+#include <QClipboard>
+#include <QGuiApplication>
 #include <QHelpEvent>
 #include <QPainter>
 #include <QStyle>
@@ -9,21 +11,30 @@
 namespace retint {
 namespace {
 
-constexpr int kLongWord = 24;    // characters
 constexpr QChar kBreak(0x200B);  // a space without width
 
 }  // namespace
 
-QString Breakable(const QString& text) {
+QString Breakable(const QString& text, int long_word) {
   QString result;
   int run = 0;  // of characters in one word
   for (const QChar c : text) {
     const bool breaks = c.isSpace() || c == '/' || c == '-';  // lines break there anyway
     run = breaks ? 0 : run + 1;
-    if (run > kLongWord && !c.isLowSurrogate() && !c.isMark()) result += kBreak;
+    if (run > long_word && !c.isLowSurrogate() && !c.isMark()) result += kBreak;
     result += c;
   }
   return result;
+}
+
+void CopyUnbroken(QObject* owner) {
+  QClipboard* clipboard = QGuiApplication::clipboard();
+  QObject::connect(clipboard, &QClipboard::changed, owner, [clipboard](QClipboard::Mode mode) {
+    const bool ours =
+        mode == QClipboard::Selection ? clipboard->ownsSelection() : clipboard->ownsClipboard();
+    const QString text = ours ? clipboard->text(mode) : QString();
+    if (text.contains(kBreak)) clipboard->setText(QString(text).remove(kBreak), mode);
+  });
 }
 
 ElidedLabel::ElidedLabel() {

@@ -8,8 +8,11 @@
 
 namespace retint {
 
-// The same text for a label that wraps its lines. Long words may be broken anywhere.
-QString Breakable(const QString& text);
+// The same text for a label that wraps its lines. Words of more than `long_word` characters may be
+// broken anywhere.
+QString Breakable(const QString& text, int long_word = 24);
+// As long as `owner` lives, text that is copied from such a label is as it was.
+void CopyUnbroken(QObject* owner);
 
 // One line, cut short where there is no room for it. Its tool tip is then the whole of it.
 class ElidedLabel : public QLabel {

@@ -57,6 +57,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
   resize(FirstSize(screen()->availableSize()));
+  CopyUnbroken(this);
   controller_ = new SceneController(this);
   current_ = new CurrentRegion(controller_, this);
   renderer_ = new RenderThread(this);

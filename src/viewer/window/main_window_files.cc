@@ -468,6 +468,11 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
 }
 
 void MainWindow::ShowDialog(QMessageBox* box) {
+  constexpr int kLongWord = 60;  // characters; a box becomes so wide
+  box->setTextFormat(Qt::PlainText);
+  box->setText(Breakable(box->text(), kLongWord));
+  box->setInformativeText(Breakable(box->informativeText(), kLongWord));
+  box->setTextInteractionFlags(Qt::TextSelectableByMouse);
   box->setAttribute(Qt::WA_DeleteOnClose);
   dialog_ = box;
   connect(box, &QDialog::finished, this, [this] {
@@ -491,7 +496,6 @@ void MainWindow::NextError() {
   if (keys_dialog_ && keys_dialog_->isVisible()) front = keys_dialog_;
   auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, front);
   box->setInformativeText(message);
-  box->setTextInteractionFlags(Qt::TextSelectableByMouse);
   ShowDialog(box);
 }
 

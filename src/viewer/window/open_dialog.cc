@@ -6,6 +6,7 @@
 
 #include <QComboBox>
 #include <QDialogButtonBox>
+#include <QDir>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
@@ -275,7 +276,7 @@ std::optional<Sim3d> OpenDialog::Frame() const {
 }
 
 void OpenDialog::ShowFailure(const QString& message) {
-  problem_->setText(QStringLiteral("⚠ ") + message);
+  problem_->setText(Breakable(QStringLiteral("⚠ ") + message));
 }
 
 void OpenDialog::Check() {
@@ -294,7 +295,7 @@ void OpenDialog::Check() {
   } else if (!Frame()) {
     problem = tr("The frame is neither a file with a similarity nor the 12 or 16 numbers of one.");
   }
-  problem_->setText(problem);
+  problem_->setText(Breakable(problem));
   valid_ = problem.isEmpty();
   AskFit();
 }
