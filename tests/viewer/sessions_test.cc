@@ -123,6 +123,39 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
     QTRY_VERIFY(!window_->dialog());
     QVERIFY(window_->IsSelecting() && paper.editor().AnyInside());
+    // Nor where the view was left, to which one may come back.
+    QTest::keyClick(&paper, Qt::Key_Escape);
+    QVERIFY(!window_->IsSelecting());
+    const QString view = window_->selection().entry().view;
+    PressKey(*window_, Qt::Key_Right);
+    QVERIFY(WaitSharp(*window_));
+    PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
+    box = WaitDialog(*window_);
+    QVERIFY(box && box->informativeText().contains("painted on " + view + " has not been"));
+    Keep(*window_->dialog(), "paint_left");
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    // Nor for painting elsewhere.
+    PressKey(*window_, Qt::Key_B);
+    box = WaitDialog(*window_);
+    QVERIFY(box && box->informativeText().contains("painted on " + view + " has not been"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QVERIFY(!window_->IsSelecting());
+    PressKey(*window_, Qt::Key_Left);
+    PressKey(*window_, Qt::Key_B);
+    QVERIFY(WaitPainting(*window_) && !window_->dialog());
+    QVERIFY(paper.editor().AnyInside());
+    // Unless it was taken back.
+    QTest::keyClick(&paper, Qt::Key_Z, Qt::ControlModifier);
+    QVERIFY(!window_->selection().HoldsPaint());
+    QTest::keyClick(&paper, Qt::Key_Y, Qt::ControlModifier);
+    QTest::keyClick(&paper, Qt::Key_Escape);
+    PressKey(*window_, Qt::Key_Right);
+    PressKey(*window_, Qt::Key_B);
+    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+    QVERIFY(WaitPainting(*window_) && !paper.editor().AnyInside());
+    DragAlong(&paper, {middle, middle + QPoint(40, 0)});
     close();
     QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
     QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);

@@ -191,7 +191,8 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
 QString SelectionMode::message() const { return actions_->message(); }
 
 bool SelectionMode::HoldsPaint() const {
-  return state_ == State::kPainting && canvas_->editor().mask().data != before_.data;
+  return state_ != State::kComputing && Resumes(entry_) &&
+         canvas_->editor().mask().data != before_.data;
 }
 
 void SelectionMode::SetState(State state) {
@@ -219,14 +220,20 @@ void SelectionMode::Finish() {
 
 // --- Entering ----------------------------------------------------------------------------------
 
+bool SelectionMode::Resumes(const SelectionEntry& entry) const {
+  const Region* region = controller_->regions().Find(entry.region);
+  return has_draft_ && canvas_->HasView() && entry_.view == entry.view &&
+         entry_.region == entry.region && entry_.camera == entry.camera &&
+         (entry.region == 0 || region) &&
+         draft_selection_ == (region ? region->selection : nullptr);
+}
+
 bool SelectionMode::Enter(const SelectionEntry& entry) {
   if (!controller_->IsOpen() || state_ == State::kComputing) return false;
   const Region* region = entry.region ? controller_->regions().Find(entry.region) : nullptr;
   if (entry.region && !region) return false;
   const auto selection = region ? region->selection : nullptr;
-  const bool resumes = has_draft_ && canvas_->HasView() && entry_.view == entry.view &&
-                       entry_.region == entry.region && entry_.camera == entry.camera &&
-                       draft_selection_ == selection;
+  const bool resumes = Resumes(entry);
   entry_ = entry;
   entry_.picture = {};
   ShowTargets();

@@ -57,8 +57,12 @@ class SelectionMode : public QWidget {
   const SelectionEntry& entry() const { return entry_; }
   SelectionCanvas& canvas() { return *canvas_; }
   QString message() const;
-  // Whether the view that shows was painted on since it was entered or last accepted.
+  // Whether there are strokes that were not accepted, also of a view that was left. Entering
+  // anywhere else gives them up.
   bool HoldsPaint() const;
+  // Whether entering there goes on with the strokes of the last visit: the region is still what it
+  // was painted on.
+  bool Resumes(const SelectionEntry& entry) const;
   // Of what accepted() gave: the pixels that the scene decided otherwise than the outline of
   // strokes that was shown, as a part of that outline's area.
   double DecidedOtherwise() const { return otherwise_; }

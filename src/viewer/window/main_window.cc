@@ -411,10 +411,14 @@ void MainWindow::EnterSelection(RegionId region) {
   entry.camera = canvas_->navigation().Exact();
   entry.region = region;
   if (const auto frame = canvas_->frame()) entry.picture = frame->image;
-  if (!selection_->Enter(entry)) return;
-  pages_->setCurrentWidget(selection_);
-  selection_->setFocus();
-  UpdateActions();
+  const auto enter = [this, entry] {
+    if (!selection_->Enter(entry)) return;
+    pages_->setCurrentWidget(selection_);
+    selection_->setFocus();
+    UpdateActions();
+  };
+  if (!selection_->HoldsPaint() || selection_->Resumes(entry)) return enter();
+  Ask(tr("Paint elsewhere?"), LossOfPaint(), tr("&Go on"), enter);
 }
 
 void MainWindow::SetCurrentRegion(RegionId id) {

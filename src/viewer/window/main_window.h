@@ -163,6 +163,10 @@ class MainWindow : public QMainWindow {
   void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
   // Runs `go` at once, or after the user agreed to lose or save what would be lost.
   void ConfirmThen(const QString& what, std::function<void()> go, bool quits = false);
+  // Runs `go` if the user agrees to `reason`.
+  void Ask(const QString& what, const QString& reason, const QString& go_on,
+           std::function<void()> go);
+  QString LossOfPaint() const;  // a reason to ask
   void ShowDialog(QMessageBox* box);
   void NextError();
   // main_window_export.cc

@@ -105,14 +105,7 @@ void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::
   if (facts && !facts->request.workspace.empty() && IsWithin(folder, facts->request.workspace)) {
     reason += tr("\nThis is in the workspace itself: they may be its own files.");
   }
-  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
-  box->setInformativeText(reason);
-  QPushButton* replace = box->addButton(tr("&Replace"), QMessageBox::DestructiveRole);
-  box->setDefaultButton(QMessageBox::Cancel);
-  connect(box, &QMessageBox::buttonClicked, this, [=](QAbstractButton* button) {
-    if (button == replace) go();
-  });
-  ShowDialog(box);
+  Ask(what, reason, tr("&Replace"), std::move(go));
 }
 
 void MainWindow::ConfirmReplacing(const fs::path& file, std::function<void()> go) {

@@ -441,7 +441,7 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
   if (running) reasons << tr("The optimizer is still running. It will be stopped.");
   if (busy) reasons << tr("%1 is still under way. It will be stopped.").arg(controller_->task());
   if (filming) reasons << tr("The video is still being made. It will be stopped.");
-  if (painted) reasons << tr("What you painted has not been accepted. It will be lost.");
+  if (painted) reasons << LossOfPaint();
   if (modified) reasons << tr("There are edits that have not been saved.");
   auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
   box->setInformativeText(reasons.join("\n"));
@@ -463,6 +463,25 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
     } else if (save && button == save) {
       Save(false, stop_and_go);  // nothing is stopped before it is saved: asking where may end here
     }
+  });
+  ShowDialog(box);
+}
+
+// Where that was may be long ago.
+QString MainWindow::LossOfPaint() const {
+  const QString view = selection_->entry().view;
+  return tr("What you painted %1 has not been accepted. It will be lost.")
+      .arg(view.isEmpty() ? tr("in a free view") : tr("on %1").arg(view));
+}
+
+void MainWindow::Ask(const QString& what, const QString& reason, const QString& go_on,
+                     std::function<void()> go) {
+  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
+  box->setInformativeText(reason);
+  QPushButton* agree = box->addButton(go_on, QMessageBox::DestructiveRole);
+  box->setDefaultButton(QMessageBox::Cancel);
+  connect(box, &QMessageBox::buttonClicked, this, [=](QAbstractButton* button) {
+    if (button == agree) go();
   });
   ShowDialog(box);
 }
