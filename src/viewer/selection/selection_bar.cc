@@ -66,7 +66,8 @@ QToolButton* MakeButton(const QString& name, const QString& tip) {
   button->setAccessibleName(name);
   button->setToolTip(tip);
   button->setAutoRaise(true);
-  button->setIconSize({kIcon, kIcon});
+  const int side = std::max(kIcon, button->fontMetrics().height());
+  button->setIconSize({side, side});
   button->setFocusPolicy(Qt::TabFocus);
   return button;
 }

@@ -78,7 +78,7 @@ std::vector<KeyRow> KeyRows(const KeyMap& keys) {
 KeysDialog::KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent)
     : QDialog(parent) {
   setWindowTitle(tr("Keys"));
-  resize(FirstSize(screen()->availableSize()));
+  resize(FirstSize(screen()->availableSize(), fontMetrics()));
   profile_ = new QComboBox;
   profile_->setObjectName("profile");
   profile_->addItems(profiles);
@@ -118,9 +118,11 @@ KeysDialog::KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget*
 }
 
 // A frame takes a part of the room.
-QSize KeysDialog::FirstSize(const QSize& room) {
-  constexpr QSize kWanted(620, 700), kAround(24, 72);
-  return kWanted.boundedTo(room - kAround);
+QSize KeysDialog::FirstSize(const QSize& room, const QFontMetrics& font) {
+  constexpr int kWide = 88, kHigh = 44;  // characters, lines
+  constexpr QSize kAround(24, 72);
+  const QSize wanted(kWide * font.averageCharWidth(), kHigh * font.lineSpacing());
+  return wanted.boundedTo(room - kAround);
 }
 
 void KeysDialog::Show(const KeyMap& keys) {

@@ -19,7 +19,7 @@ class KeysDialog : public QDialog {
   // `profiles`: the names to choose from.
   KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent = nullptr);
   // On a screen with this much room; the list scrolls.
-  static QSize FirstSize(const QSize& room);
+  static QSize FirstSize(const QSize& room, const QFontMetrics& font);
   // After the profile was changed.
   void Show(const KeyMap& keys);
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/window/theme.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <QApplication>
 #include <QDBusConnection>
 #include <QDBusMessage>
@@ -21,17 +24,43 @@ constexpr const char* kService = "org.freedesktop.portal.Desktop";
 constexpr const char* kPath = "/org/freedesktop/portal/desktop";
 constexpr const char* kInterface = "org.freedesktop.portal.Settings";
 constexpr const char* kSpace = "org.freedesktop.appearance";
-constexpr const char* kKey = "color-scheme";
-constexpr unsigned kPrefersDark = 1;
+constexpr const char *kScheme = "color-scheme", *kContrast = "contrast";
+constexpr unsigned kPrefersDark = 1, kPrefersContrast = 1;
+// Of text and window, as WCAG 2 counts it, up to 21: what desktops have otherwise is below.
+constexpr double kHighContrast = 20;
 
 struct Shades {
-  QColor window, base, alternate, button, text, dim, border, highlight;
+  QColor window, base, alternate, button, text, dim, border, highlight, highlighted;
 };
 
-const Shades kDark{{43, 45, 48},    {32, 33, 36},    {38, 40, 43}, {55, 57, 61},
-                   {225, 226, 229}, {145, 148, 153}, {24, 25, 27}, {53, 116, 205}};
-const Shades kLight{{240, 240, 242}, {255, 255, 255}, {246, 247, 249}, {248, 248, 249},
-                    {28, 29, 31},    {120, 123, 128}, {190, 192, 196}, {38, 110, 210}};
+const Shades kDark{{43, 45, 48},    {32, 33, 36}, {38, 40, 43},   {55, 57, 61},   {225, 226, 229},
+                   {145, 148, 153}, {24, 25, 27}, {53, 116, 205}, {255, 255, 255}};
+const Shades kLight{{240, 240, 242}, {255, 255, 255}, {246, 247, 249},
+                    {248, 248, 249}, {28, 29, 31},    {120, 123, 128},
+                    {190, 192, 196}, {38, 110, 210},  {255, 255, 255}};
+// Dim text has a contrast of 7 at least.
+const Shades kBlack{{0, 0, 0},       {0, 0, 0},       {32, 32, 32},  {0, 0, 0}, {255, 255, 255},
+                    {176, 176, 176}, {255, 255, 255}, {255, 230, 0}, {0, 0, 0}};
+const Shades kWhite{{255, 255, 255}, {255, 255, 255}, {236, 236, 236}, {255, 255, 255}, {0, 0, 0},
+                    {84, 84, 84},    {0, 0, 0},       {0, 0, 170},     {255, 255, 255}};
+
+const Shades& ShadesOf(bool dark, bool high_contrast) {
+  if (high_contrast) return dark ? kBlack : kWhite;
+  return dark ? kDark : kLight;
+}
+
+// https://www.w3.org/TR/WCAG21/#dfn-contrast-ratio
+double Contrast(const QColor& a, const QColor& b) {
+  const auto luminance = [](const QColor& color) {
+    const auto linear = [](double c) {
+      return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+    };
+    return 0.2126 * linear(color.redF()) + 0.7152 * linear(color.greenF()) +
+           0.0722 * linear(color.blueF());
+  };
+  const auto [dark, light] = std::minmax({luminance(a), luminance(b)});
+  return (light + 0.05) / (dark + 0.05);
+}
 
 QPalette PaletteOf(const Shades& shades) {
   QPalette palette;
@@ -47,7 +76,7 @@ QPalette PaletteOf(const Shades& shades) {
   palette.setColor(QPalette::ToolTipText, shades.text);
   palette.setColor(QPalette::BrightText, QColor(255, 90, 90));
   palette.setColor(QPalette::Highlight, shades.highlight);
-  palette.setColor(QPalette::HighlightedText, Qt::white);
+  palette.setColor(QPalette::HighlightedText, shades.highlighted);
   palette.setColor(QPalette::Link, shades.highlight.lighter(125));
   palette.setColor(QPalette::Light, shades.button.lighter(115));
   palette.setColor(QPalette::Midlight, shades.button.lighter(107));
@@ -62,7 +91,9 @@ QPalette PaletteOf(const Shades& shades) {
 }
 
 // Fusion draws the frame of a check box darker than the window: on a dark one nobody sees a box
-// that is not checked. Nor does one see there which button of several is down.
+// that is not checked. Nor does one see there which button of several is down, nor the arrow that
+// leads to what a tool bar has no room for, which is a black picture. On black and on white no
+// control has an end, unless it has a frame in the color of text.
 class FramedStyle : public QProxyStyle {
  public:
   FramedStyle() : QProxyStyle(QStyleFactory::create("Fusion")) {}
@@ -72,15 +103,62 @@ class FramedStyle : public QProxyStyle {
     QProxyStyle::drawPrimitive(element, option, painter, widget);
     const bool is_box = element == PE_IndicatorCheckBox || element == PE_IndicatorItemViewItemCheck;
     const bool is_down = element == PE_PanelButtonTool && option->state & State_On;
-    if (!is_box && !is_down) return;
-    QColor frame = option->palette.color(is_box ? QPalette::Text : QPalette::Highlight);
-    if (is_box) frame.setAlpha(option->state & State_Enabled ? 150 : 60);
+    const auto* frame = qstyleoption_cast<const QStyleOptionFrame*>(option);
+    const bool is_field = element == PE_PanelLineEdit && frame && frame->lineWidth > 0;
+    if (is_box || is_down) {
+      QColor color = option->palette.color(is_box ? QPalette::Text : QPalette::Highlight);
+      if (is_box) color.setAlpha(option->state & State_Enabled ? 150 : 60);
+      DrawFrame(painter, option->rect, color);
+    } else if (is_field || element == PE_PanelButtonCommand || element == PE_PanelButtonTool) {
+      FrameControl(painter, *option);
+    }
+  }
+
+  void drawControl(ControlElement element, const QStyleOption* option, QPainter* painter,
+                   const QWidget* widget) const override {
+    const auto* button = qstyleoption_cast<const QStyleOptionToolButton*>(option);
+    if (button && widget && widget->objectName() == "qt_toolbar_ext_button") {
+      proxy()->drawItemText(painter, option->rect, Qt::AlignCenter, option->palette, true,
+                            QStringLiteral("»"), QPalette::ButtonText);
+      return;
+    }
+    QProxyStyle::drawControl(element, option, painter, widget);
+    if (element == CE_TabBarTabShape || element == CE_ProgressBarGroove) {
+      FrameControl(painter, *option);
+    }
+  }
+
+  void drawComplexControl(ComplexControl control, const QStyleOptionComplex* option,
+                          QPainter* painter, const QWidget* widget) const override {
+    QProxyStyle::drawComplexControl(control, option, painter, widget);
+    const auto frame_part = [&](SubControl part) {
+      FrameControl(painter, *option, subControlRect(control, option, part, widget));
+    };
+    if (control == CC_ComboBox || control == CC_SpinBox) FrameControl(painter, *option);
+    if (control == CC_Slider) {
+      frame_part(SC_SliderGroove);
+      frame_part(SC_SliderHandle);
+    }
+    if (control == CC_ScrollBar) frame_part(SC_ScrollBarSlider);
+  }
+
+ private:
+  void FrameControl(QPainter* painter, const QStyleOption& option, QRect rect = {}) const {
+    const QPalette& colors = option.palette;
+    const QColor text = colors.color(QPalette::Active, QPalette::WindowText);
+    if (colors.color(QPalette::Mid) != text) return;  // borders of other shades are not so strong
+    const bool marked = (option.state & (State_HasFocus | State_On | State_Selected)) != 0;
+    DrawFrame(painter, rect.isNull() ? option.rect : rect,
+              colors.color(marked ? QPalette::Highlight : QPalette::ButtonText));
+  }
+
+  static void DrawFrame(QPainter* painter, const QRect& rect, const QColor& color) {
     painter->save();
     painter->setBrush(Qt::NoBrush);
-    painter->setPen(frame);
+    painter->setPen(color);
     // All of the line lies inside, also where it is wider than a pixel of the screen.
     painter->setRenderHint(QPainter::Antialiasing);
-    painter->drawRect(QRectF(option->rect).adjusted(0.5, 0.5, -0.5, -0.5));
+    painter->drawRect(QRectF(rect).adjusted(0.5, 0.5, -0.5, -0.5));
     painter->restore();
   }
 };
@@ -106,33 +184,39 @@ QString ThemeName(ThemeChoice choice) {
 
 Theme::Theme(QObject* parent) : QObject(parent) {
   // Before anything of ours is set, the palette is the platform's.
-  system_dark_ = QApplication::palette().color(QPalette::Window).lightness() < 128;
+  const QColor window = QApplication::palette().color(QPalette::Window);
+  system_dark_ = window.lightness() < 128;
+  high_contrast_ =
+      Contrast(window, QApplication::palette().color(QPalette::WindowText)) > kHighContrast;
   QApplication::setStyle(new FramedStyle);
   Apply();
   QDBusConnection bus = QDBusConnection::sessionBus();
   if (!bus.isConnected()) return;
   bus.connect(kService, kPath, kInterface, "SettingChanged", this,
               SLOT(OnSetting(QString, QString, QDBusVariant)));
-  QDBusMessage ask = QDBusMessage::createMethodCall(kService, kPath, kInterface, "Read");
-  ask << QString(kSpace) << QString(kKey);
-  auto* watcher = new QDBusPendingCallWatcher(bus.asyncCall(ask), this);
-  connect(watcher, &QDBusPendingCallWatcher::finished, this, [this, watcher] {
-    const QDBusPendingReply<QVariant> reply = *watcher;
-    watcher->deleteLater();
-    if (reply.isError()) return;
-    // The portal wraps the value once more than it says.
-    QVariant value = reply.value();
-    while (value.canConvert<QDBusVariant>()) value = value.value<QDBusVariant>().variant();
-    SetSystemScheme(value.toUInt());
-  });
+  for (const QString& key : {QString(kScheme), QString(kContrast)}) {
+    QDBusMessage ask = QDBusMessage::createMethodCall(kService, kPath, kInterface, "Read");
+    ask << QString(kSpace) << key;
+    auto* watcher = new QDBusPendingCallWatcher(bus.asyncCall(ask), this);
+    connect(watcher, &QDBusPendingCallWatcher::finished, this, [this, watcher, key] {
+      const QDBusPendingReply<QVariant> reply = *watcher;
+      watcher->deleteLater();
+      if (reply.isError()) return;
+      // The portal wraps the value once more than it says.
+      QVariant value = reply.value();
+      while (value.canConvert<QDBusVariant>()) value = value.value<QDBusVariant>().variant();
+      Take(key, value.toUInt());
+    });
+  }
 }
 
 void Theme::OnSetting(const QString& space, const QString& key, const QDBusVariant& value) {
-  if (space == kSpace && key == kKey) SetSystemScheme(value.variant().toUInt());
+  if (space == kSpace) Take(key, value.variant().toUInt());
 }
 
-void Theme::SetSystemScheme(unsigned scheme) {
-  system_dark_ = scheme == kPrefersDark;
+void Theme::Take(const QString& key, unsigned value) {
+  if (key == kScheme) system_dark_ = value == kPrefersDark;
+  if (key == kContrast) high_contrast_ = value == kPrefersContrast;
   Apply();
 }
 
@@ -146,7 +230,7 @@ bool Theme::dark() const {
 }
 
 void Theme::Apply() {
-  const QPalette palette = PaletteOf(dark() ? kDark : kLight);
+  const QPalette palette = PaletteOf(ShadesOf(dark(), high_contrast_));
   QApplication::setPalette(palette);
   QToolTip::setPalette(palette);
   Q_EMIT changed();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Dark and light: as the desktop says, or as the user wants.
+// Dark and light: as the desktop says, or as the user wants; in black and white where the desktop
+// asks for high contrast.
 #pragma once
 
 #include <QObject>
@@ -25,6 +26,7 @@ class Theme : public QObject {
   void Choose(ThemeChoice choice);
   ThemeChoice choice() const { return choice_; }
   bool dark() const;
+  bool high_contrast() const { return high_contrast_; }
 
  Q_SIGNALS:
   void changed();
@@ -33,11 +35,11 @@ class Theme : public QObject {
   void OnSetting(const QString& space, const QString& key, const QDBusVariant& value);
 
  private:
-  void SetSystemScheme(unsigned scheme);
+  void Take(const QString& key, unsigned value);  // of the portal
   void Apply();
 
   ThemeChoice choice_ = ThemeChoice::kSystem;
-  bool system_dark_ = false;
+  bool system_dark_ = false, high_contrast_ = false;
 };
 
 }  // namespace retint
