@@ -152,12 +152,13 @@ void MainWindow::BuildMenus() {
   add(help, {"help.keys"});
   help->addAction(tr("Open the &sample"), this, &MainWindow::OpenSample);
   help->addAction(tr("&About Retint"), this, [this] {
-    auto* box = new QMessageBox(
-        QMessageBox::NoIcon, tr("About Retint"),
-        tr("<b>Retint %1</b><br>Recolors regions of 3D Gaussian Splatting scenes from COLMAP "
-           "workspaces.<br>BSD-3-Clause. Uses Qt %2 (LGPL).")
-            .arg(QString::fromUtf8(Version().data(), qsizetype(Version().size())), qVersion()),
-        QMessageBox::Close, this);
+    const QString version = QString::fromUtf8(Version().data(), qsizetype(Version().size()));
+    auto* box = new QMessageBox(QMessageBox::NoIcon, tr("About Retint"),
+                                tr("Retint %1").arg(version), QMessageBox::Close, this);
+    box->setInformativeText(
+        tr("Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces.\n"
+           "BSD-3-Clause. Uses Qt %1 (LGPL).")
+            .arg(qVersion()));
     ShowDialog(box);
   });
 
