@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The regions panel in the real window, with mouse and keys, checked by the session's state.
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <QAction>
@@ -52,6 +54,19 @@ class RegionsPanelTest : public PanelsFixture {
     region.selection = selection;
     const QColor color = RegionColors().Before(region, model);
     QVERIFY2(std::abs(color.redF() - 0.8) < 0.05 && color.blueF() < 0.15, qPrintable(color.name()));
+  }
+
+  // A step that changes nothing leaves the color in the list as it was.
+  void TheListShowsWhatSeveralStepsMakeOfTheColorThatIsReplaced() {
+    QVERIFY(AddRegions());
+    ColorOperation recolor = ColorOperation::Make(ColorOperationKind::kRecolor, {0.2F, 0.4F, 1.0F});
+    std::ranges::copy(std::array{0.4F, 0.1F, 0.1F}, recolor.Get("from").begin());
+    Controller().SetEdit(Regions()[0].id,
+                         {{recolor, ColorOperation::Make(ColorOperationKind::kAdjust)}, 1});
+    const auto* item = List()->topLevelItem(0);
+    QTRY_COMPARE(item->text(RegionsPanel::kColor), QString("2 steps"));
+    const QColor shown = item->data(RegionsPanel::kColor, Qt::UserRole).value<QColor>();
+    QVERIFY2(Apart(shown.rgb(), QColor(51, 102, 255).rgb()) <= 2, qPrintable(shown.name()));
   }
 
   void ACheckBoxHidesAndSpaceShowsAgain() {

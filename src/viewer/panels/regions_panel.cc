@@ -202,7 +202,13 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   if (item->flags() != flags) item->setFlags(flags);
 }
 
+// What a recolor that comes first replaces was measured in the views, or named.
 QColor RegionsPanel::BaseOf(const Region& region) {
+  const auto& operations = region.edit.operations;
+  if (!operations.empty() && operations.front().kind == ColorOperationKind::kRecolor &&
+      operations.front().IsSet("from")) {
+    return ToColor(operations.front().Get("from"));
+  }
   const auto facts = controller_->facts();
   const QColor color = facts ? colors_.Before(region, *facts->original) : QColor();
   return color.isValid() ? color : QColor(Qt::gray);
