@@ -218,6 +218,11 @@ void MainWindow::Say(const QString& text) {
   message_timer_.start();
 }
 
+void MainWindow::Warn(const QString& text) {
+  Say(QStringLiteral("⚠ ") + text);
+  message_timer_.stop();
+}
+
 void MainWindow::ConnectScene() {
   connect(controller_, &SceneController::opened, this, [this] {
     if (!opening_.isEmpty()) Remember(opening_);
@@ -318,7 +323,7 @@ void MainWindow::ConnectSelection() {
     ShowPage();
     canvas_->setFocus();
     const QString held = WarningOfPaint(id);
-    if (!held.isEmpty()) return Say(QStringLiteral("⚠ ") + held);
+    if (!held.isEmpty()) return Warn(held);
     constexpr double kMuch = 0.05;
     if (selection_->DecidedOtherwise() >= kMuch) {
       return Say(
@@ -381,7 +386,7 @@ void MainWindow::ShowWarnings(const std::vector<std::string>& warnings) {
   warnings_->setText(lines.size() == 1 ? tr("⚠ 1 warning") : tr("⚠ %1 warnings").arg(lines.size()));
   warnings_->setToolTip(lines.join("\n"));
   warnings_->setVisible(!lines.isEmpty());
-  if (!lines.isEmpty()) Say(QStringLiteral("⚠ ") + lines.back());
+  if (!lines.isEmpty()) Warn(lines.back());
 }
 
 bool MainWindow::IsSelecting() const { return pages_->currentWidget() == selection_; }
@@ -418,7 +423,7 @@ void MainWindow::EnterSelection(RegionId region) {
     UpdateActions();
   };
   if (!selection_->HoldsPaint() || selection_->Resumes(entry)) return enter();
-  Ask(tr("Paint elsewhere?"), LossOfPaint(), tr("&Go on"), enter);
+  Ask(tr("Paint elsewhere?"), LossOfPaint(), tr("&Discard the paint"), enter);
 }
 
 void MainWindow::SetCurrentRegion(RegionId id) {

@@ -99,6 +99,8 @@ class MainWindow : public QMainWindow {
   QMessageBox* dialog() const { return dialog_; }
   // A line in the status bar, for a few seconds.
   void Say(const QString& text);
+  // The same until something else is to be said.
+  void Warn(const QString& text);
   // Whether the regions differ from what was last saved or opened.
   bool IsModified() const { return isWindowModified(); }
   // The size of a first window on a screen with so much room.

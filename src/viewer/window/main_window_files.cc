@@ -448,7 +448,9 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
   QPushButton* save = nullptr;
   if (modified) save = box->addButton(tr("&Save"), QMessageBox::AcceptRole);
   const bool stops = running || busy || filming;
-  const QString go_on = modified ? tr("&Don't save") : stops ? tr("&Stop and go on") : tr("&Go on");
+  const QString go_on = modified ? tr("&Don't save")
+                        : stops  ? tr("&Stop and go on")
+                                 : tr("&Discard the paint");
   QPushButton* leave = box->addButton(go_on, QMessageBox::DestructiveRole);
   if (!painted) box->setDefaultButton(save ? save : leave);
   if (painted) box->setDefaultButton(QMessageBox::Cancel);
@@ -492,6 +494,13 @@ void MainWindow::ShowDialog(QMessageBox* box) {
   box->setText(Breakable(box->text(), kLongWord));
   box->setInformativeText(Breakable(box->informativeText(), kLongWord));
   box->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  // A box is otherwise as wide as its title.
+  if (auto* text = box->findChild<QLabel*>("qt_msgbox_informativelabel")) {
+    const QFontMetrics font = text->fontMetrics();
+    const int whole = font.boundingRect(QRect(), Qt::TextDontClip, text->text()).width();
+    text->setMinimumWidth(std::max(text->minimumSizeHint().width(),
+                                   std::min(whole, kLongWord * font.averageCharWidth())));
+  }
   box->setAttribute(Qt::WA_DeleteOnClose);
   dialog_ = box;
   connect(box, &QDialog::finished, this, [this] {
