@@ -445,6 +445,17 @@ class SelectionModeTest : public QObject {
     QTRY_COMPARE_WITH_TIMEOUT(mode_->state(), SelectionMode::State::kPainting, kWait);
     QVERIFY(!mode_->message().isEmpty());
     QVERIFY(controller_->regions().regions.empty());
+    // Unless it comes back: what was painted is still there.
+    const auto painted = mode_->canvas().editor().mask().data;
+    QTest::keyClick(&mode_->canvas(), Qt::Key_Return);
+    QVERIFY2(mode_->message().contains("was removed"), qPrintable(mode_->message()));
+    QTest::keyClick(&mode_->canvas(), Qt::Key_Escape);
+    QVERIFY(!mode_->HoldsPaint());
+    controller_->Redo();
+    QTRY_COMPARE_WITH_TIMEOUT(controller_->regions().regions.size(), size_t{1}, kWait);
+    QVERIFY(mode_->HoldsPaint());
+    QVERIFY(Enter(Entry(second_, id)));
+    QVERIFY(mode_->canvas().editor().mask().data == painted);
     QSignalSpy left(mode_.get(), &SelectionMode::left);
     controller_->Close();
     QCOMPARE(left.count(), 1);

@@ -331,6 +331,11 @@ void SelectionMode::Accept() {
   }
   canvas_->editor().EndStroke();
   const MaskEditor& editor = canvas_->editor();
+  if (entry_.region && !controller_->regions().Find(entry_.region)) {
+    actions_->ShowMessage(
+        tr("The region was removed. Leave with Esc and undo that; the strokes are kept"), true);
+    return;
+  }
   if (!editor.AnyInside()) {
     actions_->ShowMessage(entry_.region
                               ? tr("Nothing would be left; delete the region in its panel")
