@@ -7,6 +7,7 @@
 #include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
+#include <QDBusVariant>
 #include <QDialog>
 #include <QDialogButtonBox>
 #include <QFile>
@@ -568,8 +569,20 @@ class ExploreTest : public ViewerTest {
       Keep(*window_, dark ? "black" : "white");
     }
     QApplication::setPalette(before);
-    const Theme theme;
+    Theme theme;
     QVERIFY(!theme.high_contrast());
+    // Later by the portal.
+    const auto tell = [&](const char* key, uint value) {
+      QMetaObject::invokeMethod(
+          &theme, "OnSetting", Q_ARG(QString, QString("org.freedesktop.appearance")),
+          Q_ARG(QString, QString(key)), Q_ARG(QDBusVariant, QDBusVariant(value)));
+    };
+    tell("contrast", 1);
+    tell("color-scheme", 1);
+    QVERIFY(theme.high_contrast() && theme.dark());
+    QCOMPARE(QApplication::palette().color(QPalette::Window), QColor(Qt::black));
+    tell("contrast", 0);
+    QVERIFY(!theme.high_contrast() && theme.dark());
     theme_->Choose(ThemeChoice::kSystem);
   }
 

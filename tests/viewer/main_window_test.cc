@@ -62,6 +62,14 @@ class MainWindowTest : public ViewerTest {
     QTest::keyClick(text, Qt::Key_C, Qt::ControlModifier);
     QTRY_COMPARE(QApplication::clipboard()->text(), message);
     box->button(QMessageBox::Ok)->click();
+    QTRY_VERIFY(!window_->dialog());
+    // Nor is a box as narrow as a short title.
+    window_->ShowError("No", QString("word ").repeated(40));
+    box = WaitDialog(*window_);
+    QVERIFY(box);
+    QVERIFY2(box->width() > 40 * box->fontMetrics().averageCharWidth(),
+             qPrintable(QString::number(box->width())));
+    box->button(QMessageBox::Ok)->click();
   }
 
   void OpensEmptyAtOnceAndShowsTheScene() {
