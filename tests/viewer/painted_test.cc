@@ -219,9 +219,18 @@ class PaintedTest : public ViewerTest {
     QVERIFY(Click("picture_split"));
     QVERIFY(WaitDialog(*window_));
     window_->dialog()->close();
+    // What is painted and was left would be lost with the scene.
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    SelectionCanvas& paper = window_->selection().canvas();
+    DragAlong(&paper, {paper.rect().center(), paper.rect().center() + QPoint(30, 0)});
+    QTest::keyClick(&paper, Qt::Key_Escape);
     // None of these is larger than the parts would be.
     AnswerFileDialog(finer);
     QVERIFY(Click("picture_split"));
+    const QMessageBox* box = WaitDialog(*window_);
+    QVERIFY(box && box->informativeText().contains("has not been accepted"));
+    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
     QTRY_VERIFY_WITH_TIMEOUT(
         window_->findChild<QLabel*>("message")->text().contains("stays as it is"), kWaitMs);
     QVERIFY(!std::filesystem::exists(finer));

@@ -422,8 +422,8 @@ void MainWindow::EnterSelection(RegionId region) {
     selection_->setFocus();
     UpdateActions();
   };
-  if (!selection_->HoldsPaint() || selection_->Resumes(entry)) return enter();
-  Ask(tr("Paint elsewhere?"), LossOfPaint(), tr("&Discard the paint"), enter);
+  if (selection_->Resumes(entry)) return enter();
+  AskOfPaint(tr("Paint elsewhere?"), enter);
 }
 
 void MainWindow::SetCurrentRegion(RegionId id) {

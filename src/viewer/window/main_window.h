@@ -168,6 +168,8 @@ class MainWindow : public QMainWindow {
   // Runs `go` if the user agrees to `reason`.
   void Ask(const QString& what, const QString& reason, const QString& go_on,
            std::function<void()> go);
+  // Runs `go`, which gives up paint that was not accepted: at once where there is none.
+  void AskOfPaint(const QString& what, std::function<void()> go);
   QString LossOfPaint() const;  // a reason to ask
   void ShowDialog(QMessageBox* box);
   void NextError();

@@ -209,7 +209,9 @@ void MainWindow::SplitGaussians() {
     return ShowError(tr("Choose another name"),
                      tr("%1 is the splat that is open, and stays as it is.").arg(path));
   }
-  ConfirmReplacing(Path(path), [this, region, path] { SplitInto(region, path); });
+  ConfirmReplacing(Path(path), [this, region, path] {
+    AskOfPaint(tr("Open the finer splat?"), [this, region, path] { SplitInto(region, path); });
+  });
 }
 
 void MainWindow::SplitInto(RegionId region, const QString& path) {
@@ -474,6 +476,11 @@ QString MainWindow::LossOfPaint() const {
   const QString view = selection_->entry().view;
   return tr("What you painted %1 has not been accepted. It will be lost.")
       .arg(view.isEmpty() ? tr("in a free view") : tr("on %1").arg(view));
+}
+
+void MainWindow::AskOfPaint(const QString& what, std::function<void()> go) {
+  if (!selection_->HoldsPaint()) return go();
+  Ask(what, LossOfPaint(), tr("&Discard the paint"), std::move(go));
 }
 
 void MainWindow::Ask(const QString& what, const QString& reason, const QString& go_on,
