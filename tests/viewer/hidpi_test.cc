@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A screen whose pixels are twice as fine (QT_SCALE_FACTOR=2, set where the test is registered):
-// pictures have its pixels, and strokes and clicks land where they are seen.
+// A screen whose pixels are twice as fine: pictures have its pixels, and strokes and clicks land
+// where they are seen.
 #include <QCheckBox>
 #include <QStyle>
 
@@ -8,6 +8,8 @@
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
+
+const bool kFine = qputenv("QT_SCALE_FACTOR", "2");  // read when the application begins
 
 class HidpiTest : public ViewerTest {
   Q_OBJECT
