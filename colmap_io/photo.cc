@@ -77,18 +77,54 @@ int OrientationIn(std::string_view tiff) {
   return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
-// Of a TIFF file, or as a JPEG file's EXIF has it (Exif 2.32, 4.6.4).
+bool IsPng(std::string_view bytes) { return bytes.starts_with("\x89PNG\r\n\x1a\n"); }
+
+bool IsWebp(std::string_view bytes) {
+  return bytes.starts_with("RIFF") && bytes.substr(std::min<size_t>(8, bytes.size()), 4) == "WEBP";
+}
+
+// The data of a PNG file's first chunk of that name (PNG 3, 5.3); empty where there is none.
+std::string_view PngChunk(std::string_view bytes, std::string_view name) {
+  const Bytes file{bytes};
+  for (size_t at = 8; at + 8 <= bytes.size(); at += 12 + size_t{file.At(at, 4)}) {
+    if (bytes.substr(at + 4, 4) == name) return bytes.substr(at + 8, file.At(at, 4));
+  }
+  return {};
+}
+
+// The same of a WebP file (RFC 9649, 2.3).
+std::string_view WebpChunk(std::string_view bytes, std::string_view name) {
+  const Bytes file{bytes, /*big=*/false};
+  for (size_t at = 12; at + 8 <= bytes.size();) {
+    const size_t length = file.At(at + 4, 4);
+    if (bytes.substr(at, 4) == name) return bytes.substr(at + 8, length);
+    at += 8 + length + length % 2;
+  }
+  return {};
+}
+
+// The TIFF file that is a picture's EXIF (Exif 2.32, 4.6.4); empty where there is none.
+std::string_view ExifOf(std::string_view bytes) {
+  constexpr std::string_view kExif("Exif\0\0", 6);
+  std::string_view exif;
+  if (IsJpeg(bytes)) {
+    VisitSegments(bytes, [&](uint32_t marker, std::string_view segment) {
+      const bool found = marker == 0xE1 && segment.starts_with(kExif);
+      if (found) exif = segment;
+      return found;
+    });
+  } else if (IsPng(bytes)) {
+    exif = PngChunk(bytes, "eXIf");
+  } else if (IsWebp(bytes)) {
+    exif = WebpChunk(bytes, "EXIF");
+  }
+  // A JPEG file has this before it, and some programs write it in the others, too.
+  return exif.starts_with(kExif) ? exif.substr(kExif.size()) : exif;
+}
+
+// As the file tells that its rows and columns are to be shown, 1 to 8.
 int Orientation(std::string_view bytes) {
-  if (IsTiff(bytes)) return OrientationIn(bytes);
-  int orientation = 1;
-  if (!IsJpeg(bytes)) return orientation;
-  VisitSegments(bytes, [&](uint32_t marker, std::string_view segment) {
-    constexpr std::string_view kExif("Exif\0\0", 6);
-    if (marker != 0xE1 || !segment.starts_with(kExif)) return false;
-    orientation = OrientationIn(segment.substr(kExif.size()));
-    return true;
-  });
-  return orientation;
+  return OrientationIn(IsTiff(bytes) ? bytes : ExifOf(bytes));
 }
 
 // As EXIF says that the stored rows and columns are to be shown.
@@ -135,7 +171,7 @@ std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& pa
   }
   std::optional<std::pair<int, int>> size;
   const Bytes file{bytes};
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) {
+  if (IsPng(bytes)) {
     size.emplace(int(file.At(16, 4)), int(file.At(20, 4)));
   } else if (IsJpeg(bytes)) {
     VisitSegments(bytes, [&](uint32_t marker, std::string_view segment) {

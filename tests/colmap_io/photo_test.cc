@@ -2,6 +2,8 @@
 // Photos as cameras and other tools store them.
 #include "colmap_io/photo.h"
 
+#include <zlib.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -46,26 +48,47 @@ std::string JpegBytes(const Image8& image) {
   return {bytes.begin(), bytes.end()};
 }
 
+std::string Number(uint32_t value, int bytes, bool big) {
+  std::string text;
+  for (int i = 0; i < bytes; ++i) text += char(value >> (8 * (big ? bytes - 1 - i : i)) & 255);
+  return text;
+}
+
+// The TIFF of an EXIF that gives the orientation and nothing else.
+std::string Exif(int orientation, bool big) {
+  const auto number = [&](uint32_t value, int bytes) { return Number(value, bytes, big); };
+  return (big ? "MM" : "II") + number(42, 2) + number(8, 4) + number(1, 2) +  // of one entry:
+         number(0x0112, 2) + number(3, 2) + number(1, 4) + number(uint32_t(orientation), 2) +
+         number(0, 2) + number(0, 4);
+}
+
+const std::string kExif("Exif\0\0", 6);
+
 // The bytes with an EXIF segment that gives the orientation.
 std::string WithOrientation(const std::string& jpeg, int orientation, bool big) {
-  std::string tiff =
-      big ? std::string("MM\0\x2A\0\0\0\x08", 8) : std::string("II\x2A\0\x08\0\0\0", 8);
-  const auto number = [&](uint32_t value, int bytes) {
-    for (int i = 0; i < bytes; ++i) {
-      tiff += char(value >> (8 * (big ? bytes - 1 - i : i)) & 255);
-    }
-  };
-  number(1, 2);       // one entry
-  number(0x0112, 2);  // orientation
-  number(3, 2);       // of 16 bits
-  number(1, 4);
-  number(uint32_t(orientation), 2);
-  number(0, 2);
-  number(0, 4);
-  const std::string segment = std::string("Exif\0\0", 6) + tiff;
-  const size_t length = segment.size() + 2;
-  return jpeg.substr(0, 2) + "\xFF\xE1" + char(length >> 8) + char(length & 255) + segment +
+  const std::string segment = kExif + Exif(orientation, big);
+  return jpeg.substr(0, 2) + "\xFF\xE1" + Number(uint32_t(segment.size() + 2), 2, true) + segment +
          jpeg.substr(2);
+}
+
+// The same as the chunk of a PNG file, behind its header.
+std::string PngWithOrientation(const std::string& png, const std::string& exif) {
+  const std::string chunk = "eXIf" + exif;
+  const auto sum = crc32(0, reinterpret_cast<const Bytef*>(chunk.data()), uInt(chunk.size()));
+  return png.substr(0, 33) + Number(uint32_t(exif.size()), 4, true) + chunk +
+         Number(uint32_t(sum), 4, true) + png.substr(33);
+}
+
+// A WebP file of one picture becomes an extended one, which may have EXIF (RFC 9649, 2.7).
+std::string WebpWithOrientation(const std::string& webp, int width, int height,
+                                const std::string& exif) {
+  const auto number = [](size_t value, int bytes) {
+    return Number(uint32_t(value), bytes, /*big=*/false);
+  };
+  const std::string body = "WEBPVP8X" + number(10, 4) + number(8, 4) +
+                           number(size_t(width - 1), 3) + number(size_t(height - 1), 3) +
+                           webp.substr(12) + "EXIF" + number(exif.size(), 4) + exif;
+  return "RIFF" + number(body.size(), 4) + body;
 }
 
 TEST(Photo, SizesAreReadFromTheHeader) {
@@ -106,6 +129,29 @@ TEST(Photo, StoredPixelsCountAndExifOnlyWhereTheyDoNotFit) {
   WriteFile(folder / "p.jpg", JpegBytes(stored));
   EXPECT_THAT([&] { ReadPhotoOfSize(folder / "p.jpg", 32, 48); },
               ThrowsMessage<InputError>(HasSubstr("photo is 48x32, its camera says 32x48")));
+}
+
+TEST(Photo, PngAndWebpFilesAreTurnedToo) {
+  const TempFolder folder;
+  const Image8 stored = Picture(48, 32);
+  WritePng(folder / "stored.png", stored);
+  std::vector<uint8_t> webp;
+  cv::imencode(".webp", cv::imread((folder / "stored.png").string()), webp,
+               {cv::IMWRITE_WEBP_QUALITY, 101});  // without loss
+  WriteFile(folder / "p.png", PngWithOrientation(ReadFile(folder / "stored.png"), Exif(6, true)));
+  // Some programs write what stands before the TIFF in a JPEG.
+  for (const std::string& before : {std::string(), kExif}) {
+    const std::string exif = before + Exif(6, before.empty());
+    WriteFile(folder / "p.webp",
+              WebpWithOrientation({webp.begin(), webp.end()}, stored.width, stored.height, exif));
+    for (const char* name : {"p.png", "p.webp"}) {
+      EXPECT_EQ(ReadImage8(folder / name).data, stored.data) << name;
+      const Image turned = ReadPhotoOfSize(folder / name, 32, 48);
+      EXPECT_EQ(turned(30, 40, 2), 1.0F) << name;  // the white top is on the right
+      EXPECT_EQ(turned(10, 4, 0), 1.0F) << name;   // the red left at the top
+      EXPECT_EQ(turned(10, 4, 2), 0.0F) << name;
+    }
+  }
 }
 
 // Without compression, in one strip.
