@@ -41,6 +41,18 @@ void DropViewsWithoutCamera(const fs::path& folder, Reconstruction& model,
                      (dropped > kNamesInWarning ? ", ..." : ""));
 }
 
+// InputError for a bad camera that a view has.
+void TellOfCameras(const sparse_codec::BadCameras& bad, const fs::path& cameras,
+                   const Reconstruction& model, std::vector<std::string>& warnings) {
+  for (const auto& [id, view] : model.views) {
+    const auto found = bad.find(view.camera_id);
+    if (found != bad.end()) throw InputError(found->second);
+  }
+  sparse_codec::LeftOut left_out;
+  for (const auto& [id, fault] : bad) left_out.Add(fault);
+  left_out.Tell(cameras, model.cameras.size(), warnings);
+}
+
 void CheckNames(const fs::path& images, const Reconstruction& model) {
   std::set<std::string_view> names;
   for (const auto& [id, view] : model.views) {
@@ -118,6 +130,19 @@ void CheckNamesStorable(const Reconstruction& model, std::string_view forbidden)
 
 namespace sparse_codec {
 
+void LeftOut::Tell(const Path& path, size_t left, Warnings& warnings) const {
+  if (faults_.empty()) return;
+  if (left == 0) throw InputError(faults_.front());
+  for (size_t i = 0; i < std::min(faults_.size(), kNamesInWarning); ++i) {
+    warnings.push_back(faults_[i] + "; it is left out");
+  }
+  if (faults_.size() > kNamesInWarning) {
+    warnings.push_back(path.string() + ": " +
+                       Count(faults_.size() - kNamesInWarning, "more record") +
+                       " left out for such faults");
+  }
+}
+
 std::string CameraFault(const Camera& camera, uint64_t width, uint64_t height) {
   // Renders and masks take memory by these; a side this long or an area this large is a damaged
   // file.
@@ -175,8 +200,8 @@ Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::strin
     if (IsFile(path) || (path == images && by_frames)) continue;
     throw InputError(path, "is missing from the COLMAP model");
   }
-  (is_binary(cameras) ? ReadCamerasBinary : ReadCamerasText)(ReadFile(cameras), cameras, told,
-                                                             model);
+  const BadCameras bad = (is_binary(cameras) ? ReadCamerasBinary : ReadCamerasText)(
+      ReadFile(cameras), cameras, told, model);
   if (by_frames) {
     ReadRigsAndFrames(rigs, frames, told, model);
   } else {
@@ -188,6 +213,7 @@ Reconstruction ReadReconstruction(const fs::path& folder, std::vector<std::strin
     told.push_back(points.string() + ": is missing; going on without sparse points");
   }
   CheckNames(images, model);
+  TellOfCameras(bad, cameras, model, told);
   DropViewsWithoutCamera(folder, model, told);
   DropDanglingReferences(folder, model, told);
   if (warnings != nullptr) warnings->insert(warnings->end(), told.begin(), told.end());

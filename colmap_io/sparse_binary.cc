@@ -21,18 +21,38 @@ void Append(std::string& out, const T& value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
-[[noreturn]] void Fail(const ByteReader& reader, uint64_t offset, const std::string& fault) {
-  throw InputError(reader.Path(), fault + " (byte " + std::to_string(offset) + ")");
+std::string At(uint64_t offset, const std::string& fault) {
+  return fault + " (byte " + std::to_string(offset) + ")";
 }
 
-double ReadFinite(ByteReader& reader, const char* what) {
-  const uint64_t offset = reader.Offset();
-  const double value = reader.Read<double>(what);
-  if (!std::isfinite(value)) {
-    Fail(reader, offset, std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
-  }
-  return value;
+[[noreturn]] void Fail(const ByteReader& reader, uint64_t offset, const std::string& fault) {
+  throw InputError(reader.Path(), At(offset, fault));
 }
+
+// One record, which is read to its end even where a value is bad.
+class Record {
+ public:
+  explicit Record(ByteReader& reader) : reader_(reader), offset_(reader.Offset()) {}
+  double Finite(const char* what) {
+    const uint64_t offset = reader_.Offset();
+    const double value = reader_.Read<double>(what);
+    if (!std::isfinite(value)) {
+      Add(offset, std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
+    }
+    return value;
+  }
+  void Add(const std::string& fault) { Add(offset_, fault); }
+  void Add(uint64_t offset, const std::string& fault) {
+    if (fault_.empty()) fault_ = InputError(reader_.Path(), At(offset, fault)).what();
+  }
+  // The first; empty where it is sound.
+  const std::string& fault() const { return fault_; }
+
+ private:
+  ByteReader& reader_;
+  const uint64_t offset_;
+  std::string fault_;
+};
 
 std::string ReadName(ByteReader& reader, std::string_view bytes, ViewId id) {
   const size_t end = bytes.find('\0', reader.Offset());
@@ -45,21 +65,21 @@ std::string ReadName(ByteReader& reader, std::string_view bytes, ViewId id) {
   return name;
 }
 
-void ReadObservations(ByteReader& reader, View& view) {
+void ReadObservations(ByteReader& reader, View& view, Record& record) {
   const auto count = reader.Read<uint64_t>("observation count");
   reader.Require(count, kObservationBytes, "observations of image " + std::to_string(view.id));
   const uint64_t offset = reader.Offset();
   const std::string_view records = reader.ReadBytes(count * kObservationBytes, "observations");
   view.observations.resize(count);
   for (uint64_t i = 0; i < count; ++i) {
-    const char* record = records.data() + i * kObservationBytes;
+    const char* bytes = records.data() + i * kObservationBytes;
     Observation& observation = view.observations[i];
-    std::memcpy(observation.xy.data(), record, 2 * sizeof(double));
-    std::memcpy(&observation.point_id, record + 2 * sizeof(double), sizeof(PointId));
+    std::memcpy(observation.xy.data(), bytes, 2 * sizeof(double));
+    std::memcpy(&observation.point_id, bytes + 2 * sizeof(double), sizeof(PointId));
     if (!observation.xy.allFinite()) {
-      Fail(reader, offset + i * kObservationBytes,
-           "image " + std::to_string(view.id) + ": observation " + std::to_string(i) +
-               " is not finite");
+      record.Add(offset + i * kObservationBytes, "image " + std::to_string(view.id) +
+                                                     ": observation " + std::to_string(i) +
+                                                     " is not finite");
     }
   }
 }
@@ -73,13 +93,15 @@ void WarnOfRest(const ByteReader& reader, Warnings& warnings) {
 
 }  // namespace
 
-void ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warnings,
-                       Reconstruction& model) {
+BadCameras ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warnings,
+                             Reconstruction& model) {
   ByteReader reader(bytes, path);
   const auto count = reader.Read<uint64_t>("camera count");
   reader.Require(count, kMinCameraBytes, "cameras");
+  BadCameras bad;
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t offset = reader.Offset();
+    Record record(reader);
     Camera camera;
     camera.id = reader.Read<uint32_t>("camera id");
     const std::string label = "camera " + std::to_string(camera.id);
@@ -92,15 +114,20 @@ void ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warni
     const auto width = reader.Read<uint64_t>("camera width");
     const auto height = reader.Read<uint64_t>("camera height");
     for (int p = 0; p < info->num_params; ++p) {
-      camera.params.push_back(ReadFinite(reader, "camera parameter"));
+      camera.params.push_back(record.Finite("camera parameter"));
     }
     const std::string fault = CameraFault(camera, width, height);
-    if (!fault.empty()) Fail(reader, offset, label + ": " + fault);
+    if (!fault.empty()) record.Add(label + ": " + fault);
+    if (!record.fault().empty()) {
+      bad.emplace(camera.id, record.fault());
+      continue;
+    }
     camera.width = static_cast<int>(width);
     camera.height = static_cast<int>(height);
     if (!model.cameras.emplace(camera.id, camera).second) Fail(reader, offset, label + " twice");
   }
   WarnOfRest(reader, warnings);
+  return bad;
 }
 
 void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnings,
@@ -108,26 +135,33 @@ void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnin
   ByteReader reader(bytes, path);
   const auto count = reader.Read<uint64_t>("image count");
   reader.Require(count, kMinImageBytes, "images");
+  LeftOut left_out;
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t offset = reader.Offset();
+    Record record(reader);
     View view;
     view.id = reader.Read<uint32_t>("image id");
     const std::string label = "image " + std::to_string(view.id);
     Rigid3d& pose = view.cam_from_world;
     for (double* value :
          {&pose.rotation.w(), &pose.rotation.x(), &pose.rotation.y(), &pose.rotation.z()}) {
-      *value = ReadFinite(reader, "rotation");
+      *value = record.Finite("rotation");
     }
-    for (int k = 0; k < 3; ++k) pose.translation[k] = ReadFinite(reader, "translation");
-    if (!NormalizeRotation(pose.rotation)) Fail(reader, offset, label + " has a zero rotation");
+    for (int k = 0; k < 3; ++k) pose.translation[k] = record.Finite("translation");
+    if (!NormalizeRotation(pose.rotation)) record.Add(label + " has a zero rotation");
     view.camera_id = reader.Read<uint32_t>("camera id");
     view.name = ReadName(reader, bytes, view.id);
     if (view.name.empty()) Fail(reader, offset, label + " has no name");
-    ReadObservations(reader, view);
+    ReadObservations(reader, view, record);
+    if (!record.fault().empty()) {
+      left_out.Add(record.fault());
+      continue;
+    }
     const ViewId id = view.id;
     if (!model.views.emplace(id, std::move(view)).second) Fail(reader, offset, label + " twice");
   }
   WarnOfRest(reader, warnings);
+  left_out.Tell(path, model.views.size(), warnings);
 }
 
 void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnings,
@@ -135,13 +169,15 @@ void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnin
   ByteReader reader(bytes, path);
   const auto count = reader.Read<uint64_t>("point count");
   reader.Require(count, kMinPointBytes, "points");
+  LeftOut left_out;
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t offset = reader.Offset();
+    Record record(reader);
     SparsePoint point;
     point.id = reader.Read<uint64_t>("point id");
-    for (int k = 0; k < 3; ++k) point.xyz[k] = ReadFinite(reader, "point coordinate");
+    for (int k = 0; k < 3; ++k) point.xyz[k] = record.Finite("point coordinate");
     for (int k = 0; k < 3; ++k) point.color[k] = reader.Read<uint8_t>("point color");
-    point.error = ReadFinite(reader, "point error");
+    point.error = record.Finite("point error");
     const auto length = reader.Read<uint64_t>("track length");
     reader.Require(length, kTrackElementBytes,
                    "track elements of point " + std::to_string(point.id));
@@ -150,12 +186,17 @@ void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnin
       element.view_id = reader.Read<uint32_t>("track");
       element.observation_idx = reader.Read<uint32_t>("track");
     }
+    if (!record.fault().empty()) {
+      left_out.Add(record.fault());
+      continue;
+    }
     const PointId id = point.id;
     if (!model.points.emplace(id, std::move(point)).second) {
       Fail(reader, offset, "point " + std::to_string(id) + " twice");
     }
   }
   WarnOfRest(reader, warnings);
+  left_out.Tell(path, model.points.size(), warnings);
 }
 
 std::string CamerasToBinary(const Reconstruction& model) {

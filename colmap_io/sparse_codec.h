@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Internal to colmap_io: one file of a sparse model to and from bytes. The readers add to `model`
-// and throw InputError with `path` and the offset or line; references are checked in sparse.cc.
+// and throw InputError with `path` and the offset or line; records that are bad in themselves are
+// left out with a warning where others are left. References are checked in sparse.cc.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "scene/reconstruction.h"
 
 namespace retint::sparse_codec {
@@ -16,8 +20,40 @@ namespace retint::sparse_codec {
 using Path = std::filesystem::path;
 using Warnings = std::vector<std::string>;
 
-void ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warnings,
-                       Reconstruction& model);
+// A record that is whole, of which a value cannot be: others of its file may be sound.
+class BadRecord : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+// The bad records of a file, which is read without them.
+class LeftOut {
+ public:
+  void Add(std::string fault) { faults_.push_back(std::move(fault)); }
+  // Calls `read`; false where it threw a BadRecord, which is added.
+  template <typename Read>
+  bool IsSound(const Read& read) {
+    try {
+      read();
+      return true;
+    } catch (const BadRecord& fault) {
+      Add(fault.what());
+      return false;
+    }
+  }
+  // Names the first few; where no record is `left`, throws the first.
+  void Tell(const Path& path, size_t left, Warnings& warnings) const;
+
+ private:
+  std::vector<std::string> faults_;
+};
+
+// The faults of bad cameras, which are left out: only where no view has one of them, the others are
+// enough.
+using BadCameras = std::map<CameraId, std::string>;
+
+BadCameras ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warnings,
+                             Reconstruction& model);
 void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnings,
                       Reconstruction& model);
 void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnings,
@@ -26,8 +62,8 @@ void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnin
 // no names nor observations: the views are named "image_00042" by their ids.
 void ReadRigsAndFrames(const Path& rigs, const Path& frames, Warnings& warnings,
                        Reconstruction& model);
-void ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
-                     Reconstruction& model);
+BadCameras ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
+                           Reconstruction& model);
 void ReadImagesText(std::string_view bytes, const Path& path, Warnings& warnings,
                     Reconstruction& model);
 void ReadPointsText(std::string_view bytes, const Path& path, Warnings& warnings,

@@ -114,12 +114,16 @@ class Fields {
     }
     if (code != std::errc{} || end != word.data() + word.size()) NotANumber(what, word, "number");
     if (!std::isfinite(value)) {
-      Fail(std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
+      FailRecord(std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
     }
     return value;
   }
   [[noreturn]] void Fail(const std::string& fault) const {
     throw InputError(lines_.path(), lines_.number(), fault);
+  }
+  // For a fault after which the next record can be read.
+  [[noreturn]] void FailRecord(const std::string& fault) const {
+    throw BadRecord(lines_.path(), lines_.number(), fault);
   }
 
  private:
@@ -144,7 +148,7 @@ inline Rigid3d ReadPose(Fields& fields, const std::string& whose) {
   pose.translation.x() = fields.Number("TX");
   pose.translation.y() = fields.Number("TY");
   pose.translation.z() = fields.Number("TZ");
-  if (!NormalizeRotation(pose.rotation)) fields.Fail(whose + " has a zero rotation");
+  if (!NormalizeRotation(pose.rotation)) fields.FailRecord(whose + " has a zero rotation");
   return pose;
 }
 

@@ -20,6 +20,46 @@ void ReadObservations(std::string_view line, const Lines& lines, View& view) {
   }
 }
 
+// All but the id.
+void ReadCamera(Fields& fields, Camera& camera) {
+  const std::string label = "camera " + std::to_string(camera.id);
+  const std::string_view name = fields.Word("MODEL");
+  const CameraModelInfo* info = FindCameraModel(name);
+  if (info == nullptr) {
+    fields.FailRecord(label + " has unknown model \"" + std::string(name) + "\"");
+  }
+  camera.model = info->id;
+  const auto width = fields.Integer<uint64_t>("WIDTH");
+  const auto height = fields.Integer<uint64_t>("HEIGHT");
+  while (!fields.AtEnd()) camera.params.push_back(fields.Number("PARAMS"));
+  if (camera.params.size() != static_cast<size_t>(info->num_params)) {
+    fields.Fail(label + ": " + std::string(name) + " takes " + std::to_string(info->num_params) +
+                " parameters, not " + std::to_string(camera.params.size()));
+  }
+  const std::string fault = CameraFault(camera, width, height);
+  if (!fault.empty()) fields.FailRecord(label + ": " + fault);
+  camera.width = static_cast<int>(width);
+  camera.height = static_cast<int>(height);
+}
+
+SparsePoint ReadPoint(Fields& fields) {
+  SparsePoint point;
+  point.id = fields.Integer<PointId>("POINT3D_ID");
+  point.xyz.x() = fields.Number("X");
+  point.xyz.y() = fields.Number("Y");
+  point.xyz.z() = fields.Number("Z");
+  constexpr const char* kColors[] = {"R", "G", "B"};
+  for (int k = 0; k < 3; ++k) point.color[k] = fields.Integer<uint8_t>(kColors[k]);
+  point.error = fields.Number("ERROR");
+  while (!fields.AtEnd()) {
+    TrackElement element;
+    element.view_id = fields.Integer<ViewId>("TRACK IMAGE_ID");
+    element.observation_idx = fields.Integer<uint32_t>("TRACK POINT2D_IDX");
+    point.track.push_back(element);
+  }
+  return point;
+}
+
 void AppendInteger(std::string& out, uint64_t value) { out += std::to_string(value); }
 
 // As std::ostream with precision 17 and as printf's %.17g, in every locale.
@@ -32,81 +72,74 @@ void AppendNumber(std::string& out, double value) {
 
 }  // namespace
 
-void ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
-                     Reconstruction& model) {
+BadCameras ReadCamerasText(std::string_view bytes, const Path& path, Warnings& warnings,
+                           Reconstruction& model) {
   Lines lines(bytes, path);
-  while (const auto line = lines.NextRecord()) {
+  BadCameras bad;
+  size_t records = 0;
+  for (; const auto line = lines.NextRecord(); ++records) {
     Fields fields(*line, lines);
     Camera camera;
     camera.id = fields.Integer<CameraId>("CAMERA_ID");
-    const std::string label = "camera " + std::to_string(camera.id);
-    const std::string_view name = fields.Word("MODEL");
-    const CameraModelInfo* info = FindCameraModel(name);
-    if (info == nullptr) fields.Fail(label + " has unknown model \"" + std::string(name) + "\"");
-    camera.model = info->id;
-    const auto width = fields.Integer<uint64_t>("WIDTH");
-    const auto height = fields.Integer<uint64_t>("HEIGHT");
-    while (!fields.AtEnd()) camera.params.push_back(fields.Number("PARAMS"));
-    if (camera.params.size() != static_cast<size_t>(info->num_params)) {
-      fields.Fail(label + ": " + std::string(name) + " takes " + std::to_string(info->num_params) +
-                  " parameters, not " + std::to_string(camera.params.size()));
+    try {
+      ReadCamera(fields, camera);
+    } catch (const BadRecord& fault) {
+      bad.emplace(camera.id, fault.what());
+      continue;
     }
-    const std::string fault = CameraFault(camera, width, height);
-    if (!fault.empty()) fields.Fail(label + ": " + fault);
-    camera.width = static_cast<int>(width);
-    camera.height = static_cast<int>(height);
-    if (!model.cameras.emplace(camera.id, camera).second) fields.Fail(label + " twice");
+    if (!model.cameras.emplace(camera.id, camera).second) {
+      fields.Fail("camera " + std::to_string(camera.id) + " twice");
+    }
   }
-  lines.WarnIfFewer(model.cameras.size(), warnings);
+  lines.WarnIfFewer(records, warnings);
+  return bad;
 }
 
 void ReadImagesText(std::string_view bytes, const Path& path, Warnings& warnings,
                     Reconstruction& model) {
   Lines lines(bytes, path);
-  while (const auto line = lines.NextRecord()) {
+  LeftOut left_out;
+  size_t records = 0;
+  for (; const auto line = lines.NextRecord(); ++records) {
     Fields fields(*line, lines);
     View view;
     view.id = fields.Integer<ViewId>("IMAGE_ID");
     const std::string label = "image " + std::to_string(view.id);
-    view.cam_from_world = ReadPose(fields, label);
-    view.camera_id = fields.Integer<CameraId>("CAMERA_ID");
-    // The rest of the line: names may hold blanks.
-    view.name = fields.Rest("NAME");
+    bool sound = left_out.IsSound([&] {
+      view.cam_from_world = ReadPose(fields, label);
+      view.camera_id = fields.Integer<CameraId>("CAMERA_ID");
+      // The rest of the line: names may hold blanks.
+      view.name = fields.Rest("NAME");
+    });
     if (model.views.count(view.id) > 0) fields.Fail(label + " twice");
     // The second line is always there and may be empty; only at the end of the file may it be
     // missing.
-    if (const auto points = lines.Next()) ReadObservations(*points, lines, view);
+    if (const auto points = lines.Next(); points && sound) {
+      sound = left_out.IsSound([&] { ReadObservations(*points, lines, view); });
+    }
     const ViewId id = view.id;
-    model.views.emplace(id, std::move(view));
+    if (sound) model.views.emplace(id, std::move(view));
   }
-  lines.WarnIfFewer(model.views.size(), warnings);
+  lines.WarnIfFewer(records, warnings);
+  left_out.Tell(path, model.views.size(), warnings);
 }
 
 void ReadPointsText(std::string_view bytes, const Path& path, Warnings& warnings,
                     Reconstruction& model) {
   Lines lines(bytes, path);
-  while (const auto line = lines.NextRecord()) {
+  LeftOut left_out;
+  size_t records = 0;
+  for (; const auto line = lines.NextRecord(); ++records) {
     Fields fields(*line, lines);
     SparsePoint point;
-    point.id = fields.Integer<PointId>("POINT3D_ID");
-    point.xyz.x() = fields.Number("X");
-    point.xyz.y() = fields.Number("Y");
-    point.xyz.z() = fields.Number("Z");
-    constexpr const char* kColors[] = {"R", "G", "B"};
-    for (int k = 0; k < 3; ++k) point.color[k] = fields.Integer<uint8_t>(kColors[k]);
-    point.error = fields.Number("ERROR");
-    while (!fields.AtEnd()) {
-      TrackElement element;
-      element.view_id = fields.Integer<ViewId>("TRACK IMAGE_ID");
-      element.observation_idx = fields.Integer<uint32_t>("TRACK POINT2D_IDX");
-      point.track.push_back(element);
-    }
+    const bool sound = left_out.IsSound([&] { point = ReadPoint(fields); });
     const PointId id = point.id;
-    if (!model.points.emplace(id, std::move(point)).second) {
+    if (sound && !model.points.emplace(id, std::move(point)).second) {
       fields.Fail("point " + std::to_string(id) + " twice");
     }
   }
-  lines.WarnIfFewer(model.points.size(), warnings);
+  lines.WarnIfFewer(records, warnings);
+  left_out.Tell(path, model.points.size(), warnings);
 }
 
 std::string CamerasToText(const Reconstruction& model) {

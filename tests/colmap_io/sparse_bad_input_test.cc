@@ -18,6 +18,7 @@ namespace retint {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -58,6 +59,17 @@ class SparseBadInputTest : public ::testing::Test {
   template <typename Matcher>
   void ExpectRefused(const std::filesystem::path& model, const Matcher& message) {
     EXPECT_THAT([&] { ReadReconstruction(model); }, ThrowsMessage<InputError>(message));
+  }
+
+  // Read without one record, of which a warning tells.
+  template <typename Matcher>
+  void ExpectLeftOut(const std::filesystem::path& model, const Matcher& message) {
+    const Reconstruction whole = TinyModel();
+    std::vector<std::string> warnings;
+    const Reconstruction read = ReadReconstruction(model, &warnings);
+    EXPECT_EQ(read.cameras.size() + read.views.size() + read.points.size() + 1,
+              whole.cameras.size() + whole.views.size() + whole.points.size());
+    EXPECT_THAT(warnings, Contains(AllOf(message, HasSubstr("; it is left out"))));
   }
 
   TempFolder folder_;
@@ -206,8 +218,13 @@ TEST_F(SparseBadInputTest, NotANumberAnywhere) {
     for (const double value : {nan, infinity, -infinity}) {
       SetUp();
       Patch(place.part, place.offset, value);
-      ExpectRefused(Binary(), AllOf(HasSubstr(std::string(place.part) + ".bin: "),
-                                    HasSubstr(place.what), HasSubstr("(byte ")));
+      const auto message = AllOf(HasSubstr(std::string(place.part) + ".bin: "),
+                                 HasSubstr(place.what), HasSubstr("(byte "));
+      if (place.part == kParts[0]) {
+        ExpectRefused(Binary(), message);  // two images have it
+      } else {
+        ExpectLeftOut(Binary(), message);
+      }
     }
   }
 }
@@ -215,12 +232,13 @@ TEST_F(SparseBadInputTest, NotANumberAnywhere) {
 TEST_F(SparseBadInputTest, NotANumberAnywhereInText) {
   const struct {
     const char *part, *from, *to, *message;
+    bool refused = true;
   } kCases[] = {
       {"cameras", "51.5", "nan", "cameras.txt:4: PARAMS is NaN"},
       {"cameras", "51.5", "1e400", "cameras.txt:4: PARAMS is out of range"},
-      {"images", "-2.5", "inf", "images.txt:5: TZ is infinite"},
-      {"images", "10.5", "-NAN", "images.txt:6: POINTS2D X is NaN"},
-      {"points3D", "30000000000", "Infinity", "points3D.txt:4: Z is infinite"},
+      {"images", "-2.5", "inf", "images.txt:5: TZ is infinite", false},
+      {"images", "10.5", "-NAN", "images.txt:6: POINTS2D X is NaN", false},
+      {"points3D", "30000000000", "Infinity", "points3D.txt:4: Z is infinite", false},
       {"points3D", "30000000000", "3e10x", "points3D.txt:4: Z is not a number: \"3e10x\""},
       {"points3D", "255", "256", "points3D.txt:4: R is not an integer: \"256\""},
       {"points3D", "255", "-1", "points3D.txt:4: R is not an integer"},
@@ -233,7 +251,11 @@ TEST_F(SparseBadInputTest, NotANumberAnywhereInText) {
   for (const auto& item : kCases) {
     SetUp();
     Replace(item.part, item.from, item.to);
-    ExpectRefused(Text(), HasSubstr(item.message));
+    if (item.refused) {
+      ExpectRefused(Text(), HasSubstr(item.message));
+    } else {
+      ExpectLeftOut(Text(), HasSubstr(item.message));
+    }
   }
 }
 
@@ -245,7 +267,39 @@ TEST_F(SparseBadInputTest, ImagesOnOneLineEach) {
 
 TEST_F(SparseBadInputTest, ZeroRotation) {
   for (const size_t offset : {12, 28}) Patch("images", offset, 0.0);
-  ExpectRefused(Binary(), HasSubstr("images.bin: image 2 has a zero rotation"));
+  ExpectLeftOut(Binary(), HasSubstr("images.bin: image 2 has a zero rotation"));
+  // Where no other image is left, that is the end of it.
+  Put(Text() / "images.txt", "2 0 0 0 0 0 0 0 1 a.jpg\n\n");
+  ExpectRefused(Text(), HasSubstr("images.txt:1: image 2 has a zero rotation"));
+}
+
+TEST_F(SparseBadInputTest, CamerasThatNoImageHasMayBeBad) {
+  Reconstruction more = TinyModel();
+  Camera unused = more.cameras.begin()->second;
+  unused.id = 90;
+  more.cameras.emplace(unused.id, unused);
+  WriteReconstructionBinary(Binary(), more);
+  WriteReconstructionText(Text(), more);
+  const auto expect = [&](const std::filesystem::path& folder, const std::string& message) {
+    std::vector<std::string> warnings;
+    EXPECT_EQ(ReadReconstruction(folder, &warnings).cameras, TinyModel().cameras);
+    EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr(message)));
+  };
+  const size_t last = ReadFile(Binary() / "cameras.bin").size() - 4 * sizeof(double);
+  Patch("cameras", last, 0.0);
+  expect(Binary(), "cameras.bin: camera 90: focal length is not positive");
+  Replace("cameras", "\n90 PINHOLE", "\n90 CATADIOPTRIC");
+  expect(Text(), "cameras.txt:6: camera 90 has unknown model \"CATADIOPTRIC\"");
+}
+
+TEST_F(SparseBadInputTest, ManyBadRecordsAreCounted) {
+  std::string text = ReadFile(Text() / "points3D.txt");
+  for (int id = 100; id < 107; ++id) text += std::to_string(id) + " nan 0 0 1 2 3 0.5\n";
+  Put(Text() / "points3D.txt", text);
+  std::vector<std::string> warnings;
+  EXPECT_EQ(ReadReconstruction(Text(), &warnings).points.size(), TinyModel().points.size());
+  ASSERT_EQ(warnings.size(), 4u);
+  EXPECT_THAT(warnings[3], HasSubstr("points3D.txt: 4 more records left out"));
 }
 
 TEST_F(SparseBadInputTest, IdsAndNamesThatComeTwice) {
