@@ -17,7 +17,10 @@ EditSession::EditSession(std::unique_ptr<OpenScene> scene)
       selection_(*scene_),
       store_(*scene_),
       warnings_(scene_->workspace().warnings),
-      refits_(*scene_, store_) {}
+      refits_(*scene_, store_) {
+  const std::vector<std::string>& notes = scene_->original().source.notes;
+  warnings_.insert(warnings_.end(), notes.begin(), notes.end());
+}
 
 EditSession::EditSession(Workspace workspace, GaussianModel model, const SessionOptions& options)
     : EditSession(std::make_unique<OpenScene>(std::move(workspace), std::move(model), options)) {}

@@ -42,7 +42,8 @@ class EditSession {
   const SelectionPipeline& selection() const { return selection_; }
   RegionStore& store() { return store_; }
   RefitService& refits() { return refits_; }
-  // For people, one line each: the workspace's, and what of a saved session could not be read.
+  // For people, one line each: the workspace's, what of the splat's file is not used, and what of a
+  // saved session could not be read.
   const std::vector<std::string>& warnings() const { return warnings_; }
   void Warn(std::string warning) { warnings_.push_back(std::move(warning)); }
 

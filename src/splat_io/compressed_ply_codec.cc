@@ -11,6 +11,7 @@
 #include "scene/morton.h"
 #include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
+#include "splat_io/ply_rows.h"
 #include "splat_io/row_vectors.h"
 #include "splat_io/splat_row.h"
 
@@ -250,10 +251,6 @@ void CheckLength(const PlyHeader& header, const Layout& layout, uint64_t file_by
     throw InputError(path, "chunks or spherical harmonics do not match the " +
                                std::to_string(layout.count) + " Gaussians");
   }
-  if (body > layout.Bytes()) {
-    throw InputError(path, std::to_string(body - layout.Bytes()) +
-                               " bytes follow the last value: the file is damaged");
-  }
 }
 
 std::string HeaderText(const GaussianModel& model, const Layout& layout) {
@@ -422,6 +419,9 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
   CheckLength(header, layout, file.size(), path);
 
   GaussianModel model;
+  if (const uint64_t body = file.size() - header.bytes; body > layout.Bytes()) {
+    model.source.notes.push_back(BytesLeftOut(path, body - layout.Bytes(), layout.count));
+  }
   model.source.comments = header.comments;
   model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
   ReservePopulated(model.source.packed, layout.KeptBytes());

@@ -26,12 +26,12 @@ class Inflater {
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
 
-  // Up to `bytes` more into `to`; how many. Fewer only at the end of the stream or of what was
-  // packed, or at damage.
+  // Up to `bytes` more into `to`; how many. Fewer only at the end of the last stream or of what was
+  // packed, or at damage. A file may have several streams, one after the other (RFC 1952, 2.2).
   size_t Next(char* to, size_t bytes) {
     stream_.next_out = reinterpret_cast<Bytef*>(to);
     stream_.avail_out = static_cast<uInt>(bytes);
-    while (stream_.avail_out > 0 && code_ == Z_OK) {
+    while (stream_.avail_out > 0 && (code_ == Z_OK || StartNext())) {
       if (stream_.avail_in == 0) {
         const size_t part = std::min(packed_.size(), kBlockBytes);
         if (part == 0) break;
@@ -49,6 +49,18 @@ class Inflater {
   size_t Left() const { return packed_.size() + stream_.avail_in; }
 
  private:
+  // Whether another stream follows one that ended.
+  bool StartNext() {
+    const auto left = [&](size_t i) {
+      if (i < stream_.avail_in) return stream_.next_in[i];
+      i -= stream_.avail_in;
+      return i < packed_.size() ? static_cast<Bytef>(packed_[i]) : Bytef{0};
+    };
+    if (!Ended() || left(0) != 0x1F || left(1) != 0x8B) return false;
+    code_ = inflateReset(&stream_);
+    return code_ == Z_OK;
+  }
+
   std::string_view packed_;  // not handed to zlib yet
   z_stream stream_{};
   int code_ = Z_OK;

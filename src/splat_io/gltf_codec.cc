@@ -68,6 +68,11 @@ class SceneReader {
       model_.source.notes.push_back("spherical harmonics of degree 4 are not used: " +
                                     std::string(kExtension) + " ends at 3");
     }
+    if (file_.ignored_bytes() > 0) {
+      model_.source.notes.push_back(file_.path().string() + ": " +
+                                    std::to_string(file_.ignored_bytes()) +
+                                    " bytes after the end of the glTF are ignored");
+    }
     if (other_meshes_) model_.source.notes.push_back("meshes other than Gaussians are not used");
     return std::move(model_);
   }

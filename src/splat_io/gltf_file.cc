@@ -84,11 +84,11 @@ GltfFile::GltfFile(const std::filesystem::path& path) : path_(path), files_{path
 }
 
 void GltfFile::ReadGlb(const std::shared_ptr<const InputFile>& file) {
-  uint64_t at = 0;
+  uint64_t at = 0, end = file->size();
   const auto read = [&](uint64_t bytes, const std::string& what) {
-    if (bytes > file->size() - at) {
+    if (bytes > end - at) {
       Fail("truncated: its " + what + " needs " + std::to_string(bytes) + " bytes, only " +
-           std::to_string(file->size() - at) + " bytes follow offset " + std::to_string(at));
+           std::to_string(end - at) + " bytes follow offset " + std::to_string(at));
     }
     std::string data(bytes, '\0');
     file->ReadAt(at, data.data(), bytes);
@@ -101,12 +101,14 @@ void GltfFile::ReadGlb(const std::shared_ptr<const InputFile>& file) {
     Fail("glTF version " + std::to_string(version) + " is not supported; supported: 2");
   }
   const auto length = LoadAs<uint32_t>(header.data() + 8);
-  if (length != file->size()) {
+  if (length > file->size() || length < at) {
     Fail("truncated or damaged: announces " + std::to_string(length) + " bytes, has " +
          std::to_string(file->size()));
   }
+  end = length;
+  ignored_bytes_ = file->size() - length;
   std::optional<GltfBuffer> binary;
-  for (bool first = true; at < file->size(); first = false) {
+  for (bool first = true; at < end; first = false) {
     const std::string chunk = read(8, "chunk's header");
     const uint64_t bytes = LoadAs<uint32_t>(chunk.data());
     const auto type = LoadAs<uint32_t>(chunk.data() + 4);
@@ -115,7 +117,7 @@ void GltfFile::ReadGlb(const std::shared_ptr<const InputFile>& file) {
       json_ = ParseJson(read(bytes, "JSON"), path_, "its JSON");
       continue;
     }
-    if (bytes > file->size() - at) {
+    if (bytes > end - at) {
       Fail("truncated: a chunk of " + std::to_string(bytes) + " bytes is not whole");
     }
     if (type == kBinaryChunk && !binary) binary.emplace(file, at, bytes);

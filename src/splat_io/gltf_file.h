@@ -78,7 +78,8 @@ class GltfFile {
 
   const nlohmann::json& json() const { return json_; }
   const std::filesystem::path& path() const { return path_; }
-  uint64_t BufferBytes() const;  // of all buffers
+  uint64_t BufferBytes() const;                              // of all buffers
+  uint64_t ignored_bytes() const { return ignored_bytes_; }  // after the end of a .glb
   // The file itself and those of its buffers.
   const std::vector<std::filesystem::path>& files() const { return files_; }
 
@@ -105,6 +106,7 @@ class GltfFile {
   std::vector<std::filesystem::path> files_;
   nlohmann::json json_;
   std::deque<GltfBuffer> buffers_;  // never moved
+  uint64_t ignored_bytes_ = 0;
 };
 
 }  // namespace retint

@@ -165,9 +165,4 @@ void PlyAscii::ReadElement(const PlyElement& element, std::vector<char>& to) {
   }
 }
 
-void PlyAscii::ExpectEnd() {
-  const std::string_view word = NextWord();
-  if (!word.empty()) Fail(Shown(word) + " follows the last value: the file is damaged");
-}
-
 }  // namespace retint

@@ -24,8 +24,8 @@ class PlyAscii {
   void ReadRows(const PlyElement& element, size_t first, size_t count, std::vector<char>& to);
   // A whole element, lists included, appended to `to`, which grows as values are found.
   void ReadElement(const PlyElement& element, std::vector<char>& to);
-  // InputError unless only white space follows.
-  void ExpectEnd();
+  // Whether only white space follows.
+  bool AtEnd() { return NextWord().empty(); }
 
  private:
   std::string_view NextWord();  // empty at the end of the file; valid until the next call

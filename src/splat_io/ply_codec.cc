@@ -56,7 +56,8 @@ void KeepTrailingHeader(const PlyHeader& header, SourceLayout& source) {
 
 // Reads the rows block by block, from binary as they are or from ascii as if it had been binary.
 void ReadBody(const PlyHeader& header, const InputFile& file, size_t stride, PlyRowReader& reader,
-              Monitor& monitor, std::vector<char>& trailing) {
+              Monitor& monitor, SourceLayout& source) {
+  std::vector<char>& trailing = source.trailing_bytes;
   const size_t count = header.elements[0].count;
   const size_t rows_a_block = std::max<size_t>(1, kBlockBytes / stride);
   const auto report = [&](size_t done) {
@@ -74,7 +75,10 @@ void ReadBody(const PlyHeader& header, const InputFile& file, size_t stride, Ply
     for (size_t e = 1; e < header.elements.size(); ++e) {
       ascii.ReadElement(header.elements[e], trailing);
     }
-    ascii.ExpectEnd();
+    if (!ascii.AtEnd()) {
+      source.notes.push_back(file.path().string() + ": text after the last of " +
+                             std::to_string(count) + " Gaussians is ignored");
+    }
     return;
   }
   ForRows(count, report, [&](size_t begin, size_t end) {
@@ -222,7 +226,7 @@ GaussianModel PlyCodec::Read(const std::filesystem::path& path, Monitor& monitor
   model.Resize(layout.count(), std::min(layout.degree, 3));
   PlyRowReader reader(layout, model, path, bad);
   KeepTrailingHeader(layout.header, model.source);
-  ReadBody(layout.header, file, layout.stride, reader, monitor, model.source.trailing_bytes);
+  ReadBody(layout.header, file, layout.stride, reader, monitor, model.source);
   return model;
 }
 

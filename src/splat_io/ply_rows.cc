@@ -89,9 +89,10 @@ size_t LayOutRow(const PlyElement& vertex, const std::vector<PlyField>& fields,
   return stride;
 }
 
-// The least and, in binary, the only length of a row, `stride`, against the file's.
+// The least and, in binary, the only length of a row, `stride`, against the file's. What follows
+// the rows is noted, as other programs ignore it.
 void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
-                 const std::filesystem::path& path) {
+                 const std::filesystem::path& path, SourceLayout& source) {
   const uint64_t count = header.elements[0].count;
   const uint64_t body = file_bytes - header.bytes;
   if (count == 0) throw InputError(path, "holds no Gaussians");
@@ -109,8 +110,7 @@ void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
                                std::to_string(body) + " bytes follow it");
   }
   if (header.elements.size() == 1 && body > count * stride) {
-    throw InputError(path, std::to_string(body - count * stride) + " bytes follow the last of " +
-                               std::to_string(count) + " Gaussians: the file is damaged");
+    source.notes.push_back(BytesLeftOut(path, body - count * stride, count));
   }
 }
 
@@ -175,8 +175,13 @@ PlyLayout ReadPlyLayout(const InputFile& file) {
   layout.fields = PlyFields(layout.degree);
   layout.stride = LayOutRow(vertex, layout.fields, path, layout.offsets, layout.source);
   RequireColumns(layout.fields, layout.offsets, path);
-  CheckLength(layout.header, layout.stride, file.size(), path);
+  CheckLength(layout.header, layout.stride, file.size(), path, layout.source);
   return layout;
+}
+
+std::string BytesLeftOut(const std::filesystem::path& path, uint64_t bytes, uint64_t gaussians) {
+  return path.string() + ": " + std::to_string(bytes) + " bytes after the last of " +
+         std::to_string(gaussians) + " Gaussians are ignored";
 }
 
 PlyRowReader::PlyRowReader(const PlyLayout& layout, GaussianModel& model,

@@ -43,6 +43,9 @@ struct PlyLayout {
 // InputError for a file that is no 3DGS .ply, or whose length does not fit its header.
 PlyLayout ReadPlyLayout(const InputFile& file);
 
+// A note of bytes after all that the header of a PLY announces.
+std::string BytesLeftOut(const std::filesystem::path& path, uint64_t bytes, uint64_t gaussians);
+
 class PlyRowReader {
  public:
   // Fills `model`, which has the size and the source of `layout`; all must outlive the reader.

@@ -87,11 +87,29 @@ INSTANTIATE_TEST_SUITE_P(
         BadPly{"UnknownType", [](PlyText& p) { p["nz"].type = "half"; },
                "bad.ply:9: unknown type \"half\""},
         BadPly{"NoGaussians", [](PlyText& p) { p.count = 0; }, "holds no Gaussians"},
-        BadPly{"TrailingBytes", [](PlyText& p) { p.trailing_bytes = "xyz"; },
-               "3 bytes follow the last of 5 Gaussians"},
         BadPly{"BigEndian", [](PlyText& p) { p.format = "binary_big_endian"; },
                "this is a PLY of format binary_big_endian, not supported; supported: binary_"}),
     [](const auto& test) { return std::string(test.param.name); });
+
+// As other programs do, which read what the header announces.
+TEST(BadFileTest, WhatFollowsTheGaussiansIsIgnored) {
+  const TempFolder folder;
+  PlyText ply = PlyText::Canonical(5, 1);
+  SpillFile(folder / "good.ply", ply.Bytes());
+  ply.trailing_bytes = "xyz";
+  SpillFile(folder / "more.ply", ply.Bytes());
+  const GaussianModel good = ReadSplat(folder / "good.ply"), more = ReadSplat(folder / "more.ply");
+  EXPECT_EQ(more.sh, good.sh);
+  EXPECT_THAT(more.source.notes,
+              testing::ElementsAre(HasSubstr("3 bytes after the last of 5 Gaussians are ignored")));
+  WriteSplat(folder / "again.ply", more);
+  EXPECT_EQ(ReadFile(folder / "again.ply"), ReadFile(folder / "good.ply"));
+
+  WriteSplat(folder / "good.compressed.ply", good);
+  SpillFile(folder / "more.compressed.ply", ReadFile(folder / "good.compressed.ply") + "xyz");
+  EXPECT_THAT(ReadSplat(folder / "more.compressed.ply").source.notes,
+              testing::ElementsAre(HasSubstr("3 bytes after the last of 5 Gaussians are ignored")));
+}
 
 struct BadHeader {
   const char* name;

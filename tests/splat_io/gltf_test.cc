@@ -325,7 +325,15 @@ TEST_F(GltfTest, EveryTruncationIsRefused) {
     SCOPED_TRACE(length);
     Refusal("bad.glb", good.substr(0, length));
   }
-  EXPECT_THAT(Refusal("bad.glb", good + "x"), HasSubstr("truncated or damaged: announces"));
+}
+
+TEST_F(GltfTest, BytesAfterItsEndAreIgnored) {
+  WriteSplat(folder_ / "good.glb", RandomScene(4, 0));
+  WriteFile(folder_ / "more.glb", ReadFile(folder_ / "good.glb") + "xyz");
+  const GaussianModel model = ReadSplat(folder_ / "more.glb");
+  EXPECT_EQ(model.means, ReadSplat(folder_ / "good.glb").means);
+  EXPECT_THAT(model.source.notes,
+              testing::ElementsAre(HasSubstr("3 bytes after the end of the glTF are ignored")));
 }
 
 TEST_F(GltfTest, DamagedBytesNeverCrash) {
