@@ -124,7 +124,7 @@ void JobReader::Selection(const Node& node, JobRegion* region) const {
     masks.Fail("is neither a folder nor an object of files by image name");
   }
   for (const auto& [name, unused] : masks.json().items()) {
-    region->masks.emplace(session_json::UnescapeBytes(name), Path(masks.At(name.c_str())));
+    region->masks.emplace(UnescapeBytes(name), Path(masks.At(name.c_str())));
   }
   if (region->masks.empty()) masks.Fail("names no mask");
 }

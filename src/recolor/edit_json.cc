@@ -12,6 +12,7 @@
 
 #include "base/base64.h"
 #include "base/error.h"
+#include "base/escaped_bytes.h"
 #include "base/files.h"
 #include "base/unique_keys.h"
 #include "recolor/edit_text.h"
@@ -111,6 +112,12 @@ std::vector<float> JsonValues(const Json& json, const ColorParameter& parameter,
   return values;
 }
 
+// People write names as they are, also such as hold %20.
+std::filesystem::path FileOf(const std::string& name, const std::filesystem::path& folder) {
+  std::filesystem::path file = folder / name;
+  return IsFile(file) ? file : folder / UnescapeBytes(name);
+}
+
 std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::string& where,
                                                 const std::filesystem::path& folder) {
   const auto file = json.find("file");
@@ -118,11 +125,11 @@ std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::str
   const std::string name = file == json.end() ? "" : file->get<std::string>();
   if (!json.contains("table")) {
     if (name.empty()) throw OptionError(where + " has no \"file\"");
-    return ReadLut(folder / name);
+    return ReadLut(FileOf(name, folder));
   }
   const Json& size = json.contains("size") ? json["size"] : Json();
   auto table = std::make_shared<ColorTable>();
-  table->name = name;
+  table->name = UnescapeBytes(name);
   if (!json["table"].is_string() || !size.is_number_integer()) {
     throw OptionError(where + " has a \"table\" without its \"size\", or one that is no text");
   }
@@ -158,7 +165,7 @@ int JsonSize(const Json& json, const char* key, const std::string& where) {
 PaintLayer LayerFromJson(const Json& json, const std::string& where) {
   if (!json.is_object()) throw OptionError(where + " is not an object");
   PaintLayer layer;
-  layer.view = JsonText(json, "view", where);
+  layer.view = UnescapeBytes(JsonText(json, "view", where));
   layer.x = JsonSize(json, "x", where);
   layer.y = JsonSize(json, "y", where);
   const int width = JsonSize(json, "width", where), height = JsonSize(json, "height", where);
@@ -182,7 +189,7 @@ Json LayerToJson(const PaintLayer& layer) {
     for (size_t c = 0; c < 3; ++c) bytes += char(layer.color.data[3 * p + c]);
     bytes += char(layer.alpha.data[p]);
   }
-  return {{"view", layer.view},
+  return {{"view", EscapeBytes(layer.view)},
           {"x", layer.x},
           {"y", layer.y},
           {"width", layer.color.width},
@@ -205,8 +212,10 @@ void PictureFromJson(const Json& json, const std::string& where,
   for (const Json& entry : list("pictures")) {
     const std::string place = where + ".pictures";
     if (!entry.is_object()) throw OptionError(place + ": an entry is not an object");
-    const std::filesystem::path file = JsonText(entry, "file", place);
-    EditedPicture one{JsonText(entry, "view", place), compared ? file : folder / file, {}};
+    const std::string file = JsonText(entry, "file", place);
+    EditedPicture one{UnescapeBytes(JsonText(entry, "view", place)),
+                      compared ? UnescapeBytes(file) : FileOf(file, folder).string(),
+                      {}};
     one.compared = compared;
     picture->pictures.push_back(std::move(one));
   }
@@ -228,7 +237,8 @@ std::string Findable(const std::filesystem::path& file) {
 void PictureToJson(const ColorOperation& op, bool with_tables, Json& json) {
   for (const EditedPicture& picture : op.picture->pictures) {
     json["pictures"].push_back(
-        {{"view", picture.view}, {"file", with_tables ? picture.file : Findable(picture.file)}});
+        {{"view", EscapeBytes(picture.view)},
+         {"file", EscapeBytes(with_tables ? picture.file : Findable(picture.file))}});
   }
   if (!with_tables || op.NeedsMeasuring()) return;
   json["layers"] = Json::array();
@@ -322,7 +332,7 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
   if (op.picture) PictureToJson(op, with_tables, json);
   if (!op.table || (op.picture && !with_tables)) return json;
   const bool by_name = with_tables || op.table->file.empty();
-  json["file"] = by_name ? op.table->name : Findable(op.table->file);
+  json["file"] = EscapeBytes(by_name ? op.table->name : Findable(op.table->file));
   if (with_tables) {
     json["size"] = op.table->size;
     json["table"] = EncodeFloats(op.table->values);
@@ -383,7 +393,7 @@ std::string EditToJson(const ColorEdit& edit, bool with_tables) {
   for (const ColorOperation& op : edit.operations) {
     json["operations"].push_back(OperationToJson(op, with_tables));
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.dump();
 }
 
 ColorEdit ReadEdit(const std::filesystem::path& path, std::vector<std::string>* warnings) {

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "tests/support/data.h"
@@ -210,6 +211,35 @@ TEST(EditJsonTest, EveryOperationComesBackBitForBit) {
   ASSERT_NO_THROW(edit.Check());
   EXPECT_EQ(EditFromJson(EditToJson(edit, /*with_tables=*/true), ""), edit);
   EXPECT_THAT(EditToJson(edit, /*with_tables=*/false), HasSubstr("\"file\":\"film.cube\"}"));
+}
+
+// An image's or a file's name is bytes, a JSON text is UTF-8.
+TEST(EditJsonTest, NamesThatAreNotUtf8ComeBack) {
+  const TempFolder temp;
+  const std::string view = "caf\xE9 100%41.png";
+  const std::string file = temp / "\xE9%20.png";
+  ColorEdit edit{{ColorOperation::Picture({{view, file, {}}})}, 1};
+  std::ofstream(file) << "there";
+  for (const bool with_tables : {true, false}) {
+    const std::string text = EditToJson(edit, with_tables);
+    EXPECT_TRUE(nlohmann::json::accept(text));
+    EXPECT_EQ(EditFromJson(text, ""), edit);
+  }
+  // A name that a person wrote is taken as it is where there is such a file.
+  std::ofstream(temp / "a%20b.png") << "there";
+  const ColorEdit by_hand = EditFromJson(
+      R"({"operations": [{"op": "picture", "pictures": [{"view": "v", "file": "a%20b.png"}]}]})",
+      temp.path());
+  EXPECT_EQ(by_hand.operations[0].picture->pictures[0].file, (temp / "a%20b.png").string());
+
+  auto compared = std::make_shared<PictureEdit>();
+  compared->pictures.push_back({view, file, {}});
+  compared->pictures[0].compared = true;
+  PaintLayer layer{view, 1, 2, Image8(1, 1), Mask(1, 1)};
+  compared->layers.push_back(layer);
+  edit.operations[0].picture = compared;
+  std::ranges::fill(edit.operations[0].values, 0.5F);
+  EXPECT_EQ(EditFromJson(EditToJson(edit, true), ""), edit);
 }
 
 TEST(EditJsonTest, TakesHexColorsAndDefaults) {

@@ -15,14 +15,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/escaped_bytes.h"
+
 namespace retint::session_json {
 
 using Json = nlohmann::ordered_json;
-
-// A name that is bytes (an image's) as text that is UTF-8: '%', control characters and, where the
-// whole is not UTF-8, bytes above 127 become %XX.
-std::string EscapeBytes(std::string_view bytes);
-std::string UnescapeBytes(std::string_view text);
 
 // The line on which each key and each list's value of a file begins, by the names that Node gives
 // them ("regions[0].edit"). For files that people write.

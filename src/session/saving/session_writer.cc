@@ -98,7 +98,7 @@ std::string HexBytes(std::string_view bytes) {
 Json WriteMaskFile(const fs::path& folder, const std::string& name, const Mask& mask) {
   const fs::path path = ViewFile(folder, name);
   Json entry = WriteSmallFile(path, EncodePng(mask));
-  entry["view"] = session_json::EscapeBytes(name);
+  entry["view"] = EscapeBytes(name);
   return entry;
 }
 
