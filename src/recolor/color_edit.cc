@@ -218,6 +218,14 @@ std::vector<float> GradientTable(std::span<const float> stops, int size) {
 std::vector<float> PaletteTable(std::span<const float> pairs) {
   constexpr float kLeast = 0.02f;     // lightness, so that black can be moved
   constexpr float kMostContrast = 2;  // lightness is spread by no more; the rest is added
+  // Where more would be needed, colors are taken towards what leaves white white, the more the
+  // darker the color was: in its light, everything else would become white too.
+  const auto contrast = [&](float from, float to) {
+    const float wanted = to / std::max(from, kLeast);
+    if (wanted <= kMostContrast) return wanted;
+    const float share = (kMostContrast / wanted) * (kMostContrast / wanted);
+    return share * kMostContrast + (1 - share) * (1 - to) / (1 - from);
+  };
   std::vector<float> table;
   for (size_t i = 0; i < pairs.size(); i += kPairValues) {
     if (pairs[i] == kUnset) {
@@ -230,7 +238,7 @@ std::vector<float> PaletteTable(std::span<const float> pairs) {
     float scale = 1, offset = 0, a = 0, b = 0;
     if (*target != kUnset) {
       const OkLab to = OkLabFromSrgb(target);
-      scale = std::min(to.lightness / std::max(from.lightness, kLeast), kMostContrast);
+      scale = contrast(from.lightness, to.lightness);
       offset = to.lightness - scale * from.lightness;
       const float light = std::max(to.lightness, kLeast);
       a = (to.a - scale * from.a) / light;

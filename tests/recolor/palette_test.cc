@@ -193,6 +193,34 @@ TEST(PaletteEditTest, ShadingKeepsHueAndSaturation) {
   }
 }
 
+// Black has no light to take more of: grays stay in their order, below white, and no brighter than
+// the way from the new color to white has them.
+TEST(PaletteEditTest, BlackThatGetsLightLeavesOtherColorsTheirs) {
+  const Vector3f black = Vector3f::Zero(), blue(0.19f, 0.38f, 1), tan(0.78f, 0.7f, 0.47f);
+  for (const auto& palette : {Palette({{black, blue}}), Palette({{black, blue}, {tan, kStays}})}) {
+    const CompiledEdit edit({{palette}, 1});
+    ExpectColor(edit.Apply(black), blue, 1e-4f);
+    float last = 0;
+    for (float gray = 0; gray < 0.96f; gray += 0.05f) {
+      const Vector3f moved = edit.Apply(Vector3f::Constant(gray));
+      const float lightness = OkLabFromSrgb(moved.data()).lightness;
+      const Vector3f before = Vector3f::Constant(gray);
+      const float was = OkLabFromSrgb(before.data()).lightness;
+      const float to = OkLabFromSrgb(blue.data()).lightness;
+      EXPECT_LT(lightness, to + (1 - to) * was + 0.02f) << gray;
+      if (palette.values.size() == kPairValues) EXPECT_GT(lightness, last) << gray;
+      last = lightness;
+    }
+  }
+  // A dark gray, half as bright as what it gets, keeps its contrast: this is a matter of black.
+  const Vector3f dark = Vector3f::Constant(0.2f);
+  const CompiledEdit edit({{Palette({{dark, Vector3f::Constant(0.45f)}})}, 1});
+  EXPECT_NEAR(
+      edit.Apply(Vector3f::Constant(0.1f))[0] / edit.Apply(dark)[0],
+      SrgbFromLinear(LinearFromSrgb(0.45f) * LinearFromSrgb(0.1f) / LinearFromSrgb(0.2f)) / 0.45f,
+      1e-3f);
+}
+
 // No color jumps: along a line between two colors neighbors stay neighbors.
 TEST(PaletteEditTest, IsSmooth) {
   const CompiledEdit edit({{Palette({{kYellow, kBlue}, {kGreen, kStays}})}, 1});
