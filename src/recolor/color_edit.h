@@ -3,6 +3,7 @@
 // order.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -53,6 +54,13 @@ struct ColorEdit {
 // What becomes of colors that no screen shows: they are brought into the range where an operation
 // does so, or left as they come out.
 enum class OutOfRange { kBroughtIn, kLeft };
+
+// Whether no screen shows a color, by more than the rounding of eight bits.
+inline bool LeavesGamut(const float* rgb) {
+  constexpr float kRounding = 0.5f / 255;
+  const auto [least, most] = std::minmax({rgb[0], rgb[1], rgb[2]});
+  return least < -kRounding || most > 1 + kRounding;
+}
 
 // An edit made ready to be applied to many colors. OptionError as Check(), and
 // for an edit that still needs a main color. `then`: of an edit that is applied in two parts, the

@@ -344,7 +344,7 @@ struct PaintCarrier::Blended {
 
 PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> cameras,
                            const GaussianModel& model, std::shared_ptr<const GaussianPaint> paint)
-    : edit_(edit), model_(model), paint_(std::move(paint)) {
+    : edit_(edit), unclipped_(edit, OutOfRange::kLeft), model_(model), paint_(std::move(paint)) {
   const size_t layers = edit_.picture() ? edit_.picture()->layers.size() : 0;
   CheckOption(cameras.size() == layers, "paint: one camera a layer is needed");
   for (PosedCamera& camera : cameras) sources_.push_back({std::move(camera), {}, {}});
@@ -444,8 +444,9 @@ void PaintCarrier::Carry(size_t k, const Shown& shown, Carried& carried) const {
 }
 
 Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Mask& mask,
-                           const Image* photo) {
+                           const Image* photo, Mask* leaves) {
   Prepare(renderer);
+  if (leaves) *leaves = Mask(mask.width, mask.height);
   RenderRequest request;
   request.depth_median = request.along_rays = true;
   RenderOutput own = renderer.Render(view, request);
@@ -486,6 +487,13 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
       paint = blended->At(p);
     }
     const Eigen::Vector3f edited = edit_.Apply(color, Eigen::Vector3f(paint.color), paint.alpha);
+    if (leaves) {
+      const Eigen::Vector3f shown = color.cwiseMax(0.0f).cwiseMin(1.0f);
+      const Eigen::Vector3f left =
+          unclipped_.Apply(shown, Eigen::Vector3f(paint.color), paint.alpha);
+      const Eigen::Vector3f mixed = shown + unclipped_.strength() * (left - shown);
+      leaves->data[p] = LeavesGamut(mixed.data()) ? 255 : 0;
+    }
     const float share = edit_.strength() * float(mask.data[p]) / 255;
     for (int c = 0; c < 3; ++c) target.data[3 * p + size_t(c)] += share * (edited[c] - color[c]);
   }

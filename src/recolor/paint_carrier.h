@@ -38,8 +38,9 @@ class PaintCarrier {
   ~PaintCarrier();
 
   // The target of a view: y + M (edited(y) - y) of `photo`, or where null of the render. `mask` and
-  // `photo` have the view's size.
-  Image Target(Renderer& renderer, const PosedCamera& view, const Mask& mask, const Image* photo);
+  // `photo` have the view's size. `leaves` as RefitTarget::edited has it.
+  Image Target(Renderer& renderer, const PosedCamera& view, const Mask& mask, const Image* photo,
+               Mask* leaves = nullptr);
 
  private:
   struct Source;
@@ -50,7 +51,7 @@ class PaintCarrier {
   Blended BlendPaint(Renderer& renderer, const PosedCamera& view) const;
   void Carry(size_t k, const Shown& shown, Carried& carried) const;
 
-  PaintedEdit edit_;
+  PaintedEdit edit_, unclipped_;
   std::vector<Source> sources_;
   const GaussianModel& model_;
   std::shared_ptr<const GaussianPaint> paint_;

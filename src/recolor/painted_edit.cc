@@ -24,9 +24,9 @@ float LightOf(const float* rgb) {
   return Luminance(linear);
 }
 
-PaintedEdit::PaintedEdit(const ColorEdit& edit)
-    : before_(PartOf(edit, true), OutOfRange::kBroughtIn, PartOf(edit, false).operations),
-      after_(PartOf(edit, false)),
+PaintedEdit::PaintedEdit(const ColorEdit& edit, OutOfRange out_of_range)
+    : before_(PartOf(edit, true), out_of_range, PartOf(edit, false).operations),
+      after_(PartOf(edit, false), out_of_range),
       strength_(edit.strength) {
   for (const ColorOperation& op : edit.operations) {
     if (!op.picture) continue;

@@ -19,7 +19,7 @@ float LightOf(const float* rgb);
 
 class PaintedEdit {
  public:
-  explicit PaintedEdit(const ColorEdit& edit);
+  explicit PaintedEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn);
 
   // What the edit at its full strength makes of a color that `painted` covers by `alpha`: of the
   // operations before the paint, of the paint, of those that follow it.

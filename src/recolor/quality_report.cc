@@ -37,15 +37,14 @@ class ReportedEdit {
   void Apply(std::vector<float>* colors) const { edit_.ApplyToAll(*colors); }
 
   // How many of the colors, as a screen shows them, leave the gamut. `edited`: what Apply() made of
-  // them; or empty.
+  // them.
   int64_t CountLeaving(const std::vector<float>& colors, const std::vector<float>& edited) const {
     // The edit costs more than all else that is done to a pixel: mostly once is enough.
-    const bool is_known = !clips_ && !edited.empty();
     std::vector<float> others;
     int64_t count = 0;
     for (size_t i = 0; i < colors.size(); i += 3) {
       const float shown[3] = {Shown(colors[i]), Shown(colors[i + 1]), Shown(colors[i + 2])};
-      if (is_known && std::equal(shown, shown + 3, &colors[i])) {
+      if (!clips_ && std::equal(shown, shown + 3, &colors[i])) {
         count += LeavesGamut(&edited[i]);
       } else {
         others.insert(others.end(), shown, shown + 3);
@@ -57,13 +56,6 @@ class ReportedEdit {
   }
 
  private:
-  // By more than the rounding of eight bits.
-  static bool LeavesGamut(const float* edited) {
-    constexpr float kRounding = 0.5f / 255;
-    const auto [least, most] = std::minmax({edited[0], edited[1], edited[2]});
-    return least < -kRounding || most > 1 + kRounding;
-  }
-
   CompiledEdit edit_, unclipped_;
   bool clips_;
 };
@@ -81,6 +73,7 @@ struct Comparison {
   const RefitTarget& target;
   const Image* photo;  // the target's; or null
   const Image& made;   // by target.edited; or empty
+  const Mask& leaves;  // its own, where it made it
   const ReportedEdit& edit;
   const Pair& pair;
 };
@@ -122,8 +115,10 @@ void CompareInside(const Comparison& in, const std::vector<size_t>& pixels, Erro
   if (in.made.Empty()) {
     edited = colors;
     in.edit.Apply(&edited);
+    sums->out_of_gamut += in.edit.CountLeaving(colors, edited);
+  } else {
+    for (const size_t p : pixels) sums->out_of_gamut += IsInside(in.leaves.data[p]);
   }
-  sums->out_of_gamut += in.edit.CountLeaving(colors, edited);
   for (size_t i = 0; i < pixels.size(); ++i) {
     const size_t p = pixels[i];
     const float share = float(in.target.mask->data[p]) / 255.0f;
@@ -292,9 +287,10 @@ class TargetMeter {
 
   // In rows of pixels that are wanted of each tile.
   ErrorSums Measure(const RefitTarget& target, uint16_t pixel_rows = kAllPixelRows) {
-    const Image made = MadeFor(target, renderer_);
+    Mask leaves(target.mask->width, target.mask->height);
+    const Image made = MadeFor(target, renderer_, &leaves);
     const std::shared_ptr<const Image> photo = PhotoOf(target, renderer_);
-    return Compare({target, photo.get(), made, reported_, pair_.Render(target, pixel_rows)},
+    return Compare({target, photo.get(), made, leaves, reported_, pair_.Render(target, pixel_rows)},
                    pixel_rows);
   }
 

@@ -152,9 +152,9 @@ std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& render
   return std::make_shared<const Image>(WithoutBackground(*photo, target.camera, renderer));
 }
 
-Image MadeFor(const RefitTarget& target, Renderer& renderer) {
+Image MadeFor(const RefitTarget& target, Renderer& renderer, Mask* leaves) {
   if (!target.edited) return {};
-  Image made = target.edited(renderer);
+  Image made = target.edited(renderer, leaves);
   CheckSize(target, made.width, made.height, made.data.size(), 3, "edited picture");
   return HasBackground(renderer) ? WithoutBackground(std::move(made), target.camera, renderer)
                                  : made;

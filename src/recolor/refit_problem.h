@@ -26,7 +26,7 @@ void CheckTarget(const RefitTarget& target);
 // between the Gaussians: what is fitted and measured are their colors alone. Null or empty where
 // there is none. InputError where one is not of the view's size.
 std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& renderer);
-Image MadeFor(const RefitTarget& target, Renderer& renderer);
+Image MadeFor(const RefitTarget& target, Renderer& renderer, Mask* leaves = nullptr);
 
 // An edit in backend memory, for its kernels.
 struct UploadedEdit {

@@ -28,8 +28,10 @@ struct RefitTarget {
   // the renderer has a background, photos, and what `edited` makes, show it between the Gaussians.
   std::function<std::shared_ptr<const Image>()> photo = nullptr;
   // Makes the target itself, where that is more than a map of the colors of render or photo
-  // (PaintCarrier): of the view's size, given a renderer that shows the original scene.
-  std::function<Image(Renderer&)> edited = nullptr;
+  // (PaintCarrier): of the view's size, given a renderer that shows the original scene. `leaves`,
+  // where it is not null, gets 255 where the edited color, before it is brought into the range, no
+  // screen shows.
+  std::function<Image(Renderer&, Mask* leaves)> edited = nullptr;
 };
 
 // A photo that is in memory, for RefitTarget; it outlives the target.

@@ -269,6 +269,34 @@ TEST(PaintCarrierTest, ThePaintedViewShowsItsPicture) {
   }
 }
 
+// What no screen shows is what a pixel's own edit makes of it: paint covers what was made too
+// bright before it, and is made too bright by what follows.
+TEST(PaintCarrierTest, TellsWhichColorsLeaveTheGamut) {
+  Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
+  const PosedCamera painted = CameraAt(0.0);
+  PaintLayer layer = PaintOf(painted, [](int, int) { return Vector3f(0.2f, 0.3f, 0.4f); });
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kWidth / 2; x < kWidth; ++x) layer.alpha(x, y) = 0;
+  }
+  const ColorOperation brighter = ColorOperation::Make(ColorOperationKind::kExposure, {4});
+  const Mask mask = InsideMask(painted);
+  for (const bool first : {true, false}) {
+    ColorEdit edit = EditOf({layer});
+    edit.operations.insert(first ? edit.operations.begin() : edit.operations.end(), brighter);
+    PaintCarrier carrier(edit, {painted}, scene.model);
+    Mask leaves;
+    carrier.Target(scene.renderer, painted, mask, nullptr, &leaves);
+    int wrong = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const bool too_bright = mask(x, y) && !(first && x < kWidth / 2);
+        wrong += (leaves(x, y) > 0) != too_bright;
+      }
+    }
+    EXPECT_LT(wrong, 3 * kHeight) << first;  // the paint's border
+  }
+}
+
 Mask SquareMask(const PosedCamera& view, double half) {
   Mask mask(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
@@ -340,8 +368,9 @@ TEST(PaintCarrierTest, TheFitShowsThePaint) {
   for (const double azimuth : {-0.4, 0.0, 0.4}) masks.push_back(InsideMask(CameraAt(azimuth)));
   for (size_t v = 0; v < masks.size(); ++v) {
     RefitTarget target{"view", CameraAt(0.4 * (double(v) - 1)), &masks[v]};
-    target.edited = [carrier, camera = target.camera, mask = target.mask](Renderer& renderer) {
-      return carrier->Target(renderer, camera, *mask, nullptr);
+    target.edited = [carrier, camera = target.camera, mask = target.mask](Renderer& renderer,
+                                                                          Mask* leaves) {
+      return carrier->Target(renderer, camera, *mask, nullptr, leaves);
     };
     targets.push_back(target);
   }
@@ -384,8 +413,9 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   std::vector<RefitTarget> targets;
   for (size_t v = 0; v < cameras.size(); ++v) {
     RefitTarget target{"view", cameras[v], &masks[v]};
-    target.edited = [carrier, camera = target.camera, mask = target.mask](Renderer& renderer) {
-      return carrier->Target(renderer, camera, *mask, nullptr);
+    target.edited = [carrier, camera = target.camera, mask = target.mask](Renderer& renderer,
+                                                                          Mask* leaves) {
+      return carrier->Target(renderer, camera, *mask, nullptr, leaves);
     };
     targets.push_back(target);
   }

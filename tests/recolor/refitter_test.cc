@@ -177,7 +177,7 @@ TEST_P(RefitterTest, TheBackgroundOfPhotosIsNotFitted) {
   std::vector<RefitTarget> made = scene_.Targets();
   for (size_t v = 0; v < made.size(); ++v) {
     made[v].photo = nullptr;
-    made[v].edited = [&, v](Renderer&) { return scene_.photos[v]; };
+    made[v].edited = [&, v](Renderer&, Mask*) { return scene_.photos[v]; };
   }
   EXPECT_LT(change_by(std::move(made)), kMost);
 }
@@ -223,7 +223,7 @@ TEST_P(RefitterTest, RefusesTargetsThatDoNotFit) {
   const Image photo(64, 47);
   targets[2].photo = HeldPhoto(photo);
   EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("photo is 64x47")));
-  targets[2].edited = [](Renderer&) { return Image(63, 48); };
+  targets[2].edited = [](Renderer&, Mask*) { return Image(63, 48); };
   EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("edited picture is 63x48")));
   targets.clear();
   EXPECT_THAT(make, ThrowsMessage<OptionError>(HasSubstr("no view")));

@@ -57,9 +57,9 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
   const auto carrier = std::make_shared<PaintCarrier>(edit, LayerCameras(edit, scene_.workspace()),
                                                       scene_.original(), region.paint);
   for (RefitTarget& one : targets) {
-    one.edited = [carrier, camera = one.camera, mask = one.mask,
-                  photo = one.photo](Renderer& renderer) {
-      return carrier->Target(renderer, camera, *mask, photo ? photo().get() : nullptr);
+    one.edited = [carrier, camera = one.camera, mask = one.mask, photo = one.photo](
+                     Renderer& renderer, Mask* leaves) {
+      return carrier->Target(renderer, camera, *mask, photo ? photo().get() : nullptr, leaves);
     };
   }
   return targets;
