@@ -225,7 +225,7 @@ void DescribeSession(const EditSession& session, const std::string& backend, Run
   if (backend == "auto" && !fault.empty() && fault != kCudaNotBuiltIn && fault != kCudaNoDevice) {
     run.Warn("the GPU is not used (" + fault + "): kernels run on the CPU");
   }
-  for (const std::string& warning : session.workspace().warnings) run.Warn(warning);
+  for (const std::string& warning : session.warnings()) run.Warn(warning);
 }
 
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required) {
