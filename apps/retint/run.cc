@@ -2,6 +2,7 @@
 // retint run: a job file, whose stages are kept and go on from the first that changed.
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -32,8 +33,8 @@ void PrintStage(const JobStage& stage, const char* state, const Run& run) {
 
 void PrintOutputs(const JobOutputs& outputs, const Run& run) {
   std::vector<std::filesystem::path> paths = outputs.splats;
-  for (const auto& path :
-       {outputs.report, outputs.page, outputs.masks, outputs.views, outputs.session}) {
+  for (const auto& path : {outputs.report, outputs.page, outputs.masks, outputs.views,
+                           outputs.session, outputs.finer_splat}) {
     if (!path.empty()) paths.push_back(path);
   }
   for (const auto& path : paths) run.Print(fmt::format("wrote        {}", path.string()));
@@ -58,9 +59,9 @@ void RunJob(const Arguments& arguments, Run& run) {
   scene.model = job.model;
   scene.world_from_splat = job.world_from_splat;
   if (job.views > 0) scene.views = job.views;
-  const auto session = OpenSession(scene, job.holdout, run);
+  auto session = OpenSession(scene, job.holdout, run);
   StageCache cache(CacheFolder(arguments, job));
-  JobRunner runner(job, *session, cache);
+  JobRunner runner(job, std::move(session), cache);
   if (arguments.dry_run) {
     run.FinishProgress();
     for (const JobStage& stage : runner.Plan()) {
@@ -70,6 +71,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   }
   std::vector<JobStage> stages;
   runner.Run([&](const JobStage& stage) { stages.push_back(stage); }, run.monitor());
+  for (const std::string& warning : runner.warnings()) run.Warn(warning);
   runner.WriteOutputs(run.monitor());
   run.SetWritten();
   cache.Trim(arguments.keep_mb << 20);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "job/job_file.h"
 
+#include <algorithm>
 #include <set>
 
 #include "base/error.h"
@@ -32,6 +33,7 @@ class JobReader {
   fs::path OptionalPath(const Node& parent, const char* key) const;
   // `options` with what `parent` holds under "options".
   EditOptions Options(const Node& parent, EditOptions options, bool with_refit) const;
+  RefineOptions Refine(const Node& node) const;
   void Scene(const Node& node, Job* job) const;
   // Adds what is to be said to the job's warnings.
   JobRegion Region(const Node& node, Job& job) const;
@@ -74,6 +76,15 @@ EditOptions JobReader::Options(const Node& parent, EditOptions options, bool wit
   } catch (const OptionError& error) {
     node.Fail(error.what());
   }
+  return options;
+}
+
+RefineOptions JobReader::Refine(const Node& node) const {
+  RefineOptions options;
+  OptionList list;
+  options.Describe(list);
+  session_json::AllowOnlyOptions(node, list);
+  session_json::ReadOptions(node, list);
   return options;
 }
 
@@ -141,7 +152,7 @@ ColorEdit JobReader::Edit(const Node& node, std::vector<std::string>* warnings) 
 }
 
 JobRegion JobReader::Region(const Node& node, Job& job) const {
-  node.AllowOnly({"name", "paint", "masks", "edit", "strength", "options"});
+  node.AllowOnly({"name", "paint", "masks", "edit", "strength", "options", "refine"});
   JobRegion region;
   region.name = node.At("name").Text();
   // It names a folder of masks.
@@ -159,11 +170,12 @@ JobRegion JobReader::Region(const Node& node, Job& job) const {
     if (region.strength < 0 || region.strength > 1) node.At("strength").Fail("is not in [0, 1]");
   }
   region.options = Options(node, job.options, /*with_refit=*/false);
+  if (node.Has("refine")) region.refine = Refine(node.At("refine"));
   return region;
 }
 
 JobOutputs JobReader::Outputs(const Node& node) const {
-  node.AllowOnly({"splats", "report", "report_html", "masks", "views", "session"});
+  node.AllowOnly({"splats", "report", "report_html", "masks", "views", "session", "finer_splat"});
   JobOutputs outputs;
   std::set<fs::path> seen;
   if (node.Has("splats")) {
@@ -177,6 +189,7 @@ JobOutputs JobReader::Outputs(const Node& node) const {
   outputs.masks = OptionalPath(node, "masks");
   outputs.views = OptionalPath(node, "views");
   outputs.session = OptionalPath(node, "session");
+  outputs.finer_splat = OptionalPath(node, "finer_splat");
   if (node.json().empty()) node.Fail("names nothing to write");
   return outputs;
 }
@@ -195,6 +208,7 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
   for (const fs::path& splat : job.outputs.splats) add(&written, "one of splats", splat);
   try {
     CheckApart(written, read);
+    add(&written, "finer_splat", job.outputs.finer_splat);
     add(&written, "report", job.outputs.report);
     add(&written, "report_html", job.outputs.page);
     CheckApart(written, read);
@@ -204,7 +218,17 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
   } catch (const OptionError& error) {
     node.Fail(error.what());
   }
-  const fs::path& session = job.outputs.session;
+  const fs::path &session = job.outputs.session, &finer = job.outputs.finer_splat;
+  const bool refines = std::ranges::any_of(
+      job.regions, [](const JobRegion& region) { return region.refine.has_value(); });
+  if (!finer.empty()) {
+    if (!refines) node.At("finer_splat").Fail("no region has \"refine\"");
+    if (finer.extension() != ".ply") node.At("finer_splat").Fail("is not a .ply");
+  } else if (refines && !session.empty()) {
+    node.At("session").Fail(
+        "needs \"finer_splat\" beside it: a session names the file of its splat, which \"refine\" "
+        "makes another");
+  }
   for (const auto& [name, folder] :
        {std::pair("masks", job.outputs.masks), std::pair("views", job.outputs.views)}) {
     if (session.empty() || folder.empty()) continue;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "recolor/color_edit.h"
+#include "recolor/finer_gaussians.h"
 #include "session/edit_options.h"
 
 namespace retint {
@@ -29,6 +30,7 @@ struct JobRegion {
   EditOptions options;                                 // its refit is the job's
   ColorEdit edit;
   float strength = 1;
+  std::optional<RefineOptions> refine;  // split large Gaussians before the fits
 };
 
 // Empty: not written.
@@ -39,6 +41,7 @@ struct JobOutputs {
   std::filesystem::path masks;                // folder: <region's name>/<image name>.png
   std::filesystem::path views;                // folder: <image name>.png of the recolored scene
   std::filesystem::path session;              // folder NAME.retint, to go on in the editor
+  std::filesystem::path finer_splat;          // .ply: with Gaussians split and no color changed
 };
 
 struct Job {

@@ -82,6 +82,11 @@ Json RegionSchema() {
   OptionList selection;
   options.select.Describe(selection);
   options.projector.Describe(selection);
+  RefineOptions refining;
+  Json refine = OptionsSchema(Described(refining));
+  refine["description"] =
+      "split large Gaussians that take paint of the edit, or where it has none those inside the "
+      "masks, before the job's fits";
   const Json paint = Object({{"view", Text("name of the painted image")},
                              {"mask", Text("a picture of its size, black outside")}},
                             {"view", "mask"});
@@ -94,7 +99,8 @@ Json RegionSchema() {
                         {"masks", masks},
                         {"edit", EditSchema()},
                         {"strength", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
-                        {"options", OptionsSchema(selection)}},
+                        {"options", OptionsSchema(selection)},
+                        {"refine", refine}},
                        {"name", "edit"});
   region["oneOf"] = {{{"required", {"paint"}}}, {{"required", {"masks"}}}};
   return region;
@@ -123,7 +129,10 @@ std::string JobSchema() {
               {"report_html", Text("an .html file, to look at")},
               {"masks", Text("a folder: <region>/<image name>.png")},
               {"views", Text("a folder: <image name>.png of the recolored scene")},
-              {"session", Text("a folder NAME.retint, to go on in the editor")}});
+              {"session", Text("a folder NAME.retint, to go on in the editor")},
+              {"finer_splat",
+               Text("a .ply: the scene's splat with the Gaussians that \"refine\" made and its "
+                    "colors as they were, which \"session\" then refers to")}});
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                  {"title", "A job of retint run; relative paths start in its folder"}};
   schema.update(

@@ -2,9 +2,12 @@
 #include "job/run_job.h"
 
 #include <algorithm>
+#include <future>
 #include <set>
 #include <system_error>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -12,6 +15,7 @@
 #include "job/stage_files.h"
 #include "recolor/edit_text.h"
 #include "scene/image_checks.h"
+#include "session/finer_session.h"
 #include "session/pictures/compare_pictures.h"
 #include "session/reporting/export.h"
 #include "session/reporting/report_html.h"
@@ -108,27 +112,30 @@ void CheckMasksStay(const Job& job, const Pictures& pictures) {
 
 }  // namespace
 
-JobRunner::JobRunner(const Job& job, EditSession& session, StageCache& cache)
-    : job_(job), session_(session), cache_(cache) {
+JobRunner::JobRunner(const Job& job, std::unique_ptr<EditSession> session, StageCache& cache)
+    : job_(job), session_(std::move(session)), cache_(cache) {
   for (const fs::path& splat : job.outputs.splats) {
     CodecForWriting(splat);
     CheckOutput(splat);
   }
-  for (const fs::path& file : {job.outputs.report, job.outputs.page}) {
+  for (const fs::path& file : {job.outputs.report, job.outputs.page, job.outputs.finer_splat}) {
     if (!file.empty()) CheckOutput(file);
   }
   for (const fs::path& folder : {job.outputs.masks, job.outputs.views, job.outputs.session}) {
     if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
   }
-  CheckMasksStay(job, session.pictures());
+  CheckMasksStay(job, session_->pictures());
   if (!job.outputs.session.empty()) SessionWriter(job.outputs.session).CheckFolder();
   if (job.options.refit.target == TargetKind::kPhoto) {
-    for (const View* view : session.train_views()) {
-      if (session.workspace().HasPhoto(*view)) continue;
-      throw InputError(session.workspace().PhotoPath(*view), "the target \"photo\" needs it");
+    for (const View* view : session_->train_views()) {
+      if (session_->workspace().HasPhoto(*view)) continue;
+      throw InputError(session_->workspace().PhotoPath(*view), "the target \"photo\" needs it");
     }
   }
-  for (const JobRegion& region : job.regions) plans_.push_back(ReadRegion(region));
+  for (const JobRegion& region : job.regions) {
+    plans_.push_back(ReadRegion(region));
+    refines_ = refines_ || region.refine;
+  }
   AddKeys();
 }
 
@@ -136,11 +143,11 @@ JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) const {
   RegionPlan plan;
   plan.region = &region;
   for (const JobPaint& paint : region.paint) {
-    for (PaintedView& view : session_.ReadBrush(paint.view, paint.mask)) {
+    for (PaintedView& view : session_->ReadBrush(paint.view, paint.mask)) {
       plan.painted.push_back(std::move(view));
     }
   }
-  const Pictures pictures = session_.pictures();
+  const Pictures pictures = session_->pictures();
   if (!region.mask_folder.empty()) {
     plan.masks = pictures.ToViews(pictures.ReadMasks(region.mask_folder));
   }
@@ -161,19 +168,20 @@ JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) const {
 }
 
 void JobRunner::AddKeys() {
-  const std::string scene = SceneKey(session_);
-  StageKey before("refit");
+  const std::string scene = SceneKey(*session_);
+  StageKey before("refit"), edits("edits"), refine("refine");
+  refine.Add(scene);
+  refine.AddValue(job_.holdout);
   before.Add(scene);
   before.Add(OptionKey(Described(job_.options.refit)));
   before.AddValue(job_.holdout);
   if (job_.options.refit.target == TargetKind::kPhoto) {
-    for (const View* view : session_.train_views()) {
-      AddFile(before, session_.workspace().PhotoPath(*view));
+    for (const View* view : session_->train_views()) {
+      AddFile(before, session_->workspace().PhotoPath(*view));
     }
   }
-  bool all_keep = true;
   for (RegionPlan& plan : plans_) {
-    plan.keeps_fit = all_keep = all_keep && plan.keeps_cloud;
+    const ColorEdit& edit = plan.region->edit;
     StageKey select("select"), project("project");
     select.Add(scene);
     select.Add(OptionKey(Described(plan.region->options.select)));
@@ -184,34 +192,59 @@ void JobRunner::AddKeys() {
     AddMasks(project, plan.masks);
     plan.project_key = project.Hex();
     // A region starts from the colors that the ones before it left.
-    before.Add(plan.project_key);
-    before.Add(EditToJson(plan.region->edit, /*with_tables=*/true));
-    AddPictures(before, plan.region->edit, session_.workspace());
-    before.AddValue(plan.region->strength);
+    edits.Add(plan.project_key);
+    edits.Add(EditToJson(edit, /*with_tables=*/true));
+    AddPictures(edits, edit, session_->workspace());
+    edits.AddValue(plan.region->strength);
+    plan.refit_key = edits.Hex();
+    if (!plan.region->refine) continue;
+    refine.Add(plan.project_key);
+    refine.Add(OptionKey(Described(*plan.region->refine)));
+    // Paint says which Gaussians are split.
+    if (std::ranges::any_of(edit.operations,
+                            [](const auto& op) { return op.picture != nullptr; })) {
+      refine.Add(edits.Hex());
+    }
+    plan.refine_key = refine.Hex();
+  }
+  if (refines_) before.Add(refine.Hex());
+  bool all_keep = !refines_ || std::ranges::all_of(plans_, &RegionPlan::keeps_cloud);
+  for (RegionPlan& plan : plans_) {
+    plan.keeps_fit = all_keep = all_keep && plan.keeps_cloud;
+    before.Add(plan.refit_key);
     plan.refit_key = before.Hex();
   }
 }
 
-std::vector<JobStage> JobRunner::StagesOf(const RegionPlan& plan) const {
-  std::vector<JobStage> stages;
+std::vector<JobStage> JobRunner::SelectionStages(const RegionPlan& plan) const {
+  if (plan.painted.empty()) return {};
   const bool projected = plan.keeps_cloud && cache_.Has("project", plan.project_key);
-  const auto add = [&](const char* name, const std::string& key, bool cached) {
-    stages.push_back({plan.region->name, name, key, cached});
-  };
-  if (!plan.painted.empty()) {
-    add("select", plan.select_key,
-        projected || (plan.keeps_cloud && cache_.Has("select", plan.select_key)));
-    add("project", plan.project_key, projected);
-  }
-  add("refit", plan.refit_key, plan.keeps_fit && cache_.Has("refit", plan.refit_key));
-  return stages;
+  const bool selected = projected || (plan.keeps_cloud && cache_.Has("select", plan.select_key));
+  return {{plan.region->name, "select", plan.select_key, selected},
+          {plan.region->name, "project", plan.project_key, projected}};
+}
+
+JobStage JobRunner::RefineStage(const RegionPlan& plan) const {
+  return {plan.region->name, "refine", plan.refine_key,
+          plan.keeps_fit && cache_.Has("refine", plan.refine_key)};
+}
+
+JobStage JobRunner::RefitStage(const RegionPlan& plan) const {
+  return {plan.region->name, "refit", plan.refit_key,
+          plan.keeps_fit && cache_.Has("refit", plan.refit_key)};
 }
 
 std::vector<JobStage> JobRunner::Plan() const {
   std::vector<JobStage> stages;
   for (const RegionPlan& plan : plans_) {
-    for (JobStage& stage : StagesOf(plan)) stages.push_back(std::move(stage));
+    for (JobStage& stage : SelectionStages(plan)) stages.push_back(std::move(stage));
+    if (!refines_) stages.push_back(RefitStage(plan));
   }
+  if (!refines_) return stages;
+  for (const RegionPlan& plan : plans_) {
+    if (plan.region->refine) stages.push_back(RefineStage(plan));
+  }
+  for (const RegionPlan& plan : plans_) stages.push_back(RefitStage(plan));
   return stages;
 }
 
@@ -223,7 +256,7 @@ RegionSelection JobRunner::Select(const RegionPlan& plan, Kept* kept, Monitor& m
   }
   kept->cloud = kept->masks =
       plan.keeps_cloud && cache_.Read("project", plan.project_key, [&](const fs::path& folder) {
-        ReadProjected(folder, session_, &selection);
+        ReadProjected(folder, *session_, &selection);
       });
   selection.source.painted = plan.painted;
   if (kept->masks) return selection;
@@ -234,7 +267,7 @@ RegionSelection JobRunner::Select(const RegionPlan& plan, Kept* kept, Monitor& m
         ReadSelected(folder, &source.cloud, &source.reports);
       });
   if (!kept->cloud) {
-    SelectionResult result = session_.selection().Select(plan.painted, options.select, monitor);
+    SelectionResult result = session_->selection().Select(plan.painted, options.select, monitor);
     source.cloud = std::move(result.cloud);
     source.reports = std::move(result.painted);
     if (plan.keeps_cloud) {
@@ -244,7 +277,7 @@ RegionSelection JobRunner::Select(const RegionPlan& plan, Kept* kept, Monitor& m
     }
   }
   ProjectedMasks masks =
-      session_.selection().Project(source.cloud, plan.painted, options.projector, monitor);
+      session_->selection().Project(source.cloud, plan.painted, options.projector, monitor);
   selection.masks = std::move(masks.masks);
   selection.shares = std::move(masks.shares);
   return selection;
@@ -255,59 +288,117 @@ RegionSelection JobRunner::Select(const RegionPlan& plan, Kept* kept, Monitor& m
 bool JobRunner::UseFit(const RegionPlan& plan, RegionId id) {
   RegionFit fit;
   if (!plan.keeps_fit || !cache_.Read("refit", plan.refit_key, [&](const fs::path& folder) {
-        fit = ReadFit(folder, session_.original());
+        fit = ReadFit(folder, session_->original());
       })) {
     return false;
   }
   const RefitJob& job = job_.options.refit;
-  RegionSet regions = session_.regions();
+  RegionSet regions = session_->regions();
   Region* region = regions.Find(id);
   fit.key = regions.FitKey(static_cast<size_t>(region - regions.regions.data()), job);
   region->fit = std::make_shared<const RegionFit>(std::move(fit));
-  session_.RestoreRegions(std::move(regions), job);
+  session_->RestoreRegions(std::move(regions), job);
   return true;
 }
 
 void JobRunner::KeepFit(const RegionPlan& plan, RegionId id) {
-  const auto fit = session_.regions().Find(id)->fit;
+  const auto fit = session_->regions().Find(id)->fit;
   if (!fit || !plan.keeps_fit) return;
   cache_.Write("refit", plan.refit_key, [&](const fs::path& folder) { WriteFit(folder, *fit); });
 }
 
-void JobRunner::RunRegion(const RegionPlan& plan,
-                          const std::function<void(const JobStage&)>& on_stage, Monitor& monitor) {
+RegionId JobRunner::AddRegion(const RegionPlan& plan, const OnStage& on_stage, Monitor& monitor) {
   Kept kept;
   RegionSelection selection = Select(plan, &kept, monitor);
   // As it went: what was kept may have been damaged since.
-  std::vector<JobStage> stages = StagesOf(plan);
-  for (JobStage& stage : stages) {
-    if (stage.name == "refit") continue;
+  for (JobStage& stage : SelectionStages(plan)) {
     stage.cached = stage.name == "select" ? kept.cloud : kept.masks;
     on_stage(stage);
   }
-  const RegionId id =
-      session_.AddRegion(plan.region->name, std::move(selection.masks), std::move(selection.shares),
-                         plan.region->edit, monitor, std::move(selection.source));
+  const RegionId id = session_->AddRegion(plan.region->name, std::move(selection.masks),
+                                          std::move(selection.shares), plan.region->edit, monitor,
+                                          std::move(selection.source));
+  const Region* region = session_->regions().Find(id);
   if (!plan.painted.empty() && !kept.masks && plan.keeps_cloud) {
     cache_.Write("project", plan.project_key, [&](const fs::path& folder) {
-      WriteProjected(folder, *session_.regions().Find(id)->selection, monitor);
+      WriteProjected(folder, *region->selection, monitor);
     });
   }
-  session_.SetEdit(id, session_.regions().Find(id)->edit, plan.region->strength);
-  stages.back().cached = UseFit(plan, id);
-  on_stage(stages.back());
-  if (stages.back().cached) return;
-  session_.Refit(job_.options.refit, monitor);
+  const double on_large =
+      plan.region->refine ? 0 : PaintOnLargeGaussians(*region, session_->scene());
+  if (on_large >= kMuchPaint) {
+    warnings_.push_back(fmt::format(
+        "region '{}': {:.0f} % of the paint is on Gaussians too large for stripes or letters; "
+        "\"refine\" splits them",
+        region->name, 100 * on_large));
+  }
+  session_->SetEdit(id, region->edit, plan.region->strength);
+  return id;
+}
+
+void JobRunner::Refine(const RegionPlan& plan, RegionId id, const OnStage& on_stage,
+                       Monitor& monitor) {
+  const RefineOptions& options = *plan.region->refine;
+  Refinement refined;
+  JobStage stage = RefineStage(plan);
+  stage.cached =
+      plan.keeps_fit && cache_.Read("refine", plan.refine_key, [&](const fs::path& folder) {
+        refined = ReadRefined(folder, session_->original());
+      });
+  on_stage(stage);
+  if (!stage.cached) {
+    refined = RefineRegion(*session_, id, options, monitor);
+    if (plan.keeps_fit) {
+      cache_.Write("refine", plan.refine_key,
+                   [&](const fs::path& folder) { WriteRefined(folder, refined); });
+    }
+  }
+  const std::string warning = refined.summary.Warning(options);
+  if (!warning.empty()) warnings_.push_back("region '" + plan.region->name + "': " + warning);
+  if (refined.summary.split == 0) return;
+  refined_.emplace(plan.region->name, refined.summary);
+  session_ = WithFinerGaussians(*session_, std::move(refined.finer), {}, monitor);
+}
+
+void JobRunner::Fit(const RegionPlan& plan, RegionId id, const OnStage& on_stage,
+                    Monitor& monitor) {
+  JobStage stage = RefitStage(plan);
+  stage.cached = UseFit(plan, id);
+  on_stage(stage);
+  if (stage.cached) return;
+  session_->Refit(job_.options.refit, monitor);
   KeepFit(plan, id);
 }
 
-void JobRunner::Run(const std::function<void(const JobStage&)>& on_stage, Monitor& monitor) {
-  for (const RegionPlan& plan : plans_) RunRegion(plan, on_stage, monitor);
+void JobRunner::Run(const OnStage& on_stage, Monitor& monitor) {
+  std::vector<RegionId> ids;
+  for (const RegionPlan& plan : plans_) {
+    ids.push_back(AddRegion(plan, on_stage, monitor));
+    if (!refines_) Fit(plan, ids.back(), on_stage, monitor);
+  }
+  if (!refines_) return;
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    if (plans_[i].region->refine) Refine(plans_[i], ids[i], on_stage, monitor);
+  }
+  // Region by region, so that each fit is kept once it is done.
+  const RegionSet all = session_->regions();
+  RegionSet begun;
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    begun.regions.push_back(all.regions[i]);
+    session_->RestoreRegions(begun, job_.options.refit);
+    Fit(plans_[i], ids[i], on_stage, monitor);
+    begun = session_->regions();
+  }
 }
 
 RunReport JobRunner::Report(Monitor& monitor) {
-  RunReport report = FullReport(session_, job_.options.refit.target, monitor);
+  RunReport report = FullReport(*session_, job_.options.refit.target, monitor);
   report.options = SettingsThatApply(Described(job_.options));
+  for (RegionReport& region : report.regions) {
+    const auto found = refined_.find(region.name);
+    if (found != refined_.end()) region.refine = found->second;
+  }
+  if (report.regions.size() == 1) report.refine = report.regions[0].refine;
   return report;
 }
 
@@ -324,29 +415,37 @@ void JobRunner::WriteOutputs(Monitor& monitor) {
       options.title = job_.file.stem().string();
       options.command = "retint run " + job_.file.string();
       staged.Add(outputs.page, [&](const auto& path) {
-        WriteFile(path, HtmlReport(session_, report, options, monitor));
+        WriteFile(path, HtmlReport(*session_, report, options, monitor));
       });
     }
   }
   for (const fs::path& splat : outputs.splats) {
-    staged.Add(splat, [&](const auto& path) { session_.WriteSplat(path, monitor); });
+    staged.Add(splat, [&](const auto& path) { session_->WriteSplat(path, monitor); });
   }
   if (!outputs.masks.empty()) {
     staged.AddFolder(outputs.masks, [&](const fs::path& folder) {
-      for (const Region& region : session_.regions().regions) {
-        session_.WriteMasks(folder / region.name, region.id, monitor);
+      for (const Region& region : session_->regions().regions) {
+        session_->WriteMasks(folder / region.name, region.id, monitor);
       }
     });
   }
   if (!outputs.views.empty()) {
     staged.AddFolder(outputs.views, [&](const fs::path& folder) {
-      ExportViews(session_, session_.reconstruction().ViewsByName(), session_.CurrentSh(), folder,
-                  monitor);
+      ExportViews(*session_, session_->reconstruction().ViewsByName(), session_->CurrentSh(),
+                  folder, monitor);
+    });
+  }
+  if (!outputs.finer_splat.empty()) {
+    staged.Add(outputs.finer_splat, [&](const auto& path) {
+      WriteSplat(path, session_->original(), monitor);
+      std::promise<FileChecksum> checksum;
+      checksum.set_value(ChecksumFile(path));
+      session_->scene().SetSplat(outputs.finer_splat, checksum.get_future());
     });
   }
   // Writing it may fail, putting what is staged in place hardly does.
   if (!outputs.session.empty()) {
-    SessionWriter(outputs.session).Write(TakeSnapshot(session_), monitor);
+    SessionWriter(outputs.session).Write(TakeSnapshot(*session_), monitor);
   }
   staged.Commit();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "job/stage_files.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -22,12 +23,26 @@ Json ReadJson(const fs::path& path, session_json::LineIndex* lines) {
   return session_json::ParseWithLines(ReadFile(path), path, lines);
 }
 
+template <typename Values>
+std::string_view BytesOf(const Values& values) {
+  return {reinterpret_cast<const char*>(values.data()),
+          values.size() * sizeof(typename Values::value_type)};
+}
+
 uint64_t SumOf(const RegionFit& fit) {
   Xxh64Stream sum;
-  sum.Add(
-      {reinterpret_cast<const char*>(fit.indices.data()), fit.indices.size() * sizeof(int32_t)});
-  sum.Add({reinterpret_cast<const char*>(fit.sh.data()), fit.sh.size() * sizeof(float)});
+  sum.Add(BytesOf(fit.indices));
+  sum.Add(BytesOf(fit.sh));
   return sum.Get();
+}
+
+// Calls `visit` with each array of which the rows of parts are kept, and the values of a row.
+template <typename Model, typename Visit>
+void VisitParts(Model& model, const Visit& visit) {
+  visit(model.means, 3);
+  visit(model.log_scales, 3);
+  visit(model.opacity_logits, 1);
+  visit(model.sh, static_cast<size_t>(model.NumShCoeffs()) * 3);
 }
 
 template <typename T>
@@ -85,6 +100,62 @@ void ReadProjected(const fs::path& folder, const EditSession& session, RegionSel
   read.shares = std::move(shares.shares);
   ReadSelected(folder, &read.source.cloud, &read.source.reports);
   *selection = std::move(read);
+}
+
+void WriteRefined(const fs::path& folder, const Refinement& refined) {
+  const FinerGaussians& finer = refined.finer;
+  std::string bytes(BytesOf(finer.parents));
+  VisitParts(finer.model, [&](const auto& values, size_t row) {
+    bytes += BytesOf(values).substr(finer.stayed * row * sizeof(float));
+  });
+  const RefineSummary& summary = refined.summary;
+  const Json json = {{"gaussians", finer.parents.size()},
+                     {"stayed", finer.stayed},
+                     {"xxh64", HexText(Xxh64(bytes))},
+                     {"summary",
+                      {{"before", summary.before},
+                       {"split", summary.split},
+                       {"parts", summary.parts},
+                       {"pixels", summary.pixels},
+                       {"psnr_split", summary.psnr_split},
+                       {"psnr", summary.psnr}}}};
+  WriteFile(folder / "refined.json", json.dump());
+  WriteFile(folder / "refined.bin", bytes);
+}
+
+Refinement ReadRefined(const fs::path& folder, const GaussianModel& model) {
+  const fs::path path = folder / "refined.json", data = folder / "refined.bin";
+  session_json::LineIndex lines;
+  const Json json = ReadJson(path, &lines);
+  const Node root(json, path, "", &lines);
+  const std::string bytes = ReadFile(data);
+  if (Xxh64(bytes) != root.At("xxh64").Hex()) throw InputError(data, "is damaged");
+  ByteReader reader(bytes, data);
+  const size_t count = root.At("gaussians").Unsigned();
+  const size_t stayed = root.At("stayed").Unsigned(count);
+  std::vector<int32_t> parents = ReadValues<int32_t>(reader, count, "parents");
+  for (const int32_t parent : parents) {
+    if (parent < 0 || static_cast<size_t>(parent) >= model.NumGaussians()) {
+      throw InputError(data, "is of another splat");
+    }
+  }
+  Refinement refined;
+  refined.finer = CopyParents(model, std::move(parents), stayed);
+  VisitParts(refined.finer.model, [&](auto& values, size_t row) {
+    const auto parts = ReadValues<float>(reader, (count - stayed) * row, "parts");
+    std::copy(parts.begin(), parts.end(),
+              values.begin() + static_cast<std::ptrdiff_t>(stayed * row));
+  });
+  if (reader.Remaining() > 0) throw InputError(data, "is damaged");
+  const Node from = root.At("summary");
+  RefineSummary& summary = refined.summary;
+  summary.before = from.At("before").Unsigned();
+  summary.split = from.At("split").Unsigned();
+  summary.parts = from.At("parts").Unsigned();
+  summary.pixels = from.At("pixels").Number();
+  summary.psnr_split = from.At("psnr_split").Number();
+  summary.psnr = from.At("psnr").Number();
+  return refined;
 }
 
 void WriteFit(const fs::path& folder, const RegionFit& fit) {

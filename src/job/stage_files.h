@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "recolor/finer_gaussians.h"
 #include "session/edit_session.h"
 
 namespace retint {
@@ -23,6 +24,11 @@ void WriteProjected(const std::filesystem::path& folder, const RegionSelection& 
                     Monitor& monitor);
 void ReadProjected(const std::filesystem::path& folder, const EditSession& session,
                    RegionSelection* selection);
+
+// refined.json and refined.bin, of the stage "refine": the parts, which a `model` with the
+// Gaussians that were split is needed to read.
+void WriteRefined(const std::filesystem::path& folder, const Refinement& refined);
+Refinement ReadRefined(const std::filesystem::path& folder, const GaussianModel& model);
 
 // fit.json and fit.bin, of the stage "refit". The fit's key is the reader's to set.
 void WriteFit(const std::filesystem::path& folder, const RegionFit& fit);

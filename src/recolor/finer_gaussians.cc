@@ -323,6 +323,19 @@ double PsnrInside(Renderer& one, Renderer& other, const std::vector<RefitTarget>
 
 }  // namespace
 
+FinerGaussians CopyParents(const GaussianModel& model, std::vector<int32_t> parents,
+                           size_t stayed) {
+  FinerGaussians finer;
+  finer.parents = std::move(parents);
+  finer.stayed = stayed;
+  finer.model.ResizeUnset(finer.parents.size(), model.sh_degree);
+  for (size_t row = 0; row < finer.parents.size(); ++row) {
+    CopyGaussian(model, size_t(finer.parents[row]), finer.model, row);
+  }
+  finer.model.source = LayoutFor(model.source, finer.parents);
+  return finer;
+}
+
 FinerGaussians SplitGaussians(const GaussianModel& model, std::span<const PartSize> sizes) {
   const size_t before = model.NumGaussians();
   CheckOption(sizes.size() == before, "refine: one size a Gaussian is needed");
@@ -332,19 +345,14 @@ FinerGaussians SplitGaussians(const GaussianModel& model, std::span<const PartSi
       parts[g] = PartsOf(model, g, sizes[g]);
     }
   });
-  FinerGaussians finer;
+  std::vector<int32_t> parents;
   for (size_t g = 0; g < before; ++g) {
-    if (parts[g].empty()) finer.parents.push_back(int32_t(g));
+    if (parts[g].empty()) parents.push_back(int32_t(g));
   }
-  finer.stayed = finer.parents.size();
-  for (size_t g = 0; g < before; ++g) {
-    finer.parents.insert(finer.parents.end(), parts[g].size(), int32_t(g));
-  }
-  finer.model.ResizeUnset(finer.parents.size(), model.sh_degree);
-  for (size_t row = 0; row < finer.parents.size(); ++row) {
-    CopyGaussian(model, size_t(finer.parents[row]), finer.model, row);
-  }
-  size_t row = finer.stayed;
+  const size_t stayed = parents.size();
+  for (size_t g = 0; g < before; ++g) parents.insert(parents.end(), parts[g].size(), int32_t(g));
+  FinerGaussians finer = CopyParents(model, std::move(parents), stayed);
+  size_t row = stayed;
   for (const std::vector<Part>& of_one : parts) {
     for (const Part& part : of_one) {
       std::copy_n(part.mean.data(), 3, &finer.model.means[3 * row]);
@@ -352,7 +360,6 @@ FinerGaussians SplitGaussians(const GaussianModel& model, std::span<const PartSi
       finer.model.opacity_logits[row++] = part.opacity_logit;
     }
   }
-  finer.model.source = LayoutFor(model.source, finer.parents);
   return finer;
 }
 

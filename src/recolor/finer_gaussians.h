@@ -29,6 +29,10 @@ struct PartSize {
   float blur = 0;       // by how much of a deviation renderers widen it where it is seen
 };
 
+// `parents` as FinerGaussians has them: every row is its parent's, which is all that a part has
+// until its place, size, opacity and colors are set.
+FinerGaussians CopyParents(const GaussianModel& model, std::vector<int32_t> parents, size_t stayed);
+
 // Splits Gaussians along those of their axes that are longer than their `sizes`, [N], ask for, each
 // into 4096 parts at most, which are larger where there would be more.
 // Along an axis of deviation s a Gaussian of variance s^2 is the convolution of one of variance s^2

@@ -68,35 +68,40 @@ Region Carried(const Region& region, const std::vector<int32_t>& parents) {
 
 }  // namespace
 
-FinerSession MakeFinerSession(EditSession& session, RegionId id, const RefineOptions& options,
-                              const std::filesystem::path& splat, Monitor& monitor) {
+Refinement RefineRegion(EditSession& session, RegionId id, const RefineOptions& options,
+                        Monitor& monitor) {
   CheckOption(!session.scene().part(),
               "a splat that is opened in parts cannot have its Gaussians split");
   const Region& region = session.store().Require(id);
   session.ShowSh(session.original().sh);
-  Refinement refined = [&] {
-    const StageClock::Lap lap(session.scene().clock(), "refine");
-    return RefineGaussians(
-        session.renderer(), session.original(),
-        RenderTargets(session.reconstruction(), region.selection->masks, session.train_views()),
-        SharesToSplit(region), options, monitor);
-  }();
-  FinerSession finer;
-  finer.summary = refined.summary;
-  if (refined.summary.split == 0) return finer;
-  if (!splat.empty()) WriteSplat(splat, refined.finer.model, monitor);
+  const StageClock::Lap lap(session.scene().clock(), "refine");
+  return RefineGaussians(
+      session.renderer(), session.original(),
+      RenderTargets(session.reconstruction(), region.selection->masks, session.train_views()),
+      SharesToSplit(region), options, monitor);
+}
+
+std::unique_ptr<EditSession> WithFinerGaussians(const EditSession& session, FinerGaussians finer,
+                                                const std::filesystem::path& splat,
+                                                Monitor& monitor) {
+  if (!splat.empty()) WriteSplat(splat, finer.model, monitor);
   RegionSet regions;
   for (const Region& old : session.regions().regions) {
-    regions.regions.push_back(Carried(old, refined.finer.parents));
+    regions.regions.push_back(Carried(old, finer.parents));
   }
-  finer.session = std::make_unique<EditSession>(
-      session.scene().WithModel(std::move(refined.finer.model), splat));
+  auto made =
+      std::make_unique<EditSession>(session.scene().WithModel(std::move(finer.model), splat));
   const std::vector<std::string>& warnings = session.warnings();
-  for (size_t i = finer.session->warnings().size(); i < warnings.size(); ++i) {
-    finer.session->Warn(warnings[i]);
-  }
-  finer.session->RestoreRegions(std::move(regions), session.last_job());
-  return finer;
+  for (size_t i = made->warnings().size(); i < warnings.size(); ++i) made->Warn(warnings[i]);
+  made->RestoreRegions(std::move(regions), session.last_job());
+  return made;
+}
+
+FinerSession MakeFinerSession(EditSession& session, RegionId id, const RefineOptions& options,
+                              const std::filesystem::path& splat, Monitor& monitor) {
+  Refinement refined = RefineRegion(session, id, options, monitor);
+  if (refined.summary.split == 0) return {nullptr, refined.summary};
+  return {WithFinerGaussians(session, std::move(refined.finer), splat, monitor), refined.summary};
 }
 
 double PaintOnLargeGaussians(const Region& region, const OpenScene& scene) {

@@ -19,9 +19,16 @@ struct FinerSession {
 };
 
 // Splits large Gaussians inside a region's masks; where the region's edit has paint, those alone
-// that take some of it. `splat`: where to write the finer splat, whose file the new session then
-// has; empty: it stays in memory. OptionError for an unknown region and for a scene that was opened
-// in parts. Stages: RefineGaussians()', and "save".
+// that take some of it. OptionError for an unknown region and for a scene that was opened in parts.
+// Stages: RefineGaussians()'.
+Refinement RefineRegion(EditSession& session, RegionId region, const RefineOptions& options,
+                        Monitor& monitor);
+// A session with Gaussians that RefineRegion() made. `splat`: where to write them, whose file the
+// new session then has; empty: they stay in memory. Stage: "save".
+std::unique_ptr<EditSession> WithFinerGaussians(const EditSession& session, FinerGaussians finer,
+                                                const std::filesystem::path& splat,
+                                                Monitor& monitor);
+// Both.
 FinerSession MakeFinerSession(EditSession& session, RegionId region, const RefineOptions& options,
                               const std::filesystem::path& splat, Monitor& monitor);
 

@@ -133,6 +133,78 @@ TEST_F(JobRun, LaterRegionsStartFromEarlierOnes) {
             "select kept, project kept, refit kept, select kept, project kept, refit done");
 }
 
+TEST_F(JobRun, FinerGaussiansAreThoseOfRecolorAndAreKept) {
+  const CommandResult recolor =
+      RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat",
+                 (TinyWorkspace() / "splat.ply").string(), "--view", TinyView(), "--mask",
+                 TinyMask().string(), "--tint", "0.2,0.4,1", "--refine-gaussians", "--part-pixels",
+                 "0.5", "--most-parts", "3000", "--output", (temp_ / "recolor.ply").string()});
+  ASSERT_EQ(recolor.code, 0) << recolor.err;
+  const std::string expected = ReadFile(temp_ / "recolor.ply");
+
+  job_["regions"][0]["refine"] = {{"pixels", 0.5}, {"most", 3000}};
+  job_["outputs"]["report"] = "report.json";
+  const CommandResult first = Run();
+  ASSERT_EQ(first.code, 0) << first.err;
+  EXPECT_EQ(States(first.out), "select done, project done, refine done, refit done");
+  EXPECT_THAT(first.err, HasSubstr("region 'object': parts of 0.5 pixels would be more than 3000"));
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+  const json report = json::parse(ReadFile(temp_ / "report.json"));
+  EXPECT_GT(report["refine"]["parts"], report["refine"]["split"]);
+  EXPECT_EQ(report["regions"][0]["refine"], report["refine"]);
+
+  fs::remove(temp_ / "out.ply");
+  EXPECT_EQ(States(Run().out), "select kept, project kept, refine kept, refit kept");
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+  // Colors decide nothing of what is split, unless they are paint.
+  job_["regions"][0]["edit"] = {{"operations", {{{"op", "gray"}}}}};
+  EXPECT_EQ(States(Run({"--dry-run"}).out),
+            "select kept, project kept, refine kept, refit to");  // "to do"
+  job_["regions"][0]["refine"]["share"] = 0.6;
+  EXPECT_EQ(States(Run({"--dry-run"}).out), "select kept, project kept, refine to, refit to");
+}
+
+TEST_F(JobRun, AllRegionsAreFittedOnTheFinerSplat) {
+  json second = job_["regions"][0];
+  second["name"] = "again";
+  second["edit"] = {{"operations", {{{"op", "gray"}}}}};
+  second["refine"] = {{"pixels", 0.5}, {"most", 3000}};
+  job_["regions"].push_back(second);
+  job_["outputs"]["report"] = "report.json";
+  job_["outputs"]["session"] = "edit.retint";
+  CommandResult result = Run();
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.err, HasSubstr("outputs.session: needs \"finer_splat\""));
+  job_["outputs"]["finer_splat"] = "finer.ply";
+  result = Run();
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(States(result.out),
+            "select done, project done, select kept, project kept, refine done, refit done, refit "
+            "done");
+  const std::string expected = ReadFile(temp_ / "out.ply");
+  EXPECT_EQ(fs::file_size(temp_ / "finer.ply"), expected.size());
+  const json report = json::parse(ReadFile(temp_ / "report.json"));
+  EXPECT_FALSE(report.contains("refine"));
+  EXPECT_FALSE(report["regions"][0].contains("refine"));
+  EXPECT_GT(report["regions"][1]["refine"]["split"], 0);
+  const json session = json::parse(ReadFile(temp_ / "edit.retint/session.json"));
+  EXPECT_EQ(session["splat"]["relative"], "finer.ply");
+  EXPECT_EQ(session["regions"][0]["fit"]["current"], true);
+  EXPECT_EQ(session["regions"][1]["fit"]["current"], true);
+  // From what was kept, and with a part of it damaged, the same bytes.
+  for (const auto& entry : fs::directory_iterator(temp_ / "job.cache")) {
+    if (entry.path().filename().string().starts_with("refine-")) {
+      WriteFile(entry.path() / "refined.bin", "damaged");
+    }
+  }
+  result = Run();
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(States(result.out),
+            "select kept, project kept, select kept, project kept, refine done, refit kept, refit "
+            "kept");
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+}
+
 TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {
   WriteFile(temp_ / "mine/notes.txt", "not a session");
   job_["outputs"]["session"] = "mine";

@@ -143,6 +143,23 @@ TEST_F(JobFile, PresetsAndSeedsApply) {
   EXPECT_EQ(job.regions[1].options.projector.kind, ProjectorKind::kQuads);
 }
 
+TEST_F(JobFile, RegionsMayBeRefined) {
+  const auto with = [&](const std::string& refine) {
+    return With("\"strength\": 0.5", "\"strength\": 0.5, \"refine\": " + refine);
+  };
+  const Job job = Read(with(R"({"pixels": 2})"));
+  EXPECT_FALSE(job.regions[0].refine);
+  ASSERT_TRUE(job.regions[1].refine);
+  EXPECT_EQ(job.regions[1].refine->pixels, 2);
+  EXPECT_EQ(job.regions[1].refine->most, RefineOptions().most);
+  EXPECT_TRUE(Read(with("{}")).regions[1].refine);
+  EXPECT_THAT(Fault(with("true")), HasSubstr("job.json:18: regions[1].refine: is not an object"));
+  EXPECT_THAT(Fault(with(R"({"pixels": 0})")), HasSubstr("regions[1].refine.pixels: "));
+  EXPECT_THAT(Fault(with(R"({"size": 2})")), HasSubstr("refine.size: there is no such option"));
+  EXPECT_THAT(Fault(With("\"report\": \"report.json\"", R"("finer_splat": "finer.ply")")),
+              HasSubstr("outputs.finer_splat: no region has \"refine\""));
+}
+
 TEST_F(JobFile, FaultsAreToldWithLineAndKey) {
   EXPECT_THAT(Fault(With("0.1", "7")), HasSubstr("job.json:5: options.active_threshold: "));
   EXPECT_THAT(Fault(With("\"iterations\"", "\"iteration\"")),
@@ -191,7 +208,7 @@ TEST_F(JobFile, TheSchemaNamesEveryOption) {
     EXPECT_TRUE(schema["properties"].contains(key)) << key;
   }
   const json& region = schema["properties"]["regions"]["items"]["properties"];
-  for (const char* key : {"name", "paint", "masks", "edit", "strength", "options"}) {
+  for (const char* key : {"name", "paint", "masks", "edit", "strength", "options", "refine"}) {
     EXPECT_TRUE(region.contains(key)) << key;
   }
 }

@@ -41,10 +41,10 @@ class PictureJob : public testing::Test {
     WritePng(Picture(), painted);
   }
   // Whether the last region's fit was there already.
-  bool IsKept() { return IsKept(*OpenTinyScene(folder_.path())); }
-  bool IsKept(EditSession& session) {
+  bool IsKept() { return IsKept(OpenTinyScene(folder_.path())); }
+  bool IsKept(std::unique_ptr<EditSession> session) {
     StageCache cache(folder_ / "cache");
-    JobRunner runner(job_, session, cache);
+    JobRunner runner(job_, std::move(session), cache);
     bool kept = false;
     Monitor monitor;
     runner.Run([&](const JobStage& stage) { kept = stage.cached; }, monitor);
@@ -81,7 +81,7 @@ TEST_F(PictureJob, FitsAgainWhereAFileBesideTheSplatsIsAnother) {
     SessionOptions options;
     options.backend = "cpu";
     Monitor monitor;
-    return IsKept(*EditSession::Open(folder_ / "ws", splat, options, monitor));
+    return IsKept(EditSession::Open(folder_ / "ws", splat, options, monitor));
   };
   EXPECT_FALSE(is_kept());
   EXPECT_TRUE(is_kept());
@@ -92,6 +92,26 @@ TEST_F(PictureJob, FitsAgainWhereAFileBesideTheSplatsIsAnother) {
   fs::copy_file(folder_ / "turned/quats.webp", folder_ / "sog/quats.webp",
                 fs::copy_options::overwrite_existing);
   EXPECT_FALSE(is_kept());
+}
+
+TEST_F(PictureJob, ItsSessionGoesOnFromTheFinerSplat) {
+  job_.regions[0].refine = RefineOptions{.pixels = 0.5, .most = 2000};
+  job_.outputs.session = folder_ / "job.retint";
+  job_.outputs.finer_splat = folder_ / "finer.ply";
+  StageCache cache(folder_ / "cache");
+  JobRunner runner(job_, OpenTinyScene(folder_.path()), cache);
+  Monitor monitor;
+  std::vector<std::string> stages;
+  runner.Run([&](const JobStage& stage) { stages.push_back(stage.name); }, monitor);
+  EXPECT_EQ(stages, (std::vector<std::string>{"refine", "refit"}));
+  runner.WriteOutputs(monitor);
+  SessionOptions options;
+  options.backend = "cpu";
+  const OpenedSession opened = OpenSession(job_.outputs.session, options, monitor);
+  EXPECT_GT(opened.session->original().NumGaussians(), scene_.model.NumGaussians());
+  EXPECT_EQ(opened.session->splat_path(), job_.outputs.finer_splat);
+  EXPECT_TRUE(SameBits(opened.session->CurrentSh(), runner.session().CurrentSh()));
+  EXPECT_FALSE(SameBits(opened.session->CurrentSh(), opened.session->original().sh));
 }
 
 // What COLMAP measured is in no key, so neither is what starts from the colors of such a region.

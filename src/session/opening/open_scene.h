@@ -85,6 +85,8 @@ class OpenScene {
   // The same scene with other Gaussians, which are those of the file `splat`; empty: of none.
   std::unique_ptr<OpenScene> WithModel(GaussianModel model,
                                        const std::filesystem::path& splat) const;
+  // The file whose splat it is from now on.
+  void SetSplat(const std::filesystem::path& splat, std::shared_future<FileChecksum> checksum);
 
   const Workspace& workspace() const { return *workspace_; }
   const Reconstruction& reconstruction() const { return workspace_->reconstruction; }
@@ -126,7 +128,6 @@ class OpenScene {
             const SessionOptions& options, std::optional<ScenePart> part,
             std::shared_ptr<Backend> backend);
   void SplitViews();
-  void SetSplat(const std::filesystem::path& splat, std::shared_future<FileChecksum> checksum);
   void WritePatched(const std::filesystem::path& path, std::span<const float> sh,
                     Monitor& monitor) const;
   RendererOptions RenderOptions() const;

@@ -57,6 +57,14 @@ Json RegistrationJson(const RegistrationSummary& summary) {
           {"reason", summary.reason}};
 }
 
+Json RefineJson(const RefineSummary& refine) {
+  return {{"split", refine.split},
+          {"parts", refine.parts},
+          {"part_pixels", Number(refine.pixels)},
+          {"psnr_split", Number(refine.psnr_split)},
+          {"psnr", Number(refine.psnr)}};
+}
+
 // Root of the mean square over several views' points.
 class PooledRms {
  public:
@@ -186,6 +194,7 @@ std::string ToJson(const RunReport& report) {
     regions.push_back({{"name", region.name},
                        {"edit", EditJson(region.edit)},
                        {"quality", ReportJson(region.quality)}});
+    if (region.refine) regions.back()["refine"] = RefineJson(*region.refine);
   }
   Json json = {
       {"version", Version()},
@@ -217,13 +226,7 @@ std::string ToJson(const RunReport& report) {
        {{"before", RangeJson(report.quality.sh_before)},
         {"after", RangeJson(report.quality.sh_after)}}},
   };
-  if (report.refine) {
-    json["refine"] = {{"split", report.refine->split},
-                      {"parts", report.refine->parts},
-                      {"part_pixels", Number(report.refine->pixels)},
-                      {"psnr_split", Number(report.refine->psnr_split)},
-                      {"psnr", Number(report.refine->psnr)}};
-  }
+  if (report.refine) json["refine"] = RefineJson(*report.refine);
   if (report.true_masks) {
     json["true_masks"] = {{"mask_iou", Number(report.true_masks->mask_iou)},
                           {"quality", ReportJson(report.true_masks->quality)}};

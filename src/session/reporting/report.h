@@ -71,6 +71,7 @@ struct RegionReport {
   std::string name;
   ColorEdit edit;  // at the region's strength
   QualityReport quality;
+  std::optional<RefineSummary> refine;  // where Gaussians were split
 };
 
 // What can be said where the object's true masks are known.
