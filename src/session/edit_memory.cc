@@ -91,6 +91,11 @@ size_t WithFragments(size_t bytes) {
   return static_cast<size_t>(kFragments * static_cast<double>(bytes));
 }
 
+// What may be asked for where so much may be taken.
+size_t WithoutFragments(size_t bytes) {
+  return static_cast<size_t>(static_cast<double>(bytes) / kFragments);
+}
+
 std::string Mebibytes(size_t bytes) { return std::to_string((bytes + kMiB - 1) / kMiB); }
 
 // "a is", "a and b are".
@@ -241,7 +246,9 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
     FailFit(limits, taken, resident + HostBytesOf(on_cpu) + cache, size.active);
   }
   const size_t limit = limits.On(side);
-  size_t room = std::min(size.refit.region_cache_bytes, limit - std::min(limit, taken.On(side)));
+  size_t left = limit - std::min(limit, taken.On(side));
+  if (side == MemorySide::kHost) left = WithoutFragments(left);
+  size_t room = std::min(size.refit.region_cache_bytes, left);
   const uint64_t own = room;
   for (const uint64_t one : CurrentRanks().Gather<uint64_t>(std::span(&own, 1))) {
     room = std::min<size_t>(room, one);

@@ -6,6 +6,7 @@
 #include "kernels/backend.h"
 #include "session/large_scene.h"
 #include "splat_io/splat_io.h"
+#include "tests/session/tiny_session.h"
 #include "tests/splat_io/random_scene.h"
 #include "tests/support/data.h"
 
@@ -156,6 +157,25 @@ TEST(MemoryLimits, CachesTakeAThirdOfWhatIsLeft) {
   EXPECT_EQ(beside(MemorySide::kDevice, 770), 10 * kMiB);
   EXPECT_EQ(beside(MemorySide::kDevice, 900), 0U);
   EXPECT_EQ(beside(MemorySide::kHost, 74), 2 * kMiB);
+}
+
+// What a fit keeps of its views has fragments between as all else has.
+TEST(EditMemory, WhatAFitKeepsTakesMoreThanItAsksFor) {
+  const TinyWorld world = TinyWorld::Make(3, 0, 0, 1);
+  const auto session = TinySession(world);
+  std::map<std::string, Mask> masks;
+  for (int v = 0; v < 3; ++v) masks[world.view(v).name] = world.BallMask(world.Posed(v));
+  Monitor monitor;
+  const RegionId ball = session->AddRegion("ball", masks, {}, ColorEdit::Tint({1, 1, 1}), monitor);
+  EditSize size = SizeOfWhole(*session);
+  size.refit.region_cache_bytes = SIZE_MAX;
+  const auto kept_within = [&](size_t bytes) {
+    return RegionCacheThatFits({.host_bytes = bytes}, *session, ball, size);
+  };
+  const double more = double(kept_within(6144 * kMiB) - kept_within(4096 * kMiB));
+  // Of fragments some hundredths; other tests' memory may be given back between the two.
+  EXPECT_LT(more, 0.96 * 2048 * kMiB);
+  EXPECT_GT(more, 0.9 * 2048 * kMiB);
 }
 
 TEST(MemoryLimits, ARefusalSaysWhatIsEnough) {
