@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/files.h"
 #include "colmap_io/sparse.h"
 #include "splat_io/splat_io.h"
 #include "tests/e2e/bad_input.h"
@@ -182,6 +183,17 @@ TEST(HostileSplat, RowsThatAreNoNumbersAreDroppedOnRequest) {
   ASSERT_EQ(after.NumGaussians(), count - 1);
   EXPECT_TRUE(std::equal(after.means.begin(), after.means.end(), model.means.begin() + 3));
   EXPECT_EQ(after.source.property_order, model.source.property_order);
+}
+
+TEST(HostileSplat, BytesBehindItAreTold) {
+  Place place;
+  WriteFile(place.in / "splat.ply", ReadFile(place.in / "splat.ply") + "xyz");
+  const CommandResult result = RunRetint({"info", "--workspace", place.in.string(), "--splat",
+                                          place.In("splat.ply"), "--progress", "none"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_THAT(result.err, testing::HasSubstr("retint: warning: " + place.In("splat.ply") +
+                                             ": 3 bytes after the last of "));
+  EXPECT_EQ(CountLines(result.err), 1) << result.err;
 }
 
 }  // namespace
