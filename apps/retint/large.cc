@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/ranks.h"
 #include "retint/common.h"
 #include "splat_io/splat_io.h"
@@ -24,6 +25,8 @@ void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
                    "Memory to keep to, MiB. A splat that does not fit is opened in parts "
                    "(docs/scale.md); 0: three quarters of the machine's")
       ->check(CLI::Range(size_t{0}, size_t{1} << 24))
+      // A fit whose views are made anew in each sweep would leave more and more between blocks.
+      ->each([](const std::string&) { GiveLargeBlocksBackAtOnce(); })
       ->group(kGroup);
   verb->add_option("--device-memory-mb", large.device_memory_mb,
                    "The same of a GPU's memory; 0: nine tenths of what is free")
