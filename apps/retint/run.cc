@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "job/run_job.h"
 #include "retint/common.h"
+#include "retint/results.h"
 
 namespace retint::cli {
 namespace {
@@ -69,11 +70,19 @@ void RunJob(const Arguments& arguments, Run& run) {
     }
     return;
   }
+  std::vector<std::string> painted;
+  for (const JobRegion& region : job.regions) {
+    for (const JobPaint& paint : region.paint) painted.push_back(paint.view);
+  }
+  WarnOfMismatch(painted, runner.session(), run);
   std::vector<JobStage> stages;
   runner.Run([&](const JobStage& stage) { stages.push_back(stage); }, run.monitor());
   for (const std::string& warning : runner.warnings()) run.Warn(warning);
   runner.WriteOutputs(run.monitor());
   run.SetWritten();
+  for (const auto& splat : job.outputs.splats) {
+    WarnOfLosses(splat, runner.session().original(), run);
+  }
   cache.Trim(arguments.keep_mb << 20);
   run.FinishProgress();
   for (const JobStage& stage : stages) PrintStage(stage, stage.cached ? "kept" : "done", run);

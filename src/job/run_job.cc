@@ -20,6 +20,7 @@
 #include "session/reporting/export.h"
 #include "session/reporting/report_html.h"
 #include "session/saving/session_file.h"
+#include "session/selecting/paint_held.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {
@@ -307,6 +308,10 @@ void JobRunner::KeepFit(const RegionPlan& plan, RegionId id) {
   cache_.Write("refit", plan.refit_key, [&](const fs::path& folder) { WriteFit(folder, *fit); });
 }
 
+void JobRunner::Warn(const RegionPlan& plan, const std::string& warning) {
+  warnings_.push_back("region '" + plan.region->name + "': " + warning);
+}
+
 RegionId JobRunner::AddRegion(const RegionPlan& plan, const OnStage& on_stage, Monitor& monitor) {
   Kept kept;
   RegionSelection selection = Select(plan, &kept, monitor);
@@ -314,6 +319,10 @@ RegionId JobRunner::AddRegion(const RegionPlan& plan, const OnStage& on_stage, M
   for (JobStage& stage : SelectionStages(plan)) {
     stage.cached = stage.name == "select" ? kept.cloud : kept.masks;
     on_stage(stage);
+  }
+  for (const std::string& warning :
+       WarningsOfPaint(session_->workspace(), plan.painted, selection.masks)) {
+    Warn(plan, warning);
   }
   const RegionId id = session_->AddRegion(plan.region->name, std::move(selection.masks),
                                           std::move(selection.shares), plan.region->edit, monitor,
@@ -327,10 +336,9 @@ RegionId JobRunner::AddRegion(const RegionPlan& plan, const OnStage& on_stage, M
   const double on_large =
       plan.region->refine ? 0 : PaintOnLargeGaussians(*region, session_->scene());
   if (on_large >= kMuchPaint) {
-    warnings_.push_back(fmt::format(
-        "region '{}': {:.0f} % of the paint is on Gaussians too large for stripes or letters; "
-        "\"refine\" splits them",
-        region->name, 100 * on_large));
+    Warn(plan, fmt::format("{:.0f} % of the paint is on Gaussians too large for stripes or "
+                           "letters; \"refine\" splits them",
+                           100 * on_large));
   }
   session_->SetEdit(id, region->edit, plan.region->strength);
   return id;
@@ -354,7 +362,7 @@ void JobRunner::Refine(const RegionPlan& plan, RegionId id, const OnStage& on_st
     }
   }
   const std::string warning = refined.summary.Warning(options);
-  if (!warning.empty()) warnings_.push_back("region '" + plan.region->name + "': " + warning);
+  if (!warning.empty()) Warn(plan, warning);
   if (refined.summary.split == 0) return;
   refined_.emplace(plan.region->name, refined.summary);
   session_ = WithFinerGaussians(*session_, std::move(refined.finer), {}, monitor);
@@ -414,6 +422,10 @@ void JobRunner::WriteOutputs(Monitor& monitor) {
       HtmlReportOptions options;
       options.title = job_.file.stem().string();
       options.command = "retint run " + job_.file.string();
+      options.warnings = session_->warnings();
+      for (const auto& more : {job_.warnings, warnings_}) {
+        options.warnings.insert(options.warnings.end(), more.begin(), more.end());
+      }
       staged.Add(outputs.page, [&](const auto& path) {
         WriteFile(path, HtmlReport(*session_, report, options, monitor));
       });

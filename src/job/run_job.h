@@ -62,6 +62,7 @@ class JobRunner {
   JobStage RefineStage(const RegionPlan& plan) const;
   JobStage RefitStage(const RegionPlan& plan) const;
   using OnStage = std::function<void(const JobStage&)>;
+  void Warn(const RegionPlan& plan, const std::string& warning);
   RegionId AddRegion(const RegionPlan& plan, const OnStage& on_stage, Monitor& monitor);
   void Refine(const RegionPlan& plan, RegionId id, const OnStage& on_stage, Monitor& monitor);
   void Fit(const RegionPlan& plan, RegionId id, const OnStage& on_stage, Monitor& monitor);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `retint run`: the same files as the verbs make, and nothing done twice.
+#include <algorithm>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -7,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
+#include "splat_io/splat_io.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
 
@@ -203,6 +205,26 @@ TEST_F(JobRun, AllRegionsAreFittedOnTheFinerSplat) {
             "select kept, project kept, select kept, project kept, refine done, refit kept, refit "
             "kept");
   EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
+}
+
+TEST_F(JobRun, WarnsAsRecolorDoes) {
+  const fs::path other = temp_ / "other.ply";  // whose colors are not the photos'
+  GaussianModel model = ReadSplat(TinyWorkspace() / "splat.ply");
+  for (size_t i = 0; i < model.sh.size(); i += size_t(model.NumShCoeffs()) * 3) {
+    std::rotate(&model.sh[i], &model.sh[i + 1], &model.sh[i + 3]);
+  }
+  WriteSplat(other, model);
+  job_["scene"]["splat"] = other.string();
+  job_["outputs"] = {{"splats", {"out.splat"}}};
+  const CommandResult job = Run({"--progress", "none"});
+  ASSERT_EQ(job.code, 0) << job.err;
+  const CommandResult recolor =
+      RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat", other.string(),
+                 "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1",
+                 "--output", (temp_ / "out.splat").string(), "--progress", "none"});
+  ASSERT_EQ(recolor.code, 0) << recolor.err;
+  EXPECT_GT(CountLines(recolor.err), 1);
+  EXPECT_EQ(job.err, recolor.err);
 }
 
 TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {
