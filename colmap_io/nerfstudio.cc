@@ -15,6 +15,7 @@
 #include "base/files.h"
 #include "base/ply_body.h"
 #include "base/ply_header.h"
+#include "colmap_io/sparse_codec.h"
 
 namespace retint {
 namespace {
@@ -272,13 +273,17 @@ Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnin
   const Eigen::Quaterniond turn(0, 1, 0, 0);
   Reconstruction model;
   std::set<std::string> names;
+  sparse_codec::LeftOut left_out;
   for (const Json& frame : *frames) {
     if (!frame.is_object()) throw InputError(path, "has a frame that is not an object");
     const auto matrix = MatrixIn(frame, "transform_matrix");
     const auto pose = matrix ? SimilarityFrom(*matrix) : std::nullopt;
     View view;
     view.name = NameOf(frame, path);
-    if (!pose) throw InputError(path, view.name + ": transform_matrix is not a pose");
+    if (!pose) {
+      left_out.Add(InputError(path, view.name + ": transform_matrix is not a pose").what());
+      continue;
+    }
     Camera camera = CameraFrom(frame, json, path);
     const auto same = std::find_if(model.cameras.begin(), model.cameras.end(), [&](const auto& c) {
       camera.id = c.first;
@@ -298,6 +303,9 @@ Reconstruction ReadTransforms(const Path& path, std::vector<std::string>* warnin
       throw InputError(path, "two frames are named " + view.name);
     model.views.emplace(view.id, std::move(view));
   }
+  sparse_codec::Warnings told;
+  left_out.Tell(path, model.views.size(), told);
+  if (warnings) warnings->insert(warnings->end(), told.begin(), told.end());
   if (json.contains("ply_file_path")) ReadPoints(json, path, world_from_data, &model, warnings);
   if (model.points.empty() && warnings) {
     warnings->push_back(path.string() + ": has no sparse points");

@@ -362,6 +362,20 @@ TEST(Nerfstudio, FilesOfOtherThingsAreRefused) {
   }
 }
 
+TEST(Nerfstudio, AFrameWithoutAPoseIsLeftOut) {
+  const TempFolder folder;
+  std::string text = kTransforms;
+  const std::string from = "[[1,0,0,1],[0,1,0,2]";
+  text.replace(text.find(from), from.size(), "[[1,0,0,1],[0,-1,0,2]");
+  WriteFile(folder / "transforms.json", text);
+  const Workspace workspace = Workspace::Open(folder.path());
+  ASSERT_EQ(workspace.reconstruction.views.size(), 1u);
+  EXPECT_EQ(workspace.reconstruction.views.begin()->second.name, "images/b.png");
+  EXPECT_THAT(
+      workspace.warnings,
+      testing::Contains(HasSubstr("images/a.png: transform_matrix is not a pose; it is left out")));
+}
+
 TEST(Nerfstudio, SimilaritiesComeFromFilesAndNumbers) {
   const TempFolder folder;
   // x_splat = 0.5 (R x + t), R a quarter turn about z.
