@@ -299,7 +299,8 @@ void BindResults(Sessions& type) {
            "fitted yet, or None where nothing was split; and a dict: 'split' Gaussians became "
            "'parts' of 'part_pixels'; 'psnr' of the views inside against the splat as it was, and "
            "'psnr_split' before the parts' colors were fitted; 'warning', empty where all went as "
-           "it was asked for. `splat`: a file to write the finer splat to." +
+           "it was asked for. `splat`: a file to write the finer splat to; without one the other "
+           "Session cannot be saved." +
            OptionLines(Described(options));
   }();
   type.def("refit", &Refit, py::kw_only(), py::arg("progress") = py::none(), refit_doc.c_str())
