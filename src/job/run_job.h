@@ -19,8 +19,9 @@
 namespace retint {
 
 struct JobStage {
+  std::string region;
   // "select" (to a cloud), "project" (to masks), "refine" (to smaller Gaussians) or "refit".
-  std::string region, name;
+  std::string name;
   std::string key;      // of everything that it depends on
   bool cached = false;  // its result is there already
 };
