@@ -33,11 +33,13 @@ std::string At(uint64_t offset, const std::string& fault) {
 class Record {
  public:
   explicit Record(ByteReader& reader) : reader_(reader), offset_(reader.Offset()) {}
+  // "image 7", which is all that tells one record from another to people.
+  void Name(const std::string& name) { name_ = name; }
   double Finite(const char* what) {
     const uint64_t offset = reader_.Offset();
     const double value = reader_.Read<double>(what);
     if (!std::isfinite(value)) {
-      Add(offset, std::string(what) + (std::isnan(value) ? " is NaN" : " is infinite"));
+      Add(offset, name_ + ": " + what + (std::isnan(value) ? " is NaN" : " is infinite"));
     }
     return value;
   }
@@ -51,7 +53,7 @@ class Record {
  private:
   ByteReader& reader_;
   const uint64_t offset_;
-  std::string fault_;
+  std::string name_, fault_;
 };
 
 std::string ReadName(ByteReader& reader, std::string_view bytes, ViewId id) {
@@ -105,6 +107,7 @@ BadCameras ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings&
     Camera camera;
     camera.id = reader.Read<uint32_t>("camera id");
     const std::string label = "camera " + std::to_string(camera.id);
+    record.Name(label);
     const auto model_id = reader.Read<int32_t>("camera model");
     const CameraModelInfo* info = FindCameraModel(model_id);
     if (info == nullptr) {
@@ -142,6 +145,7 @@ void ReadImagesBinary(std::string_view bytes, const Path& path, Warnings& warnin
     View view;
     view.id = reader.Read<uint32_t>("image id");
     const std::string label = "image " + std::to_string(view.id);
+    record.Name(label);
     Rigid3d& pose = view.cam_from_world;
     for (double* value :
          {&pose.rotation.w(), &pose.rotation.x(), &pose.rotation.y(), &pose.rotation.z()}) {
@@ -175,6 +179,7 @@ void ReadPointsBinary(std::string_view bytes, const Path& path, Warnings& warnin
     Record record(reader);
     SparsePoint point;
     point.id = reader.Read<uint64_t>("point id");
+    record.Name("point " + std::to_string(point.id));
     for (int k = 0; k < 3; ++k) point.xyz[k] = record.Finite("point coordinate");
     for (int k = 0; k < 3; ++k) point.color[k] = reader.Read<uint8_t>("point color");
     point.error = record.Finite("point error");

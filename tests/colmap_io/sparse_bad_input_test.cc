@@ -207,19 +207,19 @@ TEST_F(SparseBadInputTest, NotANumberAnywhere) {
     size_t offset;
     const char* what;
   } kPlaces[] = {
-      {"cameras", 8 + 24 + 8, "camera parameter"},
-      {"images", 8 + 4 + 8, "rotation"},
-      {"images", 8 + 4 + 32 + 16, "translation"},
+      {"cameras", 8 + 24 + 8, "camera 1: camera parameter"},
+      {"images", 8 + 4 + 8, "image 2: rotation"},
+      {"images", 8 + 4 + 32 + 16, "image 2: translation"},
       {"images", 8 + 4 + 56 + 4 + 6 + 8 + 24 + 8, "image 2: observation 1"},
-      {"points3D", 8 + 8 + 8, "point coordinate"},
-      {"points3D", 8 + 8 + 24 + 3, "point error"},
+      {"points3D", 8 + 8 + 8, "point 7: point coordinate"},
+      {"points3D", 8 + 8 + 24 + 3, "point 7: point error"},
   };
   for (const auto& place : kPlaces) {
     for (const double value : {nan, infinity, -infinity}) {
       SetUp();
       Patch(place.part, place.offset, value);
-      const auto message = AllOf(HasSubstr(std::string(place.part) + ".bin: "),
-                                 HasSubstr(place.what), HasSubstr("(byte "));
+      const auto message =
+          AllOf(HasSubstr(std::string(place.part) + ".bin: " + place.what), HasSubstr("(byte "));
       if (place.part == kParts[0]) {
         ExpectRefused(Binary(), message);  // two images have it
       } else {
