@@ -469,6 +469,28 @@ TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
   EXPECT_GT(seen_one + seen_two, 0);
 }
 
+// What the scene's own files have to tell is no reason to read a session again.
+TEST_F(SessionFile, OneThatIsWholeIsReadOnce) {
+  const fs::path splat = folder_ / "ws" / "splat.ply";
+  WriteFile(splat, ReadFile(splat) + "xyz");
+  session_ = OpenTinyScene(folder_.path());
+  ASSERT_EQ(session_->warnings().size(), session_->workspace().warnings.size() + 1);
+  Save();
+  int saves = 0;
+  // Saved again whenever it is read: whoever reads it again never comes to an end.
+  Monitor monitor([&](const Progress& progress) {
+    if (progress.stage != "load") return;
+    ++saves;
+    const fs::path manifest = File() / "session.json";
+    fs::last_write_time(manifest, fs::last_write_time(manifest) + std::chrono::seconds(1));
+  });
+  SessionOptions options;
+  options.backend = "cpu";
+  EXPECT_THAT(OpenSession(File(), options, monitor).session->warnings(),
+              testing::Contains(testing::HasSubstr("3 bytes after the last")));
+  EXPECT_GT(saves, 0);
+}
+
 TEST_F(SessionFile, TellsAboutItselfWithoutItsParts) {
   Save();
   fs::remove_all(FirstPart("selections", "folder"));

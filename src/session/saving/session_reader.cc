@@ -388,7 +388,9 @@ FileChecksum SumLike(const FileChecksum& expected, const fs::path& splat) {
   }
 }
 
-OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& monitor) {
+// `is_whole`: whether no part of it was missing or damaged.
+OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& monitor,
+                       bool* is_whole) {
   const Json json = session_json::ReadManifest(folder);
   const fs::path path = folder / session_json::kManifest;
   const SessionInfo info = InfoFrom(json, folder);
@@ -418,6 +420,7 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
   } catch (const OptionError& error) {
     throw InputError(path, error.what());
   }
+  const size_t of_scene = opened.session->warnings().size();
   const Node root(json, path, "");
   const RefitJob job = session_json::ReadJob(root.At("refit"));
   Reader reader(folder, *opened.session, monitor);
@@ -432,6 +435,7 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
     throw InputError(path, error.what());
   }
   opened.saved = info.saved;
+  *is_whole = opened.session->warnings().size() == of_scene;
   return opened;
 }
 
@@ -458,9 +462,8 @@ OpenedSession OpenSession(const fs::path& folder, const SessionOptions& options,
   for (int attempt = 0;; ++attempt) {
     const auto before = manifest();
     try {
-      OpenedSession opened = OpenOnce(root, options, monitor);
-      const bool is_whole =
-          opened.session->warnings().size() == opened.session->workspace().warnings.size();
+      bool is_whole = false;
+      OpenedSession opened = OpenOnce(root, options, monitor, &is_whole);
       if (is_whole || manifest() == before) return opened;
       if (attempt == 3) throw InputError(root, "is saved again and again while it is read");
     } catch (const InputError&) {
