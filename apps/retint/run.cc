@@ -78,7 +78,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   std::vector<JobStage> stages;
   runner.Run([&](const JobStage& stage) { stages.push_back(stage); }, run.monitor());
   for (const std::string& warning : runner.warnings()) run.Warn(warning);
-  runner.WriteOutputs(run.monitor());
+  runner.WriteOutputs(run.warnings(), run.monitor());
   run.SetWritten();
   for (const auto& splat : job.outputs.splats) {
     WarnOfLosses(splat, runner.session().original(), run);

@@ -410,7 +410,7 @@ RunReport JobRunner::Report(Monitor& monitor) {
   return report;
 }
 
-void JobRunner::WriteOutputs(Monitor& monitor) {
+void JobRunner::WriteOutputs(const std::vector<std::string>& warnings, Monitor& monitor) {
   const JobOutputs& outputs = job_.outputs;
   StagedOutput staged;
   if (!outputs.report.empty() || !outputs.page.empty()) {
@@ -422,10 +422,7 @@ void JobRunner::WriteOutputs(Monitor& monitor) {
       HtmlReportOptions options;
       options.title = job_.file.stem().string();
       options.command = "retint run " + job_.file.string();
-      options.warnings = session_->warnings();
-      for (const auto& more : {job_.warnings, warnings_}) {
-        options.warnings.insert(options.warnings.end(), more.begin(), more.end());
-      }
+      options.warnings = warnings;
       staged.Add(outputs.page, [&](const auto& path) {
         WriteFile(path, HtmlReport(*session_, report, options, monitor));
       });

@@ -40,7 +40,8 @@ class JobRunner {
   // on the finer splat where there is one.
   void Run(const std::function<void(const JobStage&)>& on_stage, Monitor& monitor);
   // All files as StagedOutput does, once the session for the editor is written. After Run().
-  void WriteOutputs(Monitor& monitor);
+  // `warnings`: what the page is to tell.
+  void WriteOutputs(const std::vector<std::string>& warnings, Monitor& monitor);
   EditSession& session() { return *session_; }
   // What Run() found that people should know, a sentence each.
   const std::vector<std::string>& warnings() const { return warnings_; }

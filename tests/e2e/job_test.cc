@@ -215,16 +215,25 @@ TEST_F(JobRun, WarnsAsRecolorDoes) {
   }
   WriteSplat(other, model);
   job_["scene"]["splat"] = other.string();
-  job_["outputs"] = {{"splats", {"out.splat"}}};
+  job_["outputs"] = {{"splats", {"out.splat"}}, {"report_html", "page.html"}};
   const CommandResult job = Run({"--progress", "none"});
   ASSERT_EQ(job.code, 0) << job.err;
   const CommandResult recolor =
       RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat", other.string(),
                  "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1",
-                 "--output", (temp_ / "out.splat").string(), "--progress", "none"});
+                 "--output", (temp_ / "out.splat").string(), "--progress", "none", "--report-html",
+                 (temp_ / "recolor.html").string()});
   ASSERT_EQ(recolor.code, 0) << recolor.err;
   EXPECT_GT(CountLines(recolor.err), 1);
   EXPECT_EQ(job.err, recolor.err);
+  // So do the pages.
+  const auto told = [&](const char* page) {
+    const std::string html = ReadFile(temp_ / page);
+    const size_t from = html.find("<ul class=\"warnings\">");
+    return from == html.npos ? "" : html.substr(from, html.find("</ul>", from) - from);
+  };
+  EXPECT_THAT(told("page.html"), HasSubstr("photo"));
+  EXPECT_EQ(told("page.html"), told("recolor.html"));
 }
 
 TEST_F(JobRun, WhereTheSessionCannotBeNothingIsWritten) {

@@ -104,7 +104,7 @@ TEST_F(PictureJob, ItsSessionGoesOnFromTheFinerSplat) {
   std::vector<std::string> stages;
   runner.Run([&](const JobStage& stage) { stages.push_back(stage.name); }, monitor);
   EXPECT_EQ(stages, (std::vector<std::string>{"refine", "refit"}));
-  runner.WriteOutputs(monitor);
+  runner.WriteOutputs({}, monitor);
   SessionOptions options;
   options.backend = "cpu";
   const OpenedSession opened = OpenSession(job_.outputs.session, options, monitor);
