@@ -136,10 +136,12 @@ void SplatIndex::CheckReplaceable(const std::filesystem::path& path) {
 void SplatIndex::WriteFor(const PlyFile& copy, const std::filesystem::path& path) const {
   IndexHeader header{};
   file_->ReadAt(0, &header, sizeof(header));
-  CheckOption(copy.stamp().bytes == header.splat_bytes && copy.count() == header.count &&
+  // The copy may lack bytes that follow the records.
+  CheckOption(copy.stamp().bytes <= header.splat_bytes && copy.count() == header.count &&
                   copy.first_byte() == header.first_byte &&
                   copy.record_bytes() == header.record_bytes,
               copy.path().string() + " is no copy of the splat that is indexed");
+  header.splat_bytes = copy.stamp().bytes;
   header.splat_modified_ns = copy.stamp().modified_ns;
   header.splat_xxh64 = 0;
   header.header_xxh64 = HeaderChecksum(header);

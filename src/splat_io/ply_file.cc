@@ -185,8 +185,12 @@ void PlyFile::WritePatched(const std::filesystem::path& path_to, std::span<const
   CheckUnchanged();
   AtomicFile copy(path_to);
   monitor.Step("save", 0, 1);
-  copy.CopyFrom(impl_->file.descriptor(), stamp().bytes, [&](uint64_t done) {
-    monitor.Step("save", static_cast<double>(done), static_cast<double>(stamp().bytes + 1));
+  // Without what follows all that the header announces, as PlyCodec writes it.
+  const uint64_t bytes_copied = impl_->layout.header.elements.size() > 1
+                                    ? stamp().bytes
+                                    : first_byte() + count() * record_bytes();
+  copy.CopyFrom(impl_->file.descriptor(), bytes_copied, [&](uint64_t done) {
+    monitor.Step("save", static_cast<double>(done), static_cast<double>(bytes_copied + 1));
   });
   const std::vector<Column> colors = impl_->Colors(), band4 = impl_->Band4();
   const uint64_t stride = record_bytes();

@@ -55,7 +55,8 @@ class PlyFile {
   void CheckUnchanged() const;
 
   // A copy of the file's bytes at `path`, in which record records[i] has the coefficients sh[i],
-  // [n, K, 3], the records ascending; degree 4, which nothing edits, is zero there. Shares the
+  // [n, K, 3], the records ascending; degree 4, which nothing edits, is zero there. Bytes that
+  // follow all that the header announces are left out, as when a whole splat is written. Shares the
   // file's blocks where the file system can. Atomic: RunError for a failed write, InputError when
   // the file changed meanwhile; then nothing is written. Stage "save".
   void WritePatched(const std::filesystem::path& path, std::span<const uint32_t> records,

@@ -276,6 +276,16 @@ TEST_F(SplatIndexTest, ServesACopyWithOtherColors) {
   EXPECT_TRUE(SplatIndex::IsReplaceable(copys));
   EXPECT_TRUE(SplatIndex::IsReplaceable(folder_ / "nothing"));
   EXPECT_FALSE(SplatIndex::IsReplaceable(copy));
+  // Bytes behind the splat are no part of it.
+  const std::string written = ReadFile(copy);
+  std::ofstream(splat_, std::ios::app) << "xyz";
+  const PlyFile longer(splat_);
+  SplatIndex::Build(longer, index_, {}, monitor_);
+  longer.WritePatched(copy, changed, std::vector<float>{1, 2, 3}, monitor_);
+  EXPECT_TRUE(ReadFile(copy) == written);
+  const PlyFile again(copy);
+  SplatIndex(index_, longer).WriteFor(again, copys);
+  ExpectWhole(SplatIndex(copys, again), model_, 512);
   Write(3001);
   EXPECT_THAT([&] { index.WriteFor(PlyFile(splat_), copys); },
               ThrowsMessage<OptionError>(HasSubstr("is no copy")));
