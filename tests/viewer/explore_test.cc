@@ -558,7 +558,12 @@ class ExploreTest : public ViewerTest {
       desktop.setColor(QPalette::Window, window);
       desktop.setColor(QPalette::WindowText, text);
       QApplication::setPalette(desktop);
-      const Theme theme;
+      Theme theme;
+      // A portal that knows of no such setting has no preference.
+      for (const char* key : {"contrast", "color-scheme"}) {
+        QVERIFY(QMetaObject::invokeMethod(&theme, "OnAnswer", Q_ARG(QString, QString(key)),
+                                          Q_ARG(unsigned, 0u)));
+      }
       QVERIFY(theme.high_contrast());
       QCOMPARE(theme.dark(), dark);
       QCOMPARE(QApplication::palette().color(QPalette::Base), window);

@@ -25,7 +25,7 @@ constexpr const char* kPath = "/org/freedesktop/portal/desktop";
 constexpr const char* kInterface = "org.freedesktop.portal.Settings";
 constexpr const char* kSpace = "org.freedesktop.appearance";
 constexpr const char *kScheme = "color-scheme", *kContrast = "contrast";
-constexpr unsigned kPrefersDark = 1, kPrefersContrast = 1;
+constexpr unsigned kNoPreference = 0, kPrefersDark = 1, kPrefersContrast = 1;
 // Of text and window, as WCAG 2 counts it, up to 21: what desktops have otherwise is below.
 constexpr double kHighContrast = 20;
 
@@ -205,9 +205,14 @@ Theme::Theme(QObject* parent) : QObject(parent) {
       // The portal wraps the value once more than it says.
       QVariant value = reply.value();
       while (value.canConvert<QDBusVariant>()) value = value.value<QDBusVariant>().variant();
-      Take(key, value.toUInt());
+      OnAnswer(key, value.toUInt());
     });
   }
+}
+
+// Portals say nothing of a desktop whose setting they do not know: its palette does.
+void Theme::OnAnswer(const QString& key, unsigned value) {
+  if (value != kNoPreference) Take(key, value);
 }
 
 void Theme::OnSetting(const QString& space, const QString& key, const QDBusVariant& value) {

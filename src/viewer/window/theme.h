@@ -32,6 +32,8 @@ class Theme : public QObject {
   void changed();
 
  private Q_SLOTS:
+  // Of the portal: a setting as it is at first, and one that changed.
+  void OnAnswer(const QString& key, unsigned value);
   void OnSetting(const QString& space, const QString& key, const QDBusVariant& value);
 
  private:
