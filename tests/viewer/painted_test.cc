@@ -8,6 +8,7 @@
 #include <QLabel>
 #include <QSlider>
 
+#include "base/files.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/scene/view_editor.h"
 
@@ -234,6 +235,20 @@ class PaintedTest : public ViewerTest {
     QTRY_VERIFY_WITH_TIMEOUT(
         window_->findChild<QLabel*>("message")->text().contains("stays as it is"), kWaitMs);
     QVERIFY(!std::filesystem::exists(finer));
+    // After another question, too.
+    WriteFile(finer, "mine");
+    AnswerFileDialog(finer);
+    QVERIFY(Click("picture_split"));
+    box = WaitDialog(*window_);
+    QVERIFY(box && box->informativeText().contains("already holds finer.ply"));
+    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
+    QTRY_VERIFY(window_->dialog() && window_->dialog() != box);
+    QTest::qWait(50);
+    QVERIFY(window_->dialog() && window_->dialog()->isVisible());
+    QVERIFY(window_->dialog()->informativeText().contains("has not been accepted"));
+    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
+    QTRY_VERIFY(!window_->dialog());
+    QCOMPARE(ReadFile(finer), std::string("mine"));
     RefineOptions fine;
     fine.pixels = 0.5;
     QSignalSpy opened(&controller(), &SceneController::opened);
