@@ -109,7 +109,7 @@ class Fields {
     const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (code == std::errc::result_out_of_range) {
       const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos;
-      if (!tiny) Fail(std::string(what) + " is out of range");
+      if (!tiny) FailRecord(std::string(what) + " is out of range");
       return 0;
     }
     if (code != std::errc{} || end != word.data() + word.size()) NotANumber(what, word, "number");

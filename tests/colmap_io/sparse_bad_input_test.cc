@@ -239,6 +239,7 @@ TEST_F(SparseBadInputTest, NotANumberAnywhereInText) {
       {"images", "-2.5", "inf", "images.txt:5: TZ is infinite", false},
       {"images", "10.5", "-NAN", "images.txt:6: POINTS2D X is NaN", false},
       {"points3D", "30000000000", "Infinity", "points3D.txt:4: Z is infinite", false},
+      {"points3D", "30000000000", "3e999", "points3D.txt:4: Z is out of range", false},
       {"points3D", "30000000000", "3e10x", "points3D.txt:4: Z is not a number: \"3e10x\""},
       {"points3D", "255", "256", "points3D.txt:4: R is not an integer: \"256\""},
       {"points3D", "255", "-1", "points3D.txt:4: R is not an integer"},
