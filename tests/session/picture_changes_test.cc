@@ -115,8 +115,12 @@ TEST(PictureChanges, SurroundingsGoAroundTheMask) {
   const Mask mask = Disk(30), around = Surroundings(mask);
   for (int x = 0; x < kWidth; ++x) {
     const int distance = std::abs(x - kWidth / 2);
-    if (distance < 30 || distance > 36) EXPECT_EQ(around(x, kHeight / 2), 0) << x;
-    if (distance > 30 && distance < 34) EXPECT_EQ(around(x, kHeight / 2), 255) << x;
+    if (distance < 30 || distance > 36) {
+      EXPECT_EQ(around(x, kHeight / 2), 0) << x;
+    }
+    if (distance > 30 && distance < 34) {
+      EXPECT_EQ(around(x, kHeight / 2), 255) << x;
+    }
   }
 }
 

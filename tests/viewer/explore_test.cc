@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What main_window_test.cc leaves out of exploring: the other mouse buttons, flying all ways, the
 // adaptive resolution, frusta to click on, points behind surfaces, key maps, full screen, theme.
-#include <algorithm>
 #include <optional>
 
 #include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
-#include <QDBusVariant>
 #include <QDialog>
 #include <QDialogButtonBox>
 #include <QFile>
@@ -17,8 +15,6 @@
 #include <QScreen>
 #include <QScrollBar>
 #include <QTableWidget>
-#include <QToolBar>
-#include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/window/keys_dialog.h"
@@ -546,67 +542,6 @@ class ExploreTest : public ViewerTest {
     QCOMPARE(next.keys().name(), QString("Blender"));
     QVERIFY(!next.controller().automatic_refit());
     for (const char* key : {"theme", "automatic_refit", "frame_ms"}) QSettings().remove(key);
-    theme_->Choose(ThemeChoice::kSystem);
-  }
-
-  // A desktop's black and white is taken over, and controls have an end on it.
-  void HighContrastFollowsTheDesktop() {
-    const QPalette before = QApplication::palette();
-    for (const bool dark : {true, false}) {
-      const QColor window = dark ? Qt::black : Qt::white, text = dark ? Qt::white : Qt::black;
-      QPalette desktop(window);
-      desktop.setColor(QPalette::Window, window);
-      desktop.setColor(QPalette::WindowText, text);
-      QApplication::setPalette(desktop);
-      Theme theme;
-      // A portal that knows of no such setting has no preference.
-      for (const char* key : {"contrast", "color-scheme"}) {
-        QVERIFY(QMetaObject::invokeMethod(&theme, "OnAnswer", Q_ARG(QString, QString(key)),
-                                          Q_ARG(unsigned, 0u)));
-      }
-      QVERIFY(theme.high_contrast());
-      QCOMPARE(theme.dark(), dark);
-      QCOMPARE(QApplication::palette().color(QPalette::Base), window);
-      QCOMPARE(QApplication::palette().color(QPalette::ButtonText), text);
-      QPushButton button("Open");
-      button.resize(80, 30);
-      QCOMPARE(button.grab().toImage().pixelColor(40, 0), text);
-      Keep(*window_, dark ? "black" : "white");
-    }
-    QApplication::setPalette(before);
-    Theme theme;
-    QVERIFY(!theme.high_contrast());
-    // Later by the portal.
-    const auto tell = [&](const char* key, uint value) {
-      QMetaObject::invokeMethod(
-          &theme, "OnSetting", Q_ARG(QString, QString("org.freedesktop.appearance")),
-          Q_ARG(QString, QString(key)), Q_ARG(QDBusVariant, QDBusVariant(value)));
-    };
-    tell("contrast", 1);
-    tell("color-scheme", 1);
-    QVERIFY(theme.high_contrast() && theme.dark());
-    QCOMPARE(QApplication::palette().color(QPalette::Window), QColor(Qt::black));
-    tell("contrast", 0);
-    QVERIFY(!theme.high_contrast() && theme.dark());
-    theme_->Choose(ThemeChoice::kSystem);
-  }
-
-  // Where a tool bar has no room for all of its buttons; Qt's own picture of the arrow is black.
-  void TheRestOfAToolBarIsFoundOnADarkOne() {
-    theme_->Choose(ThemeChoice::kDark);
-    QToolBar bar;
-    for (int i = 0; i < 9; ++i) bar.addAction("Previous view");
-    bar.resize(200, 30);
-    bar.show();
-    auto* rest = bar.findChild<QToolButton*>("qt_toolbar_ext_button");
-    QTRY_VERIFY(rest && rest->isVisible());
-    const QImage shown = rest->grab().toImage();
-    int brightest = 0;
-    for (int i = 0; i < shown.width() * shown.height(); ++i) {
-      brightest =
-          std::max(brightest, shown.pixelColor(i % shown.width(), i / shown.width()).lightness());
-    }
-    QVERIFY2(brightest > 150, qPrintable(QString::number(brightest)));
     theme_->Choose(ThemeChoice::kSystem);
   }
 };

@@ -61,19 +61,6 @@ void Round8(Image& image) {
   }
 }
 
-double MeanDifference(const Image8& picture, const Image& view) {
-  std::vector<float> differences;
-  for (size_t i = 0; i < view.data.size(); i += 7) {
-    differences.push_back(std::abs(static_cast<float>(picture.data[i]) / 255 - view.data[i]));
-  }
-  // The median: what was painted does not count.
-  const auto middle = differences.begin() + static_cast<ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  double sum = 0;
-  for (auto it = differences.begin(); it != middle; ++it) sum += static_cast<double>(*it);
-  return sum / static_cast<double>(std::max<size_t>(differences.size() / 2, 1));
-}
-
 bool HasSize(const Image8& picture, const Camera& camera) {
   return picture.width == camera.width && picture.height == camera.height;
 }
@@ -346,14 +333,6 @@ Explanation FindMap(const std::vector<Pair>& pairs, Map* map) {
   }
   *map = std::move(table);
   return fitted;
-}
-
-size_t CountDifferent(const ScalarImage& residuals, const ScalarImage& least) {
-  size_t count = 0;
-  for (size_t p = 0; p < residuals.data.size(); ++p) {
-    count += residuals.data[p] > least.data[p] ? 1 : 0;
-  }
-  return count;
 }
 
 // Why nothing of a picture is taken over in which so many pixels differ.

@@ -107,6 +107,19 @@ cv::Mat EdgesBeside(const Mask& mask, const cv::Size& size) {
 
 }  // namespace
 
+double MeanDifference(const Image8& picture, const Image& view) {
+  std::vector<float> differences;
+  for (size_t i = 0; i < view.data.size(); i += 7) {
+    differences.push_back(std::abs(static_cast<float>(picture.data[i]) / 255 - view.data[i]));
+  }
+  // The median: what was painted does not count.
+  const auto middle = differences.begin() + static_cast<ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  double sum = 0;
+  for (auto it = differences.begin(); it != middle; ++it) sum += static_cast<double>(*it);
+  return sum / static_cast<double>(std::max<size_t>(differences.size() / 2, 1));
+}
+
 double EdgeCorrelation(const Image8& picture, const Image& view, const Mask& changed) {
   const cv::Size size(view.width, view.height);
   if (size.width < 8 || size.height < 8) return 1;  // too small to tell
@@ -156,6 +169,14 @@ float LeastChange(const Image8& picture, const Image& view) {
   // Flat parts of a JPEG have none. Where most of the picture has none, what has some is paint.
   if (double(noise.size()) < kLeastNoisy * double(samples)) return kSeen;
   return std::clamp(kOverNoise * float(Median(std::move(noise))), kSeen, kMostNoise);
+}
+
+size_t CountDifferent(const ScalarImage& residuals, const ScalarImage& least) {
+  size_t count = 0;
+  for (size_t p = 0; p < residuals.data.size(); ++p) {
+    count += residuals.data[p] > least.data[p] ? 1 : 0;
+  }
+  return count;
 }
 
 Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least) {

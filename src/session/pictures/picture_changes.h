@@ -2,6 +2,7 @@
 // From the difference between a picture and its view to what was painted there.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -9,6 +10,10 @@
 #include "scene/image.h"
 
 namespace retint {
+
+// The mean difference, 0 to 1, between a picture and a view of its size in the half of their values
+// that differ least: what was painted does not count.
+double MeanDifference(const Image8& picture, const Image& view);
 
 // Of how much neighboring pixels differ in a picture and in a view of its size, both at a quarter
 // of their size: near 1 where they show the same, whatever its colors, and small where they do not.
@@ -19,6 +24,9 @@ double EdgeCorrelation(const Image8& picture, const Image& view, const Mask& cha
 // DeltaE00 between a picture and the view that it was made from, above which it was changed: 2,
 // below which a change is not seen, or more where the whole picture is as noisy as a JPEG file's.
 float LeastChange(const Image8& picture, const Image& view);
+
+// How many pixels differ by more than `least`.
+size_t CountDifferent(const ScalarImage& difference, const ScalarImage& least);
 
 // 255 where the difference [H, W], DeltaE00, is more than `least` and so are some neighbors', and
 // one pixel around.

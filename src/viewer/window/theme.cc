@@ -2,7 +2,6 @@
 #include "viewer/window/theme.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <QApplication>
 #include <QDBusConnection>
@@ -16,6 +15,8 @@
 #include <QStyleFactory>
 #include <QStyleOption>
 #include <QToolTip>
+
+#include "kernels/common/color_spaces.h"
 
 namespace retint {
 namespace {
@@ -52,11 +53,9 @@ const Shades& ShadesOf(bool dark, bool high_contrast) {
 // https://www.w3.org/TR/WCAG21/#dfn-contrast-ratio
 double Contrast(const QColor& a, const QColor& b) {
   const auto luminance = [](const QColor& color) {
-    const auto linear = [](double c) {
-      return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-    };
-    return 0.2126 * linear(color.redF()) + 0.7152 * linear(color.greenF()) +
-           0.0722 * linear(color.blueF());
+    const float linear[] = {LinearFromSrgb(color.redF()), LinearFromSrgb(color.greenF()),
+                            LinearFromSrgb(color.blueF())};
+    return double(Luminance(linear));
   };
   const auto [dark, light] = std::minmax({luminance(a), luminance(b)});
   return (light + 0.05) / (dark + 0.05);
