@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files.h"
+#include "base/option_name.h"
 #include "base/ply_body.h"
 #include "base/ply_header.h"
 #include "colmap_io/sparse_codec.h"
@@ -353,7 +354,7 @@ Sim3d ParseWorldFromSplat(const std::string& text) {
   const auto similarity = matrix ? SimilarityFrom(*matrix) : std::nullopt;
   CheckOption(
       similarity.has_value(),
-      "--world-from-splat: '" + text +
+      OptionName("world_from_splat") + ": '" + text +
           "' is neither a file nor the 12 or 16 numbers, by rows, of a matrix that rotates, "
           "scales and moves");
   return *similarity;

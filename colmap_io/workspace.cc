@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/files.h"
+#include "base/option_name.h"
 #include "colmap_io/layout.h"
 #include "colmap_io/nerfstudio.h"
 #include "colmap_io/photo.h"
@@ -26,7 +27,7 @@ std::string SeveralModels(const fs::path& sparse_folder) {
   }
   if (models < 2) return "";
   return folder.string() + ": holds several models; using " + sparse_folder.filename().string() +
-         ", the largest; --model takes another";
+         ", the largest; " + OptionName("model") + " takes another";
 }
 
 Workspace OpenModel(const fs::path& root, const fs::path& folder, const fs::path& image_folder) {

@@ -69,13 +69,13 @@ struct Failure {
   std::string message;
 };
 
-Failure Describe(std::exception_ptr thrown) {
+Failure Describe(std::exception_ptr thrown, const Globals& globals) {
   try {
     std::rethrow_exception(thrown);
   } catch (const OptionError& error) {
-    return {kUsage, error.what()};
+    return {kUsage, WithFlags(error.what(), globals)};
   } catch (const InputError& error) {
-    return {kInput, error.what()};
+    return {kInput, WithFlags(error.what(), globals)};
   } catch (const Cancelled&) {
     return {kInterrupted, "interrupted; nothing was written"};
   } catch (const std::bad_alloc& error) {
@@ -85,7 +85,7 @@ Failure Describe(std::exception_ptr thrown) {
                           ? "out of memory"
                           : what + "; smaller --cache-mb and --region-mb leave more for the rest"};
   } catch (const std::exception& error) {
-    return {kRunTime, error.what()};
+    return {kRunTime, WithFlags(error.what(), globals)};
   }
 }
 
@@ -111,7 +111,7 @@ int ExecuteAlone(const Globals& globals, const Action& action) {
     RunAction(globals, action);
     return kOk;
   } catch (...) {
-    const Failure failure = Describe(std::current_exception());
+    const Failure failure = Describe(std::current_exception(), globals);
     return Fail(failure.code, failure.message);
   }
 }
@@ -122,7 +122,7 @@ int ExecuteShared(const Globals& globals, const Action& action) {
   try {
     ranks = JoinMpi();
   } catch (...) {
-    const Failure failure = Describe(std::current_exception());
+    const Failure failure = Describe(std::current_exception(), globals);
     return ReadLaunch().rank == 0 ? Fail(failure.code, failure.message) : failure.code;
   }
   const ShareAmong share(*ranks);
@@ -130,7 +130,7 @@ int ExecuteShared(const Globals& globals, const Action& action) {
     RunAction(globals, action);
     return kOk;
   } catch (...) {
-    FailAll(Describe(std::current_exception()), *ranks);
+    FailAll(Describe(std::current_exception(), globals), *ranks);
   }
 }
 

@@ -11,6 +11,7 @@
 #include <spdlog/spdlog.h>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "base/ranks.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/nerfstudio.h"
@@ -79,10 +80,25 @@ Run::~Run() {
 
 bool Run::Writes() { return CurrentRanks().IsRoot(); }
 
+std::string WithFlags(const std::string& message, const Globals& globals) {
+  if (globals.runs_job) return message;
+  EditOptions options;
+  const OptionList described = Described(options);
+  return SpellOptions(message, [&](std::string_view name, std::string_view value) {
+    const Option* option = FindOption(described, name);
+    std::string flag = option ? option->flag : name == "colmap_program" ? "--colmap" : "";
+    if (flag.empty()) {
+      flag = "--" + std::string(name);
+      std::replace(flag.begin(), flag.end(), '_', '-');
+    }
+    return flag + (value.empty() ? "" : " ") + std::string(value);
+  });
+}
+
 void Run::Warn(const std::string& message) {
   printer_.Clear();
-  spdlog::warn(message);
-  warnings_.push_back(message);
+  warnings_.push_back(WithFlags(message, globals_));
+  spdlog::warn(warnings_.back());
 }
 
 void Run::Info(const std::string& message) {

@@ -31,8 +31,12 @@ struct Globals {
   std::string log_level = "warn";
   std::string progress = "auto";
   bool quiet = false;
-  std::string command;  // what was typed, for a shell
+  std::string command;    // what was typed, for a shell
+  bool runs_job = false;  // its options are keys of a file, not flags
 };
+
+// A message of the library (base/option_name.h) with flags for the names of options.
+std::string WithFlags(const std::string& message, const Globals& globals);
 
 // One run of one verb.
 class Run {

@@ -110,8 +110,10 @@ void AddRun(CLI::App& app, Globals& globals, Action& action) {
                    "in all")
       ->check(CLI::Range(uint64_t{0}, uint64_t{1} << 40));
   verb->add_flag("--schema", arguments->schema, "Print the JSON Schema of job files");
-  verb->callback(
-      [&action, arguments] { action = [arguments](Run& run) { RunJob(*arguments, run); }; });
+  verb->callback([&action, &globals, arguments] {
+    globals.runs_job = true;
+    action = [arguments](Run& run) { RunJob(*arguments, run); };
+  });
 }
 
 }  // namespace retint::cli

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/option_name.h"
 #include "colmap_io/nerfstudio.h"
 #include "session/reporting/report.h"
 #include "viewer/window/main_window.h"
@@ -87,7 +88,8 @@ QString Fault(const QCommandLineParser& parser) {
     try {
       WorldFromSplatOf(parser.value("world-from-splat").toStdString());
     } catch (const Error& error) {
-      return QString::fromStdString(error.what());
+      return QString::fromStdString(SpellOptions(
+          error.what(), [](std::string_view, std::string_view) { return "--world-from-splat"; }));
     }
   }
   const QStringList paths = parser.positionalArguments();

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/median.h"
+#include "base/option_name.h"
 #include "base/process.h"
 #include "base/temporary_folder.h"
 #include "colmap_io/image_io.h"
@@ -104,8 +105,9 @@ void WriteWorkspace(const fs::path& folder, Renderer& renderer,
     if (line.find("requires CUDA") == std::string::npos) continue;
     throw RunError(program.string() +
                    " was built without CUDA, which its patch_match_stereo needs: name another one "
-                   "with --colmap, or choose another depth method (it said: " +
-                   line + ")");
+                   "with " +
+                   OptionName("colmap_program") +
+                   ", or choose another depth method (it said: " + line + ")");
   }
   throw RunError(fmt::format("{} patch_match_stereo ended with exit code {}: {}", program.string(),
                              result.code, told));
@@ -134,7 +136,8 @@ ColmapMvsEstimator::ColmapMvsEstimator(Renderer& renderer, const ColmapMvsOption
     : renderer_(renderer), options_(options), program_(FindProgram(options.program)) {
   options_.Check();
   CheckOption(!program_.empty(), "depth method colmap-mvs: there is no program '" +
-                                     options_.program + "'; --colmap names COLMAP's");
+                                     options_.program + "'; " + OptionName("colmap_program") +
+                                     " names COLMAP's");
 }
 
 DepthEstimate ColmapMvsEstimator::Estimate(const PosedCamera& view, Monitor& monitor) {

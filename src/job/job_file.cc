@@ -107,7 +107,10 @@ void JobReader::Scene(const Node& node, Job* job) const {
     const fs::path file = Path(node.At("world_from_splat"));
     if (IsFile(file)) job->world_from_splat = file.string();
   }
-  if (node.Has("holdout")) job->holdout = node.At("holdout").Int(0, 1000000);
+  if (node.Has("holdout")) {
+    job->holdout = node.At("holdout").Int(0, 1000000);
+    if (job->holdout == 1) node.At("holdout").Fail("must be 0 (none) or at least 2");
+  }
 }
 
 void JobReader::Selection(const Node& node, JobRegion* region) const {

@@ -74,7 +74,7 @@ Json EditSchema() {
                       {"strength", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}}},
                      {"operations"});
   return {{"description", "what is done to the colors: an edit, or the file of one"},
-          {"oneOf", {edit, Text("a file that --edit reads")}}};
+          {"oneOf", {edit, Text("the file of an edit, or a report that has one")}}};
 }
 
 Json RegionSchema() {

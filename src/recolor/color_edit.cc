@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "kernels/edit_colors.h"
 #include "recolor/edit_text.h"
 #include "recolor/palette.h"
@@ -155,9 +156,9 @@ void CompileRecolor(const ColorOperation& op, float knee, ColorOp& out) {
   constexpr float kMostShade = 1.25f;             // times the limit
   constexpr float kGrayChroma = 1e-3f;
   if (!op.IsSet("from")) {
-    throw OptionError(
-        "the region's main color is not measured here: name it, as in --to '#3060ff,from=#c8b478', "
-        "or take the edit from a report, --edit report.json");
+    throw OptionError("the region's main color is not measured here: name it, as in " +
+                      OptionName("to", "'#3060ff,from=#c8b478'") +
+                      ", or take the edit from a report, " + OptionName("edit", "report.json"));
   }
   const auto scene = [](const Eigen::Vector3f& display) {
     return Eigen::Vector3f(display.unaryExpr([](float y) { return SceneFromDisplay(y); }));
@@ -229,9 +230,9 @@ std::vector<float> PaletteTable(std::span<const float> pairs) {
   std::vector<float> table;
   for (size_t i = 0; i < pairs.size(); i += kPairValues) {
     if (pairs[i] == kUnset) {
-      throw OptionError(
-          "the region's main colors are not measured here: name them all, as in --palette "
-          "'#c8b478=#3060ff,#405030', or take the edit from a report, --edit report.json");
+      throw OptionError("the region's main colors are not measured here: name them all, as in " +
+                        OptionName("palette", "'#c8b478=#3060ff,#405030'") +
+                        ", or take the edit from a report, " + OptionName("edit", "report.json"));
     }
     const OkLab from = OkLabFromSrgb(&pairs[i]);
     const float* target = &pairs[i + 3];

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "recolor/color_operation.h"
 #include "recolor/white_balance.h"
 
@@ -37,7 +38,7 @@ class OperationText {
   OperationText(const ColorOperationType& type, std::string_view text) : type_(type), text_(text) {}
 
   [[noreturn]] void Fail(const std::string& why) const {
-    throw OptionError("--" + std::string(type_.option) + " '" + std::string(text_) + "': " + why +
+    throw OptionError(OptionName(type_.option) + " '" + std::string(text_) + "': " + why +
                       (*type_.syntax != 0 ? std::string(" (expected ") + type_.syntax + ")" : ""));
   }
 

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/option_name.h"
 #include "base/ranks.h"
 
 namespace retint {
@@ -151,26 +152,29 @@ size_t MemoryLimits::Cache(MemorySide side, size_t wanted) const {
 std::string TooLittle(const MemoryLimits& limits, const MemoryBytes& bytes) {
   std::vector<std::string> exceeded;
   if (bytes.host > limits.HostBytes()) {
-    exceeded.push_back("--memory-mb " + std::to_string(limits.HostBytes() / kMiB));
+    exceeded.push_back(OptionName("memory_mb", std::to_string(limits.HostBytes() / kMiB)));
   }
   if (bytes.device > limits.DeviceBytes()) {
     const std::string by_default = limits.device_bytes > 0 ? "" : "the default ";
-    exceeded.push_back(by_default + "--device-memory-mb " +
-                       std::to_string(limits.DeviceBytes() / kMiB));
+    exceeded.push_back(by_default +
+                       OptionName("device_memory_mb", std::to_string(limits.DeviceBytes() / kMiB)));
   }
   return Joined(exceeded) + " too little";
 }
 
 std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t on_cpu) {
   std::vector<std::string> needed;
-  if (bytes.host > limits.HostBytes()) needed.push_back("--memory-mb " + Mebibytes(bytes.host));
+  if (bytes.host > limits.HostBytes())
+    needed.push_back(OptionName("memory_mb", Mebibytes(bytes.host)));
   std::string otherwise;
   if (bytes.device > limits.DeviceBytes()) {
     const bool is_there = bytes.device <= limits.device_has;
     needed.push_back(is_there
-                         ? "--device-memory-mb " + Mebibytes(bytes.device)
+                         ? OptionName("device_memory_mb", Mebibytes(bytes.device))
                          : "a GPU with " + Mebibytes(bytes.device / 9 * 10 + 10) + " MiB free");
-    if (!is_there) otherwise = ", or --backend cpu --memory-mb " + Mebibytes(on_cpu);
+    if (!is_there)
+      otherwise =
+          ", or " + OptionName("backend", "cpu") + " " + OptionName("memory_mb", Mebibytes(on_cpu));
   }
   return Joined(needed) + " enough" + otherwise;
 }

@@ -41,8 +41,8 @@ struct MemoryLimits {
   size_t Cache(MemorySide side, size_t wanted) const;
 };
 
-// The two halves of a refusal. The limits that `bytes` exceed, as in "--memory-mb 50 is too
-// little", and what is enough, as in "--memory-mb 96 is enough": a limit, or where the GPU has
+// The two halves of a refusal. The limits that `bytes` exceed, as in "`memory_mb=50` is too
+// little", and what is enough, as in "`memory_mb=96` is enough": a limit, or where the GPU has
 // less, the CPU backend within `on_cpu` bytes.
 std::string TooLittle(const MemoryLimits& limits, const MemoryBytes& bytes);
 std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t on_cpu);

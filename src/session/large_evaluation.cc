@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "base/parallel.h"
 #include "recolor/quality_report.h"
 #include "scene/mask_pixels.h"
@@ -126,9 +127,9 @@ class Evaluator {
   RunReport Run() {
     job_.edit.Check();
     for (const ColorOperation& op : job_.edit.operations) {
-      CheckOption(!op.picture,
-                  "an edit by pictures is not evaluated in parts: give --out-of-core "
-                  "off, or the edit as operations");
+      CheckOption(!op.picture, "an edit by pictures is not evaluated in parts: give " +
+                                   OptionName("out_of_core", "off") +
+                                   ", or the edit as operations");
     }
     large_.CountWhatIsHeld();
     ListViews();

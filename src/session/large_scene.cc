@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/option_name.h"
 #include "depth/factory.h"
 
 namespace retint {
@@ -85,10 +86,11 @@ SplatIndex OpenIndex(const PlyFile& splat, const fs::path& path, const MemoryLim
     if (force) SplatIndex::Build(splat, path, options, monitor);
     return SplatIndex::OpenOrBuild(splat, path, options, monitor, built);
   } catch (const IndexMemoryError& error) {
-    throw OptionError(
-        "--memory-mb " + std::to_string(limits.HostBytes() >> 20) + " is too little to index " +
-        std::to_string(splat.count()) + " Gaussians; --memory-mb " +
-        std::to_string(Mebibytes(BesideIndex() + kSlack + error.least_bytes())) + " is enough");
+    throw OptionError(OptionName("memory_mb", std::to_string(limits.HostBytes() >> 20)) +
+                      " is too little to index " + std::to_string(splat.count()) + " Gaussians; " +
+                      OptionName("memory_mb", std::to_string(Mebibytes(BesideIndex() + kSlack +
+                                                                       error.least_bytes()))) +
+                      " is enough");
   }
 }
 
@@ -97,9 +99,9 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
                        Monitor& monitor)
     : options_(options), large_(large) {
   options_.Check();
-  CheckOption(
-      !workspace.empty(),
-      "a splat that is opened in parts needs --workspace: views are placed around a whole one");
+  CheckOption(!workspace.empty(), "a splat that is opened in parts needs " +
+                                      OptionName("workspace") +
+                                      ": views are placed around a whole one");
   const StageClock::Lap lap(clock_, "load");
   file_ = std::make_shared<const PlyFile>(splat);
   workspace_ = std::make_shared<const Workspace>(OpenWorkspace(workspace, options));
@@ -476,10 +478,11 @@ std::unique_ptr<EditSession> LargeScene::OpenLargest(Need need, std::vector<cons
   Need all = need;
   all.views.insert(all.views.end(), largest.begin(), largest.end());
   CheckFits(all, [&]() -> std::string {
-    if (need.everything) return ", or --complete near or off, which looks at less than all";
+    if (need.everything)
+      return ", or " + OptionName("completion", "near") + " or off, which looks at less than all";
     const size_t fit = ViewsThatFit(need, largest);
     if (fit == 0) return "";
-    return ", or --most-views " + std::to_string(fit) +
+    return ", or " + OptionName("most_views", std::to_string(fit)) +
            ", which takes those that see the selection largest";
   });
   return Open(all, std::move(before), monitor);

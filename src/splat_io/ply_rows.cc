@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -139,7 +140,8 @@ void KeepLogitsFinite(float* logits, size_t count) {
   const size_t row = numbers ? numbers[i / width] : first_row + i / width;
   throw InputError(path, "Gaussian " + std::to_string(row) + ": " + field.columns[i % width] +
                              (std::isnan(rows[i]) ? " is NaN" : " is infinite") +
-                             "; `retint convert --drop-bad` writes a file without such rows");
+                             "; `retint convert` with " + OptionName("drop_bad") +
+                             " writes a file without such rows");
 }
 
 }  // namespace

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "splat_io/splat_row.h"
 
+#include "base/option_name.h"
 #include "scene/sh_band4.h"
 
 namespace retint {
-namespace {
-
-constexpr const char* kHowToDrop = "; `retint convert --drop-bad` writes a file without such rows";
-
-}  // namespace
 
 SplatRow GetRow(const GaussianModel& model, size_t g) {
   SplatRow row;
@@ -76,7 +72,8 @@ void ValidateRead(const GaussianModel& model, const std::filesystem::path& path,
   try {
     model.Validate();
   } catch (const InputError& error) {
-    throw InputError(path, std::string(error.what()) + kHowToDrop);
+    throw InputError(path, error.what() + ("; `retint convert` with " + OptionName("drop_bad")) +
+                               " writes a file without such rows");
   }
 }
 

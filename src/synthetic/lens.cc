@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "scene/camera_projection.h"
 #include "scene/undistortion.h"
 #include "synthetic/tracer.h"
@@ -35,7 +36,7 @@ Camera MakeLens(std::string_view model, const Camera& camera) {
       lens.params = {double(lens.width), double(lens.height)};
       break;
     default:
-      throw OptionError("--camera-model '" + std::string(model) +
+      throw OptionError(OptionName("camera_model") + " '" + std::string(model) +
                         "': there are PINHOLE, SIMPLE_RADIAL, OPENCV, OPENCV_FISHEYE and "
                         "EQUIRECTANGULAR");
   }

@@ -210,7 +210,8 @@ TEST_F(ColmapMvs, RefusesBadOptionsAndMissingPrograms) {
     ColmapMvsEstimator(renderer_, options);
     FAIL() << "a missing program was taken";
   } catch (const OptionError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("retint-no-such-program"), HasSubstr("--colmap")));
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("retint-no-such-program"), HasSubstr("`colmap_program`")));
   }
   options = Playing("exit 0\n");
   options.sources = 1;
@@ -232,7 +233,7 @@ TEST_F(ColmapMvs, TheRealOneSaysThatItHasNoCuda) {
   if (version.find("without CUDA") == std::string::npos) {
     GTEST_SKIP() << "this COLMAP was built with CUDA";
   }
-  EXPECT_THAT(Failure({}), AllOf(HasSubstr("was built without CUDA"), HasSubstr("--colmap"),
+  EXPECT_THAT(Failure({}), AllOf(HasSubstr("was built without CUDA"), HasSubstr("`colmap_program`"),
                                  HasSubstr("it said: ")));
 }
 

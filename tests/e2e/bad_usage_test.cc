@@ -245,7 +245,9 @@ const Row kUsageRows[] = {
        return Arguments{"render", "--splat",  p.In("splat.ply"), "--model",
                         "0",      "--output", p.Out("r")};
      }},
-    {"ScoreOfAColorThatIsMeasured", 2, "the region's main color is not measured here",
+    {"ScoreOfAColorThatIsMeasured", 2,
+     "the region's main color is not measured here: name it, as in --to '#3060ff,from=#c8b478', or "
+     "take the edit from a report, --edit report.json",
      [](Place& p) {
        return Arguments{"score",   "--truth",     p.In("masks"), "--before", p.In("masks"),
                         "--after", p.In("masks"), "--to",        "#3060ff"};

@@ -174,7 +174,8 @@ TEST(HostileSplat, RowsThatAreNoNumbersAreDroppedOnRequest) {
   CommandResult result =
       RunRetint({"convert", place.In("splat.ply"), place.Out("good.ply"), "--progress", "none"});
   ExpectSentence(result);
-  EXPECT_THAT(result.err, testing::HasSubstr("Gaussian 0: y is NaN; `retint convert --drop-bad`"));
+  EXPECT_THAT(result.err,
+              testing::HasSubstr("Gaussian 0: y is NaN; `retint convert` with --drop-bad"));
   result = RunRetint({"convert", place.In("splat.ply"), place.Out("good.ply"), "--drop-bad",
                       "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;

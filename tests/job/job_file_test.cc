@@ -111,6 +111,8 @@ TEST_F(JobFile, ScenesMayLieElsewhereOrHaveNoWorkspace) {
               HasSubstr("scene.model: needs a workspace"));
   EXPECT_THAT(Fault(With("\"holdout\": 8", "\"views\": 12")),
               HasSubstr("scene.views: a workspace has its own views"));
+  EXPECT_THAT(Fault(With("\"holdout\": 8", "\"holdout\": 1")),
+              HasSubstr("scene.holdout: must be 0 (none) or at least 2"));
 }
 
 TEST_F(JobFile, NoOutputReplacesAnotherOrAnInput) {

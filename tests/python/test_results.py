@@ -267,6 +267,11 @@ def test_views_around_a_splat_alone(scene, folder):
         retint.Session(scene.folder, scene.splat, view_folder=folder / "cameras")
 
 
+def test_errors_name_keywords(scene):
+    with pytest.raises(retint.OptionError, match="^`holdout` must be 0"):
+        retint.Session(scene.folder, scene.splat, holdout=1)
+
+
 def test_a_fit_in_the_background_is_the_same(scene):
     session, _, masks, region = recolored(scene)
     other = retint.Session(scene.folder, scene.splat)

@@ -87,7 +87,7 @@ TEST(ParseOperationTest, ReadsPalettes) {
 
 TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THAT(FaultOf(Kind::kExposure, "bright"),
-              HasSubstr("--exposure 'bright': 'bright' is not"));
+              HasSubstr("`exposure` 'bright': 'bright' is not"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "1,2"), HasSubstr("too many values"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "11"), HasSubstr("stops must be from -10 to 10, not 11"));
   EXPECT_THAT(FaultOf(Kind::kMatrix, "1,2,3"), HasSubstr("needs 12 values"));
@@ -95,7 +95,7 @@ TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THAT(FaultOf(Kind::kRecolor, "keep-lightness=1"), HasSubstr("needs 3 values"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, ""), HasSubstr("adjust"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue"), HasSubstr("'hue' has no value; give it as hue=VALUE"));
-  EXPECT_THAT(FaultOf(Kind::kLut, ""), HasSubstr("--lut '': names no file"));
+  EXPECT_THAT(FaultOf(Kind::kLut, ""), HasSubstr("`lut` '': names no file"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hew=3"), HasSubstr("there is no 'hew'"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,hues=40:40"), HasSubstr("hues is empty"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue=3,lightnesses=0.9:0.2"),

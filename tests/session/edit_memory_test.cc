@@ -181,26 +181,26 @@ TEST(EditMemory, WhatAFitKeepsTakesMoreThanItAsksFor) {
 TEST(MemoryLimits, ARefusalSaysWhatIsEnough) {
   const MemoryLimits limits = LimitsMb(50, 300, 1000);
   const MemoryBytes host{95 * kMiB + 1, 0}, device{0, 700 * kMiB};
-  EXPECT_EQ(TooLittle(limits, host), "--memory-mb 50 is too little");
-  EXPECT_EQ(Enough(limits, host, 0), "--memory-mb 96 is enough");
+  EXPECT_EQ(TooLittle(limits, host), "`memory_mb=50` is too little");
+  EXPECT_EQ(Enough(limits, host, 0), "`memory_mb=96` is enough");
   EXPECT_TRUE(LimitsMb(96, 300, 1000).Hold(host));
-  EXPECT_EQ(TooLittle(limits, device), "--device-memory-mb 300 is too little");
-  EXPECT_EQ(Enough(limits, device, 0), "--device-memory-mb 700 is enough");
+  EXPECT_EQ(TooLittle(limits, device), "`device_memory_mb=300` is too little");
+  EXPECT_EQ(Enough(limits, device, 0), "`device_memory_mb=700` is enough");
   EXPECT_TRUE(LimitsMb(50, 700, 1000).Hold(device));
   // Of both, lest the second be refused when the first is given.
   const MemoryBytes both{host.host, device.device};
-  EXPECT_EQ(TooLittle(limits, both), "--memory-mb 50 and --device-memory-mb 300 are too little");
-  EXPECT_EQ(Enough(limits, both, 0), "--memory-mb 96 and --device-memory-mb 700 are enough");
+  EXPECT_EQ(TooLittle(limits, both), "`memory_mb=50` and `device_memory_mb=300` are too little");
+  EXPECT_EQ(Enough(limits, both, 0), "`memory_mb=96` and `device_memory_mb=700` are enough");
 }
 
 TEST(MemoryLimits, ARefusalNeverAsksForMoreThanTheDeviceHas) {
   const MemoryLimits limits = LimitsMb(50, 0, 1000);
   const MemoryBytes most{0, 950 * kMiB}, more{0, 1100 * kMiB};
-  EXPECT_EQ(TooLittle(limits, most), "the default --device-memory-mb 900 is too little");
-  EXPECT_EQ(Enough(limits, most, 0), "--device-memory-mb 950 is enough");
+  EXPECT_EQ(TooLittle(limits, most), "the default `device_memory_mb=900` is too little");
+  EXPECT_EQ(Enough(limits, most, 0), "`device_memory_mb=950` is enough");
   EXPECT_TRUE(LimitsMb(50, 950, 1000).Hold(most));
   EXPECT_EQ(Enough(limits, more, 2000 * kMiB),
-            "a GPU with 1223 MiB free is enough, or --backend cpu --memory-mb 2000");
+            "a GPU with 1223 MiB free is enough, or `backend=cpu` `memory_mb=2000`");
   EXPECT_TRUE(LimitsMb(50, 0, 1223).Hold(more));
 }
 

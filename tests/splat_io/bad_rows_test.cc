@@ -39,7 +39,7 @@ TEST(BadRows, OfAPlyAreLeftOutWithTheirColumns) {
   Spoil(folder / "a.ply", body + 1 * row + 4, NAN);
   Spoil(folder / "a.ply", body + 4 * row + 22 * 4, -INFINITY);
   EXPECT_THAT(MessageOf<InputError>([&] { ReadSplat(folder / "a.ply"); }),
-              HasSubstr("Gaussian 1: y is NaN; `retint convert --drop-bad`"));
+              HasSubstr("Gaussian 1: y is NaN; `retint convert` with `drop_bad`"));
   Monitor monitor;
   const GaussianModel good = ReadSplat(folder / "a.ply", monitor, BadRows::kDrop);
   ASSERT_EQ(good.NumGaussians(), 4u);
@@ -59,7 +59,7 @@ TEST(BadRows, OfAPackedFileAreLeftOut) {
   const GaussianModel all = ReadSplat(folder / "a.splat");
   Spoil(folder / "a.splat", 2 * 32 + 8, NAN);
   EXPECT_THAT(MessageOf<InputError>([&] { ReadSplat(folder / "a.splat"); }),
-              HasSubstr("Gaussian 2: mean is NaN; `retint convert --drop-bad`"));
+              HasSubstr("Gaussian 2: mean is NaN; `retint convert` with `drop_bad`"));
   Monitor monitor;
   const GaussianModel good = ReadSplat(folder / "a.splat", monitor, BadRows::kDrop);
   ASSERT_EQ(good.NumGaussians(), 4u);

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/option_name.h"
 #include "base/ranks.h"
 #include "scene/sh_band4.h"
 #include "session/opening/virtual_views.h"
@@ -99,7 +100,7 @@ std::shared_ptr<Backend> OpenBackend(const std::string& name) {
   try {
     return CreateBackend(name);
   } catch (const std::invalid_argument& error) {
-    throw OptionError(std::string("--backend: ") + error.what());
+    throw OptionError(OptionName("backend") + ": " + error.what());
   }
 }
 
@@ -111,9 +112,10 @@ Workspace OpenWorkspace(const fs::path& folder, const SessionOptions& options) {
 }
 
 void SessionOptions::Check() const {
-  CheckOption(holdout == 0 || holdout >= 2, "--holdout must be 0 (none) or at least 2");
+  CheckOption(holdout == 0 || holdout >= 2,
+              OptionName("holdout") + " must be 0 (none) or at least 2");
   CheckOption(backend == "auto" || backend == "cpu" || backend == "cuda",
-              "--backend: '" + backend + "' is not auto, cpu or cuda");
+              OptionName("backend") + ": '" + backend + "' is not auto, cpu or cuda");
   VirtualViewOptions placed;
   placed.views = views;
   placed.Check();
@@ -217,9 +219,9 @@ void OpenScene::SplitViews() {
     (out.at(workspace_->PhotoName(*view)) ? heldout_ : train_).push_back(view);
   }
   if (train_.empty() && !part_) {  // a part may be of a view that is held out
-    throw InputError(workspace_->sparse_folder, "--holdout " + std::to_string(options_.holdout) +
-                                                    " leaves no view of " +
-                                                    std::to_string(views.size()) + " to fit");
+    throw InputError(workspace_->sparse_folder,
+                     OptionName("holdout", std::to_string(options_.holdout)) +
+                         " leaves no view of " + std::to_string(views.size()) + " to fit");
   }
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/option_name.h"
 #include "base/stage_cache.h"
 #include "colmap_io/sparse.h"
 #include "kernels/common/sh.h"
@@ -373,7 +374,7 @@ std::string KeyOf(const GaussianModel& model, const VirtualViewOptions& options)
 }  // namespace
 
 void VirtualViewOptions::Check() const {
-  CheckOption(views >= 2 && views <= 400, "--views must be in [2, 400]");
+  CheckOption(views >= 2 && views <= 400, OptionName("views") + " must be in [2, 400]");
   CheckOption(width >= 16 && height >= 16 && width <= 16384 && height <= 16384,
               "the size of virtual views must be in [16, 16384] pixels");
 }

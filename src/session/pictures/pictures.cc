@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/option_name.h"
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
@@ -101,8 +102,8 @@ std::vector<const UserPicture*> Pictures::Require(std::string_view name) const {
     // A view of a photo that is wanted whole has no picture of its own.
     const DistortedPhoto* photo = workspace_.PhotoOf(workspace_.RequireView(name));
     throw InputError(workspace_.sparse_folder, "\"" + std::string(name) + "\" is a part of " +
-                                                   photo->name +
-                                                   "; name that, or give --pixels pinhole");
+                                                   photo->name + "; name that, or give " +
+                                                   OptionName("pixels", "pinhole"));
   }
   return found;
 }

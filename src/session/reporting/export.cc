@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/option_name.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
 #include "colmap_io/workspace.h"
@@ -153,7 +154,8 @@ std::vector<fs::path> CheckCamerasFolder(const fs::path& folder, bool overwrite)
     const std::string what = models.empty() ? "pictures" : "a model";
     throw OptionError(there + "holds " + what +
                       " already: name another folder, or overwrite what retint cameras wrote there "
-                      "(--overwrite)");
+                      "(" +
+                      OptionName("overwrite") + ")");
   }
   std::set<fs::path> own;
   for (const fs::path& model : models) {
