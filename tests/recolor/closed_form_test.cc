@@ -40,6 +40,13 @@ Image RenderSh(const GaussianModel& model, std::span<const float> sh, const Pose
   return renderer.Render(view).rgb;
 }
 
+TEST(ClosedFormTest, ChangesGaussiansOfMoreThanFivePercent) {
+  const GaussianModel model = IsolatedGaussian();
+  const ColorEdit edit = ColorEdit::Tint({0.3f, 1.0f, 1.6f});
+  EXPECT_EQ(Preview(model, {0.049f}, edit), model.sh);
+  EXPECT_NE(Preview(model, {0.051f}, edit), model.sh);
+}
+
 TEST(ClosedFormTest, IsExactForAnIsolatedGaussian) {
   const GaussianModel model = IsolatedGaussian();
   for (const ColorEdit& edit : {ColorEdit::Tint({0.3f, 1.0f, 1.6f}), MixingEdit()}) {

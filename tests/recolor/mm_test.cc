@@ -229,6 +229,23 @@ TEST(MmTest, EndsNoWorseThanItStartedOnTheClamp) {
   }
 }
 
+// What is to stay counts by its square for five sweeps, and by its size from the sixth on.
+TEST(MmTest, CountsTheSizeOfChangesFromTheSixthSweepOn) {
+  TinyScene scene(31);
+  for (float& value : scene.model.sh) value *= 0.4f;
+  const ColorEdit edit = ColorEdit::Tint({0.4f, 0.8f, 1.2f});
+  for (const auto acceleration : {MmAcceleration::kNone, MmAcceleration::kLbfgs}) {
+    RefitOptions options = Exhaustive(acceleration, 8);
+    const auto squares = Refit(scene, edit, options).losses;
+    options.mm.outside_slope = 12;
+    const auto sizes = Refit(scene, edit, options).losses;
+    ASSERT_GT(squares.size(), 5u);
+    ASSERT_GT(sizes.size(), 5u);
+    for (size_t i = 0; i < 5; ++i) EXPECT_EQ(sizes[i], squares[i]) << i;
+    EXPECT_GT(sizes[5], squares[5]);
+  }
+}
+
 // 0 sweeps is "until it has converged": more than the default when the tolerance asks for more, and
 // the same as a limit that is never reached.
 TEST(MmTest, NoLimitRunsUntilItHasConverged) {

@@ -156,6 +156,46 @@ TEST(Completion, KeepsWhatPaintedViewsSeeThoughOthersDoNotFindIt) {
   EXPECT_GT(std::abs(Mean(lost, haze, haze + 20) - 7.0 / 16), 0.1);
 }
 
+TEST(Completion, KeepsWhatPaintedViewsSeeAQuarterOf) {
+  World world = MakeWorld();
+  const size_t haze = world.count();
+  const float usual = 20;  // pixels in each of 40 views
+  for (const float part : {0.24f, 0.26f}) {
+    AddGaussian(1 + part, 0, 0, {0.5f, 0.5f, 0.1f}, &world.model);
+    world.visible.push_back(40 * usual);
+    world.known.push_back(16);
+    world.inside.push_back(7);
+    world.painted.resize(world.count(), 0);
+    world.visible_squared.resize(world.count(), 1);
+    world.painted.back() = part * usual;
+    world.visible_squared.back() = 40 * usual * usual;
+  }
+  const CompletedShares completed = CompleteAll(world, Completion::kNear);
+  const float by_paint = 7.0f / 16;
+  EXPECT_EQ(completed.shares[haze + 1], by_paint);
+  EXPECT_EQ(completed.confidence[haze + 1], 1);
+  // One part in 25 of what is missing to a quarter is left to the graph.
+  EXPECT_NE(completed.shares[haze], by_paint);
+  EXPECT_NEAR(completed.shares[haze], by_paint, 0.04);
+  EXPECT_LT(completed.confidence[haze], 1);
+}
+
+TEST(Completion, KeepsWhatPaintSeesHalfOf) {
+  World world = MakeWorld();
+  const size_t first = world.count();
+  for (const float part : {0.48f, 0.52f}) {
+    AddGaussian(1 + part, 0, 0, {0.5f, 0.5f, 0.1f}, &world.model);
+    world.visible.push_back(100);
+    world.known.push_back(100 * part);
+    world.inside.push_back(50 * part);
+  }
+  const CompletedShares completed = CompleteAll(world, Completion::kNear);
+  EXPECT_LT(completed.confidence[first], 1);
+  EXPECT_NE(completed.shares[first], 0.5f);
+  EXPECT_EQ(completed.confidence[first + 1], 1);
+  EXPECT_EQ(completed.shares[first + 1], 0.5f);
+}
+
 TEST(Completion, LeavesSeparateThingsAloneUnlessAskedForAll) {
   const World world = MakeWorld();
   EXPECT_EQ(Mean(Complete(world, Completion::kNear), world.far_begin, world.count()), 0);
@@ -176,6 +216,29 @@ TEST(Completion, EndsFarFromWhatWasPainted) {
   EXPECT_GT(Mean(all, world.far_begin, thread), 0.9);
   EXPECT_GT(near[thread], 0.5f);  // where the thread begins
   EXPECT_EQ(near[world.count() - 1], 0);
+}
+
+// All of the ball is painted, so that its radius is that of what was painted: 1. A thread of its
+// color is selected to five times that.
+TEST(Completion, ReachesFiveTimesTheRadiusOfWhatWasPainted) {
+  World world = MakeWorld();
+  for (size_t g = 0; g < world.floor_begin; ++g) world.known[g] = world.inside[g] = 60;
+  const size_t thread = world.count();
+  for (int i = 0; i < 100; ++i) {
+    AddGaussian(-1.05f - 0.05f * float(i), 0, 0, {0.7f, 0.1f, 0.1f}, &world.model);
+  }
+  for (auto* values : {&world.inside, &world.known}) values->resize(world.count(), 0);
+  world.visible.resize(world.count(), 80);
+  const auto near = Complete(world, Completion::kNear), all = Complete(world, Completion::kAll);
+  for (size_t g = thread; g < world.count(); ++g) {
+    // The median of a lattice of 600 points is a hundredth of the radius beside the middle.
+    if (world.x(g) > -4.9f) {
+      EXPECT_GT(near[g], 0.5f) << world.x(g);
+    } else if (world.x(g) < -5.1f) {
+      EXPECT_EQ(near[g], 0) << world.x(g);
+    }
+    EXPECT_GT(all[g], 0.5f) << world.x(g);
+  }
 }
 
 // A few pixels of another thing that are inside by mistake do not tie it to what was painted.
