@@ -70,8 +70,7 @@ KINDS = {
         session/opening/virtual_views.cc: kNearest""",
     "promised": """
         selection/completion.cc: kKnownFraction kPaintedFraction kReach
-        recolor/mm_solver.cc: kSquaredSweeps
-        session/pictures/picture_changes.cc: kStrong kFewest""",
+        recolor/mm_solver.cc: kSquaredSweeps""",
     "measured": """
         selection/completion.cc: kSmoothness kLogPrior kColorSamples
         selection/gaussian_graph.cc: kNeighbors kColorSigma
