@@ -290,6 +290,73 @@ TEST_F(MaskProjectorTest, PaintOfASecondViewCounts) {
   EXPECT_GT(after, before + 0.1);
 }
 
+// m = (w A + B) / (w C + D) of each Gaussian, A and C of the painted view, B and D of the others:
+// the cross-ratio of four m is that of their weights.
+TEST_F(MaskProjectorTest, PaintCountsByItsWeight) {
+  const SelectionCloud cloud = Cloud(2);
+  PaintedView half = Paint(2);       // which the cloud contradicts
+  options.visible_tolerance = 1e-6;  // so that other views believe the cloud
+  for (int y = 0; y < 120; ++y) std::fill_n(&half.mask(0, y), 80, uint8_t{0});
+  std::vector<std::vector<float>> shares;
+  for (const double weight : {1, 2, 4, 8}) {
+    options.painted_weight = weight;
+    shares.push_back(Project(ProjectorKind::kGaussians, cloud, {half}).shares);
+  }
+  int told = 0;
+  for (size_t g = 0; g < shares[0].size(); ++g) {
+    const double m[] = {shares[0][g], shares[1][g], shares[2][g], shares[3][g]};
+    if (std::abs(m[0] - m[3]) < 0.05) continue;
+    // Single precision of the shares against differences of a hundredth.
+    EXPECT_NEAR((m[0] - m[2]) * (m[1] - m[3]) / ((m[1] - m[2]) * (m[0] - m[3])), 9.0 / 7, 0.01);
+    ++told;
+  }
+  EXPECT_GT(told, 20);
+}
+
+// The more, the smaller are shares of Gaussians of which the painted view sees a part.
+TEST_F(MaskProjectorTest, WhatNobodyKnowsCountsByItsWeight) {
+  const SelectionCloud cloud = Cloud(2);
+  std::vector<std::vector<float>> shares;
+  for (const double weight : {0.0, 0.1, 0.2}) {
+    options.unknown_weight = weight;
+    shares.push_back(Project(ProjectorKind::kGaussians, cloud, {Paint(2)}).shares);
+  }
+  int told = 0;
+  for (size_t g = 0; g < shares[0].size(); ++g) {
+    const double none = shares[0][g], once = shares[1][g], twice = shares[2][g];
+    if (twice < 0.05 || none - twice < 0.05) continue;
+    EXPECT_GT(none, once);
+    EXPECT_GT(once, twice);
+    ++told;
+  }
+  EXPECT_GT(told, 20);
+}
+
+// Rows of pixels that are left out, of many views most, are made up for.
+TEST_F(MaskProjectorTest, VisibilityIsThatOfAllRows) {
+  for (const int count : {5, 40}) {
+    const TinyWorld around = TinyWorld::Make(count, 2000, 0, 3);
+    const auto all = around.reconstruction.ViewsByName();
+    const GaussianGraph graph(gaussians.model, monitor);
+    const PosedCamera posed = around.Posed(2);
+    const PaintedView painted = {around.view(2).name, posed, around.BallMask(posed)};
+    const auto cloud =
+        MakeCloud(posed, painted.name, painted.mask, around.Depth(posed), {}, {}, CloudOptions{});
+    const ProjectedMasks projected = ProjectMasks(cloud, {painted}, around.reconstruction, all,
+                                                  renderer, options, monitor, &graph, {all[2]});
+    double visible = 0, shown = 0;
+    for (const float pixels : projected.visible) visible += double(pixels);
+    RenderRequest request;
+    request.rgb = false;
+    request.alpha = true;
+    for (const View* view : all) {
+      const auto alpha = renderer.Render(around.reconstruction.Posed(*view), request).alpha;
+      for (const float value : alpha.data) shown += double(value);
+    }
+    EXPECT_NEAR(visible / shown, 1, 0.01) << count;
+  }
+}
+
 TEST_F(MaskProjectorTest, WhatWasSeenOutsideThePaintIsNotSelected) {
   // A cloud that wrongly puts the painted pixels on the wall, as a bad depth does: the paint knows
   // better where it looks, and the wall was seen outside the paint.
