@@ -239,7 +239,8 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
 }
 
 double MmSolver::SmallGain() const {
-  return options_.tolerance * losses_.front() * problem_.NumTargetValues();
+  const double first = stay_.slope > 0 ? first_squares_ : losses_.front();
+  return options_.tolerance * first * problem_.NumTargetValues();
 }
 
 bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
@@ -248,6 +249,8 @@ bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
     return false;
   }
   stay_.slope = float(options_.outside_slope / 255);
+  first_squares_ = losses_.front();
+  losses_ = {Evaluate(start_, false, monitor) / problem_.NumTargetValues()};
   BuildBlocks(monitor);
   pairs_.clear();
   scale_ = momentum_ = 1;

@@ -21,8 +21,8 @@ class MmSolver : public RefitSolver {
  public:
   MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor);
 
-  // losses() is Phi / values of the regions, one a sweep: with StayLoss from the sweep on in which
-  // that begins to count.
+  // losses() is Phi / values of the masks, one a sweep. Once StayLoss begins to count, they are its
+  // alone: the start's, and one a sweep from there.
   const Buffer<float>& coefficients() const override { return current_; }
 
  private:
@@ -70,7 +70,8 @@ class MmSolver : public RefitSolver {
   Buffer<double> loss_;      // [1]
   // [1] of the residuals of the evaluation under way, see RegionResidualParams
   Buffer<float> largest_residual_;
-  double momentum_ = 1;  // Nesterov
+  double momentum_ = 1;       // Nesterov
+  double first_squares_ = 0;  // the first loss, of which tolerance is a share
   double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;
   bool started_ = false;  // a point was accepted with the loss as it is now
   StayLoss stay_;

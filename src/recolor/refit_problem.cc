@@ -234,6 +234,7 @@ std::vector<uint8_t> RefitProblem::FindViews(Monitor& monitor) {
   const std::vector<double> areas = AreasOf(targets_);
   const std::vector<int> owners = OwnersByArea(areas);
   const std::vector<size_t> budgets = SharesOfCache(areas, options_.region_cache_bytes);
+  mask_values_ = 3 * std::accumulate(areas.begin(), areas.end(), 0.0);
   const auto marks = backend().Allocate<uint8_t>(active_flags_.size());
   std::vector<Found> found;
   std::vector<std::shared_ptr<RegionView>> prepared(targets_.size());
@@ -376,7 +377,7 @@ size_t RefitProblem::NumKeptViews() const {
   return size_t(std::count_if(views_.begin(), views_.end(), [](auto& v) { return v.keeps; }));
 }
 
-double RefitProblem::NumTargetValues() const { return target_values_ / kMostRowsPerRow; }
+double RefitProblem::NumTargetValues() const { return mask_values_ / kMostRowsPerRow; }
 
 const float* RefitProblem::OriginalColors(const ViewGeometry& geometry) {
   EvalShParams eval{};

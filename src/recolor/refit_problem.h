@@ -91,7 +91,8 @@ class RefitProblem {
   int64_t NumActive() const { return int64_t(active_.size()); }
   int num_coeffs() const { return num_coeffs_; }
   size_t NumValues() const { return active_.size() * size_t(num_coeffs_) * 3; }
-  // Of all regions, 3 a pixel, in units of the pixels' weights.
+  // Of all masks and a little of every view, 3 a pixel, in units of the pixels' weights: what a
+  // loss is divided by. It does not depend on the region cache.
   double NumTargetValues() const;
   double RegionFraction() const { return image_values_ > 0 ? target_values_ / image_values_ : 0; }
   float target_unit() const { return target_unit_; }
@@ -194,6 +195,7 @@ class RefitProblem {
   std::unique_ptr<PageLock> host_lock_;
   size_t kept_bytes_ = 0;
   std::unique_ptr<GeometryCache::Reservation> reserved_;  // of as much; may be null
+  double mask_values_ = 0;                                // of AreasOf()
   double target_values_ = 0, image_values_ = 0;
   float target_unit_ = 0;
 };

@@ -46,6 +46,33 @@ TEST(MmTest, PlainSweepsNeverRaiseTheLoss) {
   EXPECT_LT(summary.losses.back(), 0.8 * summary.losses.front());
 }
 
+// The default fit changes its function after a few sweeps. Both figures are of the second one.
+TEST(MmTest, LossesAreOfOneFunction) {
+  TinyScene scene(21);
+  const ColorEdit edit = ColorEdit::Tint({0.2f, 0.6f, 1.3f});
+  RefitOptions options;
+  options.mm.tolerance = 1e-12;
+  const std::vector<double> losses = Refit(scene, edit, options).losses;
+  ASSERT_GT(losses.size(), 3u);
+  for (size_t i = 1; i < losses.size(); ++i) EXPECT_LE(losses[i], losses[i - 1] * (1 + 1e-6)) << i;
+  // Of the closed form, which both start from, the size of changes counts beside their square.
+  options.mm.outside_slope = 0;
+  EXPECT_GT(losses.front(), Refit(scene, edit, options).losses.front());
+}
+
+// Without memory for the regions, more tiles are looked at in which nothing is to change.
+TEST(MmTest, TheLossDoesNotDependOnTheMemory) {
+  TinyScene scene(21);
+  const ColorEdit edit = ColorEdit::Tint({0.2f, 0.6f, 1.3f});
+  RefitOptions options;
+  const RefitSummary kept = Refit(scene, edit, options);
+  options.region_cache_bytes = 0;
+  const RefitSummary none = Refit(scene, edit, options);
+  ASSERT_GT(none.region_fraction, 1.05 * kept.region_fraction);
+  // Kept weights are approximate (BlendOps::Restrict).
+  EXPECT_NEAR(none.losses.front() / kept.losses.front(), 1, 0.02);
+}
+
 // |W c|^2 <= sum_g (W^T 1)_g c_g^2 per channel: the weights of a pixel sum to at most 1.
 TEST(MmTest, VisibilityMajorisesTheBlend) {
   TinyScene scene(22);
