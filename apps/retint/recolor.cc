@@ -156,8 +156,7 @@ std::unique_ptr<EditSession> RefineRegion(const Arguments& arguments,
                                           Run& run) {
   FinerSession finer =
       MakeFinerSession(*session, result->region, arguments.refine, {}, run.monitor());
-  const std::string warning = finer.summary.Warning(arguments.refine);
-  if (!warning.empty()) run.Warn(warning);
+  WarnOfRefinement(finer.summary, arguments.refine, run);
   if (!finer.session) return session;
   result->refined = finer.summary;
   result->session = finer.session.get();

@@ -37,8 +37,7 @@ void Refine(const Arguments& arguments, Run& run) {
                       RenderTargets(session->reconstruction(), masks, session->scene().views()),
                       std::move(shares.shares), arguments.options, run.monitor());
   const RefineSummary& summary = refined.summary;
-  const std::string warning = summary.Warning(arguments.options);
-  if (!warning.empty()) run.Warn(warning);
+  WarnOfRefinement(summary, arguments.options, run);
   StagedOutput staged;
   staged.Add(arguments.output, [&](const std::filesystem::path& path) {
     codec.Write(path, refined.finer.model, run.monitor());

@@ -171,6 +171,12 @@ void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& mode
   }
 }
 
+void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options, Run& run) {
+  const std::string warning = summary.Warning(options);
+  if (warning.empty()) return;
+  run.Warn(warning + (summary.pixels > options.pixels ? " (--most-parts)" : ""));
+}
+
 void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
                Run& run) {
   HtmlReportOptions options;

@@ -46,6 +46,9 @@ void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& p
 void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run);
 
 // HtmlReport() of the session, with the command of this run and what it warned of.
+// What went otherwise than it was asked for when Gaussians were split.
+void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options, Run& run);
+
 void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
                Run& run);
 

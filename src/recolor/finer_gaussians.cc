@@ -395,22 +395,16 @@ std::string RefineSummary::BriefReport() const {
 }
 
 std::string RefineSummary::Warning(const RefineOptions& asked) const {
-  if (split == 0 && pixels > asked.pixels) {
-    return fmt::format(
-        "parts of {:.1f} pixels would be more than {}: mask less, or allow more parts; the splat "
-        "is as it was",
-        asked.pixels, asked.most);
-  }
-  if (split == 0) {
+  if (split == 0 && pixels <= asked.pixels) {
     return fmt::format(
         "no Gaussian inside the masks is larger than {:.1f} pixels: the splat is as it was",
         asked.pixels);
   }
   if (!(pixels > asked.pixels)) return {};
   return fmt::format(
-      "parts of {:.1f} pixels would be more than {}, so they have {:.1f}: mask less, or allow more "
-      "parts",
-      asked.pixels, asked.most, pixels);
+      "parts of {:.1f} pixels would be more than {}, so {}: mask less, or allow more parts",
+      asked.pixels, asked.most,
+      split == 0 ? "the splat is as it was" : fmt::format("they have {:.1f}", pixels));
 }
 
 Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,

@@ -117,7 +117,7 @@ TEST_F(FinerSessions, ThereIsNoneWhereNothingIsLarge) {
   fine_.pixels = 0.7;
   fine_.most = 2;
   EXPECT_THAT(Split().summary.Warning(fine_),
-              testing::HasSubstr("would be more than 2: mask less"));
+              testing::HasSubstr("would be more than 2, so the splat is as it was: mask less"));
   EXPECT_THROW(MakeFinerSession(*session_, 77, fine_, {}, monitor_), OptionError);
 }
 
