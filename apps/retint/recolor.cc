@@ -243,9 +243,14 @@ void Recolor(const Arguments& arguments, Run& run) {
       is_kept ? 0 : kViewsOfLine, is_kept ? 1 : kRowStepOfLine);
   if (!run.Writes()) return;
   const ShareAmong alone;
+  std::optional<PaintAdvice> advice;
+  if (!large && !result.refined) {
+    advice = AdviseOn(*session, result.region, result.painted, masks, run.monitor());
+  }
   const std::optional<FormatError> format = Save(arguments, result, large.get(), report, run);
   run.FinishProgress();
   PrintResult(arguments, report, format, result, run);
+  PrintAdvice(advice, run);
 }
 
 void AddRefineOptions(CLI::App* verb, Arguments& arguments) {

@@ -238,6 +238,23 @@ void PrintQuality(const QualityReport& quality, const Run& run, const EditSessio
                         quality.sh_before.max, quality.sh_after.min, quality.sh_after.max));
 }
 
+std::optional<PaintAdvice> AdviseOn(EditSession& session, RegionId region,
+                                    const std::vector<PaintedView>& painted,
+                                    const ProjectedMasks& masks, Monitor& monitor) {
+  if (masks.confidence.empty()) return std::nullopt;
+  std::vector<std::string> names;
+  for (const PaintedView& view : painted) names.push_back(view.name);
+  return AdvisePaint(session.renderer(), session.reconstruction(), session.pictures().Groups(),
+                     names, session.regions().Find(region)->selection->shares, masks.confidence,
+                     masks.visible, monitor);
+}
+
+void PrintAdvice(const std::optional<PaintAdvice>& advice, const Run& run) {
+  if (!advice) return;
+  run.Print(fmt::format("uncertain    {:.0f} % of what touches the selection; paint {} next",
+                        100 * advice->uncertain, advice->view));
+}
+
 Coverage MeasureCoverage(const std::map<std::string, Mask>& masks) {
   Coverage coverage;
   for (const auto& [name, mask] : masks) {

@@ -11,6 +11,7 @@
 #include "recolor/finer_gaussians.h"
 #include "retint/common.h"
 #include "scene/gaussian_model.h"
+#include "selection/paint_advice.h"
 #include "session/saving/format_error.h"
 
 namespace retint::cli {
@@ -45,10 +46,10 @@ void WriteDepth(const std::filesystem::path& map, const std::filesystem::path& p
 // A warning for each thing of `model` that the format of `output` has no place for.
 void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run);
 
-// HtmlReport() of the session, with the command of this run and what it warned of.
 // What went otherwise than it was asked for when Gaussians were split.
 void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options, Run& run);
 
+// HtmlReport() of the session, with the command of this run and what it warned of.
 void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
                Run& run);
 
@@ -73,6 +74,12 @@ void PrintParts(const RunReport& report, const Run& run);
 
 // What the format of the written splat adds, if it rounds.
 void PrintFormatError(const std::optional<FormatError>& error, const Run& run);
+
+// AdvisePaint() for a region that was made of `masks`; empty if these were not completed.
+std::optional<PaintAdvice> AdviseOn(EditSession& session, RegionId region,
+                                    const std::vector<PaintedView>& painted,
+                                    const ProjectedMasks& masks, Monitor& monitor);
+void PrintAdvice(const std::optional<PaintAdvice>& advice, const Run& run);
 
 // How many views hold a masked pixel, and the mean masked fraction of all.
 struct Coverage {

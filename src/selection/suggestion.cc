@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
 #include "base/error.h"
+#include "selection/paint_advice.h"
+#include "selection/shrunk_view.h"
 
 namespace retint {
 namespace {
@@ -30,11 +33,27 @@ struct Candidate {
 // W^T 1 of one view, of every Gaussian.
 class VisibilityLifter {
  public:
-  explicit VisibilityLifter(Renderer& renderer) : renderer_(renderer) {}
+  VisibilityLifter(Renderer& renderer, bool draws_small)
+      : renderer_(renderer), draws_small_(draws_small) {}
 
-  std::vector<float> Lift(const PosedCamera& posed) {
+  // In pixels of the view, also if it is drawn small.
+  std::vector<float> Lift(const PosedCamera& view) {
+    const bool small = draws_small_ && !renderer_.HasGeometry(view);
+    const PosedCamera posed = small ? Shrunk(view) : view;
+    std::vector<float> lifted = LiftDrawn(posed, /*cache=*/!small);
+    const double each = NumPixels(view.camera) / NumPixels(posed.camera);
+    if (small) {
+      for (float& value : lifted) value *= float(each);
+    }
+    return lifted;
+  }
+
+ private:
+  static double NumPixels(const Camera& camera) { return double(camera.width) * camera.height; }
+
+  std::vector<float> LiftDrawn(const PosedCamera& posed, bool cache) {
     Backend& backend = renderer_.backend();
-    const auto geometry = renderer_.Geometry(posed);
+    const auto geometry = renderer_.Geometry(posed, cache);
     const size_t pixels = size_t(posed.camera.width) * size_t(posed.camera.height);
     if (ones_.size() < pixels) {
       ones_ = backend.Upload(std::span<const float>(std::vector<float>(pixels, 1.0f)));
@@ -51,8 +70,8 @@ class VisibilityLifter {
     return backend.Download(sums.data(), sums.size());
   }
 
- private:
   Renderer& renderer_;
+  bool draws_small_;
   Buffer<float> ones_;
 };
 
@@ -78,12 +97,14 @@ bool SettlesAnything(std::span<const ViewSuggestion> suggestions) {
                      [](const ViewSuggestion& one) { return one.settles > 0; });
 }
 
-std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstruction& reconstruction,
-                                         const std::vector<ViewGroup>& groups,
-                                         const std::vector<std::string>& painted,
-                                         std::span<const float> confidence,
-                                         std::span<const float> visible, int count,
-                                         Monitor& monitor) {
+namespace {
+
+std::vector<ViewSuggestion> Suggest(Renderer& renderer, const Reconstruction& reconstruction,
+                                    const std::vector<ViewGroup>& groups,
+                                    const std::vector<std::string>& painted,
+                                    std::span<const float> confidence,
+                                    std::span<const float> visible, int count, bool draws_small,
+                                    Monitor& monitor) {
   const auto gaussians = size_t(renderer.model().count());
   CheckOption(confidence.size() == gaussians && visible.size() == gaussians,
               "a suggestion needs the confidence and the visibility of every Gaussian");
@@ -95,7 +116,7 @@ std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstructio
     doubts.push_back({g, visible[g], doubt});
     all += doubt * visible[g];
   }
-  VisibilityLifter lifter(renderer);
+  VisibilityLifter lifter(renderer, draws_small);
   std::vector<Candidate> candidates;
   double done = 0, views = 0;
   for (const ViewGroup& group : groups) views += double(group.views.size());
@@ -143,6 +164,58 @@ std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstructio
   for (const size_t i : rest) result.push_back(alone[i]);
   for (ViewSuggestion& one : result) one.fraction = all > 0 ? one.settles / all : 0;
   return result;
+}
+
+// At most `most` of them, spread evenly.
+std::vector<ViewGroup> Some(const std::vector<ViewGroup>& groups, size_t most) {
+  if (groups.size() <= most) return groups;
+  std::vector<ViewGroup> some;
+  for (size_t i = 0; i < most; ++i)
+    some.push_back(groups[(2 * i + 1) * groups.size() / (2 * most)]);
+  return some;
+}
+
+}  // namespace
+
+std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstruction& reconstruction,
+                                         const std::vector<ViewGroup>& groups,
+                                         const std::vector<std::string>& painted,
+                                         std::span<const float> confidence,
+                                         std::span<const float> visible, int count,
+                                         Monitor& monitor) {
+  return Suggest(renderer, reconstruction, groups, painted, confidence, visible, count,
+                 /*draws_small=*/false, monitor);
+}
+
+std::optional<PaintAdvice> AdvisePaint(Renderer& renderer, const Reconstruction& reconstruction,
+                                       const std::vector<ViewGroup>& groups,
+                                       const std::vector<std::string>& painted,
+                                       std::span<const float> shares,
+                                       std::span<const float> confidence,
+                                       std::span<const float> visible, Monitor& monitor) {
+  constexpr float kTouches = 0.05F;  // RefitOptions::active_threshold
+  constexpr float kUndecided = 0.5F;
+  constexpr double kLeast = 0.05;  // of what touches the selection
+  constexpr size_t kMostGroups = 12;
+  std::vector<float> sure(confidence.begin(), confidence.end());
+  double touched = 0, uncertain = 0;
+  for (size_t g = 0; g < sure.size(); ++g) {
+    if (shares[g] > kTouches || sure[g] < kUndecided) {
+      touched += visible[g];
+      uncertain += (1 - double(sure[g])) * visible[g];
+    } else {
+      sure[g] = 1;
+    }
+  }
+  if (!(uncertain > kLeast * touched)) return std::nullopt;
+  std::vector<ViewGroup> open;
+  std::ranges::copy_if(groups, std::back_inserter(open), [&](const ViewGroup& group) {
+    return std::ranges::find(painted, group.name) == painted.end();
+  });
+  const auto best = Suggest(renderer, reconstruction, Some(open, kMostGroups), painted, sure,
+                            visible, 1, /*draws_small=*/true, monitor);
+  if (best.empty() || best.front().fraction * uncertain < kLeast * touched) return std::nullopt;
+  return PaintAdvice{best.front().view, uncertain / touched, best.front().fraction};
 }
 
 }  // namespace retint

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "scene/gaussian_model.h"
+#include "selection/paint_advice.h"
 
 namespace retint {
 namespace {
@@ -105,6 +106,26 @@ TEST(Suggestion, TheViewsOfAPhotoAreOne) {
   // A photo is painted when it or a part of it is.
   EXPECT_THAT(Names(suggest({"photo"}, 3)), testing::UnorderedElementsAre("c", "both"));
   EXPECT_THAT(Names(suggest({"b"}, 3)), testing::UnorderedElementsAre("c", "both"));
+}
+
+TEST(PaintAdvice, NamesTheViewThatSettlesMostOfTheSelection) {
+  Line line;
+  Renderer renderer(CreateBackend("cpu"), line.model);
+  Monitor monitor;
+  const auto advise = [&](const std::vector<float>& shares, const std::vector<float>& confidence) {
+    return AdvisePaint(renderer, line.reconstruction, line.groups, {"a"}, shares, confidence,
+                       std::vector<float>{60, 60, 60}, monitor);
+  };
+  // The first is selected and sure, the second selected and not, the third no part of it.
+  const auto advice = advise({1, 1, 0}, {1, 0.75f, 0.6f});
+  ASSERT_TRUE(advice);
+  EXPECT_EQ(advice->view, "b");
+  EXPECT_NEAR(advice->uncertain, 0.25 / 2, 1e-6);
+  EXPECT_NEAR(advice->settles, 1, 1e-6);
+  // What is left out and undecided touches it, too.
+  EXPECT_EQ(advise({1, 1, 0}, {1, 0.95f, 0.2f})->view, "c");
+  // One pixel of a hundred is not worth another view.
+  EXPECT_FALSE(advise({1, 1, 0}, {1, 0.98f, 1}));
 }
 
 TEST(Suggestion, OfACertainSceneSettlesNothing) {
