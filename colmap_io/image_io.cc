@@ -227,7 +227,9 @@ fs::path ViewFile(const fs::path& folder, std::string_view image_name, std::stri
   const fs::path relative = fs::path(image_name).lexically_normal();
   if (image_name.empty() || relative.is_absolute() || *relative.begin() == ".." ||
       !relative.has_filename()) {
-    throw InputError(folder, "image name \"" + std::string(image_name) + "\" leads outside it");
+    throw InputError("the image name \"" + std::string(image_name) +
+                     "\" leads outside the folder of its pictures; rename the image in the model "
+                     "(images.bin, images.txt or transforms.json)");
   }
   return folder / (relative.string() + std::string(suffix));
 }

@@ -177,7 +177,9 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
         reader.Fail("'" + std::string(word) + "' has no value; give it as " + std::string(word) +
                     "=VALUE");
       }
-      values.push_back(reader.Number(word));
+      const bool is_color = !type.parameters.empty() && values.size() < 3 &&
+                            type.parameters.front().form == ColorParameter::Form::kColor;
+      values.push_back(reader.Number(word, is_color ? "color" : "number"));
     }
   }
   size_t used = 0;

@@ -42,11 +42,15 @@ class OperationText {
                       (*type_.syntax != 0 ? std::string(" (expected ") + type_.syntax + ")" : ""));
   }
 
-  float Number(std::string_view word) const {
+  // `kind`: of value that the word would be, for the message.
+  float Number(std::string_view word, const char* kind = "number") const {
     float value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error == std::errc::result_out_of_range) {
+      Fail(std::string("'").append(word).append("' is out of range"));
+    }
     if (error != std::errc() || end != word.data() + word.size() || word.empty()) {
-      Fail(std::string("'").append(word).append("' is not a number"));
+      Fail(std::string("'").append(word).append("' is not a ").append(kind));
     }
     if (!std::isfinite(value)) Fail("holds a value that is not finite");
     return value + 0.0f;  // -0 becomes 0
@@ -68,10 +72,11 @@ class OperationText {
   std::vector<float> Values(std::string_view words, const ColorParameter& parameter) const {
     std::vector<float> values;
     for (const std::string_view word : Split(words, ':')) {
-      if (parameter.form == ColorParameter::Form::kColor && word.starts_with('#')) {
+      const bool is_color = parameter.form == ColorParameter::Form::kColor;
+      if (is_color && word.starts_with('#')) {
         AddColor(word, values);
       } else {
-        values.push_back(Number(word));
+        values.push_back(Number(word, is_color ? "color" : "number"));
       }
     }
     if (values.size() != size_t(parameter.count)) {

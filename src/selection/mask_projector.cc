@@ -481,6 +481,16 @@ bool HoldsPaint(const std::vector<PaintedView>& painted, const ProjectedMasks& p
   return !any_painted;
 }
 
+// Why the selection is empty, if the masks are too small: ": only 1 pixel is selected in ...".
+std::string FewPixels(const std::vector<PaintedView>& painted) {
+  constexpr size_t kFew = 100;
+  size_t pixels = 0;
+  for (const PaintedView& view : painted) pixels += CountInside(view.mask);
+  if (painted.empty() || pixels >= kFew) return {};
+  return ": only " + std::to_string(pixels) + (pixels == 1 ? " pixel is" : " pixels are") +
+         " selected in the mask; select more of the object";
+}
+
 void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
   std::vector<const Mask*> masks;
   for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
@@ -497,7 +507,7 @@ void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
     covered[i] = static_cast<double>(inside) /
                  (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
   });
-  if (!any) throw InputError("the selection reaches no view");
+  if (!any) throw InputError("the selection reaches no view" + FewPixels(painted));
   if (!HoldsPaint(painted, *result)) {
     throw InputError(
         "the selection holds nothing of what was painted: the splat is too faint there");

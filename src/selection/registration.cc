@@ -333,12 +333,10 @@ bool IsUsable(const RegistrationTransform& transform, const LocalCloud& local) {
 }  // namespace
 
 std::string RegistrationSummary::BriefReport() const {
-  const double degrees = Eigen::AngleAxisd(world_from_cloud.rotation).angle() * 180 / M_PI;
+  if (!accepted) return "registration: not moved, " + reason;
   return fmt::format(
-      "registration: {} points + {} held out, rms {:.4g} -> {:.4g} (held out {:.4g} -> {:.4g}), "
-      "a {:.4f}, b {:.4g}, scale {:.4f}, rotation {:.2f} deg, {}: {}",
-      points_used, points_heldout, rms_before, rms_after, heldout_before, heldout_after, a, b,
-      world_from_cloud.scale, degrees, accepted ? "accepted" : "identity", reason);
+      "registration: accepted, distance to {} COLMAP points held out {:.4g} -> {:.4g}",
+      points_heldout, heldout_before, heldout_after);
 }
 
 RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,

@@ -373,7 +373,7 @@ TEST(ViewFileTest, StaysInsideItsFolder) {
   EXPECT_EQ(ViewFile("out", "..a.jpg"), "out/..a.jpg.png");
   for (const char* name : {"../a.jpg", "sub/../../a.jpg", "/etc/a.jpg", "", "sub/", ".."}) {
     EXPECT_THAT([&] { ViewFile("out", name); },
-                ThrowsMessage<InputError>(HasSubstr("leads outside it")))
+                ThrowsMessage<InputError>(HasSubstr("leads outside the folder")))
         << name;
   }
 }

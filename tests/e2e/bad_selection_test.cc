@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Masks, views and selections that do not fit the scene.
+#include "scene/mask_pixels.h"
 #include "splat_io/splat_io.h"
 #include "tests/e2e/bad_input.h"
 
@@ -11,6 +12,14 @@ const Row kSelectionRows[] = {
     {"EmptyMask", 3, ".png",
      [](Place& p) {
        WritePng(MaskOf(p), Mask(160, 120));
+       return Recolor(p);
+     }},
+    {"MaskOfOnePixel", 3, "only 1 pixel is selected in the mask; select more of the object",
+     [](Place& p) {
+       Mask mask = ReadMask(MaskOf(p), 160, 120);
+       size_t left = CountInside(mask) / 2;  // the pixel in the middle stays
+       for (uint8_t& value : mask.data) value = IsInside(value) && left-- == 0 ? 255 : 0;
+       WritePng(MaskOf(p), mask);
        return Recolor(p);
      }},
     {"MaskOfAnotherSize", 3, "160",

@@ -91,7 +91,10 @@ TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THAT(FaultOf(Kind::kExposure, "1,2"), HasSubstr("too many values"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "11"), HasSubstr("stops must be from -10 to 10, not 11"));
   EXPECT_THAT(FaultOf(Kind::kMatrix, "1,2,3"), HasSubstr("needs 12 values"));
-  EXPECT_THAT(FaultOf(Kind::kRecolor, "blue"), HasSubstr("'blue' is not a number"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "blue"), HasSubstr("'blue' is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "#ff0000,from=red"), HasSubstr("'red' is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kContrast, "1e300"), HasSubstr("'1e300' is out of range"));
+  EXPECT_THAT(FaultOf(Kind::kContrast, "high"), HasSubstr("'high' is not a number"));
   EXPECT_THAT(FaultOf(Kind::kRecolor, "keep-lightness=1"), HasSubstr("needs 3 values"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, ""), HasSubstr("adjust"));
   EXPECT_THAT(FaultOf(Kind::kAdjust, "hue"), HasSubstr("'hue' has no value; give it as hue=VALUE"));

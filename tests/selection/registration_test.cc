@@ -173,7 +173,7 @@ TEST_F(RegistrationTest, FewPointsGiveIdentityAndAReason) {
   EXPECT_EQ(summary.a, 1);
   EXPECT_EQ(summary.world_from_cloud.scale, 1);
   EXPECT_EQ(Apart(cloud, truth), 0);
-  EXPECT_THAT(summary.BriefReport(), HasSubstr("identity: only"));
+  EXPECT_THAT(summary.BriefReport(), HasSubstr("not moved, only"));
 }
 
 TEST_F(RegistrationTest, OtherSourcesStayWhereTheyAre) {

@@ -349,10 +349,12 @@ void RequireSize(const ViewLayers& layers, const Mask& mask) {
               "strokes and their view need one size");
 }
 
-[[noreturn]] void RefuseBoth(const Mask& outside) {
-  const bool most = 2 * CountInside(outside) > outside.NumPixels();
-  throw OptionError(most ? "most of the picture has a stroke outside, and some of it one inside too"
-                         : "a pixel has a stroke inside and one outside");
+[[noreturn]] void RefuseBoth(const Mask& outside, size_t pixel) {
+  const size_t width = size_t(outside.width);
+  throw OptionError(2 * CountInside(outside) > outside.NumPixels()
+                        ? "most of the picture has a stroke outside, and some of it one inside too"
+                        : "a stroke inside and one outside cross at pixel " +
+                              std::to_string(pixel % width) + "," + std::to_string(pixel / width));
 }
 
 }  // namespace
@@ -389,7 +391,7 @@ Mask MaskFromScribbles(const ViewLayers& layers, const Mask& inside, const Mask&
   for (size_t p = 0; p < seeds.size(); ++p) {
     const bool in = IsInside(inside.data[p]);
     const bool out = !outside.Empty() && IsInside(outside.data[p]);
-    if (in && out) RefuseBoth(outside);
+    if (in && out) RefuseBoth(outside, p);
     seeds[p] = in ? Seed::kInside : out ? Seed::kOutside : Seed::kNone;
     any_in |= in;
     any_out |= out;
