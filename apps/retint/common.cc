@@ -218,6 +218,7 @@ SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& ru
   options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
   return options;
+  CheckOption(holdout != 1, "--holdout must be 0 (none) or at least 2");
 }
 
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
@@ -301,11 +302,9 @@ void WarnOfPaint(const std::vector<PaintedView>& painted, const std::map<std::st
 MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures,
                            Run& run) {
   MaskFolder masks = ReadMaskFolder(folder, pictures);
-  const size_t found = masks.masks.size() + masks.empty.size(), count = pictures.all().size();
-  if (found < count) {
-    run.Warn(folder.string() + ": " + std::to_string(count - found) + " of " +
-             std::to_string(count) + " views have no mask and take no part");
-  }
+  const std::string missing =
+      WarningOfMissingMasks(masks.masks.size() + masks.empty.size(), pictures);
+  if (!missing.empty()) run.Warn(folder.string() + ": " + missing);
   if (masks.masks.empty()) throw InputError(folder, "no mask has a selected pixel");
   return masks;
 }

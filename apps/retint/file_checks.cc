@@ -79,6 +79,11 @@ void CheckFiles(const CLI::App& verb) {
       {"convert", "--splat"}, {"select", "--append"}, {"mask", "--mask"}};
   const FileOptions files = FilesOf(verb);
   CheckApart(files.written, {});
+  for (const NamedFile& folder : files.folders) {
+    std::vector<NamedFile> written = files.written;
+    written.push_back(folder);
+    CheckApart(written, {});
+  }
   for (const NamedFile& file : files.written) {
     std::vector<NamedFile> read = files.read;
     if (file.name == "--output" || file.name == "output") {

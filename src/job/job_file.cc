@@ -18,6 +18,7 @@ using session_json::Json;
 using session_json::Node;
 
 constexpr int kJobVersion = 1;
+constexpr size_t kLongestName = 200;  // bytes of a region's name; file systems allow folders 255
 
 class JobReader {
  public:
@@ -162,9 +163,13 @@ JobRegion JobReader::Region(const Node& node, Job& job) const {
   const bool plain = !region.name.empty() && region.name != "." && region.name != ".." &&
                      region.name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos;
   if (!plain) node.At("name").Fail("is empty or holds a slash");
+  if (region.name.size() > kLongestName) {
+    node.At("name").Fail("has more than " + std::to_string(kLongestName) + " bytes");
+  }
   Selection(node, &region);
   std::vector<std::string> warnings;
   region.edit = Edit(node.At("edit"), &warnings);
+  if (region.edit.operations.empty()) node.At("edit").Fail("has no operation");
   for (const std::string& warning : warnings) {
     job.warnings.push_back("region '" + region.name + "': " + warning);
   }
@@ -218,6 +223,14 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
     add(&read, "the scene's splat", job.splat);
     std::erase_if(written, [](const NamedFile& file) { return file.name == "one of splats"; });
     CheckApart(written, read);
+    for (const fs::path& splat : job.outputs.splats) add(&written, "one of splats", splat);
+    for (const auto& [name, folder] :
+         {std::pair("masks", job.outputs.masks), std::pair("views", job.outputs.views),
+          std::pair("session", job.outputs.session)}) {
+      std::vector<NamedFile> with_folder = written;
+      add(&with_folder, name, folder);
+      CheckApart(with_folder, {});
+    }
   } catch (const OptionError& error) {
     node.Fail(error.what());
   }

@@ -140,7 +140,7 @@ JobRunner::JobRunner(const Job& job, std::unique_ptr<EditSession> session, Stage
   AddKeys();
 }
 
-JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) const {
+JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) {
   RegionPlan plan;
   plan.region = &region;
   for (const JobPaint& paint : region.paint) {
@@ -149,14 +149,18 @@ JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) const {
     }
   }
   const Pictures pictures = session_->pictures();
-  if (!region.mask_folder.empty()) {
-    plan.masks = pictures.ToViews(pictures.ReadMasks(region.mask_folder));
-  }
+  Pictures::MasksByName masks;
+  if (!region.mask_folder.empty()) masks = pictures.ReadMasks(region.mask_folder);
   for (const auto& [name, path] : region.masks) {
     for (const UserPicture* one : pictures.Require(name)) {
-      plan.masks.merge(pictures.ToViews({{one->name, ReadMask(path, one->width, one->height)}}));
+      masks.emplace(one->name, ReadMask(path, one->width, one->height));
     }
   }
+  if (region.paint.empty()) {
+    const std::string missing = WarningOfMissingMasks(masks.size(), pictures);
+    if (!missing.empty()) Warn(plan, missing);
+  }
+  plan.masks = pictures.ToViews(masks);
   const bool any = std::any_of(plan.masks.begin(), plan.masks.end(),
                                [](const auto& entry) { return AnySet(entry.second); });
   if (plan.painted.empty() && !any) {

@@ -58,7 +58,7 @@ class JobRunner {
     // Gaussians are split.
     bool keeps_fit = true;
   };
-  RegionPlan ReadRegion(const JobRegion& region) const;
+  RegionPlan ReadRegion(const JobRegion& region);
   void AddKeys();
   std::vector<JobStage> SelectionStages(const RegionPlan& plan) const;
   JobStage RefineStage(const RegionPlan& plan) const;

@@ -260,6 +260,14 @@ TEST_F(JobRun, MasksThatAreReadStay) {
   }
 }
 
+TEST_F(JobRun, WarnsOfViewsWithoutAMask) {
+  job_["regions"][0].erase("paint");
+  job_["regions"][0]["masks"] = (TinyWorkspace() / "masks").string();
+  const CommandResult result = Run({"--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("region 'object': 7 of 8 views have no mask and take no part"));
+}
+
 TEST_F(JobRun, ADryRunWritesNothing) {
   const CommandResult result = Run({"--dry-run"});
   ASSERT_EQ(result.code, 0) << result.err;

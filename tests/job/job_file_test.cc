@@ -179,6 +179,14 @@ TEST_F(JobFile, FaultsAreToldWithLineAndKey) {
   EXPECT_THAT(Fault(With("\"retint_job\": 1", "\"retint_job\": 2")), HasSubstr("job.json:2: "));
   EXPECT_THAT(Fault(With("\"out.ply\"", "3")),
               HasSubstr("job.json:22: outputs.splats[0]: is not a text"));
+  EXPECT_THAT(Fault(With("\"holdout\": 8", "\"holdout\": 1")),
+              HasSubstr("job.json:3: scene.holdout: must be 0 (none) or at least 2"));
+  EXPECT_THAT(Fault(With("[{\"op\": \"gray\"}]", "[]")),
+              HasSubstr("job.json:19: regions[1].edit: has no operation"));
+  EXPECT_THAT(Fault(With("\"wall\"", '"' + std::string(201, 'w') + '"')),
+              HasSubstr("job.json:16: regions[1].name: has more than 200 bytes"));
+  EXPECT_THAT(Fault(With("\"report\": \"report.json\"", "\"views\": \"out.ply/views\"")),
+              HasSubstr("job.json:22: outputs: views lies below one of splats, which is a file"));
   EXPECT_THAT(Fault(With("\"splat\": ", "\"spalt\": ")), HasSubstr("job.json:3: scene.spalt: "));
 }
 

@@ -84,6 +84,12 @@ void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFi
       throw OptionError(written[k].name + " and " + written[i].name + " name one file, " +
                         written[i].path.string());
     }
+    for (size_t k = 0; k < i; ++k) {
+      const fs::path below = path.lexically_relative(whole(written[k]));
+      if (below.empty() || *below.begin() == "..") continue;
+      throw OptionError(written[i].name + " lies below " + written[k].name + ", which is a file, " +
+                        written[k].path.string());
+    }
     for (const NamedFile& other : read) {
       if (whole(other) != path) continue;
       throw OptionError(written[i].name + " would replace what " + other.name + " names, " +

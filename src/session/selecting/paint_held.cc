@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/selecting/paint_held.h"
 
-#include <cstddef>
-
 #include <fmt/format.h>
 
 #include "scene/mask_pixels.h"
 #include "session/pictures/photo_paint.h"
+#include "session/pictures/pictures.h"
 
 namespace retint {
 
@@ -32,6 +31,12 @@ std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
                     view.name, 100 * part));
   }
   return warnings;
+}
+
+std::string WarningOfMissingMasks(size_t with_mask, const Pictures& pictures) {
+  const size_t count = pictures.all().size();
+  if (with_mask >= count) return {};
+  return fmt::format("{} of {} views have no mask and take no part", count - with_mask, count);
 }
 
 }  // namespace retint

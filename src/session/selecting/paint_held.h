@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a selection holds what was painted.
+// What people should know of paint and masks: whether a selection holds what was painted, and how
+// many views have no mask.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -11,6 +13,7 @@
 
 namespace retint {
 
+class Pictures;
 struct Workspace;
 
 // A line for each view that is painted, or that shows a photo that is, whose mask among `masks`
@@ -19,5 +22,7 @@ struct Workspace;
 std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
                                          const std::vector<PaintedView>& painted,
                                          const std::map<std::string, Mask>& masks);
+// "24 of 25 views have no mask and take no part"; empty if every picture has one.
+std::string WarningOfMissingMasks(size_t with_mask, const Pictures& pictures);
 
 }  // namespace retint
