@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the tutorials as they are written, so that their commands cannot become wrong.
+"""Runs the tutorials and the examples of REFERENCE as they are written, so that their commands cannot become wrong.
 
     python3 apps/docs/tutorials.py --retint build/release/apps/retint [--python build/release/apps/python] [--pictures]
 
@@ -20,6 +20,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGES = ROOT / "docs" / "tutorials"
 ORDER = ["first-recolor", "all-sides", "grade", "job-file", "python"]
+REFERENCE = ["cli", "edits"]  # pages whose blocks of sh are run
 MOST_BYTES = 100_000  # of a picture
 BLOCK = re.compile(r"(?:<!-- file: (?P<file>\S+) -->\n)?```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.S | re.M)
 PICTURE = re.compile(r"<!-- picture: (?P<picture>\S+) = (?P<source>\S+) -->")
@@ -40,12 +41,16 @@ def run(command, text, folder, environment):
         sys.exit(f"{done.stdout}\ntutorials.py: this failed with {done.returncode}:\n{text}")
 
 
+def run_shell(text, folder, environment):
+    run(["bash", "-euo", "pipefail", "-s"], text, folder, environment)
+
+
 def run_page(text, folder, environment):
     """Its blocks in their order; what is Python is one program."""
     program = ""
     for block in BLOCK.finditer(text):
         if block["kind"] == "sh":
-            run(["bash", "-euo", "pipefail", "-s"], block["text"], folder, environment)
+            run_shell(block["text"], folder, environment)
         elif block["kind"] == "json":
             (folder / block["file"]).write_text(block["text"], encoding="utf-8")
         elif block["kind"] == "python":
@@ -100,6 +105,14 @@ def main():
                 continue
             run_page(text, folder, environment)
             check_pictures(page, text, folder, arguments.pictures)
+            print(f"{page}: done", flush=True)
+        for page in REFERENCE:
+            text = (PAGES.parent / f"{page}.md").read_text(encoding="utf-8")
+            blocks = [block["text"] for block in BLOCK.finditer(text) if block["kind"] == "sh"]
+            if not blocks:
+                sys.exit(f"tutorials.py: {page}.md has no block of sh")
+            for block in blocks:
+                run_shell(block, folder, environment)
             print(f"{page}: done", flush=True)
 
 

@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
+#include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
 #include "selection/mask_tools/scribbles.h"
 #include "session/pictures/view_mask.h"
@@ -61,27 +62,62 @@ int Pixel(const std::string& flag, double value) {
   return static_cast<int>(value);
 }
 
-// Pictures, and polylines X,Y,X,Y... where a value is one, on one mask.
-Mask Strokes(std::string_view flag, const std::vector<std::string>& values, double brush,
-             const Pictures& pictures, const UserPicture& view) {
+// The strokes of a flag: pictures, and polylines X,Y,X,Y...
+struct StrokeFlag {
+  std::string_view name;
+  const std::vector<std::string>& values;
+  double brush;
+};
+
+Mask DrawValue(const StrokeFlag& flag, const std::string& value, const Pictures& pictures,
+               const UserPicture& view) {
+  const auto numbers = ParseNumbers(value);
+  if (!numbers) return pictures.ReadStrokesOf(view, value, flag.name == kInside);
+  CheckOption(numbers->size() % 2 == 0, fmt::format("{} {}: is not X,Y,X,Y...", flag.name, value));
+  std::vector<Eigen::Vector2d> points;
+  for (size_t i = 0; i < numbers->size(); i += 2) {
+    points.emplace_back((*numbers)[i], (*numbers)[i + 1]);
+  }
+  Mask drawn(view.width, view.height);
+  DrawStroke(points, flag.brush, &drawn);
+  CheckOption(AnySet(drawn), fmt::format("{} {}: lies outside view {}, which is {}x{} pixels",
+                                         flag.name, value, view.name, view.width, view.height));
+  return drawn;
+}
+
+// All strokes of a flag on one mask.
+Mask Strokes(const StrokeFlag& flag, const Pictures& pictures, const UserPicture& view) {
   Mask all(view.width, view.height);
-  for (const std::string& value : values) {
-    const auto numbers = ParseNumbers(value);
-    if (!numbers) {
-      const Mask drawn = pictures.ReadStrokesOf(view, value, flag == kInside);
-      for (size_t p = 0; p < all.data.size(); ++p) {
-        all.data[p] = std::max(all.data[p], drawn.data[p]);
-      }
-      continue;
+  for (const std::string& value : flag.values) {
+    const Mask drawn = DrawValue(flag, value, pictures, view);
+    for (size_t p = 0; p < all.data.size(); ++p) {
+      all.data[p] = std::max(all.data[p], drawn.data[p]);
     }
-    CheckOption(numbers->size() % 2 == 0, fmt::format("{} {}: is not X,Y,X,Y...", flag, value));
-    std::vector<Eigen::Vector2d> points;
-    for (size_t i = 0; i < numbers->size(); i += 2) {
-      points.emplace_back((*numbers)[i], (*numbers)[i + 1]);
-    }
-    DrawStroke(points, brush, &all);
   }
   return all;
+}
+
+// OptionError naming two strokes that cross. What covers most of the view is no stroke: of that,
+// MaskFromScribbles() speaks.
+void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
+                    const StrokeFlag& outside, const Pictures& pictures, const UserPicture& view) {
+  if (2 * CountInside(request.outside) > request.outside.NumPixels()) return;
+  size_t pixel = 0;
+  while (!(IsInside(request.inside.data[pixel]) && IsInside(request.outside.data[pixel]))) {
+    if (++pixel == request.inside.data.size()) return;
+  }
+  const auto stroke_at = [&](const StrokeFlag& flag) {
+    const auto value = std::ranges::find_if(flag.values, [&](const std::string& one) {
+      return IsInside(DrawValue(flag, one, pictures, view).data[pixel]);
+    });
+    constexpr size_t kShown = 40;
+    return fmt::format("{} {}", flag.name, value->substr(0, kShown)) +
+           (value->size() > kShown ? "..." : "");
+  };
+  const size_t width = static_cast<size_t>(view.width);
+  throw OptionError(fmt::format("{} and {} cross at pixel {},{}: move or shorten one of them",
+                                stroke_at(inside), stroke_at(outside), pixel % width,
+                                pixel / width));
 }
 
 // What selects, and what is kept of it.
@@ -91,14 +127,17 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
   request.photo = arguments.image == "photo";
   request.refine_edge = arguments.refine;
   request.this_view_alone = arguments.alone;
+  const StrokeFlag inside{kInside, arguments.inside, arguments.brush};
+  const StrokeFlag outside{kOutside, arguments.outside, arguments.brush};
   if (!arguments.mask.empty()) {
     request.mask = pictures.ReadBrushOf(view, arguments.mask);
   }
   if (!arguments.inside.empty()) {
-    request.inside = Strokes(kInside, arguments.inside, arguments.brush, pictures, view);
+    request.inside = Strokes(inside, pictures, view);
   }
   if (!arguments.outside.empty()) {
-    request.outside = Strokes(kOutside, arguments.outside, arguments.brush, pictures, view);
+    request.outside = Strokes(outside, pictures, view);
+    CheckCrossings(request, inside, outside, pictures, view);
   }
   if (!arguments.wand.empty()) {
     const auto at = Numbers("--wand", arguments.wand, 2, 5, "X,Y[,COLOR[,DEPTH[,NORMAL]]]");

@@ -88,6 +88,10 @@ void Palette(const Arguments& arguments, Run& run) {
     run.Print(
         fmt::format("{:<13}{}   {:5.1f} %", i + 1, Hex(palette[i].rgb), 100 * palette[i].share));
   }
+  if (palette.size() < static_cast<size_t>(arguments.colors)) {
+    run.Print(fmt::format("{} of at most {} colors found: the rest are shades of these",
+                          palette.size(), arguments.colors));
+  }
 }
 
 }  // namespace
