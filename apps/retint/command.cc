@@ -17,11 +17,13 @@
 #include <tbb/global_control.h>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "base/ranks.h"
 #include "cluster/mpi_ranks.h"
 #include "retint/common.h"
 #include "retint/file_checks.h"
 #include "retint/manual.h"
+#include "retint/usage_fault.h"
 #include "retint/version.h"
 
 namespace retint::cli {
@@ -29,16 +31,30 @@ namespace {
 
 enum ExitCode { kOk = 0, kUsage = 2, kInput = 3, kRunTime = 4, kInterrupted = 130 };
 
-int Fail(ExitCode code, std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  std::fprintf(stderr, "retint: %s\n", message.c_str());
+int Fail(ExitCode code, std::string message, const Globals& globals) {
+  message.resize(message.find_last_not_of(" \n") + 1);  // OpenCV ends its lines
+  const std::string line =
+      globals.json_messages ? JsonMessage("error", message, code) : "retint: " + Printable(message);
+  std::fprintf(stderr, "%s\n", line.c_str());
   return code;
+}
+
+// Whether --progress json is asked for. A command line that cannot be understood is told so, too.
+bool AsksForJson(int argc, char** argv) {
+  constexpr std::string_view kFlag = "--progress", kWithValue = "--progress=";
+  std::string_view value;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (word == kFlag && i + 1 < argc) value = argv[i + 1];
+    if (word.starts_with(kWithValue)) value = word.substr(kWithValue.size());
+  }
+  return value == "json";
 }
 
 void SetUpLogging(const Globals& globals) {
   auto logger =
       std::make_shared<spdlog::logger>("retint", std::make_shared<spdlog::sinks::stderr_sink_mt>());
-  logger->set_pattern("retint: %l: %v");
+  logger->set_pattern(globals.json_messages ? "%v" : "retint: %l: %v");
   logger->set_level(globals.quiet ? spdlog::level::off
                                   : spdlog::level::from_str(globals.log_level));
   spdlog::set_default_logger(std::move(logger));
@@ -91,12 +107,12 @@ Failure Describe(std::exception_ptr thrown, const Globals& globals) {
 
 // Ends all ranks. Mostly all of them fail alike, at about the same time: then the first speaks, and
 // ends the others before their turn comes.
-[[noreturn]] void FailAll(const Failure& failure, const Ranks& ranks) {
+[[noreturn]] void FailAll(const Failure& failure, const Ranks& ranks, const Globals& globals) {
   constexpr std::chrono::seconds kTurn{2};
   constexpr int kMostTurns = 3;
   std::this_thread::sleep_for(kTurn * std::min(ranks.rank(), kMostTurns));
   const std::string where = ranks.IsRoot() ? "" : "rank " + std::to_string(ranks.rank()) + ": ";
-  Fail(failure.code, where + failure.message);
+  Fail(failure.code, where + failure.message, globals);
   AbortMpi(failure.code);
 }
 
@@ -112,7 +128,7 @@ int ExecuteAlone(const Globals& globals, const Action& action) {
     return kOk;
   } catch (...) {
     const Failure failure = Describe(std::current_exception(), globals);
-    return Fail(failure.code, failure.message);
+    return Fail(failure.code, failure.message, globals);
   }
 }
 
@@ -123,14 +139,14 @@ int ExecuteShared(const Globals& globals, const Action& action) {
     ranks = JoinMpi();
   } catch (...) {
     const Failure failure = Describe(std::current_exception(), globals);
-    return ReadLaunch().rank == 0 ? Fail(failure.code, failure.message) : failure.code;
+    return ReadLaunch().rank == 0 ? Fail(failure.code, failure.message, globals) : failure.code;
   }
   const ShareAmong share(*ranks);
   try {
     RunAction(globals, action);
     return kOk;
   } catch (...) {
-    FailAll(Describe(std::current_exception(), globals), *ranks);
+    FailAll(Describe(std::current_exception(), globals), *ranks, globals);
   }
 }
 
@@ -162,20 +178,6 @@ class HelpFormatter : public CLI::Formatter {
   }
 };
 
-// An option that is missing may be one that is misspelled: what nothing is known of is told first,
-// in the order in which it was typed.
-std::string UsageFault(const CLI::App& app, const CLI::ParseError& error) {
-  const int code = error.get_exit_code();
-  const bool is_missing = code == static_cast<int>(CLI::ExitCodes::RequiredError);
-  const bool is_extra = code == static_cast<int>(CLI::ExitCodes::ExtrasError);
-  const std::vector<std::string> unknown = app.remaining(true);
-  if (unknown.empty() || !(is_missing || is_extra)) return error.what();
-  std::string message = unknown.size() == 1 ? "The following argument was not expected:"
-                                            : "The following arguments were not expected:";
-  for (const std::string& word : unknown) message += ' ' + word;
-  return message;
-}
-
 }  // namespace
 
 int RunCommand(int argc, char** argv) {
@@ -183,6 +185,7 @@ int RunCommand(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   Globals globals;
   globals.command = Typed(argc, argv);
+  globals.json_messages = AsksForJson(argc, argv);
   Action action;
   CLI::App app("Recolors regions of 3D Gaussian Splatting scenes.", "retint");
   app.formatter(std::make_shared<HelpFormatter>());
@@ -219,8 +222,7 @@ int RunCommand(int argc, char** argv) {
   const auto known = app.get_subcommands([](const CLI::App*) { return true; });
   const auto is_first = [&](const CLI::App* verb) { return verb->get_name() == first; };
   if (!first.empty() && first[0] != '-' && std::none_of(known.begin(), known.end(), is_first)) {
-    const std::string message = "there is no verb '" + first + "'; retint --help lists them";
-    return launch.rank > 0 ? kOk : Fail(kUsage, message);
+    return launch.rank > 0 ? kOk : Fail(kUsage, UnknownVerb(app, first), globals);
   }
   try {
     app.parse(argc, argv);
@@ -229,15 +231,15 @@ int RunCommand(int argc, char** argv) {
     if (launch.rank > 0) return kOk;
     if (error.get_exit_code() == 0) {  // --help, --version, manual
       const int code = app.exit(error);
-      return FlushOutput() ? code : Fail(kRunTime, kNoStandardOutput);
+      return FlushOutput() ? code : Fail(kRunTime, kNoStandardOutput, globals);
     }
-    return Fail(kUsage, UsageFault(app, error));
+    return Fail(kUsage, UsageFault(app, error), globals);
   }
   const auto verbs = app.get_subcommands();
   try {
     for (const CLI::App* verb : verbs) CheckFiles(*verb);
   } catch (const OptionError& error) {
-    return launch.rank > 0 ? kOk : Fail(kUsage, error.what());
+    return launch.rank > 0 ? kOk : Fail(kUsage, error.what(), globals);
   }
   const bool shared = launch.by_mpi && !verbs.empty() && SharesWork(verbs.front()->get_name());
   if (launch.rank > 0 && !shared) return kOk;

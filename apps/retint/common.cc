@@ -9,9 +9,11 @@
 #include <system_error>
 
 #include <spdlog/spdlog.h>
+#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/option_name.h"
+#include "base/printable.h"
 #include "base/ranks.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/nerfstudio.h"
@@ -37,7 +39,18 @@ ProgressStyle StyleOf(const Globals& globals) {
   return globals.quiet ? ProgressStyle::kNone : style;
 }
 
+// As it goes to stderr: control characters in names never reach a terminal.
+std::string MessageLine(const Globals& globals, const char* level, const std::string& message) {
+  return globals.json_messages ? JsonMessage(level, message) : Printable(message);
+}
+
 }  // namespace
+
+std::string JsonMessage(const char* level, const std::string& message, int code) {
+  nlohmann::ordered_json json = {{"level", level}, {"message", Printable(message)}};
+  if (code != 0) json["code"] = code;
+  return json.dump();
+}
 
 void JoinRanks(EditSession& session, Run& run) {
   Ranks& ranks = CurrentRanks();
@@ -98,16 +111,16 @@ std::string WithFlags(const std::string& message, const Globals& globals) {
 void Run::Warn(const std::string& message) {
   printer_.Clear();
   warnings_.push_back(WithFlags(message, globals_));
-  spdlog::warn(warnings_.back());
+  spdlog::warn(MessageLine(globals_, "warning", warnings_.back()));
 }
 
 void Run::Info(const std::string& message) {
   printer_.Clear();
-  spdlog::info(message);
+  spdlog::info(MessageLine(globals_, "info", message));
 }
 
 void Run::Print(const std::string& line) const {
-  if (!globals_.quiet) std::printf("%s\n", line.c_str());
+  if (!globals_.quiet) std::printf("%s\n", Printable(line).c_str());
 }
 
 void Run::Commit(StagedOutput& staged) {
@@ -205,6 +218,7 @@ void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
 }
 
 SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run) {
+  CheckOption(holdout != 1, "--holdout must be 0 (none) or at least 2");
   SessionOptions options;
   options.backend = run.globals().backend;
   options.cache_bytes = run.globals().cache_mb << 20;
@@ -218,7 +232,6 @@ SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& ru
   options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
   return options;
-  CheckOption(holdout != 1, "--holdout must be 0 (none) or at least 2");
 }
 
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,

@@ -31,12 +31,15 @@ struct Globals {
   std::string log_level = "warn";
   std::string progress = "auto";
   bool quiet = false;
-  std::string command;    // what was typed, for a shell
-  bool runs_job = false;  // its options are keys of a file, not flags
+  std::string command;         // what was typed, for a shell
+  bool runs_job = false;       // its options are keys of a file, not flags
+  bool json_messages = false;  // warnings and errors: with --progress json
 };
 
 // A message of the library (base/option_name.h) with flags for the names of options.
 std::string WithFlags(const std::string& message, const Globals& globals);
+// A line on stderr for programs: {"level":"warning","message":"..."}, of an error with its "code".
+std::string JsonMessage(const char* level, const std::string& message, int code = 0);
 
 // One run of one verb.
 class Run {

@@ -1,33 +1,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/escaped_bytes.h"
 
+#include "base/printable.h"
+
+#include <algorithm>
+
 namespace retint {
 namespace {
 
+// Bytes of the UTF-8 character that `text` begins with; 0: it begins with none.
+size_t LengthOfCharacter(std::string_view text) {
+  const auto lead = static_cast<unsigned char>(text[0]);
+  if (lead < 0x80) return 1;
+  if (lead < 0xC2 || lead > 0xF4) return 0;
+  const size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
+  if (text.size() < length) return 0;
+  for (size_t k = 1; k < length; ++k) {
+    if ((static_cast<unsigned char>(text[k]) & 0xC0) != 0x80) return 0;
+  }
+  // Overlong forms, surrogates, beyond U+10FFFF.
+  const auto next = static_cast<unsigned char>(text[1]);
+  const bool wrong = (lead == 0xE0 && next < 0xA0) || (lead == 0xED && next > 0x9F) ||
+                     (lead == 0xF0 && next < 0x90) || (lead == 0xF4 && next > 0x8F);
+  return wrong ? 0 : length;
+}
+
 bool IsUtf8(std::string_view text) {
-  for (size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const size_t more = lead < 0x80   ? 0
-                        : lead < 0xC2 ? 9
-                        : lead < 0xE0 ? 1
-                        : lead < 0xF0 ? 2
-                        : lead < 0xF5 ? 3
-                                      : 9;
-    if (more == 9 || i + more >= text.size()) return false;
-    for (size_t k = 1; k <= more; ++k) {
-      if ((static_cast<unsigned char>(text[i + k]) & 0xC0) != 0x80) return false;
-    }
-    if (more >= 2) {  // overlong forms, surrogates, beyond U+10FFFF
-      const auto next = static_cast<unsigned char>(text[i + 1]);
-      if ((lead == 0xE0 && next < 0xA0) || (lead == 0xED && next > 0x9F) ||
-          (lead == 0xF0 && next < 0x90) || (lead == 0xF4 && next > 0x8F)) {
-        return false;
-      }
-    }
-    i += more + 1;
+  while (!text.empty()) {
+    const size_t length = LengthOfCharacter(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
   }
   return true;
 }
+
+constexpr char kDigits[] = "0123456789ABCDEF";
+
+std::string Hex(unsigned char value) { return {kDigits[value >> 4], kDigits[value & 15]}; }
 
 }  // namespace
 
@@ -47,12 +56,30 @@ std::string EscapeBytes(std::string_view bytes) {
       text += c;
       continue;
     }
-    constexpr char kDigits[] = "0123456789ABCDEF";
-    text += '%';
-    text += kDigits[value >> 4];
-    text += kDigits[value & 15];
+    text += '%' + Hex(value);
   }
   return text;
+}
+
+std::string Printable(std::string_view text) {
+  constexpr unsigned char kDelete = 0x7F, kLeadOfC1 = 0xC2;
+  std::string shown;
+  while (!text.empty()) {
+    const size_t length = LengthOfCharacter(text);
+    const auto first = static_cast<unsigned char>(text[0]);
+    const auto last = static_cast<unsigned char>(text[length > 0 ? length - 1 : 0]);
+    const bool is_control =
+        length == 1 ? first < 0x20 || first == kDelete : first == kLeadOfC1 && last < 0xA0;
+    if (length == 0) {
+      shown += "<0x" + Hex(first) + ">";
+    } else if (is_control) {
+      shown += "<U+00" + Hex(last) + ">";
+    } else {
+      shown += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<size_t>(length, 1));
+  }
+  return shown;
 }
 
 std::string UnescapeBytes(std::string_view text) {

@@ -186,6 +186,47 @@ TEST(HostileSplat, RowsThatAreNoNumbersAreDroppedOnRequest) {
   EXPECT_EQ(after.source.property_order, model.source.property_order);
 }
 
+// Names come from files of strangers: what a terminal obeys must not reach it.
+TEST(HostileNames, AreShownWithoutTheirControlCharacters) {
+  Place place;
+  Reconstruction model = ReadReconstruction(place.in / "sparse/0");
+  for (auto& [id, view] : model.views) {
+    if (view.name != TinyView()) view.name = "a\x1b[31m\nb\r\xC2\x9B\xFF" + view.name;
+  }
+  WriteReconstructionBinary(place.in / "sparse/0", model);
+  const auto expect_plain = [](const std::string& text) {
+    EXPECT_EQ(text.find_first_of("\x1b\r\xFF"), std::string::npos) << text;
+    EXPECT_EQ(text.find("\xC2\x9B"), std::string::npos) << text;
+  };
+  const CommandResult refused =
+      RunRetint(With(place, "render",
+                     {"--view", "a", "--output", place.Out("r"), "--progress", "none", "--quiet"}));
+  ExpectSentence(refused);
+  expect_plain(refused.err);
+  EXPECT_THAT(refused.err, testing::HasSubstr("a<U+001B>[31m<U+000A>b<U+000D><U+009B><0xFF>00"));
+  const CommandResult listed = RunRetint(With(
+      place, "suggest", {"--view", TinyView(), "--mask", MaskOf(place).string(), "--count", "3"}));
+  EXPECT_EQ(listed.code, 0) << listed.err;
+  expect_plain(listed.err);
+  expect_plain(listed.out);
+  EXPECT_THAT(listed.out, testing::HasSubstr("a<U+001B>[31m"));
+  EXPECT_EQ(CountLines(listed.out), 3) << listed.out;
+}
+
+TEST(HostileNames, ThatLeaveTheFolderAreRefusedByTheirOwnName) {
+  Place place;
+  Reconstruction model = ReadReconstruction(place.in / "sparse/0");
+  model.views.begin()->second.name = "../../evil/000.png";
+  WriteReconstructionBinary(place.in / "sparse/0", model);
+  const CommandResult result = RunRetint(
+      With(place, "render",
+           {"--all", "--output", place.Out("r"), "--progress", "none", "--log-level", "error"}));
+  ExpectSentence(result);
+  EXPECT_THAT(result.err, testing::HasSubstr("image name \"../../evil/000.png\" leads outside"));
+  EXPECT_THAT(result.err, testing::HasSubstr("images.bin"));
+  EXPECT_EQ(result.err.find(".tmp"), std::string::npos) << result.err;
+}
+
 TEST(HostileSplat, BytesBehindItAreTold) {
   Place place;
   WriteFile(place.in / "splat.ply", ReadFile(place.in / "splat.ply") + "xyz");

@@ -331,6 +331,7 @@ TEST(Verbs, RefineSplitsWhatIsInsideMasks) {
                                                       "--most-parts", "200", "--output", finer}));
   ASSERT_EQ(few.code, 0) << few.err;
   EXPECT_THAT(few.err, HasSubstr("parts of 0.5 pixels would be more than 200"));
+  EXPECT_THAT(few.err, HasSubstr("allow more parts (--most-parts)"));
   const CommandResult coarse =
       RunRetint(With("refine", {"--masks", masks, "--part-pixels", "100", "--output", same}));
   ASSERT_EQ(coarse.code, 0) << coarse.err;
@@ -354,6 +355,57 @@ TEST(Verbs, ProgressAsJsonIsOneObjectALine) {
     ++count;
   }
   EXPECT_GE(count, 3);
+}
+
+// The workspace has no photos, which is warned of.
+TEST(Verbs, WarningsAndErrorsAreJsonBesideProgressAsJson) {
+  TempFolder temp;
+  const auto levels = [](const std::string& err) {
+    std::vector<std::string> found;
+    std::istringstream lines(err);
+    for (std::string line; std::getline(lines, line);) {
+      const auto parsed = nlohmann::json::parse(line, nullptr, false);
+      EXPECT_TRUE(parsed.is_object()) << line;
+      if (parsed.is_object() && parsed.contains("level"))
+        found.push_back(parsed["level"].get<std::string>());
+    }
+    return found;
+  };
+  fs::copy(TinyWorkspace() / "sparse", temp / "sparse", fs::copy_options::recursive);
+  const CommandResult warned =
+      RunRetint({"recolor", "--workspace", temp.path().string(), "--splat",
+                 (TinyWorkspace() / "splat.ply").string(), "--view", TinyView(), "--mask",
+                 TinyMask().string(), "--tint", "#3060ff", "--target", "photo", "--iterations", "1",
+                 "--output", (temp / "o.ply").string(), "--progress", "json"});
+  EXPECT_EQ(warned.code, 0) << warned.err;
+  EXPECT_THAT(levels(warned.err), testing::Contains("warning"));
+  const CommandResult informed =
+      RunRetint(With("render", {"--view", "nope", "--output", (temp / "a").string(),
+                                "--progress=json", "--log-level", "info"}));
+  EXPECT_EQ(informed.code, 3);
+  EXPECT_THAT(levels(informed.err), testing::ElementsAre("info", "error"));
+  // Of a command line that cannot be understood, too.
+  const std::vector<std::vector<std::string>> wrongs = {{"render", "--progress", "json", "--wrong"},
+                                                        {"wrong", "--progress", "json"}};
+  for (const std::vector<std::string>& wrong : wrongs) {
+    const CommandResult refused = RunRetint(wrong);
+    EXPECT_EQ(CountLines(refused.err), 1) << refused.err;
+    const auto error = nlohmann::json::parse(refused.err);
+    EXPECT_EQ(error["level"], "error");
+    EXPECT_EQ(error["code"], 2);
+    EXPECT_THAT(error["message"].get<std::string>(), HasSubstr("wrong"));
+  }
+}
+
+TEST(Verbs, PaletteSaysIfItFoundFewerColorsThanAsked) {
+  const auto palette = [](const char* colors) {
+    return RunRetint(With("palette", {"--view", TinyView(), "--mask", TinyMask().string(),
+                                      "--colors", colors, "--progress", "none"}));
+  };
+  const CommandResult many = palette("16");
+  ASSERT_EQ(many.code, 0) << many.err;
+  EXPECT_THAT(many.out, HasSubstr(" of at most 16 colors found"));
+  EXPECT_THAT(palette("1").out, Not(HasSubstr("at most")));
 }
 
 TEST(Verbs, QuietSaysNothing) {
