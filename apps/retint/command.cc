@@ -23,6 +23,7 @@
 #include "retint/common.h"
 #include "retint/file_checks.h"
 #include "retint/manual.h"
+#include "retint/stage_plans.h"
 #include "retint/usage_fault.h"
 #include "retint/version.h"
 
@@ -243,6 +244,7 @@ int RunCommand(int argc, char** argv) {
   }
   const bool shared = launch.by_mpi && !verbs.empty() && SharesWork(verbs.front()->get_name());
   if (launch.rank > 0 && !shared) return kOk;
+  if (!verbs.empty()) globals.plan = PlanOf(*verbs.front());
   return Execute(globals, action, shared);
 }
 

@@ -78,7 +78,7 @@ void JoinRanks(EditSession& session, Run& run) {
 
 Run::Run(const Globals& globals)
     : globals_(globals),
-      printer_(StyleOf(globals)),
+      printer_(StyleOf(globals), globals.plan),
       monitor_([this](const Progress& progress) { printer_.Report(progress); }) {
   g_monitor.store(&monitor_);
   std::signal(SIGINT, OnInterrupt);
@@ -218,7 +218,6 @@ void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
 }
 
 SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run) {
-  CheckOption(holdout != 1, "--holdout must be 0 (none) or at least 2");
   SessionOptions options;
   options.backend = run.globals().backend;
   options.cache_bytes = run.globals().cache_mb << 20;

@@ -34,6 +34,7 @@ struct Globals {
   std::string command;         // what was typed, for a shell
   bool runs_job = false;       // its options are keys of a file, not flags
   bool json_messages = false;  // warnings and errors: with --progress json
+  std::vector<PlannedStage> plan;  // of the verb's run, for its progress
 };
 
 // A message of the library (base/option_name.h) with flags for the names of options.
@@ -50,6 +51,8 @@ class Run {
   const Globals& globals() const { return globals_; }
   // Whether this process writes and prints: of several ranks (base/ranks.h) the first.
   static bool Writes();
+  // If only the run itself can tell its stages; the first of them is done.
+  void SetPlan(std::vector<PlannedStage> plan) { printer_.SetPlan(std::move(plan)); }
   // Closes the last progress line; before results are printed.
   void FinishProgress() { printer_.Finish(); }
   // A line on stderr that does not garble the bar.

@@ -10,6 +10,7 @@
 #include "job/run_job.h"
 #include "retint/common.h"
 #include "retint/results.h"
+#include "retint/stage_plans.h"
 
 namespace retint::cli {
 namespace {
@@ -70,6 +71,7 @@ void RunJob(const Arguments& arguments, Run& run) {
     }
     return;
   }
+  run.SetPlan(PlanOf(job, runner.Plan()));
   std::vector<std::string> painted;
   for (const JobRegion& region : job.regions) {
     for (const JobPaint& paint : region.paint) painted.push_back(paint.view);

@@ -397,6 +397,35 @@ TEST(Verbs, WarningsAndErrorsAreJsonBesideProgressAsJson) {
   }
 }
 
+TEST(Verbs, TheTotalOfTheProgressNeverFallsAndHasNoGaps) {
+  TempFolder temp;
+  for (const std::vector<std::string>& arguments :
+       {With("recolor", {"--view", TinyView(), "--mask", TinyMask().string(), "--tint", "#3060ff",
+                         "--output", (temp / "o.ply").string()}),
+        With("suggest", {"--view", TinyView(), "--mask", TinyMask().string()}),
+        With("render", {"--all", "--output", (temp / "r").string()})}) {
+    std::vector<std::string> more = arguments;
+    more.insert(more.end(), {"--progress", "json"});
+    const CommandResult result = RunRetint(more);
+    ASSERT_EQ(result.code, 0) << result.err;
+    std::istringstream lines(result.err);
+    double last = 0;
+    std::string stage = "the start";
+    for (std::string line; std::getline(lines, line);) {
+      const auto parsed = nlohmann::json::parse(line);
+      if (!parsed.contains("total")) continue;
+      const double total = parsed["total"];
+      EXPECT_GE(total, last) << line;
+      // Of a stage that is missing in the plan or comes in another place, the others' shares are
+      // jumped over. The longest stage that reports nothing in between has less.
+      EXPECT_LE(total - last, 0.45) << arguments[0] << ": from " << stage << " to " << line;
+      last = total;
+      stage = parsed["stage"].get<std::string>();
+    }
+    EXPECT_EQ(last, 1);
+  }
+}
+
 TEST(Verbs, PaletteSaysIfItFoundFewerColorsThanAsked) {
   const auto palette = [](const char* colors) {
     return RunRetint(With("palette", {"--view", TinyView(), "--mask", TinyMask().string(),

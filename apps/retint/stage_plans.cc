@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "retint/stage_plans.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace retint::cli {
+namespace {
+
+using Plan = std::vector<PlannedStage>;
+
+// Weights are seconds of `retint recolor` on the fox, 25 views of 707 x 1261, with two cores. On
+// other scenes the stages take longer in about the same proportions.
+constexpr double kBrief = 0.1;
+const PlannedStage kLoad{"load", 1}, kCheck{"check", 0.5}, kShares{"shares", 3}, kRefit{"refit", 6},
+    kEvaluate{"evaluate", 2}, kPictures{"pictures", 8}, kRender{"render", 2}, kSave{"save", 0.5};
+
+void Add(Plan* plan, const Plan& more) { plan->insert(plan->end(), more.begin(), more.end()); }
+
+void AddSelecting(Plan* plan, size_t painted) {
+  for (size_t i = 0; i < std::max<size_t>(1, painted); ++i) {
+    Add(plan, {{"depth", 2}, {"cloud", 0.3}, {"registration", kBrief}});
+  }
+}
+
+// Floaters and the graph are looked for, then the views' evidence; it is completed, and masks are
+// drawn.
+void AddProjecting(Plan* plan, bool completes) {
+  plan->push_back({"projection", kBrief});
+  if (completes) Add(plan, {{"completion", 1}, {"completion", 1}});
+  plan->push_back({"projection", 3});
+  if (completes) Add(plan, {{"completion", 1}, {"projection", 1}});
+}
+
+// What was typed of a verb.
+class Typed {
+ public:
+  explicit Typed(const CLI::App& verb) : verb_(verb) {}
+  size_t Count(const char* flag) const {
+    const CLI::Option* option = verb_.get_option_no_throw(flag);
+    return option ? option->count() : 0;
+  }
+  bool Has(const char* flag) const { return Count(flag) > 0; }
+  bool Completes() const {
+    const CLI::Option* complete = verb_.get_option_no_throw("--complete");
+    return !complete || complete->count() == 0 || complete->results().front() != "off";
+  }
+  size_t Painted() const { return std::max(Count("--view"), Count("--edited")); }
+
+ private:
+  const CLI::App& verb_;
+};
+
+Plan PlanOfRecolor(const Typed& typed) {
+  Plan plan = {kLoad};
+  AddSelecting(&plan, typed.Painted());
+  plan.push_back(kCheck);
+  AddProjecting(&plan, typed.Completes());
+  if (typed.Has("--refine-gaussians")) plan.push_back({"refine", 20});
+  Add(&plan, {kRefit, kEvaluate, {"suggestion", 1}});
+  if (typed.Has("--save-stages")) plan.push_back({"save", 4});
+  if (typed.Has("--report-html")) plan.push_back(kPictures);
+  plan.push_back(kSave);
+  return plan;
+}
+
+Plan PlanOfSuggest(const Typed& typed) {
+  Plan plan = {kLoad};
+  AddSelecting(&plan, typed.Painted());
+  AddProjecting(&plan, typed.Completes());
+  plan.push_back({"suggestion", 3});
+  return plan;
+}
+
+Plan PlanOfSelect(const Typed& typed) {
+  Plan plan = {kLoad};
+  AddSelecting(&plan, typed.Painted());
+  plan.push_back(kCheck);
+  return plan;
+}
+
+Plan PlanOfProject(const Typed& typed) {
+  Plan plan = {kLoad};
+  AddProjecting(&plan, typed.Has("--view") && typed.Completes());
+  plan.push_back({"save", 1});
+  return plan;
+}
+
+// Strokes are decided by a look at the selection that they would make.
+Plan PlanOfMask(const Typed& typed) {
+  Plan plan = {kLoad};
+  if (typed.Has("--scribble")) {
+    plan.push_back({"outline", 3});
+    if (!typed.Has("--this-view-alone")) {
+      AddSelecting(&plan, 1);
+      AddProjecting(&plan, true);
+    }
+  }
+  plan.push_back(kCheck);
+  return plan;
+}
+
+// Of verbs that always do the same.
+const std::map<std::string_view, Plan>& FixedPlans() {
+  static const std::map<std::string_view, Plan> plans = {
+      {"refit", {kLoad, kShares, kRefit, kEvaluate, kSave}},
+      {"refine", {kLoad, kShares, {"refine", 20}, kSave}},
+      {"evaluate", {kLoad, kShares, kEvaluate}},
+      {"depth", {kLoad, {"depth", 3}}},
+      {"info", {kLoad, kCheck}},
+      {"render", {kLoad, {"views", 1}, kRender, {"video", 1}}},
+      {"palette", {kLoad}},
+      {"score", {{"score", 1}}},
+      {"align", {kLoad, {"points", 1}, {"align", 5}, kSave}},
+      {"cameras", {kLoad, {"views", 1}, kRender}},
+      {"convert", {kLoad, kSave, kLoad, {"color error", 3}}},
+      {"index", {{"index", 1}}},
+      {"synth", {{"photos", 4}, {"points", kBrief}, {"light", 1}, {"gaussians", 1}, {"save", 1}}}};
+  return plans;
+}
+
+}  // namespace
+
+std::vector<PlannedStage> PlanOf(const CLI::App& verb) {
+  const std::string name = verb.get_name();
+  const Typed typed(verb);
+  if (name == "recolor") return PlanOfRecolor(typed);
+  if (name == "select") return PlanOfSelect(typed);
+  if (name == "suggest") return PlanOfSuggest(typed);
+  if (name == "project") return PlanOfProject(typed);
+  if (name == "mask") return PlanOfMask(typed);
+  const auto found = FixedPlans().find(name);
+  return found == FixedPlans().end() ? Plan() : found->second;
+}
+
+std::vector<PlannedStage> PlanOf(const Job& job, const std::vector<JobStage>& stages) {
+  Plan plan = {kLoad, kCheck};
+  for (const JobStage& stage : stages) {
+    if (stage.cached) continue;
+    const JobRegion& region = *std::ranges::find(job.regions, stage.region, &JobRegion::name);
+    if (stage.name == "select") AddSelecting(&plan, region.paint.size());
+    if (stage.name == "project") AddProjecting(&plan, region.options.projector.Completes());
+    if (stage.name == "refine") plan.push_back({"refine", 20});
+    if (stage.name == "refit") plan.push_back(kRefit);
+  }
+  const JobOutputs& outputs = job.outputs;
+  if (!outputs.report.empty() || !outputs.page.empty()) {
+    for (size_t i = 0; i < job.regions.size(); ++i) plan.push_back(kEvaluate);
+  }
+  if (!outputs.page.empty()) plan.push_back(kPictures);
+  plan.push_back(kSave);
+  return plan;
+}
+
+}  // namespace retint::cli
