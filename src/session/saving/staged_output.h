@@ -22,8 +22,8 @@ struct NamedFile {
   std::string name;
   std::filesystem::path path;
 };
-// OptionError where two of the `written` are one file, by whatever path, or where one is among the
-// `read`.
+// OptionError where two of the `written` are one file, by whatever path, where one is among the
+// `read`, or where one lies below one that comes before it: the last one may be a folder.
 void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read);
 
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
