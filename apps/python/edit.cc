@@ -9,6 +9,7 @@
 #include "arrays.h"
 #include "base/error.h"
 #include "recolor/edit_text.h"
+#include "results.h"
 #include "types.h"
 
 namespace retint::python {
@@ -128,10 +129,9 @@ void BindEdit(py::module_& module) {
            "clamped. OptionError for an edit that waits for a region's main color.")
       .def_property_readonly(
           "operations",
-          [](const ColorEdit& edit) {
-            const auto json =
-                py::module_::import("json").attr("loads")(EditToJson(edit, /*with_tables=*/false));
-            return json["operations"];
+          // The type is declared: deduced, it is an accessor that outlives what it points into.
+          [](const ColorEdit& edit) -> py::list {
+            return FromJson(EditToJson(edit, /*with_tables=*/false))["operations"];
           },
           "list of dict, as in the file.")
       .def_readonly("strength", &ColorEdit::strength, "From 0, nothing, to 1, the whole list.")

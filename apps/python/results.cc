@@ -74,7 +74,7 @@ py::dict FromPainted(const PaintedReport& report) {
   return dict;
 }
 
-py::object FromJson(const std::string& text) {
+py::dict FromJson(const std::string& text) {
   return py::module_::import("json").attr("loads")(text);
 }
 

@@ -18,6 +18,6 @@ namespace py = pybind11;
 py::dict FromQuality(const QualityReport& quality);
 py::dict FromRefit(const RefitSummary& summary);
 py::dict FromPainted(const PaintedReport& report);
-py::object FromJson(const std::string& text);
+py::dict FromJson(const std::string& text);  // of an object
 
 }  // namespace retint::python

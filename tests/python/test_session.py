@@ -93,6 +93,8 @@ def test_masks_of_every_type_mean_the_same(session, scene):
 def test_edits_are_lists_of_operations():
     edit = retint.Edit(tint="#ff8000", exposure=0.5) + retint.Edit(exposure={"stops": 0.25})
     assert [op["op"] for op in edit.operations] == ["tint", "exposure", "exposure"]
+    # Of an edit that is gone; PYTHONMALLOC=debug, as ctest sets it, shows what would outlive it.
+    assert retint.Edit(exposure=0.5).operations == [{"op": "exposure", "stops": 0.5}]
     assert retint.Edit.from_json(edit.to_json()) == edit
     colors = np.array([[0.5, 0.25, 0.125]], np.float32)
     # A tint multiplies each channel.
