@@ -136,6 +136,7 @@ std::string WaitRefit(PySession& self, py::object progress) {
       monitor.Step("refit", steps, steps + 1);  // nobody knows how many are to come
       std::this_thread::sleep_for(kBetweenLooks);
     }
+    if (session.optimizer().state() == State::kFinished) monitor.Step("refit", 1, 1);
     session.CollectFits();
     if (session.optimizer().state() == State::kFailed) throw RunError(session.optimizer().error());
     return std::string(NameOf(session.optimizer().state()));

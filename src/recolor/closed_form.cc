@@ -186,6 +186,7 @@ std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>
       kept.push_back(TakeShares(backend, *geometry, sums.data()));
     }
   }
+  monitor.Step("shares", 1, 1);
   auto found = backend.Download(sums.data(), sums.size());
   AddShares(ranks, kept, &found);
   std::vector<float> shares(count);
@@ -204,6 +205,7 @@ void AddMaskSums(Renderer& renderer, const std::vector<RefitTarget>& targets, Mo
     CheckTarget(targets[v]);
     adder.Add(targets[v], on_device.data());
   }
+  monitor.Step("shares", 1, 1);
   *sums = renderer.backend().Download(on_device.data(), on_device.size());
 }
 

@@ -396,6 +396,7 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
     return errors;
   };
   const std::vector<ViewErrors> of_train = measure(train), of_heldout = measure(heldout);
+  monitor.Step("evaluate", 1, 1);
   QualityReport report = ReportOn(of_train, of_heldout);
   report.row_step = row_step;
   report.sh_before = RangeOf(sh_before);

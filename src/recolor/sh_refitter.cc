@@ -66,12 +66,15 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
 
 ShRefitter::~ShRefitter() = default;
 
-bool ShRefitter::Step(Monitor& monitor) { return impl_->solver->Step(monitor); }
+bool ShRefitter::Step(Monitor& monitor) {
+  if (impl_->solver->Step(monitor)) return true;
+  monitor.Step("refit", 1, 1);
+  return false;
+}
 
 RefitSummary ShRefitter::Run(Monitor& monitor) {
   while (Step(monitor)) {
   }
-  monitor.Step("refit", 1, 1);
   return Summary();
 }
 

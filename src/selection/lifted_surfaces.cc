@@ -154,6 +154,7 @@ LiftedSurfaces LiftSurfaces(Renderer& renderer, const GaussianModel& model,
     ParallelTasks(int64_t(batch.size()), [&](int64_t i) { FindResidual(&batch[size_t(i)]); });
     for (const ShrunkView& view : batch) Lift(renderer, model, view, &lifted, &sums);
   }
+  monitor.Step(kStage, 1, 1);
   LiftedSurfaces surfaces{std::vector<float>(count, 0), std::vector<float>(count, 0)};
   for (size_t g = 0; g < count; ++g) {
     const Sums& of = sums[g];

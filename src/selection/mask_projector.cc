@@ -566,8 +566,9 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   for (const Drawn& one : drawn) {
     requests.push_back({one.posed, one.view, pixel_rows, /*cache=*/one.view != nullptr});
   }
-  const double steps = static_cast<double>(2 * drawn.size() + (lifts ? masked.size() : 0));
-  double done = 0;
+  // A completion, with a stage of its own, lies between two visits of this one.
+  double done = 0, steps = static_cast<double>(2 * drawn.size());
+  if (lifts && !completes) steps += static_cast<double>(masked.size());
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
   SurfaceOptions surfaces;
   const Buffer<uint8_t> floaters =
@@ -587,6 +588,11 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     }
   });
   if (lifts) {
+    if (completes) {
+      monitor.Step(kStage, 1, 1);
+      done = 0;
+      steps = static_cast<double>(masked.size());
+    }
     projection.FindShares(graph, monitor, &result);
     RenderMasks(renderer, reconstruction, masked, result.shares, options,
                 completes ? graph : nullptr, step, &result.masks);

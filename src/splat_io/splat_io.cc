@@ -180,6 +180,7 @@ GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor, Bad
   const ReadAhead ahead(path);
   GaussianModel model = CodecForReading(path).Read(path, monitor, bad);
   if (bad == BadRows::kDrop) DropBadRows(model, path);
+  monitor.Step("load", 1, 1);  // of codecs that report before each block
   return model;
 }
 
@@ -204,6 +205,7 @@ uint64_t SplatBytes(const std::filesystem::path& path) {
 
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model, Monitor& monitor) {
   CodecForWriting(path).Write(path, model, monitor);
+  monitor.Step("save", 1, 1);  // as above
 }
 
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model) {

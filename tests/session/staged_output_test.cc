@@ -150,7 +150,8 @@ TEST(WriteOnAllCores, WritesEveryFileAndReportsInOrder) {
   ASSERT_EQ(made.size(), kFiles);
   EXPECT_TRUE(std::is_sorted(made.begin(), made.end()));
   const std::vector<double> fractions = Fractions(steps);
-  EXPECT_EQ(fractions.size(), kFiles);
+  EXPECT_EQ(fractions.size(), kFiles + 1);  // before each, and at the end
+  EXPECT_EQ(fractions.back(), 1);
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   for (size_t i = 0; i < kFiles; ++i) {
     EXPECT_EQ(ReadFile(temp / std::to_string(i)), std::to_string(i));

@@ -51,6 +51,7 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
     monitor.Step("load", static_cast<double>(i), static_cast<double>(targets.size()));
     targets[i].photo = Photo(targets[i].name, later);
   }
+  if (!owners.empty()) monitor.Step("load", 1, 1);
   const ColorEdit edit = region.EffectiveEdit();
   if (!edit.HasPaint()) return targets;
   // One for all targets, which are made one after the other.

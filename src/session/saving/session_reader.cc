@@ -137,6 +137,7 @@ std::map<std::string, Mask> Reader::Masks(const Node& list, const fs::path& fold
       unread->push_back(view);
     }
   }
+  monitor_.Step("load", 1, 1);
   return masks;
 }
 

@@ -109,6 +109,7 @@ Json WriteMaskFiles(const fs::path& folder, const std::map<std::string, Mask>& m
     monitor.Step("save", static_cast<double>(list.size()), static_cast<double>(masks.size()));
     list.push_back(WriteMaskFile(folder, name, mask));
   }
+  monitor.Step("save", 1, 1);
   return list;
 }
 
@@ -122,6 +123,7 @@ void WriteSource(const fs::path& folder, const SelectionSource& source, Json* en
     one["camera"] = session_json::CameraJson(view.camera);
     painted.push_back(std::move(one));
   }
+  monitor.Step("save", 1, 1);
   (*entry)["painted"] = std::move(painted);
   Json reports = Json::array();
   for (const PaintedReport& report : source.reports) {
@@ -274,6 +276,7 @@ Json SessionWriter::Impl::Regions(Run& run, const SessionSnapshot& snapshot,
     }
     list.push_back(std::move(entry));
   }
+  monitor.Step("save", 1, 1);
   return list;
 }
 

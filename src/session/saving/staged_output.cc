@@ -196,6 +196,7 @@ void WriteOnAllCores(size_t count, const std::function<std::function<void()>(siz
       if (error) std::rethrow_exception(error);
     }
   }
+  monitor.Step("save", 1, 1);
 }
 
 }  // namespace retint

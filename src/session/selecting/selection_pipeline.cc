@@ -235,7 +235,6 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   options.Check();
   const std::vector<PaintedView> views = OnViews(scene_.workspace(), painted);
   const StageClock::Lap lap(scene_.clock(), "projection");
-  monitor.Step("projection", 0, 1);
   const Reconstruction& reconstruction = scene_.reconstruction();
   const bool completes = options.Completes() && !painted.empty();
   const GaussianGraph* graph = completes ? &GraphFor(cloud, options.completion, monitor) : nullptr;

@@ -134,6 +134,7 @@ void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
     Set(FromViews(workspace, view, std::move(gone)), 0, &view.mask);
     Set(FromViews(workspace, view, std::move(come)), 255, &view.mask);
   }
+  monitor.Step("rounds", 1, 1);
 }
 
 RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, PaintRound round,
