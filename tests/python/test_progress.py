@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a progress callback is told, and the bar."""
 
+import io
+
 import numpy as np
+import pytest
 
 import retint
 
@@ -68,3 +71,48 @@ def test_each_stage_that_is_begun_reaches_its_end(scene, folder):
     expected = {"load", "depth", "cloud", "registration", "completion", "projection", "suggestion",
                 "shares", "refit", "evaluate", "save", "refine"}
     assert expected - stages == set()
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def percents(text):
+    return [int(line.split("]")[1].split("%")[0]) for line in text.split("\n") if line]
+
+
+def test_a_bar_has_one_total_that_never_falls(scene):
+    session = retint.Session(scene.folder, scene.splat)
+    lines = io.StringIO()
+    bar = retint.progress_bar("select", "project", "add_region", "refit", "evaluate", file=lines)
+    selection = session.select(session.paint(scene.view, scene.mask), progress=bar)
+    masks = dict(session.project(selection, progress=bar).items())
+    region = session.add_region("a", masks, retint.Edit(to="#3060ff"), progress=bar)
+    session.refit(progress=bar)
+    before = percents(lines.getvalue())
+    assert before[-1] < 100
+    session.evaluate(region, progress=bar)
+    told = percents(lines.getvalue())
+    assert told == sorted(set(told)) and told[-1] == 100 and len(told) <= 11
+    assert " left" in lines.getvalue() and "done in" in lines.getvalue().splitlines()[-1]
+    # Another run with the same bar.
+    session.evaluate(region, progress=bar)
+    assert percents(lines.getvalue())[-1] == 100
+
+
+def test_a_bar_follows_its_plan():
+    lines = Terminal()
+    bar = retint.progress_bar("select", "refit", file=lines)
+    for stage, fraction in [("load", 0.5), ("depth", 0.5), ("depth", 0.4), ("depth", 1),
+                            ("load", 0), ("load", 1), ("refit", 0.5), ("load", 1), ("refit", 0.6),
+                            ("depth", 0), ("refit", 1), ("save", 0)]:
+        bar(stage, fraction)
+    text = lines.getvalue()
+    told = percents(text.replace("\r\033[K", "\n"))
+    assert told == sorted(set(told)) and told[-1] == 100
+    assert text.endswith("\n") and text.count("\n") == 1
+    bar("depth", 0.5)  # of another run
+    assert percents(lines.getvalue().replace("\r\033[K", "\n"))[-1] < 50
+    with pytest.raises(ValueError, match="no call 'reft'"):
+        retint.progress_bar("reft")

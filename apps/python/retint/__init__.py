@@ -7,7 +7,7 @@
     painted = session.paint("0001.jpg", "mask.png")
     masks = session.project(session.select([painted]))
     region = session.add_region("car", masks, retint.Edit(to="#3060ff"))
-    session.refit(progress=print)
+    session.refit(progress=retint.progress_bar("refit"))
     print(session.evaluate(region)["train"])
     session.write_splat("recolored.ply")
 
@@ -16,6 +16,7 @@ Arrays are numpy's. Images are [H, W, 3] float32, RGB in [0, 1] as the file stor
 where there is none. docs/python.md is the guide.
 """
 
+from ._progress import progress_bar
 from ._retint import (
     Camera,
     Depth,
@@ -50,8 +51,8 @@ from ._retint import (
 __all__ = [
     "Camera", "Depth", "Edit", "Error", "InputError", "Masks", "OptionError", "Painted", "Region",
     "RunError", "Selection", "Session", "Splat", "View", "Workspace", "__version__", "align",
-    "backends", "depth", "options", "orbit", "read_image", "read_mask", "render", "run_command",
-    "score", "write_png", "write_video",
+    "backends", "depth", "options", "orbit", "progress_bar", "read_image", "read_mask", "render",
+    "run_command", "score", "write_png", "write_video",
 ]
 
 for _name in __all__:
