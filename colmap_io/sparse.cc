@@ -9,6 +9,7 @@
 
 #include "base/files.h"
 #include "colmap_io/sparse_codec.h"
+#include "scene/image_size.h"
 
 namespace retint {
 namespace {
@@ -144,11 +145,7 @@ void LeftOut::Tell(const Path& path, size_t left, Warnings& warnings) const {
 }
 
 std::string CameraFault(const Camera& camera, uint64_t width, uint64_t height) {
-  // Renders and masks take memory by these; a side this long or an area this large is a damaged
-  // file.
-  constexpr uint64_t kMaxSide = 1'000'000, kMaxPixels = uint64_t{1} << 31;
-  if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide ||
-      width * height > kMaxPixels) {
+  if (!IsImageSize(width, height)) {
     return "image size " + std::to_string(width) + "x" + std::to_string(height) +
            " is out of range";
   }

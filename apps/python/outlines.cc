@@ -131,7 +131,7 @@ py::list FindColors(PySession& self, const py::object& of, int colors) {
   if (py::isinstance<PyMasks>(of)) {
     selection.masks = of.cast<const PyMasks&>().masks;
   } else {
-    selection.source.painted = of.cast<std::vector<PaintedView>>();
+    selection.source.painted = ToPainted(of);
     CheckOption(!selection.source.painted.empty(), "there is nothing painted");
   }
   const auto palette = self.Use(
@@ -179,7 +179,8 @@ void BindOutlines(py::class_<PySession>& type) {
           "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of "
           "the 'photo' of that name, which its camera may have distorted.")
       .def("palette", &FindColors, py::arg("of"), py::arg("colors") = 5,
-           "The main colors of Masks or of a list of Painted, as `retint palette` finds them: a "
+           "The main colors of Masks, of a Painted or of a list of them, as `retint palette` finds "
+           "them: a "
            "list of dicts of 'hex', 'color' (RGB in [0, 1]) and 'share', most frequent first.");
 }
 

@@ -168,7 +168,8 @@ void BindBackground(py::class_<PySession>& type) {
           "and 'sh' [N, K, 3] float32, which cannot be written to.")
       .def("pause_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Pause(); }),
            "Stops after the step in progress, until resume_refit().")
-      .def("resume_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Resume(); }))
+      .def("resume_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Resume(); }),
+           "Goes on after pause_refit().")
       .def("cancel_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Cancel(); }),
            "Ends the fit; regions that are done keep theirs.")
       .def("wait_refit", &WaitRefit, py::arg("progress") = py::none(),

@@ -2,12 +2,15 @@
 // Workspace, View, Camera, Splat and pictures.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <tuple>
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include "arrays.h"
 #include "colmap_io/image_io.h"
+#include "scene/image_size.h"
 #include "splat_io/splat_io.h"
 #include "types.h"
 
@@ -60,6 +63,8 @@ py::array_t<double> FromVector(const Eigen::Vector3d& vector) {
 PosedCamera MakeCamera(int width, int height, double fx, double fy, double cx, double cy,
                        const py::object& cam_from_world) {
   CheckOption(width > 0 && height > 0, "a camera's width and height are positive");
+  CheckOption(IsImageSize(static_cast<uint64_t>(width), static_cast<uint64_t>(height)),
+              "a camera has at most 2^31 pixels, and 1000000 along a side");
   CheckOption(fx > 0 && fy > 0, "a camera's focal lengths are positive");
   CheckOption(std::isfinite(fx) && std::isfinite(fy) && std::isfinite(cx) && std::isfinite(cy),
               "a camera's focal lengths and principal point are finite");
@@ -77,8 +82,10 @@ void BindCamera(py::module_& module) {
            py::arg("cx"), py::arg("cy"), py::arg("cam_from_world") = py::none(),
            "Size, focal lengths and principal point in pixels; cam_from_world [3, 4] or [4, 4], "
            "x_in_cam = R x_in_world + t.")
-      .def_property_readonly("width", [](const PosedCamera& c) { return c.camera.width; })
-      .def_property_readonly("height", [](const PosedCamera& c) { return c.camera.height; })
+      .def_property_readonly(
+          "width", [](const PosedCamera& c) { return c.camera.width; }, "Pixels.")
+      .def_property_readonly(
+          "height", [](const PosedCamera& c) { return c.camera.height; }, "Pixels.")
       .def_property_readonly(
           "model",
           [](const PosedCamera& c) {
@@ -292,6 +299,66 @@ void WriteTo(const PySplat& splat, const py::object& path, py::object progress) 
   call.Run([&](Monitor& monitor) { WriteSplat(file, *splat.data, monitor); });
 }
 
+// ---- Splat, pickled ----
+
+// Of a file the texts and data are bytes.
+py::list FromTexts(const std::vector<std::string>& texts) {
+  py::list list;
+  for (const std::string& text : texts) list.append(py::bytes(text));
+  return list;
+}
+
+template <typename Bytes>
+py::bytes FromBytes(const Bytes& bytes) {
+  return {bytes.data(), bytes.size()};
+}
+
+template <typename Bytes>
+Bytes ToBytes(const py::handle& object) {
+  const auto text = object.cast<std::string>();
+  return Bytes(text.begin(), text.end());
+}
+
+// The arrays, and what the file holds beside them.
+py::tuple StateOf(const PySplat& splat) {
+  py::list arrays, extras;
+  for (const SplatArray& array : kArrays) arrays.append(ArrayOf(splat, array));
+  const SourceLayout& source = splat.data->source;
+  for (const ExtraColumn& extra : source.extras) {
+    extras.append(
+        py::make_tuple(extra.name, extra.type, extra.bytes_per_value, FromBytes(extra.bytes)));
+  }
+  return py::make_tuple(arrays, FromTexts(source.comments), FromTexts(source.property_order),
+                        extras, FromTexts(source.trailing_header), FromBytes(source.trailing_bytes),
+                        py::bytes(source.packed_format), FromBytes(source.packed),
+                        FromTexts(source.notes));
+}
+
+PySplat FromState(const py::tuple& state) {
+  using Texts = std::vector<std::string>;
+  CheckOption(state.size() == 9, "this is not the state of a Splat");
+  const auto arrays = state[0].cast<std::vector<Floats>>();
+  CheckOption(arrays.size() == std::size(kArrays), "this is not the state of a Splat");
+  PySplat splat = FromArrays(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
+  SourceLayout& source = splat.data->source;
+  source.comments = state[1].cast<Texts>();
+  source.property_order = state[2].cast<Texts>();
+  for (const py::handle& extra : state[3]) {
+    const auto [name, type, size, bytes] =
+        extra.cast<std::tuple<std::string, std::string, int, py::bytes>>();
+    source.extras.push_back({name, type, size, ToBytes<std::vector<char>>(bytes)});
+    CheckOption(size > 0 && source.extras.back().bytes.size() ==
+                                splat.data->NumGaussians() * static_cast<size_t>(size),
+                "the column " + name + " has another length");
+  }
+  source.trailing_header = state[4].cast<Texts>();
+  source.trailing_bytes = ToBytes<std::vector<char>>(state[5]);
+  source.packed_format = state[6].cast<std::string>();
+  source.packed = ToBytes<UnsetVector<char>>(state[7]);
+  source.notes = state[8].cast<Texts>();
+  return splat;
+}
+
 void BindSplat(py::module_& module) {
   py::class_<PySplat> type(
       module, "Splat",
@@ -312,7 +379,9 @@ void BindSplat(py::module_& module) {
           "copy",
           [](const PySplat& s) { return PySplat{std::make_shared<GaussianModel>(*s.data)}; },
           "A splat of its own, which can be written to.")
-      .def_property_readonly("sh_degree", [](const PySplat& s) { return s.data->sh_degree; })
+      .def_property_readonly(
+          "sh_degree", [](const PySplat& s) { return s.data->sh_degree; },
+          "Degree of the spherical harmonics, 0 to 3.")
       .def_property_readonly(
           "comments", [](const PySplat& s) { return s.data->source.comments; },
           "list of str: the comments of the file.")
@@ -323,12 +392,15 @@ void BindSplat(py::module_& module) {
           py::arg("name"), "An array by its name, as the attribute of that name.")
       .def("__setitem__", &SetArray, py::arg("name"), py::arg("values"),
            "Copies values of the same shape into an array.")
-      .def("keys",
-           [](const PySplat&) {
-             std::vector<std::string> names;
-             for (const SplatArray& array : kArrays) names.emplace_back(array.name);
-             return names;
-           })
+      .def(
+          "keys",
+          [](const PySplat&) {
+            std::vector<std::string> names;
+            for (const SplatArray& array : kArrays) names.emplace_back(array.name);
+            return names;
+          },
+          "list of str: the names of the arrays.")
+      .def(py::pickle(&StateOf, &FromState))
       .def("__repr__", [](const PySplat& s) {
         return "<retint.Splat " + std::to_string(s.data->NumGaussians()) +
                " Gaussians, SH degree " + std::to_string(s.data->sh_degree) + ">";

@@ -25,8 +25,9 @@ PaintedView Paint(PySession& self, const std::string& view, const py::object& ma
       [&](EditSession& session) { return session.selection().Paint(view, std::move(paint)); });
 }
 
-PySelection Select(PySession& self, const std::vector<PaintedView>& painted, py::object progress,
+PySelection Select(PySession& self, const py::object& given, py::object progress,
                    const py::kwargs& keywords) {
+  const std::vector<PaintedView> painted = ToPainted(given);
   const EditOptions options =
       Resolve(keywords, [](EditOptions& o, OptionList& list) { o.select.Describe(list); });
   for (size_t i = 0; i < painted.size(); ++i) {
@@ -95,6 +96,15 @@ PyMasks ReadMasksFrom(PySession& self, const py::object& folder) {
 
 }  // namespace
 
+std::vector<PaintedView> ToPainted(const py::object& painted) {
+  if (py::isinstance<PaintedView>(painted)) return {painted.cast<PaintedView>()};
+  try {
+    return painted.cast<std::vector<PaintedView>>();
+  } catch (const py::cast_error&) {
+    throw OptionError("painted is a Painted, as paint() returns it, or a list of them");
+  }
+}
+
 void BindSelecting(py::class_<PySession>& type) {
   static const auto lines = [](auto describe) {
     EditOptions options;
@@ -104,7 +114,7 @@ void BindSelecting(py::class_<PySession>& type) {
   };
   static const std::string select_doc =
       "The 3D selection of what was painted: depth, points, registration to the sparse points. "
-      "`painted` is a list of Painted, of one view or several." +
+      "`painted` is a Painted, or a list of them, each of another view." +
       lines([](EditOptions& o, OptionList& list) { o.select.Describe(list); });
   static const std::string project_doc =
       "The selection as a mask of every view, completed where no painted view looked "

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Depth, Painted, Selection, Masks and Region: what the stages hand to each other.
+#include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -106,8 +108,9 @@ void BindDepth(py::module_& module) {
             return FromMask(self.cast<const DepthEstimate&>().valid, self);
           },
           "[H, W] uint8: 255 measured by the method itself, 0 filled in or unknown.")
-      .def_readonly("valid_fraction", &DepthEstimate::valid_fraction)
-      .def_readonly("method", &DepthEstimate::method)
+      .def_readonly("valid_fraction", &DepthEstimate::valid_fraction,
+                    "In [0, 1]: how much of the view is valid.")
+      .def_readonly("method", &DepthEstimate::method, "The method's name: 'stereo-hv' and others.")
       .def_readonly("reason", &DepthEstimate::reason, "What was done, in a line.")
       .def_readonly("warning", &DepthEstimate::warning, "What was asked for and not done, or ''.")
       .def(
@@ -115,14 +118,24 @@ void BindDepth(py::module_& module) {
           [](const DepthEstimate& self, const py::object& path) {
             WriteDepthMap(ToPath(path), self.depth);
           },
-          py::arg("path"), "Writes COLMAP's dense depth map (.bin).");
+          py::arg("path"), "Writes COLMAP's dense depth map (.bin).")
+      .def("__repr__", [](const DepthEstimate& self) {
+        return fmt::format("<retint.Depth {}x{} by {}, {:.0f} % valid>", self.depth.width,
+                           self.depth.height, self.method, 100 * self.valid_fraction);
+      });
   py::class_<PaintedView>(module, "Painted", "A view and the mask that was painted on it.")
-      .def_readonly("view", &PaintedView::name)
-      .def_readonly("camera", &PaintedView::camera)
+      .def_readonly("view", &PaintedView::name, "The view's name.")
+      .def_readonly("camera", &PaintedView::camera, "The view's Camera.")
       .def_property_readonly(
           "mask",
           [](const py::object& self) { return FromMask(self.cast<PaintedView&>().mask, self); },
-          "[H, W] uint8: 0 outside, 255 inside.");
+          "[H, W] uint8: 0 outside, 255 inside.")
+      .def("__repr__", [](const PaintedView& self) {
+        const auto& values = self.mask.data;
+        const auto inside =
+            std::count_if(values.begin(), values.end(), [](uint8_t v) { return v >= 128; });
+        return fmt::format("<retint.Painted {}, {} pixels>", self.name, inside);
+      });
 }
 
 void BindCloud(py::module_& module) {
@@ -203,14 +216,18 @@ void BindMasks(py::module_& module) {
       .def_readonly("warning", &PyMasks::warning,
                     "Why shares beside the masks were left aside, which painted views' masks hold "
                     "less than half of the paint, or ''.")
-      .def("keys",
-           [](const py::object& self) {
-             return MaskDict(self.cast<const PyMasks&>().masks, self).attr("keys")();
-           })
-      .def("items",
-           [](const py::object& self) {
-             return MaskDict(self.cast<const PyMasks&>().masks, self).attr("items")();
-           })
+      .def(
+          "keys",
+          [](const py::object& self) {
+            return MaskDict(self.cast<const PyMasks&>().masks, self).attr("keys")();
+          },
+          "The image names.")
+      .def(
+          "items",
+          [](const py::object& self) {
+            return MaskDict(self.cast<const PyMasks&>().masks, self).attr("items")();
+          },
+          "Pairs of an image name and its mask.")
       .def("__iter__",
            [](const py::object& self) {
              return py::iter(MaskDict(self.cast<const PyMasks&>().masks, self));
@@ -234,11 +251,18 @@ void BindMasks(py::module_& module) {
 
 void BindRegion(py::module_& module) {
   py::class_<PyRegion>(module, "Region", "A region as it was when it was asked for.")
-      .def_property_readonly("id", [](const PyRegion& r) { return r.data.id; })
-      .def_property_readonly("name", [](const PyRegion& r) { return r.data.name; })
-      .def_property_readonly("edit", [](const PyRegion& r) { return r.data.edit; })
-      .def_property_readonly("strength", [](const PyRegion& r) { return r.data.strength; })
-      .def_property_readonly("visible", [](const PyRegion& r) { return r.data.visible; })
+      .def_property_readonly(
+          "id", [](const PyRegion& r) { return r.data.id; }, "The number that add_region() gave.")
+      .def_property_readonly(
+          "name", [](const PyRegion& r) { return r.data.name; }, "As people see it.")
+      .def_property_readonly(
+          "edit", [](const PyRegion& r) { return r.data.edit; }, "The region's Edit.")
+      .def_property_readonly(
+          "strength", [](const PyRegion& r) { return r.data.strength; },
+          "From 0, no change, to 1, the whole edit.")
+      .def_property_readonly(
+          "visible", [](const PyRegion& r) { return r.data.visible; },
+          "False: the region is left out of renders, fits and files.")
       .def_property_readonly(
           "masks",
           [](const PyRegion& r) {

@@ -178,14 +178,14 @@ void BindRegions(Sessions& type) {
             const RegionId id = ToId(region);
             self.Use([&](EditSession& session) { session.SetVisible(id, visible); });
           },
-          py::arg("region"), py::arg("visible"))
+          py::arg("region"), py::arg("visible"), "Shows a region, or leaves it out.")
       .def(
           "rename",
           [](PySession& self, const py::object& region, const std::string& name) {
             const RegionId id = ToId(region);
             self.Use([&](EditSession& session) { session.Rename(id, name); });
           },
-          py::arg("region"), py::arg("name"))
+          py::arg("region"), py::arg("name"), "Gives a region another name.")
       .def(
           "move_region",
           [](PySession& self, const py::object& region, size_t position) {
@@ -196,7 +196,7 @@ void BindRegions(Sessions& type) {
       .def("duplicate", OfRegion([](EditSession& s, RegionId id) { return s.DuplicateRegion(id); }),
            py::arg("region"), "Returns the id of the copy.")
       .def("remove", OfRegion([](EditSession& s, RegionId id) { s.RemoveRegion(id); }),
-           py::arg("region"))
+           py::arg("region"), "Removes a region; undo() brings it back.")
       .def(
           "undo", [](PySession& self) { return self.Use([](EditSession& s) { return s.Undo(); }); },
           "Takes back the last edit; False when there is none.")
@@ -432,15 +432,17 @@ void BindSession(py::module_& module) {
                   "Opens a session that was saved, by save() or by the editor.")
       .def("close", &PySession::Close,
            "Gives its memory back, once no array shows it any more. Later calls are RunError.")
-      .def_property_readonly("closed", &PySession::closed)
+      .def_property_readonly("closed", &PySession::closed, "True after close().")
+      .def("__repr__", &PySession::Description)
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](PySession& self, const py::args&) { self.Close(); })
-      .def_property_readonly("workspace",
-                             [](PySession& self) {
-                               return PyWorkspace{self.Use([&](EditSession& session) {
-                                 return self.Share(session.scene().workspace());
-                               })};
-                             })
+      .def_property_readonly(
+          "workspace",
+          [](PySession& self) {
+            return PyWorkspace{self.Use(
+                [&](EditSession& session) { return self.Share(session.scene().workspace()); })};
+          },
+          "The Workspace, with cameras that are pinhole cameras.")
       .def_property_readonly(
           "backend",
           [](PySession& self) {

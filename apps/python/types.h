@@ -62,7 +62,10 @@ struct PyRegion {
 
 class PySession {
  public:
-  explicit PySession(std::shared_ptr<EditSession> session) : session_(std::move(session)) {}
+  explicit PySession(std::shared_ptr<EditSession> session)
+      : session_(std::move(session)),
+        size_(std::to_string(session_->reconstruction().views.size()) + " views, " +
+              std::to_string(session_->original().NumGaussians()) + " Gaussians") {}
 
   // work(session, monitor) without the interpreter's lock, one call at a time. RunError when the
   // session was closed, or is called from its own progress callback.
@@ -94,6 +97,10 @@ class PySession {
     last = std::move(session_);
   }
   bool closed() const { return !session_; }
+  // Of the scene, which stays: so it needs no turn.
+  std::string Description() const {
+    return "<retint.Session " + size_ + (closed() ? ", closed>" : ">");
+  }
 
  private:
   // Of this thread: others wait.
@@ -111,6 +118,7 @@ class PySession {
   };
 
   std::shared_ptr<EditSession> session_;
+  const std::string size_;
   std::mutex mutex_;  // held while the session works
   std::atomic<std::thread::id> user_{};
 };
@@ -122,6 +130,9 @@ struct Viewpoint {
 };
 // From a View, a Camera or a view's name. InputError for a name that is none.
 Viewpoint ToViewpoint(const py::object& view, const Workspace* workspace);
+
+// Of one Painted or a sequence of them. OptionError for what is neither.
+std::vector<PaintedView> ToPainted(const py::object& painted);
 
 // A region, or its id.
 RegionId ToId(const py::object& region);

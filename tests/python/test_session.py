@@ -2,9 +2,12 @@
 """Regions and undo, errors, progress, threads, lifetimes."""
 
 import ast
+import copy
 import gc
+import itertools
 import os
 import pathlib
+import pickle
 import signal
 import threading
 import types
@@ -212,8 +215,53 @@ def test_what_is_no_picture_or_camera_is_refused(folder, session, scene):
     for bad in (float("nan"), float("inf")):
         with pytest.raises(retint.OptionError, match="finite"):
             retint.Camera(8, 8, 10, 10, bad, 4)
-    with pytest.raises(retint.OptionError, match="of a type"):
+    with pytest.raises(retint.OptionError, match="or a list of them"):
         session.palette("red")
+    with pytest.raises(retint.OptionError, match="or a list of them"):
+        session.select(scene.view)
+    for side in (10**6, 2**31 - 1):
+        with pytest.raises(retint.OptionError, match="at most"):
+            retint.Camera(side, side, side, side, side / 2, side / 2)
+
+
+def test_one_painted_view_needs_no_list(session, scene):
+    painted = session.paint(scene.view, scene.mask)
+    assert np.array_equal(session.select(painted).positions, session.select([painted]).positions)
+    assert session.palette(painted) == session.palette([painted])
+
+
+def test_every_object_shows_what_it_is(session, scene):
+    painted = session.paint(scene.view, square(session, scene)[scene.view])
+    assert repr(painted) == f"<retint.Painted {scene.view}, 1600 pixels>"
+    count = len(session.original)
+    assert repr(session) == f"<retint.Session 8 views, {count} Gaussians>"
+    depth = session.depth(scene.view, method="gaussian")
+    assert repr(depth).startswith("<retint.Depth 160x120 by gaussian, ")
+    session.close()
+    assert repr(session) == f"<retint.Session 8 views, {count} Gaussians, closed>"
+
+
+def test_a_splat_is_pickled_whole(scene, folder):
+    """With what a file holds beside the arrays, so that it writes the same bytes."""
+    read = retint.Splat.read(scene.splat)
+    read.write(folder / "a.spz")
+    header, body = scene.splat.read_bytes().split(b"end_header\n", 1)
+    columns = header.count(b"property")
+    rows = np.frombuffer(body, np.float32).reshape(len(read), columns)
+    more = np.hstack([rows, np.arange(len(read), dtype=np.float32)[:, None]])
+    (folder / "a.ply").write_bytes(header + b"property float votes\nend_header\n" + more.tobytes())
+    for name in ("a.ply", "a.spz"):
+        splat = retint.Splat.read(folder / name)
+        for other in (pickle.loads(pickle.dumps(splat)), copy.deepcopy(splat)):
+            assert other.comments == splat.comments
+            other.write(folder / ("b" + name))
+            assert (folder / ("b" + name)).read_bytes() == (folder / name).read_bytes()
+            other.sh[:] = 0
+        assert splat.sh.any()
+    with retint.Session(scene.folder, scene.splat) as session:
+        own = copy.deepcopy(session.original)
+        own.means[0] = 0  # of the copy
+        assert np.array_equal(session.original.means[1:], own.means[1:])
 
 
 def test_threads_wait_for_their_turn_and_the_lock_is_free(session, scene):
@@ -376,3 +424,18 @@ def test_the_stub_names_what_there_is():
     assert {name for name in named if "._" not in name} == there
     for name in there & set(retint.__all__):
         assert getattr(retint, name).__doc__, name
+
+
+def test_everything_has_a_docstring():
+    undocumented = []
+    for name, thing in vars(retint._retint).items():
+        members = vars(thing).items() if isinstance(thing, type) else []
+        for member, what in itertools.chain([("", thing)], members):
+            if name.startswith("_") or member.startswith("_"):
+                continue
+            text = what.__doc__ or ""
+            if not isinstance(what, (type, property)):  # the first line is pybind11's signature
+                text = text.partition("\n\n")[2]
+            if not text.strip():
+                undocumented.append(f"{name}.{member}")
+    assert undocumented == []
