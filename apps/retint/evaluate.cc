@@ -118,7 +118,7 @@ RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, Targe
 // Null: the splat is opened whole.
 std::unique_ptr<LargeScene> OpenParts(const Arguments& arguments, Run& run) {
   RefitOptions none;  // two sets of coefficients are held, as by the report on a fit
-  none.region_cache_bytes = 0;
+  none.region_cache_mb = 0;
   return OpenLarge(arguments.scene, arguments.large, arguments.holdout, &none, run);
 }
 

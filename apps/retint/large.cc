@@ -55,7 +55,7 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
   options.most_views = large.most_views;
   if (refit) options.refit = *refit;
   const size_t caches = options.limits.Cache(run.globals().cache_mb << 20) +
-                        (refit ? options.limits.Cache(refit->region_cache_bytes) : 0);
+                        (refit ? options.limits.Cache(refit->RegionCacheBytes()) : 0);
   // Ranks that share a GPU may find different amounts of it free, and open the splat alike.
   const bool needed =
       large.mode == "on" || (large.mode == "auto" && !scene.workspace.empty() &&
@@ -87,7 +87,7 @@ void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSe
   if (!large && on_host && limits.host_bytes == 0) return;
   EditSize size = large ? large->size() : SizeOfWhole(session);
   size.refit = *refit;
-  refit->region_cache_bytes = RegionCacheThatFits(limits, session, region, size);
+  refit->SetRegionCacheBytes(RegionCacheThatFits(limits, session, region, size));
 }
 
 void WriteEdited(const EditSession& session, const LargeScene* large,

@@ -35,19 +35,15 @@ std::string DefaultOf(const std::vector<Option>& alike) {
 // Refuses a number outside the range while the flag's name is still known; what is no number is
 // left to the conversion.
 CLI::Validator InRange(const Option& option) {
-  const auto scale = static_cast<double>(option.scale);
-  OptionRange shown = option.range;
-  shown.min /= scale;
-  shown.max /= scale;
-  return {[shown](const std::string& text) {
+  return {[range = option.range](const std::string& text) {
             char* end = nullptr;
             const double value = std::strtod(text.c_str(), &end);
             const bool is_number = end != text.c_str() && *end == '\0';
-            return !is_number || shown.Contains(value)
+            return !is_number || range.Contains(value)
                        ? std::string()
-                       : "must be " + shown.Text() + ", not " + text;
+                       : "must be " + range.Text() + ", not " + text;
           },
-          shown.Text()};
+          option.range.Text()};
 }
 
 template <typename Number>
@@ -56,9 +52,7 @@ CLI::Option* AddNumber(CLI::App* verb, const std::string& flag, const std::vecto
       flag,
       [alike](const Number& value) {
         for (const Option& option : alike) {
-          if constexpr (std::is_same_v<Number, uint64_t>) {
-            option.Set(value * option.scale);
-          } else if constexpr (std::is_same_v<Number, int>) {
+          if constexpr (std::is_same_v<Number, int>) {
             option.Set(int64_t{value});
           } else {
             option.Set(value);

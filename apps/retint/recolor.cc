@@ -183,7 +183,7 @@ void Recolor(const Arguments& arguments, Run& run) {
                               [](const auto& op) { return op.picture != nullptr; }),
               "--view and --mask are required, or --edited, whose pictures show what is meant");
   if (run.Writes()) CheckOutputs(arguments);
-  refit.region_cache_bytes = arguments.large.Limits(run).Cache(refit.region_cache_bytes);
+  refit.SetRegionCacheBytes(arguments.large.Limits(run).Cache(refit.RegionCacheBytes()));
 
   std::unique_ptr<LargeScene> large;
   auto session = OpenPainted(arguments, edit, refit, &large, run);

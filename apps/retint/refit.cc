@@ -69,8 +69,8 @@ void Refit(const Arguments& arguments, Run& run) {
     CheckOutput(arguments.output);
     if (!arguments.report.empty()) CheckOutput(arguments.report);
   }
-  size_t& region_cache_bytes = job.options.region_cache_bytes;
-  region_cache_bytes = arguments.large.Limits(run).Cache(region_cache_bytes);
+  const size_t cache = arguments.large.Limits(run).Cache(job.options.RegionCacheBytes());
+  job.options.SetRegionCacheBytes(cache);
   Masked opened = Open(arguments, job, run);
   EditSession* const session = opened.session.get();
   const RegionId region = session->AddRegion("selection", std::move(opened.masks),

@@ -140,7 +140,7 @@ void Option::Check() const {
                  [](double* v) { return *v; }, [](const auto&) { return 0.0; }},
       member);
   CheckOption(range.Contains(value), Label() + " must be " + range.Text() +
-                                         (unit.empty() || scale != 1 ? "" : " " + unit) + ", not " +
+                                         (unit.empty() ? "" : " " + unit) + ", not " +
                                          Digits(value));
 }
 
@@ -153,8 +153,7 @@ std::string Option::Label() const {
 std::string Option::Text() const {
   return std::visit(
       Overloaded{[](bool v) { return std::string(v ? "true" : "false"); },
-                 [](int64_t v) { return Digits(v); },
-                 [this](uint64_t v) { return Digits(v / scale); },
+                 [](int64_t v) { return Digits(v); }, [](uint64_t v) { return Digits(v); },
                  [](double v) { return Digits(v); }, [](const std::string& v) { return v; }},
       Get());
 }
@@ -199,9 +198,7 @@ std::string OptionKey(const OptionList& list) {
   std::string key;
   for (const Option& option : list) {
     if (!Applies(list, option)) continue;
-    const auto* bytes = std::get_if<uint64_t*>(&option.member);  // Text() may divide
-    key +=
-        option.applies + '.' + option.name + '=' + (bytes ? Digits(**bytes) : option.Text()) + ';';
+    key += option.applies + '.' + option.name + '=' + option.Text() + ';';
   }
   return key;
 }

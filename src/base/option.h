@@ -68,13 +68,13 @@ struct Option {
   OptionRange range = {};
   std::string help = {};     // what it does, in lower case and without a full stop
   std::string title = {};    // of its row in a form, where Label() and the unit say little
-  std::string unit = {};     // "pixels"; empty: none, or the help says it
+  std::string unit = {};     // "pixels", of the member's value, which flags, files and Python take
+                             // as it is; empty: none, or the help says it
   std::string applies = {};  // the value of a choice in the same list at which this one matters,
                              // such as "mm"; empty: always. Also the key of a group in files
   std::string flag = {};     // on the command line, "--outside-weight"; empty: not there. A switch
                              // "--refine" has a twin "--no-refine". Options that share a flag are
                              // set together
-  uint64_t scale = 1;        // people see a whole number divided by this: bytes as MiB
 
   OptionValue Get() const;
   // OptionError when `value` is of another kind, out of range or no name of the choice; then
@@ -82,8 +82,7 @@ struct Option {
   void Set(const OptionValue& value) const;
   void Check() const;         // OptionError that names the option, its range and its value
   std::string Label() const;  // for people: "outside weight"
-  std::string Text() const;   // the value, divided by `scale`; a number by the digits that give it
-                              // back exactly
+  std::string Text() const;   // the value; a number by the digits that give it back exactly
 };
 
 using OptionList = std::vector<Option>;

@@ -45,8 +45,10 @@ struct RefitOptions {
   Solver solver = Solver::kMm;
   MmOptions mm;
   AdamOptions adam;
-  double active_threshold = 5e-2;                  // m_g above which a Gaussian is active
-  size_t region_cache_bytes = size_t{1000} << 20;  // of weights and targets, all views together
+  double active_threshold = 5e-2;  // m_g above which a Gaussian is active
+  double region_cache_mb = 1000;   // MiB of weights and targets, all views together
+  size_t RegionCacheBytes() const { return static_cast<size_t>(region_cache_mb * 0x1p20); }
+  void SetRegionCacheBytes(size_t bytes) { region_cache_mb = static_cast<double>(bytes) / 0x1p20; }
   void Describe(OptionList& list);
   void Check() const;
 };

@@ -233,7 +233,7 @@ RefitProblem::RefitProblem(Renderer& renderer, const GaussianModel& model,
 std::vector<uint8_t> RefitProblem::FindViews(Monitor& monitor) {
   const std::vector<double> areas = AreasOf(targets_);
   const std::vector<int> owners = OwnersByArea(areas);
-  const std::vector<size_t> budgets = SharesOfCache(areas, options_.region_cache_bytes);
+  const std::vector<size_t> budgets = SharesOfCache(areas, options_.RegionCacheBytes());
   mask_values_ = 3 * std::accumulate(areas.begin(), areas.end(), 0.0);
   const auto marks = backend().Allocate<uint8_t>(active_flags_.size());
   std::vector<Found> found;
@@ -247,7 +247,7 @@ std::vector<uint8_t> RefitProblem::FindViews(Monitor& monitor) {
     backend().refit().MarkRows(*view->region, marks.data());
     const size_t bytes = view->Bytes();
     found.push_back({t, view->region->tiles().size(), bytes});
-    if (bytes > options_.region_cache_bytes - held) continue;
+    if (bytes > options_.RegionCacheBytes() - held) continue;
     held += bytes;
     if (reserved_) reserved_->Set(held);
     prepared[t] = std::move(view);
@@ -311,7 +311,7 @@ void RefitProblem::KeepViews(const std::vector<Found>& found, const std::vector<
   for (const auto& [t, tiles, bytes] : found) {
     target_values_ += double(tiles) * kTilePixels * 3;
     image_values_ += double(targets_[t].mask->NumPixels()) * 3;
-    Slot slot{t, owners[t], bytes <= options_.region_cache_bytes - kept_bytes_, nullptr};
+    Slot slot{t, owners[t], bytes <= options_.RegionCacheBytes() - kept_bytes_, nullptr};
     if (slot.keeps) kept_bytes_ += bytes;
     if (slot.owner == ranks_.rank()) {
       own_views_.push_back(views_.size());

@@ -73,7 +73,7 @@ class RefitProblem {
   static constexpr float kBoxUnit = 1.0f / 16384;
 
   // Restricts every view to the Gaussians of share > options.active_threshold and prepares its
-  // targets; views that do not fit into options.region_cache_bytes are prepared again at each
+  // targets; views that do not fit into options.region_cache_mb are prepared again at each
   // visit.
   RefitProblem(Renderer& renderer, const GaussianModel& model, std::vector<RefitTarget> targets,
                const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,

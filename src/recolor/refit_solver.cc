@@ -56,14 +56,14 @@ void RefitOptions::Describe(OptionList& list) {
                   .help = "share inside the masks above which a Gaussian may change",
                   .title = "Recolor from a share of",
                   .flag = "--active-threshold"});
-  list.push_back({.name = "region_cache_bytes",
-                  .member = &region_cache_bytes,
-                  .range = OptionRange::Closed(0, 0x1p42),
+  list.push_back({.name = "region_cache_mb",
+                  .member = &region_cache_mb,
+                  .range = OptionRange::Closed(0, 0x1p22),
                   .help = "memory for the fit's weights and targets; what does not fit is computed "
                           "again at each visit, with unrounded weights",
+                  .title = "Memory for the fit, MiB",
                   .unit = "MiB",
-                  .flag = "--region-mb",
-                  .scale = uint64_t{1} << 20});
+                  .flag = "--region-mb"});
 }
 
 void RefitOptions::Check() const { CheckRanges(*this); }

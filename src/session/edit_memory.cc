@@ -252,7 +252,7 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
   const size_t limit = limits.On(side);
   size_t left = limit - std::min(limit, taken.On(side));
   if (side == MemorySide::kHost) left = WithoutFragments(left);
-  size_t room = std::min(size.refit.region_cache_bytes, left);
+  size_t room = std::min(size.refit.RegionCacheBytes(), left);
   const uint64_t own = room;
   for (const uint64_t one : CurrentRanks().Gather<uint64_t>(std::span(&own, 1))) {
     room = std::min<size_t>(room, one);

@@ -81,7 +81,7 @@ size_t ResidentBytes();
 
 // How much of its weights and targets the fit of a session's region can keep, beside all that is in
 // memory now and what the fit and the report on it will take: at most
-// size.refit.region_cache_bytes, the same on all ranks. What is not kept is made anew in each
+// size.refit.region_cache_mb, the same on all ranks. What is not kept is made anew in each
 // sweep. size.active is not used but counted. OptionError, one line that says what would do, where
 // it does not fit even so.
 size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, RegionId region,

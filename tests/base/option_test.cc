@@ -35,14 +35,14 @@ struct TrainOptions {
   Engine engine = Engine::kSteam;
   std::string color = "green";
   int wagons = 3;
-  uint64_t load_bytes = uint64_t{5} << 20;
+  uint64_t parcels = uint64_t{5} << 40;
   SteamOptions steam;
   void Describe(OptionList& list) {
     list.push_back({.name = "engine", .member = ChoiceOf(engine, {"steam", "diesel"})});
     list.push_back({.name = "color", .member = ChoiceOf(color, {"green", "black"})});
     list.push_back(
         {.name = "wagons", .member = &wagons, .range = {.min = -2, .max = 40, .multiple_of = 1}});
-    list.push_back({.name = "load_bytes", .member = &load_bytes, .scale = uint64_t{1} << 20});
+    list.push_back({.name = "parcels_on_board", .member = &parcels});
     DescribePart(steam, "steam", list);
   }
 };
@@ -98,11 +98,11 @@ TEST(Option, ReadsTheMember) {
   EXPECT_EQ(Require(list, "engine").Get(), OptionValue(std::string("steam")));
   EXPECT_EQ(Require(list, "color").Get(), OptionValue(std::string("green")));
   EXPECT_EQ(Require(list, "wagons").Get(), OptionValue(int64_t{3}));
-  EXPECT_EQ(Require(list, "load_bytes").Get(), OptionValue(uint64_t{5} << 20));
+  EXPECT_EQ(Require(list, "parcels_on_board").Get(), OptionValue(uint64_t{5} << 40));
   EXPECT_EQ(Require(list, "pressure").Get(), OptionValue(4.0));
   EXPECT_EQ(Require(list, "whistle").Get(), OptionValue(true));
-  EXPECT_EQ(Require(list, "load_bytes").Text(), "5");  // MiB
-  EXPECT_EQ(Require(list, "load_bytes").Label(), "load bytes");
+  EXPECT_EQ(Require(list, "parcels_on_board").Text(), "5497558138880");
+  EXPECT_EQ(Require(list, "parcels_on_board").Label(), "parcels on board");
   train.steam.pressure = 0.1;
   EXPECT_EQ(Require(list, "pressure").Text(), "0.1");
 }
@@ -114,13 +114,13 @@ TEST(Option, SetsTheMember) {
   Require(list, "engine").Set(std::string("diesel"));
   Require(list, "color").Set(std::string("black"));
   Require(list, "wagons").Set(int64_t{-2});
-  Require(list, "load_bytes").Set(uint64_t{7});
+  Require(list, "parcels_on_board").Set(uint64_t{7});
   Require(list, "pressure").Set(int64_t{16});  // a whole number is a number
   Require(list, "whistle").Set(false);
   EXPECT_EQ(train.engine, Engine::kDiesel);
   EXPECT_EQ(train.color, "black");
   EXPECT_EQ(train.wagons, -2);
-  EXPECT_EQ(train.load_bytes, 7u);
+  EXPECT_EQ(train.parcels, 7u);
   EXPECT_EQ(train.steam.pressure, 16);
   EXPECT_FALSE(train.steam.whistle);
 }
@@ -143,7 +143,7 @@ TEST(Option, RefusesWhatDoesNotFitAndChangesNothing) {
   refuses("wagons", int64_t{41}, "wagons must be in [-2, 40], not 41");
   refuses("wagons", 2.5, "another kind");
   refuses("wagons", uint64_t{1} << 40, "another kind");
-  refuses("load_bytes", int64_t{-1}, "another kind");
+  refuses("parcels_on_board", int64_t{-1}, "another kind");
   refuses("engine", std::string("sail"), "engine must be steam or diesel, not 'sail'");
   refuses("engine", int64_t{1}, "engine must be steam or diesel");
   refuses("whistle", int64_t{1}, "whistle is either true or false");
@@ -182,8 +182,8 @@ TEST(Option, KeyTellsSettingsThatApplyApart) {
   train.steam.pressure = std::nextafter(4.0, 5.0);
   EXPECT_NE(OptionKey(Described(train)), key) << "to the last bit";
   train = {};
-  train.load_bytes += 1;
-  EXPECT_NE(OptionKey(Described(train)), key) << "not by what people see";
+  train.parcels += 1;
+  EXPECT_NE(OptionKey(Described(train)), key);
   train = {};
   train.engine = Engine::kDiesel;
   const std::string diesel = OptionKey(Described(train));

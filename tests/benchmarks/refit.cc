@@ -46,7 +46,7 @@ struct Flags {
   double ridge_dc = MmOptions().ridge_dc, ridge_rest = MmOptions().ridge_rest;
   double tolerance = MmOptions().tolerance;
   double active_threshold = RefitOptions().active_threshold;
-  size_t region_mb = RefitOptions().region_cache_bytes >> 20;
+  double region_mb = RefitOptions().region_cache_mb;
   size_t cache_mb = RendererOptions().cache_bytes >> 20;
   double min_weight = MmOptions().min_weight;
   double outside_weight = MmOptions().outside_weight;
@@ -223,7 +223,7 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   options.mm.ridge_rest = flags.ridge_rest;
   options.mm.tolerance = flags.tolerance;
   options.active_threshold = flags.active_threshold;
-  options.region_cache_bytes = flags.region_mb << 20;
+  options.region_cache_mb = flags.region_mb;
   options.mm.min_weight = flags.min_weight;
   options.mm.outside_weight = flags.outside_weight;
   options.adam.closed_form_start = !flags.cold_start;

@@ -51,14 +51,14 @@ def test_recolor_writes_the_same_splat_and_figures(scene, folder):
 def test_every_option_reaches_the_work(scene, folder):
     run_retint("recolor", *scene.arguments(), *scene.paint(), "--tint", TINT,
                "--depth", "gaussian", "--sample", 0.5, "--no-registration",
-               "--complete", "off", "--iterations", 3, "--outside-weight", 2,
+               "--complete", "off", "--iterations", 3, "--outside-weight", 2, "--region-mb", 0.25,
                "--output", folder / "cli.ply")
     session = retint.Session(scene.folder, scene.splat)
     selection = session.select([session.paint(scene.view, scene.mask)], method="gaussian",
                                sample_fraction=0.5, register_cloud=False)
     masks = session.complete(selection, "off")
     session.add_region("selection", masks, edit())
-    figures = session.refit(iterations=3, mm={"outside_weight": 2})
+    figures = session.refit(iterations=3, mm={"outside_weight": 2}, region_cache_mb=0.25)
     assert 0 < figures["iterations"] <= 3
     session.write_splat(folder / "python.ply")
     assert (folder / "python.ply").read_bytes() == (folder / "cli.ply").read_bytes()

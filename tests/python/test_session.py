@@ -147,6 +147,8 @@ def test_options_describe_themselves():
     solver = next(o for o in retint.options("refit") if o["name"] == "solver")
     assert solver["default"] == "mm" and "adam" in solver["range"]
     assert "outside_weight=" in retint.Session.refit.__doc__
+    cache = next(o for o in retint.options("refit") if o["name"] == "region_cache_mb")
+    assert cache["unit"] == "MiB" and cache["default"] == 1000
     paper = next(o for o in retint.options("refit", "paper") if o["name"] == "solver")
     assert paper["default"] == "adam"
 

@@ -135,7 +135,7 @@ TEST(AdamTest, StreamsViewsThatDoNotFit) {
   options.adam.learning_rate = 1e-2;
   RefitSummary summary;
   const auto kept = FitSh(scene, options, &summary);
-  options.region_cache_bytes = 0;
+  options.region_cache_mb = 0;
   const auto streamed = FitSh(scene, options, &summary);
   // The sign of L1's gradient flips where a residual is near 0: a few steps of 1e-2 apart at most.
   double difference = 0;

@@ -153,7 +153,7 @@ TEST(MmTest, AgreesWithAndWithoutKeptRegions) {
   RefitOptions options = Exhaustive(MmAcceleration::kLbfgs, 8);
   FloatArray kept, streamed;
   Refit(scene, edit, options, &kept);
-  options.region_cache_bytes = 0;
+  options.region_cache_mb = 0;
   Refit(scene, edit, options, &streamed);
   // Kept weights are rounded to 8 bits and cut off at 1e-3, so that single coefficients of
   // Gaussians that hardly show may differ; the mean over the active ones may not.

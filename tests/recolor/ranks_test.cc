@@ -126,14 +126,14 @@ INSTANTIATE_TEST_SUITE_P(
                     // Its start is fitted to the views.
                     FitCase{"Gamma", nullptr, "gamma"},
                     // Some views are kept, others prepared at each visit.
-                    FitCase{"SmallCache", [](RefitOptions& o) { o.region_cache_bytes = 400'000; }},
+                    FitCase{"SmallCache", [](RefitOptions& o) { o.SetRegionCacheBytes(400'000); }},
                     FitCase{"Adam", [](RefitOptions& o) { o.solver = Solver::kAdam; }}),
     [](const auto& one) { return one.param.name; });
 
 // A cache that some of the views fit into, or the case above shows nothing.
 TEST(RanksCache, KeepsSomeViews) {
   const TinyScene scene(17, 700);
-  const Fitted fitted = Fit(scene, {"", [](RefitOptions& o) { o.region_cache_bytes = 400'000; }});
+  const Fitted fitted = Fit(scene, {"", [](RefitOptions& o) { o.SetRegionCacheBytes(400'000); }});
   EXPECT_GT(fitted.summary.views_kept, 0);
   EXPECT_LT(fitted.summary.views_kept, fitted.summary.views);
 }

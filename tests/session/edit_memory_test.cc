@@ -168,7 +168,7 @@ TEST(EditMemory, WhatAFitKeepsTakesMoreThanItAsksFor) {
   Monitor monitor;
   const RegionId ball = session->AddRegion("ball", masks, {}, ColorEdit::Tint({1, 1, 1}), monitor);
   EditSize size = SizeOfWhole(*session);
-  size.refit.region_cache_bytes = SIZE_MAX;
+  size.refit.region_cache_mb = 0x1p22;
   const auto kept_within = [&](size_t bytes) {
     return RegionCacheThatFits({.host_bytes = bytes}, *session, ball, size);
   };

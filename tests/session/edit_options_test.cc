@@ -10,7 +10,9 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "recolor/finer_gaussians.h"
 #include "session/saving/option_json.h"
+#include "synthetic/synthetic_scene.h"
 
 namespace retint {
 namespace {
@@ -47,7 +49,7 @@ EditOptions Moved() {
     } else if (auto* const* whole = std::get_if<int*>(&option.member)) {
       **whole += 2 * option.range.multiple_of;  // odd ones stay odd
     } else {
-      *std::get<uint64_t*>(option.member) += option.scale == 1 ? (uint64_t{1} << 62) / 3 : 12345;
+      *std::get<uint64_t*>(option.member) += (uint64_t{1} << 62) / 3;
     }
   }
   return options;
@@ -63,6 +65,42 @@ TEST(EditOptions, DefaultsAreInRangeAndDescribedForPeople) {
       EXPECT_EQ(option.flag.rfind("--", 0), 0u) << option.name;
     }
   }
+}
+
+// A number has one unit wherever it is read, written or explained, so its name, its default and its
+// range must make sense in it.
+TEST(EditOptions, UnitsFitNamesDefaultsAndRanges) {
+  struct Plausible {
+    double default_most, range_most;
+  };
+  const std::map<std::string, Plausible> units = {
+      {"MiB", {1 << 16, 1 << 22}}, {"pixels", {10'000, 1e6}}, {"pixel footprints", {10, 100}},
+      {"percent", {100, 100}},     {"degrees", {360, 360}},   {"m", {10, 1000}}};
+  const std::map<std::string, std::string> unit_of_ending = {{"bytes", "bytes"},
+                                                             {"mb", "MiB"},
+                                                             {"pixels", "pixels"},
+                                                             {"percent", "percent"},
+                                                             {"degrees", "degrees"}};
+  OptionList list = Described(EditOptions());
+  for (const OptionList& more : {Described(RefineOptions()), Described(SyntheticOptions())}) {
+    list.insert(list.end(), more.begin(), more.end());
+  }
+  size_t with_unit = 0;
+  for (const Option& option : list) {
+    const auto ending = unit_of_ending.find(option.name.substr(option.name.rfind('_') + 1));
+    if (ending != unit_of_ending.end() && option.name != ending->first) {
+      EXPECT_EQ(option.unit, ending->second) << option.name;
+    }
+    if (option.unit.empty()) continue;
+    ++with_unit;
+    ASSERT_EQ(units.count(option.unit), 1u) << option.name << " is in " << option.unit;
+    const auto [default_most, range_most] = units.at(option.unit);
+    EXPECT_LE(std::abs(std::stod(option.Text())), default_most) << option.name;
+    if (std::isfinite(option.range.max)) {
+      EXPECT_LE(option.range.max, range_most) << option.name;
+    }
+  }
+  EXPECT_GT(with_unit, 5u);
 }
 
 TEST(EditOptions, NamesAreUniqueInFilesAndOnTheCommandLine) {
@@ -113,7 +151,7 @@ TEST(EditOptions, BadValuesAreToldByTheirPlaceInTheFile) {
   refuses(R"({"mm": {"outside_weight": "much"}})", "mm.outside_weight: is not a number");
   refuses(R"({"mm": {"iterations": 1.5}})", "mm.iterations: is not a whole number");
   refuses(R"({"solver": "magic"})", "solver: solver must be mm or adam, not 'magic'");
-  refuses(R"({"region_cache_bytes": -1})", "region_cache_bytes: is not a whole number");
+  refuses(R"({"seed": -1})", "seed: is not a whole number");
   refuses(R"({"stereo-hv": {"refine": 1}})", "stereo-hv.refine: is neither true nor false");
   refuses(R"([1])", "is not an object");
   EXPECT_EQ(Write(options), Write(EditOptions()));

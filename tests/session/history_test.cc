@@ -161,7 +161,7 @@ TEST(RegionSet, FitKeyTellsEverythingAFitDependsOn) {
   other.target = TargetKind::kPhoto;
   EXPECT_NE(state.FitKey(0, other), first_key);
   other = job;
-  other.options.region_cache_bytes = 0;  // what is not kept has unrounded weights
+  other.options.region_cache_mb = 0;  // what is not kept has unrounded weights
   EXPECT_NE(state.FitKey(0, other), first_key);
   other = job;
   other.options.adam.learning_rate = 1;

@@ -120,7 +120,7 @@ TEST_F(SessionFile, ReadsTheOptionsOfVersionOne) {
   EXPECT_EQ(options.adam.lambda_dssim, 0.5);
   EXPECT_EQ(options.adam.seed, 9u);
   EXPECT_EQ(options.active_threshold, 0.5);
-  EXPECT_EQ(options.region_cache_bytes, 77u);
+  EXPECT_EQ(options.RegionCacheBytes(), 77u);
   job = with_iterations(0);
   EXPECT_EQ(job.options.mm.iterations, MmOptions().iterations);
   EXPECT_EQ(job.options.adam.iterations, 3000);

@@ -52,6 +52,8 @@ bool HasOldDefault(const Node& node) {
          node.At("iterations").Int(0, std::numeric_limits<int>::max()) == 0;
 }
 
+constexpr const char* kOldCache = "region_cache_bytes";  // before region_cache_mb
+
 }  // namespace
 
 Json JobJson(const RefitJob& job) { return OptionsJson(AllSettings(Described(job))); }
@@ -65,6 +67,7 @@ RefitJob ReadJob(const Node& node) {
     job.options.mm.iterations = MmOptions().iterations;
     job.options.adam.iterations = AdamOptions().iterations;
   }
+  if (node.Has(kOldCache)) job.options.SetRegionCacheBytes(node.At(kOldCache).Unsigned());
   try {
     job.Check();
   } catch (const OptionError& error) {

@@ -65,12 +65,11 @@ QDoubleSpinBox* MakeNumberBox(const OptionRange& range) {
   return box;
 }
 
-QSpinBox* MakeWholeBox(const OptionRange& range, uint64_t scale) {
+QSpinBox* MakeWholeBox(const OptionRange& range) {
   auto* box = new QSpinBox;
   constexpr double kInt = std::numeric_limits<int>::max();
-  const double parts = static_cast<double>(scale);
-  box->setRange(static_cast<int>(std::max(range.min / parts, -kInt)),
-                static_cast<int>(std::min(range.max / parts, kInt)));
+  box->setRange(static_cast<int>(std::max(range.min, -kInt)),
+                static_cast<int>(std::min(range.max, kInt)));
   box->setSingleStep(range.multiple_of);
   box->setKeyboardTracking(false);
   return box;
@@ -115,10 +114,9 @@ void OptionForm::AddRow(const Option& option, size_t index) {
             [=, this](double value) { Q_EMIT edited(index, value); });
     control = box;
   } else {
-    auto* box = MakeWholeBox(option.range, option.scale);
-    const auto scale = static_cast<int64_t>(option.scale);
+    auto* box = MakeWholeBox(option.range);
     connect(box, &QSpinBox::valueChanged, this,
-            [=, this](int value) { Q_EMIT edited(index, int64_t{value} * scale); });
+            [=, this](int value) { Q_EMIT edited(index, int64_t{value}); });
     control = box;
   }
   control->setObjectName(ObjectName(option));
@@ -145,9 +143,8 @@ void OptionForm::ShowValue(QWidget* control, const Option& option) {
   } else if (auto* number = qobject_cast<QDoubleSpinBox*>(control)) {
     number->setValue(std::get<double>(value));
   } else if (auto* whole = qobject_cast<QSpinBox*>(control)) {
-    const auto* bytes = std::get_if<uint64_t>(&value);
-    whole->setValue(static_cast<int>(bytes ? static_cast<int64_t>(*bytes / option.scale)
-                                           : std::get<int64_t>(value)));
+    const auto* large = std::get_if<uint64_t>(&value);
+    whole->setValue(large ? static_cast<int>(*large) : static_cast<int>(std::get<int64_t>(value)));
   }
 }
 
