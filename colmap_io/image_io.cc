@@ -18,8 +18,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void CheckSize(int width, int height, const fs::path& path, const SizeCheck& check) {
+  if (check) check(width, height);
+  if (int64_t{width} * height > kMostPixels) {
+    throw InputError(path, "is " + SizeText(width, height) + ", more than " +
+                               std::to_string(kMostPixels >> 20) + " megapixels");
+  }
+}
+
 // BGR(A) or gray, 8 or 16 bits, as `flags` ask for.
-cv::Mat Decode(const fs::path& path, int flags) {
+cv::Mat Decode(const fs::path& path, int flags, const SizeCheck& check = {}) {
   static const bool silenced = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     return true;
@@ -30,6 +38,9 @@ cv::Mat Decode(const fs::path& path, int flags) {
   KeepTiffAsStored(&bytes);
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) {
     throw InputError(path, "is larger than 2 GiB");
+  }
+  if (const auto size = ImageSizeIn(bytes)) {
+    CheckSize(size->first, size->second, path, check);
   }
   cv::Mat pixels;
   if (IsJpeg(bytes)) {
@@ -47,6 +58,7 @@ cv::Mat Decode(const fs::path& path, int flags) {
   if (pixels.depth() != CV_8U && pixels.depth() != CV_16U) {
     throw InputError(path, "has neither 8 nor 16 bits a channel");
   }
+  CheckSize(pixels.cols, pixels.rows, path, check);
   return pixels;
 }
 
@@ -120,8 +132,8 @@ uint8_t To8(float value) {
 
 constexpr int kColorFlags = cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
 
-Image ReadImage(const fs::path& path) {
-  const cv::Mat pixels = Decode(path, kColorFlags);
+Image ReadImage(const fs::path& path, const SizeCheck& check) {
+  const cv::Mat pixels = Decode(path, kColorFlags, check);
   Image image(pixels.cols, pixels.rows);
   if (pixels.depth() == CV_8U) {
     CopyRgb<uint8_t, float>(
@@ -155,18 +167,17 @@ bool IsOpaque(const fs::path& path) {
   return least >= (alpha.depth() == CV_8U ? 255 : 65535);
 }
 
-Mask ReadMask(const fs::path& path) {
-  const cv::Mat pixels = Decode(path, cv::IMREAD_UNCHANGED);
+Mask ReadMask(const fs::path& path, const SizeCheck& check) {
+  const cv::Mat pixels = Decode(path, cv::IMREAD_UNCHANGED, check);
   return pixels.depth() == CV_8U ? MaskFrom<uint8_t>(pixels) : MaskFrom<uint16_t>(pixels);
 }
 
 Mask ReadMask(const fs::path& path, int width, int height) {
-  Mask mask = ReadMask(path);
-  if (mask.width != width || mask.height != height) {
-    throw InputError(path, "mask is " + SizeText(mask.width, mask.height) + ", its view is " +
+  return ReadMask(path, [&](int mask_width, int mask_height) {
+    if (mask_width == width && mask_height == height) return;
+    throw InputError(path, "mask is " + SizeText(mask_width, mask_height) + ", its view is " +
                                SizeText(width, height));
-  }
-  return mask;
+  });
 }
 
 Mask ReadBrushMask(const fs::path& path, int width, int height) {

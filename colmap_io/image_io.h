@@ -4,7 +4,9 @@
 // damaged file; writers put a whole file in place or none (RunError).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,8 +17,15 @@
 
 namespace retint {
 
+// More pixels than any camera has: a picture with more is an InputError before it is decoded.
+inline constexpr int64_t kMostPixels = int64_t{1} << 28;
+
+// Throws if a picture of that size is of no use. It is called before the pixels are decoded, if the
+// header of the format is known (ImageSizeIn()), and after.
+using SizeCheck = std::function<void(int width, int height)>;
+
 // RGB in [0, 1] from 8 or 16 bits a channel; gray becomes RGB, alpha is dropped.
-Image ReadImage(const std::filesystem::path& path);
+Image ReadImage(const std::filesystem::path& path, const SizeCheck& check = {});
 Image8 ReadImage8(const std::filesystem::path& path);
 // A picture as it comes out of a JPEG file with the quantization and the subsampling of the one
 // whose bytes are `file`: what that would hold, had it been written from this picture. None where
@@ -28,7 +37,7 @@ bool IsOpaque(const std::filesystem::path& path);
 // A mask from any picture, 0 outside and 255 inside: where the picture has an alpha channel that is
 // not opaque everywhere, its alpha; else the largest of its color channels, so that paint of any
 // color on black counts. 16 bits become 8.
-Mask ReadMask(const std::filesystem::path& path);
+Mask ReadMask(const std::filesystem::path& path, const SizeCheck& check = {});
 // Also checks the size: InputError naming both.
 Mask ReadMask(const std::filesystem::path& path, int width, int height);
 // The user's own mask of a view. Its brightest paint counts as opaque, so that a dark brush on

@@ -52,23 +52,32 @@ void VisitSegments(std::string_view bytes, const Visit& visit) {
 
 bool IsJpeg(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
 
+bool IsBigTiff(std::string_view bytes) {
+  return bytes.starts_with(std::string_view("II+\0", 4)) ||
+         bytes.starts_with(std::string_view("MM\0+", 4));
+}
+
 bool IsTiff(std::string_view bytes) {
   return bytes.starts_with(std::string_view("II*\0", 4)) ||
          bytes.starts_with(std::string_view("MM\0*", 4));
 }
 
-// Where tag 0x0112 of the first picture of a TIFF file has its value (TIFF 6.0, section 2); nullopt
-// where there is none.
-std::optional<size_t> OrientationAt(std::string_view tiff) {
+// Where a tag of the first picture of a TIFF file (TIFF 6.0, section 2) or a BigTIFF file has its
+// value, which is in the tag itself; nullopt where there is none.
+std::optional<size_t> TiffValueAt(std::string_view tiff, uint32_t tag) {
   const Bytes data{tiff, tiff.starts_with("MM")};
-  const size_t folder = data.At(4, 4);
-  const size_t entries = data.At(folder, 2);
+  const bool wide = IsBigTiff(tiff);
+  const size_t count_bytes = wide ? 8 : 2, entry_bytes = wide ? 20 : 12, value = wide ? 12 : 8;
+  const size_t folder = wide ? data.At(8, 8) : data.At(4, 4);
+  const size_t entries = std::min<size_t>(data.At(folder, count_bytes), 65535);
   for (size_t k = 0; k < entries; ++k) {
-    const size_t entry = folder + 2 + 12 * k;
-    if (data.At(entry, 2) == 0x0112 && entry + 10 <= tiff.size()) return entry + 8;
+    const size_t entry = folder + count_bytes + entry_bytes * k;
+    if (data.At(entry, 2) == tag && entry + value + 2 <= tiff.size()) return entry + value;
   }
   return std::nullopt;
 }
+
+std::optional<size_t> OrientationAt(std::string_view tiff) { return TiffValueAt(tiff, 0x0112); }
 
 // 1 to 8; 1 where it is not told.
 int OrientationIn(std::string_view tiff) {
@@ -101,6 +110,36 @@ std::string_view WebpChunk(std::string_view bytes, std::string_view name) {
     at += 8 + length + length % 2;
   }
   return {};
+}
+
+std::optional<std::pair<int, int>> TiffSize(std::string_view bytes) {
+  constexpr uint32_t kWidth = 0x0100, kHeight = 0x0101, kShort = 3;
+  const auto width = TiffValueAt(bytes, kWidth), height = TiffValueAt(bytes, kHeight);
+  if (!width || !height) return std::nullopt;
+  const Bytes data{bytes, bytes.starts_with("MM")};
+  const size_t type = IsBigTiff(bytes) ? 10 : 6;  // before the value
+  const auto value = [&](size_t at) {
+    return int(data.At(at, data.At(at - type, 2) == kShort ? 2 : 4));
+  };
+  return std::pair(value(*width), value(*height));
+}
+
+// RFC 9649, 2.7, 3.4 and RFC 6386, 9.1.
+std::optional<std::pair<int, int>> WebpSize(std::string_view bytes) {
+  const auto plus_one = [](uint32_t value) { return int(value) + 1; };
+  if (const auto chunk = WebpChunk(bytes, "VP8X"); chunk.size() >= 10) {
+    const Bytes data{chunk, /*big=*/false};
+    return std::pair(plus_one(data.At(4, 3)), plus_one(data.At(7, 3)));
+  }
+  if (const auto chunk = WebpChunk(bytes, "VP8L"); chunk.size() >= 5) {
+    const uint32_t bits = Bytes{chunk, /*big=*/false}.At(1, 4);
+    return std::pair(plus_one(bits & 0x3FFF), plus_one(bits >> 14 & 0x3FFF));
+  }
+  if (const auto chunk = WebpChunk(bytes, "VP8 "); chunk.size() >= 10) {
+    const Bytes data{chunk, /*big=*/false};
+    return std::pair(int(data.At(6, 2) & 0x3FFF), int(data.At(8, 2) & 0x3FFF));
+  }
+  return std::nullopt;
 }
 
 // The TIFF file that is a picture's EXIF (Exif 2.32, 4.6.4); empty where there is none.
@@ -162,15 +201,9 @@ Image Resized(const Image& image, int width, int height) {
 
 }  // namespace
 
-std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& path) {
-  std::string bytes;
-  try {
-    bytes = ReadFile(path);
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
+std::optional<std::pair<int, int>> ImageSizeIn(std::string_view bytes) {
   std::optional<std::pair<int, int>> size;
-  const Bytes file{bytes};
+  const Bytes file{bytes}, little{bytes, /*big=*/false};
   if (IsPng(bytes)) {
     size.emplace(int(file.At(16, 4)), int(file.At(20, 4)));
   } else if (IsJpeg(bytes)) {
@@ -181,8 +214,27 @@ std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& pa
       if (frame) size.emplace(int(header.At(3, 2)), int(header.At(1, 2)));
       return frame;
     });
+  } else if (IsTiff(bytes) || IsBigTiff(bytes)) {
+    size = TiffSize(bytes);
+  } else if (IsWebp(bytes)) {
+    size = WebpSize(bytes);
+  } else if (bytes.starts_with("BM") && bytes.size() >= 26) {  // Windows bitmap, OS/2's first
+    const bool first = little.At(14, 4) == 12;
+    // Negative: from the top.
+    const int64_t height = std::abs(int64_t{static_cast<int32_t>(little.At(22, 4))});
+    size = first ? std::pair(int(little.At(18, 2)), int(little.At(20, 2)))
+                 : std::pair(int(little.At(18, 4)), int(std::min<int64_t>(height, INT32_MAX)));
   }
+  if (size && (size->first <= 0 || size->second <= 0)) size.reset();
   return size;
+}
+
+std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& path) {
+  try {
+    return ImageSizeIn(ReadFile(path));
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 void KeepTiffAsStored(std::string* bytes) {
@@ -194,18 +246,16 @@ void KeepTiffAsStored(std::string* bytes) {
 }
 
 Image ReadPhotoOfSize(const std::filesystem::path& path, int width, int height) {
-  Image photo = ReadImage(path);
-  if (photo.width == width && photo.height == height) return photo;
-  if (!SameShape(photo.width, photo.height, width, height)) {
-    const int orientation = Orientation(ReadFile(path));
-    if (orientation >= 5 && SameShape(photo.height, photo.width, width, height)) {
-      photo = Turned(photo, orientation);
-    } else {
-      throw InputError(path, "photo is " + SizeText(photo.width, photo.height) +
-                                 ", its camera says " + SizeText(width, height) +
-                                 ": it is another picture, or was cropped");
-    }
-  }
+  int orientation = 1;
+  Image photo = ReadImage(path, [&](int photo_width, int photo_height) {
+    if (SameShape(photo_width, photo_height, width, height)) return;
+    orientation = Orientation(ReadFile(path));
+    if (orientation >= 5 && SameShape(photo_height, photo_width, width, height)) return;
+    throw InputError(path, "photo is " + SizeText(photo_width, photo_height) +
+                               ", its camera says " + SizeText(width, height) +
+                               ": it is another picture, or was cropped");
+  });
+  if (orientation >= 5) photo = Turned(photo, orientation);
   if (photo.width == width && photo.height == height) return photo;
   return Resized(photo, width, height);
 }

@@ -5,13 +5,16 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "scene/image.h"
 
 namespace retint {
 
-// Width and height as stored, of a PNG or JPEG file; nullopt for other and for damaged files.
+// Width and height as stored, by the header of a PNG, JPEG, TIFF, WebP or BMP file; nullopt for
+// other and for damaged files.
+std::optional<std::pair<int, int>> ImageSizeIn(std::string_view bytes);
 std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& path);
 
 // Has the bytes of a TIFF file say that its pixels are to be shown as they are stored, which its

@@ -16,6 +16,7 @@ namespace {
 constexpr size_t kBlockBytes = size_t{1} << 20;
 constexpr int kGzip = 16 + MAX_WBITS;  // zlib: a gzip header, the largest window
 constexpr int kZstdLevel = 9;
+constexpr size_t kMuch = size_t{64} << 20;  // more than is unpacked in a moment
 
 class Inflater {
  public:
@@ -66,6 +67,16 @@ class Inflater {
   int code_ = Z_OK;
 };
 
+// The length, modulo 2^32, with which a stream ends (RFC 1952, 2.3.1): that of the last stream of a
+// file, so no more than comes out in all.
+uint32_t LengthAtEnd(std::string_view packed) {
+  uint32_t length = 0;
+  for (size_t i = 1; i <= std::min<size_t>(4, packed.size()); ++i) {
+    length = length << 8 | static_cast<uint8_t>(packed[packed.size() - i]);
+  }
+  return length;
+}
+
 }  // namespace
 
 std::vector<char> GunzipHead(std::string_view packed, size_t wanted) {
@@ -90,6 +101,10 @@ void Gunzip(std::string_view packed, size_t header_bytes,
   if (!grow(header_bytes)) throw std::runtime_error("truncated: the header is not whole");
   // One byte more than may come, to notice it.
   const size_t most = limit(std::string_view(bytes.data(), bytes.size())) + 1;
+  // Of a file that is cut off it is any number: a small one is unpacked and told better.
+  if (most > kMuch && LengthAtEnd(packed) >= most) {
+    throw std::runtime_error("holds more data than its header announces, or breaks off");
+  }
   // Room for what usually comes, so that it need not be copied from place to place as it grows.
   bytes.reserve(std::min(most, kUsualRatio * packed.size()));
   while (bytes.size() < most && grow(std::min(kBlockBytes, most - bytes.size()))) {
@@ -140,6 +155,10 @@ std::vector<char> Unzstd(std::string_view packed, size_t bytes, const std::funct
   const std::unique_ptr<ZSTD_DStream, size_t (*)(ZSTD_DStream*)> stream(ZSTD_createDStream(),
                                                                         ZSTD_freeDStream);
   if (!stream) throw std::bad_alloc();
+  const unsigned long long announced = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (announced < ZSTD_CONTENTSIZE_ERROR && announced > bytes) {
+    throw std::runtime_error("holds more data than its header announces");
+  }
   // A window no larger than what comes out, or than 8 MiB, which every decoder takes.
   const int window_log = std::clamp(static_cast<int>(std::bit_width(bytes)), 23, 30);
   ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log);

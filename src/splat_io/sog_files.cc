@@ -18,6 +18,8 @@
 namespace retint {
 namespace {
 
+// Pictures are packed already, and text shrinks to a tenth.
+constexpr uint64_t kSmall = 65536, kMostRatio = 16;
 constexpr int kWebpEffort = 4;  // of 9: more takes several times as long for a few percent
 
 class ZipBundle : public SogFiles {
@@ -34,7 +36,9 @@ class ZipBundle : public SogFiles {
     if (zip_stat(zip_.get(), name.c_str(), 0, &info) != 0 || !(info.valid & ZIP_STAT_SIZE)) {
       throw InputError(path_, "the bundle lacks " + name);
     }
-    if (info.size > MostUnpacked(bytes_)) {
+    const bool knows_packed = (info.valid & ZIP_STAT_COMP_SIZE) != 0;
+    if (!knows_packed || info.comp_size > bytes_ ||
+        info.size > kSmall + kMostRatio * info.comp_size) {
       throw InputError(path_, name + " announces " + std::to_string(info.size) +
                                   " bytes, more than the bundle can hold");
     }

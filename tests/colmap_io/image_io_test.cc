@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "base/files.h"
+#include "colmap_io/photo.h"
 #include "tests/colmap_io/tiny_model.h"
 #include "tests/support/data.h"
 
@@ -386,6 +387,123 @@ TEST(ImageIoTest, WritingFailuresAreRunErrors) {
   EXPECT_THAT([&] { WritePng(folder / "a.png", Mask()); },
               ThrowsMessage<RunError>(HasSubstr("nothing to write")));
   EXPECT_FALSE(IsFile(folder / "a.png"));
+}
+
+// ---- The header decides before pixels are decoded. In these files the header announces pixels
+// that are not there, so that decoding them would say something else.
+
+void PutBig(std::string& bytes, size_t at, uint32_t value, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    bytes[at + i] = static_cast<char>(value >> (8 * (count - 1 - i)));
+  }
+}
+
+void PutLittle(std::string& bytes, size_t at, uint32_t value, size_t count) {
+  for (size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<char>(value >> (8 * i));
+}
+
+uint32_t Crc32(std::string_view bytes) {
+  uint32_t crc = ~0u;
+  for (const char byte : bytes) {
+    crc ^= static_cast<uint8_t>(byte);
+    for (int k = 0; k < 8; ++k) crc = crc & 1 ? 0xEDB88320u ^ (crc >> 1) : crc >> 1;
+  }
+  return ~crc;
+}
+
+// Where a tag's value is in a TIFF file of OpenCV's, little-endian.
+size_t TiffValue(const std::string& bytes, uint16_t tag) {
+  const auto number = [&](size_t at, size_t count) {
+    size_t value = 0;
+    for (size_t i = count; i-- > 0;) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
+    return value;
+  };
+  const size_t folder = number(4, 4);
+  for (size_t k = 0; k < number(folder, 2); ++k) {
+    if (number(folder + 2 + 12 * k, 2) == tag) return folder + 2 + 12 * k + 8;
+  }
+  ADD_FAILURE() << "no tag " << tag;
+  return 0;
+}
+
+struct Announced {
+  const char* extension;
+  std::vector<int> params;
+  void (*announce)(std::string& bytes, uint32_t side);
+};
+
+const Announced kAnnounced[] = {
+    {".png",
+     {},
+     [](std::string& bytes, uint32_t side) {
+       PutBig(bytes, 16, side, 4);
+       PutBig(bytes, 20, side, 4);
+       PutBig(bytes, 29, Crc32(std::string_view(bytes).substr(12, 17)), 4);
+     }},
+    {".jpg",
+     {},
+     [](std::string& bytes, uint32_t side) {
+       const size_t frame = bytes.find("\xFF\xC0");
+       ASSERT_NE(frame, std::string::npos);
+       PutBig(bytes, frame + 5, side, 2);
+       PutBig(bytes, frame + 7, side, 2);
+     }},
+    {".tiff",
+     {},
+     [](std::string& bytes, uint32_t side) {
+       for (const uint16_t tag : {0x0100, 0x0101}) PutLittle(bytes, TiffValue(bytes, tag), side, 2);
+     }},
+    {".bmp",
+     {},
+     [](std::string& bytes, uint32_t side) {
+       PutLittle(bytes, 18, side, 4);
+       PutLittle(bytes, 22, side, 4);
+     }},
+    {".webp",
+     {cv::IMWRITE_WEBP_QUALITY, 101},  // lossless
+     [](std::string& bytes, uint32_t side) {
+       const size_t at = bytes.find("VP8L");
+       ASSERT_NE(at, std::string::npos);
+       PutLittle(bytes, at + 9, (side - 1) | (side - 1) << 14, 4);
+     }},
+    {".webp",
+     {cv::IMWRITE_WEBP_QUALITY, 80},
+     [](std::string& bytes, uint32_t side) {
+       const size_t at = bytes.find("VP8 ");
+       ASSERT_NE(at, std::string::npos);
+       PutLittle(bytes, at + 14, side, 2);
+       PutLittle(bytes, at + 16, side, 2);
+     }},
+};
+
+TEST(ImageIoTest, TheHeaderDecidesBeforeTheDecoder) {
+  const TempFolder folder;
+  for (const Announced& format : kAnnounced) {
+    SCOPED_TRACE(format.extension);
+    std::string bytes = Encoded(format.extension, Noise(20, 12), format.params);
+    EXPECT_EQ(ImageSizeIn(bytes), std::pair(20, 12));
+    format.announce(bytes, 700);
+    EXPECT_EQ(ImageSizeIn(bytes), std::pair(700, 700));
+    const auto path = folder / (std::string("a") + format.extension);
+    Put(path, bytes);
+    EXPECT_THAT([&] { ReadMask(path, 20, 12); },
+                ThrowsMessage<InputError>(HasSubstr("mask is 700x700, its view is 20x12")));
+    EXPECT_THAT([&] { ReadPhotoOfSize(path, 20, 12); },
+                ThrowsMessage<InputError>(HasSubstr("photo is 700x700, its camera says 20x12")));
+  }
+}
+
+TEST(ImageIoTest, MorePixelsThanACameraHasAreNotDecoded) {
+  const TempFolder folder;
+  std::string bytes = Encoded(".bmp", Noise(20, 12));
+  kAnnounced[3].announce(bytes, 30000);
+  Put(folder / "a.bmp", bytes);
+  for (const auto& read : std::vector<std::function<void()>>{
+           [&] { ReadImage(folder / "a.bmp"); }, [&] { ReadImage8(folder / "a.bmp"); },
+           [&] { ReadMask(folder / "a.bmp"); }, [&] { IsOpaque(folder / "a.bmp"); }}) {
+    EXPECT_THAT(read,
+                ThrowsMessage<InputError>(HasSubstr("is 30000x30000, more than 256 megapixels")));
+  }
 }
 
 }  // namespace

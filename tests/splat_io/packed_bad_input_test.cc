@@ -17,6 +17,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 std::string Written(const TempFolder& folder, const std::string& extension,
                     const GaussianModel& model) {
@@ -219,6 +220,31 @@ TEST(SpzDamageTest, BombsAreRefused) {
   EXPECT_THAT(
       Refusal(folder / "b.spz", Zipped(Replaced(good, 8, many) + std::string(64 << 20, '\0'))),
       HasSubstr("more than"));
+}
+
+// What a packed stream says of its length is compared before anything is unpacked.
+TEST(SpzDamageTest, LengthsAreComparedBeforeTheUnpacking) {
+  size_t steps = 0;
+  const std::string zeros(size_t{100} << 20, '\0');
+  const std::string zipped = Zipped(zeros);
+  UnsetVector<char> bytes;
+  const auto gunzip = [&](size_t most) {
+    Gunzip(
+        zipped, 16, [&](std::string_view) { return most; }, [&](size_t) { ++steps; }, bytes);
+  };
+  EXPECT_THAT([&] { gunzip(size_t{70} << 20); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("holds more data than its header")));
+  EXPECT_EQ(steps, 0u);
+  gunzip(zeros.size());
+  EXPECT_EQ(bytes.size(), zeros.size());
+  const std::vector<char> frame = Zstd(zeros);
+  steps = 0;
+  EXPECT_THAT(
+      [&] {
+        Unzstd({frame.data(), frame.size()}, size_t{70} << 20, [&] { ++steps; });
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("holds more data than its header")));
+  EXPECT_EQ(steps, 0u);
 }
 
 // Large enough that Gaussians are decoded while the rest is unpacked, which is not done with what

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <webp/encode.h>
@@ -218,6 +219,13 @@ TEST_F(SogTest, BombsAreRefused) {
   sog.files["means_l.webp"] = std::string(64 << 20, '\0');
   sog.WriteBundle(folder_ / "bad.sog", ZIP_CM_DEFLATE);
   EXPECT_THAT(Refusal(folder_ / "bad.sog"), HasSubstr("more than the bundle can hold"));
+  // The other files do not make room for it.
+  std::string& ballast = sog.files["ballast.bin"];
+  std::minstd_rand random(1);
+  for (size_t i = 0; i < (1 << 20); ++i) ballast += static_cast<char>(random());
+  sog.WriteBundle(folder_ / "bad.sog", ZIP_CM_DEFLATE);
+  EXPECT_THAT(Refusal(folder_ / "bad.sog"),
+              HasSubstr("means_l.webp announces 67108864 bytes, more than the bundle can hold"));
 }
 
 TEST_F(SogTest, EveryTruncationAndDamageIsRefusedOrHarmless) {

@@ -51,13 +51,16 @@ Image Edited(const Image& before, const ColorEdit& edit) {
   return edited;
 }
 
+SizeCheck SizeOf(const Mask& truth, const std::filesystem::path& path) {
+  return [&](int width, int height) {
+    if (width == truth.width && height == truth.height) return;
+    throw InputError(path, "is not of the size of its true mask");
+  };
+}
+
 Image ReadPicture(const std::filesystem::path& folder, const std::string& view, const Mask& truth) {
   const std::filesystem::path path = ViewFile(folder, view);
-  Image image = ReadImage(path);
-  if (image.width != truth.width || image.height != truth.height) {
-    throw InputError(path, "is not of the size of its true mask");
-  }
-  return image;
+  return ReadImage(path, SizeOf(truth, path));
 }
 
 ViewScore ScoreOne(const ScoreRequest& request, const ScoredFile& file) {
@@ -72,13 +75,9 @@ ViewScore ScoreOne(const ScoreRequest& request, const ScoredFile& file) {
     score.edit = ScoreEdit(before, Edited(before, request.edit), after, truth, request.border);
   }
   if (request.masks.empty()) return score;
-  Mask mask = ReadMask(file.mask);
-  if (request.layout != TruthLayout::kViews) {
-    mask = ResizedTo(mask, truth.width, truth.height);
-  } else if (mask.width != truth.width || mask.height != truth.height) {
-    throw InputError(file.mask, "is not of the size of its true mask");
-  }
-  score.mask = ScoreMask(mask, truth);
+  const bool is_view = request.layout == TruthLayout::kViews;
+  const Mask mask = ReadMask(file.mask, is_view ? SizeOf(truth, file.mask) : SizeCheck());
+  score.mask = ScoreMask(ResizedTo(mask, truth.width, truth.height), truth);
   return score;
 }
 
