@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <utility>
@@ -26,6 +27,26 @@ std::string RefitSummary::BriefReport() const {
   }
   return reason.empty() ? report : report + " (" + reason + ")";
 }
+
+namespace {
+
+// Of colors a million times white: beside them, floats hold no others.
+constexpr double kMostLoss = 1e12;
+
+[[noreturn]] void RefuseLoss(double loss, const GaussianModel& model) {
+  const auto largest = std::ranges::max_element(
+      model.sh, [](float a, float b) { return std::abs(a) < std::abs(b); });
+  const auto block = static_cast<std::ptrdiff_t>(model.NumShCoeffs()) * 3;
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "the loss of the fit is %.3g: Gaussian %lld has the SH coefficient %.3g. Remove "
+                "such Gaussians from the splat",
+                loss, static_cast<long long>((largest - model.sh.begin()) / block),
+                double{*largest});
+  throw InputError(text);
+}
+
+}  // namespace
 
 struct ShRefitter::Impl {
   Impl(Renderer& renderer, const GaussianModel& model_in, std::vector<RefitTarget> targets,
@@ -67,9 +88,11 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
 ShRefitter::~ShRefitter() = default;
 
 bool ShRefitter::Step(Monitor& monitor) {
-  if (impl_->solver->Step(monitor)) return true;
-  monitor.Step("refit", 1, 1);
-  return false;
+  const bool more = impl_->solver->Step(monitor);
+  const std::vector<double>& losses = impl_->solver->losses();
+  if (!losses.empty() && !(losses.back() <= kMostLoss)) RefuseLoss(losses.back(), impl_->model);
+  if (!more) monitor.Step("refit", 1, 1);
+  return more;
 }
 
 RefitSummary ShRefitter::Run(Monitor& monitor) {

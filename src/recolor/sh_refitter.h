@@ -66,7 +66,9 @@ class ShRefitter {
              Monitor& monitor, const GaussianPaint* paint = nullptr);
   ~ShRefitter();
 
-  bool Step(Monitor& monitor);  // one sweep or step; false when converged or out of iterations
+  // One sweep or step; false when converged or out of iterations. InputError, which names the
+  // Gaussian of the largest coefficient, if the loss is not finite or beyond 1e12.
+  bool Step(Monitor& monitor);
   RefitSummary Run(Monitor& monitor);
   RefitSummary Summary() const;
   RefitSummary Summary(std::span<const float> active_sh) const;  // ActiveSh(), already at hand

@@ -2,6 +2,7 @@
 #include "session/edit_session.h"
 
 #include "base/error.h"
+#include "session/opening/scene_check.h"
 #include "session/selecting/selection_files.h"
 
 namespace retint {
@@ -20,6 +21,11 @@ EditSession::EditSession(std::unique_ptr<OpenScene> scene)
       refits_(*scene_, store_) {
   const std::vector<std::string>& notes = scene_->original().source.notes;
   warnings_.insert(warnings_.end(), notes.begin(), notes.end());
+  const auto& part = scene_->part();
+  const std::string colors =
+      WarningOfColors(scene_->original(), part ? std::span<const uint32_t>(part->records)
+                                               : std::span<const uint32_t>());
+  if (!colors.empty()) warnings_.push_back(colors);
 }
 
 EditSession::EditSession(Workspace workspace, GaussianModel model, const SessionOptions& options)

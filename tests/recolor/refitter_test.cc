@@ -14,6 +14,7 @@
 namespace retint {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -227,6 +228,20 @@ TEST_P(RefitterTest, RefusesTargetsThatDoNotFit) {
   EXPECT_THAT(make, ThrowsMessage<InputError>(HasSubstr("edited picture is 63x48")));
   targets.clear();
   EXPECT_THAT(make, ThrowsMessage<OptionError>(HasSubstr("no view")));
+}
+
+// Of a Gaussian outside the selection, which shares pixels with it.
+TEST_P(RefitterTest, RefusesALossThatFloatsCannotHold) {
+  const auto outside = std::ranges::find(scene_.shares, 0.0f) - scene_.shares.begin();
+  const auto block = size_t(scene_.model.NumShCoeffs()) * 3;
+  scene_.model.sh[size_t(outside) * block] = 1e30f;
+  Renderer renderer = scene_.MakeRenderer();
+  ShRefitter refitter(renderer, scene_.model, scene_.Targets(), edit_, scene_.shares, options_,
+                      monitor_);
+  EXPECT_THAT(
+      [&] { refitter.Run(monitor_); },
+      ThrowsMessage<InputError>(AllOf(HasSubstr(": Gaussian " + std::to_string(outside) + " has"),
+                                      HasSubstr("SH coefficient 1e+30"))));
 }
 
 TEST_P(RefitterTest, RefusesSharesAndEditsThatMakeNoSense) {

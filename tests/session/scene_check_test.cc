@@ -54,6 +54,27 @@ TEST_F(SceneCheckTest, ASceneThatFitsIsNotWarnedOf) {
             options_.min_coverage);  // the cloud fills little of its pictures
 }
 
+TEST(ColorsTest, OfAnyCoefficientFarOutsideADisplayAreTold) {
+  TinyScene scene(41);
+  EXPECT_EQ(WarningOfColors(scene.model), "");
+  const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
+  scene.model.sh[7 * block] = 170;  // 48 times white
+  EXPECT_EQ(WarningOfColors(scene.model), "");
+  scene.model.sh[9 * block + 5] = -1e30F;
+  scene.model.sh[11 * block] = 200;
+  EXPECT_THAT(
+      WarningOfColors(scene.model),
+      HasSubstr("colors of 2 Gaussians are far outside what a display shows (Gaussian 9 has "
+                "the SH coefficient -1e+30)"));
+  std::vector<uint32_t> records(scene.model.NumGaussians());
+  records[9] = 900;
+  EXPECT_THAT(WarningOfColors(scene.model, records), HasSubstr("(Gaussian 900 has"));
+  SessionOptions options;
+  options.backend = "cpu";
+  const EditSession session(MakeWorkspace(scene), scene.model, options);
+  EXPECT_THAT(session.warnings(), ElementsAre(WarningOfColors(scene.model)));
+}
+
 TEST_F(SceneCheckTest, SmallComparisonsSayTheSame) {
   const double whole = Check(scene_.model).median_coverage;
   options_.longest_side = scene_.cameras[0].camera.width / 2;

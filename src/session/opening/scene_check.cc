@@ -250,6 +250,31 @@ std::string Mismatch(const SceneCheck& check, const SceneCheckOptions& options) 
 
 }  // namespace
 
+std::string WarningOfColors(const GaussianModel& model, std::span<const uint32_t> records) {
+  constexpr float kMostColor = 50;
+  constexpr float kMost = kMostColor / 0.28209479F;  // of a coefficient, by the basis of degree 0
+  const auto is_extreme = [](float value) { return std::abs(value) > kMost; };
+  const size_t block = static_cast<size_t>(model.NumShCoeffs()) * 3;
+  size_t count = 0, first = 0;
+  float value = 0;
+  for (size_t g = 0; g < model.NumGaussians(); ++g) {
+    const auto row = std::span(model.sh).subspan(g * block, block);
+    const auto found = std::ranges::find_if(row, is_extreme);
+    if (found == row.end()) continue;
+    if (count++ > 0) continue;
+    first = records.empty() ? g : records[g];
+    value = *found;
+  }
+  if (count == 0) return {};
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "colors of %zu Gaussian%s are far outside what a display shows (Gaussian %zu has "
+                "the SH coefficient %.3g), and an edit near them may go wrong: remove them from "
+                "the splat",
+                count, count == 1 ? "" : "s", first, double{value});
+  return text;
+}
+
 std::string MismatchIn(EditSession& session, const std::vector<const View*>& views,
                        const SceneCheckOptions& options) {
   if (session.workspace().has_virtual_views) return "";

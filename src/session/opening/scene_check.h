@@ -2,7 +2,9 @@
 // Whether a splat and a workspace belong together: do the renders show what the photos show?
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,12 @@
 #include "session/edit_session.h"
 
 namespace retint {
+
+// SH coefficients that stand for more than 50 times white in a color: ten times those of the
+// brightest Gaussian of trained captures. A fit spreads such colors over the Gaussians around
+// them. How many Gaussians have one, and the first; `records`, where it is not empty, are the
+// model's rows in the file. Empty if there is none.
+std::string WarningOfColors(const GaussianModel& model, std::span<const uint32_t> records = {});
 
 struct SceneCheckOptions {
   int max_views = 4;          // rendered and compared, evenly spread
