@@ -44,7 +44,7 @@ class SignalHandlers {
   }
 
  private:
-  static constexpr int kSignals[] = {SIGINT, SIGTERM, SIGXFSZ};
+  static constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXFSZ};
   struct sigaction old_[std::size(kSignals)]{};
 };
 

@@ -5,7 +5,7 @@
 namespace retint::cli {
 
 // Parses, runs one verb, prints, and turns what it throws into one line on stderr. Returns the exit
-// code. It takes the handlers of SIGINT, SIGTERM and SIGXFSZ.
+// code. It takes the handlers of SIGINT, SIGTERM, SIGHUP and SIGXFSZ.
 int RunCommand(int argc, char** argv);
 
 }  // namespace retint::cli

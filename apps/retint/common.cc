@@ -83,6 +83,8 @@ Run::Run(const Globals& globals)
   g_monitor.store(&monitor_);
   std::signal(SIGINT, OnInterrupt);
   std::signal(SIGTERM, OnInterrupt);
+  // The terminal is gone; nohup has it ignored.
+  if (std::signal(SIGHUP, OnInterrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 Run::~Run() {

@@ -7,8 +7,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
+
+#include "base/hidden.h"
 
 namespace retint {
 namespace {
@@ -78,30 +79,26 @@ std::string ReadFile(const std::filesystem::path& path) {
   return bytes;
 }
 
-std::filesystem::path CreateHidden(
-    const std::filesystem::path& folder,
-    const std::function<bool(const std::filesystem::path&)>& create) {
-  static std::atomic<uint64_t> counter{0};
-  for (;;) {
-    // Short, so that it fits where the target's own name just does.
-    std::string name = ".retint-";
-    name += std::to_string(getpid());
-    name += '-';
-    name += std::to_string(counter++);
-    name += ".tmp";
-    if (create(folder / name)) return folder / name;
-    if (errno != EEXIST) return {};
+std::filesystem::path FollowLinks(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;  // as Linux
+  fs::path at = path;
+  std::error_code code;
+  // Of an open pipe, as /dev/stdout is, the link is no path.
+  const fs::file_status status = fs::status(path, code);
+  const bool is_other =
+      fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+  for (int i = 0; i < kMostLinks; ++i) {
+    if (is_other || !fs::is_symlink(fs::symlink_status(at, code))) return at;
+    at = at.parent_path() / fs::read_symlink(at, code);  // an absolute one as it is
+    if (code) break;
   }
+  throw RunError(path.string() + ": cannot write: a link that leads nowhere");
 }
 
-AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
+AtomicFile::AtomicFile(std::filesystem::path path) : path_(FollowLinks(path)) {
   namespace fs = std::filesystem;
   std::error_code code;
-  // A link is followed, so that saving through it keeps it a link.
-  if (fs::is_symlink(path_, code)) {
-    const fs::path target = fs::weakly_canonical(path_, code);
-    if (!code) path_ = target;
-  }
   // Renaming over a device would replace it by a file.
   const fs::file_status status = fs::status(path_, code);
   if (fs::is_directory(status)) throw RunError(path_.string() + ": is a folder");
@@ -109,10 +106,9 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
     throw RunError(path_.string() + ": is not a regular file");
   }
   CreateFolders();
-  temporary_ = CreateHidden(path_.parent_path(), [&](const fs::path& name) {
-    fd_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    return fd_ >= 0;
-  });
+  HiddenFile hidden = CreateHiddenFile(path_.parent_path());
+  temporary_ = std::move(hidden.path);
+  fd_ = hidden.fd;
   if (fd_ < 0) {
     const int reason = errno;
     RemoveCreatedFolders();
@@ -236,15 +232,9 @@ void AtomicFile::Sync() {
 
 void AtomicFile::Commit() {
   Sync();
-  const int fd = fd_;
+  if (rename(temporary_.c_str(), path_.c_str()) != 0) Fail("cannot write");
+  close(fd_);
   fd_ = -1;
-  if (close(fd) != 0 || rename(temporary_.c_str(), path_.c_str()) != 0) {
-    const int code = errno;
-    unlink(temporary_.c_str());
-    RemoveCreatedFolders();
-    errno = code;
-    Fail("cannot write");
-  }
 }
 
 void WriteFile(const std::filesystem::path& path, std::string_view bytes) {

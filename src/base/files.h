@@ -30,11 +30,9 @@ std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folde
 std::vector<std::filesystem::path> ListBelow(const std::filesystem::path& folder,
                                              std::error_code* error = nullptr);
 
-// Makes a hidden file or folder in `folder` by `create`, which says in errno why it could not:
-// its path; empty where it fails. A name that exists, which a killed program may have left, is
-// passed over.
-std::filesystem::path CreateHidden(const std::filesystem::path& folder,
-                                   const std::function<bool(const std::filesystem::path&)>& create);
+// Where a file of this name is written: the target of a link, which need not exist; a device and a
+// pipe as they are named. RunError for links that never end.
+std::filesystem::path FollowLinks(const std::filesystem::path& path);
 
 // The whole file; InputError when it is missing, a folder, or unreadable.
 std::string ReadFile(const std::filesystem::path& path);

@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/stage_cache.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <chrono>
+#include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <vector>
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/hidden.h"
 
 namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr char kUnfinished[] = ".unfinished-";
-// What was not written to for longer is of a run that was killed.
-constexpr auto kLongestWrite = std::chrono::hours(1);
 
 struct Stored {
   fs::path path;
@@ -34,10 +30,6 @@ uint64_t BytesBelow(const fs::path& folder) {
     if (!code) bytes += size;
   }
   return bytes;
-}
-
-bool IsUnfinished(const fs::path& path) {
-  return path.filename().string().starts_with(kUnfinished);
 }
 
 bool IsEntry(const fs::path& path) {
@@ -93,20 +85,17 @@ void StageCache::Write(const std::string& stage, const std::string& key,
                        const std::function<void(const fs::path&)>& write) {
   if (folder_.empty()) return;
   const fs::path entry = Entry(stage, key);
-  const fs::path unfinished =
-      folder_ / (kUnfinished + stage + "-" + key + "-" + std::to_string(::getpid()));
   std::error_code code;
-  fs::create_directories(unfinished, code);
-  if (code) throw RunError(unfinished.string() + ": cannot create the folder: " + code.message());
-  try {
-    write(unfinished);
-  } catch (...) {
-    fs::remove_all(unfinished, code);
-    throw;
+  fs::create_directories(folder_, code);
+  if (code) throw RunError(folder_.string() + ": cannot create the folder: " + code.message());
+  HiddenFolder unfinished(folder_);
+  if (unfinished.path().empty()) {
+    throw RunError(folder_.string() + ": cannot write: " + std::strerror(errno));
   }
+  write(unfinished.path());
   // Another process may have put the same entry there: then this one is not needed.
-  fs::rename(unfinished, entry, code);
-  if (code) fs::remove_all(unfinished, code);
+  fs::rename(unfinished.path(), entry, code);
+  if (!code) unfinished.Keep();
 }
 
 void StageCache::Trim(uint64_t most_bytes) {
@@ -116,7 +105,6 @@ void StageCache::Trim(uint64_t most_bytes) {
   std::error_code code;
   for (const fs::path& path : ListFolder(folder_)) {
     const auto used = fs::last_write_time(path, code);
-    if (!code && IsUnfinished(path) && used < start_ - kLongestWrite) fs::remove_all(path, code);
     if (!IsEntry(path)) continue;
     entries.push_back({path, used, BytesBelow(path)});
     total += entries.back().bytes;

@@ -190,6 +190,20 @@ TEST(AtomicFileTest, PipeOrDeviceIsNotReplaced) {
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
+TEST(AtomicFileTest, ALinkMakesItsTarget) {
+  TempFolder folder;
+  fs::create_directory(folder / "store");
+  fs::create_symlink("store/real", folder / "relative");
+  fs::create_symlink(folder / "relative", folder / "link");
+  WriteFile(folder / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_TRUE(fs::is_symlink(folder / "relative"));
+  EXPECT_EQ(ReadFile(folder / "store/real"), "new");
+  fs::create_symlink("b", folder / "a");
+  fs::create_symlink("a", folder / "b");
+  EXPECT_THROW(WriteFile(folder / "a", "new"), RunError);
+}
+
 TEST(AtomicFileTest, LinkStaysALink) {
   const TempFolder folder;
   WriteFile(folder / "store/real", "old");

@@ -67,7 +67,7 @@ CommandResult RunRetint(const std::vector<std::string>& arguments, const Command
     if (both[0].revents != 0) out_open = ReadSome(out[0], result.out);
     if (both[1].revents != 0) err_open = ReadSome(err[0], result.err);
     if (!signalled && options.interrupt_when(result.err)) {
-      kill(pid, SIGINT);
+      kill(pid, options.signal);
       signalled = true;
     }
   }

@@ -2,6 +2,7 @@
 // Runs the real `retint` and keeps what it said.
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -19,8 +20,9 @@ struct CommandOptions {
   // A program and its arguments that starts `retint`, such as mpirun; found in PATH.
   std::vector<std::string> launcher = {};
   // Called with everything on stderr so far, again and again until it returns true; then the
-  // process gets SIGINT. May be empty.
+  // process gets `signal`. May be empty.
   std::function<bool(const std::string& err)> interrupt_when;
+  int signal = SIGINT;
   int64_t max_file_bytes = -1;  // RLIMIT_FSIZE: a disk that is full after so much of a file
 };
 

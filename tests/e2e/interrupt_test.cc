@@ -71,6 +71,22 @@ INSTANTIATE_TEST_SUITE_P(Stages, InterruptAt,
                          testing::Values("load", "depth", "cloud", "registration", "projection",
                                          "refit"));
 
+// A dropped connection; nohup's child goes on.
+TEST(Interrupt, AHangupIsAnInterrupt) {
+  TempFolder temp;
+  CommandOptions options;
+  options.signal = SIGHUP;
+  options.interrupt_when = [](const std::string& err) {
+    return err.find("\"stage\":\"refit\"") != std::string::npos;
+  };
+  const CommandResult result = RunRetint(Recolor(temp, "5000000"), options);
+  EXPECT_EQ(result.code, 130) << result.err;
+  EXPECT_TRUE(FilesBelow(temp.path()).empty());
+  options.launcher = {"nohup"};
+  const CommandResult ignored = RunRetint(Recolor(temp, "30"), options);
+  EXPECT_EQ(ignored.code, 0) << ignored.err;
+}
+
 TEST(Interrupt, WhileSavingIsAllOrNothing) {
   TempFolder temp;
   CommandOptions options;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Saves that are killed on the way: afterwards there is the old file, whole, or the new one, whole.
 #include <algorithm>
+#include <fstream>
 #include <map>
 
 #include <gmock/gmock.h>
@@ -135,6 +136,46 @@ TEST(KilledOutputs, AreWholeOneByOne) {
           ASSERT_TRUE(now == text(name, 0) || now == text(name, 1)) << name;
         }
       });
+}
+
+// The moment of the final renames, which no timer hits: killed before each of them, there are the
+// files before it, new, and the others, old; the next run puts all in place and leaves nothing
+// else.
+TEST(KilledOutputs, BetweenTheFinalRenames) {
+  TempFolder folder;
+  const std::vector<std::string> names = {"a.txt", "b.txt", "c/d.txt", "c/e.txt"};
+  const auto prepare = [&] {
+    for (const std::string& name : names) WriteFile(folder / name, "old");
+  };
+  const auto save = [&] {
+    StagedOutput staged;
+    for (const std::string& name : names) {
+      staged.Add(folder / name, [](const fs::path& path) {
+        // Without a rename of its own, so that those of Commit() are the only ones.
+        fs::create_directories(path.parent_path());
+        std::ofstream(path) << "new";
+      });
+    }
+    staged.Commit();
+  };
+  prepare();
+  const KilledChild whole = KillAtStop(0, save, IsRename);
+  if (!whole.allowed) GTEST_SKIP() << "this machine forbids watching a process";
+  ASSERT_EQ(whole.stops, static_cast<int>(names.size()));
+  for (int stop = 1; stop <= whole.stops; ++stop) {
+    SCOPED_TRACE("killed before rename " + std::to_string(stop));
+    prepare();
+    EXPECT_TRUE(KillAtStop(stop, save, IsRename).killed);
+    for (size_t i = 0; i < names.size(); ++i) {
+      EXPECT_EQ(ReadFile(folder / names[i]), i + 1 < static_cast<size_t>(stop) ? "new" : "old");
+    }
+    const KilledChild next = KillAtStop(0, save);  // a process of its own, as the next run is
+    EXPECT_FALSE(next.killed);
+    for (const std::string& name : names) EXPECT_EQ(ReadFile(folder / name), "new");
+    size_t files = 0;
+    for (const fs::path& path : ListBelow(folder.path())) files += IsFile(path) ? 1 : 0;
+    EXPECT_EQ(files, names.size()) << "what the killed run left is gone";
+  }
 }
 
 // A session is one thing of many files: the old one opens, or the new one.

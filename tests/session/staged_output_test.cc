@@ -94,6 +94,66 @@ TEST(StagedOutput, WhatAKilledProgramLeftIsPassedOver) {
   EXPECT_EQ(ReadFile(temp / "out.txt"), "new");
 }
 
+TEST(StagedOutput, LinksAreFollowed) {
+  TempFolder temp;
+  WriteFile(temp / "store/old.txt", "old");
+  fs::create_symlink("store/old.txt", temp / "link.txt");
+  fs::create_symlink(temp / "store/new.txt", temp / "dangling.txt");
+  fs::create_directory(temp / "folder");
+  fs::create_symlink("../store/mask.png", temp / "folder/mask.png");
+  fs::create_symlink("store/folder", temp / "other");
+  {
+    StagedOutput staged;
+    staged.Add(temp / "link.txt", Text("new"));
+    staged.Add(temp / "dangling.txt", Text("made"));
+    staged.AddFolder(temp / "folder",
+                     [](const fs::path& path) { WriteFile(path / "mask.png", "mask"); });
+    staged.AddFolder(temp / "other", [](const fs::path& path) { WriteFile(path / "a", "a"); });
+    staged.Commit();
+  }
+  EXPECT_EQ(ReadFile(temp / "store/old.txt"), "new");
+  EXPECT_EQ(ReadFile(temp / "store/new.txt"), "made");
+  EXPECT_EQ(ReadFile(temp / "store/mask.png"), "mask");
+  EXPECT_EQ(ReadFile(temp / "store/folder/a"), "a");
+  for (const char* link : {"link.txt", "dangling.txt", "folder/mask.png", "other"}) {
+    EXPECT_TRUE(fs::is_symlink(temp / link)) << link;
+  }
+  for (const std::string& name : Tree(temp.path())) {
+    EXPECT_EQ(name.find(".tmp"), std::string::npos) << name;
+  }
+}
+
+// A rename cannot leave a file system.
+TEST(StagedOutput, LinksLeadToOtherFileSystems) {
+  const fs::path other = "/dev/shm";
+  struct stat here {
+  }, there{};
+  TempFolder temp;
+  if (stat(other.c_str(), &there) != 0 || access(other.c_str(), W_OK) != 0 ||
+      stat(temp.path().c_str(), &here) != 0 || here.st_dev == there.st_dev) {
+    GTEST_SKIP() << "needs two file systems";
+  }
+  const fs::path target = other / temp.path().filename();
+  fs::create_directory(target);
+  fs::create_symlink(target / "a.txt", temp / "a.txt");
+  fs::create_directory(temp / "folder");
+  fs::create_symlink(target / "b.txt", temp / "folder/b.txt");
+  {
+    StagedOutput staged;
+    staged.Add(temp / "a.txt", [](const fs::path& path) {
+      WriteFile(path, "a");
+      WriteFile(path.parent_path() / "part.bin", "part");
+    });
+    staged.AddFolder(temp / "folder", [](const fs::path& path) { WriteFile(path / "b.txt", "b"); });
+    staged.Commit();
+  }
+  EXPECT_EQ(ReadFile(target / "a.txt"), "a");
+  EXPECT_EQ(ReadFile(target / "b.txt"), "b");
+  EXPECT_EQ(ReadFile(temp / "part.bin"), "part") << "where the name says";
+  EXPECT_THAT(Tree(target), testing::ElementsAre("a.txt", "b.txt"));
+  fs::remove_all(target);
+}
+
 TEST(StagedOutput, WritersSeeTheNameTheyWerePromised) {
   TempFolder temp;
   StagedOutput staged;
@@ -116,6 +176,7 @@ TEST(CheckOutput, RefusesWhatCannotBeWritten) {
   EXPECT_THROW(CheckOutput(temp / "file/below.txt"), RunError);
   EXPECT_THROW(CheckOutput(temp / "file/below/deep", true), RunError);
   EXPECT_THROW(CheckOutput(""), OptionError);
+  EXPECT_THROW(CheckOutput("/dev/null"), RunError) << "a rename would replace the device";
   EXPECT_THAT(Tree(temp.path()), testing::ElementsAre("file")) << "checking creates nothing";
 }
 

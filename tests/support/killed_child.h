@@ -3,6 +3,7 @@
 #pragma once
 
 #include <sys/ptrace.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,9 +18,24 @@ struct KilledChild {
   int stops = 0;        // at system calls: one as a call begins and one as it ends
 };
 
-// Runs `work` in a child process, which is killed (SIGKILL) at its `stop`-th stop, from 1; 0 lets
-// it run to its end, to count its stops.
-inline KilledChild KillAtStop(int stop, const std::function<void()>& work) {
+// Which stops count.
+using StopFilter = std::function<bool(pid_t child)>;
+
+// As a call begins that renames a file.
+inline bool IsRename(pid_t child) {
+  __ptrace_syscall_info info{};
+  if (ptrace(PTRACE_GET_SYSCALL_INFO, child, sizeof info, &info) <= 0) return false;
+  if (info.op != PTRACE_SYSCALL_INFO_ENTRY) return false;
+#ifdef SYS_rename
+  if (info.entry.nr == SYS_rename) return true;
+#endif
+  return info.entry.nr == SYS_renameat || info.entry.nr == SYS_renameat2;
+}
+
+// Runs `work` in a child process, which is killed (SIGKILL) at its `stop`-th stop that counts, from
+// 1; 0 lets it run to its end, to count its stops.
+inline KilledChild KillAtStop(int stop, const std::function<void()>& work,
+                              const StopFilter& counts = {}) {
   KilledChild result;
   const pid_t child = fork();
   if (child == 0) {
@@ -45,6 +61,7 @@ inline KilledChild KillAtStop(int stop, const std::function<void()>& work) {
     const int signal = WSTOPSIG(status);
     deliver = signal == (SIGTRAP | 0x80) ? 0 : signal;
     if (deliver != 0) continue;
+    if (counts && !counts(child)) continue;
     if (++result.stops != stop) continue;
     kill(child, SIGKILL);
     waitpid(child, &status, 0);

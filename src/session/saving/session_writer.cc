@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fcntl.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cerrno>
-#include <chrono>
-#include <cstdio>
 #include <cstring>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
 
 #include "base/files.h"
+#include "base/hidden.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
 #include "session/saving/session_file.h"
@@ -148,27 +146,6 @@ void RemoveUnused(const fs::path& folder, const std::set<std::string>& used) {
     const std::string name = path.filename().string();
     if (IsPart(name) && used.count(name) == 0) fs::remove_all(path, ignored);
   }
-}
-
-// What programs left behind that were killed while they wrote a new session.
-void RemoveStale(const fs::path& parent) {
-  constexpr auto kOld = std::chrono::minutes(10);
-  std::error_code code;
-  for (const fs::path& path : ListFolder(parent)) {
-    int pid = 0, number = 0;
-    const std::string name = path.filename().string();
-    if (std::sscanf(name.c_str(), ".retint-session-%d-%d.tmp", &pid, &number) != 2) continue;
-    const bool dead = pid > 0 && kill(pid, 0) != 0 && errno == ESRCH;
-    const auto written = fs::last_write_time(path, code);
-    const bool old = !code && fs::file_time_type::clock::now() - written > kOld;
-    if (dead && old) fs::remove_all(path, code);
-  }
-}
-
-fs::path HiddenBeside(const fs::path& folder) {
-  static std::atomic<int> counter{0};
-  return folder.parent_path() /
-         (".retint-session-" + std::to_string(getpid()) + "-" + std::to_string(counter++) + ".tmp");
 }
 
 }  // namespace
@@ -387,8 +364,15 @@ void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
   }
   Impl::Run run;
   // A new session appears under its name when it is whole.
-  run.root = exists ? folder_ : HiddenBeside(folder_);
-  Scratch hidden(exists ? fs::path() : run.root);
+  std::optional<HiddenFolder> hidden;
+  if (!exists) {
+    fs::create_directories(folder_.parent_path(), code);
+    hidden.emplace(folder_.parent_path());
+    if (hidden->path().empty()) {
+      throw RunError(folder_.string() + ": cannot write: " + std::strerror(errno));
+    }
+  }
+  run.root = exists ? folder_ : hidden->path();
   try {
     impl_->manifest = impl_->Manifest(run, snapshot, folder_, monitor).dump(1, ' ', false) + "\n";
     if (!run.fresh.empty()) Sync(run.root);
@@ -403,8 +387,7 @@ void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
   if (!exists) {
     fs::rename(run.root, folder_, code);
     if (code) throw RunError(folder_.string() + ": cannot write: " + code.message());
-    hidden.Keep();
-    RemoveStale(folder_.parent_path());
+    hidden->Keep();
   }
   parts_written_ = static_cast<int>(run.fresh.size());
   for (Scratch& part : run.fresh) part.Keep();

@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/parallel.h"
+#include "splat_io/input_file.h"
 
 namespace retint {
 namespace {
@@ -45,6 +46,11 @@ fs::path ParentOf(const fs::path& path) {
   return fs::absolute(path).lexically_normal().parent_path();
 }
 
+uint64_t DeviceOf(const fs::path& path) {
+  struct stat info {};
+  return stat(path.c_str(), &info) == 0 ? info.st_dev : 0;
+}
+
 // The staged path in a message is of no use to anybody: names the target instead.
 [[noreturn]] void RethrowNaming(const RunError& error, const fs::path& staged,
                                 const fs::path& target) {
@@ -60,12 +66,15 @@ fs::path ParentOf(const fs::path& path) {
 void CheckOutput(const fs::path& path, bool as_folder) {
   if (path.empty()) throw OptionError("an output path is empty");
   std::error_code code;
-  const fs::path absolute = fs::absolute(path).lexically_normal();
+  const fs::path absolute = fs::absolute(FollowLinks(path)).lexically_normal();
   if (!as_folder) {
     if (!absolute.has_filename() || fs::is_directory(absolute, code)) {
       throw RunError(path.string() + ": cannot write: is a folder");
     }
-    CheckFolder(NearestExisting(ParentOf(path)), path);
+    if (fs::exists(absolute, code) && !IsFile(absolute)) {
+      throw RunError(path.string() + ": cannot write: is not a regular file");
+    }
+    CheckFolder(NearestExisting(absolute.parent_path()), path);
     return;
   }
   CheckFolder(NearestExisting(absolute), path);
@@ -74,7 +83,7 @@ void CheckOutput(const fs::path& path, bool as_folder) {
 void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read) {
   const auto whole = [](const NamedFile& file) {
     std::error_code code;
-    const fs::path path = fs::weakly_canonical(file.path, code);
+    const fs::path path = fs::weakly_canonical(FollowLinks(file.path), code);
     return code ? fs::absolute(file.path).lexically_normal() : path;
   };
   for (size_t i = 0; i < written.size(); ++i) {
@@ -98,33 +107,40 @@ void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFi
   }
 }
 
-StagedOutput::~StagedOutput() {
-  std::error_code ignored;
-  for (const Area& area : areas_) fs::remove_all(area.hidden, ignored);
-}
-
 const StagedOutput::Area& StagedOutput::AreaFor(const fs::path& target) {
   const fs::path anchor = NearestExisting(ParentOf(target));
   for (const Area& area : areas_) {
     if (area.anchor == anchor) return area;
   }
   CheckFolder(anchor, target);
-  const fs::path hidden =
-      CreateHidden(anchor, [](const fs::path& path) { return mkdir(path.c_str(), 0777) == 0; });
-  if (hidden.empty()) {
+  HiddenFolder hidden(anchor);
+  if (hidden.path().empty()) {
     throw RunError(target.string() + ": cannot write: " + std::strerror(errno));
   }
-  areas_.push_back({anchor, hidden});
+  areas_.push_back({anchor, std::move(hidden)});
   return areas_.back();
 }
 
 fs::path StagedOutput::NextSlot(const fs::path& target) {
-  return AreaFor(target).hidden / std::to_string(count_++);
+  return AreaFor(target).hidden.path() / std::to_string(count_++);
+}
+
+void StagedOutput::Place(const fs::path& staged, const fs::path& target) {
+  const fs::path followed = FollowLinks(target);
+  files_.push_back({staged, followed});
+  // A rename cannot leave the file system, which a link may do.
+  if (DeviceOf(staged.parent_path()) == DeviceOf(NearestExisting(ParentOf(followed)))) return;
+  fs::path& copy = files_.back().staged;
+  copy = NextSlot(followed) / followed.filename();
+  const InputFile from(staged);
+  AtomicFile file(copy);
+  file.CopyFrom(from.descriptor(), from.size(), [](uint64_t) {});
+  file.Commit();
 }
 
 void StagedOutput::Add(const fs::path& target, const std::function<void(const fs::path&)>& write) {
   // A folder a file, so that writers see the name (and so the extension) that they were promised.
-  const fs::path staged = NextSlot(target) / target.filename();
+  const fs::path staged = NextSlot(FollowLinks(target)) / target.filename();
   try {
     write(staged);
   } catch (const RunError& error) {
@@ -133,16 +149,16 @@ void StagedOutput::Add(const fs::path& target, const std::function<void(const fs
   // What was written beside it goes beside it, and first.
   std::error_code code;
   for (const fs::path& path : ListFolder(staged.parent_path(), &code)) {
-    if (path == staged) continue;
-    files_.push_back({path, target.parent_path() / path.filename()});
+    if (path != staged) Place(path, target.parent_path() / path.filename());
   }
   if (code) throw RunError(target.string() + ": cannot write: " + code.message());
-  files_.push_back({staged, target});
+  Place(staged, target);
 }
 
 void StagedOutput::AddFolder(const fs::path& target,
                              const std::function<void(const fs::path&)>& write) {
-  const fs::path staged = NextSlot(target / "file");
+  const fs::path folder = FollowLinks(target);
+  const fs::path staged = NextSlot(folder / "file");
   try {
     std::error_code code;
     if (!fs::create_directory(staged, code) && code) {
@@ -154,8 +170,7 @@ void StagedOutput::AddFolder(const fs::path& target,
   }
   std::error_code code;
   for (const fs::path& path : ListBelow(staged, &code)) {
-    if (!IsFile(path)) continue;
-    files_.push_back({path, target / path.lexically_relative(staged)});
+    if (IsFile(path)) Place(path, folder / path.lexically_relative(staged));
   }
   if (code) throw RunError(target.string() + ": cannot write: " + code.message());
 }

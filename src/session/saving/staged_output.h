@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/hidden.h"
 #include "base/monitor.h"
 
 namespace retint {
@@ -22,18 +23,20 @@ struct NamedFile {
   std::string name;
   std::filesystem::path path;
 };
-// OptionError where two of the `written` are one file, by whatever path, where one is among the
-// `read`, or where one lies below one that comes before it: the last one may be a folder.
+// OptionError if two of the `written` are one file, by whatever path, if one is among the `read`, or
+// if one lies below one that comes before it: the last one may be a folder.
 void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read);
 
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
 // Commit(); without it the destructor removes them and every folder that was created. So a full
-// disk or a cancelled save changes nothing. Where Commit() itself fails, as it does where a folder
-// has the name of a file, the files before that one are in place.
+// disk or a cancelled save changes nothing. A target that is a link is followed.
+//
+// Each file is in place as a whole or not at all. All files together are not: if the program is
+// killed during Commit(), or Commit() itself fails (as when a folder has the name of a file), the
+// first files are new and the rest are old. Files beside a target come before it.
 class StagedOutput {
  public:
   StagedOutput() = default;
-  ~StagedOutput();
   StagedOutput(const StagedOutput&) = delete;
   StagedOutput& operator=(const StagedOutput&) = delete;
 
@@ -50,13 +53,14 @@ class StagedOutput {
  private:
   struct Area {
     std::filesystem::path anchor;  // existing folder that holds the hidden one
-    std::filesystem::path hidden;
+    HiddenFolder hidden;
   };
   struct File {
     std::filesystem::path staged, target;
   };
   const Area& AreaFor(const std::filesystem::path& target);
   std::filesystem::path NextSlot(const std::filesystem::path& target);
+  void Place(const std::filesystem::path& staged, const std::filesystem::path& target);
 
   std::vector<Area> areas_;
   std::vector<File> files_;
