@@ -152,6 +152,22 @@ const Camera& Workspace::PhotoCamera(const View& view) const {
   return photo ? photo->lens->photo : reconstruction.cameras.at(view.camera_id);
 }
 
+std::vector<fs::path> Workspace::Files() const {
+  static const std::set<std::string> parts = {"cameras", "images", "points3D",
+                                              "rigs",    "frames", "transforms"};
+  std::vector<fs::path> files;
+  for (const fs::path& path : ListFolder(sparse_folder)) {
+    if (parts.contains(path.stem().string()) && IsFile(path)) files.push_back(path);
+  }
+  std::set<std::string_view> seen;  // several views may show one photo
+  for (const auto& [id, view] : reconstruction.views) {
+    const std::string& name = PhotoName(view);
+    if (has_virtual_views || !seen.insert(name).second) continue;
+    if (auto photo = PhotoNamed(name, *this)) files.push_back(std::move(*photo));
+  }
+  return files;
+}
+
 fs::path Workspace::PhotoPath(const View& view) const {
   const std::string& name = PhotoName(view);
   return PhotoNamed(name, *this).value_or(image_folder / name);

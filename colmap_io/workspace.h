@@ -74,6 +74,9 @@ struct Workspace {
   const std::string& PhotoName(const View& view) const;
   const Camera& PhotoCamera(const View& view) const;
 
+  // The files of the model, and the photos that are there.
+  std::vector<std::filesystem::path> Files() const;
+
   // The photo's file: by the view's name or, where that is missing, with another extension or
   // without the folders in the name.
   std::filesystem::path PhotoPath(const View& view) const;

@@ -237,8 +237,9 @@ int RunCommand(int argc, char** argv) {
     return Fail(kUsage, UsageFault(app, error), globals);
   }
   const auto verbs = app.get_subcommands();
+  InputGuard guard(InputGuard::Guards::kReads);
   try {
-    for (const CLI::App* verb : verbs) CheckFiles(*verb);
+    for (const CLI::App* verb : verbs) CheckFiles(*verb, &guard);
   } catch (const OptionError& error) {
     return launch.rank > 0 ? kOk : Fail(kUsage, error.what(), globals);
   }

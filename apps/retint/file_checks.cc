@@ -12,7 +12,9 @@
 
 #include "base/error.h"
 #include "recolor/edit_text.h"
+#include "retint/common.h"
 #include "session/saving/staged_output.h"
+#include "splat_io/splat_io.h"
 
 namespace retint::cli {
 namespace {
@@ -60,6 +62,11 @@ FileOptions FilesOf(const CLI::App& verb) {
   return files;
 }
 
+bool IsOneFile(const NamedFile& a, const NamedFile& b) {
+  std::error_code code;
+  return std::filesystem::equivalent(a.path, b.path, code);
+}
+
 // Whether what is written of one of the views, FOLDER/<image name>.png, may be `path`.
 bool IsOfView(std::string_view path, const std::set<std::string>& views) {
   constexpr std::string_view kPng = ".png";
@@ -71,9 +78,31 @@ bool IsOfView(std::string_view path, const std::set<std::string>& views) {
   });
 }
 
+// --report page.html and --report splat.ply are slips of the hand.
+void CheckExtension(const NamedFile& file) {
+  const std::string extension = ExtensionOf(file.path);
+  CheckOption(file.name != "--report" || extension == ".json",
+              "--report writes JSON: " + file.path.string() + " is not a .json");
+  CheckOption(file.name != "--report-html" || extension == ".html" || extension == ".htm",
+              "--report-html writes a page: " + file.path.string() + " is not an .html");
+}
+
+// The splats that are read, with all their files. What is wrong with one is said where it is read.
+void AddSplats(const std::vector<NamedFile>& read, InputGuard* guard) {
+  for (const NamedFile& file : read) {
+    if (file.name != "--splat" && file.name != "input") continue;
+    std::vector<std::filesystem::path> files = {file.path};
+    try {
+      files = SplatFiles(file.path);
+    } catch (const InputError&) {
+    }
+    guard->AddSplat(file.path, files);
+  }
+}
+
 }  // namespace
 
-void CheckFiles(const CLI::App& verb) {
+void CheckFiles(const CLI::App& verb, InputGuard* guard) {
   constexpr std::string_view kMadeFrom[][2] = {
       {"recolor", "--splat"}, {"refit", "--splat"},   {"align", "--splat"}, {"convert", "input"},
       {"convert", "--splat"}, {"select", "--append"}, {"mask", "--mask"}};
@@ -84,16 +113,24 @@ void CheckFiles(const CLI::App& verb) {
     written.push_back(folder);
     CheckApart(written, {});
   }
+  AddSplats(files.read, guard);
   for (const NamedFile& file : files.written) {
     std::vector<NamedFile> read = files.read;
     if (file.name == "--output" || file.name == "output") {
       std::erase_if(read, [&](const NamedFile& other) {
-        return std::any_of(std::begin(kMadeFrom), std::end(kMadeFrom), [&](const auto& pair) {
-          return pair[0] == verb.get_name() && pair[1] == other.name;
-        });
+        const bool made_from = std::any_of(
+            std::begin(kMadeFrom), std::end(kMadeFrom),
+            [&](const auto& pair) { return pair[0] == verb.get_name() && pair[1] == other.name; });
+        if (made_from && IsOneFile(file, other)) {
+          guard->Allow(file.path);
+          guard->AllowSplat(file.path);
+        }
+        return made_from;
       });
     }
     CheckApart({file}, read);
+    CheckExtension(file);
+    guard->Plan(file.name, file.path);
   }
   for (const NamedFile& folder : files.folders) {
     for (const NamedFile& picture : files.pictures) {

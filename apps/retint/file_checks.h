@@ -4,11 +4,14 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/input_guard.h"
+
 namespace retint::cli {
 
-// After parsing: OptionError where a verb would write over what it reads, or two of its files over
-// each other. Its main output may take the place of what it is made from. An option that names a
-// file to write is listed in file_checks.cc; every other FILE counts as read.
-void CheckFiles(const CLI::App& verb);
+// After parsing: OptionError if a verb would write over what it reads, or two of its files over
+// each other, or a report without its extension. Its main output may take the place of what it is
+// made from. An option that names a file to write is listed in file_checks.cc; every other FILE
+// counts as read. Tells `guard`, which finds the rest as files are opened.
+void CheckFiles(const CLI::App& verb, InputGuard* guard);
 
 }  // namespace retint::cli

@@ -35,7 +35,11 @@ void CheckOutputs(const Arguments& arguments) {
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   if (!arguments.page.empty()) CheckOutput(arguments.page);
   if (!arguments.comparison.empty()) CheckPicture(arguments.comparison);
-  if (!arguments.stages.empty()) CheckOutput(arguments.stages, /*as_folder=*/true);
+  if (arguments.stages.empty()) return;
+  CheckOutput(arguments.stages, /*as_folder=*/true);
+  std::error_code ignored;
+  CheckOption(!std::filesystem::equivalent(arguments.stages, arguments.scene.workspace, ignored),
+              "--save-stages is the workspace, whose masks it would replace: name another folder");
 }
 
 // What the format of the splat adds.

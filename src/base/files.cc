@@ -10,6 +10,7 @@
 #include <cerrno>
 
 #include "base/hidden.h"
+#include "base/input_guard.h"
 
 namespace retint {
 namespace {
@@ -52,6 +53,7 @@ std::vector<std::filesystem::path> ListBelow(const std::filesystem::path& folder
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
+  InputGuard::NoteRead(path);
   // Not blocking: a pipe without a writer is refused below, not waited for.
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) throw InputError(path, std::strerror(errno));
@@ -99,6 +101,7 @@ std::filesystem::path FollowLinks(const std::filesystem::path& path) {
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(FollowLinks(path)) {
   namespace fs = std::filesystem;
   std::error_code code;
+  InputGuard::Check(path_);
   // Renaming over a device would replace it by a file.
   const fs::file_status status = fs::status(path_, code);
   if (fs::is_directory(status)) throw RunError(path_.string() + ": is a folder");
@@ -232,6 +235,7 @@ void AtomicFile::Sync() {
 
 void AtomicFile::Commit() {
   Sync();
+  InputGuard::Check(path_);
   if (rename(temporary_.c_str(), path_.c_str()) != 0) Fail("cannot write");
   close(fd_);
   fd_ = -1;

@@ -41,7 +41,7 @@ std::string ReadFile(const std::filesystem::path& path);
 // Commit() flushes it and renames it over `path`; without Commit() the destructor removes it, so a
 // failed or cancelled write leaves the old file and no new folders. Parent folders are created, a
 // link is followed. Every failure (unwritable folder, full disk, a folder or device of that name)
-// is a RunError naming `path`.
+// is a RunError naming `path`; OptionError for an input (base/input_guard.h).
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);

@@ -234,6 +234,9 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
   } catch (const OptionError& error) {
     node.Fail(error.what());
   }
+  const fs::path &report = job.outputs.report, &page = job.outputs.page;
+  if (!report.empty() && report.extension() != ".json") node.At("report").Fail("is not a .json");
+  if (!page.empty() && page.extension() != ".html") node.At("report_html").Fail("is not an .html");
   const fs::path &session = job.outputs.session, &finer = job.outputs.finer_splat;
   const bool refines = std::ranges::any_of(
       job.regions, [](const JobRegion& region) { return region.refine.has_value(); });

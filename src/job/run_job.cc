@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <future>
-#include <set>
 #include <system_error>
 #include <utility>
 
@@ -78,39 +77,6 @@ void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspac
   }
 }
 
-// What is written by image names takes the place of no mask that the job reads; but for a folder of
-// a region's masks, which are written as they were read. InputError.
-void CheckMasksStay(const Job& job, const Pictures& pictures) {
-  const auto whole = [](const fs::path& path) {
-    std::error_code code;
-    const fs::path canonical = fs::weakly_canonical(path, code);
-    return code ? path : canonical;
-  };
-  std::set<fs::path> read;
-  for (const JobRegion& region : job.regions) {
-    for (const JobPaint& paint : region.paint) read.insert(whole(paint.mask));
-    for (const auto& [name, mask] : region.masks) read.insert(whole(mask));
-    if (region.mask_folder.empty()) continue;
-    for (const UserPicture& picture : pictures.all()) {
-      read.insert(whole(ViewFile(region.mask_folder, picture.name)));
-    }
-  }
-  const auto check = [&](const char* output, const fs::path& folder, const fs::path& own) {
-    if (!own.empty() && whole(own) == whole(folder)) return;
-    for (const UserPicture& picture : pictures.all()) {
-      const fs::path path = ViewFile(folder, picture.name);
-      if (!IsFile(path) || !read.contains(whole(path))) continue;
-      throw InputError(job.file, std::string("outputs.") + output +
-                                     " would replace a mask that the job reads, " + path.string());
-    }
-  };
-  if (!job.outputs.views.empty()) check("views", job.outputs.views, {});
-  if (job.outputs.masks.empty()) return;
-  for (const JobRegion& region : job.regions) {
-    check("masks", job.outputs.masks / region.name, region.mask_folder);
-  }
-}
-
 }  // namespace
 
 JobRunner::JobRunner(const Job& job, std::unique_ptr<EditSession> session, StageCache& cache)
@@ -125,7 +91,6 @@ JobRunner::JobRunner(const Job& job, std::unique_ptr<EditSession> session, Stage
   for (const fs::path& folder : {job.outputs.masks, job.outputs.views, job.outputs.session}) {
     if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
   }
-  CheckMasksStay(job, session_->pictures());
   if (!job.outputs.session.empty()) SessionWriter(job.outputs.session).CheckFolder();
   if (job.options.refit.target == TargetKind::kPhoto) {
     for (const View* view : session_->train_views()) {
@@ -133,11 +98,45 @@ JobRunner::JobRunner(const Job& job, std::unique_ptr<EditSession> session, Stage
       throw InputError(session_->workspace().PhotoPath(*view), "the target \"photo\" needs it");
     }
   }
-  for (const JobRegion& region : job.regions) {
-    plans_.push_back(ReadRegion(region));
-    refines_ = refines_ || region.refine;
+  try {
+    PlanOutputs();
+    for (const JobRegion& region : job.regions) {
+      plans_.push_back(ReadRegion(region));
+      refines_ = refines_ || region.refine;
+    }
+  } catch (const OptionError& error) {
+    throw InputError(job.file, error.what());
   }
   AddKeys();
+}
+
+// A splat may replace the scene's, and masks those of their own region, which are written as they
+// were read. No other output has the place of an input.
+void JobRunner::PlanOutputs() {
+  const JobOutputs& outputs = job_.outputs;
+  const Pictures pictures = session_->pictures();
+  inputs_.Add(job_.file);
+  for (const fs::path& splat : outputs.splats) {
+    inputs_.AllowSplat(splat);
+    inputs_.Plan("outputs.splats", splat);
+  }
+  for (const auto& [name, file] :
+       {std::pair("outputs.report", outputs.report), std::pair("outputs.report_html", outputs.page),
+        std::pair("outputs.finer_splat", outputs.finer_splat)}) {
+    if (!file.empty()) inputs_.Plan(name, file);
+  }
+  for (const UserPicture& picture : pictures.all()) {
+    if (!outputs.views.empty()) {
+      inputs_.Plan("outputs.views", ViewFile(outputs.views, picture.name));
+    }
+    for (const JobRegion& region : job_.regions) {
+      if (outputs.masks.empty()) continue;
+      const fs::path folder = outputs.masks / region.name, mask = ViewFile(folder, picture.name);
+      std::error_code ignored;
+      if (fs::equivalent(folder, region.mask_folder, ignored)) inputs_.Allow(mask);
+      inputs_.Plan("outputs.masks", mask);
+    }
+  }
 }
 
 JobRunner::RegionPlan JobRunner::ReadRegion(const JobRegion& region) {

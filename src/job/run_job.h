@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/input_guard.h"
 #include "base/stage_cache.h"
 #include "job/job_file.h"
 #include "session/edit_session.h"
@@ -30,7 +31,7 @@ class JobRunner {
  public:
   // Reads the job's masks and checks what it names: InputError for masks that are no pictures of
   // their views or select nothing, views that do not exist, missing photos where they are the
-  // target, outputs that would replace masks; RunError for outputs that could not be written;
+  // target, outputs that would replace inputs; RunError for outputs that could not be written;
   // OptionError for formats that cannot.
   JobRunner(const Job& job, std::unique_ptr<EditSession> session, StageCache& cache);
 
@@ -58,6 +59,7 @@ class JobRunner {
     // Gaussians are split.
     bool keeps_fit = true;
   };
+  void PlanOutputs();
   RegionPlan ReadRegion(const JobRegion& region);
   void AddKeys();
   std::vector<JobStage> SelectionStages(const RegionPlan& plan) const;
@@ -78,6 +80,7 @@ class JobRunner {
   RunReport Report(Monitor& monitor);
 
   const Job& job_;
+  InputGuard inputs_{InputGuard::Guards::kReads};
   std::unique_ptr<EditSession> session_;
   StageCache& cache_;
   std::vector<RegionPlan> plans_;

@@ -96,7 +96,7 @@ std::filesystem::path SplatIndex::PathFor(const std::filesystem::path& splat) {
 }
 
 SplatIndex::SplatIndex(const std::filesystem::path& path, const PlyFile& splat)
-    : file_(std::make_unique<InputFile>(path)) {
+    : file_(std::make_unique<InputFile>(path, /*is_input=*/false)) {
   IndexHeader header{};
   if (file_->size() < sizeof(header)) throw InputError(path, "truncated: has no index's header");
   file_->ReadAt(0, &header, sizeof(header));
@@ -121,7 +121,7 @@ SplatIndex::SplatIndex(const std::filesystem::path& path, const PlyFile& splat)
 bool SplatIndex::IsReplaceable(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) return true;
-  const InputFile file(path);
+  const InputFile file(path, /*is_input=*/false);
   char head[sizeof(kIndexMagic)] = {};
   const size_t size = std::min<size_t>(file.size(), sizeof(head));
   file.ReadAt(0, head, size);

@@ -105,6 +105,8 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
   const StageClock::Lap lap(clock_, "load");
   file_ = std::make_shared<const PlyFile>(splat);
   workspace_ = std::make_shared<const Workspace>(OpenWorkspace(workspace, options));
+  for (const fs::path& file : workspace_->Files()) inputs_.Add(file);
+  inputs_.AddSplat(splat, {splat});
   backend_ = OpenBackend(options.backend);
   large_.limits = large_.limits.For(*backend_);
   {

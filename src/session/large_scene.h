@@ -15,6 +15,7 @@
 
 #include <Eigen/Geometry>
 
+#include "base/input_guard.h"
 #include "base/monitor.h"
 #include "out_of_core/splat_index.h"
 #include "session/edit_memory.h"
@@ -138,6 +139,7 @@ class LargeScene {
   // That may see a point of the cloud, those that see it largest first.
   std::vector<const View*> ViewsThatSee(const Eigen::AlignedBox3f& box) const;
 
+  InputGuard inputs_;
   std::shared_ptr<const Workspace> workspace_;
   std::shared_ptr<const PlyFile> file_;
   std::unique_ptr<SplatIndex> index_;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/input_guard.h"
 
 namespace retint {
 namespace {
@@ -21,7 +22,8 @@ constexpr size_t kBlockBytes = size_t{1} << 20;
 
 }  // namespace
 
-InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)) {
+InputFile::InputFile(std::filesystem::path path, bool is_input) : path_(std::move(path)) {
+  if (is_input) InputGuard::NoteRead(path_);
   // O_NONBLOCK: opening a named pipe must not wait for its writer.
   fd_ = open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd_ < 0) throw InputError(path_, std::strerror(errno));

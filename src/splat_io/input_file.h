@@ -14,8 +14,9 @@ namespace retint {
 
 class InputFile {
  public:
-  // InputError when it is missing, a folder, or unreadable.
-  explicit InputFile(std::filesystem::path path);
+  // InputError when it is missing, a folder, or unreadable. `is_input`: an output must not replace
+  // it (base/input_guard.h).
+  explicit InputFile(std::filesystem::path path, bool is_input = true);
   ~InputFile();
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;

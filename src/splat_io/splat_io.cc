@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/finite.h"
+#include "base/input_guard.h"
 #include "splat_io/compressed_ply_codec.h"
 #include "splat_io/gltf_codec.h"
 #include "splat_io/input_file.h"
@@ -204,7 +205,10 @@ uint64_t SplatBytes(const std::filesystem::path& path) {
 }
 
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model, Monitor& monitor) {
-  CodecForWriting(path).Write(path, model, monitor);
+  const SplatCodec& codec = CodecForWriting(path);
+  InputGuard replaced;
+  replaced.AllowSplat(path);
+  codec.Write(path, model, monitor);
   monitor.Step("save", 1, 1);  // as above
 }
 

@@ -412,7 +412,7 @@ uint32_t Crc32(std::string_view bytes) {
 }
 
 // Where a tag's value is in a TIFF file of OpenCV's, little-endian.
-size_t TiffValue(const std::string& bytes, uint16_t tag) {
+size_t TiffValue(const std::string& bytes, size_t tag) {
   const auto number = [&](size_t at, size_t count) {
     size_t value = 0;
     for (size_t i = count; i-- > 0;) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
@@ -451,7 +451,7 @@ const Announced kAnnounced[] = {
     {".tiff",
      {},
      [](std::string& bytes, uint32_t side) {
-       for (const uint16_t tag : {0x0100, 0x0101}) PutLittle(bytes, TiffValue(bytes, tag), side, 2);
+       for (const size_t tag : {0x0100U, 0x0101U}) PutLittle(bytes, TiffValue(bytes, tag), side, 2);
      }},
     {".bmp",
      {},

@@ -341,6 +341,31 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--report", p.In("splat.ply")});
      }},
+    {"ReportOverTheModel", 2, "--report writes JSON: ",
+     [](Place& p) {
+       return Recolor(p, {"--report", p.In("sparse/0/cameras.bin")});
+     }},
+    {"PageOverAPhoto", 2, "--report-html writes a page: ",
+     [](Place& p) {
+       return Recolor(p, {"--report-html", p.In("images/001.png")});
+     }},
+    {"ComparisonOverAPhoto", 2, "images/001.png, which is an input: name another file",
+     [](Place& p) {
+       return Recolor(p, {"--comparison", p.In("images/001.png")});
+     }},
+    {"ReportOverTheCameras", 2, "transforms.json, which is an input: name another file",
+     [](Place& p) {
+       fs::remove_all(p.in / "sparse");
+       WriteFile(p.in / "transforms.json",
+                 R"({"fl_x": 150, "w": 160, "h": 120, "frames": [{"file_path": "images/000.png",)"
+                 R"( "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+       return Recolor(p, {"--report", p.In("transforms.json")});
+     }},
+    {"StagesOverTheWorkspace", 2, "--save-stages is the workspace",
+     [](Place& p) {
+       fs::rename(MaskOf(p), p.in / "paint.png");
+       return Recolor(p, {"--mask", p.In("paint.png"), "--save-stages", p.in.string()});
+     }},
     {"ReportOverTheOutput", 2, "--output and --report name one file",
      [](Place& p) {
        return Recolor(p, {"--output", p.Out("o.ply"), "--report", p.Out("./o.ply")});

@@ -254,7 +254,7 @@ TEST_F(JobRun, MasksThatAreReadStay) {
     job_["outputs"] = {{"splats", {"out.ply"}}, {"masks", "made"}, {"views", "views"}};
     const CommandResult result = Run();
     EXPECT_EQ(result.code, 3);
-    EXPECT_THAT(result.err, HasSubstr("would replace a mask that the job reads, " + mask.string()));
+    EXPECT_THAT(result.err, HasSubstr(" would replace " + mask.string() + ", which is an input"));
     EXPECT_EQ(ReadFile(mask), ReadFile(TinyMask()));
     fs::remove(mask);
   }

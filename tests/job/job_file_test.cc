@@ -123,6 +123,10 @@ TEST_F(JobFile, NoOutputReplacesAnotherOrAnInput) {
   EXPECT_THAT(Fault(With("report.json", "job.json")), HasSubstr("what this job names"));
   EXPECT_THAT(Fault(With("report.json", "../splat.ply")),
               HasSubstr("what the scene's splat names"));
+  EXPECT_THAT(Fault(With("report.json", "scene/images/0001.png")),
+              HasSubstr("outputs.report: is not a .json"));
+  EXPECT_THAT(Fault(With("\"report\": \"report.json\"", "\"report_html\": \"cameras.bin\"")),
+              HasSubstr("outputs.report_html: is not an .html"));
   EXPECT_EQ(Read(With("out.ply", "../splat.ply")).outputs.splats[0],
             (temp_ / "../splat.ply").lexically_normal())
       << "the recolored splat may take its place";

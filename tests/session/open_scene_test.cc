@@ -4,11 +4,15 @@
 #include <gtest/gtest.h>
 
 #include "base/files.h"
-#include "tests/session/session_scene.h"
+#include "colmap_io/image_io.h"
+#include "session/reporting/export.h"
+#include "tests/session/saved_scene.h"
 #include "tests/support/data.h"
 
 namespace retint {
 namespace {
+
+namespace fs = std::filesystem;
 
 TEST(FindSplat, TakesTheOneThatIsNamedSplat) {
   TempFolder temp;
@@ -56,6 +60,38 @@ TEST(OpenScene, AnotherRendererShowsTheSame) {
   const Image shown = scene.Render(view, scene.original().sh);
   const auto other = scene.MakeRenderer();
   EXPECT_EQ(other->Render(scene.reconstruction().Posed(view)).rgb.data, shown.data);
+}
+
+TEST(OpenScene, NoOutputReplacesWhatItIsMadeOf) {
+  TempFolder temp;
+  const TinyScene tiny(7);
+  WriteTinyScene(tiny, temp.path());
+  const auto folder = temp / "ws";
+  const auto photo = folder / "images" / ViewName(0);
+  WritePng(photo, Image8(tiny.cameras[0].camera.width, tiny.cameras[0].camera.height));
+  const auto session = OpenTinyScene(temp.path());
+  Monitor monitor;
+  for (const auto& input : {photo, folder / "sparse/0/cameras.bin", folder / "sparse/0/images.bin",
+                            folder / "splat.ply"}) {
+    const std::string bytes = ReadFile(input);
+    EXPECT_THROW(WriteFile(input, "{}"), OptionError) << input;
+    EXPECT_EQ(ReadFile(input), bytes);
+  }
+  const auto shown = ViewFile(folder / "views", ViewName(0));
+  fs::create_directories(shown.parent_path());
+  fs::create_symlink(photo, shown);
+  EXPECT_THROW(ExportViews(*session, session->reconstruction().ViewsByName(), session->CurrentSh(),
+                           folder / "views", monitor),
+               OptionError);
+  EXPECT_THROW(ExportFrames(*session, {tiny.cameras[0]}, session->CurrentSh(), temp / "frames",
+                            monitor, {photo}),
+               OptionError)
+      << "the photo would go with the frames of an earlier film";
+  EXPECT_TRUE(IsFile(photo));
+  // A splat may take the place of the splat, and a new file any other place.
+  session->WriteSplat(folder / "splat.ply", monitor);
+  WriteSplat(folder / "splat.ply", tiny.model);
+  WriteFile(folder / "report.json", "{}");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "session/saving/session_file.h"
 
 #include <atomic>
+#include <fstream>
 #include <set>
 #include <thread>
 
@@ -472,7 +473,7 @@ TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
 // What the scene's own files have to tell is no reason to read a session again.
 TEST_F(SessionFile, OneThatIsWholeIsReadOnce) {
   const fs::path splat = folder_ / "ws" / "splat.ply";
-  WriteFile(splat, ReadFile(splat) + "xyz");
+  std::ofstream(splat, std::ios::app) << "xyz";
   session_ = OpenTinyScene(folder_.path());
   ASSERT_EQ(session_->warnings().size(), session_->workspace().warnings.size() + 1);
   Save();

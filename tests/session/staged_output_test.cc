@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_guard.h"
 #include "tests/support/data.h"
 #include "tests/support/privileges.h"
 
@@ -152,6 +153,20 @@ TEST(StagedOutput, LinksLeadToOtherFileSystems) {
   EXPECT_EQ(ReadFile(temp / "part.bin"), "part") << "where the name says";
   EXPECT_THAT(Tree(target), testing::ElementsAre("a.txt", "b.txt"));
   fs::remove_all(target);
+}
+
+TEST(StagedOutput, AnInputStopsAllBeforeTheFirst) {
+  TempFolder temp;
+  WriteFile(temp / "a.txt", "old");
+  WriteFile(temp / "masks/b.png", "painted");
+  InputGuard guard(InputGuard::Guards::kReads);
+  StagedOutput staged;
+  staged.Add(temp / "a.txt", Text("new"));
+  staged.AddFolder(temp / "masks", [](const fs::path& path) { WriteFile(path / "b.png", "new"); });
+  ReadFile(temp / "masks/b.png");
+  EXPECT_THROW(staged.Commit(), OptionError);
+  EXPECT_EQ(ReadFile(temp / "masks/b.png"), "painted");
+  EXPECT_EQ(ReadFile(temp / "a.txt"), "old");
 }
 
 TEST(StagedOutput, WritersSeeTheNameTheyWerePromised) {

@@ -148,6 +148,7 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
   scene->clock_ = clock;
   scene->options_.view_folder.clear();  // the views are kept, not where they came from
   scene->SetSplat(splat, std::move(checksum));
+  scene->inputs_.AddSplat(splat, SplatFiles(splat));
   return scene;
 }
 
@@ -172,7 +173,11 @@ OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel m
   cache_ = std::make_shared<GeometryCache>(options_.cache_bytes);
   renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions(), cache_);
   SplitViews();
-  if (part_) splat_path_ = fs::absolute(part_->file->path()).lexically_normal();
+  if (part_) {
+    splat_path_ = fs::absolute(part_->file->path()).lexically_normal();
+  } else {
+    for (const fs::path& file : workspace_->Files()) inputs_.Add(file);
+  }
   if (workspace_->has_virtual_views) {
     placed_views_ = std::make_shared<const Reconstruction>(reconstruction());
   }
@@ -257,6 +262,8 @@ void OpenScene::WritePatched(const fs::path& path, std::span<const float> sh,
     records.push_back(part_->records[g]);
     changed.insert(changed.end(), now, now + block);
   }
+  InputGuard replaced;
+  replaced.AllowSplat(path);
   part_->file->WritePatched(path, records, changed, monitor);
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/checksum.h"
+#include "base/input_guard.h"
 #include "base/monitor.h"
 #include "colmap_io/workspace.h"
 #include "render/renderer.h"
@@ -69,7 +70,8 @@ struct ScenePart {
   std::shared_ptr<Backend> backend;
 };
 
-// One thread owns it. `renderer` shows whatever coefficients were set last.
+// One thread owns it. `renderer` shows whatever coefficients were set last. As long as it lives, no
+// output replaces a file of its model, a photo, or, except by a splat, its splat.
 class OpenScene {
  public:
   // An empty `workspace` is a splat alone: views are placed around it
@@ -136,6 +138,7 @@ class OpenScene {
   GaussianModel model_;
   SessionOptions options_;
   std::optional<ScenePart> part_;
+  InputGuard inputs_;
   std::filesystem::path splat_path_;
   std::shared_future<FileChecksum> splat_checksum_;
   std::shared_ptr<const Reconstruction> placed_views_;

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_guard.h"
 #include "base/option_name.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
@@ -127,6 +128,7 @@ void ExportFrames(EditSession& session, const std::vector<PosedCamera>& path,
                   std::span<const float> sh, const fs::path& folder, Monitor& monitor,
                   const std::vector<fs::path>& replaced) {
   CheckOption(!path.empty(), "no frame to export");
+  for (const fs::path& frame : replaced) InputGuard::Check(frame);
   session.ShowSh(sh);
   RenderRequest request;
   request.cache = false;  // seen once
@@ -183,6 +185,10 @@ void ExportCameras(EditSession& session, bool images, const fs::path& folder, Mo
   CheckOutput(folder, /*as_folder=*/true);
   const Reconstruction& model = session.reconstruction();
   const std::vector<const View*> views = model.ViewsByName();
+  InputGuard own;  // CheckCamerasFolder() has read the model there, which is an earlier export
+  for (const char* part : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    own.Allow(folder / "sparse" / "0" / part);
+  }
   StagedOutput output;
   output.AddFolder(folder, [&](const fs::path& staged) {
     WriteReconstructionBinary(staged / "sparse" / "0", model);

@@ -13,6 +13,7 @@
 
 #include "base/files.h"
 #include "base/hidden.h"
+#include "base/input_guard.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/sparse.h"
 #include "session/saving/session_file.h"
@@ -362,6 +363,8 @@ void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
   if (exists && ReadFile(folder_ / session_json::kManifest) != impl_->manifest) {
     impl_->written.clear();
   }
+  InputGuard own;  // a session is saved over itself
+  own.Allow(folder_ / session_json::kManifest);
   Impl::Run run;
   // A new session appears under its name when it is whole.
   std::optional<HiddenFolder> hidden;

@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_guard.h"
 #include "base/parallel.h"
 #include "splat_io/input_file.h"
 
@@ -176,6 +177,7 @@ void StagedOutput::AddFolder(const fs::path& target,
 }
 
 void StagedOutput::Commit() {
+  for (const File& file : files_) InputGuard::Check(file.target);
   for (const File& file : files_) {
     std::error_code code;
     fs::create_directories(ParentOf(file.target), code);

@@ -29,7 +29,8 @@ void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFi
 
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
 // Commit(); without it the destructor removes them and every folder that was created. So a full
-// disk or a cancelled save changes nothing. A target that is a link is followed.
+// disk or a cancelled save changes nothing. A target that is a link is followed. OptionError,
+// before anything is in place, if a target is an input (base/input_guard.h).
 //
 // Each file is in place as a whole or not at all. All files together are not: if the program is
 // killed during Commit(), or Commit() itself fails (as when a folder has the name of a file), the
