@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Functions beside a session: align, score, write_video.
-#include <optional>
-
+// Functions beside a session: align, score.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include "arrays.h"
 #include "colmap_io/nerfstudio.h"
 #include "rendering.h"
 #include "results.h"
 #include "session/opening/align.h"
-#include "session/pictures/contact_sheet.h"
-#include "session/pictures/video.h"
 #include "session/reporting/score.h"
 #include "splat_io/splat_io.h"
 #include "types.h"
@@ -52,17 +47,6 @@ py::object ScoreMasks(const py::object& truth, const py::object& masks,
   return FromJson(call.Run([&](Monitor& monitor) { return ToJson(Score(request, monitor)); }));
 }
 
-void WriteVideo(const py::object& path, const py::iterable& frames, double fps, int quality) {
-  std::optional<AviWriter> writer;
-  for (const py::handle& frame : frames) {
-    const Image image = ToImage(py::reinterpret_borrow<py::object>(frame));
-    if (!writer) writer.emplace(ToPath(path), image.width, image.height, fps, quality);
-    writer->Add(ToImage8(image));
-  }
-  CheckOption(writer.has_value(), "a video needs a frame");
-  writer->Commit();
-}
-
 }  // namespace
 
 void BindTools(py::module_& module) {
@@ -77,10 +61,6 @@ void BindTools(py::module_& module) {
              "Measures a folder of masks against one of true masks (<image name>.png): a dict as "
              "in the report of `retint score`. `painted`: views that are in no mean; `workspace`: "
              "with it, views near the painted ones are summed up on their own.");
-  module.def("write_video", &WriteVideo, py::arg("path"), py::arg("frames"), py::arg("fps") = 24,
-             py::arg("quality") = 90,
-             "Writes a film (.avi, motion JPEG) of images [H, W, 3] of one size, of any iterable. "
-             "It needs no other program. quality: of the JPEGs, 1 to 100.");
 }
 
 }  // namespace retint::python

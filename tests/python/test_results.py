@@ -309,19 +309,6 @@ def test_rounds_add_and_erase(scene):
         session.select_round(scene.view, np.zeros_like(whole), session.region(region), before=left)
 
 
-def test_a_video_needs_no_program(scene, folder):
-    session = retint.Session(scene.folder, scene.splat)
-    names = [view.name for view in session.workspace]
-    retint.write_video(folder / "film.avi", (session.render(name) for name in names), fps=5)
-    film = (folder / "film.avi").read_bytes()
-    assert film[:4] == b"RIFF" and film[8:12] == b"AVI "
-    assert film.count(b"00dc") == 2 * len(names)  # each picture, and its entry in the index
-    with pytest.raises(retint.OptionError, match="avi"):
-        retint.write_video(folder / "film.mp4", [session.render(names[0])])
-    with pytest.raises(retint.OptionError, match="frame"):
-        retint.write_video(folder / "none.avi", [])
-
-
 def test_masks_of_one_view_are_those_of_the_command_line(scene, folder):
     session = retint.Session(scene.folder, scene.splat)
     truth = retint.read_mask(scene.mask) >= 128

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recolors a scene, plots what came of it view by view, and films a turn around the object.
+"""Recolors a scene, plots the quality view by view, and renders a turn around the object.
 
     retint synth --output sample
     python3 recolor.py --workspace sample --splat sample/splat.ply \
         --view 023.png --mask sample/masks/023.png.png --to '#3060ff' --output result
 
-writes result/recolored.ply, report.json, views.png (where matplotlib is installed) and
-turntable.avi.
+writes result/recolored.ply, report.json, views.png (if matplotlib is installed) and the frames
+turntable/0000.png, 0001.png, ... ffmpeg makes a video of them:
+
+    ffmpeg -framerate 24 -i result/turntable/%04d.png -pix_fmt yuv420p turntable.mp4
 """
 
 import argparse
@@ -29,7 +31,6 @@ def parse_arguments():
     parser.add_argument("--to", default="#3060ff", help="the object's new color")
     parser.add_argument("--output", required=True, type=pathlib.Path, help="folder to write")
     parser.add_argument("--frames", type=int, default=72, help="of the turn")
-    parser.add_argument("--fps", type=int, default=24, help="frames a second of the video")
     return parser.parse_args()
 
 
@@ -75,16 +76,13 @@ def turn(session, region, view, frames):
     return retint.orbit(session.workspace[view].camera, focus, up, frames)
 
 
-def film(session, cameras, fps, path):
+def write_turn(session, cameras, folder):
+    folder.mkdir(exist_ok=True)
     sh = session.sh
-
-    def frames():
-        for i, camera in enumerate(cameras):
-            show("film", i / len(cameras))
-            yield session.render(camera, sh=sh)
-
-    retint.write_video(path, frames(), fps)
-    print(f"\nwrote {path}")
+    for i, camera in enumerate(cameras):
+        show("turn", i / len(cameras))
+        retint.write_png(folder / f"{i:04}.png", session.render(camera, sh=sh))
+    print(f"\nwrote {folder}")
 
 
 def main():
@@ -107,8 +105,8 @@ def main():
         (output / "report.json").write_text(json.dumps(session.report(), indent=2),
                                             encoding="utf-8")
         plot_views(session, region, quality, output / "views.png")
-        film(session, turn(session, region, arguments.view, arguments.frames), arguments.fps,
-             output / "turntable.avi")
+        write_turn(session, turn(session, region, arguments.view, arguments.frames),
+                   output / "turntable")
 
 
 if __name__ == "__main__":

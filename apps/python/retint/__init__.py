@@ -45,14 +45,13 @@ from ._retint import (
     run_command,
     score,
     write_png,
-    write_video,
 )
 
 __all__ = [
     "Camera", "Depth", "Edit", "Error", "InputError", "Masks", "OptionError", "Painted", "Region",
     "RunError", "Selection", "Session", "Splat", "View", "Workspace", "__version__", "align",
     "backends", "depth", "options", "orbit", "progress_bar", "read_image", "read_mask", "render",
-    "run_command", "score", "write_png", "write_video",
+    "run_command", "score", "write_png",
 ]
 
 for _name in __all__:

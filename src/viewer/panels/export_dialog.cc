@@ -83,12 +83,12 @@ void ExportDialog::AddChoice(QFormLayout* form, Kind kind, const QString& view) 
   frames_->setValue(kTurntableFrames);
   frames_->setToolTip(tr("Pictures along the whole path"));
   form->addRow(tr("F&rames"), frames_);
-  video_ = new QCheckBox(tr("Make a v&ideo of them (%1)").arg(VideoMaker::Extension().mid(1)));
+  video_ = new QCheckBox(tr("Make a v&ideo of them (mp4)"));
   video_->setObjectName("export_video");
-  video_->setToolTip(VideoMaker::Program().isEmpty()
-                         ? tr("30 frames a second, as motion JPEG. The program ffmpeg was not "
-                              "found; with it, the video is an mp4, which is smaller")
-                         : tr("30 frames a second, made by the program ffmpeg"));
+  const bool ffmpeg = !VideoMaker::Program().isEmpty();
+  video_->setEnabled(ffmpeg);
+  video_->setToolTip(ffmpeg ? tr("30 frames a second, made by the program ffmpeg")
+                            : tr("The program ffmpeg was not found. Install it to make videos"));
   form->addRow(video_);
 }
 

@@ -6,8 +6,6 @@
 
 #include <QStandardPaths>
 
-#include "session/pictures/video.h"
-
 namespace retint {
 namespace {
 
@@ -30,11 +28,6 @@ QString Pattern(const std::filesystem::path& folder) {
 QString VideoMaker::Program() { return QStandardPaths::findExecutable("ffmpeg"); }
 
 VideoMaker::~VideoMaker() {
-  if (thread_) {
-    thread_->disconnect(this);
-    monitor_->Cancel();
-    thread_->wait();
-  }
   if (!process_) return;
   process_->disconnect(this);
   process_->kill();
@@ -57,39 +50,6 @@ void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem
 
 void VideoMaker::MakeFirst() {
   const Film& film = films_.front();
-  if (film.video.extension() == ".avi") return MakeHere(film);
-  MakeByFfmpeg(film);
-}
-
-void VideoMaker::End(const QString& error) {
-  const QString video = Text(films_.front().video);
-  films_.pop_front();
-  if (error.isEmpty()) {
-    Q_EMIT finished(video);
-  } else {
-    Q_EMIT failed(error);
-  }
-  if (!films_.empty()) MakeFirst();
-}
-
-void VideoMaker::MakeHere(const Film& film) {
-  monitor_ = std::make_shared<Monitor>();
-  const auto error = std::make_shared<std::string>();
-  thread_.reset(QThread::create([film, monitor = monitor_, error] {
-    try {
-      FilmOfFrames(film.folder, film.video, kFramesPerSecond, *monitor);
-    } catch (const std::exception& caught) {
-      *error = caught.what();
-    }
-  }));
-  connect(thread_.get(), &QThread::finished, this, [this, error] {
-    thread_.release()->deleteLater();
-    End(QString::fromStdString(*error));
-  });
-  thread_->start();
-}
-
-void VideoMaker::MakeByFfmpeg(const Film& film) {
   part_ = film.video.parent_path() /
           std::string(".").append(film.video.stem().string()).append(".part.mp4");
   process_ = new QProcess(this);
@@ -103,6 +63,17 @@ void VideoMaker::MakeByFfmpeg(const Film& film) {
       Program(), {"-y", "-loglevel", "error", "-framerate", QString::number(kFramesPerSecond), "-i",
                   Pattern(film.folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt",
                   "yuv420p", "-movflags", "+faststart", Text(part_)});
+}
+
+void VideoMaker::End(const QString& error) {
+  const QString video = Text(films_.front().video);
+  films_.pop_front();
+  if (error.isEmpty()) {
+    Q_EMIT finished(video);
+  } else {
+    Q_EMIT failed(error);
+  }
+  if (!films_.empty()) MakeFirst();
 }
 
 void VideoMaker::FfmpegEnded(int code, QProcess::ExitStatus status) {

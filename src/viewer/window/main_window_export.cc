@@ -35,7 +35,7 @@ fs::path WithoutSlash(const fs::path& path) {
   return path.has_filename() ? path : path.parent_path();
 }
 
-// Frames of an earlier turn, also where they are more than those that come: a film would show them.
+// Leftover frames of an earlier, longer turntable; they would end up in the video.
 std::vector<fs::path> NumberedPictures(const fs::path& folder) {
   static const QRegularExpression kNumbered("^\\d{4,}\\.png$");
   std::vector<fs::path> found;
@@ -204,7 +204,7 @@ void MainWindow::ExportTurntable() {
       return ShowError(tr("Choose another folder"),
                        tr("A video of the frames in %1 is still being made.").arg(Text(folder)));
     }
-    const fs::path video = folder / ("turntable" + VideoMaker::Extension().toStdString());
+    const fs::path video = folder / "turntable.mp4";
     const std::vector<fs::path> frames = NumberedPictures(folder);
     std::vector<fs::path> files = frames;
     if (dialog->video()) files.push_back(video);
