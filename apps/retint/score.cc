@@ -11,18 +11,11 @@ namespace {
 struct Arguments {
   ScoreRequest request;
   EditFlags edit;
-  std::string layout = "views";
   std::filesystem::path workspace, report;
 };
 
-TruthLayout LayoutOf(const std::string& name) {
-  if (name == "nvos") return TruthLayout::kNvos;
-  return name == "spin-nerf" ? TruthLayout::kSpinNerf : TruthLayout::kViews;
-}
-
 void ScoreFolders(const Arguments& arguments, Run& run) {
   ScoreRequest request = arguments.request;
-  request.layout = LayoutOf(arguments.layout);
   CheckOption(!request.after.empty() || !arguments.edit.Given(),
               "an edit is of pictures before and after it: it needs --before and --after");
   if (!request.after.empty()) {
@@ -65,10 +58,6 @@ void AddScore(CLI::App& app, Globals& globals, Action& action) {
               "Folder of the same pictures after the edit: how much of it hit the object, missed "
               "it, and leaked to or stained what is outside",
               "FOLDER");
-  verb->add_option("--layout", arguments->layout,
-                   "views; or the truth of a benchmark, with masks in a folder a scene: nvos "
-                   "(masks/SCENE/IMAGE_mask.png) or spin-nerf (SCENE/IMAGE.png)")
-      ->check(CLI::IsMember({"views", "nvos", "spin-nerf"}));
   AddRepeated(verb, "--painted", request.painted,
               "Name of a view that was painted: it is listed, but is in no mean; repeatable")
       ->type_name("NAME");

@@ -8,22 +8,20 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "base/files.h"
 #include "colmap_io/image_io.h"
 #include "tests/support/data.h"
 
 namespace retint {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr int kSize = 20;
 
 // The left `columns` of a square, a fifth of it high.
-Mask Left(int columns, uint8_t value = 255, int size = kSize) {
-  Mask mask(size, size);
-  for (int y = 0; y < size / 5; ++y) {
+Mask Left(int columns, uint8_t value = 255) {
+  Mask mask(kSize, kSize);
+  for (int y = 0; y < kSize / 5; ++y) {
     for (int x = 0; x < columns; ++x) mask(x, y) = value;
   }
   return mask;
@@ -60,7 +58,7 @@ TEST_F(ScoreFolders, SumsUpViewsButForThePainted) {
   const int truth[] = {10, 10, 10, 20}, found[] = {10, 5, 8, 5};
   for (int i = 0; i < 4; ++i) {
     const std::string name = "sub/" + std::to_string(i) + ".jpg.png";
-    Truth(name, Left(truth[i]));
+    Truth(name, Left(truth[i], i == 1 ? 1 : 255));  // one of zeros and ones
     Found(name, Left(found[i]));
   }
   ScoreRequest request = Request();
@@ -127,58 +125,6 @@ TEST_F(ScoreFolders, RefusesAPaintedViewThatNoFolderHas) {
   EXPECT_THAT(warnings, testing::Contains(HasSubstr("no true mask")));
   request.painted = {"l.jpg"};
   EXPECT_THROW(Run(request), InputError);
-}
-
-TEST_F(ScoreFolders, ReadsNvos) {
-  Truth("masks/fern/IMG_1_mask.png", Left(10, 1, 40));  // of another size, and of zeros and ones
-  WriteFile(temp_ / "truth/masks/fern/IMG_1.JPG", "a copy of the photo, not read");
-  Truth("masks/trex/DJI_2_mask.png", Left(10));
-  Truth("masks/horns_left/IMG_3_mask.png", Left(10));
-  Truth("scribbles/fern/pos_0.png", Left(3));
-  Found("fern/IMG_1.JPG.png", Left(4));
-  Found("trex/DJI_2.png", Left(10));
-  ScoreRequest request = Request();
-  request.layout = TruthLayout::kNvos;
-  const ScoreReport report = Run(request);
-  ASSERT_EQ(report.views.size(), 2u);
-  EXPECT_EQ(report.views[0].scene, "fern");
-  EXPECT_EQ(report.views[0].view, "IMG_1");
-  // 4 of 20 columns are 8 of 40, both a fifth high: 8 / 10.
-  EXPECT_DOUBLE_EQ(*report.views[0].mask.iou, 0.8);
-  EXPECT_DOUBLE_EQ(*report.views[1].mask.iou, 1);
-  ASSERT_EQ(report.groups.size(), 3u);
-  EXPECT_EQ(report.groups[2].name, "scenes");
-  EXPECT_DOUBLE_EQ(Figure(report.groups[2], "iou").mean, 0.9);
-  EXPECT_EQ(Figure(report.groups[2], "iou").worst_view, "fern");
-  EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("horns_left")));
-}
-
-TEST_F(ScoreFolders, ReadsSpinNerf) {
-  for (const char* name : {"image000", "image001", "image003"}) {
-    Truth("orchids (llff)/" + std::string(name) + ".png", Left(10));
-    Truth("orchids (llff)/" + std::string(name) + "_pseudo.png", Left(1));
-    Truth("orchids (llff)/" + std::string(name) + "_cutout.png", Left(1));
-  }
-  for (const char* name : {"0_a", "1_b", "c"})
-    Truth("Truck/" + std::string(name) + ".png", Left(10));
-  // By their numbers: image002 has no true mask, so that image003 is the fourth mask.
-  int columns = 1;
-  for (const char* name : {"IMG_06.JPG", "IMG_07.JPG", "IMG_08.JPG", "IMG_09.JPG"}) {
-    Found("orchids/" + std::string(name) + ".png", Left(columns++));
-  }
-  for (const char* name : {"a.jpg", "b.jpg", "c.jpg"}) {
-    Found("Truck/" + std::string(name) + ".png", Left(10));
-  }
-  ScoreRequest request = Request();
-  request.layout = TruthLayout::kSpinNerf;
-  const ScoreReport report = Run(request);
-  ASSERT_EQ(report.views.size(), 6u);
-  EXPECT_TRUE(report.views[0].painted);  // Truck/0_a comes first, and is given
-  EXPECT_DOUBLE_EQ(*report.views[1].mask.iou, 1);
-  EXPECT_EQ(report.views[5].view, "image003");
-  EXPECT_DOUBLE_EQ(*report.views[5].mask.iou, 0.4);
-  EXPECT_DOUBLE_EQ(Figure(report.groups[1], "iou").mean, (0.2 + 0.4) / 2);
-  EXPECT_DOUBLE_EQ(Figure(report.groups[2], "iou").mean, (1 + 0.3) / 2);
 }
 
 TEST_F(ScoreFolders, MeasuresEdits) {

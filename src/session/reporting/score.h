@@ -14,26 +14,10 @@
 
 namespace retint {
 
-// How a folder of true masks is laid out, and the masks to measure beside it.
-enum class TruthLayout {
-  // TRUTH/<image name>.png, MASKS/<image name>.png.
-  kViews,
-  // NVOS (Ren et al. 2022): TRUTH/masks/<scene>/<image>_mask.png, one of each scene.
-  // MASKS/<scene>/<image name>.png.
-  kNvos,
-  // The multiview segmentation set of SPIn-NeRF (Mirzaei et al. 2023): TRUTH/<scene>/<image>.png
-  // beside <image>_pseudo.png and <image>_cutout.png, which are not read. MASKS/<scene>/<image
-  // name>.png, where "orchids" stands for "orchids (llff)" as well. <image> is the photo's name
-  // without its extension; or that after "0_" or "1_"; or imageNNN, the NNN-th of all masks by name
-  // from 0. The first image of a scene is what methods are given and is not scored.
-  kSpinNerf,
-};
-
 struct ScoreRequest {
-  TruthLayout layout = TruthLayout::kViews;
-  std::filesystem::path truth;
-  std::filesystem::path masks;  // to measure; may be empty where pictures are
-  // Pictures <image name>.png before and after an edit; layout kViews only. May be empty.
+  std::filesystem::path truth;  // <image name>.png
+  std::filesystem::path masks;  // <image name>.png to measure; may be empty if `before` is not
+  // Pictures <image name>.png before and after an edit. May be empty.
   std::filesystem::path before, after;
   ColorEdit edit;
   int border = 2;  // pixels, of EditScore
@@ -46,8 +30,7 @@ struct ScoreRequest {
 };
 
 struct ViewScore {
-  std::string scene;  // empty in layout kViews
-  std::string view;   // image name, or its part that the layout has
+  std::string view;  // image name
   bool painted = false;
   std::optional<double> degrees;  // to the nearest painted view's direction
   MaskScore mask;
@@ -63,21 +46,20 @@ struct ScoreFigure {
 };
 
 struct ScoreGroup {
-  std::string name;  // "all", "within 50 degrees", a scene, "scenes" (mean over the scenes' means)
+  std::string name;  // "all", "within 50 degrees"
   int views = 0;
   std::vector<ScoreFigure> figures;  // those that any view has
 };
 
 struct ScoreReport {
-  std::vector<ViewScore> views;  // by scene, then by name
+  std::vector<ViewScore> views;  // by name
   std::vector<ScoreGroup> groups;
-  std::vector<std::string> warnings;  // scenes that were left out
+  std::vector<std::string> warnings;
 };
 
 // OptionError for nothing to measure; InputError for folders without a true mask, a view without
-// its mask, and pictures that are not of one size (in the layouts of others, masks are resized to
-// the truth). A true mask without a value of 128 and more counts from 1 on, as 0 and 1 are written
-// by some. Stage: "score".
+// its mask, and pictures that are not of one size. A true mask without a value of 128 and more
+// counts from 1 on, because some programs write masks of 0 and 1. Stage: "score".
 ScoreReport Score(const ScoreRequest& request, Monitor& monitor);
 
 std::string ToJson(const ScoreReport& report);

@@ -70,25 +70,8 @@ ScoreGroup Group(const std::string& name, const std::vector<ViewScore>& views,
   return group;
 }
 
-// The scenes' means as if each were one view.
-ScoreGroup MeanOfScenes(const std::vector<ScoreGroup>& scenes) {
-  ScoreGroup group;
-  group.name = "scenes";
-  for (const ScoreGroup& scene : scenes) group.views += scene.views;
-  for (const FigureType& type : kFigures) {
-    std::vector<Named> values;
-    for (const ScoreGroup& scene : scenes) {
-      for (const ScoreFigure& figure : scene.figures) {
-        if (figure.name == type.name) values.push_back({figure.mean, scene.name});
-      }
-    }
-    if (!values.empty()) group.figures.push_back(Summarize(type, std::move(values)));
-  }
-  return group;
-}
-
-std::string Cells(const std::string& name, const std::vector<std::optional<double>>& values) {
-  std::string line = fmt::format("{:<28}", name);
+std::string Row(const std::string& name, const std::vector<std::optional<double>>& values) {
+  std::string line = fmt::format("\n{:<28}", name);
   for (const auto& value : values) {
     line += value ? fmt::format(" {:>12.4f}", *value) : fmt::format(" {:>12}", "-");
   }
@@ -100,26 +83,14 @@ std::string Cells(const std::string& name, const std::vector<std::optional<doubl
 std::vector<ScoreGroup> GroupScores(const ScoreRequest& request,
                                     const std::vector<ViewScore>& views) {
   std::vector<ScoreGroup> groups;
-  if (request.layout == TruthLayout::kViews) {
-    groups.push_back(Group("all", views, [](const ViewScore& v) { return !v.painted; }));
-    const bool angles = std::any_of(views.begin(), views.end(),
-                                    [](const ViewScore& v) { return v.degrees.has_value(); });
-    if (angles) {
-      groups.push_back(Group(fmt::format("within {:g} degrees", request.within_degrees), views,
-                             [&](const ViewScore& v) {
-                               return !v.painted && v.degrees &&
-                                      *v.degrees <= request.within_degrees;
-                             }));
-    }
-    return groups;
+  groups.push_back(Group("all", views, [](const ViewScore& v) { return !v.painted; }));
+  if (std::any_of(views.begin(), views.end(),
+                  [](const ViewScore& v) { return v.degrees.has_value(); })) {
+    groups.push_back(Group(fmt::format("within {:g} degrees", request.within_degrees), views,
+                           [&](const ViewScore& v) {
+                             return !v.painted && v.degrees && *v.degrees <= request.within_degrees;
+                           }));
   }
-  for (const ViewScore& view : views) {
-    if (!groups.empty() && groups.back().name == view.scene) continue;
-    groups.push_back(Group(view.scene, views, [&](const ViewScore& v) {
-      return !v.painted && v.scene == view.scene;
-    }));
-  }
-  groups.push_back(MeanOfScenes(groups));
   return groups;
 }
 
@@ -127,7 +98,6 @@ std::string ToJson(const ScoreReport& report) {
   Json views = Json::array();
   for (const ViewScore& view : report.views) {
     Json json = {{"view", view.view}, {"painted", view.painted}};
-    if (!view.scene.empty()) json["scene"] = view.scene;
     if (view.degrees) json["degrees"] = *view.degrees;
     for (const FigureType& type : kFigures) {
       if (const auto value = type.get(view)) json[type.name] = *value;
@@ -163,8 +133,7 @@ std::string ToText(const ScoreReport& report) {
   for (const ViewScore& view : report.views) {
     std::vector<std::optional<double>> values;
     for (const FigureType* type : shown) values.push_back(type->get(view));
-    const std::string name = view.scene.empty() ? view.view : view.scene + "/" + view.view;
-    text += "\n" + Cells(name + (view.painted ? " (given)" : ""), values);
+    text += Row(view.view + (view.painted ? " (given)" : ""), values);
   }
   for (const ScoreGroup& group : report.groups) {
     text += fmt::format("\n\n{}, {} views", group.name, group.views);
@@ -180,7 +149,7 @@ std::string ToText(const ScoreReport& report) {
           if (figure.name == type->name) values.back() = figure.*member;
         }
       }
-      text += "\n" + Cells(name, values);
+      text += Row(name, values);
     }
   }
   return text;
