@@ -7,7 +7,6 @@
 #include "colmap_io/image_io.h"
 #include "recolor/color_edit.h"
 #include "retint/common.h"
-#include "synthetic/lens.h"
 #include "synthetic/synthetic_workspace.h"
 
 namespace retint::cli {
@@ -53,7 +52,8 @@ void Synth(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output, /*as_folder=*/true);
   SyntheticScene scene = MakeSyntheticScene(options, run.monitor());
   if (arguments.camera_model != "PINHOLE") {
-    TakeThroughLens(arguments.camera_model, options, &scene, run.monitor());
+    const Camera& pinhole = scene.reconstruction.cameras.begin()->second;
+    TakeThroughLens(MakeLens(arguments.camera_model, pinhole), options, &scene, run.monitor());
   }
   SyntheticStart start;
   StagedOutput staged;

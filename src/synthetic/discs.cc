@@ -61,59 +61,27 @@ PixelArray<uint8_t, 1> DistanceToOutlines(const PixelArray<uint8_t, 1>& ids) {
 }
 
 // The part's surface under a point offset in the tangent plane.
-bool Probe(const World& world, int part, const Vec3& point, const Vec3& normal, double height,
-           Hit* hit, Vec3* where) {
-  const Ray ray = {point + height * normal, -normal};
-  if (!world.parts[size_t(part)].shape->Intersect(ray, 0, 2 * height, hit)) return false;
-  hit->shape = part;
-  *where = ray.origin + hit->t * ray.direction;
-  return hit->normal.dot(normal) > 0.5;
+std::optional<Hit> Probe(const World& world, const Disc& disc, const Vec3& offset, Vec3* where) {
+  const double height = 0.7 * offset.norm() + 1e-4;
+  const Ray ray = {disc.point + offset + height * disc.normal, -disc.normal};
+  Hit hit;
+  if (!world.parts[size_t(disc.part)].shape->Intersect(ray, 0, 2 * height, &hit)) return {};
+  if (hit.normal.dot(disc.normal) <= 0.5) return {};
+  hit.shape = disc.part;
+  *where = ray.At(hit.t);
+  return hit;
 }
 
-void Sink(const World& world, const Seed& seed, Disc* disc) {
-  const Part& part = world.parts[size_t(disc->part)];
-  const Vec3 sunk = disc->point - kSink * seed.radius / seed.pixels * disc->normal;
-  disc->solid = part.shape->Contains(sunk, 0);
-  if (disc->solid) disc->point = sunk;
-}
-
-}  // namespace
-
-bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Seed& seed, int part,
-              Disc* disc) {
-  const TracedView& view = views[seed.view];
-  const int width = view.parts.width;
-  const Ray ray =
-      PixelRay(view.camera, seed.pixel % uint32_t(width) + 0.5, seed.pixel / uint32_t(width) + 0.5);
-  disc->part = part;
-  if (!world.parts[size_t(part)].shape->Intersect(ray, 1e-6, 1e3, &disc->hit)) return false;
-  disc->hit.shape = part;
-  disc->point = disc->surface = ray.origin + disc->hit.t * ray.direction;
-  disc->normal = disc->hit.normal;
-  disc->axis = disc->normal.unitOrthogonal();
-  // Where color is flat, overlap costs nothing and closes the gaps.
-  const double sigma = seed.radius * (0.85 + 0.40 * Smooth(1.2, 3, seed.pixels));
-  const double reach = kReach * sigma;
-  disc->sigma[0] = disc->sigma[1] = disc->wanted = sigma;
-  disc->pixel = seed.radius / seed.pixels;
-  if (const auto strand = world.parts[size_t(part)].shape->StrandAt(disc->point)) {
-    disc->point = strand->point;
-    disc->axis = strand->direction;
-    disc->normal = (disc->normal - disc->axis.dot(disc->normal) * disc->axis).normalized();
-    disc->sigma[0] *= kRodStretch;
-    disc->sigma[1] = kRodSigma * strand->radius;
-    disc->rod = strand->radius;
-    return true;
-  }
+// Fits a disc to where its surface ends.
+void Trim(const World& world, Disc* disc) {
+  Vec3 where;
   const auto on_surface = [&](const Vec3& offset) {
-    Hit hit;
-    Vec3 where;
-    return Probe(world, part, disc->point + offset, disc->normal, 0.7 * offset.norm() + 1e-4, &hit,
-                 &where);
+    return Probe(world, *disc, offset, &where).has_value();
   };
+  const double sigma = disc->wanted, reach = kReach * sigma;
   // Directions in which the surface ends, as an axis: ends on opposite sides add up.
   Vec2 doubled = Vec2::Zero();
-  const Vec3 first = disc->axis, second = disc->normal.cross(disc->axis);
+  const Vec3 first = disc->axis, second = disc->Across();
   bool edge = false;
   for (int k = 0; k < 8; ++k) {
     const double phi = k * kPi / 4;
@@ -121,17 +89,14 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
     doubled += Vec2(std::cos(2 * phi), std::sin(2 * phi));
     edge = true;
   }
-  if (!edge) {
-    Sink(world, seed, disc);
-    return true;
-  }
+  if (!edge) return;
   if (doubled.norm() > 1e-3) {
     const double phi = 0.5 * std::atan2(doubled.y(), doubled.x());
     disc->axis = std::cos(phi) * first + std::sin(phi) * second;
   }
   Vec3 shift = Vec3::Zero();
   for (int axis = 0; axis < 2; ++axis) {
-    const Vec3 direction = axis == 0 ? disc->axis : Vec3(disc->normal.cross(disc->axis));
+    const Vec3 direction = axis == 0 ? disc->axis : disc->Across();
     double extent[2];
     for (int side = 0; side < 2; ++side) {
       double inside = 0, outside = reach;
@@ -146,32 +111,61 @@ bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Se
     disc->sigma[axis] = std::max(0.4 * sigma, 0.5 * (extent[0] + extent[1]) / kReach);
     shift += 0.5 * (extent[0] - extent[1]) * direction;
   }
-  Hit hit;
-  Vec3 where;
-  if (Probe(world, part, disc->point + shift, disc->normal, 0.7 * shift.norm() + 1e-4, &hit,
-            &where)) {
+  if (const auto hit = Probe(world, *disc, shift, &where)) {
     disc->point = disc->surface = where;
-    disc->hit = hit;
-    disc->axis = (disc->axis - hit.normal.dot(disc->axis) * hit.normal).normalized();
-    disc->normal = hit.normal;
+    disc->hit = *hit;
+    disc->axis = (disc->axis - hit->normal.dot(disc->axis) * hit->normal).normalized();
+    disc->normal = hit->normal;
   }
-  Sink(world, seed, disc);
-  return true;
 }
 
-bool MakeFiller(const World& world, const Disc& disc, Disc* filler) {
-  const Part& part = world.parts[size_t(disc.part)];
-  if (disc.rod > 0 || world.objects[size_t(part.object)].furniture) return false;
+}  // namespace
+
+std::optional<Disc> MakeDisc(const World& world, const std::vector<TracedView>& views,
+                             const Seed& seed, int part) {
+  const TracedView& view = views[seed.view];
+  const auto width = uint32_t(view.parts.width);
+  const Ray ray = PixelRay(view.camera, seed.pixel % width + 0.5, seed.pixel / width + 0.5);
+  const Shape& shape = *world.parts[size_t(part)].shape;
+  Disc disc;
+  if (!shape.Intersect(ray, 1e-6, 1e3, &disc.hit)) return std::nullopt;
+  disc.part = disc.hit.shape = part;
+  disc.point = disc.surface = ray.At(disc.hit.t);
+  disc.normal = disc.hit.normal;
+  disc.axis = disc.normal.unitOrthogonal();
+  // Where color is flat, overlap costs nothing and closes the gaps.
+  disc.wanted = seed.radius * (0.85 + 0.40 * Smooth(1.2, 3, seed.pixels));
+  disc.sigma[0] = disc.sigma[1] = disc.wanted;
+  disc.pixel = seed.radius / seed.pixels;
+  if (const auto strand = shape.StrandAt(disc.point)) {
+    disc.point = strand->point;
+    disc.axis = strand->direction;
+    disc.normal = (disc.normal - disc.axis.dot(disc.normal) * disc.axis).normalized();
+    disc.sigma[0] *= kRodStretch;
+    disc.sigma[1] = kRodSigma * strand->radius;
+    disc.rod = strand->radius;
+    return disc;
+  }
+  Trim(world, &disc);
+  const Vec3 sunk = disc.point - kSink * seed.radius / seed.pixels * disc.normal;
+  disc.solid = shape.Contains(sunk);
+  if (disc.solid) disc.point = sunk;
+  return disc;
+}
+
+std::optional<Disc> MakeFiller(const World& world, const Disc& disc) {
+  if (disc.rod > 0 || world.ObjectOf(disc.part).furniture) return std::nullopt;
   const Vec3 moved = disc.point - disc.surface;
   const double along = moved.dot(disc.normal);
   const bool trimmed = std::min(disc.sigma[0], disc.sigma[1]) < 0.8 * disc.wanted ||
                        (moved - along * disc.normal).norm() > 0.3 * disc.wanted;
-  if (!trimmed) return false;
-  *filler = disc;
-  filler->filler = true;
-  filler->point = disc.surface - kFillerDepth * disc.pixel * disc.normal;
-  filler->sigma[0] = filler->sigma[1] = disc.wanted;
-  return part.shape->Contains(filler->point, 0);
+  if (!trimmed) return std::nullopt;
+  Disc filler = disc;
+  filler.filler = true;
+  filler.point = disc.surface - kFillerDepth * disc.pixel * disc.normal;
+  filler.sigma[0] = filler.sigma[1] = disc.wanted;
+  if (!world.parts[size_t(disc.part)].shape->Contains(filler.point)) return std::nullopt;
+  return filler;
 }
 
 // A view in front of which a disc lies: pixels a meter along its three axes.
@@ -179,12 +173,6 @@ struct Silhouettes::Sight {
   size_t view;
   Vec2 scale[3];
   double per_meter;  // pixels, of what is parallel to the image
-};
-
-// Meters from a point along an axis, forwards and backwards, to where its object gives way to
-// something behind it; negative on the side from which a point outside has to return.
-struct Silhouettes::Room {
-  double side[2];
 };
 
 Silhouettes::Silhouettes(const World& world, const std::vector<TracedView>& views)
@@ -214,41 +202,38 @@ std::vector<Silhouettes::Sight> Silhouettes::Sights(const Disc& disc, const Vec3
   return sights;
 }
 
-Silhouettes::Room Silhouettes::Walk(const Sight& sight, const Vec2& at, int axis, double z,
-                                    int object, double reach) const {
+std::array<double, 2> Silhouettes::Walk(const Sight& sight, const Vec2& at, int axis, double z,
+                                        int object, double reach) const {
   const TracedView& view = views_[sight.view];
   const double per_meter = sight.scale[axis].norm();
-  Room room = {{reach, reach}};
+  std::array<double, 2> room = {reach, reach};
   enum { kOwn, kBehind, kHiding };
-  const auto look = [&](const Vec2& p, int* clear) {
+  int clear = 0;  // pixels to the next outline
+  const auto look = [&](const Vec2& p) {
     const int x = int(std::floor(p.x())), y = int(std::floor(p.y()));
     if (!view.parts.Contains(x, y)) return kHiding;
-    *clear = distances_[sight.view](x, y);
+    clear = distances_[sight.view](x, y);
     if (view.truth.object_ids(x, y) == object) return kOwn;
     const double depth = view.truth.depth(x, y);
     return depth > 0 && depth < kFarther * z ? kHiding : kBehind;
   };
-  int clear = 0;
-  const auto start = look(at, &clear);
+  const auto start = look(at);
   if (start == kHiding) return room;
-  double first[2] = {-1, -1};  // pixels to the first change, or -1
+  double first[2] = {-1, -1};  // meters to the first change, or -1
   for (int side = 0; side < 2; ++side) {
     const Vec2 step = (side == 0 ? 1 : -1) / per_meter * sight.scale[axis];
     for (double walked = 0; walked <= reach * per_meter; walked += std::max(kStep, clear - 1.0)) {
-      const auto now = look(at + walked * step, &clear);
+      const auto now = look(at + walked * step);
       if (now == start) continue;
       if (now != kHiding) first[side] = std::max(0.0, walked - 0.5 * kStep) / per_meter;
       break;
     }
   }
-  if (start == kOwn) {
-    for (int side = 0; side < 2; ++side) {
-      if (first[side] >= 0) room.side[side] = first[side];
-    }
-  } else {
-    // Outside: back to the nearer side, if there is one.
-    const int back = first[0] >= 0 && (first[1] < 0 || first[0] <= first[1]) ? 0 : 1;
-    if (first[back] >= 0) room.side[1 - back] = -first[back];
+  // From outside, back to the nearer side, if there is one.
+  const int back = first[0] >= 0 && (first[1] < 0 || first[0] <= first[1]) ? 0 : 1;
+  for (int side = 0; side < 2; ++side) {
+    if (start == kOwn && first[side] >= 0) room[side] = first[side];
+    if (start == kBehind && side == back && first[side] >= 0) room[1 - side] = -first[side];
   }
   return room;
 }
@@ -261,7 +246,7 @@ struct Silhouettes::Demand {
 
 Silhouettes::Demand Silhouettes::Ask(const std::vector<Sight>& sights, const Disc& disc, int axis,
                                      int object) const {
-  const double sigma = axis < 2 ? disc.sigma[axis] : Thickness(disc);
+  const double sigma = axis < 2 ? disc.sigma[axis] : disc.Thickness();
   Demand demand;
   demand.fitting = sigma;
   for (const Sight& sight : sights) {
@@ -271,12 +256,12 @@ Silhouettes::Demand Silhouettes::Ask(const std::vector<Sight>& sights, const Dis
     if (!at) continue;
     const double blur2 = kCovarianceDilation / (per_meter * per_meter);
     const double reach = kOpaque * std::sqrt(sigma * sigma + blur2);
-    const Room room = Walk(sight, at->head<2>(), axis, at->z(), object, reach);
+    const auto room = Walk(sight, at->head<2>(), axis, at->z(), object, reach);
     for (int side = 0; side < 2; ++side) {
-      demand.lack[side] = std::max(demand.lack[side], reach - room.side[side]);
+      demand.lack[side] = std::max(demand.lack[side], reach - room[side]);
     }
-    if (room.side[0] < reach && room.side[1] < reach) {
-      const double half = 0.5 * (room.side[0] + room.side[1]) / kOpaque;
+    if (room[0] < reach && room[1] < reach) {
+      const double half = 0.5 * (room[0] + room[1]) / kOpaque;
       const double least = kLeastSigma / sight.per_meter;
       demand.fitting =
           std::min(demand.fitting, std::sqrt(std::max(least * least, half * half - blur2)));
@@ -286,8 +271,10 @@ Silhouettes::Demand Silhouettes::Ask(const std::vector<Sight>& sights, const Dis
 }
 
 bool Silhouettes::Hides(const Disc& disc) const {
-  const Vec3 ends[2] = {kOpaque * disc.sigma[0] * disc.axis,
-                        kOpaque * disc.sigma[1] * disc.normal.cross(disc.axis)};
+  const Vec3 long_way = kOpaque * disc.sigma[0] * disc.axis;
+  const Vec3 short_way = kOpaque * disc.sigma[1] * disc.Across();
+  const Vec3 points[] = {disc.point, disc.point + long_way, disc.point - long_way,
+                         disc.point + short_way, disc.point - short_way};
   const auto seen = [&](const TracedView& view, const Vec3& point) {
     const auto at = view.camera.Project(point);
     if (!at) return false;
@@ -296,19 +283,16 @@ bool Silhouettes::Hides(const Disc& disc) const {
     return view.truth.depth(x, y) == 0 || view.truth.depth(x, y) > at->z() - 0.5 * disc.pixel;
   };
   return std::none_of(views_.begin(), views_.end(), [&](const TracedView& view) {
-    if (seen(view, disc.point)) return true;
-    for (const Vec3& end : ends) {
-      if (seen(view, disc.point + end) || seen(view, disc.point - end)) return true;
-    }
-    return false;
+    return std::any_of(std::begin(points), std::end(points),
+                       [&](const Vec3& point) { return seen(view, point); });
   });
 }
 
 void Silhouettes::KeepInside(Disc* disc) const {
-  const int object = world_.parts[size_t(disc->part)].object;
   // Furniture meets other furniture all along its outlines: gaps there would show.
-  if (world_.objects[size_t(object)].furniture) return;
-  const Vec3 axes[3] = {disc->axis, disc->normal.cross(disc->axis), disc->normal};
+  if (world_.ObjectOf(disc->part).furniture) return;
+  const int object = world_.parts[size_t(disc->part)].object;
+  const Vec3 axes[3] = {disc->axis, disc->Across(), disc->normal};
   const auto sights = Sights(*disc, axes);
   // Discs side by side must go on covering their surface; across a rod there is only one.
   const double least[2] = {kLeastShare * disc->sigma[0],

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "synthetic/views.h"
@@ -33,22 +35,21 @@ struct Disc {
   double wanted = 0;    // standard deviation where nothing asks for less
   bool solid = false;   // `point` is sunk below the surface
   bool filler = false;  // closes a crack from below
+
+  Vec3 Across() const { return normal.cross(axis); }
+  double Thickness() const {  // standard deviation along the normal
+    return rod > 0 ? sigma[1] : std::max(2e-4, 0.12 * std::min(sigma[0], sigma[1]));
+  }
 };
 
-// Standard deviation along the normal.
-inline double Thickness(const Disc& disc) {
-  return disc.rod > 0 ? disc.sigma[1]
-                      : std::max(2e-4, 0.12 * std::min(disc.sigma[0], disc.sigma[1]));
-}
-
-// A round disc, or near the part's edge one that ends there, or a bead on a rod's axis. False where
+// A round disc, or near the part's edge one that ends there, or a bead on a rod's axis. None where
 // the seed's pixel misses the part.
-bool MakeDisc(const World& world, const std::vector<TracedView>& views, const Seed& seed, int part,
-              Disc* disc);
+std::optional<Disc> MakeDisc(const World& world, const std::vector<TracedView>& views,
+                             const Seed& seed, int part);
 
 // A disc trimmed or moved away from an edge leaves a crack along it, through which the inside would
-// show: one deeper in the solid, which closes it. False where none is needed.
-bool MakeFiller(const World& world, const Disc& disc, Disc* filler);
+// show: one deeper in the solid, which closes it, where it is needed.
+std::optional<Disc> MakeFiller(const World& world, const Disc& disc);
 
 // The objects' outlines in every view.
 class Silhouettes {
@@ -63,10 +64,12 @@ class Silhouettes {
 
  private:
   struct Sight;
-  struct Room;
   struct Demand;
   std::vector<Sight> Sights(const Disc& disc, const Vec3 (&axes)[3]) const;
-  Room Walk(const Sight& sight, const Vec2& at, int axis, double z, int object, double reach) const;
+  // Meters from a point along an axis, forwards and backwards, to where its object gives way to
+  // something behind it; negative on the side from which a point outside has to return.
+  std::array<double, 2> Walk(const Sight& sight, const Vec2& at, int axis, double z, int object,
+                             double reach) const;
   Demand Ask(const std::vector<Sight>& sights, const Disc& disc, int axis, int object) const;
 
   const World& world_;

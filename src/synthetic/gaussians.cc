@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "synthetic/gaussians.h"
-
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <optional>
+#include <unordered_map>
 
 #include <Eigen/Cholesky>
 
@@ -16,7 +15,6 @@
 namespace retint::synthetic {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kMaxRing = 18;             // pixels
 constexpr double kRadiusPerRing = 0.42;  // a disc's radius per distance to the nearest change
 constexpr double kMinRadius = 1.6;       // pixels between neighbors where texture is finest
@@ -27,8 +25,6 @@ constexpr double kOpacity = 0.96;
 constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
 constexpr double kRidge = 0.02;   // per view, on the higher SH degrees of matt surfaces
 constexpr double kLevelRatio = 1.25;  // between levels of world radius
-
-double Logit(double p) { return std::log(p / (1 - p)); }
 
 // How large a disc a pixel allows: by the distance to where its part's color or normal changes or
 // its surface ends.
@@ -62,8 +58,7 @@ class RadiusFinder {
       }
       clear += !stopped;
     }
-    const int object = world_.parts[size_t(view_.parts(x, y))].object;
-    const double least = world_.objects[size_t(object)].furniture ? kMinRadius : kFineRadius;
+    const double least = world_.ObjectOf(view_.parts(x, y)).furniture ? kMinRadius : kFineRadius;
     return std::max(least, kRadiusPerRing * clear + 0.4);
   }
 
@@ -109,10 +104,8 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
         if (pixels == 0 || lot * pixels * pixels > density) continue;
         const double z = view.truth.depth(x, y);
         const Ray ray = PixelRay(view.camera, x + 0.5, y + 0.5);
-        const Vec3 n(view.truth.normals(x, y, 0), view.truth.normals(x, y, 1),
-                     view.truth.normals(x, y, 2));
-        const double slant =
-            std::clamp(std::abs(n.dot(ray.direction)) / ray.direction.norm(), 0.25, 1.0);
+        const double slant = std::clamp(
+            std::abs(view.NormalAt(x, y).dot(ray.direction)) / ray.direction.norm(), 0.25, 1.0);
         const double wanted = pixels * z / focal / std::sqrt(slant);
         const int level = int(std::floor(std::log(wanted) / std::log(kLevelRatio)));
         Vec3 point = ray.origin + z * ray.direction;
@@ -134,34 +127,6 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
   return seeds;
 }
 
-// Hash table from a cell's key to the first disc in it, -1 for none; open addressing.
-class CellTable {
- public:
-  void Reset(size_t count) {
-    size_t size = 64;
-    while (size < 2 * count) size *= 2;
-    slots_.assign(size, {0, -1});
-  }
-  int& At(uint64_t key) {
-    Slot& slot = slots_[Locate(key)];
-    slot.key = key;
-    return slot.head;
-  }
-  int Find(uint64_t key) const { return slots_[Locate(key)].head; }
-
- private:
-  struct Slot {
-    uint64_t key;
-    int head;
-  };
-  size_t Locate(uint64_t key) const {
-    size_t i = key & (slots_.size() - 1);
-    while (slots_[i].head >= 0 && slots_[i].key != key) i = (i + 1) & (slots_.size() - 1);
-    return i;
-  }
-  std::vector<Slot> slots_;
-};
-
 // Poisson-disc selection, finest level first: a candidate stays unless a kept one is nearer than
 // the mean of their radii.
 std::vector<Seed> Thin(std::vector<Seed> seeds) {
@@ -169,92 +134,84 @@ std::vector<Seed> Thin(std::vector<Seed> seeds) {
     return a.level != b.level ? a.level < b.level : a.order < b.order;
   });
   std::vector<Seed> kept;
-  std::vector<int> next;
-  CellTable heads;
-  for (size_t begin = 0; begin < seeds.size();) {
-    const double radius = seeds[begin].radius, cell = radius;
-    const auto cell_of = [&](const Vec3& p) {
-      return Eigen::Array3i((p.array() / cell).floor().cast<int>());
-    };
-    const auto key = [](const Eigen::Array3i& c) {
-      return HashOf(uint64_t(uint32_t(c.x())) << 32 | uint32_t(c.y()), uint64_t(uint32_t(c.z())));
-    };
-    next.assign(kept.size(), -1);
-    size_t end_of_level = begin;
-    while (end_of_level < seeds.size() && seeds[end_of_level].level == seeds[begin].level) {
-      ++end_of_level;
+  std::vector<int> next;                    // of the kept ones in the same cell, -1 the last
+  std::unordered_map<uint64_t, int> heads;  // the first one in each cell
+  double cell = 0;                          // its size, the radius of the level
+  const auto cell_of = [&](const Vec3& p) {
+    return Eigen::Array3i((p.array() / cell).floor().cast<int>());
+  };
+  const auto key = [](const Eigen::Array3i& c) {
+    return HashOf(uint64_t(uint32_t(c.x())) << 32 | uint32_t(c.y()), uint64_t(uint32_t(c.z())));
+  };
+  const auto insert = [&](size_t i) {
+    int& head = heads.try_emplace(key(cell_of(kept[i].point)), -1).first->second;
+    next.push_back(head);
+    head = int(i);
+  };
+  for (size_t s = 0; s < seeds.size(); ++s) {
+    if (s == 0 || seeds[s].level != seeds[s - 1].level) {
+      cell = seeds[s].radius;
+      heads.clear();
+      next.clear();
+      for (size_t i = 0; i < kept.size(); ++i) insert(i);
     }
-    heads.Reset(kept.size() + end_of_level - begin);
-    const auto insert = [&](size_t i) {
-      int& head = heads.At(key(cell_of(kept[i].point)));
-      next[i] = head;
-      head = int(i);
-    };
-    for (size_t i = 0; i < kept.size(); ++i) insert(i);
-    for (size_t candidate = begin; candidate < end_of_level; ++candidate) {
-      const Eigen::Array3i home = cell_of(seeds[candidate].point);
-      bool covered = false;
-      for (int k = 0; k < 27 && !covered; ++k) {
-        // The candidate's own cell first: there most of them end.
-        const int c = (k + 13) % 27;
-        int i = heads.Find(key(home + Eigen::Array3i(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1)));
-        for (; i >= 0 && !covered; i = next[size_t(i)]) {
-          const double apart = 0.5 * (kept[size_t(i)].radius + radius);
-          covered = (kept[size_t(i)].point - seeds[candidate].point).squaredNorm() < apart * apart;
-        }
+    const Eigen::Array3i home = cell_of(seeds[s].point);
+    bool covered = false;
+    for (int k = 0; k < 27 && !covered; ++k) {
+      const int c = (k + 13) % 27;  // the seed's own cell first: there most of them end
+      const auto head = heads.find(key(home + Eigen::Array3i(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1)));
+      for (int i = head == heads.end() ? -1 : head->second; i >= 0 && !covered;
+           i = next[size_t(i)]) {
+        const double apart = 0.5 * (kept[size_t(i)].radius + cell);
+        covered = (kept[size_t(i)].point - seeds[s].point).squaredNorm() < apart * apart;
       }
-      if (covered) continue;
-      kept.push_back(seeds[candidate]);
-      next.push_back(-1);
-      insert(kept.size() - 1);
     }
-    begin = end_of_level;
+    if (covered) continue;
+    kept.push_back(seeds[s]);
+    insert(kept.size() - 1);
   }
   return kept;
 }
 
 // Where a disc shows in a view. Neighbors on its near side cover it, it covers those on its far
 // side: what is seen of it lies off its center, towards larger depth.
-bool VisibleSpot(const TracedView& view, const Disc& disc, double* x, double* y) {
-  if (!Sees(view, disc.part, disc.surface, x, y)) return false;
+std::optional<Vec2> VisibleSpot(const TracedView& view, const Disc& disc) {
+  auto spot = Sees(view, disc.part, disc.surface);
+  if (!spot) return spot;
   const Vec3 in_camera = view.camera.cam_from_world * disc.surface;
   const Vec3 normal = view.camera.cam_from_world.rotation * disc.normal;
-  const double focal = view.camera.camera.fx(), z = in_camera.z();
   const Vec2 downhill = normal.head<2>();
-  if (downhill.norm() < 1e-6) return true;
+  if (downhill.norm() < 1e-6) return spot;
   const double slant = std::abs(normal.dot(in_camera)) / in_camera.norm();
-  const double sigma = std::sqrt(disc.sigma[0] * disc.sigma[1]) * focal / z * slant;
-  const Vec2 shift =
-      kShingle * std::sqrt(sigma * sigma + kCovarianceDilation) * downhill.normalized();
-  *x += shift.x();
-  *y += shift.y();
-  return true;
+  const double sigma =
+      std::sqrt(disc.sigma[0] * disc.sigma[1]) * view.camera.camera.fx() / in_camera.z() * slant;
+  *spot += kShingle * std::sqrt(sigma * sigma + kCovarianceDilation) * downhill.normalized();
+  return spot;
 }
 
-// Bilinear photo at (x, y), pixel centers at 0.5; false where another part mixes in.
-bool LookUp(const TracedView& view, int part, double x, double y, Vec3* color) {
-  const double fx = std::floor(x - 0.5), fy = std::floor(y - 0.5);
-  const int x0 = int(fx), y0 = int(fy);
-  color->setZero();
+// Bilinear photo, pixel centers at 0.5; none where another part mixes in.
+std::optional<Vec3> LookUp(const TracedView& view, int part, const Vec2& xy) {
+  const double fx = std::floor(xy.x() - 0.5), fy = std::floor(xy.y() - 0.5);
+  const double u = xy.x() - 0.5 - fx, v = xy.y() - 0.5 - fy;
+  Vec3 color = Vec3::Zero();
   for (int k = 0; k < 4; ++k) {
-    const int px = x0 + k % 2, py = y0 + k / 2;
-    if (!view.parts.Contains(px, py) || view.parts(px, py) != part) return false;
-    const double wx = k % 2 ? x - 0.5 - fx : 1 - (x - 0.5 - fx);
-    const double wy = k / 2 ? y - 0.5 - fy : 1 - (y - 0.5 - fy);
-    for (int c = 0; c < 3; ++c) (*color)[c] += wx * wy * view.truth.photo(px, py, c);
+    const int x = int(fx) + k % 2, y = int(fy) + k / 2;
+    if (!view.parts.Contains(x, y) || view.parts(x, y) != part) return std::nullopt;
+    const double weight = (k % 2 ? u : 1 - u) * (k / 2 ? v : 1 - v);
+    for (int c = 0; c < 3; ++c) color[c] += weight * view.truth.photo(x, y, c);
   }
-  return true;
+  return color;
 }
 
 // The photo where it shows the rod that the bead is on.
-bool LookUpBead(const TracedView& view, const Disc& disc, Vec3* color) {
+std::optional<Vec3> LookUpBead(const TracedView& view, const Disc& disc) {
   const auto at = view.camera.Project(disc.point);
-  if (!at) return false;
+  if (!at) return std::nullopt;
   const int x = int(std::floor(at->x())), y = int(std::floor(at->y()));
-  if (!view.parts.Contains(x, y) || view.parts(x, y) < 0) return false;
-  if (std::abs(view.truth.depth(x, y) - at->z()) > 2 * disc.rod) return false;
-  for (int c = 0; c < 3; ++c) (*color)[c] = view.truth.photo(x, y, c);
-  return true;
+  if (!view.parts.Contains(x, y) || view.parts(x, y) < 0) return std::nullopt;
+  if (std::abs(view.truth.depth(x, y) - at->z()) > 2 * disc.rod) return std::nullopt;
+  const auto& photo = view.truth.photo;
+  return Vec3(photo(x, y, 0), photo(x, y, 1), photo(x, y, 2));
 }
 
 // Writes the SH coefficients [16, 3] of a disc: least squares over the colors that the views show
@@ -273,31 +230,23 @@ void FitColor(const World& world, const Lighting& lighting, const std::vector<Tr
     right += weight * basis * (color - Vec3::Constant(0.5)).transpose();
   };
   const auto traced = [&](const Vec3& direction) {
-    return lighting.EncodeHere(lighting.Radiance(disc.hit, disc.surface, direction));
+    return lighting.Encoded(disc.hit, disc.surface, direction);
   };
   double total = 0;
   for (const TracedView& view : views) {
-    double x, y;
-    Vec3 color;
-    if (disc.rod > 0) {
-      if (LookUpBead(view, disc, &color)) {
-        add((disc.point - view.camera.Center()).normalized(), color, 1);
-        total += 1;
-      }
-      continue;
-    }
-    if (!VisibleSpot(view, disc, &x, &y)) continue;
-    const Vec3 direction = (disc.surface - view.camera.Center()).normalized();
-    if (LookUp(view, disc.part, x, y, &color)) {
-      add(direction, color, 1);
-    } else {
-      add(direction, traced(direction), 0.3);
-    }
+    const Vec3 place = disc.rod > 0 ? disc.point : disc.surface;
+    const Vec3 direction = (place - view.camera.Center()).normalized();
+    const auto spot = disc.rod > 0 ? std::nullopt : VisibleSpot(view, disc);
+    const auto color = disc.rod > 0 ? LookUpBead(view, disc)
+                       : spot       ? LookUp(view, disc.part, *spot)
+                                    : std::nullopt;
+    if (!color && !spot) continue;
+    add(direction, color ? *color : traced(direction), color ? 1 : 0.3);
     total += 1;
   }
   if (glossy || total == 0) {
     // Faintly over its whole front, so that highlights stay sane from everywhere.
-    const Vec3 other = disc.normal.cross(disc.axis);
+    const Vec3 other = disc.Across();
     constexpr int kAround = 24;
     for (int k = 0; k < kAround; ++k) {
       const double cosine = (k + 0.5) / kAround, sine = std::sqrt(1 - cosine * cosine);
@@ -327,7 +276,7 @@ void Misplace(const World& world, const Vec3& eye, double bias, uint64_t seed, D
   const TexturePoint at = world.Locate(disc->hit, disc->point);
   const Vec2 size =
       at.uv.cwiseMin(Vec2::Ones() - at.uv)
-          .cwiseProduct(world.parts[size_t(disc->part)].shape->ChartSizes()[size_t(at.chart)]);
+          .cwiseProduct(world.parts[size_t(disc->part)].shape->chart_sizes[size_t(at.chart)]);
   const double taper = Smooth(0.02, 0.30, size.minCoeff());
   const double wave =
       0.25 + 0.75 * Smooth(0.25, 0.75, Noise(at.chart_xy.x() * 2.2, at.chart_xy.y() * 2.2, seed));
@@ -350,21 +299,15 @@ void Displace(const World& world, const Vec3& eye, const SyntheticOptions& optio
   Stretch(eye, std::max(0.1, 1 + options.depth_wave * wave + options.depth_noise * noise), disc);
 }
 
-void Write(const Disc& disc, size_t i, GaussianModel* model) {
-  Eigen::Matrix3d axes;
-  axes.col(0) = disc.axis;
-  axes.col(1) = disc.normal.cross(disc.axis);
-  axes.col(2) = disc.normal;
-  const Eigen::Quaterniond q = Eigen::Quaterniond(axes).normalized();
-  const double thin = Thickness(disc);
-  const double scales[3] = {disc.sigma[0], disc.sigma[1], thin};
-  for (size_t c = 0; c < 3; ++c) {
-    model->means[3 * i + c] = float(disc.point[Eigen::Index(c)]);
-    model->log_scales[3 * i + c] = float(std::log(scales[c]));
-  }
+void Write(size_t i, const Vec3& mean, const Vec3& scales, const Eigen::Quaterniond& q,
+           double opacity, GaussianModel* model) {
   const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
-  for (size_t c = 0; c < 4; ++c) model->quats_wxyz[4 * i + c] = float(wxyz[c]);
-  model->opacity_logits[i] = float(Logit(kOpacity));
+  std::copy_n(wxyz, 4, &model->quats_wxyz[4 * i]);
+  for (size_t c = 0; c < 3; ++c) {
+    model->means[3 * i + c] = float(mean[Eigen::Index(c)]);
+    model->log_scales[3 * i + c] = float(std::log(scales[Eigen::Index(c)]));
+  }
+  model->opacity_logits[i] = float(std::log(opacity / (1 - opacity)));
 }
 
 void AppendFloaters(const std::vector<TracedView>& views, const SyntheticOptions& options,
@@ -377,21 +320,18 @@ void AppendFloaters(const std::vector<TracedView>& views, const SyntheticOptions
     const TracedView& view = views[size_t(random.Uniform() * double(views.size()))];
     const int x = int(random.Uniform() * view.parts.width);
     const int y = int(random.Uniform() * view.parts.height);
-    const Ray ray = PixelRay(view.camera, x, y);
     const double z = std::max(1.0, double(view.truth.depth(x, y))) * random.Uniform(0.45, 0.9);
-    const Vec3 point = ray.origin + z * ray.direction;
     const Eigen::Quaterniond q = Eigen::Quaterniond(random.Gaussian(), random.Gaussian(),
                                                     random.Gaussian(), random.Gaussian())
                                      .normalized();
-    for (size_t c = 0; c < 3; ++c) {
-      model->means[3 * i + c] = float(point[Eigen::Index(c)]);
-      model->log_scales[3 * i + c] = float(std::log(0.012 + 0.03 * random.Uniform()));
-      model->sh[i * 48 + c] =
-          float((view.truth.photo(x, y, int(c)) + random.Uniform(-0.1, 0.1) - 0.5) / kShC0);
+    Vec3 scales;
+    for (int c = 0; c < 3; ++c) {
+      scales[c] = 0.012 + 0.03 * random.Uniform();
+      model->sh[i * 48 + size_t(c)] =
+          float((view.truth.photo(x, y, c) + random.Uniform(-0.1, 0.1) - 0.5) / kShC0);
     }
-    const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
-    for (size_t c = 0; c < 4; ++c) model->quats_wxyz[4 * i + c] = float(wxyz[c]);
-    model->opacity_logits[i] = float(Logit(random.Uniform(0.02, options.floater_opacity)));
+    Write(i, PixelRay(view.camera, x, y).At(z), scales, q,
+          random.Uniform(0.02, options.floater_opacity), model);
   }
 }
 
@@ -409,39 +349,41 @@ GaussianModel MakeGaussians(const World& world, const Lighting& lighting,
   std::vector<Disc> discs;
   const Vec3 eye = MiddleOfCameras(views);
   for (size_t part = 0; part < seeds.size(); ++part) {
-    std::vector<Disc> of_part(seeds[part].size());
-    std::vector<unsigned char> good(seeds[part].size());
+    std::vector<std::optional<Disc>> of_part(seeds[part].size());
     ParallelTasks(int64_t(of_part.size()), [&](size_t i) {
-      good[i] = MakeDisc(world, views, seeds[part][i], int(part), &of_part[i]);
+      of_part[i] = MakeDisc(world, views, seeds[part][i], int(part));
     });
-    for (size_t i = 0; i < of_part.size(); ++i) {
-      if (good[i]) discs.push_back(of_part[i]);
+    for (const auto& disc : of_part) {
+      if (disc) discs.push_back(*disc);
     }
   }
   monitor.Step("gaussians", 0.75, 1);
 
   const Silhouettes silhouettes(world, views);
-  std::vector<Disc> fillers(discs.size());
-  std::vector<unsigned char> filled(discs.size());
+  std::vector<std::optional<Disc>> fillers(discs.size());
   ParallelTasks(int64_t(discs.size()), [&](size_t i) {
     silhouettes.KeepInside(&discs[i]);
-    filled[i] = MakeFiller(world, discs[i], &fillers[i]);
-    if (!filled[i]) return;
-    silhouettes.KeepInside(&fillers[i]);
-    filled[i] = silhouettes.Hides(fillers[i]);
+    fillers[i] = MakeFiller(world, discs[i]);
+    if (!fillers[i]) return;
+    silhouettes.KeepInside(&*fillers[i]);
+    if (!silhouettes.Hides(*fillers[i])) fillers[i].reset();
   });
-  for (size_t i = 0; i < fillers.size(); ++i) {
-    if (filled[i]) discs.push_back(fillers[i]);
+  for (const auto& filler : fillers) {
+    if (filler) discs.push_back(*filler);
   }
   GaussianModel model;
   model.Resize(discs.size(), 3);
   ParallelTasks(int64_t(discs.size()), [&](size_t i) {
-    FitColor(world, lighting, views, discs[i], &model.sh[i * size_t(kMaxShCoeffs) * 3]);
-    if (world.MaterialOf(discs[i].part).textureless) {
-      Misplace(world, eye, options.wall_bias, HashOf(options.seed, 22), &discs[i]);
+    Disc& disc = discs[i];
+    FitColor(world, lighting, views, disc, &model.sh[i * size_t(kMaxShCoeffs) * 3]);
+    if (world.MaterialOf(disc.part).textureless) {
+      Misplace(world, eye, options.wall_bias, HashOf(options.seed, 22), &disc);
     }
-    Displace(world, eye, options, i, &discs[i]);
-    Write(discs[i], i, &model);
+    Displace(world, eye, options, i, &disc);
+    Eigen::Matrix3d axes;
+    axes << disc.axis, disc.Across(), disc.normal;
+    Write(i, disc.point, {disc.sigma[0], disc.sigma[1], disc.Thickness()},
+          Eigen::Quaterniond(axes).normalized(), kOpacity, &model);
   });
   AppendFloaters(views, options, &model);
   monitor.Step("gaussians", 1, 1);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "synthetic/points.h"
-
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
@@ -9,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "synthetic/noise.h"
+#include "synthetic/views.h"
 
 namespace retint::synthetic {
 namespace {
@@ -111,18 +110,18 @@ Vec3 Triangulate(const std::vector<TracedView>& views, const std::vector<Sightin
   return point;
 }
 
-bool InImage(const Camera& camera, const Vec2& xy) {
-  return xy.x() >= 0 && xy.y() >= 0 && xy.x() < camera.width && xy.y() < camera.height;
-}
-
 std::vector<Sighting> Observe(const std::vector<TracedView>& views, int part, const Vec3& point,
                               double noise, Random* random) {
   std::vector<Sighting> sightings;
   for (size_t v = 0; v < views.size(); ++v) {
-    double x, y;
-    if (!Sees(views[v], part, point, &x, &y) || random->Uniform() > kDetected) continue;
-    const Vec2 xy(x + noise * random->Gaussian(), y + noise * random->Gaussian());
-    if (InImage(views[v].camera.camera, xy)) sightings.push_back({v, xy});
+    const auto seen = Sees(views[v], part, point);
+    if (!seen || random->Uniform() > kDetected) continue;
+    const double dy = noise * random->Gaussian(), dx = noise * random->Gaussian();
+    const Vec2 xy(seen->x() + dx, seen->y() + dy);
+    const Camera& camera = views[v].camera.camera;
+    if (xy.x() >= 0 && xy.y() >= 0 && xy.x() < camera.width && xy.y() < camera.height) {
+      sightings.push_back({v, xy});
+    }
   }
   return sightings;
 }
@@ -160,7 +159,7 @@ void AddSparsePoints(const World& world, const std::vector<TracedView>& views,
     const Ray ray = PixelRay(view.camera, corner.x + 0.5, corner.y + 0.5);
     Hit hit;
     if (!world.Intersect(ray, 1e-6, 1e3, &hit) || hit.shape != part) continue;
-    const Vec3 truth = ray.origin + hit.t * ray.direction;
+    const Vec3 truth = ray.At(hit.t);
     // One point a small cube, or every view would add its own copy of the same corner.
     const Eigen::Array3i cube =
         (truth.array() / (3 * hit.t / view.camera.camera.fx())).floor().cast<int>();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The preset "still-life": a round walnut table in a room's corner, with a glazed ball, a gift box,
+// A round walnut table in a room's corner, with a glazed ball, a gift box,
 // a brass candlestick, a potted plant and a pear. Heights are given upwards and turned into the
 // world's y-down frame by At().
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <utility>
 
@@ -24,8 +25,8 @@ Vec3 Blend(const Vec3& a, const Vec3& b, double t) { return a + t * (b - a); }
 int64_t Floor(double x) { return int64_t(std::floor(x)); }
 int64_t Modulo(int64_t a, int64_t n) { return ((a % n) + n) % n; }
 
-Material Plain(const Vec3& color) {
-  return {.albedo = [color](const TexturePoint&) { return color; }};
+auto Plain(const Vec3& color) {
+  return [color](const TexturePoint&) { return color; };
 }
 
 // ---- Textures ----
@@ -193,8 +194,16 @@ Vec3 PearSkin(const TexturePoint& at, uint64_t seed) {
 
 // ---- Profiles ----
 
+// Pairs of radius and height.
+std::vector<Vec2> Profile(std::initializer_list<double> values) {
+  std::vector<Vec2> points;
+  for (const double* v = values.begin(); v != values.end(); v += 2) points.emplace_back(v[0], v[1]);
+  return points;
+}
+
 // A Catmull-Rom curve through the points, `steps` pieces a span.
-std::vector<Vec2> SmoothProfile(const std::vector<Vec2>& points, int steps) {
+std::vector<Vec2> SmoothProfile(std::initializer_list<double> values, int steps) {
+  const std::vector<Vec2> points = Profile(values);
   std::vector<Vec2> curve;
   const auto at = [&](int i) { return points[size_t(std::clamp(i, 0, int(points.size()) - 1))]; };
   for (int i = 0; i + 1 < int(points.size()); ++i) {
@@ -220,8 +229,7 @@ void AddFloor(World& world, uint64_t seed, double left, double right, double fro
     return Parquet(at.point.x(), at.point.z(), HashOf(seed, 1));
   }});
   world.Add(floor, parquet,
-            std::make_unique<Quad>(At(left, 0, back), Vec3(right - left, 0, 0),
-                                   Vec3(0, 0, front - back)));
+            Quad(At(left, 0, back), Vec3(right - left, 0, 0), Vec3(0, 0, front - back)));
 }
 
 void AddRoom(World& world, uint64_t seed, bool bare_walls) {
@@ -229,39 +237,37 @@ void AddRoom(World& world, uint64_t seed, bool bare_walls) {
   AddFloor(world, seed, kLeft, kWallX, kFront, kWallZ);
   const int papered = world.AddObject("wallpaper", true);
   const int plain = world.AddObject("plain wall", true);
-  Material wallpaper = {.albedo = [seed](const TexturePoint& at) {
-    return Wallpaper(at.point.x(), at.point.y(), HashOf(seed, 2));
-  }};
-  if (bare_walls) {
-    wallpaper = Plain(kWallpaperGround);
-    wallpaper.textureless = true;
-  }
-  const int paper = world.AddMaterial(std::move(wallpaper));
-  Material plaster = Plain({0.74, 0.655, 0.56});
-  plaster.textureless = true;
-  const int wall = world.AddMaterial(std::move(plaster));
-  const int white = world.AddMaterial(Plain({0.74, 0.72, 0.67}));
+  const int paper =
+      world.AddMaterial({.albedo =
+                             [seed, bare_walls](const TexturePoint& at) {
+                               return bare_walls
+                                          ? kWallpaperGround
+                                          : Wallpaper(at.point.x(), at.point.y(), HashOf(seed, 2));
+                             },
+                         .textureless = bare_walls});
+  const int wall = world.AddMaterial({.albedo = Plain({0.74, 0.655, 0.56}), .textureless = true});
+  const int white = world.AddMaterial({.albedo = Plain({0.74, 0.72, 0.67})});
 
-  world.Add(papered, paper,
-            std::make_unique<Quad>(At(kLeft, kRoomHeight, kWallZ), Vec3(kWallX - kLeft, 0, 0),
-                                   Vec3(0, kRoomHeight, 0)));
-  world.Add(plain, wall,
-            std::make_unique<Quad>(At(kWallX, kRoomHeight, kWallZ), Vec3(0, 0, kFront - kWallZ),
-                                   Vec3(0, kRoomHeight, 0)));
+  world.Add(
+      papered, paper,
+      Quad(At(kLeft, kRoomHeight, kWallZ), Vec3(kWallX - kLeft, 0, 0), Vec3(0, kRoomHeight, 0)));
+  world.Add(
+      plain, wall,
+      Quad(At(kWallX, kRoomHeight, kWallZ), Vec3(0, 0, kFront - kWallZ), Vec3(0, kRoomHeight, 0)));
   // Skirting boards belong to the wall they stand at.
   constexpr double kBoard = 0.055, kDepth = 0.008;
   world.Add(papered, white,
-            std::make_unique<RoundedBox>(At((kLeft + kWallX) / 2, kBoard, kWallZ - kDepth),
-                                         Vec3((kWallX - kLeft) / 2, kBoard, kDepth), 0.006));
+            RoundedBox(At((kLeft + kWallX) / 2, kBoard, kWallZ - kDepth),
+                       Vec3((kWallX - kLeft) / 2, kBoard, kDepth), 0.006));
   world.Add(plain, white,
-            std::make_unique<RoundedBox>(At(kWallX - kDepth, kBoard, (kFront + kWallZ) / 2),
-                                         Vec3(kDepth, kBoard, (kWallZ - kFront) / 2), 0.006));
+            RoundedBox(At(kWallX - kDepth, kBoard, (kFront + kWallZ) / 2),
+                       Vec3(kDepth, kBoard, (kWallZ - kFront) / 2), 0.006));
 }
 
 void AddPicture(World& world, uint64_t seed) {
   const int picture = world.AddObject("picture", true);
   const double x = -0.50, height = 1.52, half_w = 0.30, half_h = 0.235, bar = 0.020;
-  const int gold = world.AddMaterial(Plain({0.46, 0.29, 0.12}));
+  const int gold = world.AddMaterial({.albedo = Plain({0.46, 0.29, 0.12})});
   const int canvas = world.AddMaterial({.albedo = [seed](const TexturePoint& at) {
     const double margin = 0.055, u = at.chart_xy.x(), v = at.chart_xy.y();
     const double w = 2 * 0.285, h = 2 * 0.22;
@@ -272,15 +278,14 @@ void AddPicture(World& world, uint64_t seed) {
     return Blend(mat, paint, Smooth(-0.0015, 0.0015, inside));
   }});
   world.Add(picture, canvas,
-            std::make_unique<Quad>(At(x - 0.285, height + 0.22, kWallZ - 0.012), Vec3(0.57, 0, 0),
-                                   Vec3(0, 0.44, 0)));
+            Quad(At(x - 0.285, height + 0.22, kWallZ - 0.012), Vec3(0.57, 0, 0), Vec3(0, 0.44, 0)));
   for (const double side : {-1.0, 1.0}) {
     world.Add(picture, gold,
-              std::make_unique<RoundedBox>(At(x, height + side * half_h, kWallZ - 0.016),
-                                           Vec3(half_w + bar, bar, 0.016), 0.007));
-    world.Add(picture, gold,
-              std::make_unique<RoundedBox>(At(x + side * half_w, height, kWallZ - 0.016),
-                                           Vec3(bar, half_h, 0.016), 0.007));
+              RoundedBox(At(x, height + side * half_h, kWallZ - 0.016),
+                         Vec3(half_w + bar, bar, 0.016), 0.007));
+    world.Add(
+        picture, gold,
+        RoundedBox(At(x + side * half_w, height, kWallZ - 0.016), Vec3(bar, half_h, 0.016), 0.007));
   }
 }
 
@@ -290,134 +295,94 @@ void AddTable(World& world, uint64_t seed) {
     return Walnut(at.point.x() + 0.31 * at.point.z(), at.point.z() - 0.31 * at.point.x(),
                   HashOf(seed, 4));
   }});
-  const int lacquer = world.AddMaterial(Plain({0.70, 0.68, 0.63}));
-  world.Add(table, walnut,
-            std::make_unique<Lathe>(At(0, 0, 0), std::vector<Vec2>{{0, kTable - 0.028},
-                                                                   {0.585, kTable - 0.028},
-                                                                   {0.606, kTable - 0.022},
-                                                                   {0.616, kTable - 0.014},
-                                                                   {0.616, kTable - 0.007},
-                                                                   {0.611, kTable - 0.002},
-                                                                   {0.603, kTable},
-                                                                   {0, kTable}}));
-  auto profile = SmoothProfile({{0.285, 0.012},
-                                {0.20, 0.03},
-                                {0.085, 0.09},
-                                {0.045, 0.22},
-                                {0.040, 0.42},
-                                {0.065, 0.58},
-                                {0.16, kTable - 0.03}},
+  const int lacquer = world.AddMaterial({.albedo = Plain({0.70, 0.68, 0.63})});
+  world.Add(
+      table, walnut,
+      Lathe(At(0, 0, 0), Profile({0, kTable - 0.028, 0.585, kTable - 0.028, 0.606, kTable - 0.022,
+                                  0.616, kTable - 0.014, 0.616, kTable - 0.007, 0.611,
+                                  kTable - 0.002, 0.603, kTable, 0, kTable})));
+  auto profile = SmoothProfile({0.285, 0.012, 0.20, 0.03, 0.085, 0.09, 0.045, 0.22, 0.040, 0.42,
+                                0.065, 0.58, 0.16, kTable - 0.03},
                                4);
   profile.insert(profile.begin(), {{0.0, 0.001}, {0.28, 0.001}, {0.288, 0.006}});
-  world.Add(table, lacquer, std::make_unique<Lathe>(At(0, 0, 0), profile));
+  world.Add(table, lacquer, Lathe(At(0, 0, 0), profile));
 }
 
 void AddBall(World& world) {
   const int ball = world.AddObject("ball");
-  Material glaze = Plain({0.74, 0.115, 0.045});
-  glaze.specular = 0.045;
-  glaze.sharpness = 90;
-  world.Add(ball, world.AddMaterial(std::move(glaze)),
-            std::make_unique<Sphere>(At(-0.06, kTable + 0.092, -0.32), 0.092));
+  const int glaze = world.AddMaterial(
+      {.albedo = Plain({0.74, 0.115, 0.045}), .specular = 0.045, .sharpness = 90});
+  world.Add(ball, glaze, Sphere(At(-0.06, kTable + 0.092, -0.32), 0.092));
 }
 
 void AddBox(World& world) {
   const int box = world.AddObject("box");
   const int paper = world.AddMaterial({.albedo = GiftPaper});
-  Material silk = Plain({0.60, 0.065, 0.075});
-  const int ribbon = world.AddMaterial(std::move(silk));
+  const int ribbon = world.AddMaterial({.albedo = Plain({0.60, 0.065, 0.075})});
   const double yaw = 0.52, x = 0.185, z = -0.17, hx = 0.115, hy = 0.075, hz = 0.090;
   const double rise = 0.0022, half_band = 0.016;
-  world.Add(box, paper,
-            std::make_unique<RoundedBox>(At(x, kTable + hy, z), Vec3(hx, hy, hz), 0.006, yaw));
-  world.Add(box, ribbon,
-            std::make_unique<RoundedBox>(At(x, kTable + hy + rise / 2, z),
-                                         Vec3(half_band, hy + rise / 2, hz + rise), 0.002, yaw));
-  world.Add(box, ribbon,
-            std::make_unique<RoundedBox>(At(x, kTable + hy + rise / 2, z),
-                                         Vec3(hx + rise, hy + rise / 2, half_band), 0.002, yaw));
+  world.Add(box, paper, RoundedBox(At(x, kTable + hy, z), Vec3(hx, hy, hz), 0.006, yaw));
+  for (const auto& [wide, deep] : {std::pair{half_band, hz + rise}, {hx + rise, half_band}}) {
+    world.Add(
+        box, ribbon,
+        RoundedBox(At(x, kTable + hy + rise / 2, z), Vec3(wide, hy + rise / 2, deep), 0.002, yaw));
+  }
   // The bow: petals around a knot.
   const Vec3 knot = At(x, kTable + 2 * hy + 0.012, z);
-  world.Add(box, ribbon, std::make_unique<Sphere>(knot, 0.013));
+  world.Add(box, ribbon, Sphere(knot, 0.013));
   for (int i = 0; i < 6; ++i) {
     const double azimuth = yaw + 0.35 + i * kPi / 3;
     const bool inner = i % 2 == 1;
     const Vec3 along = At(std::cos(azimuth), inner ? 0.95 : 0.42, std::sin(azimuth));
     const Vec3 up = At(-0.4 * std::cos(azimuth), 1, -0.4 * std::sin(azimuth));
-    const Leaf::Form form = {inner ? 0.056 : 0.074, inner ? 0.036 : 0.044, 0.052, 0.006, 0.62};
-    world.Add(box, ribbon, std::make_unique<Leaf>(knot + 0.004 * along, along, up, form));
+    const LeafForm form = {inner ? 0.056 : 0.074, inner ? 0.036 : 0.044, 0.052, 0.006, 0.62};
+    world.Add(box, ribbon, Leaf(knot + 0.004 * along, along, up, form));
   }
 }
 
 void AddCandlestick(World& world) {
   const int stick = world.AddObject("candlestick");
-  Material brass = Plain({0.80, 0.55, 0.22});
-  brass.metal = true;
-  brass.specular = 1;
-  brass.sharpness = 24;
-  const int metal = world.AddMaterial(std::move(brass));
-  const int wax = world.AddMaterial(Plain({0.82, 0.76, 0.62}));
-  const int wick = world.AddMaterial(Plain({0.03, 0.025, 0.02}));
+  const int brass = world.AddMaterial(
+      {.albedo = Plain({0.80, 0.55, 0.22}), .specular = 1, .sharpness = 24, .metal = true});
+  const int wax = world.AddMaterial({.albedo = Plain({0.82, 0.76, 0.62})});
+  const int wick = world.AddMaterial({.albedo = Plain({0.03, 0.025, 0.02})});
   const double x = 0.455, z = 0.03;
-  auto profile = SmoothProfile({{0.062, 0.004},
-                                {0.060, 0.010},
-                                {0.038, 0.018},
-                                {0.014, 0.030},
-                                {0.0085, 0.055},
-                                {0.0085, 0.200},
-                                {0.012, 0.215},
-                                {0.019, 0.222},
-                                {0.012, 0.230},
-                                {0.011, 0.240},
-                                {0.026, 0.252},
-                                {0.030, 0.258}},
-                               4);
+  auto profile = SmoothProfile(
+      {0.062, 0.004, 0.060, 0.010, 0.038, 0.018, 0.014, 0.030, 0.0085, 0.055, 0.0085, 0.200,
+       0.012, 0.215, 0.019, 0.222, 0.012, 0.230, 0.011, 0.240, 0.026,  0.252, 0.030,  0.258},
+      4);
   profile.insert(profile.begin(), {{0, 0.0005}, {0.060, 0.0005}});
   profile.insert(profile.end(), {{0.029, 0.261}, {0.020, 0.256}, {0.0, 0.255}});
-  world.Add(stick, metal, std::make_unique<Lathe>(At(x, kTable, z), profile));
-  world.Add(stick, wax,
-            std::make_unique<Lathe>(At(x, kTable + 0.2545, z), std::vector<Vec2>{{0, 0},
-                                                                                 {0.0145, 0},
-                                                                                 {0.0135, 0.172},
-                                                                                 {0.0125, 0.1755},
-                                                                                 {0.0105, 0.1765},
-                                                                                 {0.006, 0.174},
-                                                                                 {0, 0.1735}}));
+  world.Add(stick, brass, Lathe(At(x, kTable, z), profile));
+  world.Add(
+      stick, wax,
+      Lathe(At(x, kTable + 0.2545, z), Profile({0, 0, 0.0145, 0, 0.0135, 0.172, 0.0125, 0.1755,
+                                                0.0105, 0.1765, 0.006, 0.174, 0, 0.1735})));
   world.Add(stick, wick,
-            std::make_unique<Capsule>(At(x, kTable + 0.427, z), At(x + 0.002, kTable + 0.440, z),
-                                      0.0018));
+            Capsule(At(x, kTable + 0.427, z), At(x + 0.002, kTable + 0.440, z), 0.0018));
 }
 
 void AddPlant(World& world, uint64_t seed) {
   const int pot = world.AddObject("pot");
   const int plant = world.AddObject("plant");
 
-  Material glaze = {
-      .albedo = [seed](const TexturePoint& at) { return PotGlaze(at, HashOf(seed, 5)); }};
-  glaze.specular = 0.03;
-  glaze.sharpness = 26;
-  const int ceramic = world.AddMaterial(std::move(glaze));
+  const int ceramic = world.AddMaterial(
+      {.albedo = [seed](const TexturePoint& at) { return PotGlaze(at, HashOf(seed, 5)); },
+       .specular = 0.03,
+       .sharpness = 26});
   const int soil = world.AddMaterial({.albedo = [seed](const TexturePoint& at) {
     return Vec3(Vec3(0.055, 0.036, 0.024) *
                 (0.5 + 1.2 * Noise(at.point.x() * 210, at.point.z() * 210, seed)));
   }});
   const double x = -0.27, z = 0.13;
   const Vec3 base = At(x, kTable, z);
-  world.Add(pot, ceramic,
-            std::make_unique<Lathe>(base, std::vector<Vec2>{{0, 0.0005},
-                                                            {0.066, 0.0005},
-                                                            {0.071, 0.004},
-                                                            {0.090, 0.120},
-                                                            {0.0925, 0.150},
-                                                            {0.091, 0.1535},
-                                                            {0.0875, 0.1545},
-                                                            {0.085, 0.152},
-                                                            {0.083, 0.130}}));
   world.Add(
-      pot, soil,
-      std::make_unique<Lathe>(base, std::vector<Vec2>{{0.0848, 0.147}, {0.05, 0.150}, {0, 0.151}}));
+      pot, ceramic,
+      Lathe(base, Profile({0, 0.0005, 0.066, 0.0005, 0.071, 0.004, 0.090, 0.120, 0.0925, 0.150,
+                           0.091, 0.1535, 0.0875, 0.1545, 0.085, 0.152, 0.083, 0.130})));
+  world.Add(pot, soil, Lathe(base, Profile({0.0848, 0.147, 0.05, 0.150, 0, 0.151})));
 
-  const int stem = world.AddMaterial(Plain({0.17, 0.27, 0.07}));
+  const int stem = world.AddMaterial({.albedo = Plain({0.17, 0.27, 0.07})});
   Random random(HashOf(seed, 6));
   // A fan of broad leaves in one plane, as a traveler's palm grows, facing the middle of the
   // cameras' arc: every leaf shows its upper side to all of them and hides little of another.
@@ -440,45 +405,38 @@ void AddPlant(World& world, uint64_t seed) {
     };
     for (int k = 0; k < kPieces; ++k) {
       world.Add(plant, stem,
-                std::make_unique<Capsule>(curve(double(k) / kPieces), curve((k + 1.0) / kPieces),
-                                          0.0075 - 0.0016 * (k + 1) / kPieces));
+                Capsule(curve(double(k) / kPieces), curve((k + 1.0) / kPieces),
+                        0.0075 - 0.0016 * (k + 1) / kPieces));
     }
     const double tone = random.Uniform();
-    Material blade = {.albedo = [tone](const TexturePoint& at) { return LeafGreen(at, tone); }};
-    blade.specular = 0.03;
-    blade.sharpness = 14;
-    blade.translucency = 0.35;
+    const int blade =
+        world.AddMaterial({.albedo = [tone](const TexturePoint& at) { return LeafGreen(at, tone); },
+                           .specular = 0.03,
+                           .sharpness = 14,
+                           .translucency = 0.35});
     const double length = 0.150 + 0.028 * age + random.Uniform(-0.008, 0.008);
-    const Leaf::Form form = {length, 0.56 * length, 1.1 * length, 0.10 * length, 0.75};
+    const LeafForm form = {length, 0.56 * length, 1.1 * length, 0.10 * length, 0.75};
     const Vec3 along = out + (0.10 + random.Uniform(-0.1, 0.1)) * front;
     const Vec3 up = front + At(0, 0.35, 0) + random.Uniform(-0.15, 0.15) * across;
-    world.Add(plant, world.AddMaterial(std::move(blade)),
-              std::make_unique<Leaf>(end, along, up, form));
+    world.Add(plant, blade, Leaf(end, along, up, form));
   }
 }
 
 void AddPear(World& world, uint64_t seed) {
   const int pear = world.AddObject("pear");
-  Material skin = {
-      .albedo = [seed](const TexturePoint& at) { return PearSkin(at, HashOf(seed, 7)); }};
-  skin.specular = 0.025;
-  skin.sharpness = 16;
+  const int skin = world.AddMaterial(
+      {.albedo = [seed](const TexturePoint& at) { return PearSkin(at, HashOf(seed, 7)); },
+       .specular = 0.025,
+       .sharpness = 16});
   const double x = -0.46, z = -0.09;
-  world.Add(pear, world.AddMaterial(std::move(skin)),
-            std::make_unique<Lathe>(At(x, kTable, z), SmoothProfile({{0.0, 0.004},
-                                                                     {0.018, 0.002},
-                                                                     {0.039, 0.020},
-                                                                     {0.045, 0.042},
-                                                                     {0.036, 0.068},
-                                                                     {0.022, 0.090},
-                                                                     {0.018, 0.104},
-                                                                     {0.010, 0.112},
-                                                                     {0.0, 0.110}},
-                                                                    5)));
-  const int stalk = world.AddMaterial(Plain({0.12, 0.07, 0.035}));
+  world.Add(pear, skin,
+            Lathe(At(x, kTable, z),
+                  SmoothProfile({0.0, 0.004, 0.018, 0.002, 0.039, 0.020, 0.045, 0.042, 0.036, 0.068,
+                                 0.022, 0.090, 0.018, 0.104, 0.010, 0.112, 0.0, 0.110},
+                                5)));
+  const int stalk = world.AddMaterial({.albedo = Plain({0.12, 0.07, 0.035})});
   world.Add(pear, stalk,
-            std::make_unique<Capsule>(At(x, kTable + 0.108, z),
-                                      At(x + 0.010, kTable + 0.134, z + 0.004), 0.0022));
+            Capsule(At(x, kTable + 0.108, z), At(x + 0.010, kTable + 0.134, z + 0.004), 0.0022));
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 #include "synthetic/synthetic_scene.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <set>
 #include <string>
 #include <utility>
@@ -12,13 +10,9 @@
 
 #include "base/error.h"
 #include "kernels/common/color_spaces.h"
-#include "synthetic/gaussians.h"
-#include "synthetic/light.h"
-#include "synthetic/points.h"
-#include "synthetic/repaint.h"
-#include "synthetic/tracer.h"
+#include "scene/camera_projection.h"
+#include "scene/undistortion.h"
 #include "synthetic/views.h"
-#include "synthetic/world.h"
 
 namespace retint {
 
@@ -54,111 +48,56 @@ double LightCoarseness(const SyntheticOptions& options) {
 void RepaintObjects(World& world, const SyntheticOptions& options,
                     const std::vector<PosedCamera>& cameras) {
   for (const PaintedObject& painted : options.albedo) {
-    if (!painted.picture.Empty()) {
-      Paste(world, FindObject(world, painted.object), painted.picture);
-      continue;
+    const int object = FindObject(world, painted.object);
+    const auto& c = painted.color;
+    if (painted.picture.Empty()) {
+      Repaint(world, object, {LinearFromSrgb(c[0]), LinearFromSrgb(c[1]), LinearFromSrgb(c[2])},
+              cameras);
+    } else {
+      Paste(world, object, painted.picture);
     }
-    const auto& color = painted.color;
-    const Vec3 albedo(LinearFromSrgb(color[0]), LinearFromSrgb(color[1]), LinearFromSrgb(color[2]));
-    Repaint(world, FindObject(world, painted.object), albedo, cameras);
   }
 }
 
 }  // namespace
 
 void SyntheticOptions::Describe(OptionList& list) {
-  list.push_back({.name = "preset",
-                  .member = ChoiceOf(preset, {"still-life"}),
-                  .help = "scene",
-                  .flag = "--preset"});
-  list.push_back({.name = "width",
-                  .member = &width,
-                  .range = OptionRange::Closed(16, 4096),
-                  .help = "width of the photos",
-                  .unit = "pixels",
-                  .flag = "--width"});
-  list.push_back({.name = "height",
-                  .member = &height,
-                  .range = OptionRange::Closed(16, 4096),
-                  .help = "height of the photos",
-                  .unit = "pixels",
-                  .flag = "--height"});
-  list.push_back({.name = "views",
-                  .member = &views,
-                  .range = OptionRange::Closed(3, 500),
-                  .help = "number of photos, on an arc about the table",
-                  .flag = "--views"});
-  list.push_back({.name = "around",
-                  .member = &around,
-                  .help = "cameras all around the table, which then stands in the open, without "
-                          "walls",
-                  .flag = "--around"});
-  list.push_back({.name = "detail",
-                  .member = &detail,
-                  .range = OptionRange::Closed(1, 4),
-                  .help = "how many times finer the Gaussians are than the photos show: they are "
-                          "made from photos of this many times the size",
-                  .flag = "--detail"});
-  list.push_back({.name = "point_noise",
-                  .member = &point_noise,
-                  .range = OptionRange::Closed(0, 10),
-                  .help = "standard deviation of the sparse points' observations",
-                  .unit = "pixels",
-                  .flag = "--point-noise"});
-  list.push_back({.name = "sparse_points",
-                  .member = &sparse_points,
-                  .range = OptionRange::Closed(0, 1000000),
-                  .help = "sparse points, at most",
-                  .flag = "--sparse-points"});
-  list.push_back({.name = "wall_bias",
-                  .member = &wall_bias,
-                  .range = OptionRange::Closed(0, 0.2),
-                  .help = "largest relative depth error of the Gaussians on a textureless wall",
-                  .flag = "--wall-bias"});
-  DescribeFlaws(list);
-}
-
-void SyntheticOptions::DescribeFlaws(OptionList& list) {
-  list.push_back({.name = "depth_wave",
-                  .member = &depth_wave,
-                  .range = OptionRange::Closed(0, 0.2),
-                  .help = "flaw: largest relative depth error of the Gaussians on every surface, "
-                          "which varies smoothly",
-                  .flag = "--depth-wave"});
-  list.push_back({.name = "depth_noise",
-                  .member = &depth_noise,
-                  .range = OptionRange::Closed(0, 0.2),
-                  .help = "flaw: standard deviation of the relative depth error that each Gaussian "
-                          "has by itself",
-                  .flag = "--depth-noise"});
-  list.push_back({.name = "floaters",
-                  .member = &floaters,
-                  .range = OptionRange::Closed(0, 100000),
-                  .help = "stray Gaussians in free space",
-                  .flag = "--floaters"});
-  list.push_back({.name = "floater_opacity",
-                  .member = &floater_opacity,
-                  .range = OptionRange::Closed(0.02, 0.99),
-                  .help = "opacity of the most opaque stray Gaussian; the least opaque has 0.02",
-                  .flag = "--floater-opacity"});
-  list.push_back({.name = "cloud_scale",
-                  .member = &cloud_scale,
-                  .range = OptionRange::Closed(0.5, 2),
-                  .help =
-                      "flaw: size of the sparse points' cloud, about the middle of the cameras; "
-                      "cameras and Gaussians stay",
-                  .flag = "--cloud-scale"});
-  list.push_back({.name = "cloud_shift",
-                  .member = &cloud_shift,
-                  .range = OptionRange::Closed(-1, 1),
-                  .help = "flaw: move the sparse points to the right and away from the viewer, by "
-                          "this length each",
-                  .unit = "m",
-                  .flag = "--cloud-shift"});
-  list.push_back({.name = "bare_walls",
-                  .member = &bare_walls,
-                  .help = "flaw: no wallpaper, so that nothing tells where the wall is",
-                  .flag = "--bare-walls"});
+  const auto add = [&](std::string name, auto member, OptionRange range, std::string help,
+                       std::string unit = "") {
+    std::string flag = "--" + name;
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    list.push_back(
+        {.name = name, .member = member, .range = range, .help = help, .unit = unit, .flag = flag});
+  };
+  using R = OptionRange;
+  add("width", &width, R::Closed(16, 4096), "width of the photos", "pixels");
+  add("height", &height, R::Closed(16, 4096), "height of the photos", "pixels");
+  add("views", &views, R::Closed(3, 500), "number of photos, on an arc about the table");
+  add("around", &around, {},
+      "cameras all around the table, which then stands in the open, without walls");
+  add("detail", &detail, R::Closed(1, 4),
+      "how many times finer the Gaussians are than the photos show: they are made from photos of "
+      "this many times the size");
+  add("point_noise", &point_noise, R::Closed(0, 10),
+      "standard deviation of the sparse points' observations", "pixels");
+  add("sparse_points", &sparse_points, R::Closed(0, 1000000), "sparse points, at most");
+  add("wall_bias", &wall_bias, R::Closed(0, 0.2),
+      "largest relative depth error of the Gaussians on a textureless wall");
+  add("depth_wave", &depth_wave, R::Closed(0, 0.2),
+      "flaw: largest relative depth error of the Gaussians on every surface, which varies "
+      "smoothly");
+  add("depth_noise", &depth_noise, R::Closed(0, 0.2),
+      "flaw: standard deviation of the relative depth error that each Gaussian has by itself");
+  add("floaters", &floaters, R::Closed(0, 100000), "stray Gaussians in free space");
+  add("floater_opacity", &floater_opacity, R::Closed(0.02, 0.99),
+      "opacity of the most opaque stray Gaussian; the least opaque has 0.02");
+  add("cloud_scale", &cloud_scale, R::Closed(0.5, 2),
+      "flaw: size of the sparse points' cloud, about the middle of the cameras; cameras and "
+      "Gaussians stay");
+  add("cloud_shift", &cloud_shift, R::Closed(-1, 1),
+      "flaw: move the sparse points to the right and away from the viewer, by this length each",
+      "m");
+  add("bare_walls", &bare_walls, {}, "flaw: no wallpaper, so that nothing tells where the wall is");
 }
 
 void SyntheticOptions::Check() const {
@@ -185,12 +124,6 @@ void SyntheticOptions::Check() const {
   }
 }
 
-synthetic::SyntheticTracer::SyntheticTracer(const SyntheticOptions& options, Monitor& monitor)
-    : world_(MakeStillLife(options.seed, RoomOf(options))),
-      lighting_(world_, LightCoarseness(options), monitor) {
-  RepaintObjects(world_, options, MakeArc(options));  // after the light is baked
-}
-
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor) {
   options.Check();
   World world = MakeStillLife(options.seed, RoomOf(options));
@@ -203,25 +136,21 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
   SyntheticOptions detailed = options;
   detailed.width *= options.detail;
   detailed.height *= options.detail;
-  const auto padding_of = [](const SyntheticOptions& of) { return std::max(2, of.width * 2 / 25); };
   const auto cameras = MakeArc(options), detailed_cameras = MakeArc(detailed);
   RepaintObjects(world, options, cameras);  // after the light is baked
   scene.reconstruction.cameras[1] = cameras.front().camera;
   for (size_t i = 0; i < cameras.size(); ++i) {
     monitor.Step("photos", double(i), double(cameras.size()));
     const bool wide = i % stride == 0 || i + 1 == cameras.size();
-    const auto trace = [&](const SyntheticOptions& of, const PosedCamera& camera) {
-      return TraceView(world, lighting, camera, wide ? padding_of(of) : 0);
+    const auto trace = [&](const PosedCamera& camera) {
+      return TraceView(world, lighting, camera,
+                       wide ? std::max(2, camera.camera.width * 2 / 25) : 0);
     };
-    wide_views.push_back(trace(detailed, detailed_cameras[i]));
-    views.push_back(options.detail == 1 ? Crop(wide_views.back())
-                                        : Crop(trace(options, cameras[i])));
-    char name[16];
-    std::snprintf(name, sizeof(name), "%03d.png", int(i));
-    views.back().truth.name = name;
+    wide_views.push_back(trace(detailed_cameras[i]));
+    views.push_back(Crop(options.detail == 1 ? wide_views.back() : trace(cameras[i])));
     View& view = scene.reconstruction.views[ViewId(i + 1)];
     view.id = ViewId(i + 1);
-    view.name = name;
+    view.name = views.back().truth.name = fmt::format("{:03}.png", i);
     view.camera_id = 1;
     view.cam_from_world = cameras[i].cam_from_world;
   }
@@ -237,6 +166,65 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
   for (TracedView& view : views) scene.views.push_back(std::move(view.truth));
   monitor.Step("points", 1, 1);
   return scene;
+}
+
+Camera MakeLens(std::string_view model, const Camera& camera) {
+  const CameraModelInfo* info = FindCameraModel(model);
+  Camera lens = camera;
+  const double f = camera.fx(), cx = camera.cx(), cy = camera.cy();
+  switch (info ? info->id : CameraModelId::kPinhole) {
+    case CameraModelId::kSimpleRadial:
+      lens.params = {f, cx, cy, -0.15};
+      break;
+    case CameraModelId::kOpenCV:
+      lens.params = {f, f, cx, cy, -0.2, 0.05, 1e-3, -1e-3};
+      break;
+    case CameraModelId::kOpenCVFisheye:
+      lens.params = {f, f, cx, cy, -0.02, 0.003, 0, 0};
+      break;
+    case CameraModelId::kEquirectangular:
+      lens.width = 4 * camera.width;
+      lens.height = 2 * camera.width;
+      lens.params = {double(lens.width), double(lens.height)};
+      break;
+    default:
+      throw OptionError("there is no lens '" + std::string(model) +
+                        "'. Use SIMPLE_RADIAL, OPENCV, OPENCV_FISHEYE or EQUIRECTANGULAR");
+  }
+  lens.model = info->id;
+  return lens;
+}
+
+void TakeThroughLens(Camera lens, const SyntheticOptions& options, SyntheticScene* scene,
+                     Monitor& monitor) {
+  World world = MakeStillLife(options.seed, RoomOf(options));
+  const Lighting lighting(world, LightCoarseness(options), monitor);
+  RepaintObjects(world, options, MakeArc(options));
+  Reconstruction& reconstruction = scene->reconstruction;
+  const auto [id, pinhole] = *reconstruction.cameras.begin();
+  lens.id = id;
+  const CameraProjection projection(lens);
+  const bool distance = Undistort(lens).DepthIsDistance();
+  size_t done = 0;
+  for (auto& [view_id, view] : reconstruction.views) {
+    monitor.Step("photos", double(done), double(scene->views.size()));
+    const Rigid3d& pose = view.cam_from_world;
+    const Eigen::Quaterniond world_from_cam = pose.rotation.conjugate();
+    const auto ray_of = [&](double x, double y) -> std::optional<Ray> {
+      const auto ray = projection.CamFromImg({x, y});
+      if (!ray) return std::nullopt;
+      const Vec3 direction = distance ? *ray : Vec3(*ray / ray->z());
+      return Ray{pose.OriginInSource(), world_from_cam * direction};
+    };
+    SyntheticView& truth = scene->views[done++];
+    truth = TraceRays(world, lighting, lens.width, lens.height, ray_of).truth;
+    truth.name = view.name;
+    for (Observation& observation : view.observations) {
+      const Eigen::Vector2d flat = pinhole.CamFromImg(observation.xy).value();
+      observation.xy = projection.ImgFromCam({flat.x(), flat.y(), 1}).value();
+    }
+  }
+  reconstruction.cameras.at(id) = lens;
 }
 
 }  // namespace retint

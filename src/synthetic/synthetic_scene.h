@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/monitor.h"
@@ -26,7 +27,6 @@ struct PaintedObject {
 };
 
 struct SyntheticOptions {
-  std::string preset = "still-life";
   int width = 640, height = 480;  // pixels
   int views = 24;                 // on an arc about the table
   bool around = false;            // all around it, in the open: no walls
@@ -49,11 +49,7 @@ struct SyntheticOptions {
   // Objects of another color; a pattern stays as shades of it, light and gloss stay as they are.
   std::vector<PaintedObject> albedo;
   void Describe(OptionList& list);  // all but the seed and the colors
-  // Throws OptionError.
-  void Check() const;
-
- private:
-  void DescribeFlaws(OptionList& list);
+  void Check() const;               // throws OptionError
 };
 
 struct SyntheticView {
@@ -80,5 +76,18 @@ struct SyntheticScene {
 // Deterministic in the options alone: the same bytes on any number of threads. Stages reported:
 // "light", "photos", "gaussians", "points".
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& monitor);
+
+// A camera of the model of that name, with a distortion as strong as real lenses have, whose field
+// holds that of the pinhole `camera`. It has the same focal length in the middle and the same size;
+// only EQUIRECTANGULAR pictures are four times as wide and half as high as that. OptionError for
+// models other than SIMPLE_RADIAL, OPENCV, OPENCV_FISHEYE and EQUIRECTANGULAR.
+Camera MakeLens(std::string_view model, const Camera& camera);
+
+// Takes the photos of `scene`, which MakeSyntheticScene(options) made, again through a lens whose
+// field holds that of the scene's camera: camera, photos, depth (the distance along the ray for
+// EQUIRECTANGULAR), object ids, normals and observations. The Gaussians, the points and the poses
+// stay.
+void TakeThroughLens(Camera lens, const SyntheticOptions& options, SyntheticScene* scene,
+                     Monitor& monitor);
 
 }  // namespace retint

@@ -2,7 +2,7 @@
 #include "synthetic/synthetic_workspace.h"
 
 #include <algorithm>
-#include <string_view>
+#include <utility>
 
 #include "base/files.h"
 #include "colmap_io/depth_map_io.h"
@@ -21,38 +21,24 @@ Mask ObjectMask(const SyntheticView& view, int object) {
   return mask;
 }
 
-int64_t CountPixels(const SyntheticView& view, int object) {
-  return std::count(view.object_ids.data.begin(), view.object_ids.data.end(),
-                    static_cast<uint8_t>(object));
-}
-
-// What the brush mask paints where a view sees it whole: pale, it shows a tint well.
-constexpr std::string_view kSubject = "box";
-
-// The view that sees most of the subject, and it whole; where none does, of any object; in tiny
-// pictures, not whole either.
+// The view that sees most of the box, which is pale and shows a tint well, and sees it whole; if
+// there is none, the same of any object; in tiny pictures, not whole either.
 SyntheticStart ChooseStart(const SyntheticScene& scene) {
-  enum class Wanted { kSubjectWhole, kAnyWhole, kAny };
   SyntheticStart start;
-  int64_t most = 0;
-  for (const Wanted wanted : {Wanted::kSubjectWhole, Wanted::kAnyWhole, Wanted::kAny}) {
-    for (const int object : scene.still_life) {
-      const auto o = static_cast<size_t>(object);
-      if (wanted == Wanted::kSubjectWhole && scene.object_names[o] != kSubject) continue;
-      for (size_t v = 0; v < scene.views.size(); ++v) {
-        const auto& seen = scene.whole_views[o];
-        const bool whole = std::find(seen.begin(), seen.end(), static_cast<int>(v)) != seen.end();
-        if (wanted != Wanted::kAny && !whole) continue;
-        const int64_t count = CountPixels(scene.views[v], object);
-        if (count <= most && !start.view.empty()) continue;
-        most = count;
-        start.object = scene.object_names[o];
-        start.view = scene.views[v].name;
-      }
+  std::pair<int, int64_t> best = {-1, 0};
+  for (const int object : scene.still_life) {
+    const std::string& name = scene.object_names[size_t(object)];
+    const std::vector<int>& whole = scene.whole_views[size_t(object)];
+    for (size_t v = 0; v < scene.views.size(); ++v) {
+      const auto& ids = scene.views[v].object_ids.data;
+      const bool is_whole = std::find(whole.begin(), whole.end(), int(v)) != whole.end();
+      const std::pair value(is_whole ? 1 + (name == "box") : 0,
+                            int64_t(std::count(ids.begin(), ids.end(), uint8_t(object))));
+      if (value <= best) continue;
+      best = value;
+      start = {name, scene.views[v].name, ViewFile("masks", scene.views[v].name)};
     }
-    if (most > 0) break;
   }
-  start.mask = ViewFile("masks", start.view);
   return start;
 }
 

@@ -4,13 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
-#include <utility>
 
 #include "base/parallel.h"
 #include "scene/grid_rect.h"
 #include "synthetic/noise.h"
-#include "synthetic/tracer.h"
 
 namespace retint::synthetic {
 namespace {
@@ -24,8 +21,8 @@ constexpr double kOffsets[12][2] = {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0
                                     {0.45, -0.36},    {-0.05, -0.10},  {0.10, 0.08},
                                     {-0.44, 0.42},    {-0.12, 0.46},   {0.44, 0.40}};
 
-// The view of a camera whose rays are ray_of(x, y), an optional Ray.
-template <typename RayOf>
+}  // namespace
+
 TracedView TraceRays(const World& world, const Lighting& lighting, int width, int height,
                      const RayOf& ray_of) {
   TracedView view;
@@ -68,17 +65,6 @@ TracedView TraceRays(const World& world, const Lighting& lighting, int width, in
   return view;
 }
 
-}  // namespace
-
-SyntheticView SyntheticTracer::Trace(int width, int height, const RayOf& ray_of) const {
-  return std::move(TraceRays(world_, lighting_, width, height, ray_of).truth);
-}
-
-Ray PixelRay(const PosedCamera& camera, double x, double y) {
-  const Eigen::Vector2d xy = *camera.camera.CamFromImg({x, y});
-  return {camera.Center(), camera.cam_from_world.rotation.conjugate() * Vec3(xy.x(), xy.y(), 1.0)};
-}
-
 Vec3 MiddleOfCameras(const std::vector<TracedView>& views) {
   Vec3 eye = Vec3::Zero();
   for (const TracedView& view : views) eye += view.camera.Center() / double(views.size());
@@ -119,14 +105,12 @@ std::vector<PosedCamera> MakeArc(const SyntheticOptions& options) {
 
 TracedView TraceView(const World& world, const Lighting& lighting, const PosedCamera& actual,
                      int padding) {
-  PosedCamera camera = actual;
-  camera.camera =
-      Camera::Pinhole(actual.camera.id, actual.camera.width + 2 * padding,
-                      actual.camera.height + 2 * padding, actual.camera.fx(), actual.camera.fy(),
-                      actual.camera.cx() + padding, actual.camera.cy() + padding);
-  TracedView view =
-      TraceRays(world, lighting, camera.camera.width, camera.camera.height,
-                [&](double x, double y) { return std::optional(PixelRay(camera, x, y)); });
+  const Camera& c = actual.camera;
+  const PosedCamera camera = {Camera::Pinhole(c.id, c.width + 2 * padding, c.height + 2 * padding,
+                                              c.fx(), c.fy(), c.cx() + padding, c.cy() + padding),
+                              actual.cam_from_world};
+  TracedView view = TraceRays(world, lighting, camera.camera.width, camera.camera.height,
+                              [&](double x, double y) { return PixelRay(camera, x, y); });
   view.camera = camera;
   view.padding = padding;
   return view;
@@ -134,84 +118,73 @@ TracedView TraceView(const World& world, const Lighting& lighting, const PosedCa
 
 TracedView Crop(const TracedView& view) {
   const int p = view.padding;
-  const Camera& wide = view.camera.camera;
-  const int width = wide.width - 2 * p, height = wide.height - 2 * p;
+  const Camera& c = view.camera.camera;
+  const int width = c.width - 2 * p, height = c.height - 2 * p;
   const auto cut = [&](const auto& from) {
     return retint::Crop(from, {.x = p, .y = p, .width = width, .height = height});
   };
-  TracedView out;
-  out.camera = {
-      Camera::Pinhole(wide.id, width, height, wide.fx(), wide.fy(), wide.cx() - p, wide.cy() - p),
-      view.camera.cam_from_world};
-  out.truth = {view.truth.name, cut(view.truth.photo), cut(view.truth.depth),
-               cut(view.truth.object_ids), cut(view.truth.normals)};
-  out.parts = cut(view.parts);
-  return out;
+  return {{Camera::Pinhole(c.id, width, height, c.fx(), c.fy(), c.cx() - p, c.cy() - p),
+           view.camera.cam_from_world},
+          {view.truth.name, cut(view.truth.photo), cut(view.truth.depth),
+           cut(view.truth.object_ids), cut(view.truth.normals)},
+          cut(view.parts)};
 }
 
-bool Sees(const TracedView& view, int part, const Vec3& point, double* x, double* y) {
+std::optional<Vec2> Sees(const TracedView& view, int part, const Vec3& point) {
   const auto projected = view.camera.Project(point);
-  if (!projected) return false;
-  *x = projected->x();
-  *y = projected->y();
-  if (!(*x >= 0 && *y >= 0 && *x < view.camera.camera.width && *y < view.camera.camera.height)) {
-    return false;
-  }
-  const int px = int(*x), py = int(*y);
-  if (view.parts(px, py) != part) return false;
+  if (!projected) return std::nullopt;
+  const double x = projected->x(), y = projected->y();
+  const int width = view.parts.width, height = view.parts.height;
+  if (!(x >= 0 && y >= 0 && x < width && y < height)) return std::nullopt;
+  const int px = int(x), py = int(y);
+  if (view.parts(px, py) != part) return std::nullopt;
   // Within a pixel the surface's depth changes with its slant.
   const double z = view.truth.depth(px, py);
   const Ray ray = PixelRay(view.camera, px + 0.5, py + 0.5);
-  const Vec3 normal(view.truth.normals(px, py, 0), view.truth.normals(px, py, 1),
-                    view.truth.normals(px, py, 2));
-  const double slant = std::max(0.05, std::abs(normal.dot(ray.direction.normalized())));
-  return std::abs(projected->z() - z) < 1.5 * z / view.camera.camera.fx() / slant;
+  const double slant =
+      std::max(0.05, std::abs(view.NormalAt(px, py).dot(ray.direction.normalized())));
+  if (std::abs(projected->z() - z) >= 1.5 * z / view.camera.camera.fx() / slant) {
+    return std::nullopt;
+  }
+  return Vec2(x, y);
 }
 
 std::vector<std::vector<int>> FindWholeViews(const World& world,
                                              const std::vector<TracedView>& views) {
   std::vector<std::vector<int>> whole(world.objects.size());
-  std::vector<std::vector<unsigned char>> flags(world.objects.size(),
-                                                std::vector<unsigned char>(views.size(), 0));
-  ParallelTasks(int64_t(views.size()), [&](size_t v) {
-    const TracedView& view = views[v];
-    const int width = view.parts.width, height = view.parts.height;
-    for (size_t object = 1; object < world.objects.size(); ++object) {
-      if (world.objects[object].furniture) continue;
+  ParallelTasks(int64_t(whole.size()), [&](size_t i) {
+    const Object& object = world.objects[i];
+    for (size_t v = 0; v < views.size() && !object.furniture; ++v) {
+      const TracedView& view = views[v];
       // The object's rectangle in the image, from the corners of its parts' boxes.
       Eigen::AlignedBox2d rectangle;
-      for (const Part& part : world.parts) {
-        if (part.object != int(object)) continue;
+      for (const int part : object.parts) {
         for (int corner = 0; corner < 8; ++corner) {
-          const auto p =
-              view.camera.Project(part.bounds.corner(Eigen::AlignedBox3d::CornerType(corner)));
-          if (p) rectangle.extend(Eigen::Vector2d(p->x(), p->y()));
+          const auto p = view.camera.Project(world.parts[size_t(part)].shape->bounds.corner(
+              Eigen::AlignedBox3d::CornerType(corner)));
+          if (p) rectangle.extend(Vec2(p->x(), p->y()));
         }
       }
-      if (rectangle.min().x() < 1 || rectangle.min().y() < 1 || rectangle.max().x() > width - 1 ||
-          rectangle.max().y() > height - 1) {
+      const Vec2 low = rectangle.min(), high = rectangle.max();
+      if (low.x() < 1 || low.y() < 1 || high.x() > view.parts.width - 1 ||
+          high.y() > view.parts.height - 1) {
         continue;
       }
       int64_t seen = 0, hidden = 0;
-      for (int y = int(rectangle.min().y()); y <= int(rectangle.max().y()); ++y) {
-        for (int x = int(rectangle.min().x()); x <= int(rectangle.max().x()); ++x) {
-          if (view.truth.object_ids(x, y) == object) {
+      for (int y = int(low.y()); y <= int(high.y()); ++y) {
+        for (int x = int(low.x()); x <= int(high.x()); ++x) {
+          Hit hit;
+          if (view.truth.object_ids(x, y) == i) {
             ++seen;
           } else {
-            Hit hit;
-            hidden += world.IntersectObject(int(object), PixelRay(view.camera, x + 0.5, y + 0.5),
-                                            1e-6, 1e3, &hit);
+            hidden += world.IntersectObject(object, PixelRay(view.camera, x + 0.5, y + 0.5), 1e-6,
+                                            1e3, &hit);
           }
         }
       }
-      flags[object][v] = seen > 0 && hidden * 33 <= seen;
+      if (seen > 0 && hidden * 33 <= seen) whole[i].push_back(int(v));
     }
   });
-  for (size_t object = 0; object < whole.size(); ++object) {
-    for (size_t v = 0; v < views.size(); ++v) {
-      if (flags[object][v]) whole[object].push_back(int(v));
-    }
-  }
   return whole;
 }
 

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
+#include <set>
 
+#include "kernels/common/color_spaces.h"
 #include "synthetic/noise.h"
 
 namespace retint::synthetic {
 namespace {
 
-constexpr int kLeafParts = 2;
-constexpr double kLarge = 2;  // meters
+constexpr double kMostAlbedo = 0.98;  // nothing reflects all light
 
 // Whether the ray meets the box before t_max; `inverse` is 1 / direction per axis.
 bool Meets(const Eigen::AlignedBox3d& box, const Vec3& origin, const Vec3& inverse, double t_min,
@@ -28,6 +27,45 @@ bool Meets(const Eigen::AlignedBox3d& box, const Vec3& origin, const Vec3& inver
   return t_min <= t_max;
 }
 
+double Luminance(const Vec3& color) { return color.dot(Vec3(0.2126, 0.7152, 0.0722)); }
+
+// Of the object's albedo, over the pixels of all cameras that show it.
+double MeanLuminance(const World& world, int object, const std::vector<PosedCamera>& cameras) {
+  constexpr int kRays = 96;  // a side, of every camera
+  double sum = 0;
+  int64_t count = 0;
+  for (const PosedCamera& camera : cameras) {
+    for (int i = 0; i < kRays * kRays; ++i) {
+      const double x = (i % kRays + 0.5) / kRays * camera.camera.width;
+      const double y = (i / kRays + 0.5) / kRays * camera.camera.height;
+      const Ray ray = PixelRay(camera, x, y);
+      Hit hit;
+      if (!world.Intersect(ray, 1e-6, 1e3, &hit)) continue;
+      if (world.parts[size_t(hit.shape)].object != object) continue;
+      sum += Luminance(world.Albedo(hit, ray.At(hit.t)));
+      ++count;
+    }
+  }
+  return count > 0 ? sum / double(count) : 1;
+}
+
+// Bilinear, in linear light.
+Vec3 Sample(const Image8& picture, const Vec2& uv) {
+  const double x = std::clamp(uv[0] * picture.width - 0.5, 0.0, picture.width - 1.0);
+  const double y = std::clamp(uv[1] * picture.height - 0.5, 0.0, picture.height - 1.0);
+  Vec3 color = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const int px = std::min(int(x) + i % 2, picture.width - 1);
+    const int py = std::min(int(y) + i / 2, picture.height - 1);
+    const double u = x - int(x), v = y - int(y);
+    const double weight = (i % 2 ? u : 1 - u) * (i / 2 ? v : 1 - v);
+    for (int c = 0; c < 3; ++c) {
+      color[c] += weight * double(LinearFromSrgb(float(picture(px, py, c)) / 255));
+    }
+  }
+  return color.cwiseMin(kMostAlbedo);
+}
+
 }  // namespace
 
 int World::AddObject(std::string name, bool furniture) {
@@ -40,136 +78,110 @@ int World::AddMaterial(Material material) {
   return int(materials.size()) - 1;
 }
 
-void World::Add(int object, int material, std::unique_ptr<Shape> shape) {
-  Eigen::AlignedBox3d bounds = shape->Bounds();
+void World::Add(int object, int material, ShapePtr shape) {
   // Slack against rounding in the slab test, and so that flat boxes have a volume.
-  bounds.min().array() -= 1e-7;
-  bounds.max().array() += 1e-7;
-  parts.push_back({std::move(shape), object, material, bounds});
+  shape->bounds.min().array() -= 1e-7;
+  shape->bounds.max().array() += 1e-7;
+  objects[size_t(object)].parts.push_back(int(parts.size()));
+  parts.push_back({std::move(shape), object, material});
 }
 
 void World::Finish() {
-  order_.clear();
-  large_.clear();
-  parts_of_object_.assign(objects.size(), {});
-  chart_sizes_.clear();
+  constexpr double kLarge = 2;  // meters
   for (size_t i = 0; i < parts.size(); ++i) {
-    (parts[i].bounds.sizes().maxCoeff() > kLarge ? large_ : order_).push_back(int(i));
-    chart_sizes_.push_back(parts[i].shape->ChartSizes());
-    parts_of_object_[size_t(parts[i].object)].push_back(int(i));
+    const bool large = parts[i].shape->bounds.sizes().maxCoeff() > kLarge;
+    (large ? large_ : order_).push_back(int(i));
   }
-  nodes_.assign(1, Node{});
+  nodes_.resize(1);
   Build(0, 0, int(order_.size()));
 }
 
-void World::Build(int node, int begin, int end) {
+void World::Build(size_t node, int begin, int end) {
+  constexpr int kLeafParts = 2;
+  const auto bounds_of = [&](int part) { return parts[size_t(part)].shape->bounds; };
   Eigen::AlignedBox3d bounds, centers;
   for (int i = begin; i < end; ++i) {
-    bounds.extend(parts[size_t(order_[size_t(i)])].bounds);
-    centers.extend(parts[size_t(order_[size_t(i)])].bounds.center());
+    bounds.extend(bounds_of(order_[size_t(i)]));
+    centers.extend(bounds_of(order_[size_t(i)]).center());
   }
-  nodes_[size_t(node)].bounds = bounds;
   if (end - begin <= kLeafParts) {
-    nodes_[size_t(node)].begin = begin;
-    nodes_[size_t(node)].end = end;
+    nodes_[node] = {bounds, begin, end, 0};
     return;
   }
   int axis;
   centers.sizes().maxCoeff(&axis);
-  const int middle = (begin + end) / 2;
+  const int middle = (begin + end) / 2, child = int(nodes_.size());
   std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
                    [&](int a, int b) {
-                     const double ca = parts[size_t(a)].bounds.center()[axis];
-                     const double cb = parts[size_t(b)].bounds.center()[axis];
-                     return ca != cb ? ca < cb : a < b;
+                     return std::pair(bounds_of(a).center()[axis], a) <
+                            std::pair(bounds_of(b).center()[axis], b);
                    });
-  const int child = int(nodes_.size());
   nodes_.resize(nodes_.size() + 2);
-  nodes_[size_t(node)].begin = child;
-  nodes_[size_t(node)].end = 0;
-  nodes_[size_t(node)].axis = axis;
-  Build(child, begin, middle);
-  Build(child + 1, middle, end);
+  nodes_[node] = {bounds, child, 0, axis};
+  Build(size_t(child), begin, middle);
+  Build(size_t(child) + 1, middle, end);
 }
 
-template <bool kAny>
-bool World::Trace(const Ray& ray, double t_min, double t_max, Hit* hit) const {
+bool World::Test(std::span<const int> candidates, const Ray& ray, double t_min, double* t_max,
+                 Hit* hit) const {
   const Vec3 inverse = ray.direction.cwiseInverse();
   bool found = false;
-  const auto test = [&](int part) {
-    if (!parts[size_t(part)].shape->Intersect(ray, t_min, t_max, hit)) return false;
-    found = true;
-    t_max = hit->t;
-    hit->shape = part;
-    return true;
-  };
-  int stack[64];
-  int top = 0;
-  stack[top++] = 0;
-  while (top > 0) {
-    const Node& node = nodes_[size_t(stack[--top])];
-    if (!Meets(node.bounds, ray.origin, inverse, t_min, t_max)) continue;
-    if (node.end == 0) {
-      // The nearer child is taken first.
-      const bool flip = ray.direction[node.axis] < 0;
-      stack[top++] = node.begin + (flip ? 0 : 1);
-      stack[top++] = node.begin + (flip ? 1 : 0);
+  for (const int part : candidates) {
+    const Shape& shape = *parts[size_t(part)].shape;
+    if (!Meets(shape.bounds, ray.origin, inverse, t_min, *t_max) ||
+        !shape.Intersect(ray, t_min, *t_max, hit)) {
       continue;
     }
-    for (int i = node.begin; i < node.end; ++i) {
-      const int part = order_[size_t(i)];
-      if (node.end - node.begin > 1 &&
-          !Meets(parts[size_t(part)].bounds, ray.origin, inverse, t_min, t_max)) {
-        continue;
-      }
-      if (test(part) && kAny) return true;
-    }
-  }
-  for (const int part : large_) {
-    if (Meets(parts[size_t(part)].bounds, ray.origin, inverse, t_min, t_max) && test(part) &&
-        kAny) {
-      return true;
-    }
+    found = true;
+    *t_max = hit->t;
+    hit->shape = part;
   }
   return found;
 }
 
+bool World::Trace(const Ray& ray, double t_min, double t_max, bool any, Hit* hit) const {
+  const Vec3 inverse = ray.direction.cwiseInverse();
+  bool found = false;
+  int stack[64] = {0};
+  for (int top = 1; top > 0 && !(any && found);) {
+    const Node& node = nodes_[size_t(stack[--top])];
+    if (!Meets(node.bounds, ray.origin, inverse, t_min, t_max)) continue;
+    if (node.end == 0) {
+      const bool flip = ray.direction[node.axis] < 0;
+      stack[top++] = node.begin + (flip ? 0 : 1);
+      stack[top++] = node.begin + (flip ? 1 : 0);  // the nearer child, which is taken first
+    } else {
+      const std::span leaf(&order_[size_t(node.begin)], size_t(node.end - node.begin));
+      found |= Test(leaf, ray, t_min, &t_max, hit);
+    }
+  }
+  return (any && found) || Test(large_, ray, t_min, &t_max, hit) || found;
+}
+
+bool World::IntersectObject(const Object& object, const Ray& ray, double t_min, double t_max,
+                            Hit* hit) const {
+  return Test(object.parts, ray, t_min, &t_max, hit);
+}
+
 bool World::Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const {
-  return Trace<false>(ray, t_min, t_max, hit);
+  return Trace(ray, t_min, t_max, /*any=*/false, hit);
 }
 
 bool World::Occluded(const Ray& ray, double t_min, double t_max) const {
   Hit hit;
-  return Trace<true>(ray, t_min, t_max, &hit);
-}
-
-bool World::IntersectObject(int object, const Ray& ray, double t_min, double t_max,
-                            Hit* hit) const {
-  const Vec3 inverse = ray.direction.cwiseInverse();
-  bool found = false;
-  for (const int part : parts_of_object_[size_t(object)]) {
-    const Part& candidate = parts[size_t(part)];
-    if (Meets(candidate.bounds, ray.origin, inverse, t_min, t_max) &&
-        candidate.shape->Intersect(ray, t_min, t_max, hit)) {
-      found = true;
-      t_max = hit->t;
-      hit->shape = part;
-    }
-  }
-  return found;
+  return Trace(ray, t_min, t_max, /*any=*/true, &hit);
 }
 
 bool World::Buried(const Vec3& point, int except) const {
   for (size_t i = 0; i < parts.size(); ++i) {
-    if (int(i) != except && parts[i].bounds.contains(point) && parts[i].shape->Contains(point, 0)) {
-      return true;
-    }
+    const Shape& shape = *parts[i].shape;
+    if (int(i) != except && shape.bounds.contains(point) && shape.Contains(point)) return true;
   }
   return false;
 }
 
 TexturePoint World::Locate(const Hit& hit, const Vec3& point) const {
-  const Vec2& size = chart_sizes_[size_t(hit.shape)][size_t(hit.chart)];
+  const Vec2& size = parts[size_t(hit.shape)].shape->chart_sizes[size_t(hit.chart)];
   return {point, hit.normal, hit.chart, hit.uv, hit.uv.cwiseProduct(size)};
 }
 
@@ -186,13 +198,18 @@ Vec3 World::Sky(const Ray& ray) const {
   const double slope = n.dot(ray.direction);
   if (slope < 0) {
     const double t = n.dot(light.center - ray.origin) / slope;
-    const Vec3 p = ray.origin + t * ray.direction - light.center;
+    const Vec3 p = ray.At(t) - light.center;
     if (t > 0 && std::abs(p.dot(light.half_u)) < light.half_u.squaredNorm() &&
         std::abs(p.dot(light.half_v)) < light.half_v.squaredNorm()) {
       return light.radiance;
     }
   }
   return Environment(ray.direction);
+}
+
+Ray PixelRay(const PosedCamera& camera, double x, double y) {
+  const Eigen::Vector2d xy = *camera.camera.CamFromImg({x, y});
+  return {camera.Center(), camera.cam_from_world.rotation.conjugate() * Vec3(xy.x(), xy.y(), 1.0)};
 }
 
 Vec3 Encode(const Vec3& radiance, double exposure) {
@@ -204,6 +221,27 @@ Vec3 Encode(const Vec3& radiance, double exposure) {
     out[c] = y <= 0.0031308 ? 12.92 * y : 1.055 * std::pow(y, 1 / 2.4) - 0.055;
   }
   return out;
+}
+
+void Paste(World& world, int object, const Image8& picture) {
+  const int body = world.objects[size_t(object)].parts.front();
+  world.materials[size_t(world.parts[size_t(body)].material)].albedo =
+      [picture](const TexturePoint& at) { return Sample(picture, at.uv); };
+}
+
+void Repaint(World& world, int object, const Vec3& albedo,
+             const std::vector<PosedCamera>& cameras) {
+  const double mean = MeanLuminance(world, object, cameras);
+  std::set<int> materials;  // no other object shares them
+  for (const int part : world.objects[size_t(object)].parts) {
+    materials.insert(world.parts[size_t(part)].material);
+  }
+  for (const int index : materials) {
+    Material& material = world.materials[size_t(index)];
+    material.albedo = [old = std::move(material.albedo), albedo, mean](const TexturePoint& at) {
+      return Vec3((albedo * (Luminance(old(at)) / mean)).cwiseMin(kMostAlbedo));
+    };
+  }
 }
 
 }  // namespace retint::synthetic

@@ -5,11 +5,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
+#include <span>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "scene/camera.h"
+#include "scene/image.h"
 #include "synthetic/shapes.h"
 
 namespace retint::synthetic {
@@ -33,16 +35,15 @@ struct Material {
 };
 
 struct Part {
-  std::unique_ptr<Shape> shape;
+  ShapePtr shape;
   int object = 0;    // index in World::objects
   int material = 0;  // index in World::materials
-  Eigen::AlignedBox3d bounds;
 };
 
-// Object 0 is the background.
-struct ObjectInfo {
+struct Object {
   std::string name;
   bool furniture = false;  // not meant to be selected: the room, and what others bury
+  std::vector<int> parts = {};
 };
 
 struct AreaLight {
@@ -56,28 +57,31 @@ class World {
  public:
   int AddObject(std::string name, bool furniture = false);
   int AddMaterial(Material material);
-  void Add(int object, int material, std::unique_ptr<Shape> shape);
+  void Add(int object, int material, ShapePtr shape);
   // Builds the bounding volume hierarchy; call once, after the last Add.
   void Finish();
 
+  // The nearest hit with t in (t_min, t_max).
   bool Intersect(const Ray& ray, double t_min, double t_max, Hit* hit) const;
-  bool Occluded(const Ray& ray, double t_min, double t_max) const;
   // As Intersect, with the parts of one object only.
-  bool IntersectObject(int object, const Ray& ray, double t_min, double t_max, Hit* hit) const;
+  bool IntersectObject(const Object& object, const Ray& ray, double t_min, double t_max,
+                       Hit* hit) const;
+  bool Occluded(const Ray& ray, double t_min, double t_max) const;
   // Whether a closed part other than `except` has the point inside.
   bool Buried(const Vec3& point, int except) const;
 
   TexturePoint Locate(const Hit& hit, const Vec3& point) const;
-  const Material& MaterialOf(int part) const { return materials[parts[part].material]; }
+  const Material& MaterialOf(int part) const { return materials[size_t(parts[part].material)]; }
+  const Object& ObjectOf(int part) const { return objects[size_t(parts[size_t(part)].object)]; }
   Vec3 Albedo(const Hit& hit, const Vec3& point) const {
     return MaterialOf(hit.shape).albedo(Locate(hit, point));
   }
   // Radiance that arrives from outside the room along -direction.
   Vec3 Environment(const Vec3& direction) const;
-  // Of the environment, plus the area light where the ray meets it.
+  // The same, or the area light's if the ray meets it.
   Vec3 Sky(const Ray& ray) const;
 
-  std::vector<ObjectInfo> objects = {{"background", true}};
+  std::vector<Object> objects = {{"background", true}};
   std::vector<Material> materials;
   std::vector<Part> parts;
   AreaLight light;
@@ -89,18 +93,32 @@ class World {
     int begin = 0, end = 0;  // leaf: range of order_; inner: end == 0, children begin, begin + 1
     int axis = 0;            // inner: along which the children were parted
   };
-  void Build(int node, int begin, int end);
-  template <bool kAny>
-  bool Trace(const Ray& ray, double t_min, double t_max, Hit* hit) const;
+  void Build(size_t node, int begin, int end);
+  // Whether there is a hit: the nearest, or any.
+  bool Trace(const Ray& ray, double t_min, double t_max, bool any, Hit* hit) const;
+  // Whether one of the parts is hit nearer than `t_max`, which becomes the nearest hit's.
+  bool Test(std::span<const int> parts, const Ray& ray, double t_min, double* t_max,
+            Hit* hit) const;
+
   std::vector<Node> nodes_;
   std::vector<int> order_;  // small parts, as the nodes refer to them
   std::vector<int> large_;  // the room, tested one by one: it would blow up the nodes' boxes
-  std::vector<std::vector<Vec2>> chart_sizes_;
-  std::vector<std::vector<int>> parts_of_object_;
 };
+
+// The ray through a pixel position whose t is z.
+Ray PixelRay(const PosedCamera& camera, double x, double y);
 
 // Display encoding of linear radiance: exposure, a filmic curve, the sRGB transfer function.
 Vec3 Encode(const Vec3& radiance, double exposure);
+
+// Paints an object: where its surface had the mean luminance of what `cameras` see of it, it gets
+// `albedo` (linear RGB); a pattern stays, as lighter and darker shades. Light that was baked
+// before, gloss and shape stay as they are, so nothing else in a picture changes.
+void Repaint(World& world, int object, const Vec3& albedo, const std::vector<PosedCamera>& cameras);
+
+// Pastes a picture (display-encoded) on every chart of the object's first part, its body: u runs to
+// the right, v down.
+void Paste(World& world, int object, const Image8& picture);
 
 enum class Room {
   kPapered,
@@ -108,7 +126,7 @@ enum class Room {
   kOpen,  // no walls, and floor all around
 };
 
-// The preset "still-life".
+// A table in a room, with a ball, a gift box, a candlestick, a potted plant and a pear.
 World MakeStillLife(uint64_t seed, Room room);
 
 }  // namespace retint::synthetic

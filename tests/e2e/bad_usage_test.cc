@@ -449,9 +449,7 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--output", p.Out("out.xyz")});
      }},
-    {"UnknownPreset", 2, "preset",
-     [](Place& p) {
-       return Arguments{"synth", "--output", p.Out("ws"), "--preset", "cathedral"};
+};
      }},
 };
 

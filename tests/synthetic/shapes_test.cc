@@ -2,7 +2,6 @@
 #include "synthetic/shapes.h"
 
 #include <cmath>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,35 +15,25 @@ namespace {
 
 struct Named {
   std::string name;
-  std::unique_ptr<Shape> shape;
+  ShapePtr shape;
   bool closed;
 };
 
 std::vector<Named> AllShapes() {
   std::vector<Named> shapes;
   shapes.push_back(
-      {"quad",
-       std::make_unique<Quad>(Vec3(-0.4, 0.1, -0.4), Vec3(0.9, 0.1, 0), Vec3(-0.03, 0.27, 0.8)),
-       false});
-  shapes.push_back({"sphere", std::make_unique<Sphere>(Vec3(0.1, -0.2, 0.05), 0.4), true});
-  shapes.push_back({"rounded box",
-                    std::make_unique<RoundedBox>(Vec3(0, 0.1, 0), Vec3(0.4, 0.25, 0.3), 0.06, 0.7),
-                    true});
-  shapes.push_back({"sharp box",
-                    std::make_unique<RoundedBox>(Vec3(0, 0.1, 0), Vec3(0.4, 0.25, 0.3), 0, -0.4),
-                    true});
+      {"quad", Quad(Vec3(-0.4, 0.1, -0.4), Vec3(0.9, 0.1, 0), Vec3(-0.03, 0.27, 0.8)), false});
+  shapes.push_back({"sphere", Sphere(Vec3(0.1, -0.2, 0.05), 0.4), true});
+  shapes.push_back(
+      {"rounded box", RoundedBox(Vec3(0, 0.1, 0), Vec3(0.4, 0.25, 0.3), 0.06, 0.7), true});
   // A cone with flat ends: every crease is sharp, so that normals are the surface's own.
   shapes.push_back(
-      {"lathe",
-       std::make_unique<Lathe>(Vec3(0.05, 0.3, 0),
-                               std::vector<Vec2>{{0, 0}, {0.4, 0}, {0.2, 0.6}, {0, 0.6}}),
-       true});
+      {"lathe", Lathe(Vec3(0.05, 0.3, 0), {{0, 0}, {0.4, 0}, {0.2, 0.6}, {0, 0.6}}), true});
+  shapes.push_back({"capsule", Capsule(Vec3(-0.2, 0.3, 0.1), Vec3(0.3, -0.2, 0), 0.15), true});
   shapes.push_back(
-      {"capsule", std::make_unique<Capsule>(Vec3(-0.2, 0.3, 0.1), Vec3(0.3, -0.2, 0), 0.15), true});
-  shapes.push_back({"leaf",
-                    std::make_unique<Leaf>(Vec3(-0.4, 0, 0), Vec3(1, -0.2, 0.3), Vec3(0.1, -1, 0),
-                                           Leaf::Form{0.9, 0.5, 0.8, 0.1, 0.8}),
-                    false});
+      {"leaf",
+       Leaf(Vec3(-0.4, 0, 0), Vec3(1, -0.2, 0.3), Vec3(0.1, -1, 0), {0.9, 0.5, 0.8, 0.1, 0.8}),
+       false});
   return shapes;
 }
 
@@ -67,12 +56,12 @@ TEST(SyntheticShapesTest, HitsLieOnTheirChartsWithTheRightNormal) {
       Hit hit;
       if (!named.shape->Intersect(ray, 0, 10, &hit)) continue;
       ++hits;
-      const Vec3 point = ray.origin + hit.t * ray.direction;
+      const Vec3 point = ray.At(hit.t);
       ASSERT_NEAR(hit.normal.norm(), 1, 1e-9);
       ASSERT_LE(hit.normal.dot(ray.direction), 1e-9) << "normal away from the ray";
-      ASSERT_TRUE(named.shape->Bounds().contains(point) ||
-                  named.shape->Bounds().exteriorDistance(point) < 1e-9);
-      ASSERT_LT(size_t(hit.chart), named.shape->ChartSizes().size());
+      ASSERT_TRUE(named.shape->bounds.contains(point) ||
+                  named.shape->bounds.exteriorDistance(point) < 1e-9);
+      ASSERT_LT(size_t(hit.chart), named.shape->chart_sizes.size());
       // Where three charts meet on a rounded corner, and on a capsule's caps, charts only
       // approximate.
       const Surfel at = named.shape->At(hit.chart, hit.uv);
@@ -104,16 +93,16 @@ TEST(SyntheticShapesTest, ClosedShapesBeginAtTheFirstHit) {
       const Ray ray = RandomRay(&random);
       Hit hit;
       const bool met = named.shape->Intersect(ray, 0, 10, &hit);
-      const double end = met ? hit.t : 1.5;
+      const double end = met ? hit.t - 1e-5 : 1.5;
       for (int k = 0; k < 200; ++k) {
         const double t = end * (k + 0.5) / 200;
-        ASSERT_FALSE(named.shape->Contains(ray.origin + t * ray.direction, 1e-6))
+        ASSERT_FALSE(named.shape->Contains(ray.At(t)))
             << "inside before the hit, t = " << t << " of " << end;
       }
       // Just below the surface, along the normal.
       if (met) {
-        const Vec3 below = ray.origin + hit.t * ray.direction - 1e-4 * hit.normal;
-        ASSERT_TRUE(named.shape->Contains(below, 0));
+        const Vec3 below = ray.At(hit.t) - 1e-4 * hit.normal;
+        ASSERT_TRUE(named.shape->Contains(below));
       }
     }
   }

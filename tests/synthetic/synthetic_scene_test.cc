@@ -48,7 +48,6 @@ TEST(SyntheticTest, OptionsAreChecked) {
     return std::string("no error");
   };
   EXPECT_EQ(fault([](SyntheticOptions&) {}), "no error");
-  EXPECT_THAT(fault([](auto& o) { o.preset = "ballroom"; }), HasSubstr("preset"));
   EXPECT_THAT(fault([](auto& o) { o.width = 8; }), HasSubstr("width"));
   EXPECT_THAT(fault([](auto& o) { o.height = 5000; }), HasSubstr("height"));
   EXPECT_THAT(fault([](auto& o) { o.views = 2; }), HasSubstr("views"));

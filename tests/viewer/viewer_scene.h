@@ -25,7 +25,6 @@
 #include <QTimer>
 #include <QUrl>
 
-#include "synthetic/lens.h"
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
 #include "viewer/selection/selection_mode.h"
@@ -59,7 +58,7 @@ inline const std::string kWideFisheye = "WIDE_FISHEYE";
 
 class ViewerScene {
  public:
-  // `lens`: a model that TakeThroughLens() knows, or kWideFisheye; empty: pinhole photos.
+  // `lens`: a model that MakeLens() knows, or kWideFisheye; empty: pinhole photos.
   explicit ViewerScene(int width = 160, int height = 120, int views = 6,
                        const std::string& lens = {}) {
     UseOwnFolders(folder_.path());
@@ -76,7 +75,8 @@ class ViewerScene {
                              {focal, focal, double(width), double(height), 0, 0, 0, 0}},
                       options, &scene_, monitor);
     } else if (!lens.empty()) {
-      TakeThroughLens(lens, options, &scene_, monitor);
+      const Camera& pinhole = scene_.reconstruction.cameras.begin()->second;
+      TakeThroughLens(MakeLens(lens, pinhole), options, &scene_, monitor);
     }
     WriteSyntheticWorkspace(workspace(), scene_, monitor);
   }
