@@ -11,24 +11,10 @@
 #include "colmap_io/image_io.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
+#include "tests/support/iou.h"
 
 namespace retint {
 namespace {
-
-struct Overlap {
-  double iou = 0, precision = 0;
-};
-
-Overlap Compare(const Mask& mask, const Mask& truth) {
-  double both = 0, in_mask = 0, in_truth = 0;
-  for (size_t i = 0; i < truth.data.size(); ++i) {
-    const bool a = mask.data[i] >= 128, b = truth.data[i] >= 128;
-    both += a && b;
-    in_mask += a;
-    in_truth += b;
-  }
-  return {both / std::max(1.0, in_mask + in_truth - both), both / std::max(1.0, in_mask)};
-}
 
 // Recolors what was painted in one view, as <capture>/<masks> holds it; the masks of every view are
 // in `temp`/stages/masks. One sweep of the fit is enough here, since the masks come before it.
@@ -59,7 +45,7 @@ Score CompareWithTruth(const std::string& truth, const std::string& painted,
   for (const auto& file : std::filesystem::directory_iterator(DataPath(truth))) {
     const std::string view = file.path().stem().string();
     if (view == painted) continue;
-    const double iou = Compare(MaskOf(temp, view), ReadMask(file.path())).iou;
+    const double iou = IouOf(MaskOf(temp, view), ReadMask(file.path()));
     score.mean += iou;
     score.worst = std::min(score.worst, iou);
     ++score.views;
@@ -94,12 +80,12 @@ TEST(Captures, OnePaintedMaskOfTheFoxStaysOnTheFox) {
   RETINT_REQUIRE_DATA("fox/truth");
   TempFolder temp;
   ASSERT_NO_FATAL_FAILURE(Recolor("fox", "masks", "0025.jpg", temp));
-  const Overlap painted =
-      Compare(MaskOf(temp, "0025.jpg"), ReadMask(DataPath("fox/masks/0025.jpg.png")));
+  const MaskScore painted =
+      ScoreMask(MaskOf(temp, "0025.jpg"), ReadMask(DataPath("fox/masks/0025.jpg.png")));
   // Measured: 0.94. The hand that painted it stopped short of the ears' and the snout's edges.
   EXPECT_GT(painted.iou, 0.92);
-  const Overlap other =
-      Compare(MaskOf(temp, "0001.jpg"), ReadMask(DataPath("fox/truth/0001.jpg.png")));
+  const MaskScore other =
+      ScoreMask(MaskOf(temp, "0001.jpg"), ReadMask(DataPath("fox/truth/0001.jpg.png")));
   EXPECT_GT(other.precision, 0.95);
   // 0025 does not show the other cheek: measured 0.83, and 0.49 without completion.
   EXPECT_GT(other.iou, 0.7);

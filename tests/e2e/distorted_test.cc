@@ -20,6 +20,7 @@
 #include "scene/photo_rays.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
+#include "tests/support/iou.h"
 
 namespace retint {
 namespace {
@@ -62,16 +63,6 @@ fs::path WorkspaceOf(const Lens& lens) {
   return folder;
 }
 
-double Iou(const Mask& a, const Mask& b) {
-  double both = 0, any = 0;
-  for (size_t i = 0; i < a.data.size(); ++i) {
-    const bool in_a = a.data[i] >= 128, in_b = b.data[i] >= 128;
-    both += in_a && in_b;
-    any += in_a || in_b;
-  }
-  return any > 0 ? both / any : 1;
-}
-
 class Distorted : public testing::TestWithParam<Lens> {
  protected:
   void SetUp() override {
@@ -80,7 +71,7 @@ class Distorted : public testing::TestWithParam<Lens> {
     view_ = brush_.stem().string();
     double most = -1;
     for (const auto& entry : fs::directory_iterator(workspace_ / "truth/masks")) {
-      const double iou = Iou(Read(ViewFile(entry.path(), view_)), Read(brush_));
+      const double iou = IouOf(Read(ViewFile(entry.path(), view_)), Read(brush_));
       if (iou <= most) continue;
       most = iou;
       object_ = entry.path();
@@ -118,7 +109,7 @@ TEST_P(Distorted, MasksMeetTheTruthInThePhotosPixels) {
   int count = 0;
   for (const auto& entry : fs::directory_iterator(workspace_ / "images")) {
     const std::string name = entry.path().filename().string();
-    sum += Iou(Read(ViewFile(temp_ / "masks", name)), Truth(name));
+    sum += IouOf(Read(ViewFile(temp_ / "masks", name)), Truth(name));
     ++count;
   }
   ASSERT_EQ(count, 5);
@@ -165,13 +156,13 @@ TEST_P(Distorted, ToolsWorkInThePhotosPixels) {
                std::to_string(middle.x()) + "," + std::to_string(middle.y()) + "," +
                    std::to_string(middle.z()) + "," + std::to_string(radius)});
   // Splats are blurred, and the sphere's edge on the table moves with depth.
-  EXPECT_GE(Iou(Read(out), expected), 0.8);
+  EXPECT_GE(IouOf(Read(out), expected), 0.8);
   const std::string at = std::to_string(mid_x) + "," + std::to_string(mid_y);
   Run("mask", {"--view", view_, "--output", out, "--wand", at + ",1,0.02"});
   EXPECT_GE(Read(out)(mid_x, mid_y), 128);
   // Of the photo's size, so that a mask can be limited by another tool.
   Run("mask", {"--view", view_, "--output", out, "--mask", brush_.string(), "--like", at + ",2"});
-  EXPECT_EQ(Iou(Read(out), Read(brush_)), 1);
+  EXPECT_EQ(IouOf(Read(out), Read(brush_)), 1);
 }
 
 TEST_P(Distorted, AnEditedPhotoSaysWhatIsMeant) {
@@ -194,7 +185,7 @@ TEST_P(Distorted, AnEditedPhotoSaysWhatIsMeant) {
   // wide on an object of some dozen pixels, and gray pixels, which a swap leaves.
   EXPECT_GT(operation["explained"].get<double>(), 0.6);
   // What changed is the selection: the object, but for pixels that a swap leaves.
-  EXPECT_GT(Iou(Read(ViewFile(temp_ / "stages/masks", view_)), truth), 0.6);
+  EXPECT_GT(IouOf(Read(ViewFile(temp_ / "stages/masks", view_)), truth), 0.6);
 }
 
 INSTANTIATE_TEST_SUITE_P(Lenses, Distorted, testing::ValuesIn(kLenses),

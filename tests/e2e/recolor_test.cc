@@ -13,6 +13,7 @@
 #include "splat_io/splat_io.h"
 #include "tests/e2e/command.h"
 #include "tests/support/data.h"
+#include "tests/support/iou.h"
 
 namespace retint {
 namespace {
@@ -35,17 +36,6 @@ std::vector<std::string> RecolorArguments(const TempFolder& temp) {
   return Join(Join({"recolor"}, Scene()),
               {"--view", TinyView(), "--mask", TinyMask().string(), "--tint", kTint, "--output",
                (temp / "out.ply").string()});
-}
-
-// Share of the pixels of both in either.
-double Iou(const Mask& a, const Mask& b) {
-  int both = 0, either = 0;
-  for (size_t i = 0; i < a.data.size(); ++i) {
-    const bool in_a = a.data[i] >= 128, in_b = b.data[i] >= 128;
-    both += in_a && in_b;
-    either += in_a || in_b;
-  }
-  return either == 0 ? 1 : static_cast<double>(both) / either;
 }
 
 // A picture of a view in which what the mask selects has other colors.
@@ -233,7 +223,7 @@ TEST(Recolor, ItsMasksAreTheObject) {
     if (ReadMask(ViewFile(object.path(), TinyView())).data != paint.data) continue;
     for (const auto& file : std::filesystem::directory_iterator(object.path())) {
       const Mask truth = ReadMask(file.path());
-      mean += Iou(truth, ReadMask(temp / "stages" / "masks" / file.path().filename().string()));
+      mean += IouOf(truth, ReadMask(temp / "stages" / "masks" / file.path().filename().string()));
       ++views;
     }
   }

@@ -10,6 +10,7 @@
 #include "scene/mask_pixels.h"
 #include "selection/depth_sampling.h"
 #include "selection/evidence.h"
+#include "selection/mask_score.h"
 #include "selection/view_depth.h"
 #include "tests/selection/tiny_gaussians.h"
 
@@ -18,21 +19,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-struct Overlap {
-  double iou = 0, precision = 0, recall = 0;
-};
-
-Overlap Compare(const Mask& mask, const Mask& truth) {
-  double both = 0, in_mask = 0, in_truth = 0;
-  for (size_t i = 0; i < truth.data.size(); ++i) {
-    const bool a = mask.data[i] >= 128, b = truth.data[i] >= 128;
-    both += a && b;
-    in_mask += a;
-    in_truth += b;
-  }
-  return {both / (in_mask + in_truth - both), both / std::max(1.0, in_mask), both / in_truth};
-}
 
 // Coverage of a view by squares of `square` pixels or, where that is 0, discs of `scale`
 // footprints.
@@ -80,11 +66,11 @@ class MaskProjectorTest : public ::testing::Test {
     options.kind = kind;
     return ProjectMasks(cloud, painted, world.reconstruction, views, renderer, options, monitor);
   }
-  Overlap Worst(const ProjectedMasks& projected) const {
-    Overlap worst{1, 1, 1};
+  MaskScore Worst(const ProjectedMasks& projected) const {
+    MaskScore worst = {1, 1, 1, 1};
     for (int i = 0; i < 5; ++i) {
-      const Overlap overlap =
-          Compare(projected.masks.at(world.view(i).name), world.BallMask(world.Posed(i)));
+      const MaskScore overlap =
+          ScoreMask(projected.masks.at(world.view(i).name), world.BallMask(world.Posed(i)));
       worst.iou = std::min(worst.iou, overlap.iou);
       worst.precision = std::min(worst.precision, overlap.precision);
       worst.recall = std::min(worst.recall, overlap.recall);
@@ -97,7 +83,7 @@ TEST_F(MaskProjectorTest, SurfelsCoverWhatOneViewSees) {
   const auto projected = Project(ProjectorKind::kSurfels, Cloud(2), {});
   ASSERT_EQ(projected.masks.size(), 5u);
   EXPECT_TRUE(projected.shares.empty());
-  const Overlap worst = Worst(projected);
+  const MaskScore worst = Worst(projected);
   // The ends of the arc see 14 degrees past the painted view's rim, some 6 % of the disc; the
   // surfels' discs reach half a pixel outside, 60 pixels wide: 4 %.
   EXPECT_GT(worst.recall, 0.85);
@@ -113,7 +99,7 @@ TEST_F(MaskProjectorTest, QuadsLeaveMoreHolesThanSurfels) {
   const auto recall = [&](const ScalarImage& drawn) {
     Mask mask(drawn.width, drawn.height);
     for (size_t i = 0; i < mask.data.size(); ++i) mask.data[i] = drawn.data[i] > 0.5f ? 255 : 0;
-    return Compare(mask, truth).recall;
+    return ScoreMask(mask, truth).recall.value();
   };
   const SelectionCloud cloud = Cloud(2);
   const double quads = recall(Draw(cloud, near, depth, 1, 0));
@@ -170,7 +156,7 @@ TEST_F(MaskProjectorTest, ASurfelIsADiscOfItsFootprint) {
 
 TEST_F(MaskProjectorTest, GaussiansSelectTheBallInEveryView) {
   const auto projected = Project(ProjectorKind::kGaussians, Cloud(2), {Paint(2)});
-  const Overlap worst = Worst(projected);
+  const MaskScore worst = Worst(projected);
   // Gaussians on the rim reach a pixel or two over it: 2 of 30 pixels of radius are 13 % of area.
   EXPECT_GT(worst.iou, 0.87);
   EXPECT_GT(worst.precision, 0.88);
@@ -207,7 +193,7 @@ TEST_F(MaskProjectorTest, WhatFloatsBeforeTheBallHasNoSay) {
     return ProjectMasks(Cloud(2), {Paint(2)}, world.reconstruction, views, other, options, monitor,
                         &graph);
   };
-  const double clear = Worst(project(gaussians.model, true)).iou;
+  const double clear = Worst(project(gaussians.model, true)).iou.value();
   EXPECT_LT(Worst(project(foggy.model, false)).iou, 0.7);
   EXPECT_GT(Worst(project(foggy.model, true)).iou, clear - 0.02);
 }
@@ -267,7 +253,7 @@ TEST_F(MaskProjectorTest, FloatersAloneAreNotSelected) {
 }
 
 TEST_F(MaskProjectorTest, GaussiansWorkFromACloudAlone) {
-  const Overlap worst = Worst(Project(ProjectorKind::kGaussians, Cloud(2), {}));
+  const MaskScore worst = Worst(Project(ProjectorKind::kGaussians, Cloud(2), {}));
   EXPECT_GT(worst.iou, 0.8);
 }
 
@@ -284,8 +270,8 @@ TEST_F(MaskProjectorTest, PaintOfASecondViewCounts) {
   SelectionCloud both = cloud;
   Append(both, Cloud(4));
   const auto two = Project(ProjectorKind::kGaussians, both, {half, whole});
-  const double before = Compare(one.masks.at(views[2]->name), truth).recall;
-  const double after = Compare(two.masks.at(views[2]->name), truth).recall;
+  const double before = ScoreMask(one.masks.at(views[2]->name), truth).recall.value();
+  const double after = ScoreMask(two.masks.at(views[2]->name), truth).recall.value();
   EXPECT_LT(before, 0.65);
   EXPECT_GT(after, before + 0.1);
 }

@@ -10,6 +10,7 @@
 #include "session/edit_session.h"
 #include "session/selecting/paint_held.h"
 #include "tests/session/tiny_session.h"
+#include "tests/support/iou.h"
 
 namespace retint {
 namespace {
@@ -26,15 +27,6 @@ Mask LeftOf(const Mask& whole, int column, bool left) {
     }
   }
   return part;
-}
-
-double Iou(const Mask& a, const Mask& b) {
-  double both = 0, either = 0;
-  for (size_t i = 0; i < a.data.size(); ++i) {
-    both += a.data[i] >= 128 && b.data[i] >= 128;
-    either += a.data[i] >= 128 || b.data[i] >= 128;
-  }
-  return either > 0 ? both / either : 1;
 }
 
 class SelectionRound : public testing::Test {
@@ -72,7 +64,7 @@ class SelectionRound : public testing::Test {
 TEST_F(SelectionRound, TheFirstRoundReachesEveryView) {
   const RegionSelection selection = Select(nullptr, Round(2, Truth(2)));
   ASSERT_EQ(selection.masks.size(), size_t(kViews));
-  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(selection, v), Truth(v)), 0.8) << v;
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(IouOf(MaskOf(selection, v), Truth(v)), 0.8) << v;
   ASSERT_EQ(selection.source.painted.size(), 1u);
   EXPECT_FALSE(selection.source.cloud.points.empty());
   EXPECT_GT(selection.Bytes(), selection.source.cloud.points.size() * sizeof(SelectionPoint));
@@ -104,21 +96,21 @@ TEST_F(SelectionRound, SaysWhereAMaskHoldsLessThanHalfOfItsPaint) {
 TEST_F(SelectionRound, ASecondRoundExtendsFromAnotherView) {
   const int column = 81;
   const RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), column, true)));
-  const double before = Iou(MaskOf(half, 2), Truth(2));
+  const double before = IouOf(MaskOf(half, 2), Truth(2));
   EXPECT_LT(before, 0.75);
   const RegionSelection whole = Select(&half, Round(1, Truth(1), MaskOf(half, 1)));
   EXPECT_EQ(whole.source.painted.size(), 2u);
-  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(whole, v), Truth(v)), 0.8) << v;
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(IouOf(MaskOf(whole, v), Truth(v)), 0.8) << v;
 }
 
 TEST_F(SelectionRound, ASecondRoundErasesWhatTheFirstPaintedTooMuch) {
   Mask all(160, 120, 255);  // the wall too
   const RegionSelection everything = Select(nullptr, Round(2, all));
-  EXPECT_LT(Iou(MaskOf(everything, 2), Truth(2)), 0.5);
+  EXPECT_LT(IouOf(MaskOf(everything, 2), Truth(2)), 0.5);
   const size_t points = everything.source.cloud.points.size();
   const RegionSelection ball = Select(&everything, Round(1, Truth(1), MaskOf(everything, 1)));
   EXPECT_LT(ball.source.cloud.points.size(), points);
-  EXPECT_GT(Iou(MaskOf(ball, 1), Truth(1)), 0.8);
+  EXPECT_GT(IouOf(MaskOf(ball, 1), Truth(1)), 0.8);
   // What view 1 sees of the wall is gone from view 2 as well; of the rest nobody said anything.
   double seen = 0, painted = 0, selected = 0;
   for (int y = 0; y < all.height; ++y) {
@@ -148,12 +140,12 @@ TEST_F(SelectionRound, TheGaussiansDecideWhatStrokesLeaveOpen) {
   const RegionSelection open = Select(nullptr, round);
   const RegionSelection less = Select(nullptr, Round(2, round.view.mask));
   for (int v = 0; v < kViews; ++v) {
-    EXPECT_GT(Iou(MaskOf(open, v), Truth(v)), 0.8) << v;
-    EXPECT_GT(Iou(MaskOf(open, v), Truth(v)), Iou(MaskOf(less, v), Truth(v))) << v;
+    EXPECT_GT(IouOf(MaskOf(open, v), Truth(v)), 0.8) << v;
+    EXPECT_GT(IouOf(MaskOf(open, v), Truth(v)), IouOf(MaskOf(less, v), Truth(v))) << v;
   }
   // For later rounds the decision is paint.
   ASSERT_EQ(open.source.painted.size(), 1u);
-  EXPECT_GT(Iou(open.source.painted[0].mask, Truth(2)), 0.8);
+  EXPECT_GT(IouOf(open.source.painted[0].mask, Truth(2)), 0.8);
   EXPECT_TRUE(open.source.painted[0].seen.Empty());
   round.undecided = Mask(3, 3, 255);
   EXPECT_THROW(Select(nullptr, round), InputError);
@@ -181,7 +173,7 @@ TEST_F(SelectionRound, AViewPaintedAgainReplacesItsPaint) {
   const RegionSelection other =
       Select(&half, Round(2, LeftOf(Truth(2), 81, false), MaskOf(half, 2)));
   ASSERT_EQ(other.source.painted.size(), 1u);
-  EXPECT_GT(Iou(MaskOf(other, 2), LeftOf(Truth(2), 81, false)), 0.8);
+  EXPECT_GT(IouOf(MaskOf(other, 2), LeftOf(Truth(2), 81, false)), 0.8);
 }
 
 TEST_F(SelectionRound, AFreeCameraCanBePainted) {
@@ -190,8 +182,8 @@ TEST_F(SelectionRound, AFreeCameraCanBePainted) {
   PaintRound round{{"", camera, world_.BallMask(camera)}, {}};
   const RegionSelection selection = Select(nullptr, round);
   EXPECT_EQ(selection.source.painted[0].name, "free view 1");
-  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(selection, v), Truth(v)), 0.8) << v;
-  EXPECT_GT(Iou(session_->SelectionSeenFrom(selection, camera), world_.BallMask(camera)), 0.8);
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(IouOf(MaskOf(selection, v), Truth(v)), 0.8) << v;
+  EXPECT_GT(IouOf(session_->SelectionSeenFrom(selection, camera), world_.BallMask(camera)), 0.8);
   // A second free view gets a name of its own.
   const RegionSelection again = Select(&selection, round);
   ASSERT_EQ(again.source.painted.size(), 2u);
@@ -205,7 +197,7 @@ TEST_F(SelectionRound, MasksFromFilesCountAsPaint) {
   }
   const RegionSelection whole = Select(&loaded, Round(1, Truth(1), MaskOf(loaded, 1)));
   EXPECT_EQ(whole.source.painted.size(), size_t(kViews));
-  for (int v = 0; v < kViews; ++v) EXPECT_GT(Iou(MaskOf(whole, v), Truth(v)), 0.75) << v;
+  for (int v = 0; v < kViews; ++v) EXPECT_GT(IouOf(MaskOf(whole, v), Truth(v)), 0.75) << v;
 }
 
 TEST_F(SelectionRound, NothingLeftIsAnError) {

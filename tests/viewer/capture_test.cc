@@ -71,7 +71,7 @@ class CaptureTest : public QObject {
     const Mask wanted =
         ReadMask(ViewFile(workspace / "masks", view.toStdString()), mask.width, mask.height);
     PaintFinely(paper, wanted);
-    QVERIFY2(Iou(mask, wanted) > 0.9, qPrintable(QString::number(Iou(mask, wanted))));
+    QVERIFY2(IouOf(mask, wanted) > 0.9, qPrintable(QString::number(IouOf(mask, wanted))));
     QTest::keyClick(&paper, Qt::Key_Return);
     QVERIFY(QTest::qWaitFor([&] { return !window.IsSelecting(); }, 4 * kWaitMs));
     const RegionId id = window.current_region();

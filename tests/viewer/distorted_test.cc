@@ -41,7 +41,7 @@ class DistortedTest : public DistortedFixture {
     int count = 0;
     for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
       if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
-      sum += Iou(masks.at(name), truth);
+      sum += IouOf(masks.at(name), truth);
       ++count;
     }
     return sum / std::max(1, count);
@@ -152,7 +152,7 @@ class DistortedTest : public DistortedFixture {
     QCOMPARE(paper().editor().mask().width, photo.width);
     PaintFinely(paper(), Truth(subject_.first));
     const Mask painted = paper().editor().mask();
-    const double drawn = Iou(painted, Truth(subject_.first));
+    const double drawn = IouOf(painted, Truth(subject_.first));
     // The strokes follow whole pixels of the window, in which a spherical photo is small.
     QVERIFY2(drawn > 0.6, qPrintable(QString::number(drawn)));
     Keep(*window_, qPrintable("distorted-paint-" + lens));
@@ -197,7 +197,7 @@ class DistortedTest : public DistortedFixture {
     QVERIFY(canvas().GoTo(subject_.second));
     QVERIFY(WaitSharp(*window_));
     QVERIFY(EnterExtending());
-    QVERIFY(Iou(paper().editor().mask(), Truth(subject_.second)) > 0.5);
+    QVERIFY(IouOf(paper().editor().mask(), Truth(subject_.second)) > 0.5);
     // All that lies left of its middle goes.
     Mask left = Truth(subject_.second);
     const double middle = Middle(left).x();
@@ -246,7 +246,7 @@ class DistortedTest : public DistortedFixture {
     window_->SetCurrentRegion(id);
     QVERIFY(EnterExtending());
     QCOMPARE(selection().entry().region, id);
-    QVERIFY(Iou(paper().editor().mask(), truth) > 0.9);
+    QVERIFY(IouOf(paper().editor().mask(), truth) > 0.9);
     PaintFinely(paper(), Truth(name));
     QVERIFY(Accept());
     QCOMPARE(Selection()->source.painted.size(), size_t{1});
@@ -285,7 +285,7 @@ class DistortedTest : public DistortedFixture {
         expected(i, j) = inside ? 255 : 0;
       }
     }
-    const double iou = Iou(paper().editor().mask(), expected);
+    const double iou = IouOf(paper().editor().mask(), expected);
     QVERIFY2(iou > 0.75, qPrintable(QString::number(iou)));
 
     for (const SelectionTool tool : {SelectionTool::kWand, SelectionTool::kLike}) {
@@ -374,11 +374,11 @@ class DistortedTest : public DistortedFixture {
     const QImage overlay = overlays.at(subject_.first);
     QCOMPARE(overlay.width(), 160);  // PhotoLoader::kThumbnailSide
     const Mask truth = Truth(subject_.first);
-    QVERIFY(Iou(mask_of(overlay, truth.width, truth.height), truth) > 0.6);
+    QVERIFY(IouOf(mask_of(overlay, truth.width, truth.height), truth) > 0.6);
     // The veil of what is painted too: of the photo's size, and bent as the photo is.
     const Mask& veil = paper().veil().mask();
     QCOMPARE(veil.width, truth.width);
-    const double iou = Iou(veil, truth);
+    const double iou = IouOf(veil, truth);
     QVERIFY2(iou > 0.6, qPrintable(QString::number(iou)));
     QVERIFY(Accept());
 
@@ -399,7 +399,7 @@ class DistortedTest : public DistortedFixture {
         if (covered.pixel(at) != plain.pixel(at)) changed(x, y) = 255;
       }
     }
-    QVERIFY2(Iou(changed, truth) > 0.7, qPrintable(QString::number(Iou(changed, truth))));
+    QVERIFY2(IouOf(changed, truth) > 0.7, qPrintable(QString::number(IouOf(changed, truth))));
   }
 };
 

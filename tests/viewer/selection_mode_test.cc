@@ -16,6 +16,7 @@
 
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
+#include "tests/support/iou.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/selection/stroke_preview.h"
 
@@ -59,15 +60,6 @@ class SelectionModeTest : public QObject {
     return half;
   }
 
-  static double Iou(const Mask& a, const Mask& b) {
-    double both = 0, either = 0;
-    for (size_t i = 0; i < a.data.size(); ++i) {
-      both += a.data[i] >= 128 && b.data[i] >= 128;
-      either += a.data[i] >= 128 || b.data[i] >= 128;
-    }
-    return either > 0 ? both / either : 1;
-  }
-
   // Over the views in which the object takes at least a hundred pixels.
   double MeanIou(const RegionSelection& selection) const {
     double sum = 0;
@@ -75,7 +67,7 @@ class SelectionModeTest : public QObject {
     for (size_t v = 0; v < scene_.views.size(); ++v) {
       const Mask truth = Truth(int(v));
       if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
-      sum += Iou(selection.masks.at(Name(int(v))), truth);
+      sum += IouOf(selection.masks.at(Name(int(v))), truth);
       ++count;
     }
     return count > 0 ? sum / count : 0;
@@ -185,7 +177,7 @@ class SelectionModeTest : public QObject {
     QVERIFY(Enter(Entry(first_)));
     QCOMPARE(mode_->state(), SelectionMode::State::kPainting);
     Paint(Truth(first_));
-    QVERIFY(Iou(mode_->canvas().editor().mask(), Truth(first_)) > 0.75);
+    QVERIFY(IouOf(mode_->canvas().editor().mask(), Truth(first_)) > 0.75);
     const RegionId id = Accept();
     QVERIFY(id != 0);
     QCOMPARE(mode_->state(), SelectionMode::State::kIdle);
@@ -249,7 +241,7 @@ class SelectionModeTest : public QObject {
     const auto whole = SelectionOf(id);
     const double after = MeanIou(*whole);
     QVERIFY2(after > before + 0.1, qPrintable(QString("%1 %2").arg(before).arg(after)));
-    QVERIFY(Iou(whole->masks.at(Name(second_)), Truth(second_)) > 0.7);
+    QVERIFY(IouOf(whole->masks.at(Name(second_)), Truth(second_)) > 0.7);
     QCOMPARE(whole->source.painted.size(), size_t{2});
     QCOMPARE(controller_->regions().regions.size(), size_t{1});
     QSignalSpy changed(controller_.get(), &SceneController::regionsChanged);
@@ -282,7 +274,7 @@ class SelectionModeTest : public QObject {
     // The first view's paint gave way too.
     const auto& painted = SelectionOf(id)->source.painted;
     QCOMPARE(painted.size(), size_t{2});
-    QVERIFY(Iou(painted[0].mask, Truth(first_)) < 0.8);
+    QVERIFY(IouOf(painted[0].mask, Truth(first_)) < 0.8);
   }
 
   void TheTargetCanBeChosenUntilTheFirstStroke() {
@@ -324,7 +316,7 @@ class SelectionModeTest : public QObject {
     entry.region = id;
     QVERIFY(Enter(entry));
     QVERIFY(mode_->canvas().editor().AnyInside());
-    QVERIFY(Iou(mode_->canvas().editor().mask(), Truth(first_)) > 0.4);
+    QVERIFY(IouOf(mode_->canvas().editor().mask(), Truth(first_)) > 0.4);
   }
 
   void NothingPaintedIsSaidSo() {

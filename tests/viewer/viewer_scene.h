@@ -27,6 +27,7 @@
 
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
+#include "tests/support/iou.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/window/main_window.h"
 
@@ -353,16 +354,6 @@ inline bool Settle(SceneController& controller) {
           {}, [](EditSession&, Monitor&) {}, [&] { done = true; }))
     return false;
   return QTest::qWaitFor([&] { return done; }, kWaitMs);
-}
-
-// Intersection over union, inside from 128 on.
-inline double Iou(const Mask& a, const Mask& b) {
-  double both = 0, either = 0;
-  for (size_t i = 0; i < a.data.size(); ++i) {
-    both += a.data[i] >= 128 && b.data[i] >= 128;
-    either += a.data[i] >= 128 || b.data[i] >= 128;
-  }
-  return either > 0 ? both / either : 1;
 }
 
 // How far a mask reaches from one of its pixels to all four sides; -1 outside.

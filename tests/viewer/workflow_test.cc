@@ -46,7 +46,7 @@ class WorkflowTest : public ViewerTest {
     int count = 0;
     for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
       if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
-      sum += Iou(Selection()->masks.at(name), truth);
+      sum += IouOf(Selection()->masks.at(name), truth);
       ++count;
     }
     return sum / std::max(1, count);
@@ -126,7 +126,7 @@ class WorkflowTest : public ViewerTest {
     QVERIFY(Painting());
     Paint(Truth(subject_.first));
     QVERIFY(Accept());
-    QVERIFY(Iou(Selection()->masks.at(subject_.first), Truth(subject_.first)) > 0.6);
+    QVERIFY(IouOf(Selection()->masks.at(subject_.first), Truth(subject_.first)) > 0.6);
     QVERIFY2(MeanIou() > 0.5, qPrintable(QString::number(MeanIou())));
 
     // Its points are drawn on the object and nowhere else, with a note that they are not all that
@@ -190,8 +190,8 @@ class WorkflowTest : public ViewerTest {
     Paint(Truth(subject_.second));
     QVERIFY(Accept());
     const auto whole = Selection();
-    QVERIFY(Iou(whole->masks.at(subject_.first), Truth(subject_.first)) >
-            Iou(half->masks.at(subject_.first), Truth(subject_.first)) + 0.1);
+    QVERIFY(IouOf(whole->masks.at(subject_.first), Truth(subject_.first)) >
+            IouOf(half->masks.at(subject_.first), Truth(subject_.first)) + 0.1);
     QVERIFY(canvas().GoTo(subject_.first));
     QVERIFY(WaitSharp(*window_));
     QVERIFY(canvas().frame()->image != half_points);
