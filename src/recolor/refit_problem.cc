@@ -160,10 +160,6 @@ Image MadeFor(const RefitTarget& target, Renderer& renderer, Mask* leaves) {
                                  : made;
 }
 
-std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo) {
-  return [&photo] { return std::shared_ptr<const Image>(std::shared_ptr<const Image>(), &photo); };
-}
-
 UploadedEdit::UploadedEdit(Backend& backend, const CompiledEdit& edit) {
   if (edit.IsAffine()) {
     map = edit.Map();

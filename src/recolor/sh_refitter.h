@@ -34,9 +34,6 @@ struct RefitTarget {
   std::function<Image(Renderer&, Mask* leaves)> edited = nullptr;
 };
 
-// A photo that is in memory, for RefitTarget; it outlives the target.
-std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo);
-
 // Which rank (base/ranks.h) prepares and evaluates each target, so that each has masks of about the
 // same area. Only the owner needs a target's photo.
 std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets);

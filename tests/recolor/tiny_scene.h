@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -14,6 +16,11 @@
 #include "tests/support/blend.h"
 
 namespace retint {
+
+// RefitTarget::photo of a photo in memory, which must outlive the target.
+inline std::function<std::shared_ptr<const Image>()> HeldPhoto(const Image& photo) {
+  return [&photo] { return std::shared_ptr<const Image>(std::shared_ptr<const Image>(), &photo); };
+}
 
 // Fixed arithmetic on top of the engine: std distributions differ between standard libraries.
 class TestRandom {
