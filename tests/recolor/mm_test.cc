@@ -66,7 +66,7 @@ TEST(MmTest, TheLossDoesNotDependOnTheMemory) {
   const ColorEdit edit = ColorEdit::Tint({0.2f, 0.6f, 1.3f});
   RefitOptions options;
   const RefitSummary kept = Refit(scene, edit, options);
-  options.region_cache_bytes = 0;
+  options.region_cache_mb = 0;
   const RefitSummary none = Refit(scene, edit, options);
   ASSERT_GT(none.region_fraction, 1.05 * kept.region_fraction);
   // Kept weights are approximate (BlendOps::Restrict).
