@@ -31,9 +31,9 @@ struct Globals {
   std::string log_level = "warn";
   std::string progress = "auto";
   bool quiet = false;
-  std::string command;         // what was typed, for a shell
-  bool runs_job = false;       // its options are keys of a file, not flags
-  bool json_messages = false;  // warnings and errors: with --progress json
+  std::string command;             // what was typed, for a shell
+  bool runs_job = false;           // its options are keys of a file, not flags
+  bool json_messages = false;      // warnings and errors: with --progress json
   std::vector<PlannedStage> plan;  // of the verb's run, for its progress
 };
 

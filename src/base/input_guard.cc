@@ -86,6 +86,11 @@ void InputGuard::Plan(const std::string& name, const fs::path& output) {
   planned_.emplace(WholeOutput(output), name);
 }
 
+void InputGuard::ForgetPlanned() {
+  const std::lock_guard lock(Shared().mutex);
+  planned_.clear();
+}
+
 void InputGuard::Allow(const fs::path& output) {
   const std::lock_guard lock(Shared().mutex);
   allowed_.insert(WholeOutput(output));

@@ -30,6 +30,8 @@ class InputGuard {
   // An output, before the work begins, and its name in messages. OptionError if it has the place of
   // an input.
   void Plan(const std::string& name, const std::filesystem::path& output);
+  // Once they are written.
+  void ForgetPlanned();
   // An output that may replace the input in its place: the file itself, or all files of the splat
   // of that path.
   void Allow(const std::filesystem::path& output);

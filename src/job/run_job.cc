@@ -460,6 +460,7 @@ void JobRunner::WriteOutputs(const std::vector<std::string>& warnings, Monitor& 
     SessionWriter(outputs.session).Write(TakeSnapshot(*session_), monitor);
   }
   staged.Commit();
+  inputs_.ForgetPlanned();  // they are files like any others now
 }
 
 }  // namespace retint

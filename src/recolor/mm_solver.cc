@@ -250,7 +250,9 @@ bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
   }
   stay_.slope = float(options_.outside_slope / 255);
   first_squares_ = losses_.front();
-  losses_ = {Evaluate(start_, false, monitor) / problem_.NumTargetValues()};
+  // Is no sweep, so that progress does not go back.
+  Monitor unheard([&](const retint::Progress&) { monitor.ThrowIfCancelled(); });
+  losses_ = {Evaluate(start_, false, unheard) / problem_.NumTargetValues()};
   BuildBlocks(monitor);
   pairs_.clear();
   scale_ = momentum_ = 1;

@@ -450,8 +450,11 @@ const Row kUsageRows[] = {
        return Recolor(p, {"--output", p.Out("out.xyz")});
      }},
 };
-     }},
-};
+}
+}
+,
+}
+;
 
 }  // namespace
 

@@ -230,22 +230,17 @@ TEST_P(RefitterTest, RefusesTargetsThatDoNotFit) {
   EXPECT_THAT(make, ThrowsMessage<OptionError>(HasSubstr("no view")));
 }
 
-// Of a Gaussian outside the selection, which shares pixels with it.
 TEST_P(RefitterTest, RefusesALossThatFloatsCannotHold) {
-  size_t outside = 0;  // the one nearest to the border, which is at x = 0
-  for (size_t g = 0; g < scene_.shares.size(); ++g) {
-    const auto x = [&](size_t i) { return std::abs(scene_.model.means[3 * i]); };
-    const bool is_outside = scene_.shares[g] == 0;
-    if (is_outside && (scene_.shares[outside] != 0 || x(g) < x(outside))) outside = g;
-  }
+  const auto most = std::ranges::max_element(scene_.shares);
+  const auto selected = size_t(most - scene_.shares.begin());
   const auto block = size_t(scene_.model.NumShCoeffs()) * 3;
-  scene_.model.sh[outside * block] = 1e30f;
+  scene_.model.sh[selected * block] = 1e30f;
   Renderer renderer = scene_.MakeRenderer();
   ShRefitter refitter(renderer, scene_.model, scene_.Targets(), edit_, scene_.shares, options_,
                       monitor_);
   EXPECT_THAT(
       [&] { refitter.Run(monitor_); },
-      ThrowsMessage<InputError>(AllOf(HasSubstr(": Gaussian " + std::to_string(outside) + " has"),
+      ThrowsMessage<InputError>(AllOf(HasSubstr(": Gaussian " + std::to_string(selected) + " has"),
                                       HasSubstr("SH coefficient 1e+30"))));
 }
 

@@ -220,7 +220,7 @@ TEST_F(SogTest, BombsAreRefused) {
   sog.WriteBundle(folder_ / "bad.sog", ZIP_CM_DEFLATE);
   EXPECT_THAT(Refusal(folder_ / "bad.sog"), HasSubstr("more than the bundle can hold"));
   // The other files do not make room for it.
-  std::string& ballast = sog.files["ballast.bin"];
+  std::string& ballast = sog.files["z_ballast.bin"];
   std::minstd_rand random(1);
   for (size_t i = 0; i < (1 << 20); ++i) ballast += static_cast<char>(random());
   sog.WriteBundle(folder_ / "bad.sog", ZIP_CM_DEFLATE);

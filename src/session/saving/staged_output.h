@@ -23,8 +23,8 @@ struct NamedFile {
   std::string name;
   std::filesystem::path path;
 };
-// OptionError if two of the `written` are one file, by whatever path, if one is among the `read`, or
-// if one lies below one that comes before it: the last one may be a folder.
+// OptionError if two of the `written` are one file, by whatever path, if one is among the `read`,
+// or if one lies below one that comes before it: the last one may be a folder.
 void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read);
 
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
