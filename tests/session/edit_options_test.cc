@@ -81,8 +81,11 @@ TEST(EditOptions, UnitsFitNamesDefaultsAndRanges) {
                                                              {"pixels", "pixels"},
                                                              {"percent", "percent"},
                                                              {"degrees", "degrees"}};
-  OptionList list = Described(EditOptions());
-  for (const OptionList& more : {Described(RefineOptions()), Described(SyntheticOptions())}) {
+  const EditOptions edit;  // the lists point into them
+  const RefineOptions refine;
+  const SyntheticOptions synthetic;
+  OptionList list = Described(edit);
+  for (const OptionList& more : {Described(refine), Described(synthetic)}) {
     list.insert(list.end(), more.begin(), more.end());
   }
   size_t with_unit = 0;

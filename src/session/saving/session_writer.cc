@@ -370,6 +370,9 @@ void SessionWriter::Write(const SessionSnapshot& snapshot, Monitor& monitor) {
   std::optional<HiddenFolder> hidden;
   if (!exists) {
     fs::create_directories(folder_.parent_path(), code);
+    if (code) {
+      throw RunError(folder_.string() + ": cannot create its folder: " + code.message());
+    }
     hidden.emplace(folder_.parent_path());
     if (hidden->path().empty()) {
       throw RunError(folder_.string() + ": cannot write: " + std::strerror(errno));
