@@ -450,11 +450,6 @@ const Row kUsageRows[] = {
        return Recolor(p, {"--output", p.Out("out.xyz")});
      }},
 };
-}
-}
-,
-}
-;
 
 }  // namespace
 
