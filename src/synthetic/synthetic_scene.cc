@@ -64,10 +64,14 @@ void RepaintObjects(World& world, const SyntheticOptions& options,
 void SyntheticOptions::Describe(OptionList& list) {
   const auto add = [&](std::string name, auto member, OptionRange range, std::string help,
                        std::string unit = "") {
-    std::string flag = "--" + name;
-    std::replace(flag.begin(), flag.end(), '_', '-');
-    list.push_back(
-        {.name = name, .member = member, .range = range, .help = help, .unit = unit, .flag = flag});
+    std::string dashed = name;
+    std::replace(dashed.begin(), dashed.end(), '_', '-');
+    list.push_back({.name = name,
+                    .member = member,
+                    .range = range,
+                    .help = help,
+                    .unit = unit,
+                    .flag = "--" + dashed});
   };
   using R = OptionRange;
   add("width", &width, R::Closed(16, 4096), "width of the photos", "pixels");
