@@ -44,7 +44,8 @@ if [[ -z $jobs ]]; then
   ((fitting < jobs)) && jobs=$((fitting > 0 ? fitting : 1))
 fi
 
-export CCACHE_NOHASHDIR=1
+# What another checkout has compiled is found too.
+export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=$PWD
 settings=(-DCMAKE_BUILD_TYPE=$type -DRETINT_SANITIZE="$sanitize" -DRETINT_CUDA=$cuda)
 if [[ -n $cuda_arch ]]; then
   settings+=(-DCMAKE_CUDA_ARCHITECTURES="$cuda_arch")
