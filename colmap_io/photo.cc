@@ -124,6 +124,9 @@ std::optional<std::pair<int, int>> TiffSize(std::string_view bytes) {
   return std::pair(value(*width), value(*height));
 }
 
+constexpr std::string_view kJpeg2000File("\0\0\0\x0CjP  ", 8);
+constexpr std::string_view kJpeg2000Codestream("\xFF\x4F\xFF\x51");
+
 // RFC 9649, 2.7, 3.4 and RFC 6386, 9.1.
 std::optional<std::pair<int, int>> WebpSize(std::string_view bytes) {
   const auto plus_one = [](uint32_t value) { return int(value) + 1; };
@@ -140,6 +143,37 @@ std::optional<std::pair<int, int>> WebpSize(std::string_view bytes) {
     return std::pair(int(data.At(6, 2) & 0x3FFF), int(data.At(8, 2) & 0x3FFF));
   }
   return std::nullopt;
+}
+
+// Netpbm: "P6", width and height as text, between white space and comments.
+std::optional<std::pair<int, int>> PnmSize(std::string_view bytes) {
+  int64_t numbers[2] = {0, 0};
+  size_t at = 2, count = 0;
+  while (at < bytes.size() && count < 2) {
+    const char c = bytes[at];
+    if (c == '#') {
+      at = std::min(bytes.find('\n', at), bytes.size());
+    } else if (c >= '0' && c <= '9') {
+      int64_t& number = numbers[count];
+      for (; at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9'; ++at) {
+        number = std::min<int64_t>(10 * number + (bytes[at] - '0'), INT32_MAX);
+      }
+      ++count;
+    } else {
+      ++at;
+    }
+  }
+  return std::pair(int(numbers[0]), int(numbers[1]));
+}
+
+// ISO/IEC 15444-1: the image header box of a file, the SIZ marker of a bare codestream.
+std::optional<std::pair<int, int>> Jpeg2000Size(std::string_view bytes) {
+  const Bytes data{bytes};
+  const auto side = [&](size_t at) { return int(std::min<uint32_t>(data.At(at, 4), INT32_MAX)); };
+  if (bytes.starts_with(kJpeg2000Codestream)) return std::pair(side(8), side(12));
+  const size_t box = bytes.substr(0, 256).find("ihdr");
+  if (box == std::string_view::npos) return std::nullopt;
+  return std::pair(side(box + 8), side(box + 4));
 }
 
 // The TIFF file that is a picture's EXIF (Exif 2.32, 4.6.4); empty where there is none.
@@ -224,6 +258,10 @@ std::optional<std::pair<int, int>> ImageSizeIn(std::string_view bytes) {
     const int64_t height = std::abs(int64_t{static_cast<int32_t>(little.At(22, 4))});
     size = first ? std::pair(int(little.At(18, 2)), int(little.At(20, 2)))
                  : std::pair(int(little.At(18, 4)), int(std::min<int64_t>(height, INT32_MAX)));
+  } else if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') {
+    size = PnmSize(bytes);
+  } else if (bytes.starts_with(kJpeg2000File) || bytes.starts_with(kJpeg2000Codestream)) {
+    size = Jpeg2000Size(bytes);
   }
   if (size && (size->first <= 0 || size->second <= 0)) size.reset();
   return size;

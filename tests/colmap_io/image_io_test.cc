@@ -474,6 +474,13 @@ const Announced kAnnounced[] = {
        PutLittle(bytes, at + 14, side, 2);
        PutLittle(bytes, at + 16, side, 2);
      }},
+    {".ppm",
+     {},
+     [](std::string& bytes, uint32_t side) {
+       const size_t at = bytes.find("20 12");
+       ASSERT_NE(at, std::string::npos);
+       bytes.replace(at, 5, std::to_string(side) + " " + std::to_string(side));
+     }},
 };
 
 TEST(ImageIoTest, TheHeaderDecidesBeforeTheDecoder) {
@@ -490,6 +497,22 @@ TEST(ImageIoTest, TheHeaderDecidesBeforeTheDecoder) {
                 ThrowsMessage<InputError>(HasSubstr("mask is 700x700, its view is 20x12")));
     EXPECT_THAT([&] { ReadPhotoOfSize(path, 20, 12); },
                 ThrowsMessage<InputError>(HasSubstr("photo is 700x700, its camera says 20x12")));
+  }
+}
+
+// Headers alone: OpenCV writes no JPEG 2000 of this size.
+TEST(ImageIoTest, TheHeaderOfJpeg2000DecidesToo) {
+  const TempFolder folder;
+  std::string file("\0\0\0\x0CjP  \r\n\x87\n\0\0\0\x16ihdr\0\0\0\0\0\0\0\0", 28);
+  PutBig(file, 20, 700, 4);
+  PutBig(file, 24, 600, 4);
+  std::string codestream("\xFF\x4F\xFF\x51\0\x29\0\0\0\0\0\0\0\0\0\0", 16);
+  PutBig(codestream, 8, 600, 4);
+  PutBig(codestream, 12, 700, 4);
+  for (const std::string& bytes : {file, codestream}) {
+    Put(folder / "a.jp2", bytes);
+    EXPECT_THAT([&] { ReadMask(folder / "a.jp2", 20, 12); },
+                ThrowsMessage<InputError>(HasSubstr("mask is 600x700, its view is 20x12")));
   }
 }
 
