@@ -45,8 +45,7 @@ TEST_F(InputGuardTest, NorByWhateverPath) {
   fs::create_directory_symlink(temp_.path(), In("again"));
   InputGuard guard(kReads);
   ReadFile(In("link.bin"));
-  for (const char* path :
-       {"cameras.bin", "link.bin", "again/cameras.bin", "again/./cameras.bin"}) {
+  for (const char* path : {"cameras.bin", "link.bin", "again/cameras.bin", "again/./cameras.bin"}) {
     EXPECT_THROW(InputGuard::Check(In(path)), OptionError) << path;
   }
 }
