@@ -108,7 +108,7 @@ TEST(ReadOnly, FolderIsToldBeforeTheWork) {
     ASSERT_EQ(mount("tmpfs", place.out.c_str(), "tmpfs", MS_RDONLY, "size=1m"), 0)
         << std::strerror(errno);
     Arguments arguments = Recolor(place);
-    arguments.insert(arguments.end(), {"--progress", "json"});
+    arguments.insert(arguments.end(), {"--progress", "plain"});
     const CommandResult result = RunRetint(arguments);
     umount(place.out.c_str());
     // The only line: not even loading began.
