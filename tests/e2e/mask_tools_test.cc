@@ -118,7 +118,7 @@ TEST(MaskVerb, RefusesWhatItCannotDo) {
       {{"--wand", "500,1"}, 2, "outside the view"},
       {{"--scribble", "1,2,3"}, 2, "X,Y,X,Y"},
       {{"--scribble", "no-such-file.png"}, 3, "no-such-file.png"},
-      {{"--scribble", "5,5", "--scribble-outside", "5,5"}, 2, "inside and one outside"},
+      {{"--scribble", "5,5", "--scribble-outside", "5,5"}, 2, "cross at pixel"},
       {{"--scribble-outside", "5,5", "--like", "1,1"}, 2, "needs --scribble"},
       {{"--scissors", "1,1,2,2"}, 2, "X,Y,X,Y,X,Y"},
       {{"--sphere", "0,0,0,0"}, 2, "radius"},
