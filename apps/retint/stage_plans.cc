@@ -11,8 +11,7 @@ namespace {
 
 using Plan = std::vector<PlannedStage>;
 
-// Weights are seconds of `retint recolor` on the fox, 25 views of 707 x 1261, with two cores. On
-// other scenes the stages take longer in about the same proportions.
+// Weights are estimates of how long the stages take beside each other. They were not measured.
 constexpr double kBrief = 0.1;
 const PlannedStage kLoad{"load", 1}, kCheck{"check", 0.5}, kShares{"shares", 3}, kRefit{"refit", 6},
     kEvaluate{"evaluate", 2}, kPictures{"pictures", 8}, kRender{"render", 2}, kSave{"save", 0.5};
