@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "base/files.h"
 #include "tests/e2e/command.h"
@@ -61,7 +62,9 @@ TEST_P(InterruptAt, LeavesNothingBehind) {
   // So many steps that no run ends before its signal comes.
   const CommandResult result = RunRetint(Recolor(temp, "5000000"), options);
   EXPECT_EQ(result.code, 130) << result.err;
-  EXPECT_EQ(WithoutProgress(result.err), "retint: interrupted; nothing was written\n");
+  const auto message = nlohmann::json::parse(WithoutProgress(result.err));
+  EXPECT_EQ(message["code"], 130);
+  EXPECT_EQ(message["message"], "interrupted; nothing was written");
   EXPECT_EQ(result.out, "");
   EXPECT_THAT(FilesBelow(temp.path()), testing::ElementsAre("out.ply"));
   EXPECT_EQ(ReadFile(temp / "out.ply"), "an earlier result");

@@ -417,10 +417,14 @@ TEST(Verbs, TheTotalOfTheProgressNeverFallsAndHasNoGaps) {
       const double total = parsed["total"];
       EXPECT_GE(total, last) << line;
       // Of a stage that is missing in the plan or comes in another place, the others' shares are
-      // jumped over. The longest stage that reports nothing in between has less.
-      EXPECT_LE(total - last, 0.45) << arguments[0] << ": from " << stage << " to " << line;
+      // jumped over. The longest stage that reports nothing in between has less. Within a stage a
+      // fast machine may report the beginning and the end alone.
+      const std::string name = parsed["stage"];
+      if (name != stage) {
+        EXPECT_LE(total - last, 0.45) << arguments[0] << ": from " << stage << " to " << line;
+      }
       last = total;
-      stage = parsed["stage"].get<std::string>();
+      stage = name;
     }
     EXPECT_EQ(last, 1);
   }
