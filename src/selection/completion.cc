@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -23,15 +24,15 @@ constexpr std::string_view kStage = "completion";
 
 // Chosen on two captures, cape and flower, and kValley on objects on a table; docs/notebook.md says
 // what else was tried.
-constexpr float kLeastWeight = 1e-6f;            // so that the graph never falls apart
-constexpr float kSmoothness = 1000;              // of the edges against one unit of color evidence
-constexpr double kValley = 4;                    // logarithm of what a valley takes away of an edge
-constexpr double kTrust = 10;                    // of full evidence
-constexpr double kKnownFraction = 0.5;           // of the visibility from which on evidence is full
-constexpr double kPaintedFraction = 0.25;        // of what a view sees, likewise
-constexpr double kKnownPixels = 16;              // pixels from which on it is
-constexpr double kLogPrior = -1;                 // log odds of "inside" before the color is seen
-constexpr double kLogLimit = 6;                  // of the log odds by color
+constexpr float kLeastWeight = 1e-6f;      // so that the graph never falls apart
+constexpr float kSmoothness = 1000;        // of the edges against one unit of color evidence
+constexpr double kValley = 4;              // logarithm of what a valley takes away of an edge
+constexpr double kTrust = 10;              // of full evidence
+constexpr double kKnownFraction = 0.5;     // of the visibility from which on evidence is full
+constexpr double kPaintedFraction = 0.25;  // of what a view sees, likewise
+constexpr double kKnownPixels = 16;        // pixels from which on it is
+constexpr double kLogPrior = -1;           // most log odds of "inside" before the color is seen
+constexpr double kLogLimit = 6;            // of the log odds by color
 constexpr double kInside = 0.8, kOutside = 0.2;  // shares that colors are learned from
 constexpr int kInsideColors = 5, kOutsideColors = 8;
 constexpr int kLeastSamples = 50;
@@ -141,6 +142,11 @@ class Completer {
     return members;
   }
 
+  double PixelsOf(const std::vector<int>& members) const {
+    return std::accumulate(members.begin(), members.end(), 0.0,
+                           [&](double sum, int g) { return sum + pixels_[size_t(g)]; });
+  }
+
   // Every member as often as it has known pixels. One vote each would let the rim of an object that
   // was painted too small, thousands of small Gaussians, outvote its surroundings, a few large
   // ones.
@@ -158,7 +164,9 @@ class Completer {
     return colors;
   }
 
-  // Probabilities of "inside" by color; false where there is too little to learn them from.
+  // Probabilities of "inside" by color. The less is painted of what was seen within reach, the more
+  // evidence by color it takes: a stroke on a plain surface does not spread over the part of it
+  // that nobody saw. False where there is too little to learn them from.
   bool LearnPrior() {
     const std::vector<int> inside = Members(true), outside = Members(false);
     if (inside.size() < size_t(kLeastSamples) || outside.size() < size_t(kLeastSamples)) {
@@ -170,12 +178,17 @@ class Completer {
       if (which == 1) out = {Colors(outside), kOutsideColors, kColorSpread};
     });
     constexpr auto kLimit = float(kLogLimit);
+    std::vector<int> nearby = outside;
+    const Ball reach = ReachOf(Anchors());
+    std::erase_if(nearby, [&](int g) { return !reach.Holds(surfaces_[size_t(g)].mean); });
+    const double painted = PixelsOf(inside) / std::max(1.0, PixelsOf(nearby));
+    const auto log_prior = float(std::min(kLogPrior, std::log(painted)));
     ParallelRanges(int64_t(count_), 1024, [&](int64_t begin, int64_t end) {
       Mixture::Points labs(end - begin, 3);
       for (int64_t g = begin; g < end; ++g)
         labs.row(g - begin) = surfaces_[size_t(g)].lab.transpose();
       Mixture::Values odds = in.LogLikelihoods(labs) - out.LogLikelihoods(labs);
-      odds = (odds + float(kLogPrior)).max(-kLimit).min(kLimit);
+      odds = (odds + log_prior).max(-kLimit).min(kLimit);
       for (int64_t g = begin; g < end; ++g) {
         looks_[size_t(g)].prior = 1 / (1 + std::exp(-odds[g - begin]));
       }

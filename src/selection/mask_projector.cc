@@ -83,9 +83,36 @@ class Projection {
         {painted.mask.data(), camera.width, camera.height, kSilhouetteJump, surface.depth.data()});
     HideUnseen(*painted.seen, &surface.depth);
     HideUnseen(said, &surface.depth);
+    HideUnseen(Opaque(painted.camera), &surface.depth);
     LiftPaint(surface, painted.mask.data());
     if (completes_) LiftSurePaint(*surface.geometry, painted, said);
     painted.depth = std::move(surface.depth);
+  }
+
+  // What the paint itself says of a view whose `mask` was drawn from shares: the paint of a painted
+  // view, and of another one that of the surfaces that a painted view shows too.
+  void FollowPaint(const View& view, Mask* mask) const {
+    for (const Painted& painted : painted_) {
+      if (painted.name != view.name) continue;
+      const std::vector<uint8_t> paint =
+          backend_.Download(painted.mask.data(), painted.mask.size());
+      for (size_t p = 0; p < paint.size(); ++p) {
+        if (painted.seen->Empty() || painted.seen->data[p] > 0) mask->data[p] = paint[p];
+      }
+    }
+  }
+  void FollowPaint(const PosedCamera& posed, const ViewSurface& surface, Mask* mask) {
+    const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
+    EvidenceParams evidence = LookUp(surface, painted);
+    evidence.residual = backend_.Grow(residual_, 2 * mask->NumPixels());
+    backend_.mask().Evidence(evidence);
+    const std::vector<float> found = backend_.Download(evidence.residual, 2 * mask->NumPixels());
+    ParallelRanges(int64_t(mask->NumPixels()), kGrain, [&](int64_t first, int64_t last) {
+      for (auto p = size_t(first); p < size_t(last); ++p) {
+        const float inside = found[2 * p], known = found[2 * p + 1];
+        if (known > 0) mask->data[p] = uint8_t(std::lround(255 * inside / known));
+      }
+    });
   }
 
   bool IsPainted(const View& view) const {
@@ -107,19 +134,12 @@ class Projection {
   void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows,
             float weight) {
     DrawCloud(surface, pixel_rows, 0);
-    std::vector<PaintedImage> painted;
-    for (const auto& view : painted_) {
-      painted.push_back(LookedUpFrom(posed, view.camera, view.depth.data(), view.mask.data()));
-    }
-    EvidenceParams evidence{};
-    evidence.depth = surface.depth.data();
-    evidence.painted = painted;
-    evidence.tolerance = static_cast<float>(options_.visible_tolerance);
+    const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
+    EvidenceParams evidence = LookUp(surface, painted);
     // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
     const double unknown = completes_ ? 0 : options_.unknown_weight;
     evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : unknown);
     evidence.coverage = coverage_mask_.data();
-    evidence.scale = 1;
     evidence.pixel_rows = pixel_rows;
     LiftEvidence(*surface.geometry, evidence, weight);
     if (keeps_rows_) {
@@ -183,6 +203,24 @@ class Projection {
     return out;
   }
 
+  std::vector<PaintedImage> PaintedAsSeenFrom(const PosedCamera& posed) const {
+    std::vector<PaintedImage> painted;
+    for (const auto& view : painted_) {
+      painted.push_back(LookedUpFrom(posed, view.camera, view.depth.data(), view.mask.data()));
+    }
+    return painted;
+  }
+
+  EvidenceParams LookUp(const ViewSurface& surface, std::span<const PaintedImage> painted) const {
+    EvidenceParams evidence{};
+    evidence.camera = surface.geometry->camera();
+    evidence.depth = surface.depth.data();
+    evidence.painted = painted;
+    evidence.tolerance = static_cast<float>(options_.visible_tolerance);
+    evidence.scale = 1;
+    return evidence;
+  }
+
   bool Quads() const { return options_.kind == ProjectorKind::kQuads; }
 
   // The cloud's coverage of a view, closed, into coverage_mask_.
@@ -240,6 +278,18 @@ class Projection {
       return at->z() <= (1 + options_.visible_tolerance) * double(depth(x, y));
     });
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
+  }
+
+  // 0 in pixels that show no surface: what hardly shows there is not what was painted.
+  Mask Opaque(const PosedCamera& camera) {
+    constexpr float kLeastAlpha = 1 / 3.0f;
+    const DeviceRender rendered = renderer_.RenderOnDevice(camera, {.rgb = false, .alpha = true});
+    const std::vector<float> alpha =
+        backend_.Download(rendered.alpha.data(), rendered.alpha.size());
+    Mask opaque(rendered.width, rendered.height);
+    std::transform(alpha.begin(), alpha.end(), opaque.data.begin(),
+                   [](float value) { return value < kLeastAlpha ? 0 : 255; });
+    return opaque;
   }
 
   // No evidence where the painter saw nothing.
@@ -491,6 +541,14 @@ std::string FewPixels(const std::vector<PaintedView>& painted) {
          " selected in the mask; select more of the object";
 }
 
+void RequireSelected(const std::vector<float>& shares, const ProjectorOptions& options) {
+  const auto is_selected = [&](float share) { return double(share) >= options.share_threshold; };
+  if (std::none_of(shares.begin(), shares.end(), is_selected)) {
+    throw InputError(
+        "the selection holds nothing of what was painted: the splat is too faint there");
+  }
+}
+
 void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
   std::vector<const Mask*> masks;
   for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
@@ -594,8 +652,23 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
       steps = static_cast<double>(masked.size());
     }
     projection.FindShares(graph, monitor, &result);
+    RequireSelected(result.shares, options);
     RenderMasks(renderer, reconstruction, masked, result.shares, options,
                 completes ? graph : nullptr, step, &result.masks);
+    std::vector<SurfaceRequest> unpainted;
+    for (const View* view : masked) {
+      if (projection.IsPainted(*view)) {
+        projection.FollowPaint(*view, &result.masks[view->name]);
+      } else {
+        unpainted.push_back({reconstruction.Posed(*view), view});
+      }
+    }
+    surfaces.before_each = [](size_t) {};
+    RenderSurfaces(renderer, reconstruction, unpainted, surfaces,
+                   [&](size_t i, ViewSurface surface) {
+                     projection.FollowPaint(unpainted[i].posed, surface,
+                                            &result.masks[unpainted[i].view->name]);
+                   });
   }
   ShareMasks(reconstruction, all_masked, ranks, &result.masks);
   Finish(painted, &result);

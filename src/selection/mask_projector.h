@@ -4,19 +4,21 @@
 // `gaussians`, the default, asks which Gaussians the selection holds, then renders them:
 //  1. Evidence. In every view each pixel gets a mask value M and a weight K.
 //     A painted view is known exactly: M is the paint, K = painted_weight, inside and outside
-//     alike; but K = 0 along the outside of silhouettes, where the fringe of what lies behind the
-//     limb shows, and, for a completion, where the paint ends before or beyond an edge at most
-//     paint_slack away (mask_tools/paint_border.h). In another view the surface in the pixel is
-//     looked up in the painted views: where one of them sees it (same depth within
-//     visible_tolerance), M is the paint there and K = 1, so that what was seen outside the paint
-//     counts against. Where none does, the cloud's surfels add what they cover: M and K are their
-//     coverage. Where neither speaks nobody knows: K = 0, or without completion M = 0 with the
-//     small weight K = unknown_weight. Views that no camera took are looked at in the same way,
+//     alike; but K = 0 in pixels that show no surface, along the outside of silhouettes, where the
+//     fringe of what lies behind the limb shows, and, for a completion, where the paint ends before
+//     or beyond an edge at most paint_slack away (mask_tools/paint_border.h). In another view the
+//     surface in the pixel is looked up in the painted views: where one of them sees it (same depth
+//     within visible_tolerance), M is the paint there and K = 1, so that what was seen outside the
+//     paint counts against. Where none does, the cloud's surfels add what they cover: M and K are
+//     their coverage. Where neither speaks nobody knows: K = 0, or without completion M = 0 with
+//     the small weight K = unknown_weight. Views that no camera took are looked at in the same way,
 //     drawn small, for a completion of scenes with few cameras.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
-//  3. Masks. W_v m + (1 - W_v 1) b, view-consistent by construction; 0.5 (128) where it reaches
+//  3. Masks. A painted view's mask is its paint. In another view, a pixel whose surface a painted
+//     view sees has the paint's value. The shares decide the other pixels: W_v m + (1 - W_v 1) b,
+//     view-consistent by construction; 0.5 (128) where it reaches
 //     share_threshold, 0 and 1 at half of it away on either side. Light that passes everything
 //     counts as b, of which a mask is just 0: dark surfaces that were trained on black are often
 //     half transparent, and are selected where all that they show is, down to an opacity of a
@@ -57,8 +59,9 @@ struct ProjectorOptions {
   double unknown_weight = 0.1;  // gaussians: against those surfaces, where nothing completes them
   double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies this close
                                     // to its depth
-  // gaussians, completed: share of the picture's longer side by which paint may miss an edge
-  double paint_slack = 0.01;
+  // gaussians, completed: share of the picture's longer side by which paint may miss an edge; 0:
+  // the painted border is meant
+  double paint_slack = 0;
   bool Completes() const {
     return kind == ProjectorKind::kGaussians && completion != Completion::kOff;
   }
