@@ -14,9 +14,9 @@ namespace {
 constexpr float kDark = 0.05f;  // OKLab lightness below which hue is noise
 constexpr float kReach = 1.0f;  // |a| / lightness stays below this for colors in gamut
 constexpr int kBins = 100;      // a side, over [-kReach, kReach]
-constexpr float kBandwidth = 0.06f;
+constexpr float kBandwidth = 0.08f;
 constexpr int kRounds = 10;
-constexpr double kFullLight = 0.95;  // quantile of the body's shading
+constexpr double kLit = 0.7, kFullLight = 0.95;  // quantiles of the lightness of its pixels
 
 struct Sample {
   float lightness, a, b;  // a and b over the lightness
@@ -89,7 +89,7 @@ std::optional<MainColor> FindMainColor(std::span<const float> pixels,
   if (lights.empty()) {
     for (const Sample& s : samples) lights.push_back(s.lightness);
   }
-  const float lightness = Quantile(lights, 0.5);
+  const float lightness = Quantile(lights, kLit);
   float full = Quantile(lights, kFullLight);
   lights.clear();
   for (const Sample& s : Samples(elsewhere)) {

@@ -16,10 +16,10 @@ struct MainColor {
 };
 
 // Of `pixels`, [N, 3], display-encoded. Hue and saturation are the most frequent ones (OKLab's a
-// and b over its lightness, which shading leaves alone), lightness is the median of the pixels that
-// have them. So neither gloss and shadows nor a minority of another color moves it. `elsewhere`,
-// [M, 3]: what other views show, where the same surface may get more light. Empty when there is no
-// pixel.
+// and b over its lightness, which shading leaves alone). Lightness is that of a lit pixel: three
+// tenths of the pixels that have them are brighter. So neither gloss and shadows nor a minority of
+// another color moves it. `elsewhere`, [M, 3]: what other views show, where the same surface may
+// get more light. Empty when there is no pixel.
 std::optional<MainColor> FindMainColor(std::span<const float> pixels,
                                        std::span<const float> elsewhere = {});
 
