@@ -44,15 +44,6 @@ RETINT_HD void AdjustColor(const float* values, Real* color) {
   for (int c = 0; c < 3; ++c) color[c] += share * (full[c] - color[c]);
 }
 
-// `x` up to the knee; above it the curve of DisplayFromScene(), which reaches 1 at `most`, and then
-// 1. `bend`: (1 - knee) / (most - knee)^2. A knee of 1 cuts off at 1.
-RETINT_HD Real Shoulder(float knee, float bend, Real x) {
-  const float room = 1 - knee;
-  const Real beyond = x - knee;
-  const Real fitted = knee + room * beyond * (1 + bend * beyond) / (room + beyond);
-  return Select(x <= knee, x, fminf(fitted, 1.0f));
-}
-
 // Gives a surface of one main color another: the dichromatic model of reflection (Shafer 1985) in
 // the scene's light. A pixel is gloss, which is white, and body: shade times the main color, where
 // texture and tinted light make the channels differ from it. Gloss stays, shade (the body's
@@ -60,11 +51,15 @@ RETINT_HD Real Shoulder(float knee, float bend, Real x) {
 // what they did.
 // Gloss is told by the channels that the main color absorbs; a small share of it may as well be a
 // paler texture, and counts less. What is brighter than any body of the region counts as gloss.
+// Where the body is lighter than the target, its lightness is compressed into the room between the
+// target and white. If a channel is then more than a screen shows, the body is darkened to it, and
+// the light that is missing is added as white. Gloss fills the room that a channel leaves below
+// white. So every color is one that a screen shows.
 // values: main color over its luminance; target; (1 - p) / |1 - p|^2, p the projection of white
 // onto the main color; how far gloss can be told, 0 to 1; luminances of main color and target;
 // exponent of the differences; shade above which the excess is gloss; share of the lightness that
-// is kept; knee and bend of the shoulder that brings channels into the range, a knee above 1: they
-// are not brought in.
+// is kept; the target's lightness (the cube root of its displayed luminance), and how much more
+// takes a body half of the way to white.
 RETINT_HD void RecolorColor(const float* values, Real* color) {
   constexpr float kSureGloss = 0.2f;  // share of a pixel's luminance from which it is gloss alone
   constexpr float kLeast = 1e-6f, kLeastRatio = 1e-3f;
@@ -81,40 +76,46 @@ RETINT_HD void RecolorColor(const float* values, Real* color) {
   gloss *= values[9] * SmoothStep(0, kSureGloss, gloss / fmaxf(Luminance(body), kLeast));
   for (int c = 0; c < 3; ++c) body[c] -= gloss;
   const Real shade = fmaxf(Luminance(body), kLeast);
-  Real fitted = shade;
-  if (Any(shade > limit)) {  // at most a quarter more
-    const Real most = limit * (1 + 0.25f * tanhf(4 * (shade / limit - 1)));
-    fitted = Select(shade > limit, most, shade);
-    gloss += shade - fitted;
-  }
+  // More light than the limit becomes gloss, more and more of it; twice the limit is the most.
+  const Real fitted = Select(shade > limit, limit * (2 - limit / shade), shade);
+  gloss += shade - fitted;
   Real out[3];
   for (int c = 0; c < 3; ++c) {
     out[c] = target[c] * powf(fmaxf(body[c] / (shade * base[c]), kLeastRatio), values[12]);
   }
   const Real scale = fitted * to / fmaxf(Luminance(out), kLeast);
+  Real shown[3];
   for (int c = 0; c < 3; ++c) {
-    out[c] = SrgbFromLinear(DisplayFromScene(scale * out[c] + gloss * from));
+    out[c] *= scale;
+    shown[c] = DisplayFromScene(out[c]);
   }
-  const float knee = values[15];
-  const Truth fits = (out[0] <= knee) & (out[1] <= knee) & (out[2] <= knee);
-  if (values[14] > 0 || Any(!fits)) {
-    OkLab lab = OkLabFromSrgb(out);
-    // A color that is too bright for a screen is as light as its channels at their most, of the
-    // same hue and saturation.
-    Real clipped[3];
-    for (int c = 0; c < 3; ++c) clipped[c] = Shoulder(knee, values[16], out[c]);
-    const Real lightness = OkLabFromSrgb(clipped).lightness;
-    const Real darker = Select(fits, 1, lightness / fmaxf(lab.lightness, kLeast));
-    lab = {lab.lightness * darker, lab.a * darker, lab.b * darker};
-    if (values[14] > 0) {
-      lab.lightness += values[14] * (OkLabFromSrgb(color).lightness - lab.lightness);
-    }
-    if (knee <= 1) CompressChroma(1 - values[14] * (1 - knee), &lab);
-    Real shown[3];
-    SrgbFromOkLab(lab, shown);
+  const float lightness = values[15], half_way = values[16];
+  const Real light = Luminance(shown), root = cbrtf(light);
+  const Real beyond = fmaxf(root - lightness, 0.0f);
+  const Truth fits = (beyond <= 0) & (shown[0] <= 1) & (shown[1] <= 1) & (shown[2] <= 1);
+  if (Any(!fits)) {
+    const Real compressed = fminf(root, lightness) + (1 - lightness) * beyond / (half_way + beyond);
+    const Real wanted = compressed * compressed * compressed;
+    const Real scaled = wanted / fmaxf(light, kLeast);
+    const Real most = scaled * fmaxf(shown[0], fmaxf(shown[1], shown[2]));
+    const Real fit = 1 / fmaxf(most, 1.0f);
+    const Real left = wanted * fit;  // luminance
+    const Real paler = (wanted - left) / fmaxf(1 - left, kLeast);
     for (int c = 0; c < 3; ++c) {
-      out[c] = values[14] > 0 ? shown[c] : Select(fits, out[c], shown[c]);
+      const Real darker = fit * scaled * shown[c];
+      out[c] = Select(fits, out[c], SceneFromDisplay(darker + paler * (1 - darker)));
     }
+  }
+  const Real added = fminf(gloss * from, kSceneWhite);
+  for (int c = 0; c < 3; ++c) {
+    out[c] += added * (1 - out[c] / kSceneWhite);
+    out[c] = SrgbFromLinear(DisplayFromScene(out[c]));
+  }
+  if (values[14] > 0) {
+    OkLab lab = OkLabFromSrgb(out);
+    lab.lightness += values[14] * (OkLabFromSrgb(color).lightness - lab.lightness);
+    CompressChroma(1, &lab);
+    SrgbFromOkLab(lab, out);
   }
   for (int c = 0; c < 3; ++c) color[c] = out[c];
 }

@@ -109,12 +109,6 @@ HWY_INLINE Real powf(Real base, float exponent) {
 
 HWY_INLINE Real cbrtf(Real a) { return copysignf(powf(fabsf(a), 1.0f / 3), a); }
 
-HWY_INLINE Real tanhf(Real a) {
-  constexpr float kTwoOverLn2 = 2.885390082f;
-  const Real power = Exp2(kTwoOverLn2 * fminf(fabsf(a), 10));
-  return copysignf((power - 1) / (power + 1), a);
-}
-
 // Abramowitz and Stegun, 4.4.49: an error below 2e-8 for tangents up to 1.
 HWY_INLINE Real atan2f(Real y, Real x) {
   constexpr float kPi = 3.14159265359f;

@@ -137,23 +137,29 @@ void CompileAdjust(const ColorOperation& op, ColorOp& out) {
   std::copy(std::begin(values), std::end(values), out.values);
 }
 
-// Knee and bend of the Shoulder() that brings a recolored surface of at most `light`, in the scene,
-// into the range.
-void SetShoulder(float knee, float light, float* values) {
-  values[0] = knee;
-  if (knee >= 1) return;
-  const float most = std::max(SrgbFromLinear(DisplayFromScene(light)), 1.0f);
-  values[1] = (1 - knee) / ((most - knee) * (most - knee));
+struct LightColor {
+  Eigen::Vector3f linear;
+  float lightness;
+};
+
+float LightnessOf(const Eigen::Vector3f& linear) { return std::cbrt(Luminance(linear.data())); }
+
+// The color, so dark that at least `room` of the lightness is left to white.
+LightColor WithRoom(const Eigen::Vector3f& linear, float room) {
+  const float lightness = LightnessOf(linear);
+  if (lightness <= 1 - room) return {linear, lightness};
+  const float darker = (1 - room) / lightness;
+  return {darker * darker * darker * linear, 1 - room};
 }
 
 // See RecolorColor.
-void CompileRecolor(const ColorOperation& op, float knee, ColorOp& out) {
+void CompileRecolor(const ColorOperation& op, ColorOp& out) {
   constexpr float kLeast = 1e-3f;  // of the main color, so that black can be recolored
   // A pale main color is too near to white for gloss to be told from pale texture.
-  constexpr float kPale = 0.3f, kColored = 0.8f;  // squared distances of white from it
-  constexpr float kHueVariation = 0.2f;           // exponent
-  constexpr float kMostLight = 1.5f;              // times the brightest body color measured
-  constexpr float kMostShade = 1.25f;             // times the limit
+  constexpr float kPale = 0.5f, kColored = 1;  // squared distances of white from it
+  constexpr float kHueVariation = 0.2f;        // exponent
+  constexpr float kMostLight = 1.5f;           // times the brightest body color measured
+  constexpr float kRoom = 0.02f;               // lightness between the lightest target and white
   constexpr float kGrayChroma = 1e-3f;
   if (!op.IsSet("from")) {
     throw OptionError("the region's main color is not measured here: name it, as in " +
@@ -164,7 +170,8 @@ void CompileRecolor(const ColorOperation& op, float knee, ColorOp& out) {
     return Eigen::Vector3f(display.unaryExpr([](float y) { return SceneFromDisplay(y); }));
   };
   const Eigen::Vector3f shown = LinearOf(op.Get("from"));
-  const Eigen::Vector3f from = scene(shown).cwiseMax(kLeast), to = scene(LinearOf(op.Get("to")));
+  const auto [target, lightness] = WithRoom(LinearOf(op.Get("to")), kRoom);
+  const Eigen::Vector3f from = scene(shown).cwiseMax(kLeast), to = scene(target);
   const float luminance = Luminance(from.data());
   const Eigen::Vector3f main = from / luminance;
   const Eigen::Vector3f white = Eigen::Vector3f::Ones() - main * (main.sum() / main.squaredNorm());
@@ -175,10 +182,12 @@ void CompileRecolor(const ColorOperation& op, float knee, ColorOp& out) {
     return std::hypot(lab.a, lab.b);
   };
   const float paler = std::min(chroma(to) / std::max(chroma(from), kGrayChroma), 1.0f);
-  float limit = 1e6f;
+  float limit = 1e6f, half_way = 1 - lightness;
   if (op.IsSet("brightest")) {
     const Eigen::Vector3f brightest = scene((op.Get("brightest")[0] * shown).cwiseMin(1.0f));
     limit = kMostLight * std::max(Luminance(brightest.data()) / luminance, 1.0f);
+    const Eigen::Vector3f lit = (limit * to).unaryExpr([](float x) { return DisplayFromScene(x); });
+    half_way = std::max(LightnessOf(lit) - lightness, half_way);
   }
   out.code = ColorOpCode::kRecolor;
   for (int c = 0; c < 3; ++c) {
@@ -192,7 +201,8 @@ void CompileRecolor(const ColorOperation& op, float knee, ColorOp& out) {
   out.values[12] = kHueVariation * paler;
   out.values[13] = limit;
   out.values[14] = op.Get("keep_lightness")[0];
-  SetShoulder(knee, kMostShade * limit * to.maxCoeff(), &out.values[15]);
+  out.values[15] = lightness;
+  out.values[16] = half_way;
 }
 
 // Between the stops straight in OKLab.
@@ -250,8 +260,7 @@ std::vector<float> PaletteTable(std::span<const float> pairs) {
   return table;
 }
 
-// `knee`: KneeOf() what follows.
-ColorOp Compile(const ColorOperation& op, float knee, std::vector<float>& tables) {
+ColorOp Compile(const ColorOperation& op, std::vector<float>& tables) {
   constexpr int kGradientSize = 256;
   ColorOp out{};
   out.strength = op.strength;
@@ -289,7 +298,7 @@ ColorOp Compile(const ColorOperation& op, float knee, std::vector<float>& tables
       CompileAdjust(op, out);
       break;
     case Kind::kRecolor:
-      CompileRecolor(op, knee, out);
+      CompileRecolor(op, out);
       break;
     case Kind::kGradient:
       add_table(ColorOpCode::kGradient, kGradientSize, GradientTable(op.values, kGradientSize));
@@ -308,16 +317,6 @@ ColorOp Compile(const ColorOperation& op, float knee, std::vector<float>& tables
       out.values[0] = op.values[0];
   }
   return out;
-}
-
-// Of the soft clipping among operations; 1: there is none.
-float KneeOf(std::span<const ColorOperation> operations) {
-  float knee = 1;
-  for (const ColorOperation& op : operations) {
-    if (op.kind != Kind::kSoftClip) continue;
-    knee = std::min(knee, 1 - op.strength * (1 - op.values[0]));
-  }
-  return knee;
 }
 
 }  // namespace
@@ -345,9 +344,8 @@ ColorEdit ColorEdit::WithStrength(float factor) const {
 }
 
 bool ColorEdit::BringsIntoRange() const {
-  return std::any_of(operations.begin(), operations.end(), [](const auto& op) {
-    return op.kind == Kind::kSoftClip || op.kind == Kind::kRecolor;
-  });
+  return std::any_of(operations.begin(), operations.end(),
+                     [](const auto& op) { return op.kind == Kind::kSoftClip; });
 }
 
 bool ColorEdit::IsAffine() const {
@@ -385,8 +383,7 @@ void ColorEdit::Check() const {
               "edit: pictures belong into one operation");
 }
 
-CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range,
-                           std::span<const ColorOperation> then)
+CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range)
     : affine_(edit.IsAffine()) {
   edit.Check();
   CheckOption(
@@ -397,14 +394,9 @@ CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range,
     map_ = edit.Affine();
     return;
   }
-  constexpr float kNoKnee = 1e6f;
-  const bool brings_in = out_of_range == OutOfRange::kBroughtIn;
-  for (size_t i = 0; i < edit.operations.size(); ++i) {
-    const ColorOperation& op = edit.operations[i];
-    if (op.kind == Kind::kSoftClip && !brings_in) continue;
-    const float own = KneeOf(std::span(edit.operations).subspan(i + 1));
-    const float knee = brings_in ? std::min(own, KneeOf(then)) : kNoKnee;
-    program_.ops[program_.count++] = Compile(op, knee, tables_);
+  for (const ColorOperation& op : edit.operations) {
+    if (op.kind == Kind::kSoftClip && out_of_range == OutOfRange::kLeft) continue;
+    program_.ops[program_.count++] = Compile(op, tables_);
   }
   program_.strength = edit.strength;
   program_.tables = tables_.data();

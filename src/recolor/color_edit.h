@@ -63,12 +63,10 @@ inline bool LeavesGamut(const float* rgb) {
 }
 
 // An edit made ready to be applied to many colors. OptionError as Check(), and
-// for an edit that still needs a main color. `then`: of an edit that is applied in two parts, the
-// operations of the second, which may bring the colors of the first softly into the range.
+// for an edit that still needs a main color.
 class CompiledEdit {
  public:
-  explicit CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn,
-                        std::span<const ColorOperation> then = {});
+  explicit CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn);
   CompiledEdit(const CompiledEdit&) = delete;
   CompiledEdit& operator=(const CompiledEdit&) = delete;
 

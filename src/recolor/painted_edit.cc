@@ -25,7 +25,7 @@ float LightOf(const float* rgb) {
 }
 
 PaintedEdit::PaintedEdit(const ColorEdit& edit, OutOfRange out_of_range)
-    : before_(PartOf(edit, true), out_of_range, PartOf(edit, false).operations),
+    : before_(PartOf(edit, true), out_of_range),
       after_(PartOf(edit, false), out_of_range),
       strength_(edit.strength) {
   for (const ColorOperation& op : edit.operations) {

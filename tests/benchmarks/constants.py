@@ -57,7 +57,7 @@ KINDS = {
         selection/registration.cc: kSame
         selection/registration_solver.cc: kTiny
         recolor/adam_solver.cc: kBeta1 kBeta2 kEpsilon
-        recolor/color_edit.cc: kDaylight kNoKnee
+        recolor/color_edit.cc: kDaylight
         recolor/color_edit.h: kRounding
         recolor/color_map_fit.cc: kLeastScale
         recolor/color_operation.h: kUnset kPairValues

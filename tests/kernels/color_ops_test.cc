@@ -264,9 +264,9 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
   table.size = 5;
   palette.table = 3 * 17 + 3 * 125;
   palette.size = 3;
-  const auto recolor = [](float limit, float kept, float knee = 1, float bend = 0) {
+  const auto recolor = [](float limit, float kept, float lightness = 0.6f, float half_way = 0.5f) {
     return Op(ColorOpCode::kRecolor, {1.9f, 0.78f, 0.53f, 0.03f, 0.2f, 0.9f, -0.2f, 0.3f, 0.9f,
-                                      0.8f, 0.3f, 0.25f, 0.7f, limit, kept, knee, bend});
+                                      0.8f, 0.3f, 0.25f, 0.7f, limit, kept, lightness, half_way});
   };
   const ColorOp ops[] = {
       Op(ColorOpCode::kMatrix, {1, 0.2f, 0.1f, 0.1f, 0, 1, 0, 0, 0.3f, 0, 0.5f, 0.1f}),
@@ -277,9 +277,9 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
       Op(ColorOpCode::kAdjust, {0.8f, 0.6f, 1.3f, 0.9f, -1, 2, 0.3f, -1, 2, -1, 2, 0}),
       recolor(2.5f, 0),
       recolor(0.5f, 0.5f),
-      recolor(2.5f, 0, 0.8f, 0.5f),
-      recolor(2.5f, 0.5f, 0.8f, 0.5f),
-      recolor(2.5f, 0.5f, 1e6f),
+      recolor(2.5f, 0, 0.97f, 0.03f),
+      recolor(2.5f, 0.5f, 0.3f, 0.7f),
+      recolor(1e6f, 0),
       gradient,
       table,
       Op(ColorOpCode::kSoftClip, {0.8f}),

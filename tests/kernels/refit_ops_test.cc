@@ -365,7 +365,7 @@ ColorProgram EveryOperation(std::mt19937& rng, std::vector<float>* tables) {
       {ColorOpCode::kAdjust, {0.8f, 0.6f, 1.1f, 0.9f, -1, 2, 0.5f, 0, 10, 0, 10, 0.05f}},
       {ColorOpCode::kRecolor,
        {1.6f, 0.88f, 0.43f, 0.1f, 0.2f, 0.7f, -0.545f, 0.459f, 1.086f, 0.8f, 0.4f, 0.22f, 0.2f,
-        1.5f, 0.3f, 0.8f, 0.5f}},
+        1.5f, 0.3f, 0.5f, 0.5f}},
       {ColorOpCode::kGradient, {}, 16, 16},
       {ColorOpCode::kTable, {}, 5, 125},
       {ColorOpCode::kPalette, {0.5f}, 6, 14},

@@ -189,9 +189,10 @@ TEST(ColorEditTest, RecolorKeepsShadingAndHighlights) {
   for (const float light : {0.2f, 0.5f, 1.0f, 1.15f}) {
     ExpectColor(edit.Apply(Lit(yellow, light)), Lit(blue, light), 0.02f);
   }
-  // Gloss adds the same white to either. From a fifth of the light on it is gloss alone.
+  // Gloss adds the same white to either, and a little less to a channel that is nearly white. From
+  // a fifth of the light on it is gloss alone.
   for (const float gloss : {0.25f, 0.8f, 2.0f}) {
-    ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.02f);
+    ExpectColor(edit.Apply(Lit(yellow, 0.8f, gloss)), Lit(blue, 0.8f, gloss), 0.03f);
   }
   const Vector3f highlight = edit.Apply({1, 1, 1});
   EXPECT_GT(highlight.minCoeff(), 0.9f);
@@ -208,7 +209,8 @@ TEST(ColorEditTest, RecolorOfWhatIsBrightKeepsTheHue) {
   const Vector3f lit = Apply(Edit({op}), Vector3f(0.75f, 0.75f, 0.75f));
   const OkLab found = OkLabFromSrgb(lit.data()), target = OkLabFromSrgb(blue.data());
   EXPECT_GT(found.lightness, target.lightness);
-  EXPECT_NEAR(std::atan2(found.b, found.a), std::atan2(target.b, target.a), 0.03f);
+  // Blue with white in it looks a little more violet.
+  EXPECT_NEAR(std::atan2(found.b, found.a), std::atan2(target.b, target.a), 0.07f);
   EXPECT_GT(std::hypot(found.a, found.b), 0.1f);
   EXPECT_LE(lit.maxCoeff(), 1.001f);
 }
@@ -221,7 +223,7 @@ TEST(ColorEditTest, RecolorStaysInTheGamutAndKeepsVariation) {
     const Vector3f color = edit.Apply(Lit(red, light));
     EXPECT_GT(color.minCoeff(), -2e-3f) << light;  // the room for rounding, encoded
     EXPECT_LT(color.maxCoeff(), 1 + 2e-3f) << light;
-    EXPECT_NEAR(Hue(color), Hue(blue), 1) << light;
+    EXPECT_NEAR(Hue(color), Hue(blue), 1.5f) << light;
     // The cube root of a step of light by at least an eighth, gloss included.
     EXPECT_GT(Lab(color).lightness, 1.02f * last) << light;
     last = Lab(color).lightness;
@@ -299,13 +301,6 @@ TEST(ColorEditTest, ColorsCanBeLeftOutOfRange) {
   const Vector3f color(0.9f, 0.5f, 0.2f);
   EXPECT_LE(Apply(exposed, color).maxCoeff(), 1);
   EXPECT_GT(CompiledEdit(exposed, OutOfRange::kLeft).Apply(color).maxCoeff(), 1.5f);
-  const Vector3f gray(0.4f, 0.4f, 0.4f), blue(0.19f, 0.38f, 1);
-  for (const float keep : {0.0f, 0.5f}) {
-    const ColorEdit recolored = Edit({Recolor(gray, blue, keep)});
-    const Vector3f lit = Lit(gray, 1.5f);
-    EXPECT_LE(Apply(recolored, lit).maxCoeff(), 1.001f) << keep;
-    EXPECT_GT(CompiledEdit(recolored, OutOfRange::kLeft).Apply(lit).maxCoeff(), 1.02f) << keep;
-  }
 }
 
 // What a surface of one color becomes in more and more light.
@@ -317,51 +312,55 @@ std::vector<Vector3f> InMoreLight(const Vector3f& from, const ColorEdit& edit) {
   return colors;
 }
 
-// How suddenly colors in a row begin to change otherwise.
-float LargestBend(const std::vector<Vector3f>& colors) {
-  float bend = 0;
-  for (size_t i = 2; i < colors.size(); ++i) {
-    bend = std::max(bend, (colors[i] - 2 * colors[i - 1] + colors[i - 2]).cwiseAbs().maxCoeff());
-  }
-  return bend;
-}
-
-TEST(ColorEditTest, SoftClipKeepsWhatRecolorMakesTooBright) {
+// Light targets leave little room to white. The surface goes on to become lighter there, and never
+// reaches it. White itself becomes a little darker, so that there is room.
+TEST(ColorEditTest, RecolorKeepsTheTextureOfLightTargets) {
   const Vector3f from(0.6f, 0.4f, 0.2f);
   for (const Vector3f& to : {Vector3f(1, 1, 1), Vector3f(0.96f, 0.96f, 0.96f), Vector3f(1, 1, 0)}) {
-    const ColorOperation recolor = Recolor(from, to), clip = ColorOperation::Make(Kind::kSoftClip);
-    const std::vector<Vector3f> hard = InMoreLight(from, Edit({recolor}));
-    const std::vector<Vector3f> soft = InMoreLight(from, Edit({recolor, clip}));
-    for (size_t i = 1; i < soft.size(); ++i) {
-      EXPECT_GT(Lab(soft[i]).lightness, Lab(soft[i - 1]).lightness + 2e-4f) << i;
-      EXPECT_LE(soft[i].maxCoeff(), 1) << i;
+    const std::vector<Vector3f> colors = InMoreLight(from, Edit({Recolor(from, to)}));
+    for (size_t i = 1; i < colors.size(); ++i) {
+      EXPECT_GT(Lab(colors[i]).lightness, Lab(colors[i - 1]).lightness + 5e-5f) << i;
+      EXPECT_LE(colors[i].maxCoeff(), 1.001f) << i;
+      EXPECT_GE(colors[i].minCoeff(), -2e-3f) << i;  // the room for rounding, encoded
     }
-    EXPECT_LT(LargestBend(soft), 0.75f * LargestBend(hard));
-    // Whites in much light are one white without it, and several steps of eight bits with it.
-    if (to.minCoeff() < 0.9f) continue;
-    EXPECT_LT(Lab(hard[100]).lightness - Lab(hard[65]).lightness, 1e-3f);
-    EXPECT_GT(Lab(soft[100]).lightness - Lab(soft[65]).lightness, 3.0f / 255);
+    EXPECT_LT(Lab(colors.back()).lightness, 0.995f);
   }
+  ExpectColor(Apply(Edit({Recolor(from, {1, 1, 1})}), from), Vector3f::Constant(0.973691f), 1e-4f);
 }
 
-// Computed before soft clipping reached into this operation.
-TEST(ColorEditTest, RecolorCutsOffWithoutSoftClip) {
-  const Vector3f from(0.6f, 0.4f, 0.2f), lit = Lit(from, 1.8f);
-  ExpectColor(Apply(Edit({Recolor(from, {1, 1, 1})}), lit), {1, 1, 1}, 1e-5f);
-  ExpectColor(Apply(Edit({Recolor(from, {1, 1, 0})}), lit), {1, 1, 0}, 1e-5f);
-  const Vector3f blue(0.19f, 0.38f, 1);
-  ExpectColor(Apply(Edit({Recolor(from, blue)}), lit), {0.271934f, 0.477391f, 1.000044f}, 1e-5f);
-  ExpectColor(Apply(Edit({Recolor(from, blue, 0.5f)}), lit), {0.295634f, 0.497524f, 1.000044f},
-              1e-5f);
-  const ColorOperation recolor = Recolor(from, {1, 1, 0});
-  ColorOperation clip = ColorOperation::Make(Kind::kSoftClip);
-  const Vector3f hard = Apply(Edit({recolor}), lit);
-  EXPECT_NE(Apply(Edit({recolor, clip}), lit), hard);
-  // One that comes before, or of no strength, does nothing to it.
-  EXPECT_EQ(Apply(Edit({clip, recolor}), Vector3f(0.5f, 0.5f, 0.5f)),
-            Apply(Edit({recolor}), Vector3f(0.5f, 0.5f, 0.5f)));
-  clip.strength = 0;
-  EXPECT_EQ(Apply(Edit({recolor, clip}), lit), hard);
+// Of a surface in 1.8 times the light of its main color, by the formulas in double precision: a
+// target with room below white becomes lighter, the others also paler.
+TEST(ColorEditTest, RecolorCompressesMuchLight) {
+  const Vector3f from(0.6f, 0.4f, 0.2f), lit = Lit(from, 1.8f), blue(0.19f, 0.38f, 1);
+  const auto recolored = [&](const Vector3f& to, float keep) {
+    return Apply(Edit({Recolor(from, to, keep)}), lit);
+  };
+  ExpectColor(recolored({0.1f, 0.5f, 0.2f}, 0), {0.137102f, 0.592987f, 0.258730f}, 1e-4f);
+  ExpectColor(recolored({1, 1, 1}, 0), {0.983297f, 0.983297f, 0.983297f}, 1e-4f);
+  ExpectColor(recolored({1, 1, 0}, 0), {1, 1, 0.630118f}, 1e-4f);
+  ExpectColor(recolored(blue, 0), {0.306114f, 0.476686f, 1}, 1e-4f);
+  ExpectColor(recolored(blue, 0.5f), {0.324783f, 0.494258f, 1.000038f}, 1e-3f);
+}
+
+// Whatever the colors are.
+TEST(ColorEditTest, RecolorLeavesNoColorOutOfRange) {
+  constexpr float kValues[] = {0, 0.02f, 0.5f, 1};
+  const auto color = [&](int i) {
+    return Vector3f(kValues[i & 3], kValues[i >> 2 & 3], kValues[i >> 4 & 3]);
+  };
+  for (const float keep : {0.0f, 0.5f}) {
+    for (int from = 0; from < 64; from += 3) {
+      for (int to = 0; to < 64; ++to) {
+        const CompiledEdit edit(Edit({Recolor(color(from), color(to), keep)}));
+        for (int i = 0; i < 64; i += 5) {
+          const Vector3f edited = edit.Apply(color(i));
+          ASSERT_FALSE(LeavesGamut(edited.data()))
+              << color(from).transpose() << " to " << color(to).transpose() << ": "
+              << color(i).transpose() << " becomes " << edited.transpose();
+        }
+      }
+    }
+  }
 }
 
 TEST(ColorEditTest, CheckRefusesWhatIsNoEdit) {
