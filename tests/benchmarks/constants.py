@@ -81,6 +81,7 @@ KINDS = {
         selection/mask_projector.cc: kManyViews
         selection/mask_tools/pixel_graph.cc: kSmoothness kValley
         selection/mask_tools/scribbles.cc: kLogLimit kReach
+        recolor/main_color.cc: kBandwidth kLit
         session/pictures/compare_pictures.cc: kTaken kHelped""",
 }
 
