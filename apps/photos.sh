@@ -6,7 +6,7 @@
 #   --output    the workspace to make: images, sparse/0, and splat.ply where there is a trainer
 #   --camera    COLMAP's camera model of the photos (SIMPLE_RADIAL; PINHOLE where they are undistorted)
 #   --train     a command that reads $WORKSPACE and writes $SPLAT, such as
-#                 'opensplat "$WORKSPACE" -n 7000 -o "$SPLAT"'
+#                 'opensplat "$WORKSPACE" -n 7000 --keep-crs -o "$SPLAT"'
 #   --features  at most so many features a photo (8192); fewer are quicker
 # Exit codes: 0 done, 2 usage, 3 the photos cannot be used, 77 COLMAP is not installed.
 set -euo pipefail
