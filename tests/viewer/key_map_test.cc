@@ -41,7 +41,7 @@ TEST(KeyMap, EveryCommandOfTheDefaultHasAKey) {
 }
 
 std::string Guide() {
-  std::ifstream file(std::string(RETINT_SOURCE_DIR) + "/docs/viewer.md");
+  std::ifstream file(std::string(RETINT_SOURCE_DIR) + "/docs/viewer-keys.md");
   std::stringstream text;
   text << file.rdbuf();
   return text.str();
