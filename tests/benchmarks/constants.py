@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Counts the constants that decide what is selected and recolored, by what they rest on.
 
-    python3 tests/benchmarks/constants.py          # a table for docs/notebook.md
+    python3 tests/benchmarks/constants.py          # the table of docs/decisions/0013-tuned-constants.md
     python3 tests/benchmarks/constants.py --list   # every constant with its value
 
   bound     limits time or memory, or refuses absurd input; no result depends on it
   derived   follows from a format, a paper, a window, rounding or another constant
   promised  a number of the manual; tests have a case just inside and one just outside
-  measured  docs/notebook.md has figures of other values on captures
+  measured  docs/decisions has figures of other values on captures
   chosen    none of these was found: what other values would do is not known
 """
 
@@ -42,7 +42,6 @@ KINDS = {
         recolor/quality_report.cc: kPerfectPsnr kMaxWorst
         recolor/refit_options.h: kMostSweeps
         recolor/refit_problem.cc: kGaussians kPixels kPartsOfRank kLeastGaussians kMostRowsPerRow
-        session/pictures/video.cc: kChunkHead kFpsScale kHasIndex kKeyFrame
         session/opening/virtual_views.cc: kVersion
         depth/colmap_mvs.cc: kToldLines
         depth/stereo_hv.cc: kMost""",

@@ -25,7 +25,7 @@ WHAT = re.compile(rf"\b({ASKS} )?what\b", re.I)
 WHERE = re.compile(r"^Where\b[^,]*,|\bwhere (?:there|no|none|nothing|neither)\b")
 WORDS = [(re.compile(pattern, re.I), remedy) for pattern, remedy in (
     (r"\w*(?:colour|neighbour|behaviour)\w*|\b(?:grey|centre|licence|(?:optim|real|recogn)is[ei])\w*", "American"),
-    (r"(?<!leave it )(?<!stands )(?<!let )\balone\b", "only"), (r"\bin (?:the )?place of\b", "instead of"),
+    (r"(?<!it )(?<!them )(?<!stands )\balone\b", "only"), (r"\bin (?:the )?place of\b", "instead of"),
     (r"\b(?:is|are) to be\b", "must be"), (r"\b(?:is|are) no numbers?\b", "NaN"),
     (r"\b(?:is|are|be) told\b", "name who reports it"), (r"\ba half of\b|\bfive quarters\b", "half of, 125 %"),
     (r"\b(?:was|were) asked\b|\basked (?:was|were|are)\b", "the target"), (r"\bg[ai]ves? up\b", "free, or stop"),
