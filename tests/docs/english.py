@@ -44,8 +44,7 @@ def clean(text):  # without markup, but of as many lines: code is one word, link
     return re.sub(r"</?[a-z][^<>]*>|[*_]{2}|(?<!\w)[*_]|[*_](?!\w)", blank, text)
 
 
-def blocks(lines):
-    """Line numbers and texts of paragraphs, items of lists and cells of tables."""
+def blocks(lines):  # line numbers and texts of paragraphs, items of lists and cells of tables
     fence, start, block, nested = None, 0, [], False
     for number, line in enumerate([*lines, ""], 1):
         bare = line.strip()
@@ -109,13 +108,14 @@ def judge_source(text):
 
 def check():  # holds the rules to texts of known faults
     kinds = lambda text: sorted(kind for _, kind, _ in judge_page(text)[1])  # noqa: E731
-    assert kinds("You can leave it alone, e.g. `what`. Decide what to keep. What if?\n\n    what of code") == []
+    assert kinds("You can leave it alone. Decide what to keep. What if?\n\n    what of code") == []
     assert kinds("It takes what is faint.\nWhere none is, it stops. Where files are.") == ["what", "where"]
     assert kinds("# What\n| what | b |\n|---|---|\n```\nwhat\n```\n- in place of\n  what") == ["what", "what", "word"]
-    assert kinds("a " * 30 + "b.") == ["long"] and not kinds("A b.\n" * 40) and judge_page("a `b c` 3 -\n")[0] == 3
-    assert kinds("x.\n\n" * 71) == ["lines"] and kinds("`" + "x y" * 40 + "`") == ["columns"]
-    assert [line for line, _, _ in judge_page("a\nb\n\nc. It\nis grey.")[1]] == [4]
-    assert judge_source('// what is\nf("a file of "\n  "what is \\"so\\"", "what")')[1][0][:2] == (2, "what")
+    assert kinds("a " * 30 + "b.") == kinds("a " * 20 + "e.g. B" + " a" * 20) == ["long"]
+    assert not kinds("A b.\n" * 40 + f"\n|{' a' * 20}|{' a' * 20}|") and judge_page("a `b c` 3 -\n")[0] == 3
+    assert kinds("x.\n\n" * 71) == ["lines"] and kinds("x" * 121) == ["columns"] and not kinds("x" * 120)
+    assert judge_page("a\nb\n\nc.\nIt is grey.")[1] == [(5, "word", '"grey": American')]
+    assert judge_source('// "what is so bad"\nf("a file of "\n  "what is \\"so\\"", "what")')[1][0][:2] == (2, "what")
 
 
 def main():
