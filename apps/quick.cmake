@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# RETINT_QUICK, for apps/demo.sh: the sources of a library are compiled in a few large pieces (CMake's unity build), and
+# all but the kernels with -O1. For example, the 24 sources of src/recolor become three pieces.
+
+option(RETINT_PIECES "Compile several sources at once" ON)
+
+# If two sources of a library define the same name for themselves, such as kStage, list the name here. In a piece, the
+# name of each source then ends in an identifier of that source. A name that a header uses cannot be listed.
+set(retint_base_names kDigits)
+set(retint_kernels_names kPiece)
+set(retint_colmap_io_names CheckSize Decode Encode ReadObservations)
+set(retint_splat_io_names CheckLength ColumnOffsets FileDegree HeaderText Indexed Json PackRotation PackSh RequireColumns
+  kBlockRows kMark kMostDepth)
+set(retint_synthetic_names Displace kPi)
+set(retint_depth_names kMargin)
+set(retint_selection_names Candidate Each Features4 Mixture UsualDepth kGrain kKnownFraction kLeastVisible kLeastWeight
+  kLogLimit kReach kSmoothness kStage kStrong kValley)
+set(retint_recolor_names Part Samples kMostSamples kReach kRounds)
+set(retint_session_names Difference Differences Joined Mebibytes MiddleOf Normal ReadPicture Row Thinned WriteValues
+  kLeastEdges kLeastPaint kOverNoise)
+set(retint_cli_names Arguments CheckArguments OpenPainted Typed)
+
+# Sources that are compiled alone: for several instruction sets, with a using directive, or with a name of a header.
+set(retint_kernels_alone cpu/edit_colors.cc cpu/image_loss_simd.cc cpu/reached_tiles.cc cpu/sh_kernels.cc
+  cpu/stereo_arbitrate.cc cpu/stereo_match_simd.cc cpu/stereo_refine.cc cpu/tile_kernels_simd.cc)
+set(retint_colmap_io_alone photo.cc)
+set(retint_splat_io_alone row_vectors.cc)
+set(retint_synthetic_alone synthetic_scene.cc)
+set(retint_depth_alone sparse_errors.cc)
+set(retint_selection_alone mask_tools/guided_matte.cc views_between.cc)
+set(retint_session_alone pictures/picture_changes.cc regions/main_colors.cc reporting/report_html.cc)
+
+# retint_compile_quickly(NAME): in the folder of the target.
+function(retint_compile_quickly name)
+  if(name STREQUAL "retint_kernels")
+    set(level -O3)
+  else()
+    set(level -O1)
+  endif()
+  # No warnings: in a piece, a local name may hide that of another source.
+  target_compile_options(${name} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${level};-w>")
+  get_target_property(sources ${name} SOURCES)
+  list(FILTER sources INCLUDE REGEX "\\.cc$")
+  list(LENGTH sources count)
+  if(count LESS 5 OR NOT RETINT_PIECES)
+    return()
+  endif()
+  set(before "#define RETINT_PASTE(name, source) name##_##source\n#define RETINT_OWN(name, source) RETINT_PASTE(name, source)\n")
+  set(after "")
+  foreach(own ${${name}_names})
+    string(APPEND before "#define ${own} RETINT_OWN(${own}, RETINT_SOURCE)\n")
+    string(APPEND after "#undef ${own}\n")
+  endforeach()
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10 UNITY_BUILD_UNIQUE_ID RETINT_SOURCE
+    UNITY_BUILD_CODE_BEFORE_INCLUDE "${before}" UNITY_BUILD_CODE_AFTER_INCLUDE "${after}")
+  set_source_files_properties(${${name}_alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
