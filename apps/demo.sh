@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Sets up and builds Retint, recolors a scene, and leaves the result in demo/.
+# Installs what the command line needs, builds it, recolors a scene, and leaves the result in demo/.
 #   bash apps/demo.sh                    a sample scene that it makes itself
 #   bash apps/demo.sh --workspace WS --splat S.ply --view NAME --mask M.png --to '#3060ff'
 # The second form takes every option of `retint recolor` except those that name outputs; --view and
-# --mask may repeat. Both take --no-cuda and --cuda-arch LIST (see apps/build.sh). Safe to run again:
-# what is there is replaced, and only what changed is built.
+# --mask may repeat. Both take --no-cuda and --cuda-arch LIST (see apps/build.sh). You can run it again:
+# outputs are replaced, and only what changed is built. A build in build/release is used if there is one.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 demo=$root/demo
@@ -14,6 +14,20 @@ color='#3060ff'
 fail() {
   echo "demo.sh: $1" >&2
   exit "${2:-2}"
+}
+
+# step NAME COMMAND...: runs the command, whose messages go to the log, and says how long it took.
+log=$demo/log.txt
+step() {
+  local name=$1 begin=$SECONDS
+  shift
+  printf '%-20s' "$name" >&2
+  if ! "$@" 2>>"$log"; then
+    printf 'failed. The end of %s:\n' "$log" >&2
+    tail -n 20 "$log" >&2
+    return 1
+  fi
+  printf '%4d s\n' $((SECONDS - begin)) >&2
 }
 
 # What can be checked without building is checked first.
@@ -51,16 +65,22 @@ if ((${#arguments[@]} > 0)); then
   done
 fi
 
-build=$(bash "$root/apps/build.sh" "${build_arguments[@]}" retint) || fail "the build failed" 4
+mkdir -p "$demo"
+: >"$log"
+quick=()
+if [[ ! -f $root/build/release/build.ninja ]]; then
+  quick=(--quick)
+  step "Install packages" bash "$root/apps/setup.sh" --for demo >>"$log" || exit 4
+fi
+build=$(step "Build" bash "$root/apps/build.sh" "${build_arguments[@]}" "${quick[@]}" retint) || exit 4
 retint=$root/$build/apps/retint
 
-mkdir -p "$demo"
 if ((${#arguments[@]} == 0)); then
   workspace=$demo/workspace
   # Made anew with every new build, since the sample may have changed.
   if [[ ! -f $workspace/splat.ply || $retint -nt $workspace/splat.ply ]]; then
     rm -rf "$workspace"
-    "$retint" synth --output "$workspace"
+    step "Make a scene" "$retint" synth --output "$workspace" >>"$log" || exit 4
   fi
   mask=$(find "$workspace/masks" -name '*.png' | sort | head -n 1)
   [[ -n $mask ]] || fail "$workspace/masks holds no mask; remove $workspace and run again" 3
@@ -70,10 +90,22 @@ if ((${#arguments[@]} == 0)); then
 fi
 $has_edit || arguments+=(--to "$color")
 
+begin=$SECONDS
 "$retint" recolor "${arguments[@]}" --output "$demo/recolored.ply" --report "$demo/report.json" \
   --comparison "$demo/comparison.png" --save-stages "$demo/stages"
-echo
-echo "Before, mask and after side by side: $demo/comparison.png"
-echo "Recolored splat:                     $demo/recolored.ply"
-echo "Report:                              $demo/report.json"
-echo "Every stage's files:                 $demo/stages"
+printf '%-20s%4d s\n' "Recolor" $((SECONDS - begin)) "In all" $SECONDS >&2
+cat <<END
+
+Before, mask and after side by side: $demo/comparison.png
+Recolored splat:                     $demo/recolored.ply
+Report:                              $demo/report.json
+Every stage's files:                 $demo/stages
+
+What to do next:
+  Look at $demo/comparison.png, and open the splat in any viewer.
+  Recolor a scene of yours:
+    bash apps/demo.sh --workspace WS --splat S.ply --view NAME --mask M.png --to '$color'
+  Build the editor, the Python module and a fully optimized command line:
+    bash apps/build.sh
+  Read docs/index.md.
+END

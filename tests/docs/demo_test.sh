@@ -8,6 +8,7 @@ trap 'rm -rf "$folder"' EXIT
 mkdir -p "$folder/apps" "$folder/build/apps" "$folder/scene"
 cp "$script" "$folder/apps"
 echo 'echo build' >"$folder/apps/build.sh"
+echo 'echo installed' >"$folder/apps/setup.sh"
 printf '#!/bin/sh\necho "$@"\n' >"$folder/build/apps/retint"
 chmod +x "$folder/build/apps/retint"
 cd "$folder"
