@@ -10,14 +10,14 @@ set(retint_base_names kDigits)
 set(retint_kernels_names kPiece)
 set(retint_colmap_io_names CheckSize Decode Encode ReadObservations)
 set(retint_splat_io_names CheckLength ColumnOffsets FileDegree HeaderText Indexed Json PackRotation PackSh RequireColumns
-  kBlockRows kMark kMostDepth)
+  kBlockBytes kBlockRows kMark kMostDepth)
 set(retint_synthetic_names Displace kPi)
 set(retint_depth_names kMargin)
 set(retint_selection_names Candidate Each Features4 Mixture UsualDepth kGrain kKnownFraction kLeastVisible kLeastWeight
   kLogLimit kReach kSmoothness kStage kStrong kValley)
-set(retint_recolor_names Part Samples kMostSamples kReach kRounds)
+set(retint_recolor_names Part Samples kMostBytes kMostSamples kReach kRounds)
 set(retint_session_names Difference Differences Joined Mebibytes MiddleOf Normal ReadPicture Row Thinned WriteValues
-  kLeastEdges kLeastPaint kOverNoise)
+  kLeastEdges kLeastPaint kMiB kOverNoise)
 set(retint_cli_names Arguments CheckArguments OpenPainted Typed)
 
 # Sources that are compiled alone: for several instruction sets, with a using directive, or with a name of a header.
