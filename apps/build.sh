@@ -8,8 +8,8 @@
 #   --no-cuda         leave the CUDA backend out; else it is built if a CUDA compiler and a GPU are found
 #   --cuda-arch LIST  the GPU generations to build it for, such as 86-real or "80-real;90-real" or all-major, also
 #                     without a GPU; else those of the GPUs in this machine
-#   --quick           only the command line, compiled in few large pieces with little optimization outside the
-#                     kernels, from few packages, into build/quick: for apps/demo.sh
+#   --quick           only the command line, for apps/demo.sh: from few packages, in few large pieces, and with less
+#                     optimization (apps/quick.cmake), into build/quick
 # The last line on stdout names the folder.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
