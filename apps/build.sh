@@ -60,8 +60,8 @@ if $quick; then group=demo; fi
 bash apps/setup.sh --for $group >&2
 
 # CUDA code takes minutes to compile, and without a GPU nothing runs it.
-if [[ $cuda == AUTO && -z $cuda_arch ]] &&
-  ! timeout 30 nvidia-smi --query-gpu=compute_cap --format=csv,noheader 2>/dev/null | grep -q '^[0-9]'; then
+if [[ $cuda == AUTO && -z $cuda_arch &&
+  ! $(timeout 30 nvidia-smi --query-gpu=compute_cap --format=csv,noheader 2>/dev/null) =~ [0-9]\.[0-9] ]]; then
   echo "build.sh: no GPU was found, so the CUDA backend is left out; --cuda-arch LIST builds it all the same" >&2
   cuda=OFF
 fi
