@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::string_view kStage = "completion";
 
-// Chosen on two captures, cape and flower, and kValley on objects on a table; docs/notebook.md says
+// Chosen on two captures, cape and flower, and kValley on objects on a table; docs/decisions/0003 says
 // what else was tried.
 constexpr float kLeastWeight = 1e-6f;      // so that the graph never falls apart
 constexpr float kSmoothness = 1000;        // of the edges against one unit of color evidence

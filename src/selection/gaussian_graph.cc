@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view kStage = "completion";
 
-// Chosen on two captures, cape and flower; docs/notebook.md says what else was tried.
+// Chosen on two captures, cape and flower; docs/decisions/0003 says what else was tried.
 constexpr int kNeighbors = 16;
 constexpr double kColorSigma = 0.05;   // OKLab, lightness at half weight
 constexpr double kDistanceScale = 2;   // of the two extents

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# docs/pipelines.md, from photos to a recolored splat: photos_test.sh RETINT. Photos are those of the sample scene, whose
+# docs/tutorials/photos.md, from photos to a recolored splat: photos_test.sh RETINT. Photos are those of the sample scene, whose
 # own splat takes the place of a trained one: it is right, but in another frame than COLMAP's.
 set -euo pipefail
 retint=$1
