@@ -35,7 +35,7 @@ void ScoreFolders(const Arguments& arguments, Run& run) {
   }
   run.Commit(staged);
   run.FinishProgress();
-  run.Print(ToText(report));
+  for (const std::string& line : ToLines(report)) run.Print(line);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 namespace retint {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
 
 constexpr int kSize = 20;
@@ -81,10 +82,11 @@ TEST_F(ScoreFolders, SumsUpViewsButForThePainted) {
   EXPECT_DOUBLE_EQ(json["groups"][0]["iou"]["median"], 0.8);
   EXPECT_DOUBLE_EQ(json["views"][1]["recall"], 0.5);
   EXPECT_FALSE(json["views"][1].contains("hit"));
-  const std::string text = ToText(report);
-  EXPECT_THAT(text, HasSubstr("all, 3 views"));
-  EXPECT_THAT(text, HasSubstr("sub/3.jpg (given)"));
-  EXPECT_THAT(text, HasSubstr("0.7667"));
+  const std::vector<std::string> lines = ToLines(report);
+  for (const std::string& line : lines) EXPECT_EQ(line.find('\n'), std::string::npos);
+  EXPECT_THAT(lines, Contains(HasSubstr("all, 3 views")));
+  EXPECT_THAT(lines, Contains(HasSubstr("sub/3.jpg (given)")));
+  EXPECT_THAT(lines, Contains(HasSubstr("0.7667")));
 }
 
 TEST_F(ScoreFolders, GroupsViewsThatLookTheSameWay) {
@@ -146,7 +148,7 @@ TEST_F(ScoreFolders, MeasuresEdits) {
   EXPECT_DOUBLE_EQ(*report.views[0].edit.missed, 0.5);
   EXPECT_FALSE(report.views[0].edit.leak);  // nothing is outside
   EXPECT_FALSE(report.views[0].mask.iou);
-  EXPECT_THAT(ToText(report), HasSubstr("hit"));
+  EXPECT_THAT(ToLines(report), Contains(HasSubstr("hit")));
 }
 
 TEST_F(ScoreFolders, RefusesWhatDoesNotFit) {

@@ -63,6 +63,6 @@ struct ScoreReport {
 ScoreReport Score(const ScoreRequest& request, Monitor& monitor);
 
 std::string ToJson(const ScoreReport& report);
-std::string ToText(const ScoreReport& report);  // lines for people, the last without its end
+std::vector<std::string> ToLines(const ScoreReport& report);  // for people, without line ends
 
 }  // namespace retint

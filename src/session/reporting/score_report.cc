@@ -71,7 +71,7 @@ ScoreGroup Group(const std::string& name, const std::vector<ViewScore>& views,
 }
 
 std::string Row(const std::string& name, const std::vector<std::optional<double>>& values) {
-  std::string line = fmt::format("\n{:<28}", name);
+  std::string line = fmt::format("{:<28}", name);
   for (const auto& value : values) {
     line += value ? fmt::format(" {:>12.4f}", *value) : fmt::format(" {:>12}", "-");
   }
@@ -122,21 +122,22 @@ std::string ToJson(const ScoreReport& report) {
          "\n";
 }
 
-std::string ToText(const ScoreReport& report) {
+std::vector<std::string> ToLines(const ScoreReport& report) {
   std::vector<const FigureType*> shown;
   for (const FigureType& type : kFigures) {
     const auto has = [&](const ViewScore& view) { return type.get(view).has_value(); };
     if (std::any_of(report.views.begin(), report.views.end(), has)) shown.push_back(&type);
   }
-  std::string text = fmt::format("{:<28}", "view");
-  for (const FigureType* type : shown) text += fmt::format(" {:>12}", type->name);
+  std::vector<std::string> lines = {fmt::format("{:<28}", "view")};
+  for (const FigureType* type : shown) lines.back() += fmt::format(" {:>12}", type->name);
   for (const ViewScore& view : report.views) {
     std::vector<std::optional<double>> values;
     for (const FigureType* type : shown) values.push_back(type->get(view));
-    text += Row(view.view + (view.painted ? " (given)" : ""), values);
+    lines.push_back(Row(view.view + (view.painted ? " (given)" : ""), values));
   }
   for (const ScoreGroup& group : report.groups) {
-    text += fmt::format("\n\n{}, {} views", group.name, group.views);
+    lines.emplace_back();
+    lines.push_back(fmt::format("{}, {} views", group.name, group.views));
     const std::array<std::pair<const char*, double ScoreFigure::*>, 3> rows = {
         {{"  mean", &ScoreFigure::mean},
          {"  median", &ScoreFigure::median},
@@ -149,10 +150,10 @@ std::string ToText(const ScoreReport& report) {
           if (figure.name == type->name) values.back() = figure.*member;
         }
       }
-      text += Row(name, values);
+      lines.push_back(Row(name, values));
     }
   }
-  return text;
+  return lines;
 }
 
 }  // namespace retint
