@@ -131,34 +131,13 @@ TEST_F(SelectionRound, ASecondRoundErasesWhatTheFirstPaintedTooMuch) {
   EXPECT_LT(selected, 0.05 * seen);
 }
 
-TEST_F(SelectionRound, TheGaussiansDecideWhatStrokesLeaveOpen) {
-  // The mask says that a sixth of the ball is outside; with what it does not decide it says
-  // nothing.
-  const int column = ColumnAt(5 / 6.0);
-  PaintRound round = Round(2, LeftOf(Truth(2), column, true));
-  round.undecided = LeftOf(Truth(2), column, false);
-  const RegionSelection open = Select(nullptr, round);
-  const RegionSelection less = Select(nullptr, Round(2, round.view.mask));
-  for (int v = 0; v < kViews; ++v) {
-    EXPECT_GT(IouOf(MaskOf(open, v), Truth(v)), 0.8) << v;
-    EXPECT_GT(IouOf(MaskOf(open, v), Truth(v)), IouOf(MaskOf(less, v), Truth(v))) << v;
-  }
-  // For later rounds the decision is paint.
-  ASSERT_EQ(open.source.painted.size(), 1u);
-  EXPECT_GT(IouOf(open.source.painted[0].mask, Truth(2)), 0.8);
-  EXPECT_TRUE(open.source.painted[0].seen.Empty());
-  round.undecided = Mask(3, 3, 255);
-  EXPECT_THROW(Select(nullptr, round), InputError);
+TEST_F(SelectionRound, ThePaintedViewShowsThePaint) {
+  const Mask half = LeftOf(Truth(2), 81, true);
+  const RegionSelection selection = Select(nullptr, Round(2, half));
+  EXPECT_EQ(MaskOf(selection, 2).data, half.data);
 }
 
 TEST_F(SelectionRound, WhatTheSceneDecidesMustNotBeSomethingElse) {
-  // Half of the ball is drawn, and with the other half it would be twice as large.
-  PaintRound round = Round(2, LeftOf(Truth(2), 81, true));
-  round.undecided = LeftOf(Truth(2), 81, false);
-  const RegionSelection open = Select(nullptr, round);
-  const RegionSelection half = Select(nullptr, Round(2, round.view.mask));
-  EXPECT_EQ(open.source.painted[0].mask.data, round.view.mask.data);
-  for (int v = 0; v < kViews; ++v) EXPECT_EQ(MaskOf(open, v).data, MaskOf(half, v).data) << v;
   const Mask whole = Truth(2);
   EXPECT_TRUE(MayStandFor(whole, whole));
   EXPECT_FALSE(MayStandFor(LeftOf(whole, ColumnAt(0.7), true), whole));

@@ -91,22 +91,6 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(!canvas_->CanUndo());
   }
 
-  void AScribbleSaysWhatItDoesNotDecide() {
-    QVERIFY(canvas_->Undecided().Empty());
-    Key(Qt::Key_R);
-    Drag({At(95, 5), At(115, 20)});
-    Key(Qt::Key_S);
-    Drag({At(40, 40), At(60, 50)}, Qt::ShiftModifier);
-    QVERIFY(Settled());
-    const retint::Mask undecided = canvas_->Undecided();
-    QCOMPARE(undecided.data.size(), canvas_->editor().mask().data.size());
-    QCOMPARE(undecided(50, 45), 0);   // the stroke
-    QCOMPARE(undecided(105, 10), 0);  // what was painted before
-    // By hand it becomes paint as it shows.
-    canvas_->Invert();
-    QVERIFY(canvas_->Undecided().Empty());
-  }
-
   void AStrokeBesideTheObjectAloneFindsNothingYet() {
     ActionStrip actions(canvas_.get());
     actions.SetPaintable(true);

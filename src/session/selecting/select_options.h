@@ -15,9 +15,6 @@ namespace retint {
 struct PaintRound {
   PaintedView view;  // its mask: the whole selection as it should be seen there, empty or not
   Mask before;       // what was there when painting began; no pixels: nothing
-  // Above 0 where strokes leave open what the mask should be (MaskFromScribbles()): not taken for
-  // paint, but decided by the Gaussians. No pixels: the mask is paint everywhere.
-  Mask undecided = {};
 };
 
 struct SelectOptions {

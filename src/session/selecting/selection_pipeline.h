@@ -69,9 +69,8 @@ class SelectionPipeline {
   // A region's selection after one more round of painting; `base` is the selection so far, null in
   // the first round. Where rounds disagree the newest holds: what it removed or added is removed
   // from or added to the paint of the rounds before, on the surfaces that both see. A view painted
-  // again replaces its earlier paint. What is undecided of a round's mask is decided by the
-  // Gaussians, or stays as the mask has it where that must not be (MayStandFor()). A view of no
-  // name is a free camera and is given one. InputError when nothing is left selected.
+  // again replaces its earlier paint. A view of no name is a free camera and is given one.
+  // InputError when nothing is left selected.
   RegionSelection SelectRound(const RegionSelection* base, PaintRound round,
                               const SelectOptions& select, const ProjectorOptions& project,
                               Monitor& monitor);

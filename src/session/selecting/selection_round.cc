@@ -41,14 +41,6 @@ void Set(const Mask& where, uint8_t value, Mask* mask) {
   }
 }
 
-// What is undecided of the view's mask says nothing: neither inside nor outside.
-void LeaveOpen(const Mask& undecided, PaintedView* view) {
-  if (view->seen.Empty()) view->seen = Mask(view->mask.width, view->mask.height, 255);
-  for (size_t i = 0; i < undecided.data.size(); ++i) {
-    if (undecided.data[i] > 0) view->seen.data[i] = view->mask.data[i] = 0;
-  }
-}
-
 std::string FreeViewName(const Reconstruction& reconstruction,
                          const std::vector<PaintedView>& painted) {
   for (int number = 1;; ++number) {
@@ -81,16 +73,6 @@ void DropEarlier(const Workspace& workspace, const PaintedView& newest, Selectio
   });
 }
 
-// What `shares` are in the pixels of what is painted on.
-Mask RenderOn(OpenScene& scene, const PaintedView& painted, const std::vector<float>& shares,
-              const ProjectorOptions& options, const GaussianGraph* graph) {
-  std::vector<Mask> on_views;
-  for (const PaintedView& view : OnViews(scene.workspace(), painted)) {
-    on_views.push_back(RenderShares(scene.renderer(), view.camera, shares, options, graph));
-  }
-  return FromViews(scene.workspace(), painted, std::move(on_views));
-}
-
 }  // namespace
 
 void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
@@ -99,9 +81,6 @@ void SelectionPipeline::CarryChanges(const PaintRound& round, double tolerance,
   Mask erased = round.before.Empty() ? Mask(camera.width, camera.height)
                                      : InsideBut(round.before, round.view.mask);
   Mask added = InsideBut(round.view.mask, round.before);
-  for (size_t i = 0; i < round.undecided.data.size(); ++i) {
-    if (round.undecided.data[i] > 0) erased.data[i] = added.data[i] = 0;
-  }
   if (source->painted.empty() || !(AnyInside(erased) || AnyInside(added))) return;
   Renderer& renderer = scene_.renderer();
   const Reconstruction& reconstruction = scene_.reconstruction();
@@ -144,13 +123,7 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (!round.before.Empty()) {
     RequireSize("the mask before painting", round.before, round.view.camera.camera);
   }
-  if (!round.undecided.Empty()) {
-    RequireSize("what is undecided of a mask", round.undecided, round.view.camera.camera);
-  }
   const Reconstruction& reconstruction = scene_.reconstruction();
-  const bool open = AnySet(round.undecided);
-  PaintRound as_drawn = open ? round : PaintRound();
-  as_drawn.undecided = {};
   RegionSelection result;
   std::vector<PaintedView>& painted = result.source.painted;
   if (base) {
@@ -164,9 +137,6 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (round.view.name.empty()) round.view.name = FreeViewName(reconstruction, painted);
   DropEarlier(scene_.workspace(), round.view, &result.source);
   CarryChanges(round, project.visible_tolerance, &result.source, monitor);
-  const Mask drawn = round.view.mask, seen = round.view.seen;
-  if (open) LeaveOpen(round.undecided, &round.view);
-
   if (AnyInside(round.view.mask)) {
     SelectOptions options = select;
     options.keep_raw = false;
@@ -180,20 +150,6 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   ProjectedMasks projected = Project(result.source.cloud, painted, project, monitor);
   result.masks = std::move(projected.masks);
   result.shares = std::move(projected.shares);
-  if (open) {
-    // Rounds to come take for paint what was decided.
-    PaintedView& view = painted.back();
-    const Mask decided = result.shares.empty()
-                             ? drawn
-                             : RenderOn(scene_, view, result.shares, project, graph_.get());
-    for (size_t i = 0; i < decided.data.size(); ++i) {
-      if (round.undecided.data[i] > 0) view.mask.data[i] = decided.data[i];
-    }
-    view.seen = seen;
-    if (!MayStandFor(drawn, view.mask)) {
-      return SelectRound(base, std::move(as_drawn), select, project, monitor);
-    }
-  }
   return result;
 }
 

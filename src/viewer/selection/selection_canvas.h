@@ -72,9 +72,6 @@ class SelectionCanvas : public QWidget {
   void ScaleBrush(int steps);
   void RefineBorder();  // all of it, within the brush's radius
   bool IsFinding() const { return finder_->IsBusy(); }
-  // Above 0 where the strokes that made the mask do not decide it (MaskFromScribbles()). No pixels:
-  // it is no strokes' mask, or something else changed it since.
-  Mask Undecided() const;
   QString Hint() const;  // what to do next; parts that may be left out are set apart by "  ·  "
   // Ends what is being drawn without a change. False when there was nothing.
   bool CancelDrawing();

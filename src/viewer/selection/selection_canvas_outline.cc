@@ -199,30 +199,17 @@ void SelectionCanvas::FindScribbled() {
       std::all_of(scribbles_.begin(), scribbles_.end(),
                   [](const Scribble& scribble) { return scribble.found || scribble.outside; });
   const Mask most = takes_away && scribbles_.front().found ? editor_.mask() : Mask();
-  const auto undecided = std::make_shared<Mask>();
-  for (Scribble& scribble : scribbles_) {
-    if (scribble.gesture == gesture) scribble.undecided = undecided;
-  }
   Find(gesture, Combine::kReplace,
-       [layers = layers_, inside, outside, most, under = under_scribbles_,
-        undecided](Monitor& monitor) {
-         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor, undecided.get());
+       [layers = layers_, inside, outside, most, under = under_scribbles_](Monitor& monitor) {
+         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor);
          for (size_t p = 0; p < most.data.size(); ++p) {
            mask.data[p] = std::min(mask.data[p], most.data[p]);
-           if (most.data[p] == 0) undecided->data[p] = 0;
          }
          for (size_t p = 0; p < under.data.size(); ++p) {
            mask.data[p] = std::max(mask.data[p], under.data[p]);
-           if (under.data[p] > 0) undecided->data[p] = 0;
          }
          return mask;
        });
-}
-
-Mask SelectionCanvas::Undecided() const {
-  if (scribbles_.empty() || IsFinding()) return {};
-  const Scribble& newest = scribbles_.back();
-  return newest.found && newest.undecided ? *newest.undecided : Mask();
 }
 
 // The strokes whose meaning was found together go together.

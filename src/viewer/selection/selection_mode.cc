@@ -16,7 +16,6 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
-#include "scene/mask_pixels.h"
 #include "selection/view_depth.h"
 #include "session/pictures/photo_paint.h"
 #include "session/pictures/view_mask.h"
@@ -77,18 +76,6 @@ int WidthOf(const RegionSelection& selection, const std::string& view) {
     if (painted.name == view) return painted.mask.width;
   }
   return 0;
-}
-
-// Of the area of `shown`, the part by which the newest paint differs; 0 where nothing was shown.
-double Otherwise(const Mask& shown, const SelectionSource& source) {
-  if (source.painted.empty()) return 0;
-  const Mask& decided = source.painted.back().mask;
-  if (shown.data.size() != decided.data.size()) return 0;
-  size_t different = 0;
-  for (size_t p = 0; p < shown.data.size(); ++p) {
-    different += IsInside(shown.data[p]) != IsInside(decided.data[p]) ? 1 : 0;
-  }
-  return double(different) / double(std::max<size_t>(1, CountInside(shown)));
 }
 
 }  // namespace
@@ -350,19 +337,15 @@ void SelectionMode::Accept() {
   SceneController::Round round;
   round.paint.view = {entry_.view.toStdString(), entry_.camera, editor.mask()};
   if (entry_.region) round.paint.before = before_;
-  round.paint.undecided = canvas_->Undecided();
   round.base = entry_.region;
   round.name = NewName();
   round.select = select_;
   round.project = project_;
   const uint64_t visit = ++visit_;
   SetState(State::kComputing);
-  const Mask shown = round.paint.undecided.Empty() ? Mask() : editor.mask();
-  controller_->SelectRound(std::move(round), [this, visit, shown](RegionId id) {
+  controller_->SelectRound(std::move(round), [this, visit](RegionId id) {
     if (visit != visit_) return;
     has_draft_ = false;
-    const Region* region = controller_->regions().Find(id);
-    otherwise_ = region ? Otherwise(shown, region->selection->source) : 0;
     Finish();
     Q_EMIT accepted(id);
   });

@@ -63,9 +63,6 @@ class SelectionMode : public QWidget {
   // Whether entering there goes on with the strokes of the last visit: the region is still what it
   // was painted on.
   bool Resumes(const SelectionEntry& entry) const;
-  // Of what accepted() gave: the pixels that the scene decided otherwise than the outline of
-  // strokes that was shown, as a part of that outline's area.
-  double DecidedOtherwise() const { return otherwise_; }
   // Of the next Accept().
   const SelectOptions& select_options() const { return select_; }
   const ProjectorOptions& projector_options() const { return project_; }
@@ -115,7 +112,6 @@ class SelectionMode : public QWidget {
   // Of the strokes that the canvas holds: where they belong.
   std::shared_ptr<const RegionSelection> draft_selection_;
   bool has_draft_ = false;
-  double otherwise_ = 0;
   bool accepts_found_ = false;  // accepts once the outline that is looked for is found
 };
 

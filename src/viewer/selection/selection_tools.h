@@ -62,9 +62,8 @@ struct Scribble {
   double width;                         // pixels of the image
   bool outside;
   uint64_t gesture;
-  bool found = false;                          // the mask shows it
-  bool step = false;                           // which was a step of the history
-  std::shared_ptr<const Mask> undecided = {};  // of that mask; null: nothing was found
+  bool found = false;  // the mask shows it
+  bool step = false;   // which was a step of the history
 };
 
 }  // namespace retint
