@@ -12,6 +12,7 @@
 #include "retint/results.h"
 #include "session/finer_session.h"
 #include "session/pictures/compare_pictures.h"
+#include "session/selecting/paint_held.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -89,9 +90,12 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
                           view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
                           view.cloud.sampled, view.registration.BriefReport()));
   }
-  run.Print(fmt::format("masks        {} of {} views, {:.2f} % covered on average",
-                        report.mask_views, report.views, 100 * report.mean_coverage));
-  const ColorEdit& edit = session.regions().regions.front().edit;
+  const Region& region = session.regions().regions.front();
+  run.Print(fmt::format("selection    {}, {:.2f} % of their pixels",
+                        VerdictOfPaint(session.workspace(), region.selection->source.painted,
+                                       region.selection->masks),
+                        100 * report.mean_coverage));
+  const ColorEdit& edit = region.edit;
   PrintEdit(edit, run);
   if (result.refined) run.Print("refine       " + result.refined->BriefReport());
   run.Print(fmt::format("refit        {}", report.refit.BriefReport()));

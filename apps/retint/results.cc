@@ -251,8 +251,9 @@ std::optional<PaintAdvice> AdviseOn(EditSession& session, RegionId region,
 
 void PrintAdvice(const std::optional<PaintAdvice>& advice, const Run& run) {
   if (!advice) return;
-  run.Print(fmt::format("uncertain    {:.0f} % of what touches the selection; paint {} next",
-                        100 * advice->uncertain, advice->view));
+  run.Print(fmt::format(
+      "next         paint {} to be sure: your paint leaves {:.0f} % of the surroundings open",
+      advice->view, 100 * advice->uncertain));
 }
 
 Coverage MeasureCoverage(const std::map<std::string, Mask>& masks) {

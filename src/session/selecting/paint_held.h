@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What people should know of paint and masks: whether a selection holds what was painted, and how
-// many views have no mask.
+// In words, how masks follow the paint: whether a selection holds what was painted, how many views
+// it reaches, and how many have no mask.
 #pragma once
 
 #include <cstddef>
@@ -22,6 +22,11 @@ struct Workspace;
 std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
                                          const std::vector<PaintedView>& painted,
                                          const std::map<std::string, Mask>& masks);
+// "all of your paint is in, carried to 38 of 50 views": how much of the painted pixels the masks of
+// their views hold, what these hold beside them if that is 1 % of the paint or more, and how many
+// masks hold a pixel.
+std::string VerdictOfPaint(const Workspace& workspace, const std::vector<PaintedView>& painted,
+                           const std::map<std::string, Mask>& masks);
 // "24 of 25 views have no mask and take no part"; empty if every picture has one.
 std::string WarningOfMissingMasks(size_t with_mask, const Pictures& pictures);
 

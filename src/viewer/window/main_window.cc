@@ -324,22 +324,20 @@ void MainWindow::ConnectSelection() {
     canvas_->setFocus();
     const QString held = WarningOfPaint(id);
     if (!held.isEmpty()) return Warn(held);
-    constexpr double kMuch = 0.05;
-    if (selection_->DecidedOtherwise() >= kMuch) {
-      return Say(
-          tr("The scene decided %1 % of the outline otherwise than it was shown: %2 shows what is "
-             "selected, %3 takes it back")
-              .arg(100 * selection_->DecidedOtherwise(), 0, 'f', 0)
-              .arg(keys_.KeyText("show.mask"), keys_.KeyText("edit.undo")));
-    }
-    Say(tr("The points are the paint in space; %1 shows what is selected. Choose a color in the "
-           "Regions panel (%2)")
-            .arg(keys_.KeyText("show.mask"), keys_.KeyText("panel.regions")));
+    Say(tr("%1. %2 shows the selection. Choose a color in the Regions panel (%3)")
+            .arg(VerdictOfPaint(id), keys_.KeyText("show.mask"), keys_.KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();
     canvas_->setFocus();
   });
+}
+
+QString MainWindow::VerdictOfPaint(RegionId id) const {
+  const RegionSelection& selection = *controller_->regions().Find(id)->selection;
+  const QString verdict = QString::fromStdString(retint::VerdictOfPaint(
+      *controller_->facts()->workspace, selection.source.painted, selection.masks));
+  return verdict.left(1).toUpper() + verdict.mid(1);
 }
 
 QString MainWindow::WarningOfPaint(RegionId id) const {

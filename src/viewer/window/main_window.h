@@ -122,6 +122,7 @@ class MainWindow : public QMainWindow {
   void ConnectScene();
   void ConnectView();
   void ConnectSelection();
+  QString VerdictOfPaint(RegionId id) const;
   QString WarningOfPaint(RegionId id) const;  // of its painted views one, or nothing
   void ConnectFiles();
   void Complain(const QString& label, const QString& message);  // a task failed
