@@ -56,6 +56,32 @@ TEST_F(ColorPreviewTest, IsTheWholeSceneWithItsRegions) {
   EXPECT_NE(Expected(), scene_.model.sh);
 }
 
+TEST_F(ColorPreviewTest, AnEditOfOneRegionDoesNotMoveAnother) {
+  const size_t block = size_t(scene_.model.NumShCoeffs()) * 3, count = scene_.model.NumGaussians();
+  for (size_t i = 0; i < 2; ++i) {
+    auto selection = std::make_shared<RegionSelection>();
+    for (size_t g = 0; g < count; ++g) selection->shares.push_back(g % 3 == i ? 1.0f : 0.0f);
+    if (i == 1) selection->shares[0] = 1;  // both touch it
+    regions_.regions[i].selection = selection;
+  }
+  auto fit = std::make_shared<RegionFit>();
+  fit->key = regions_.FitKey(1, {});
+  fit->indices = {0, 1, 4};
+  fit->sh.assign(3 * block, 0.25f);
+  regions_.regions[1].fit = fit;
+  const FloatArray fitted = Expected();
+  Grade(0, 0.5f);
+  const FloatArray graded = Expected();
+  for (const size_t g : {size_t{1}, size_t{4}}) {
+    for (size_t i = 0; i < block; ++i) EXPECT_EQ(graded[g * block + i], 0.25f);
+  }
+  EXPECT_EQ(fitted[0], 0.25f);
+  EXPECT_NE(graded[0], 0.25f) << "what both touch follows the edit";
+  Grade(1, 0.5f);
+  EXPECT_NE(Expected()[block], 0.25f) << "its own edit is another";
+  EXPECT_EQ(*MakePreview().Compose(regions_, {}).sh, Expected());
+}
+
 TEST_F(ColorPreviewTest, NamesWhatMayDiffer) {
   ColorPreview preview = MakePreview();
   const ColorPreview::Colors colors = preview.Compose(regions_, {});

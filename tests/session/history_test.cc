@@ -150,6 +150,15 @@ TEST(RegionSet, FitKeyTellsEverythingAFitDependsOn) {
   later.regions[1].strength = 0.5F;
   EXPECT_EQ(later.FitKey(0, job), first_key) << "later regions do not matter to earlier ones";
 
+  RegionSet measured = state;
+  ColorOperation palette = ColorOperation::Make(ColorOperationKind::kPalette,
+                                                {0.5F, 0.5F, 0.5F, kUnset, kUnset, kUnset});
+  measured.regions[0].edit.operations.push_back(palette);
+  EXPECT_EQ(measured.FitKey(0, job), first_key) << "measuring colors changes none";
+  palette.values[3] = palette.values[4] = palette.values[5] = 1;
+  measured.regions[0].edit.operations.back() = palette;
+  EXPECT_NE(measured.FitKey(0, job), first_key);
+
   RegionSet hidden = state;
   hidden.regions[0].visible = false;
   EXPECT_NE(hidden.FitKey(1, job), second_key);

@@ -1,9 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session/fitting/refit_chain.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <string>
 #include <utility>
 
 namespace retint {
+namespace {
+
+// Whether the region's fit is of its own selection, edit and strength, whatever the regions before
+// it are now.
+bool IsOwnFit(const Region& region, const RefitJob& job) {
+  const std::string options = OptionKey(Described(job));
+  const std::string own = RegionSet{{region}}.FitKey(0, job).substr(options.size());
+  return region.fit && region.fit->key.starts_with(options) && region.fit->key.ends_with(own);
+}
+
+// Of the fit of regions[index], the Gaussians that no region before it touches, to `sh`.
+void ApplyAlone(const RegionSet& state, size_t index, double threshold, int num_coeffs,
+                FloatArray* sh) {
+  const RegionFit& fit = *state.regions[index].fit;
+  const size_t block = size_t(num_coeffs) * 3;
+  for (size_t i = 0; i < fit.indices.size(); ++i) {
+    const auto g = size_t(fit.indices[i]);
+    const bool shared = std::any_of(
+        state.regions.begin(), state.regions.begin() + std::ptrdiff_t(index),
+        [&](const Region& other) { return double(other.selection->shares[g]) > threshold; });
+    if (!shared) std::copy_n(&fit.sh[i * block], block, &(*sh)[g * block]);
+  }
+}
+
+}  // namespace
 
 GaussianModel WithoutExtras(const GaussianModel& model) {
   GaussianModel copy;
@@ -32,6 +60,7 @@ FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& j
     const PaintChange paint(sh, num_coeffs, shares, edit, region.paint.get(), threshold, gaussians);
     ApplyClosedForm(backend, sh, num_coeffs, shares, edit, threshold);
     paint.AddTo(sh);
+    if (IsOwnFit(region, job)) ApplyAlone(state, i, threshold, num_coeffs, &sh);
   }
   return sh;
 }

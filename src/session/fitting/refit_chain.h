@@ -58,8 +58,10 @@ class RefitChain : public OptimizerJob {
 
 // Coefficients after the visible regions of `state` from `first` on, starting from `sh`,
 // [N, num_coeffs, 3]: fits where their key is up to date, else closed forms, with paint as each
-// Gaussian takes it by itself. Of a part of the scene, to which shares and fits were reduced, also
-// which of its Gaussians they are, ascending.
+// Gaussian takes it by itself. If only the regions before a region have changed, its fit still
+// holds for the Gaussians that none of them touches: an edit of one region does not move another.
+// Of a part of the scene, to which shares and fits were reduced, also which of its Gaussians they
+// are, ascending.
 FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& job, size_t first,
                      size_t last, FloatArray sh, int num_coeffs,
                      std::span<const int32_t> gaussians = {});

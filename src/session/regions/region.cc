@@ -39,6 +39,18 @@ void AppendLayers(std::string& key, const PictureEdit& picture) {
   }
 }
 
+// Without palettes of which no color has a target yet: measuring one changes no color.
+ColorEdit WithoutMeasurements(ColorEdit edit) {
+  std::erase_if(edit.operations, [](const ColorOperation& op) {
+    if (op.kind != ColorOperationKind::kPalette) return false;
+    for (size_t pair = 0; pair < op.values.size(); pair += kPairValues) {
+      if (op.values[pair + 3] != kUnset) return false;
+    }
+    return true;
+  });
+  return edit;
+}
+
 }  // namespace
 
 size_t SelectionSource::Bytes() const {
@@ -92,8 +104,9 @@ std::string RegionSet::FitKey(size_t index, const RefitJob& job) const {
     const Region& region = regions[i];
     if (!region.visible && i != index) continue;
     AppendBits(key, region.selection->id);
-    key += EditToJson(region.edit, /*with_tables=*/false);
-    for (const ColorOperation& op : region.edit.operations) {
+    const ColorEdit edit = WithoutMeasurements(region.edit);
+    key += EditToJson(edit, /*with_tables=*/false);
+    for (const ColorOperation& op : edit.operations) {
       if (op.table) AppendBits(key, TableHash(*op.table));
       if (op.picture) AppendLayers(key, *op.picture);
     }
