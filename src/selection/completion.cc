@@ -22,17 +22,17 @@ namespace {
 
 constexpr std::string_view kStage = "completion";
 
-// Chosen on two captures, cape and flower, and kValley on objects on a table; docs/decisions/0003 says
-// what else was tried.
-constexpr float kLeastWeight = 1e-6f;      // so that the graph never falls apart
-constexpr float kSmoothness = 1000;        // of the edges against one unit of color evidence
-constexpr double kValley = 4;              // logarithm of what a valley takes away of an edge
-constexpr double kTrust = 10;              // of full evidence
-constexpr double kKnownFraction = 0.5;     // of the visibility from which on evidence is full
-constexpr double kPaintedFraction = 0.25;  // of what a view sees, likewise
-constexpr double kKnownPixels = 16;        // pixels from which on it is
-constexpr double kLogPrior = -1;           // most log odds of "inside" before the color is seen
-constexpr double kLogLimit = 6;            // of the log odds by color
+// Chosen on two captures, cape and flower, and kValley on objects on a table; docs/decisions/0003
+// says what else was tried.
+constexpr float kLeastWeight = 1e-6f;            // so that the graph never falls apart
+constexpr float kSmoothness = 1000;              // of the edges against one unit of color evidence
+constexpr double kValley = 4;                    // logarithm of what a valley takes away of an edge
+constexpr double kTrust = 10;                    // of full evidence
+constexpr double kKnownFraction = 0.5;           // of the visibility from which on evidence is full
+constexpr double kPaintedFraction = 0.25;        // of what a view sees, likewise
+constexpr double kKnownPixels = 16;              // pixels from which on it is
+constexpr double kLogPrior = -1;                 // log odds of "inside" before the color is seen
+constexpr double kLogLimit = 6;                  // of the log odds by color
 constexpr double kInside = 0.8, kOutside = 0.2;  // shares that colors are learned from
 constexpr int kInsideColors = 5, kOutsideColors = 8;
 constexpr int kLeastSamples = 50;
@@ -164,9 +164,9 @@ class Completer {
     return colors;
   }
 
-  // Probabilities of "inside" by color. The less is painted of what was seen within reach, the more
-  // evidence by color it takes: a stroke on a plain surface does not spread over the part of it
-  // that nobody saw. False where there is too little to learn them from.
+  // Probabilities of "inside" by color. Colors count less if they would take more for painted
+  // beside the paint than there is paint: a stroke on a plain surface does not spread over the part
+  // of it that nobody saw. False where there is too little to learn them from.
   bool LearnPrior() {
     const std::vector<int> inside = Members(true), outside = Members(false);
     if (inside.size() < size_t(kLeastSamples) || outside.size() < size_t(kLeastSamples)) {
@@ -177,22 +177,27 @@ class Completer {
       if (which == 0) in = {Colors(inside), kInsideColors, kColorSpread};
       if (which == 1) out = {Colors(outside), kOutsideColors, kColorSpread};
     });
-    constexpr auto kLimit = float(kLogLimit);
-    std::vector<int> nearby = outside;
-    const Ball reach = ReachOf(Anchors());
-    std::erase_if(nearby, [&](int g) { return !reach.Holds(surfaces_[size_t(g)].mean); });
-    const double painted = PixelsOf(inside) / std::max(1.0, PixelsOf(nearby));
-    const auto log_prior = float(std::min(kLogPrior, std::log(painted)));
+    std::vector<float> odds(count_);
     ParallelRanges(int64_t(count_), 1024, [&](int64_t begin, int64_t end) {
       Mixture::Points labs(end - begin, 3);
       for (int64_t g = begin; g < end; ++g)
         labs.row(g - begin) = surfaces_[size_t(g)].lab.transpose();
-      Mixture::Values odds = in.LogLikelihoods(labs) - out.LogLikelihoods(labs);
-      odds = (odds + log_prior).max(-kLimit).min(kLimit);
-      for (int64_t g = begin; g < end; ++g) {
-        looks_[size_t(g)].prior = 1 / (1 + std::exp(-odds[g - begin]));
-      }
+      const Mixture::Values ratio = in.LogLikelihoods(labs) - out.LogLikelihoods(labs);
+      std::copy_n(ratio.data(), end - begin, &odds[size_t(begin)]);
     });
+    const auto probability = [&](size_t g, double log_prior) {
+      return 1 / (1 + std::exp(-std::clamp(double(odds[g]) + log_prior, -kLogLimit, kLogLimit)));
+    };
+    // Pixels beside the paint, within its reach, that colors take for painted.
+    const Ball reach = ReachOf(Anchors());
+    double mistaken = 0;
+    for (const int g : outside) {
+      if (!reach.Holds(surfaces_[size_t(g)].mean)) continue;
+      mistaken += pixels_[size_t(g)] * probability(size_t(g), kLogPrior);
+    }
+    const double painted = PixelsOf(inside);
+    const double log_prior = kLogPrior + std::min(0.0, std::log(painted / std::max(1.0, mistaken)));
+    Each(count_, [&](size_t g) { looks_[g].prior = float(probability(g, log_prior)); });
     return true;
   }
 

@@ -13,6 +13,8 @@
 #include <string_view>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
+
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/ranks.h"
@@ -34,7 +36,25 @@ constexpr size_t kManyViews = 32;
 uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
+// Relative difference in depth of what two views see of one surface, where paint is not to be lost.
+// A thing and the wall behind it may lie closer together than visible_tolerance.
+constexpr float kSameSurface = 0.005f;
+// Of the picture's longer side: paint is sure of the Gaussians in pixels farther from its border.
+constexpr double kSurePaint = 0.01;
+// Pixels by which the border of a mask may be off the paint's: there the Gaussians' own, soft
+// border stays, which all views can show.
+constexpr int kBorderOff = 2;
 constexpr int64_t kGrain = 16384;  // Gaussians
+
+// 255 in pixels that lie at most `reach` rows and columns from one that is inside.
+Mask Widened(const Mask& mask, int reach) {
+  Mask wide(mask.width, mask.height);
+  cv::Mat inside(mask.height, mask.width, CV_8U);
+  for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
+  cv::Mat result(mask.height, mask.width, CV_8U, wide.data.data());
+  cv::dilate(inside, result, cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U));
+  return wide;
+}
 
 // What the views share: the cloud and the painted views in backend memory, and images to draw to.
 class Projection {
@@ -89,8 +109,9 @@ class Projection {
     painted.depth = std::move(surface.depth);
   }
 
-  // What the paint itself says of a view whose `mask` was drawn from shares: the paint of a painted
-  // view, and of another one that of the surfaces that a painted view shows too.
+  // What the paint itself says of a view whose `mask` was drawn from shares: a painted view shows
+  // its paint. Another one shows what is painted of the surfaces that it surely shares with a
+  // painted view, also where Gaussians are too large or too faint to carry it.
   void FollowPaint(const View& view, Mask* mask) const {
     for (const Painted& painted : painted_) {
       if (painted.name != view.name) continue;
@@ -104,13 +125,17 @@ class Projection {
   void FollowPaint(const PosedCamera& posed, const ViewSurface& surface, Mask* mask) {
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
     EvidenceParams evidence = LookUp(surface, painted);
+    evidence.tolerance = std::min(evidence.tolerance, kSameSurface);
     evidence.residual = backend_.Grow(residual_, 2 * mask->NumPixels());
     backend_.mask().Evidence(evidence);
     const std::vector<float> found = backend_.Download(evidence.residual, 2 * mask->NumPixels());
+    const Mask near = Widened(*mask, kBorderOff);
     ParallelRanges(int64_t(mask->NumPixels()), kGrain, [&](int64_t first, int64_t last) {
       for (auto p = size_t(first); p < size_t(last); ++p) {
         const float inside = found[2 * p], known = found[2 * p + 1];
-        if (known > 0) mask->data[p] = uint8_t(std::lround(255 * inside / known));
+        if (near.data[p] > 0 || !(known > 0)) continue;
+        const auto paint = uint8_t(std::lround(255 * inside / known));
+        if (IsInside(paint)) mask->data[p] = paint;
       }
     });
   }
@@ -254,7 +279,7 @@ class Projection {
     layers.depth.data = backend_.Download(surface.depth.data(), surface.depth.size());
     Monitor quiet;  // a step of the projection's
     const MissedBorder missed =
-        FindMissedBorder(layers, mask, std::max(1, SlackPixels(mask)), quiet);
+        FindMissedBorder(layers, mask, std::max(1, PixelsOf(options_.paint_slack, mask)), quiet);
     if (!AnyInside(missed.left_out) && !AnyInside(missed.spilled)) return {};
     Mask said(mask.width, mask.height, 255);
     for (size_t p = 0; p < mask.data.size(); ++p) {
@@ -317,7 +342,7 @@ class Projection {
   // What is seen in pixels that are not as close to the border of the paint as a hand may miss it.
   void LiftSurePaint(const ViewGeometry& view, const Painted& painted, const Mask& said) {
     const Mask& paint = *painted.paint;
-    std::vector<float> sure = FarFromBorder(paint, SlackPixels(paint)).data;
+    std::vector<float> sure = FarFromBorder(paint, PixelsOf(kSurePaint, paint)).data;
     for (size_t p = 0; p < sure.size(); ++p) {
       if (!painted.seen->Empty() && painted.seen->data[p] == 0) sure[p] = 0;
       if (!said.Empty() && said.data[p] == 0) sure[p] = 0;
@@ -332,9 +357,9 @@ class Projection {
     backend_.blend().AddRows(view, lifted_.data(), 1, painted_sums_.data());
   }
 
-  // How far a hand misses a border.
-  int SlackPixels(const Mask& paint) const {
-    return int(std::lround(options_.paint_slack * std::max(paint.width, paint.height)));
+  // A share of the picture's longer side.
+  static int PixelsOf(double share, const Mask& paint) {
+    return int(std::lround(share * std::max(paint.width, paint.height)));
   }
 
   size_t Channels() const { return completes_ ? 4 : 2; }
@@ -541,11 +566,13 @@ std::string FewPixels(const std::vector<PaintedView>& painted) {
          " selected in the mask; select more of the object";
 }
 
-void RequireSelected(const std::vector<float>& shares, const ProjectorOptions& options) {
+void RequireSelected(const std::vector<PaintedView>& painted, const std::vector<float>& shares,
+                     const ProjectorOptions& options) {
   const auto is_selected = [&](float share) { return double(share) >= options.share_threshold; };
+  const std::string few = FewPixels(painted);
   if (std::none_of(shares.begin(), shares.end(), is_selected)) {
-    throw InputError(
-        "the selection holds nothing of what was painted: the splat is too faint there");
+    throw InputError("the selection holds nothing of what was painted" +
+                     (few.empty() ? ": the splat is too faint there" : few));
   }
 }
 
@@ -565,7 +592,7 @@ void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
     covered[i] = static_cast<double>(inside) /
                  (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
   });
-  if (!any) throw InputError("the selection reaches no view" + FewPixels(painted));
+  if (!any) throw InputError("the selection reaches no view");
   if (!HoldsPaint(painted, *result)) {
     throw InputError(
         "the selection holds nothing of what was painted: the splat is too faint there");
@@ -652,7 +679,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
       steps = static_cast<double>(masked.size());
     }
     projection.FindShares(graph, monitor, &result);
-    RequireSelected(result.shares, options);
+    if (!painted.empty()) RequireSelected(painted, result.shares, options);
     RenderMasks(renderer, reconstruction, masked, result.shares, options,
                 completes ? graph : nullptr, step, &result.masks);
     std::vector<SurfaceRequest> unpainted;

@@ -16,10 +16,10 @@
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
-//  3. Masks. A painted view's mask is its paint. In another view, a pixel whose surface a painted
-//     view sees has the paint's value. The shares decide the other pixels: W_v m + (1 - W_v 1) b,
-//     view-consistent by construction; 0.5 (128) where it reaches
-//     share_threshold, 0 and 1 at half of it away on either side. Light that passes everything
+//  3. Masks. A painted view's mask is its paint. In other views the shares decide: W_v m +
+//     (1 - W_v 1) b, view-consistent by construction; 0.5 (128) where it reaches share_threshold, 0
+//     and 1 at half of it away on either side. Then paint that they lost is put back: pixels that
+//     show a painted surface, by the look-up with a narrow tolerance. Light that passes everything
 //     counts as b, of which a mask is just 0: dark surfaces that were trained on black are often
 //     half transparent, and are selected where all that they show is, down to an opacity of a
 //     third.

@@ -14,14 +14,6 @@ const Row kSelectionRows[] = {
        WritePng(MaskOf(p), Mask(160, 120));
        return Recolor(p);
      }},
-    {"MaskOfOnePixel", 3, "only 1 pixel is selected in the mask; select more of the object",
-     [](Place& p) {
-       Mask mask = ReadMask(MaskOf(p), 160, 120);
-       size_t left = CountInside(mask) / 2;  // the pixel in the middle stays
-       for (uint8_t& value : mask.data) value = IsInside(value) && left-- == 0 ? 255 : 0;
-       WritePng(MaskOf(p), mask);
-       return Recolor(p);
-     }},
     {"MaskOfAnotherSize", 3, "160",
      [](Place& p) {
        WritePng(MaskOf(p), Mask(80, 60, 255));

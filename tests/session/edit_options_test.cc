@@ -45,7 +45,7 @@ EditOptions Moved() {
     } else if (const auto* choice = std::get_if<OptionChoice>(&option.member)) {
       choice->set(*choice, (choice->get(*choice) + 1) % choice->names.size());
     } else if (auto* const* number = std::get_if<double*>(&option.member)) {
-      **number = **number == 0 ? 1.0 / 3 : **number * (1 - 1.0 / 7);
+      **number = **number == 0 ? std::min(1.0 / 3, option.range.max / 3) : **number * (1 - 1.0 / 7);
     } else if (auto* const* whole = std::get_if<int*>(&option.member)) {
       **whole += 2 * option.range.multiple_of;  // odd ones stay odd
     } else {

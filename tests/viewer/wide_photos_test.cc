@@ -309,16 +309,11 @@ class WidePhotosTest : public DistortedFixture {
       if (name != spot.photo) others.insert(name);
     }
     QCOMPARE(suggested.size(), others.size());
-    // The panorama's boxes are too small to complete: then no order is better than another.
-    const bool ranked = SettlesAnything(suggested);
-    QCOMPARE(ranked, lens != "EQUIRECTANGULAR");
+    // A dot on a plain box stays a dot: then no order is better than another.
+    QVERIFY(!SettlesAnything(suggested));
     auto* note = window_->findChild<QLabel*>("views_note");
-    if (!ranked) QTRY_VERIFY(note->text().contains("settle"));
-    for (size_t i = 0; i < suggested.size(); ++i) {
-      QVERIFY(others.contains(suggested[i].view));
-      if (ranked)
-        QCOMPARE(List()->item(int(i))->data(kName).toString().toStdString(), suggested[i].view);
-    }
+    QTRY_VERIFY(note->text().contains("settle"));
+    for (const auto& next : suggested) QVERIFY(others.contains(next.view));
 
     controller().Undo();
     QTRY_VERIFY_WITH_TIMEOUT(controller().regions().regions.empty(), kWaitMs);
