@@ -17,8 +17,8 @@
 namespace retint {
 namespace {
 
-// Chosen on cape, fox, flower and one synthetic scene; docs/decisions/0011 says what else was tried.
-// Log odds by which the edge is looked for outward and inward.
+// Chosen on cape, fox, flower and one synthetic scene; docs/decisions/0011 says what else was
+// tried. Log odds by which the edge is looked for outward and inward.
 constexpr std::array<double, 2> kFavors = {2, -2};
 constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
 // Times the edge that the paint itself ends at.
