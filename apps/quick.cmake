@@ -27,6 +27,7 @@ set(retint_colmap_io_alone photo.cc)
 set(retint_splat_io_alone row_vectors.cc)
 set(retint_synthetic_alone synthetic_scene.cc)
 set(retint_depth_alone sparse_errors.cc)
+set(retint_recolor_alone edit_json.cc)
 set(retint_selection_alone mask_tools/guided_matte.cc views_between.cc)
 set(retint_session_alone pictures/picture_changes.cc regions/main_colors.cc reporting/report_html.cc)
 
