@@ -36,13 +36,14 @@ constexpr size_t kManyViews = 32;
 uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
-// Relative difference in depth of what two views see of one surface, where paint is not to be lost.
-// A thing and the wall behind it may lie closer together than visible_tolerance.
+// Relative difference in depth up to which two views surely show one surface. A thing and the wall
+// behind it may lie closer together than visible_tolerance.
 constexpr float kSameSurface = 0.005f;
-// Of the picture's longer side: paint is sure of the Gaussians in pixels farther from its border.
+// A hand may miss the border by this share of the picture's longer side. Farther from it, pixels
+// surely show Gaussians that are painted, or that are not.
 constexpr double kSurePaint = 0.01;
-// Pixels by which the border of a mask may be off the paint's: there the Gaussians' own, soft
-// border stays, which all views can show.
+// Pixels beside a mask in which no lost paint is put back: so close, the soft border that the
+// Gaussians give a mask is better, because they can show it.
 constexpr int kBorderOff = 2;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
@@ -109,10 +110,8 @@ class Projection {
     painted.depth = std::move(surface.depth);
   }
 
-  // What the paint itself says of a view whose `mask` was drawn from shares: a painted view shows
-  // its paint. Another one shows what is painted of the surfaces that it surely shares with a
-  // painted view, also where Gaussians are too large or too faint to carry it.
-  void FollowPaint(const View& view, Mask* mask) const {
+  // The paint, in the `mask` that the shares give its view.
+  void ShowPaint(const View& view, Mask* mask) const {
     for (const Painted& painted : painted_) {
       if (painted.name != view.name) continue;
       const std::vector<uint8_t> paint =
@@ -122,7 +121,10 @@ class Projection {
       }
     }
   }
-  void FollowPaint(const PosedCamera& posed, const ViewSurface& surface, Mask* mask) {
+
+  // Puts paint that the shares lost back into the `mask` of a view that is not painted: on surfaces
+  // that a painted view surely shows, too. Gaussians may be too large or too faint to carry it.
+  void PutPaintBack(const PosedCamera& posed, const ViewSurface& surface, Mask* mask) {
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
     EvidenceParams evidence = LookUp(surface, painted);
     evidence.tolerance = std::min(evidence.tolerance, kSameSurface);
@@ -305,7 +307,7 @@ class Projection {
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
   }
 
-  // 0 in pixels that show no surface: what hardly shows there is not what was painted.
+  // 0 in pixels that show no surface. Nobody meant the Gaussians that hardly show there.
   Mask Opaque(const PosedCamera& camera) {
     constexpr float kLeastAlpha = 1 / 3.0f;
     const DeviceRender rendered = renderer_.RenderOnDevice(camera, {.rgb = false, .alpha = true});
@@ -453,49 +455,6 @@ class Projection {
   Buffer<uint8_t> coverage_mask_;
 };
 
-// Masks of `views` to `masks`, a group at a time: the host takes the masks of one, and the memory
-// for them, while a device draws the next.
-void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
-                 const std::vector<const View*>& views, const std::vector<float>& shares,
-                 const ProjectorOptions& options, const GaussianGraph* graph,
-                 const std::function<void()>& step, std::map<std::string, Mask>* masks) {
-  constexpr size_t kGroup = 8;
-  struct Drawn {
-    const View* view;
-    Buffer<uint8_t> pixels;
-    std::unique_ptr<Arrival> arrival;
-  };
-  ShareRenderer share_renderer(renderer, shares, options, graph);
-  const auto take = [&](std::vector<Drawn>* group) {
-    std::vector<Mask> taken(group->size());
-    ParallelTasks(int64_t(taken.size()), [&](size_t i) {
-      Drawn& drawn = (*group)[i];
-      const Camera& camera = reconstruction.Posed(*drawn.view).camera;
-      taken[i] =
-          Mask::Of(camera.width, camera.height, static_cast<const uint8_t*>(drawn.arrival->Wait()));
-      drawn.arrival.reset();
-    });
-    for (size_t i = 0; i < taken.size(); ++i) {
-      (*masks)[(*group)[i].view->name] = std::move(taken[i]);
-    }
-    group->clear();
-  };
-  std::vector<Drawn> drawn_before, drawn;
-  // Backwards: the geometries cached last are those of the last views.
-  for (size_t left = views.size(); left > 0;) {
-    for (; left > 0 && drawn.size() < kGroup; --left) {
-      step();
-      const View* const view = views[left - 1];
-      auto pixels = share_renderer.Render(reconstruction.Posed(*view));
-      auto arrival = renderer.backend().SendToHost(pixels.data(), pixels.size());
-      drawn.push_back({view, std::move(pixels), std::move(arrival)});
-    }
-    take(&drawn_before);
-    std::swap(drawn_before, drawn);
-  }
-  take(&drawn_before);
-}
-
 // Those of `views` that this rank owns; all of them where it is alone.
 template <typename T>
 std::vector<T> OwnViews(const std::vector<T>& views, const Ranks& ranks) {
@@ -556,27 +515,12 @@ bool HoldsPaint(const std::vector<PaintedView>& painted, const ProjectedMasks& p
   return !any_painted;
 }
 
-// Why the selection is empty, if the masks are too small: ": only 1 pixel is selected in ...".
-std::string FewPixels(const std::vector<PaintedView>& painted) {
-  constexpr size_t kFew = 100;
-  size_t pixels = 0;
-  for (const PaintedView& view : painted) pixels += CountInside(view.mask);
-  if (painted.empty() || pixels >= kFew) return {};
-  return ": only " + std::to_string(pixels) + (pixels == 1 ? " pixel is" : " pixels are") +
-         " selected in the mask; select more of the object";
+bool HoldsGaussians(const std::vector<float>& shares, const ProjectorOptions& options) {
+  return std::any_of(shares.begin(), shares.end(),
+                     [&](float share) { return double(share) >= options.share_threshold; });
 }
 
-void RequireSelected(const std::vector<PaintedView>& painted, const std::vector<float>& shares,
-                     const ProjectorOptions& options) {
-  const auto is_selected = [&](float share) { return double(share) >= options.share_threshold; };
-  const std::string few = FewPixels(painted);
-  if (std::none_of(shares.begin(), shares.end(), is_selected)) {
-    throw InputError("the selection holds nothing of what was painted" +
-                     (few.empty() ? ": the splat is too faint there" : few));
-  }
-}
-
-void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
+void Finish(ProjectedMasks* result) {
   std::vector<const Mask*> masks;
   for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
   std::vector<double> covered(masks.size());
@@ -593,10 +537,6 @@ void Finish(const std::vector<PaintedView>& painted, ProjectedMasks* result) {
                  (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
   });
   if (!any) throw InputError("the selection reaches no view");
-  if (!HoldsPaint(painted, *result)) {
-    throw InputError(
-        "the selection holds nothing of what was painted: the splat is too faint there");
-  }
   const double sum = std::accumulate(covered.begin(), covered.end(), 0.0);
   result->mean_coverage = sum / static_cast<double>(result->masks.size());
 }
@@ -651,9 +591,16 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   for (const Drawn& one : drawn) {
     requests.push_back({one.posed, one.view, pixel_rows, /*cache=*/one.view != nullptr});
   }
+  std::vector<SurfaceRequest> unpainted;  // those of the masks in which paint may have been lost
+  for (const View* view : masked) {
+    if (lifts && !painted.empty() && !projection.IsPainted(*view)) {
+      unpainted.push_back({reconstruction.Posed(*view), view});
+    }
+  }
+  const auto mask_steps = static_cast<double>(masked.size() + unpainted.size());
   // A completion, with a stage of its own, lies between two visits of this one.
   double done = 0, steps = static_cast<double>(2 * drawn.size());
-  if (lifts && !completes) steps += static_cast<double>(masked.size());
+  if (lifts && !completes) steps += mask_steps;
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
   SurfaceOptions surfaces;
   const Buffer<uint8_t> floaters =
@@ -676,29 +623,27 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     if (completes) {
       monitor.Step(kStage, 1, 1);
       done = 0;
-      steps = static_cast<double>(masked.size());
+      steps = mask_steps;
     }
     projection.FindShares(graph, monitor, &result);
-    if (!painted.empty()) RequireSelected(painted, result.shares, options);
     RenderMasks(renderer, reconstruction, masked, result.shares, options,
                 completes ? graph : nullptr, step, &result.masks);
-    std::vector<SurfaceRequest> unpainted;
-    for (const View* view : masked) {
-      if (projection.IsPainted(*view)) {
-        projection.FollowPaint(*view, &result.masks[view->name]);
-      } else {
-        unpainted.push_back({reconstruction.Posed(*view), view});
-      }
-    }
-    surfaces.before_each = [](size_t) {};
+    for (const View* view : masked) projection.ShowPaint(*view, &result.masks[view->name]);
+    surfaces.before_each = [&](size_t) { step(); };
     RenderSurfaces(renderer, reconstruction, unpainted, surfaces,
                    [&](size_t i, ViewSurface surface) {
-                     projection.FollowPaint(unpainted[i].posed, surface,
-                                            &result.masks[unpainted[i].view->name]);
+                     projection.PutPaintBack(unpainted[i].posed, surface,
+                                             &result.masks[unpainted[i].view->name]);
                    });
   }
   ShareMasks(reconstruction, all_masked, ranks, &result.masks);
-  Finish(painted, &result);
+  Finish(&result);
+  // A painted view shows its paint in any case; other views show Gaussians.
+  const bool holds = lifts ? HoldsGaussians(result.shares, options) : HoldsPaint(painted, result);
+  if (!painted.empty() && !holds) {
+    throw InputError(
+        "the selection holds nothing of what was painted: the splat is too faint there");
+  }
   return result;
 }
 

@@ -99,8 +99,8 @@ Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector
 // not empty, only these of `views` are given their masks. `added` are more views that a completion
 // takes evidence from (selection/views_between.h); they are given none. Memory is bounded by the
 // masks and a few images, whatever the number of views. InputError for a mask that is not of its
-// view's size, an empty cloud, or when no mask that is wanted receives a pixel, or those of the
-// painted views none that was painted; Cancelled between views.
+// view's size, an empty cloud, or when no mask that is wanted receives a pixel, or nothing of
+// what was painted is selected; Cancelled between views.
 ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                             const Reconstruction& reconstruction,
                             const std::vector<const View*>& views, Renderer& renderer,

@@ -112,10 +112,9 @@ void ProjectorOptions::Describe(OptionList& list) {
   list.push_back({.name = "paint_slack",
                   .member = &paint_slack,
                   .range = OptionRange::Closed(0, 0.1),
-                  .help = "how far paint may end before or beyond an edge of color or depth, as a "
-                          "share of the picture's longer side: what lies between is completed as "
-                          "sides that no painted view sees are; 0 takes the painted border as it "
-                          "is",
+                  .help = "for rough brushes: if an edge of color or depth lies this close to the "
+                          "border of a painted mask, as a share of the picture's longer side, the "
+                          "border moves to it; 0 keeps the border",
                   .applies = "gaussians",
                   .flag = "--paint-slack"});
   list.push_back({.name = "unknown_weight",

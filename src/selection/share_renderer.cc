@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <span>
+#include <utility>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -70,6 +72,47 @@ Buffer<uint8_t> ShareRenderer::Render(const PosedCamera& view) {
   const double border = kSoftBorder * std::min(camera.width, camera.height);
   backend_.mask().DropFaint({mask.data(), camera.width, camera.height, int(std::ceil(border))});
   return mask;
+}
+
+void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
+                 const std::vector<const View*>& views, const std::vector<float>& shares,
+                 const ProjectorOptions& options, const GaussianGraph* graph,
+                 const std::function<void()>& step, std::map<std::string, Mask>* masks) {
+  constexpr size_t kGroup = 8;
+  struct Drawn {
+    const View* view;
+    Buffer<uint8_t> pixels;
+    std::unique_ptr<Arrival> arrival;
+  };
+  ShareRenderer share_renderer(renderer, shares, options, graph);
+  const auto take = [&](std::vector<Drawn>* group) {
+    std::vector<Mask> taken(group->size());
+    ParallelTasks(int64_t(taken.size()), [&](size_t i) {
+      Drawn& drawn = (*group)[i];
+      const Camera& camera = reconstruction.Posed(*drawn.view).camera;
+      taken[i] =
+          Mask::Of(camera.width, camera.height, static_cast<const uint8_t*>(drawn.arrival->Wait()));
+      drawn.arrival.reset();
+    });
+    for (size_t i = 0; i < taken.size(); ++i) {
+      (*masks)[(*group)[i].view->name] = std::move(taken[i]);
+    }
+    group->clear();
+  };
+  std::vector<Drawn> drawn_before, drawn;
+  // Backwards: the geometries cached last are those of the last views.
+  for (size_t left = views.size(); left > 0;) {
+    for (; left > 0 && drawn.size() < kGroup; --left) {
+      step();
+      const View* const view = views[left - 1];
+      auto pixels = share_renderer.Render(reconstruction.Posed(*view));
+      auto arrival = renderer.backend().SendToHost(pixels.data(), pixels.size());
+      drawn.push_back({view, std::move(pixels), std::move(arrival)});
+    }
+    take(&drawn_before);
+    std::swap(drawn_before, drawn);
+  }
+  take(&drawn_before);
 }
 
 }  // namespace retint

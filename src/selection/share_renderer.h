@@ -3,10 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "kernels/backend.h"
 #include "render/renderer.h"
+#include "scene/image.h"
+#include "scene/reconstruction.h"
 #include "selection/gaussian_graph.h"
 #include "selection/mask_projector.h"
 
@@ -30,5 +35,12 @@ class ShareRenderer {
   float low_, high_;  // shares of which the mask is 0 and 255
   double scale_, offset_;
 };
+
+// Masks of `views` to `masks`, a group at a time: the host takes the masks of one, and the memory
+// for them, while a device draws the next. Calls `step` before each view.
+void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
+                 const std::vector<const View*>& views, const std::vector<float>& shares,
+                 const ProjectorOptions& options, const GaussianGraph* graph,
+                 const std::function<void()>& step, std::map<std::string, Mask>* masks);
 
 }  // namespace retint
