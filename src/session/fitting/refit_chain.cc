@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "base/parallel.h"
+
 namespace retint {
 namespace {
 
@@ -22,13 +24,16 @@ void ApplyAlone(const RegionSet& state, size_t index, double threshold, int num_
                 FloatArray* sh) {
   const RegionFit& fit = *state.regions[index].fit;
   const size_t block = size_t(num_coeffs) * 3;
-  for (size_t i = 0; i < fit.indices.size(); ++i) {
-    const auto g = size_t(fit.indices[i]);
-    const bool shared = std::any_of(
-        state.regions.begin(), state.regions.begin() + std::ptrdiff_t(index),
-        [&](const Region& other) { return double(other.selection->shares[g]) > threshold; });
-    if (!shared) std::copy_n(&fit.sh[i * block], block, &(*sh)[g * block]);
-  }
+  constexpr int64_t kGaussians = 1024;  // a task
+  ParallelRanges(int64_t(fit.indices.size()), kGaussians, [&](int64_t begin, int64_t end) {
+    for (auto i = size_t(begin); i < size_t(end); ++i) {
+      const auto g = size_t(fit.indices[i]);
+      const bool shared = std::any_of(
+          state.regions.begin(), state.regions.begin() + std::ptrdiff_t(index),
+          [&](const Region& other) { return double(other.selection->shares[g]) > threshold; });
+      if (!shared) std::copy_n(&fit.sh[i * block], block, &(*sh)[g * block]);
+    }
+  });
 }
 
 }  // namespace
