@@ -75,7 +75,8 @@ std::string VerdictOfPaint(const Workspace& workspace, const std::vector<Painted
     if (added >= kNoticed) verdict += fmt::format(", and {:.0f} % beside it", 100 * added);
     verdict += ", ";
   }
-  return verdict + fmt::format("carried to {} of {} views", carried, masks.size());
+  return verdict +
+         fmt::format("carried to {} of {} views", carried, workspace.reconstruction.views.size());
 }
 
 std::string WarningOfMissingMasks(size_t with_mask, const Pictures& pictures) {

@@ -334,7 +334,9 @@ void MainWindow::ConnectSelection() {
 }
 
 QString MainWindow::VerdictOfPaint(RegionId id) const {
-  const RegionSelection& selection = *controller_->regions().Find(id)->selection;
+  const Region* region = controller_->regions().Find(id);
+  if (!region || !region->selection) return {};
+  const RegionSelection& selection = *region->selection;
   const QString verdict = QString::fromStdString(retint::VerdictOfPaint(
       *controller_->facts()->workspace, selection.source.painted, selection.masks));
   return verdict.left(1).toUpper() + verdict.mid(1);

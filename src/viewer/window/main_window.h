@@ -122,7 +122,7 @@ class MainWindow : public QMainWindow {
   void ConnectScene();
   void ConnectView();
   void ConnectSelection();
-  QString VerdictOfPaint(RegionId id) const;
+  QString VerdictOfPaint(RegionId id) const;  // what became of the paint, in words
   QString WarningOfPaint(RegionId id) const;  // of its painted views one, or nothing
   void ConnectFiles();
   void Complain(const QString& label, const QString& message);  // a task failed
