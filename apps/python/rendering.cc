@@ -72,10 +72,15 @@ DepthEstimate SessionDepth(PySession& self, const py::object& view, py::object p
 py::array SeenFrom(PySession& self, const py::object& region, const py::object& view) {
   const auto workspace =
       self.Use([&](EditSession& session) { return self.Share(session.scene().workspace()); });
-  const PosedCamera camera = ToViewpoint(view, workspace.get()).camera;
+  const Viewpoint at = ToViewpoint(view, workspace.get());
   const auto selection = SelectionOf(self, region);
+  // A view has a mask, with the paint in it.
+  if (at.view) {
+    const auto mask = selection->masks.find(at.view->name);
+    if (mask != selection->masks.end()) return FromPixels(Mask(mask->second));
+  }
   return FromPixels(self.Use(
-      [&](EditSession& session) { return session.SelectionSeenFrom(*selection, camera); }));
+      [&](EditSession& session) { return session.SelectionSeenFrom(*selection, at.camera); }));
 }
 
 // Without a session: a renderer for this call.

@@ -198,6 +198,7 @@ def test_regions_are_named_by_themselves_or_by_their_ids(session, scene):
     region = session.add_region("a", types.MappingProxyType(dict(masks.items())),
                                 retint.Edit(tint="#0000ff"))
     seen = session.seen_from(region, scene.view)
+    assert np.array_equal(seen, masks[scene.view])
     assert np.array_equal(seen, session.seen_from(session.region(region), scene.view))
     session.set_selection(session.region(region), masks)
     round_of_id = session.select_round(scene.view, seen, region, before=seen)
