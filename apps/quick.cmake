@@ -16,8 +16,10 @@ set(retint_depth_names kMargin)
 set(retint_selection_names Candidate Each Features4 Mixture UsualDepth kGrain kKnownFraction kLeastVisible kLeastWeight
   kLogLimit kReach kSmoothness kStage kStrong kValley)
 set(retint_recolor_names Part Samples kMostBytes kMostSamples kReach kRounds)
-set(retint_session_names Difference Differences Joined Mebibytes MiddleOf Normal ReadPicture Row Thinned WriteValues
-  kLeastEdges kLeastPaint kMiB kOverNoise)
+set(retint_opening_names Thinned)
+set(retint_editing_names kOverNoise)
+set(retint_reporting_names Row)
+set(retint_pipeline_names Mebibytes kMiB)
 set(retint_cli_names Arguments CheckArguments OpenPainted Typed)
 
 # Sources that are compiled alone: for several instruction sets, with a using directive, or with a name of a header.
@@ -29,7 +31,8 @@ set(retint_synthetic_alone synthetic_scene.cc)
 set(retint_depth_alone sparse_errors.cc)
 set(retint_recolor_alone edit_json.cc)
 set(retint_selection_alone mask_tools/guided_matte.cc views_between.cc)
-set(retint_session_alone pictures/picture_changes.cc regions/main_colors.cc reporting/report_html.cc)
+set(retint_editing_alone picture_changes.cc main_colors.cc)
+set(retint_reporting_alone report_html.cc)
 
 # retint_compile_quickly(NAME): in the folder of the target.
 function(retint_compile_quickly name)

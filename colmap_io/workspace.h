@@ -40,7 +40,7 @@ struct Workspace {
   Reconstruction reconstruction;
   // Of the numbers in dense depth maps to the reconstruction's unit.
   double depth_scale = 1;
-  // Its views were placed around a splat (session/opening/virtual_views.h): there never were
+  // Its views were placed around a splat (opening/virtual_views.h): there never were
   // photos.
   bool has_virtual_views = false;
   std::shared_ptr<const PhotoPixels> photo_pixels;  // null where every view shows its own photo's

@@ -20,7 +20,7 @@ set_target_properties(retint_warnings PROPERTIES EXPORT_NAME warnings)
 install(TARGETS ${libraries} retint_warnings EXPORT RetintTargets ARCHIVE DESTINATION lib COMPONENT dev)
 install(EXPORT RetintTargets NAMESPACE Retint:: DESTINATION ${folder} COMPONENT dev)
 
-# Headers lie as in the sources: "session/edit_session.h" and "kernels/backend.h".
+# Headers lie as in the sources: "editing/edit_session.h" and "kernels/backend.h".
 install(DIRECTORY src/ DESTINATION include/retint COMPONENT dev FILES_MATCHING PATTERN "*.h"
   PATTERN viewer EXCLUDE PATTERN cluster EXCLUDE PATTERN "*_json.h" EXCLUDE PATTERN json_node.h EXCLUDE)
 install(DIRECTORY kernels colmap_io DESTINATION include/retint COMPONENT dev FILES_MATCHING PATTERN "*.h"

@@ -10,9 +10,9 @@
 #include <pybind11/stl.h>
 
 #include "base/error.h"
+#include "base/run_clock.h"
 #include "kernels/backend.h"
 #include "retint/command.h"
-#include "session/reporting/report.h"
 #include "types.h"
 
 namespace retint::python {

@@ -7,7 +7,7 @@
 #include <pybind11/pybind11.h>
 
 #include "base/option.h"
-#include "session/edit_options.h"
+#include "editing/edit_options.h"
 
 namespace retint::python {
 

@@ -10,8 +10,8 @@
 
 #include "arrays.h"
 #include "recolor/palette.h"
+#include "selecting/view_mask.h"
 #include "selection/mask_tools/scribbles.h"
-#include "session/pictures/view_mask.h"
 #include "types.h"
 
 namespace retint::python {
@@ -60,8 +60,9 @@ Mask Strokes(PySession& self, const py::object& strokes, double brush, const Use
   const std::string what = inside ? "a stroke of `inside`" : "a stroke of `outside`";
   if (IsPath(strokes)) {
     const std::filesystem::path path = ToPath(strokes);
-    return self.Use(
-        [&](EditSession& session) { return session.pictures().ReadStrokesOf(view, path, inside); });
+    return self.Use([&](EditSession& session) {
+      return session.scene().pictures().ReadStrokesOf(view, path, inside);
+    });
   }
   if (!py::isinstance<py::list>(strokes) && !py::isinstance<py::tuple>(strokes)) {
     return ToMask(strokes, view.width, view.height);
@@ -83,7 +84,7 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   CheckOption(refine_edge >= 0 && refine_edge <= 200, "refine_edge is 0 to 200 pixels");
   const UserPicture picture = self.Use([&](EditSession& session) {
     const Pixels own = pixels == "photo" ? Pixels::kPhoto : Pixels::kPinhole;
-    return Pictures(session.workspace(), own).RequireOne(view);
+    return Pictures(session.scene().workspace(), own).RequireOne(view);
   });
   ViewMaskRequest request;
   request.photo = image == "photo";
@@ -122,7 +123,7 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
     if (at.size() > 2) options.tolerance = at[2];
   }
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    return MakeViewMask(session, picture, request, monitor);
+    return MakeViewMask(session.selection(), picture, request, monitor);
   });
 }
 

@@ -8,8 +8,8 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "opening/pictures.h"
 #include "rendering.h"
-#include "session/pictures/pictures.h"
 #include "types.h"
 
 namespace retint::python {
@@ -19,7 +19,7 @@ namespace {
 template <typename Work>
 auto WithPhotos(PySession& self, Work&& work) {
   return self.Use([&](EditSession& session) {
-    return work(session, Pictures(session.workspace(), Pixels::kPhoto));
+    return work(session, Pictures(session.scene().workspace(), Pixels::kPhoto));
   });
 }
 
@@ -85,8 +85,9 @@ py::object RenderPhoto(PySession& self, const std::string& name, const py::objec
                              ShowSh(session, given);
                              std::map<const View*, RenderOutput> faces;
                              for (const View* face : photo.faces) {
-                               const PosedCamera camera = session.reconstruction().Posed(*face);
-                               faces[face] = session.renderer().Render(camera, request);
+                               const PosedCamera camera =
+                                   session.scene().reconstruction().Posed(*face);
+                               faces[face] = session.scene().renderer().Render(camera, request);
                              }
                              return Compose(pictures, photo, faces, request);
                            }),
@@ -109,8 +110,10 @@ PyMasks FromPhotos(PySession& self, const py::object& given) {
 py::dict ToPhotos(PySession& self, const PyMasks& given) {
   auto masks = WithPhotos(self, [&](EditSession& session, const Pictures& pictures) {
     for (const auto& [name, mask] : given.masks) {
-      const Camera& camera =
-          session.reconstruction().Posed(session.workspace().RequireView(name)).camera;
+      const Camera& camera = session.scene()
+                                 .reconstruction()
+                                 .Posed(session.scene().workspace().RequireView(name))
+                                 .camera;
       CheckOption(mask.width == camera.width && mask.height == camera.height,
                   "the mask of " + name + " has not its view's size");
     }

@@ -6,7 +6,7 @@
 #include "kernels/backend.h"
 #include "options.h"
 #include "recolor/finer_gaussians.h"
-#include "session/reporting/export.h"
+#include "reporting/export.h"
 
 namespace retint::python {
 namespace {
@@ -52,7 +52,7 @@ py::object RenderSession(PySession& self, const py::object& view, const py::obje
   const PosedCamera camera = ToViewpoint(view, workspace.get()).camera;
   RenderOutput output = self.Use([&](EditSession& session) {
     ShowSh(session, given);
-    return session.renderer().Render(camera, request);
+    return session.scene().renderer().Render(camera, request);
   });
   return Layers(std::move(output), what);
 }
@@ -80,7 +80,7 @@ py::array SeenFrom(PySession& self, const py::object& region, const py::object& 
     if (mask != selection->masks.end()) return FromPixels(Mask(mask->second));
   }
   return FromPixels(self.Use(
-      [&](EditSession& session) { return session.SelectionSeenFrom(*selection, at.camera); }));
+      [&](EditSession& session) { return session.selection().SeenFrom(*selection, at.camera); }));
 }
 
 // Without a session: a renderer for this call.
@@ -163,9 +163,9 @@ py::object Layers(RenderOutput output, const py::object& what) {
 
 void ShowSh(EditSession& session, const Floats& given) {
   if (given.ndim() > 0) {
-    session.ShowSh(SpanOf(given));
+    session.scene().renderer().SetSh(SpanOf(given));
   } else {
-    session.ShowSh(session.CurrentSh());
+    session.scene().renderer().SetSh(session.refits().CurrentSh());
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "session/reporting/report.h"
+#include "reporting/report.h"
 
 namespace retint::python {
 

@@ -31,7 +31,7 @@ PyMasks SelectRound(PySession& self, const std::string& view, const py::object& 
   PaintRound round;
   round.view.name = view;
   round.view.camera = self.Use([&](EditSession& session) {
-    return session.reconstruction().Posed(session.workspace().RequireView(view));
+    return session.scene().reconstruction().Posed(session.scene().workspace().RequireView(view));
   });
   const Camera& camera = round.view.camera.camera;
   round.view.mask = ToMask(mask, camera.width, camera.height);
@@ -39,8 +39,8 @@ PyMasks SelectRound(PySession& self, const std::string& view, const py::object& 
   std::shared_ptr<const RegionSelection> base;
   if (!region.is_none()) base = SelectionOf(self, region);
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    RegionSelection made = session.SelectRound(base.get(), std::move(round), options.select,
-                                               options.projector, monitor);
+    RegionSelection made = session.selection().SelectRound(
+        base.get(), std::move(round), options.select, options.projector, monitor);
     PyMasks masks;
     masks.masks = std::move(made.masks);
     masks.shares = std::move(made.shares);
@@ -53,10 +53,10 @@ void SetSelection(PySession& self, const py::object& region, const PyMasks& mask
                   py::object progress) {
   const RegionId id = ToId(region);
   self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    if (!session.regions().Find(id)) {
+    if (!session.store().regions().Find(id)) {
       throw OptionError("there is no region " + std::to_string(id));
     }
-    session.SetSelection(id, masks.masks, masks.shares, monitor, masks.source);
+    session.store().SetSelection(id, masks.masks, masks.shares, monitor, masks.source);
   });
 }
 
@@ -67,12 +67,12 @@ py::list Suggest(PySession& self, const PyMasks& masks, int count, py::object pr
               "completion 'near' or 'all'");
   std::vector<std::string> painted;
   for (const PaintedView& view : masks.source.painted) painted.push_back(view.name);
-  const auto suggestions =
-      self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-        const Pictures pinhole(session.workspace(), Pixels::kPinhole);
-        return SuggestViews(session.renderer(), session.reconstruction(), pinhole.Groups(), painted,
-                            masks.confidence, masks.visible, count, monitor);
-      });
+  const auto suggestions = self.Use(std::move(progress), [&](EditSession& session,
+                                                             Monitor& monitor) {
+    const Pictures pinhole(session.scene().workspace(), Pixels::kPinhole);
+    return SuggestViews(session.scene().renderer(), session.scene().reconstruction(),
+                        pinhole.Groups(), painted, masks.confidence, masks.visible, count, monitor);
+  });
   py::list list;
   for (const ViewSuggestion& one : suggestions) {
     py::dict dict;
@@ -108,15 +108,17 @@ uint64_t StartRefit(PySession& self, py::object progress, const py::kwargs& keyw
   const EditOptions options =
       Resolve(keywords, [](EditOptions& o, OptionList& list) { o.refit.Describe(list); });
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    return session.StartRefit(options.refit, monitor);
+    return session.refits().Start(options.refit, monitor);
   });
 }
 
 py::object RefitSnapshot(PySession& self) {
-  const auto newest = self.Use([](EditSession& session) { return session.NewestSnapshot(); });
+  const auto newest =
+      self.Use([](EditSession& session) { return session.refits().NewestSnapshot(); });
   if (!newest) return py::none();
   const auto shape = self.Use([](EditSession& session) {
-    return std::pair(session.original().NumGaussians(), session.original().NumShCoeffs());
+    return std::pair(session.scene().original().NumGaussians(),
+                     session.scene().original().NumShCoeffs());
   });
   py::dict dict;
   dict["job"] = newest->job;
@@ -130,23 +132,24 @@ py::object RefitSnapshot(PySession& self) {
 
 std::string WaitRefit(PySession& self, py::object progress) {
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    while (session.optimizer().state() == State::kRunning) {
-      const auto newest = session.NewestSnapshot();
+    while (session.refits().optimizer().state() == State::kRunning) {
+      const auto newest = session.refits().NewestSnapshot();
       const double steps = newest ? newest->steps : 0;
       monitor.Step("refit", steps, steps + 1);  // nobody knows how many are to come
       std::this_thread::sleep_for(kBetweenLooks);
     }
-    if (session.optimizer().state() == State::kFinished) monitor.Step("refit", 1, 1);
-    session.CollectFits();
-    if (session.optimizer().state() == State::kFailed) throw RunError(session.optimizer().error());
-    return std::string(NameOf(session.optimizer().state()));
+    if (session.refits().optimizer().state() == State::kFinished) monitor.Step("refit", 1, 1);
+    session.refits().CollectFits();
+    if (session.refits().optimizer().state() == State::kFailed)
+      throw RunError(session.refits().optimizer().error());
+    return std::string(NameOf(session.refits().optimizer().state()));
   });
 }
 
 template <typename Work>
 auto OnOptimizer(Work work) {
   return [work](PySession& self) {
-    self.Use([&](EditSession& session) { work(session.optimizer()); });
+    self.Use([&](EditSession& session) { work(session.refits().optimizer()); });
   };
 }
 
@@ -159,7 +162,7 @@ void BindBackground(py::class_<PySession>& type) {
           "refit_state",
           [](PySession& self) {
             return std::string(
-                NameOf(self.Use([](EditSession& s) { return s.optimizer().state(); })));
+                NameOf(self.Use([](EditSession& s) { return s.refits().optimizer().state(); })));
           },
           "'idle', 'running', 'paused', 'finished', 'cancelled' or 'failed'.")
       .def_property_readonly(

@@ -8,8 +8,8 @@
 #include "colmap_io/image_io.h"
 #include "options.h"
 #include "results.h"
-#include "session/selecting/paint_held.h"
-#include "session/selecting/selection_files.h"
+#include "selecting/paint_held.h"
+#include "selecting/selection_files.h"
 #include "types.h"
 
 namespace retint::python {
@@ -17,8 +17,8 @@ namespace {
 
 PaintedView Paint(PySession& self, const std::string& view, const py::object& mask) {
   const Camera camera = self.Use([&](EditSession& session) {
-    const View& found = session.workspace().RequireView(view);
-    return session.reconstruction().Posed(found).camera;
+    const View& found = session.scene().workspace().RequireView(view);
+    return session.scene().reconstruction().Posed(found).camera;
   });
   Mask paint = ToMask(mask, camera.width, camera.height);
   return self.Use(
@@ -63,7 +63,8 @@ PyMasks Project(PySession& self, const PySelection& selection, py::object progre
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
     ProjectedMasks masks =
         session.selection().Project(selection.cloud, selection.painted, options.projector, monitor);
-    const auto warnings = WarningsOfPaint(session.workspace(), selection.painted, masks.masks);
+    const auto warnings =
+        WarningsOfPaint(session.scene().workspace(), selection.painted, masks.masks);
     return PyMasks{std::move(masks.masks),
                    std::move(masks.shares),
                    {selection.painted, selection.cloud, selection.reports},
@@ -84,10 +85,11 @@ PyMasks ReadMasksFrom(PySession& self, const py::object& folder) {
   const auto path = ToPath(folder);
   return self.Use([&](EditSession& session) {
     PyMasks result;
-    for (auto& [id, mask] : ReadMasks(path, session.reconstruction())) {
-      result.masks.emplace(session.reconstruction().views.at(id).name, std::move(mask));
+    for (auto& [id, mask] : ReadMasks(path, session.scene().reconstruction())) {
+      result.masks.emplace(session.scene().reconstruction().views.at(id).name, std::move(mask));
     }
-    SharesOfMasks shares = ReadShares(path, result.masks, session.original().NumGaussians());
+    SharesOfMasks shares =
+        ReadShares(path, result.masks, session.scene().original().NumGaussians());
     result.shares = std::move(shares.shares);
     result.warning = std::move(shares.why_not);
     return result;

@@ -8,9 +8,10 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "base/staged_output.h"
 #include "colmap_io/depth_map_io.h"
 #include "results.h"
-#include "session/selecting/selection_files.h"
+#include "selecting/selection_files.h"
 #include "types.h"
 
 namespace retint::python {

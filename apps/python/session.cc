@@ -8,13 +8,14 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "base/staged_output.h"
 #include "colmap_io/nerfstudio.h"
+#include "editing/finer_session.h"
 #include "options.h"
 #include "rendering.h"
+#include "reporting/export.h"
 #include "results.h"
-#include "session/finer_session.h"
-#include "session/reporting/export.h"
-#include "session/saving/session_file.h"
+#include "saving/session_file.h"
 #include "splat_io/splat_io.h"
 #include "types.h"
 
@@ -113,7 +114,7 @@ std::unique_ptr<PySession> Load(const py::object& folder, const std::string& bac
 }
 
 PyRegion FindRegion(const EditSession& session, RegionId id) {
-  const Region* region = session.regions().Find(id);
+  const Region* region = session.store().regions().Find(id);
   if (!region) throw OptionError("there is no region " + std::to_string(id));
   return {*region};
 }
@@ -131,9 +132,10 @@ RegionId AddRegion(PySession& self, const std::string& name, const py::object& m
                                                  : py::type::of<PyMasks>()(masks).cast<PyMasks>();
   CheckOption(strength >= 0 && strength <= 1, "strength lies in [0, 1]");
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    const RegionId id = session.AddRegion(name, std::move(given.masks), std::move(given.shares),
-                                          edit, monitor, std::move(given.source));
-    if (strength != 1) session.SetEdit(id, session.regions().Find(id)->edit, strength);
+    const RegionId id = session.store().Add(name, std::move(given.masks), std::move(given.shares),
+                                            edit, monitor, std::move(given.source));
+    if (strength != 1)
+      session.store().SetEdit(id, session.store().regions().Find(id)->edit, strength);
     return id;
   });
 }
@@ -141,7 +143,7 @@ RegionId AddRegion(PySession& self, const std::string& name, const py::object& m
 std::vector<PyRegion> Regions(PySession& self) {
   return self.Use([](EditSession& session) {
     std::vector<PyRegion> regions;
-    for (const Region& region : session.regions().regions) regions.push_back({region});
+    for (const Region& region : session.store().regions().regions) regions.push_back({region});
     return regions;
   });
 }
@@ -168,7 +170,7 @@ void BindRegions(Sessions& type) {
           [](PySession& self, const py::object& region, const ColorEdit& edit, float strength) {
             CheckOption(strength >= 0 && strength <= 1, "strength lies in [0, 1]");
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.SetEdit(id, edit, strength); });
+            self.Use([&](EditSession& session) { session.store().SetEdit(id, edit, strength); });
           },
           py::arg("region"), py::arg("edit"), py::arg("strength") = 1.0F,
           "Gives a region another edit.")
@@ -176,39 +178,46 @@ void BindRegions(Sessions& type) {
           "set_visible",
           [](PySession& self, const py::object& region, bool visible) {
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.SetVisible(id, visible); });
+            self.Use([&](EditSession& session) { session.store().SetVisible(id, visible); });
           },
           py::arg("region"), py::arg("visible"), "Shows a region, or leaves it out.")
       .def(
           "rename",
           [](PySession& self, const py::object& region, const std::string& name) {
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.Rename(id, name); });
+            self.Use([&](EditSession& session) { session.store().Rename(id, name); });
           },
           py::arg("region"), py::arg("name"), "Gives a region another name.")
       .def(
           "move_region",
           [](PySession& self, const py::object& region, size_t position) {
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.MoveRegion(id, position); });
+            self.Use([&](EditSession& session) { session.store().Move(id, position); });
           },
           py::arg("region"), py::arg("position"), "0 is applied first.")
-      .def("duplicate", OfRegion([](EditSession& s, RegionId id) { return s.DuplicateRegion(id); }),
+      .def("duplicate",
+           OfRegion([](EditSession& s, RegionId id) { return s.store().Duplicate(id); }),
            py::arg("region"), "Returns the id of the copy.")
-      .def("remove", OfRegion([](EditSession& s, RegionId id) { s.RemoveRegion(id); }),
+      .def("remove", OfRegion([](EditSession& s, RegionId id) { s.store().Remove(id); }),
            py::arg("region"), "Removes a region; undo() brings it back.")
       .def(
-          "undo", [](PySession& self) { return self.Use([](EditSession& s) { return s.Undo(); }); },
+          "undo",
+          [](PySession& self) {
+            return self.Use([](EditSession& s) { return s.store().history().Undo(); });
+          },
           "Takes back the last edit; False when there is none.")
       .def(
-          "redo", [](PySession& self) { return self.Use([](EditSession& s) { return s.Redo(); }); },
+          "redo",
+          [](PySession& self) {
+            return self.Use([](EditSession& s) { return s.store().history().Redo(); });
+          },
           "Repeats what was undone last; False when there is nothing.")
       .def_property_readonly(
           "history",
           [](PySession& self) {
             return self.Use([](EditSession& s) {
-              auto labels = s.history().Labels();
-              labels.resize(s.history().steps_done());
+              auto labels = s.store().history().Labels();
+              labels.resize(s.store().history().steps_done());
               return labels;
             });
           },
@@ -221,7 +230,7 @@ py::dict Refit(PySession& self, py::object progress, const py::kwargs& keywords)
   const EditOptions options =
       Resolve(keywords, [](EditOptions& o, OptionList& list) { o.refit.Describe(list); });
   return FromRefit(self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    session.Refit(options.refit, monitor);
+    session.refits().Refit(options.refit, monitor);
     return session.refits().Summary();
   }));
 }
@@ -256,30 +265,31 @@ py::dict Evaluate(PySession& self, const py::object& region, const py::object& s
   const Floats after = ToSh(self, sh);
   return FromQuality(self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
     if (after.ndim() == 0) return EvaluateRegion(session, id, kind, monitor, most_views);
-    return session.refits().Evaluate(id, session.original().sh, SpanOf(after), kind, monitor,
-                                     most_views);
+    return session.refits().Evaluate(id, session.scene().original().sh, SpanOf(after), kind,
+                                     monitor, most_views);
   }));
 }
 
 py::array CurrentSh(PySession& self) {
   const auto [sh, count, coeffs] = self.Use([](EditSession& session) {
-    return std::tuple(session.CurrentSh(), session.original().NumGaussians(),
-                      session.original().NumShCoeffs());
+    return std::tuple(session.refits().CurrentSh(), session.scene().original().NumGaussians(),
+                      session.scene().original().NumShCoeffs());
   });
   return Owned(sh, {static_cast<py::ssize_t>(count), coeffs, 3});
 }
 
 PySplat CurrentSplat(PySession& self) {
   return self.Use([](EditSession& session) {
-    auto model = std::make_shared<GaussianModel>(session.original());
-    model->sh = session.CurrentSh();
+    auto model = std::make_shared<GaussianModel>(session.scene().original());
+    model->sh = session.refits().CurrentSh();
     return PySplat{std::move(model)};
   });
 }
 
 PySplat Original(PySession& self) {
   const auto shared = self.Use([&](EditSession& session) {
-    return self.Share(const_cast<GaussianModel&>(session.original()));  // shown, not written to
+    return self.Share(
+        const_cast<GaussianModel&>(session.scene().original()));  // shown, not written to
   });
   return {shared, /*writeable=*/false};
 }
@@ -401,7 +411,8 @@ Floats ToSh(PySession& self, const py::object& sh) {
   const auto values = Floats::ensure(sh);  // clears the error where this is no array
   CheckOption(bool(values), "sh is an array [N, K, 3] of floats");
   const auto [count, coeffs] = self.Use([](EditSession& session) {
-    return std::pair(session.original().NumGaussians(), session.original().NumShCoeffs());
+    return std::pair(session.scene().original().NumGaussians(),
+                     session.scene().original().NumShCoeffs());
   });
   RequireShape(values, {static_cast<py::ssize_t>(count), coeffs, 3}, "sh");
   return values;
@@ -447,7 +458,7 @@ void BindSession(py::module_& module) {
           "backend",
           [](PySession& self) {
             return self.Use([](EditSession& session) {
-              return std::string(session.renderer().backend().Name());
+              return std::string(session.scene().renderer().backend().Name());
             });
           },
           "'cpu' or 'cuda'.")

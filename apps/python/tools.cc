@@ -4,10 +4,10 @@
 #include <pybind11/stl.h>
 
 #include "colmap_io/nerfstudio.h"
+#include "opening/align.h"
 #include "rendering.h"
+#include "reporting/score.h"
 #include "results.h"
-#include "session/opening/align.h"
-#include "session/reporting/score.h"
 #include "splat_io/splat_io.h"
 #include "types.h"
 

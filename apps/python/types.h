@@ -16,9 +16,9 @@
 
 #include "calls.h"
 #include "colmap_io/workspace.h"
+#include "editing/edit_session.h"
 #include "recolor/color_edit.h"
 #include "scene/gaussian_model.h"
-#include "session/edit_session.h"
 
 namespace retint::python {
 
@@ -64,8 +64,8 @@ class PySession {
  public:
   explicit PySession(std::shared_ptr<EditSession> session)
       : session_(std::move(session)),
-        size_(std::to_string(session_->reconstruction().views.size()) + " views, " +
-              std::to_string(session_->original().NumGaussians()) + " Gaussians") {}
+        size_(std::to_string(session_->scene().reconstruction().views.size()) + " views, " +
+              std::to_string(session_->scene().original().NumGaussians()) + " Gaussians") {}
 
   // work(session, monitor) without the interpreter's lock, one call at a time. RunError when the
   // session was closed, or is called from its own progress callback.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint align: how a splat lies in a workspace's world.
-#include "session/opening/align.h"
+#include "opening/align.h"
 
 #include <cmath>
 
@@ -8,10 +8,11 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "colmap_io/nerfstudio.h"
+#include "opening/scene_check.h"
 #include "retint/common.h"
 #include "scene/transform.h"
-#include "session/opening/scene_check.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {

@@ -2,8 +2,9 @@
 // retint cameras: the views of a splat alone as a COLMAP workspace.
 #include <fmt/format.h>
 
+#include "base/staged_output.h"
+#include "reporting/export.h"
 #include "retint/common.h"
-#include "session/reporting/export.h"
 
 namespace retint::cli {
 namespace {
@@ -21,7 +22,7 @@ void Cameras(const Arguments& arguments, Run& run) {
   ExportCameras(*session, arguments.images, arguments.output, run.monitor(), replaced);
   run.SetWritten();
   run.FinishProgress();
-  const Reconstruction& model = session->reconstruction();
+  const Reconstruction& model = session->scene().reconstruction();
   run.Print(fmt::format("wrote {} views and {} points to {}", model.views.size(),
                         model.points.size(), arguments.output.string()));
 }

@@ -15,13 +15,14 @@
 #include "base/option_name.h"
 #include "base/printable.h"
 #include "base/ranks.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/nerfstudio.h"
 #include "kernels/cuda/cuda_backend.h"
 #include "kernels/device_handle.h"
+#include "opening/scene_check.h"
 #include "retint/version.h"
-#include "session/opening/scene_check.h"
-#include "session/selecting/paint_held.h"
+#include "selecting/paint_held.h"
 
 namespace retint::cli {
 namespace {
@@ -55,12 +56,13 @@ std::string JsonMessage(const char* level, const std::string& message, int code)
 void JoinRanks(EditSession& session, Run& run) {
   Ranks& ranks = CurrentRanks();
   if (!ranks.AreMany()) return;
-  const Backend& backend = session.renderer().backend();
+  const Backend& backend = session.scene().renderer().backend();
   std::string description = backend.Description();
   description.resize(std::min(description.size(), description.find(',')));  // the processor's kind
-  const std::string own = std::to_string(session.original().NumGaussians()) + " Gaussians, " +
-                          std::to_string(session.reconstruction().views.size()) + " views, " +
-                          std::string(backend.Name()) + " (" + description + ")";
+  const std::string own = std::to_string(session.scene().original().NumGaussians()) +
+                          " Gaussians, " +
+                          std::to_string(session.scene().reconstruction().views.size()) +
+                          " views, " + std::string(backend.Name()) + " (" + description + ")";
   const std::vector<std::string> all = ranks.AllGather(own);
   for (size_t r = 1; r < all.size(); ++r) {
     if (all[r] == all[0]) continue;
@@ -292,9 +294,9 @@ void WarnOfMismatch(const std::vector<std::string>& names, EditSession& session,
   SceneCheckOptions options;
   options.max_views = 2;  // one is rendered in a moment, and another is enough to be sure
   std::vector<const View*> views;
-  const Pictures pictures = session.pictures();
+  const Pictures pictures = session.scene().pictures();
   for (const std::string& name : names) {
-    if (const View* view = session.reconstruction().FindView(name)) {
+    if (const View* view = session.scene().reconstruction().FindView(name)) {
       views.push_back(view);
       continue;
     }
@@ -302,13 +304,13 @@ void WarnOfMismatch(const std::vector<std::string>& names, EditSession& session,
       views.push_back(picture->faces.front());
     }
   }
-  const std::string mismatch = MismatchIn(session, views, options);
+  const std::string mismatch = MismatchIn(session.scene(), views, options);
   if (!mismatch.empty()) run.Warn(mismatch);
 }
 
 void WarnOfPaint(const std::vector<PaintedView>& painted, const std::map<std::string, Mask>& masks,
                  const EditSession& session, Run& run) {
-  for (const std::string& warning : WarningsOfPaint(session.workspace(), painted, masks)) {
+  for (const std::string& warning : WarningsOfPaint(session.scene().workspace(), painted, masks)) {
     run.Warn(warning);
   }
 }

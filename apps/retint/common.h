@@ -13,12 +13,13 @@
 #include <CLI/CLI.hpp>
 
 #include "base/monitor.h"
+#include "base/staged_output.h"
+#include "editing/edit_options.h"
+#include "editing/edit_session.h"
+#include "pipeline/large_scene.h"
 #include "retint/edit_flags.h"
 #include "retint/option_flags.h"
 #include "retint/progress.h"
-#include "session/edit_options.h"
-#include "session/edit_session.h"
-#include "session/large_scene.h"
 
 namespace retint::cli {
 

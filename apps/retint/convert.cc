@@ -5,11 +5,13 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/run_clock.h"
+#include "base/staged_output.h"
 #include "base/stopwatch.h"
+#include "opening/virtual_views.h"
 #include "retint/common.h"
 #include "retint/results.h"
 #include "scene/sh_band4.h"
-#include "session/opening/virtual_views.h"
 #include "splat_io/splat_difference.h"
 #include "splat_io/splat_io.h"
 

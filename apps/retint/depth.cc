@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/staged_output.h"
 #include "depth/sparse_errors.h"
 #include "retint/common.h"
 #include "retint/results.h"
@@ -42,7 +43,7 @@ void Depth(const Arguments& arguments, Run& run) {
   auto session = large ? large->Show({arguments.view}, nullptr, run.monitor())
                        : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
   if (large) DescribeSession(*session, run.globals().backend, run);
-  const Pictures pictures = session->pictures();
+  const Pictures pictures = session->scene().pictures();
   const auto found = pictures.Require(arguments.view);
   if (found.size() > 1) {
     throw OptionError(arguments.view + " is shown by " + std::to_string(found.size()) +
@@ -52,14 +53,14 @@ void Depth(const Arguments& arguments, Run& run) {
   if (large) {
     std::vector<PosedCamera> cameras;
     for (const View* view : picture.faces) {
-      cameras.push_back(session->reconstruction().Posed(*view));
+      cameras.push_back(session->scene().reconstruction().Posed(*view));
     }
     session = large->ForDepth(cameras, options, std::move(session), run.monitor());
   }
   std::map<const View*, DepthEstimate> depths;
   for (const View* view : picture.faces) {
-    depths[view] = session->selection().EstimateDepth(session->reconstruction().Posed(*view),
-                                                      options, run.monitor());
+    depths[view] = session->selection().EstimateDepth(
+        session->scene().reconstruction().Posed(*view), options, run.monitor());
   }
   const DepthEstimate depth = ComposeDepths(pictures, picture, depths);
   StagedOutput staged;
@@ -79,7 +80,7 @@ void Depth(const Arguments& arguments, Run& run) {
     run.Print(fmt::format("{}: {:.1f} % of the pixels measured ({})", one.method,
                           100 * one.valid_fraction, one.reason));
     if (arguments.against == "sparse") {
-      PrintErrors(CompareWithSparse(one.depth, session->reconstruction(), *view), run);
+      PrintErrors(CompareWithSparse(one.depth, session->scene().reconstruction(), *view), run);
     }
   }
 }

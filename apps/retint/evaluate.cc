@@ -8,10 +8,12 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
+#include "pipeline/large_evaluation.h"
+#include "reporting/export.h"
 #include "retint/common.h"
 #include "retint/results.h"
 #include "selection/mask_score.h"
-#include "session/large_evaluation.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -60,7 +62,7 @@ double MeanIou(const std::map<std::string, Mask>& masks, const std::map<std::str
 
 std::map<std::string, Mask> ReadViewMasks(const std::filesystem::path& folder,
                                           const EditSession& session, Run& run) {
-  const Pictures pictures = session.pictures();
+  const Pictures pictures = session.scene().pictures();
   return ReadMasksByName(folder, pictures, run).OfViews(pictures, session.scene().views());
 }
 
@@ -72,13 +74,13 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
   const ColorEdit edit = region.edit;
   const float strength = region.strength;
   const RegionId id =
-      session.AddRegion("truth", ReadViewMasks(arguments.true_masks, session, run),
-                        std::vector<float>(after.NumGaussians(), 0.0F), edit, run.monitor());
-  session.SetEdit(id, edit, strength);
+      session.store().Add("truth", ReadViewMasks(arguments.true_masks, session, run),
+                          std::vector<float>(after.NumGaussians(), 0.0F), edit, run.monitor());
+  session.store().SetEdit(id, edit, strength);
   TrueMaskReport report;
-  report.mask_iou = MeanIou(selection->masks, session.regions().Find(id)->selection->masks);
+  report.mask_iou = MeanIou(selection->masks, session.store().regions().Find(id)->selection->masks);
   report.quality =
-      session.refits().Evaluate(id, session.original().sh, after.sh, target, run.monitor());
+      session.refits().Evaluate(id, session.scene().original().sh, after.sh, target, run.monitor());
   return report;
 }
 
@@ -86,29 +88,30 @@ RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, Targe
                         Run& run) {
   const auto session =
       OpenSession(arguments.scene, arguments.holdout, run, arguments.large.Limits(run));
-  if (target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
-  const GaussianModel after = ReadAfter(arguments, session->original());
-  const RegionId region = session->AddRegion(
+  if (target == TargetKind::kPhoto) WarnOfMissingPhotos(session->scene().workspace(), run);
+  const GaussianModel after = ReadAfter(arguments, session->scene().original());
+  const RegionId region = session->store().Add(
       "selection", ReadViewMasks(arguments.masks, *session, run), {}, edit, run.monitor());
   WarnOfMainColor(edit, run);
-  session->SetEdit(region, session->regions().Find(region)->edit, arguments.edit.strength());
-  RunReport report = session->MakeReport();
-  report.quality =
-      session->refits().Evaluate(region, session->original().sh, after.sh, target, run.monitor());
+  session->store().SetEdit(region, session->store().regions().Find(region)->edit,
+                           arguments.edit.strength());
+  RunReport report = MakeReport(*session);
+  report.quality = session->refits().Evaluate(region, session->scene().original().sh, after.sh,
+                                              target, run.monitor());
   if (!arguments.true_masks.empty()) {
-    report.true_masks = EvaluateTrueMasks(arguments, *session->regions().Find(region), target,
-                                          after, *session, run);
+    report.true_masks = EvaluateTrueMasks(arguments, *session->store().regions().Find(region),
+                                          target, after, *session, run);
   }
-  const RegionSelection& selection = *session->regions().Find(region)->selection;
+  const RegionSelection& selection = *session->store().regions().Find(region)->selection;
   const Coverage coverage = MeasureCoverage(selection.masks);
   report.mask_views = coverage.views;
   report.mean_coverage = coverage.mean;
   report.refit.solver = "external";
-  report.refit.changed_gaussians = CountChanged(session->original(), after);
+  report.refit.changed_gaussians = CountChanged(session->scene().original(), after);
   for (const float share : selection.shares) {
     report.refit.active_gaussians += share > RefitOptions{}.active_threshold ? 1 : 0;
   }
-  const RunReport measured = session->MakeReport();
+  const RunReport measured = MakeReport(*session);
   report.stages_ms = measured.stages_ms;
   report.peak_rss_mb = measured.peak_rss_mb;
   report.peak_device_mb = measured.peak_device_mb;

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/staged_output.h"
 #include "recolor/edit_text.h"
 #include "retint/common.h"
-#include "session/saving/staged_output.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/run_clock.h"
+#include "base/staged_output.h"
 #include "out_of_core/splat_index.h"
+#include "pipeline/large_scene.h"
 #include "retint/common.h"
-#include "session/large_scene.h"
-#include "session/reporting/report.h"
 
 namespace retint::cli {
 namespace {

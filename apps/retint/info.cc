@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "opening/scene_check.h"
 #include "retint/common.h"
 #include "scene/sh_band4.h"
-#include "session/opening/scene_check.h"
 
 namespace retint::cli {
 namespace {
@@ -108,11 +108,11 @@ void DescribeParts(const Arguments& arguments, LargeScene& large, Run& run) {
   PrintWorkspace(large.workspace(), run);
   PrintSplat(large.file(), run);
   std::unique_ptr<EditSession> session;
-  const auto show = [&](const View& view) -> EditSession& {
+  const auto show = [&](const View& view) -> OpenScene& {
     const bool is_first = !session;
     session = large.Show(std::vector<const View*>{&view}, std::move(session), run.monitor());
     if (is_first) DescribeSession(*session, run.globals().backend, run);
-    return *session;
+    return session->scene();
   };
   const SceneCheck check = CheckScene(large.workspace(), show, run.monitor(), CheckOf(arguments));
   run.FinishProgress();
@@ -149,11 +149,11 @@ void Info(const Arguments& arguments, Run& run) {
   const auto large = OpenLarge(scene, arguments.large, 0, /*refit=*/nullptr, run);
   if (large) return DescribeParts(arguments, *large, run);
   const auto session = OpenSession(scene, 0, run, arguments.large.Limits(run));
-  const GaussianModel& model = session->original();
+  const GaussianModel& model = session->scene().original();
   run.FinishProgress();
-  PrintWorkspace(session->workspace(), run);
+  PrintWorkspace(session->scene().workspace(), run);
   PrintSplat(scene.splat, model.NumGaussians(), model.sh_degree, HasShBand4(model), run);
-  const SceneCheck check = CheckScene(*session, run.monitor(), CheckOf(arguments));
+  const SceneCheck check = CheckScene(session->scene(), run.monitor(), CheckOf(arguments));
   run.FinishProgress();
   PrintCheck(check, run);
 }

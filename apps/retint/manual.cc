@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "session/reporting/report.h"
+#include "base/run_clock.h"
 
 namespace retint::cli {
 namespace {

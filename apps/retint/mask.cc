@@ -10,12 +10,13 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
+#include "selecting/view_mask.h"
 #include "selection/mask_tools/scribbles.h"
-#include "session/pictures/view_mask.h"
 
 namespace retint::cli {
 namespace {
@@ -191,10 +192,10 @@ void CheckArguments(const Arguments& arguments) {
 void MakeMask(const Arguments& arguments, Run& run) {
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const Pictures pictures = session->pictures();
+  const Pictures pictures = session->scene().pictures();
   const UserPicture& view = pictures.RequireOne(arguments.view);
   const Mask mask =
-      MakeViewMask(*session, view, ToRequest(arguments, pictures, view), run.monitor());
+      MakeViewMask(session->selection(), view, ToRequest(arguments, pictures, view), run.monitor());
   WarnOfMismatch({arguments.view}, *session, run);
   const size_t inside = CountInside(mask);
   StagedOutput staged;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "recolor/palette.h"
 #include "retint/common.h"
@@ -58,10 +59,10 @@ std::string ToJson(const std::vector<PaletteColor>& palette) {
 RegionSelection ReadSelection(const Arguments& arguments, const EditSession& session, Run& run) {
   RegionSelection selection;
   if (arguments.masks.empty()) {
-    selection.source.painted = ReadPaint(arguments.paint, session.pictures());
+    selection.source.painted = ReadPaint(arguments.paint, session.scene().pictures());
   } else {
-    selection.masks = ReadMasksByName(arguments.masks, session.pictures(), run)
-                          .OfViews(session.pictures(), session.scene().views());
+    selection.masks = ReadMasksByName(arguments.masks, session.scene().pictures(), run)
+                          .OfViews(session.scene().pictures(), session.scene().views());
   }
   return selection;
 }

@@ -4,9 +4,11 @@
 
 #include "base/error.h"
 #include "base/ranks.h"
+#include "base/staged_output.h"
+#include "reporting/export.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/selecting/selection_files.h"
+#include "selecting/selection_files.h"
 
 namespace retint::cli {
 namespace {
@@ -27,7 +29,7 @@ void Project(const Arguments& arguments, Run& run) {
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session =
       large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
-  const Pictures pictures = large ? large->pictures() : session->pictures();
+  const Pictures pictures = large ? large->pictures() : session->scene().pictures();
   const auto painted = ReadPaint(arguments.paint, pictures);
   if (painted.empty() && !cloud.sources.empty() && options.kind == ProjectorKind::kGaussians) {
     run.Warn("without --view and --mask nothing is known of what was painted: masks are rougher");
@@ -55,7 +57,7 @@ void Project(const Arguments& arguments, Run& run) {
   run.Print(fmt::format(
       "wrote {} masks to {}: {} hold a selected pixel, {:.2f} % covered on average",
       masks.masks.size(), arguments.output.string(), coverage.views, 100 * coverage.mean));
-  RunReport report = session->MakeReport();
+  RunReport report = MakeReport(*session);
   if (large) report.out_of_core = large->Report();
   PrintParts(report, run);
 }

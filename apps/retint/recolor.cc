@@ -7,12 +7,15 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/ranks.h"
+#include "base/run_clock.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
+#include "editing/compare_pictures.h"
+#include "editing/finer_session.h"
+#include "reporting/export.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/finer_session.h"
-#include "session/pictures/compare_pictures.h"
-#include "session/selecting/paint_held.h"
+#include "selecting/paint_held.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -64,7 +67,7 @@ std::optional<FormatError> Save(const Arguments& arguments, const Recolored& res
                        [&](const auto& folder) { WriteStages(folder, result, run); });
     }
   }
-  const RunReport measured = session.MakeReport();
+  const RunReport measured = MakeReport(session);
   report.stages_ms = measured.stages_ms;
   report.peak_rss_mb = measured.peak_rss_mb;
   report.peak_device_mb = measured.peak_device_mb;
@@ -77,7 +80,7 @@ std::optional<FormatError> Save(const Arguments& arguments, const Recolored& res
   }
   run.monitor().Step("save", 1, 1);
   run.Commit(staged);
-  WarnOfLosses(arguments.output, session.original(), run);
+  WarnOfLosses(arguments.output, session.scene().original(), run);
   return format;
 }
 
@@ -90,10 +93,10 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
                           view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
                           view.cloud.sampled, view.registration.BriefReport()));
   }
-  const Region& region = session.regions().regions.front();
+  const Region& region = session.store().regions().regions.front();
   run.Print(fmt::format("selection    {}, {:.2f} % of their pixels",
-                        VerdictOfPaint(session.workspace(), region.selection->source.painted,
-                                       region.selection->masks),
+                        VerdictOfPaint(session.scene().workspace(),
+                                       region.selection->source.painted, region.selection->masks),
                         100 * report.mean_coverage));
   const ColorEdit& edit = region.edit;
   PrintEdit(edit, run);
@@ -114,15 +117,15 @@ void PrintResult(const Arguments& arguments, const RunReport& report,
 // What was painted: the masks that were given, else what the edit's pictures changed.
 std::vector<PaintedView> PaintOf(const Arguments& arguments, ColorEdit& edit,
                                  EditSession& session) {
-  std::vector<PaintedView> painted = ReadPaint(arguments.paint, session.pictures());
+  std::vector<PaintedView> painted = ReadPaint(arguments.paint, session.scene().pictures());
   const bool none = painted.empty();
   for (ColorOperation& op : edit.operations) {
     if (!op.picture) continue;
-    ReadPictures(op, session.workspace());
+    ReadPictures(op, session.scene().workspace());
     if (!none) continue;
-    for (auto& [name, mask] : ChangedMasks(op, session.scene(), session.original().sh)) {
+    for (auto& [name, mask] : ChangedMasks(op, session.scene(), session.scene().original().sh)) {
       painted.push_back(session.selection().Paint(name, std::move(mask)));
-      const Workspace& workspace = session.workspace();
+      const Workspace& workspace = session.scene().workspace();
       const View& view = workspace.RequireView(name);
       if (workspace.PhotoOf(view)) painted.back().seen = workspace.photo_pixels->Reach(view.id);
     }
@@ -172,7 +175,8 @@ std::unique_ptr<EditSession> RefineRegion(const Arguments& arguments,
 }
 
 void WarnOfLargeGaussians(const EditSession& session, RegionId region, Run& run) {
-  const double share = PaintOnLargeGaussians(*session.regions().Find(region), session.scene());
+  const double share =
+      PaintOnLargeGaussians(*session.store().regions().Find(region), session.scene());
   if (share < kMuchPaint) return;
   run.Warn(
       fmt::format("{:.0f} % of the paint is on Gaussians too large for stripes or letters; "
@@ -203,7 +207,7 @@ void Recolor(const Arguments& arguments, Run& run) {
     for (const PaintedView& view : result.painted) cameras.push_back(view.camera);
     session = large->ForDepth(cameras, options.select, std::move(session), run.monitor());
   }
-  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(session->workspace(), run);
+  if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(session->scene().workspace(), run);
   result.selection = session->selection().Select(result.painted, options.select, run.monitor());
   std::vector<std::string> shown = arguments.paint.views;
   if (shown.empty()) shown = PicturesOf(edit);
@@ -219,23 +223,23 @@ void Recolor(const Arguments& arguments, Run& run) {
   Coverage coverage = MeasureCoverage(masks.masks);
   // Views that do not see the selection have no mask in parts, and an empty one else.
   coverage.mean *= static_cast<double>(masks.masks.size()) /
-                   static_cast<double>(session->reconstruction().views.size());
+                   static_cast<double>(session->scene().reconstruction().views.size());
   SelectionSource source;  // whose pixels say what the region's main color is
   source.painted = result.painted;
-  result.region = session->AddRegion("selection", std::move(masks.masks), std::move(masks.shares),
-                                     edit, run.monitor(), std::move(source));
-  session->SetEdit(result.region, session->regions().Find(result.region)->edit,
-                   arguments.color.flags.strength());
+  result.region = session->store().Add("selection", std::move(masks.masks), std::move(masks.shares),
+                                       edit, run.monitor(), std::move(source));
+  session->store().SetEdit(result.region, session->store().regions().Find(result.region)->edit,
+                           arguments.color.flags.strength());
   if (arguments.refine_gaussians) {
     session = RefineRegion(arguments, std::move(session), &result, run);
   } else if (!large) {
     WarnOfLargeGaussians(*session, result.region, run);
   }
   KeepWithin(arguments.large, large.get(), *session, result.region, &refit);
-  session->Refit(job, run.monitor());
-  result.sh_after = session->CurrentSh();
+  session->refits().Refit(job, run.monitor());
+  result.sh_after = session->refits().CurrentSh();
 
-  RunReport report = session->MakeReport();
+  RunReport report = MakeReport(*session);
   if (large) report.out_of_core = large->Report();
   report.refine = result.refined;
   report.options = SettingsThatApply(Described(options));
@@ -247,7 +251,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   constexpr size_t kViewsOfLine = 24;
   const bool is_kept = !arguments.report.empty() || !arguments.page.empty();
   report.quality = session->refits().Evaluate(
-      result.region, session->original().sh, result.sh_after, job.target, run.monitor(),
+      result.region, session->scene().original().sh, result.sh_after, job.target, run.monitor(),
       is_kept ? 0 : kViewsOfLine, is_kept ? 1 : kRowStepOfLine);
   if (!run.Writes()) return;
   const ShareAmong alone;

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/staged_output.h"
+#include "editing/region_store.h"
 #include "recolor/finer_gaussians.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/regions/region_store.h"
-#include "session/selecting/selection_files.h"
+#include "selecting/selection_files.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -25,17 +26,17 @@ void Refine(const Arguments& arguments, Run& run) {
   const SplatCodec& codec = CodecForWriting(arguments.output);
   CheckOutput(arguments.output);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const Pictures pictures = session->pictures();
+  const Pictures pictures = session->scene().pictures();
   MaskFolder folder = ReadMasksByName(arguments.masks, pictures, run);
   SharesOfMasks shares =
-      ReadShares(arguments.masks, folder.checksum, session->original().NumGaussians());
+      ReadShares(arguments.masks, folder.checksum, session->scene().original().NumGaussians());
   if (!shares.why_not.empty()) run.Warn(shares.why_not);
   const std::map<std::string, Mask> masks =
       std::move(folder).OfViews(pictures, session->scene().views());
-  const Refinement refined =
-      RefineGaussians(session->renderer(), session->original(),
-                      RenderTargets(session->reconstruction(), masks, session->scene().views()),
-                      std::move(shares.shares), arguments.options, run.monitor());
+  const Refinement refined = RefineGaussians(
+      session->scene().renderer(), session->scene().original(),
+      RenderTargets(session->scene().reconstruction(), masks, session->scene().views()),
+      std::move(shares.shares), arguments.options, run.monitor());
   const RefineSummary& summary = refined.summary;
   WarnOfRefinement(summary, arguments.options, run);
   StagedOutput staged;

@@ -5,9 +5,11 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/ranks.h"
+#include "base/staged_output.h"
+#include "reporting/export.h"
 #include "retint/common.h"
 #include "retint/results.h"
-#include "session/selecting/selection_files.h"
+#include "selecting/selection_files.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -38,9 +40,9 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
   }
   LargeScene* const large = opened.large.get();
   if (large) CheckOutputOfParts(arguments.output);
-  const Workspace& workspace = large ? large->workspace() : opened.session->workspace();
+  const Workspace& workspace = large ? large->workspace() : opened.session->scene().workspace();
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(workspace, run);
-  const Pictures pictures = large ? large->pictures() : opened.session->pictures();
+  const Pictures pictures = large ? large->pictures() : opened.session->scene().pictures();
   MaskFolder masks = ReadMasksByName(arguments.masks, pictures, run);
   std::string why_not;
   if (large) {
@@ -51,8 +53,8 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
     if (shares.known) opened.shares = shares.Of(opened.session->scene().part()->records);
     StartSession(*opened.session, run);
   } else {
-    SharesOfMasks shares =
-        ReadShares(arguments.masks, masks.checksum, opened.session->original().NumGaussians());
+    SharesOfMasks shares = ReadShares(arguments.masks, masks.checksum,
+                                      opened.session->scene().original().NumGaussians());
     why_not = shares.why_not;
     opened.shares = std::move(shares.shares);
   }
@@ -73,16 +75,17 @@ void Refit(const Arguments& arguments, Run& run) {
   job.options.SetRegionCacheBytes(cache);
   Masked opened = Open(arguments, job, run);
   EditSession* const session = opened.session.get();
-  const RegionId region = session->AddRegion("selection", std::move(opened.masks),
-                                             std::move(opened.shares), edit, run.monitor());
+  const RegionId region = session->store().Add("selection", std::move(opened.masks),
+                                               std::move(opened.shares), edit, run.monitor());
   WarnOfMainColor(edit, run);
-  session->SetEdit(region, session->regions().Find(region)->edit, arguments.color.flags.strength());
+  session->store().SetEdit(region, session->store().regions().Find(region)->edit,
+                           arguments.color.flags.strength());
   KeepWithin(arguments.large, opened.large.get(), *session, region, &job.options);
-  session->Refit(job, run.monitor());
-  const FloatArray after = session->CurrentSh();
-  const QualityReport quality =
-      session->refits().Evaluate(region, session->original().sh, after, job.target, run.monitor());
-  RunReport report = session->MakeReport();
+  session->refits().Refit(job, run.monitor());
+  const FloatArray after = session->refits().CurrentSh();
+  const QualityReport quality = session->refits().Evaluate(region, session->scene().original().sh,
+                                                           after, job.target, run.monitor());
+  RunReport report = MakeReport(*session);
   if (opened.large) report.out_of_core = opened.large->Report();
   if (!run.Writes()) return;
   const ShareAmong alone;
@@ -96,11 +99,12 @@ void Refit(const Arguments& arguments, Run& run) {
     });
   }
   if (!arguments.report.empty()) {
-    const RunReport measured = session->MakeReport();
+    const RunReport measured = MakeReport(*session);
     report.stages_ms = measured.stages_ms;
     report.peak_rss_mb = measured.peak_rss_mb;
     report.peak_device_mb = measured.peak_device_mb;
-    const Coverage coverage = MeasureCoverage(session->regions().Find(region)->selection->masks);
+    const Coverage coverage =
+        MeasureCoverage(session->store().regions().Find(region)->selection->masks);
     report.mask_views = coverage.views;
     report.mean_coverage = coverage.mean;
     report.options = SettingsThatApply(Described(job));
@@ -110,9 +114,9 @@ void Refit(const Arguments& arguments, Run& run) {
   }
   run.monitor().Step("save", 1, 1);
   run.Commit(staged);
-  WarnOfLosses(arguments.output, session->original(), run);
+  WarnOfLosses(arguments.output, session->scene().original(), run);
   run.FinishProgress();
-  const ColorEdit& applied = session->regions().Find(region)->edit;
+  const ColorEdit& applied = session->store().regions().Find(region)->edit;
   PrintEdit(applied, run);
   run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
   PrintQuality(quality, run);

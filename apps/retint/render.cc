@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/staged_output.h"
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
@@ -36,7 +37,8 @@ void WriteRenders(const Arguments& arguments, const std::filesystem::path& folde
   request.cache = false;
   std::map<const View*, RenderOutput> outputs;
   for (const View* face : picture.faces) {
-    outputs[face] = session.renderer().Render(session.reconstruction().Posed(*face), request);
+    outputs[face] =
+        session.scene().renderer().Render(session.scene().reconstruction().Posed(*face), request);
   }
   const std::string& name = picture.name;
   if (request.rgb) {
@@ -68,7 +70,7 @@ void Render(const Arguments& arguments, Run& run) {
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session =
       large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
-  const Pictures pictures = large ? large->pictures() : session->pictures();
+  const Pictures pictures = large ? large->pictures() : session->scene().pictures();
   std::vector<const UserPicture*> views;
   if (arguments.all) {
     for (const UserPicture& picture : pictures.all()) views.push_back(&picture);

@@ -9,12 +9,13 @@
 #include <fmt/format.h>
 
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "colmap_io/depth_map_io.h"
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
+#include "reporting/report_html.h"
+#include "scene/contact_sheet.h"
 #include "scene/mask_pixels.h"
-#include "session/pictures/contact_sheet.h"
-#include "session/reporting/report_html.h"
 #include "splat_io/splat_io.h"
 
 namespace retint::cli {
@@ -24,7 +25,7 @@ constexpr int kComparisonRows = 4;
 constexpr double kComparisonArea = 400 * 300;  // pixels a picture, so that tall ones stay small
 
 const std::map<std::string, Mask>& MasksOf(const Recolored& result) {
-  return result.session->regions().Find(result.region)->selection->masks;
+  return result.session->store().regions().Find(result.region)->selection->masks;
 }
 
 // Painted views first, then views spread evenly over the others that the selection reaches.
@@ -35,9 +36,9 @@ std::vector<const View*> ComparisonViews(const Recolored& result) {
   };
   for (const PaintedView& painted : result.painted) {
     if (chosen.size() + 1 >= kComparisonRows) break;
-    chosen.push_back(result.session->reconstruction().FindView(painted.name));
+    chosen.push_back(result.session->scene().reconstruction().FindView(painted.name));
   }
-  for (const View* view : result.session->reconstruction().ViewsByName()) {
+  for (const View* view : result.session->scene().reconstruction().ViewsByName()) {
     const auto mask = MasksOf(result).find(view->name);
     const bool reached = mask != MasksOf(result).end() && FractionInside(mask->second) > 0.002;
     if (reached && !is_chosen(view)) others.push_back(view);
@@ -82,11 +83,12 @@ namespace {
 
 // The first painted picture's depth has the fixed name; others go by theirs.
 void WriteDepths(const std::filesystem::path& folder, const Recolored& result) {
-  const Pictures pictures = result.session->pictures();
+  const Pictures pictures = result.session->scene().pictures();
   std::map<const View*, DepthEstimate> depths;
   std::vector<const UserPicture*> painted;
   for (size_t i = 0; i < result.selection.depths.size(); ++i) {
-    const View* view = result.session->reconstruction().FindView(result.selection.painted[i].view);
+    const View* view =
+        result.session->scene().reconstruction().FindView(result.selection.painted[i].view);
     depths[view] = result.selection.depths[i];
     const UserPicture* picture = pictures.Showing({view}).front();
     if (std::find(painted.begin(), painted.end(), picture) == painted.end()) {
@@ -110,18 +112,20 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
   WriteCloud(folder / "cloud.ply", result.selection.cloud);
   WriteFile(folder / "registration.json", RegistrationsToJson(result.selection.painted));
   session.WriteMasks(folder / "masks", result.region, run.monitor());
-  const Pictures pictures = session.pictures();
+  const Pictures pictures = session.scene().pictures();
   const auto& all = pictures.all();
   // What the refit aimed at in every view, then what it reached.
   const auto make = [&](size_t i) -> std::function<void()> {
     const bool aim = i < all.size();
     const UserPicture& shown = all[i % all.size()];
-    if (i == 0) session.ShowSh(session.original().sh);
-    if (i == all.size()) session.ShowSh(result.sh_after);
+    if (i == 0) session.scene().renderer().SetSh(session.scene().original().sh);
+    if (i == all.size()) session.scene().renderer().SetSh(result.sh_after);
     const bool photo = aim && result.target == TargetKind::kPhoto;
     Image picture = pictures.Compose(shown, [&](const View& view) {
-      Image drawn = photo ? session.scene().Picture(view)
-                          : session.renderer().Render(session.reconstruction().Posed(view)).rgb;
+      Image drawn =
+          photo
+              ? session.scene().Picture(view)
+              : session.scene().renderer().Render(session.scene().reconstruction().Posed(view)).rgb;
       return aim ? session.refits().Edited(view, std::move(drawn)) : drawn;
     });
     return [path = ViewFile(folder / (aim ? "targets" : "result"), shown.name),
@@ -132,7 +136,7 @@ void WriteStages(const std::filesystem::path& folder, const Recolored& result, R
 
 Image8 ComparisonPicture(const Recolored& result, Run& run) {
   EditSession& session = *result.session;
-  const Pictures pictures = session.pictures();
+  const Pictures pictures = session.scene().pictures();
   const std::map<std::string, Mask>& masks = MasksOf(result);
   std::vector<std::vector<Image8>> rows;
   for (const UserPicture* picture : pictures.Showing(ComparisonViews(result))) {
@@ -141,10 +145,10 @@ Image8 ComparisonPicture(const Recolored& result, Run& run) {
       return pictures.Compose(*picture,
                               [&](const View& view) { return session.scene().Render(view, sh); });
     };
-    const Image before = draw(session.original().sh), after = draw(result.sh_after);
+    const Image before = draw(session.scene().original().sh), after = draw(result.sh_after);
     const Mask mask = pictures.ComposeMask(*picture, [&](const View& view) {
       const auto found = masks.find(view.name);
-      const Camera& camera = session.reconstruction().Posed(view).camera;
+      const Camera& camera = session.scene().reconstruction().Posed(view).camera;
       return found == masks.end() ? Mask(camera.width, camera.height) : found->second;
     });
     rows.push_back({ToImage8(before), MaskOverlay(before, mask), ToImage8(after)});
@@ -180,7 +184,7 @@ void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options
 void WritePage(const std::filesystem::path& path, EditSession& session, const RunReport& report,
                Run& run) {
   HtmlReportOptions options;
-  options.title = "Recoloring of " + session.splat_path().filename().string();
+  options.title = "Recoloring of " + session.scene().splat_path().filename().string();
   options.command = run.globals().command;
   options.warnings = run.warnings();
   WriteFile(path, HtmlReport(session, report, options, run.monitor()));
@@ -232,8 +236,8 @@ void PrintQuality(const QualityReport& quality, const Run& run, const EditSessio
         name, numbers.views, some ? fmt::format(" of {}", all) : "", numbers.psnr_inside_before,
         numbers.psnr_inside_after, numbers.psnr_outside, numbers.bleed, rows));
   };
-  line("fitted", quality.train, session ? session->train_views().size() : 0);
-  line("held out", quality.heldout, session ? session->heldout_views().size() : 0);
+  line("fitted", quality.train, session ? session->scene().train_views().size() : 0);
+  line("held out", quality.heldout, session ? session->scene().heldout_views().size() : 0);
   run.Print(fmt::format("SH range     [{:.3f}, {:.3f}] -> [{:.3f}, {:.3f}]", quality.sh_before.min,
                         quality.sh_before.max, quality.sh_after.min, quality.sh_after.max));
 }
@@ -244,8 +248,9 @@ std::optional<PaintAdvice> AdviseOn(EditSession& session, RegionId region,
   if (masks.confidence.empty()) return std::nullopt;
   std::vector<std::string> names;
   for (const PaintedView& view : painted) names.push_back(view.name);
-  return AdvisePaint(session.renderer(), session.reconstruction(), session.pictures().Groups(),
-                     names, session.regions().Find(region)->selection->shares, masks.confidence,
+  return AdvisePaint(session.scene().renderer(), session.scene().reconstruction(),
+                     session.scene().pictures().Groups(), names,
+                     session.store().regions().Find(region)->selection->shares, masks.confidence,
                      masks.visible, monitor);
 }
 

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "recolor/finer_gaussians.h"
+#include "reporting/format_error.h"
+#include "reporting/report.h"
 #include "retint/common.h"
 #include "scene/gaussian_model.h"
 #include "selection/paint_advice.h"
-#include "session/saving/format_error.h"
 
 namespace retint::cli {
 

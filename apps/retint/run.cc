@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "job/run_job.h"
+#include "pipeline/run_job.h"
 #include "retint/common.h"
 #include "retint/results.h"
 #include "retint/stage_plans.h"
@@ -83,7 +83,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   runner.WriteOutputs(run.warnings(), run.monitor());
   run.SetWritten();
   for (const auto& splat : job.outputs.splats) {
-    WarnOfLosses(splat, runner.session().original(), run);
+    WarnOfLosses(splat, runner.session().scene().original(), run);
   }
   cache.Trim(arguments.keep_mb << 20);
   run.FinishProgress();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint score: masks and recolored pictures against true masks.
-#include "session/reporting/score.h"
+#include "reporting/score.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "retint/common.h"
 
 namespace retint::cli {

@@ -4,7 +4,9 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
+#include "reporting/export.h"
 #include "retint/common.h"
 #include "retint/results.h"
 
@@ -25,7 +27,8 @@ int64_t EraseAll(const Arguments& arguments, const SelectOptions& options, EditS
                  SelectionCloud& cloud, Run& run) {
   int64_t erased = 0;
   for (size_t i = 0; i < arguments.erase.size(); ++i) {
-    for (const auto& view : session.ReadBrush(arguments.paint.views[i], arguments.erase[i])) {
+    for (const auto& view :
+         session.scene().pictures().ReadBrush(arguments.paint.views[i], arguments.erase[i])) {
       const DepthEstimate depth =
           session.selection().EstimateDepth(view.camera, options, run.monitor());
       erased += Erase(cloud, view.camera, view.mask, depth.depth);
@@ -53,7 +56,7 @@ std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const Selec
   DescribeSession(*session, run.globals().backend, run);
   std::vector<PosedCamera> cameras;
   for (const View* view : session->scene().views()) {
-    cameras.push_back(session->reconstruction().Posed(*view));
+    cameras.push_back(session->scene().reconstruction().Posed(*view));
   }
   return large->ForDepth(cameras, options, std::move(session), run.monitor());
 }
@@ -66,8 +69,8 @@ void Select(const Arguments& arguments, Run& run) {
   if (!arguments.append.empty()) cloud = ReadCloud(arguments.append);
   SelectionResult added;
   if (!arguments.paint.masks.empty()) {
-    added = session->selection().Select(ReadPaint(arguments.paint, session->pictures()), options,
-                                        run.monitor());
+    added = session->selection().Select(ReadPaint(arguments.paint, session->scene().pictures()),
+                                        options, run.monitor());
     Append(cloud, added.cloud);
   }
   const int64_t erased = EraseAll(arguments, options, *session, cloud, run);
@@ -76,7 +79,7 @@ void Select(const Arguments& arguments, Run& run) {
   StagedOutput staged;
   staged.Add(arguments.output, [&](const auto& path) { WriteCloud(path, cloud); });
   if (!arguments.report.empty()) {
-    RunReport report = session->MakeReport();
+    RunReport report = MakeReport(*session);
     report.options = SettingsThatApply(Described(options));
     report.painted = added.painted;
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(report)); });

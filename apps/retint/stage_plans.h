@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/overall_progress.h"
-#include "job/run_job.h"
+#include "pipeline/run_job.h"
 
 namespace retint::cli {
 

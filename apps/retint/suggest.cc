@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "retint/common.h"
 #include "selection/suggestion.h"
 
@@ -38,7 +39,7 @@ void Suggest(const Arguments& arguments, Run& run) {
               "--complete near or all");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const auto painted = ReadPaint(arguments.paint, session->pictures());
+  const auto painted = ReadPaint(arguments.paint, session->scene().pictures());
   const SelectionResult selected =
       session->selection().Select(painted, options.select, run.monitor());
   const ProjectedMasks masks =
@@ -46,8 +47,9 @@ void Suggest(const Arguments& arguments, Run& run) {
   std::vector<std::string> names;
   for (const PaintedView& view : painted) names.push_back(view.name);
   const auto suggestions =
-      SuggestViews(session->renderer(), session->reconstruction(), session->pictures().Groups(),
-                   names, masks.confidence, masks.visible, arguments.count, run.monitor());
+      SuggestViews(session->scene().renderer(), session->scene().reconstruction(),
+                   session->scene().pictures().Groups(), names, masks.confidence, masks.visible,
+                   arguments.count, run.monitor());
   StagedOutput staged;
   if (!arguments.report.empty()) {
     staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(suggestions)); });

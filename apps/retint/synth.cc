@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "recolor/color_edit.h"
 #include "retint/common.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "retint/version.h"
 
+#include "base/run_clock.h"
 #include "cluster/mpi_ranks.h"
-#include "session/reporting/report.h"
 
 namespace retint::cli {
 namespace {

@@ -2,8 +2,8 @@
 // Options described once. A struct of options has a member `void Describe(OptionList& list)` that
 // adds an entry for each of its members: name, reference, range, help, where it applies. What reads
 // or writes options walks that list: Check(), the command line (apps/retint/option_flags.h), the
-// JSON of sessions and reports (session/saving/option_json.h), the key of a fit
-// (session/regions/region.h), and whoever builds a form. A new option is a member and its entry.
+// JSON of sessions and reports (base/option_json.h), the key of a fit
+// (editing/region.h), and whoever builds a form. A new option is a member and its entry.
 #pragma once
 
 #include <cstdint>

@@ -42,7 +42,7 @@ KINDS = {
         recolor/quality_report.cc: kPerfectPsnr kMaxWorst
         recolor/refit_options.h: kMostSweeps
         recolor/refit_problem.cc: kGaussians kPixels kPartsOfRank kLeastGaussians kMostRowsPerRow
-        session/opening/virtual_views.cc: kVersion
+        opening/virtual_views.cc: kVersion
         depth/colmap_mvs.cc: kToldLines
         depth/stereo_hv.cc: kMost""",
     "derived": """
@@ -66,7 +66,7 @@ KINDS = {
         recolor/mm_solver.cc: kArmijo
         recolor/refit_problem.cc: kLossHalo
         recolor/refit_problem.h: kBoxUnit
-        session/opening/virtual_views.cc: kNearest""",
+        opening/virtual_views.cc: kNearest""",
     "promised": """
         selection/completion.cc: kKnownFraction kPaintedFraction kReach
         recolor/mm_solver.cc: kSquaredSweeps""",
@@ -81,7 +81,7 @@ KINDS = {
         selection/mask_tools/pixel_graph.cc: kSmoothness kValley
         selection/mask_tools/scribbles.cc: kLogLimit kReach
         recolor/main_color.cc: kBandwidth kLit
-        session/pictures/compare_pictures.cc: kTaken kHelped""",
+        editing/compare_pictures.cc: kTaken kHelped""",
 }
 
 

@@ -9,8 +9,8 @@
 #include <CLI/CLI.hpp>
 
 #include "colmap_io/sparse.h"
-#include "session/large_scene.h"
-#include "session/selecting/selection_files.h"
+#include "pipeline/large_scene.h"
+#include "selecting/selection_files.h"
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/main.h"
 
@@ -40,11 +40,11 @@ int Main(int argc, char** argv) {
   for (auto& [id, view] : cut.views) view.observations.clear();
   std::filesystem::create_directories(output / "sparse" / "0");
   WriteReconstructionBinary(output / "sparse" / "0", cut);
-  WriteSplat(output / "splat.ply", session->original());
+  WriteSplat(output / "splat.ply", session->scene().original());
   const auto of_views = std::move(folder).OfViews(large.pictures(), views);
   WriteMasks(output / "masks", of_views, monitor);
   WriteShares(output / "masks", of_views, shares.Of(session->scene().part()->records));
-  std::printf("%zu of %zu Gaussians, %zu views\n", session->original().NumGaussians(),
+  std::printf("%zu of %zu Gaussians, %zu views\n", session->scene().original().NumGaussians(),
               large.NumGaussians(), views.size());
   return 0;
 }

@@ -15,9 +15,9 @@
 
 #include "base/median.h"
 #include "colmap_io/image_io.h"
+#include "editing/color_preview.h"
+#include "editing/edit_session.h"
 #include "recolor/edit_text.h"
-#include "session/edit_session.h"
-#include "session/fitting/color_preview.h"
 #include "tests/benchmarks/main.h"
 
 namespace retint {
@@ -56,8 +56,9 @@ constexpr const char* kOperations[][2] = {{"tint", "#3060ff"},
 // some, and their worst.
 void Previews(EditSession& session, const PosedCamera& camera, const std::vector<float>& shares) {
   constexpr int kRepeats = 9;
-  const std::shared_ptr<const GaussianModel> model(std::shared_ptr<void>(), &session.original());
-  ColorPreview preview(model, session.renderer().shared_backend());
+  const std::shared_ptr<const GaussianModel> model(std::shared_ptr<void>(),
+                                                   &session.scene().original());
+  ColorPreview preview(model, session.scene().renderer().shared_backend());
   while (preview.MakeReady()) {
   }
   auto selection = std::make_shared<RegionSelection>();
@@ -72,8 +73,8 @@ void Previews(EditSession& session, const PosedCamera& camera, const std::vector
       const double start = Now();
       const ColorPreview::Colors colors = preview.Compose(regions, {});
       const double shown = Now();
-      session.ShowSh(*colors.sh);
-      session.renderer().Render(camera);
+      session.scene().renderer().SetSh(*colors.sh);
+      session.scene().renderer().Render(camera);
       const double end = Now();
       if (i == 0) continue;  // the first
       form.push_back(shown - start);
@@ -90,8 +91,8 @@ void Previews(EditSession& session, const PosedCamera& camera, const std::vector
 
 std::vector<float> Round(EditSession& session, const Flags& flags, int round) {
   Monitor monitor;
-  const View& view = session.workspace().RequireView(flags.view);
-  const Camera camera = session.reconstruction().Posed(view).camera;
+  const View& view = session.scene().workspace().RequireView(flags.view);
+  const Camera camera = session.scene().reconstruction().Posed(view).camera;
   const PaintedView painted =
       session.selection().Paint(flags.view, ReadBrushMask(flags.mask, camera.width, camera.height));
   ProjectorOptions project;
@@ -110,17 +111,18 @@ std::vector<float> Round(EditSession& session, const Flags& flags, int round) {
   const ProjectedMasks masks =
       session.selection().Project(selected.cloud, {painted}, project, monitor);
   const double coloring = Now();
-  const GaussianModel& model = session.original();
-  session.ShowSh(ClosedFormSh(session.renderer().backend(), model.sh, model.NumShCoeffs(),
-                              masks.shares, ColorEdit::Tint({0.2f, 0.4f, 1})));
-  session.renderer().Render(painted.camera);
+  const GaussianModel& model = session.scene().original();
+  session.scene().renderer().SetSh(ClosedFormSh(session.scene().renderer().backend(), model.sh,
+                                                model.NumShCoeffs(), masks.shares,
+                                                ColorEdit::Tint({0.2f, 0.4f, 1})));
+  session.scene().renderer().Render(painted.camera);
   const double end = Now();
   const std::vector<double> after = stages();
   std::printf(
       "{\"benchmark\": \"edit\", \"backend\": \"%s\", \"views\": %zu, \"round\": %d, "
       "\"depth_ms\": %.1f, \"cloud_ms\": %.1f, \"registration_ms\": %.1f, \"masks_ms\": %.1f, "
       "\"closed_form_ms\": %.1f, \"whole_ms\": %.1f}\n",
-      session.renderer().backend().Description().c_str(), masks.masks.size(), round,
+      session.scene().renderer().backend().Description().c_str(), masks.masks.size(), round,
       after[0] - before[0], after[1] - before[1], after[2] - before[2], coloring - projecting,
       end - coloring, end - start);
   return masks.shares;
@@ -144,8 +146,8 @@ int Main(int argc, char** argv) {
   const auto session = EditSession::Open(flags.workspace, flags.splat, options, monitor);
   std::vector<float> shares;
   for (int round = 0; round < flags.rounds; ++round) shares = Round(*session, flags, round);
-  const View& view = session->workspace().RequireView(flags.view);
-  if (!shares.empty()) Previews(*session, session->reconstruction().Posed(view), shares);
+  const View& view = session->scene().workspace().RequireView(flags.view);
+  if (!shares.empty()) Previews(*session, session->scene().reconstruction().Posed(view), shares);
   return 0;
 }
 

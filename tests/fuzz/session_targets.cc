@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/files.h"
-#include "job/job_file.h"
+#include "pipeline/job_file.h"
 #include "recolor/edit_text.h"
 #include "recolor/lut.h"
+#include "saving/session_file.h"
+#include "selecting/selection_files.h"
 #include "selection/selection_cloud.h"
-#include "session/saving/session_file.h"
-#include "session/selecting/selection_files.h"
 #include "tests/fuzz/targets.h"
-#include "tests/session/saved_scene.h"
+#include "tests/saving/saved_scene.h"
 
 namespace retint {
 namespace {

@@ -14,7 +14,7 @@ endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --component dev --prefix ${WORK}/first)
 # Moved, so that nothing may hold on to where it was.
 file(RENAME ${WORK}/first ${WORK}/moved)
-foreach(header base/error.h session/edit_session.h kernels/backend.h colmap_io/workspace.h)
+foreach(header base/error.h editing/edit_session.h kernels/backend.h colmap_io/workspace.h)
   if(NOT EXISTS ${WORK}/moved/include/retint/${header})
     message(FATAL_ERROR "${header} is not installed")
   endif()

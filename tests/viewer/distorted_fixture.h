@@ -10,7 +10,7 @@
 #include <QToolButton>
 
 #include "colmap_io/image_io.h"
-#include "session/pictures/photo_paint.h"
+#include "opening/photo_paint.h"
 #include "tests/viewer/viewer_scene.h"
 
 namespace retint {
@@ -85,7 +85,7 @@ class DistortedFixture : public ViewerTest {
     WritePng(brush, painted);
     std::map<std::string, Mask> masks;
     QVERIFY(Do([&](EditSession& session, Monitor& monitor) {
-      const auto on_views = session.ReadBrush(subject_.first, brush);
+      const auto on_views = session.scene().pictures().ReadBrush(subject_.first, brush);
       const SelectionResult selected =
           session.selection().Select(on_views, selection().select_options(), monitor);
       masks = session.selection()

@@ -3,8 +3,8 @@
 // are.
 #include <cmath>
 
+#include "saving/session_file.h"
 #include "scene/photo_rays.h"
-#include "session/saving/session_file.h"
 #include "tests/viewer/distorted_fixture.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/scene/view_editor.h"
@@ -168,7 +168,7 @@ class DistortedTest : public DistortedFixture {
 
     // The session file keeps the paint as it is.
     const OpenedSession opened = RoundTrip("session.retint");
-    const auto& read = opened.session->regions().regions.front().selection->source;
+    const auto& read = opened.session->store().regions().regions.front().selection->source;
     QCOMPARE(read.painted.size(), size_t{1});
     QVERIFY(read.painted[0].mask.data == painted.data);
     QVERIFY(read.painted[0].camera.camera == source.painted[0].camera.camera);
@@ -227,17 +227,18 @@ class DistortedTest : public DistortedFixture {
     const std::string name = subject_.first;
     const Mask truth = Truth(name);
     QVERIFY(Do([&](EditSession& session, Monitor& monitor) {
-      const View& view = session.workspace().RequireView(name);
+      const View& view = session.scene().workspace().RequireView(name);
       PaintRound round;
-      round.view = {name, session.reconstruction().Posed(view),
-                    session.workspace().photo_pixels->ToView(view.id, truth)};
-      RegionSelection selected =
-          session.SelectRound(nullptr, std::move(round), selection().select_options(), {}, monitor);
-      session.AddRegion("old", std::move(selected.masks), std::move(selected.shares), {}, monitor,
-                        std::move(selected.source));
+      round.view = {name, session.scene().reconstruction().Posed(view),
+                    session.scene().workspace().photo_pixels->ToView(view.id, truth)};
+      RegionSelection selected = session.selection().SelectRound(
+          nullptr, std::move(round), selection().select_options(), {}, monitor);
+      session.store().Add("old", std::move(selected.masks), std::move(selected.shares), {}, monitor,
+                          std::move(selected.source));
     }));
     const OpenedSession opened = RoundTrip("old.retint");
-    const auto& painted = opened.session->regions().regions.front().selection->source.painted;
+    const auto& painted =
+        opened.session->store().regions().regions.front().selection->source.painted;
     QCOMPARE(painted.size(), size_t{1});
     QVERIFY(!IsOnPhoto(painted[0]));
     QVERIFY(painted[0].mask.width != truth.width);

@@ -141,7 +141,8 @@ class ExportsTest : public FilesFixture {
                                     ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
     const auto colors = std::make_shared<FloatArray>();
-    controller().Run({}, [=](EditSession& session, Monitor&) { *colors = session.CurrentSh(); });
+    controller().Run(
+        {}, [=](EditSession& session, Monitor&) { *colors = session.refits().CurrentSh(); });
     QVERIFY(Settle(controller()));
     controller().SetSolo(jug);
     QTRY_VERIFY_WITH_TIMEOUT(*controller().sh() != *colors, kWaitMs);

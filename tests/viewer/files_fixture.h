@@ -9,7 +9,7 @@
 #include <QDialog>
 #include <QMenu>
 
-#include "session/saving/autosave.h"
+#include "saving/autosave.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/scene/session_store.h"
 

@@ -12,7 +12,7 @@
 #include <QSpinBox>
 
 #include "colmap_io/image_io.h"
-#include "tests/session/saved_scene.h"
+#include "tests/saving/saved_scene.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/panels/color_picker.h"
 #include "viewer/panels/regions_panel.h"
@@ -42,7 +42,7 @@ class PanelsFixture : public QObject {
     const auto regions = std::make_shared<RegionSet>();
     bool done = false;
     Controller().Run(
-        {}, [regions](EditSession& session, Monitor&) { *regions = session.regions(); },
+        {}, [regions](EditSession& session, Monitor&) { *regions = session.store().regions(); },
         [&] { done = true; });
     if (!QTest::qWaitFor([&] { return done; }, kWaitMs)) qFatal("the worker does not answer");
     return *regions;

@@ -320,8 +320,8 @@ class PanelsTest : public PanelsFixture {
     Controller().Run(
         {},
         [&](EditSession& session, Monitor& monitor) {
-          session.AddRegion("painted", MasksOf(scene_), scene_.shares,
-                            ColorEdit::Tint({0.5F, 1, 1}), monitor, source);
+          session.store().Add("painted", MasksOf(scene_), scene_.shares,
+                              ColorEdit::Tint({0.5F, 1, 1}), monitor, source);
         },
         [&] { done = true; });
     QTRY_VERIFY_WITH_TIMEOUT(done, kWaitMs);

@@ -7,8 +7,8 @@
 #include <QProcess>
 #include <QRegularExpression>
 
-#include "session/saving/autosave.h"
-#include "session/saving/session_file.h"
+#include "saving/autosave.h"
+#include "saving/session_file.h"
 #include "tests/viewer/viewer_scene.h"
 
 namespace retint {

@@ -11,8 +11,8 @@
 #include <QSlider>
 #include <QToolButton>
 
+#include "editing/color_preview.h"
 #include "kernels/common/sh.h"
-#include "session/fitting/color_preview.h"
 #include "tests/viewer/panels_fixture.h"
 #include "viewer/canvas/contrast.h"
 

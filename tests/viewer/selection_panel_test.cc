@@ -11,7 +11,7 @@
 #include <QPushButton>
 #include <QTreeWidget>
 
-#include "session/edit_options.h"
+#include "editing/edit_options.h"
 #include "tests/viewer/viewer_scene.h"
 
 namespace retint {

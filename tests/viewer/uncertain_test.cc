@@ -84,7 +84,7 @@ class UncertainTest : public ViewerTest {
     controller().Run({}, [&, shares, camera](EditSession& session, Monitor&) {
       ProjectorOptions options;
       options.share_threshold = 0.2;
-      mask = RenderShares(session.renderer(), camera, *shares, options);
+      mask = RenderShares(session.scene().renderer(), camera, *shares, options);
     });
     return Settle(controller()) ? mask : Mask();
   }
@@ -303,9 +303,9 @@ class UncertainTest : public ViewerTest {
     std::vector<float> none, before;
     controller().Run({}, [&](EditSession& session, Monitor&) {
       const Mask nothing(camera.camera.width, camera.camera.height);
-      const std::vector<float> all(session.original().NumGaussians(), 1.0F);
-      before = PaintShares(session.renderer(), camera, nothing, all);
-      none = PaintShares(session.renderer(), camera, nothing, {});
+      const std::vector<float> all(session.scene().original().NumGaussians(), 1.0F);
+      before = PaintShares(session.scene().renderer(), camera, nothing, all);
+      none = PaintShares(session.scene().renderer(), camera, nothing, {});
     });
     QVERIFY(Settle(controller()));
     QCOMPARE(none, std::vector<float>(none.size(), 0.0F));

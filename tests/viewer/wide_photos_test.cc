@@ -54,14 +54,15 @@ class WidePhotosTest : public DistortedFixture {
     constexpr int kReach = 6;  // pixels
     Spot spot;
     Do([&](EditSession& session, Monitor&) {
-      const Pictures pictures = session.pictures();
+      const Pictures pictures = session.scene().pictures();
       RenderRequest request;
       request.rgb = false;
       request.depth_median = true;
       for (const UserPicture& picture : pictures.all()) {
         const DepthMap depth = pictures.ComposeDepth(picture, [&](const View& face) {
-          return session.renderer()
-              .Render(session.reconstruction().Posed(face), request)
+          return session.scene()
+              .renderer()
+              .Render(session.scene().reconstruction().Posed(face), request)
               .depth_median;
         });
         const Undistortion& lens = *picture.photo->lens;
@@ -139,10 +140,10 @@ class WidePhotosTest : public DistortedFixture {
     QCOMPARE(canvas().ImageRect(canvas().navigation().Rendered()).size().toSize(), render.size());
     QImage expected;
     QVERIFY(Do([&](EditSession& session, Monitor&) {
-      const Pictures pictures = session.pictures();
-      session.ShowSh(session.original().sh);
+      const Pictures pictures = session.scene().pictures();
+      session.scene().renderer().SetSh(session.scene().original().sh);
       expected = ToQImage(pictures.Compose(pictures.RequireOne(first), [&](const View& face) {
-        return session.renderer().Render(session.reconstruction().Posed(face)).rgb;
+        return session.scene().renderer().Render(session.scene().reconstruction().Posed(face)).rgb;
       }));
     }));
     expected = expected.scaled(render.size(), Qt::IgnoreAspectRatio, Qt::SmoothTransformation);

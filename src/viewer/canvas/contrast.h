@@ -11,7 +11,7 @@
 #include <QColor>
 #include <QImage>
 
-#include "session/regions/region.h"
+#include "editing/region.h"
 
 namespace retint {
 

@@ -10,7 +10,7 @@
 #include "colmap_io/image_io.h"
 #include "colmap_io/photo.h"
 #include "scene/camera_projection.h"
-#include "session/pictures/contact_sheet.h"
+#include "scene/contact_sheet.h"
 #include "viewer/canvas/render_thread.h"
 #include "viewer/scene/post.h"
 

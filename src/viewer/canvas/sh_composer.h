@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A thread that turns regions into coefficients (session/fitting/color_preview.h). Only the newest
+// A thread that turns regions into coefficients (editing/color_preview.h). Only the newest
 // request counts.
 #pragma once
 
@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-#include "session/fitting/color_preview.h"
+#include "editing/color_preview.h"
 
 namespace retint {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/canvas/uncertainty.h"
 
-#include "session/pictures/photo_paint.h"
+#include "opening/photo_paint.h"
 #include "viewer/selection/selection_mode.h"
 
 namespace retint {
@@ -67,14 +67,14 @@ void Uncertainty::Find() {
             session.selection().Project(source.cloud, source.painted, options, monitor);
         std::vector<std::string> painted;
         for (const PaintedView& one : source.painted) {
-          for (std::string& name : PaintedNames(session.workspace(), one)) {
+          for (std::string& name : PaintedNames(session.scene().workspace(), one)) {
             painted.push_back(std::move(name));
           }
         }
         found->selection = selection->id;
-        found->views =
-            SuggestViews(session.renderer(), session.reconstruction(), session.pictures().Groups(),
-                         painted, projected.confidence, projected.visible, kSuggested, monitor);
+        found->views = SuggestViews(session.scene().renderer(), session.scene().reconstruction(),
+                                    session.scene().pictures().Groups(), painted,
+                                    projected.confidence, projected.visible, kSuggested, monitor);
         for (float& one : projected.confidence) one = 1 - one;
         found->undecided =
             std::make_shared<const std::vector<float>>(std::move(projected.confidence));

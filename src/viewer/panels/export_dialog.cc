@@ -14,7 +14,7 @@
 #include <QStandardItemModel>
 
 #include "base/error.h"
-#include "session/saving/staged_output.h"
+#include "base/staged_output.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/window/long_text.h"
 #include "viewer/window/path_edit.h"

@@ -7,9 +7,9 @@
 #include <QTimer>
 #include <QWidget>
 
+#include "editing/region.h"
 #include "scene/camera.h"
 #include "scene/image.h"
-#include "session/regions/region.h"
 
 namespace retint {
 

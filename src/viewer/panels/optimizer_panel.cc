@@ -222,7 +222,7 @@ void OptimizerPanel::Toggle() {
 
 void OptimizerPanel::Reset() {
   controller_->CancelRefit();
-  controller_->Run({}, [](EditSession& session, Monitor&) { session.DropFits(); });
+  controller_->Run({}, [](EditSession& session, Monitor&) { session.refits().DropFits(); });
   controller_->StartRefit();
 }
 

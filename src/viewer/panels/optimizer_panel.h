@@ -8,8 +8,8 @@
 #include <QWidget>
 
 #include "base/option.h"
+#include "editing/region.h"
 #include "recolor/quality_report.h"
-#include "session/regions/region.h"
 
 class QCheckBox;
 class QLabel;

@@ -8,8 +8,8 @@
 
 #include <QWidget>
 
+#include "editing/region.h"
 #include "recolor/quality_report.h"
-#include "session/regions/region.h"
 
 class QCheckBox;
 class QLabel;

@@ -8,7 +8,7 @@
 #include <QColor>
 #include <QWidget>
 
-#include "session/regions/region.h"
+#include "editing/region.h"
 #include "viewer/canvas/contrast.h"
 
 class QLabel;

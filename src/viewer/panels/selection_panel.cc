@@ -12,7 +12,7 @@
 #include <QVBoxLayout>
 
 #include "base/error.h"
-#include "session/edit_options.h"
+#include "editing/edit_options.h"
 #include "viewer/canvas/canvas.h"
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"

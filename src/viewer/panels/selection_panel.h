@@ -10,8 +10,8 @@
 #include <QWidget>
 
 #include "base/option.h"
-#include "session/regions/region.h"
-#include "session/selecting/select_options.h"
+#include "editing/region.h"
+#include "selecting/select_options.h"
 
 class QCheckBox;
 class QComboBox;

@@ -57,9 +57,9 @@ std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& pictu
 QImage RenderSmall(EditSession& session, const SmallPicture& picture, std::span<const float> sh) {
   RenderRequest request;
   request.cache = false;  // too small for anything else
-  session.ShowSh(sh);
+  session.scene().renderer().SetSh(sh);
   return DrawThrough(picture.lens.get(), picture.camera, [&](const PosedCamera& face) {
-    return ToQImage(session.renderer().Render(face, request).rgb);
+    return ToQImage(session.scene().renderer().Render(face, request).rgb);
   });
 }
 

@@ -12,8 +12,8 @@
 #include <QTimer>
 #include <QWidget>
 
+#include "editing/region.h"
 #include "recolor/quality_report.h"
-#include "session/regions/region.h"
 #include "viewer/scene/scene_controller.h"
 
 class QComboBox;

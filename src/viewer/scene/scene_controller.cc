@@ -7,7 +7,8 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "session/pictures/photo_paint.h"
+#include "base/staged_output.h"
+#include "opening/photo_paint.h"
 #include "viewer/canvas/sh_composer.h"
 #include "viewer/scene/failure_text.h"
 #include "viewer/scene/post.h"
@@ -139,7 +140,7 @@ SceneController::SceneController(QObject* parent) : QObject(parent) {
 SceneController::~SceneController() {
   worker_.reset();
   composer_.reset();
-  if (session_) session_->optimizer().Cancel();
+  if (session_) session_->refits().optimizer().Cancel();
 }
 
 // ---- Scene
@@ -176,7 +177,7 @@ void SceneController::Replace(const QString& name, Opener opener, std::function<
   worker_->Post({tr("Opening %1").arg(name),
                  [session, opener = std::move(opener)](Monitor& monitor) {
                    *session = opener(monitor);
-                   (*session)->optimizer();  // made here, so that every thread may call it
+                   (*session)->refits().optimizer();  // made here, so that every thread may call it
                  },
                  [this, finish](std::exception_ptr error) {
                    Post(this, [finish, error] { finish(error); });
@@ -197,7 +198,7 @@ void SceneController::SplitGaussians(RegionId id, const RefineOptions& options,
       },
       [=, this, done = std::move(done)] {
         if (!finer->session) return done(finer->summary);
-        if (!finer->session->regions().SavesLike(regions_)) {
+        if (!finer->session->store().regions().SavesLike(regions_)) {
           Q_EMIT failed(label, tr("The regions were changed meanwhile. Split once more."));
           return;
         }
@@ -214,15 +215,16 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   if (replaces) Q_EMIT closed();
   session_ = session;
   auto facts = std::make_shared<SceneFacts>();
-  facts->request = {session->workspace().root, session->splat_path(), session->options()};
+  facts->request = {session->scene().workspace().root, session->scene().splat_path(),
+                    session->scene().options()};
   // Aliases: the session lives as long as anyone reads these.
-  facts->workspace = {session, &session->workspace()};
-  facts->original = {session, &session->original()};
-  facts->backend = session->renderer().shared_backend();
-  facts->views = session->reconstruction().ViewsByName();
-  facts->pictures = std::make_shared<const Pictures>(session->pictures());
-  facts->train = session->train_views();
-  facts->heldout = session->heldout_views();
+  facts->workspace = {session, &session->scene().workspace()};
+  facts->original = {session, &session->scene().original()};
+  facts->backend = session->scene().renderer().shared_backend();
+  facts->views = session->scene().reconstruction().ViewsByName();
+  facts->pictures = std::make_shared<const Pictures>(session->scene().pictures());
+  facts->train = session->scene().train_views();
+  facts->heldout = session->scene().heldout_views();
   facts->warnings = session->warnings();
   facts->load_seconds = seconds;
   facts_ = facts;
@@ -230,8 +232,8 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   sh_active_.reset();
   ++sh_version_;
   // A restored session has regions already; no task of the worker's touches it yet.
-  regions_ = session->regions();
-  started_job_ = job_ = session->last_job();
+  regions_ = session->store().regions();
+  started_job_ = job_ = session->store().job();
   Q_EMIT opened();
   Q_EMIT regionsChanged();
   Q_EMIT shChanged();
@@ -242,12 +244,12 @@ void SceneController::Retire() {
   restart_.stop();
   poll_.stop();
   if (session_) {
-    session_->optimizer().Cancel();
+    session_->refits().optimizer().Cancel();
     // Joined on the worker, where it may take its time. Tasks before may have started it anew.
     worker_->Post({{},
                    [session = session_](Monitor&) {
-                     session->optimizer().Cancel();
-                     session->optimizer().Wait();
+                     session->refits().optimizer().Cancel();
+                     session->refits().optimizer().Wait();
                    },
                    {}});
   }
@@ -299,9 +301,9 @@ std::shared_ptr<Monitor> SceneController::Queue(const QString& label, Work work,
       {label,
        [outcome, work = std::move(work)](Monitor& monitor) { work(*outcome->session, monitor); },
        [this, outcome, edits](std::exception_ptr error) {
-         EditHistory& history = outcome->session->history();
+         EditHistory& history = outcome->session->store().history();
          outcome->error = error;
-         outcome->state = {outcome->session->regions(),
+         outcome->state = {outcome->session->store().regions(),
                            {history.CanUndo(), history.CanRedo(), history.UndoLabel(),
                             history.RedoLabel(), history.Labels(), history.steps_done()},
                            edits};
@@ -351,20 +353,20 @@ void SceneController::SelectRound(Round round, std::function<void(RegionId)> don
   Run(
       tr("Selecting"),
       [id, round = std::move(round)](EditSession& session, Monitor& monitor) {
-        const Region* region = *id ? session.regions().Find(*id) : nullptr;
+        const Region* region = *id ? session.store().regions().Find(*id) : nullptr;
         if (*id && !region) throw InputError("the region is not there any more");
         const auto base = region ? region->selection : nullptr;
-        RegionSelection selection =
-            session.SelectRound(base.get(), round.paint, round.select, round.project, monitor);
+        RegionSelection selection = session.selection().SelectRound(
+            base.get(), round.paint, round.select, round.project, monitor);
         // The last point at which cancelling changes nothing.
         monitor.ThrowIfCancelled();
         if (*id) {
-          session.SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
-                               monitor, std::move(selection.source));
+          session.store().SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
+                                       monitor, std::move(selection.source));
         } else {
-          *id = session.AddRegion(round.name.toStdString(), std::move(selection.masks),
-                                  std::move(selection.shares), round.edit, monitor,
-                                  std::move(selection.source));
+          *id = session.store().Add(round.name.toStdString(), std::move(selection.masks),
+                                    std::move(selection.shares), round.edit, monitor,
+                                    std::move(selection.source));
         }
       },
       [=, this, done = std::move(done)] {
@@ -380,7 +382,7 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
   selecting_again_ = Queue(
       tr("Selecting again"),
       [=](EditSession& session, Monitor& monitor) {
-        const Region* region = session.regions().Find(id);
+        const Region* region = session.store().regions().Find(id);
         if (!region) throw Cancelled();  // deleted meanwhile
         SelectionSource source = region->selection->source;
         if (source.painted.empty()) {
@@ -392,8 +394,8 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
         monitor.ThrowIfCancelled();  // the last point at which that changes nothing
         source.cloud = std::move(selected.cloud);
         source.reports = std::move(selected.painted);
-        session.SetSelection(id, std::move(projected.masks), std::move(projected.shares), monitor,
-                             std::move(source));
+        session.store().SetSelection(id, std::move(projected.masks), std::move(projected.shares),
+                                     monitor, std::move(source));
       },
       [=, this] {
         Q_EMIT selectedWith(id, select, project);
@@ -407,10 +409,10 @@ void SceneController::SeeSelection(RegionId id, const PosedCamera& camera,
   Run(
       tr("Projecting the selection"),
       [=](EditSession& session, Monitor&) {
-        const Region* region = session.regions().Find(id);
+        const Region* region = session.store().regions().Find(id);
         if (!region) throw Cancelled();  // deleted meanwhile
         *mask = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
-          return session.SelectionSeenFrom(*region->selection, face);
+          return session.selection().SeenFrom(*region->selection, face);
         });
       },
       [=, this] { Q_EMIT selectionSeen(id, mask); });
@@ -422,7 +424,7 @@ void SceneController::AddRegionFromMasks(const QString& name, std::map<std::stri
   Run(
       tr("Adding a region"),
       [=, masks = std::move(masks)](EditSession& session, Monitor& monitor) {
-        *id = session.AddRegion(name.toStdString(), masks, {}, edit, monitor);
+        *id = session.store().Add(name.toStdString(), masks, {}, edit, monitor);
       },
       [=, this] { Q_EMIT regionAdded(*id); });
 }
@@ -447,7 +449,9 @@ void SceneController::SetEdit(RegionId id, const ColorEdit& edit, float strength
         region->edit = edit;
         region->strength = strength;
       },
-      [=](EditSession& session, Monitor&) { session.SetEdit(id, edit, strength, merge_key); });
+      [=](EditSession& session, Monitor&) {
+        session.store().SetEdit(id, edit, strength, merge_key);
+      });
 }
 
 void SceneController::SetVisible(RegionId id, bool visible) {
@@ -455,7 +459,7 @@ void SceneController::SetVisible(RegionId id, bool visible) {
       [=](RegionSet& regions) {
         if (Region* region = regions.Find(id)) region->visible = visible;
       },
-      [=](EditSession& session, Monitor&) { session.SetVisible(id, visible); });
+      [=](EditSession& session, Monitor&) { session.store().SetVisible(id, visible); });
 }
 
 void SceneController::Rename(RegionId id, const QString& name) {
@@ -463,7 +467,7 @@ void SceneController::Rename(RegionId id, const QString& name) {
       [=](RegionSet& regions) {
         if (Region* region = regions.Find(id)) region->name = name.toStdString();
       },
-      [=](EditSession& session, Monitor&) { session.Rename(id, name.toStdString()); });
+      [=](EditSession& session, Monitor&) { session.store().Rename(id, name.toStdString()); });
 }
 
 void SceneController::Move(RegionId id, size_t position) {
@@ -476,7 +480,7 @@ void SceneController::Move(RegionId id, size_t position) {
         const size_t at = std::min(position, regions.regions.size());
         regions.regions.insert(regions.regions.begin() + static_cast<std::ptrdiff_t>(at), region);
       },
-      [=](EditSession& session, Monitor&) { session.MoveRegion(id, position); });
+      [=](EditSession& session, Monitor&) { session.store().Move(id, position); });
 }
 
 void SceneController::Remove(RegionId id) {
@@ -484,29 +488,29 @@ void SceneController::Remove(RegionId id) {
       [=](RegionSet& regions) {
         std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
       },
-      [=](EditSession& session, Monitor&) { session.RemoveRegion(id); });
+      [=](EditSession& session, Monitor&) { session.store().Remove(id); });
 }
 
 void SceneController::Duplicate(RegionId id) {
   const auto copy = std::make_shared<RegionId>(0);
   Run(
-      {}, [=](EditSession& session, Monitor&) { *copy = session.DuplicateRegion(id); },
+      {}, [=](EditSession& session, Monitor&) { *copy = session.store().Duplicate(id); },
       [=, this] { Q_EMIT regionAdded(*copy); });
 }
 
 void SceneController::Undo() {
-  Run({}, [](EditSession& session, Monitor&) { session.Undo(); });
+  Run({}, [](EditSession& session, Monitor&) { session.store().history().Undo(); });
 }
 
 void SceneController::Redo() {
-  Run({}, [](EditSession& session, Monitor&) { session.Redo(); });
+  Run({}, [](EditSession& session, Monitor&) { session.store().history().Redo(); });
 }
 
 void SceneController::GoToStep(size_t done) {
   Run({}, [done](EditSession& session, Monitor&) {
-    while (session.history().steps_done() > done && session.Undo()) {
+    while (session.store().history().steps_done() > done && session.store().history().Undo()) {
     }
-    while (session.history().steps_done() < done && session.Redo()) {
+    while (session.store().history().steps_done() < done && session.store().history().Redo()) {
     }
   });
 }

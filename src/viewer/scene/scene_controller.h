@@ -22,9 +22,9 @@
 #include <QString>
 #include <QTimer>
 
+#include "editing/edit_session.h"
+#include "editing/finer_session.h"
 #include "scene/gaussian_model.h"
-#include "session/edit_session.h"
-#include "session/finer_session.h"
 #include "viewer/canvas/lens_picture.h"
 
 namespace retint {
@@ -117,7 +117,7 @@ class SceneController : public QObject {
     Replace(name, std::move(opener), std::move(done), /*same_views=*/false);
   }
   // Writes a splat whose large Gaussians are split where a region's paint or, without paint, the
-  // region lies (session/finer_session.h), and opens it with all regions. `done`, which gets what
+  // region lies (editing/finer_session.h), and opens it with all regions. `done`, which gets what
   // was done, runs after opened(), or where nothing was to be split.
   void SplitGaussians(RegionId id, const RefineOptions& options, const std::filesystem::path& splat,
                       std::function<void(const RefineSummary& summary)> done);

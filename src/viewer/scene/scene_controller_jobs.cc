@@ -4,9 +4,10 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/staged_output.h"
 #include "colmap_io/image_io.h"
-#include "session/opening/scene_check.h"
-#include "session/reporting/export.h"
+#include "opening/scene_check.h"
+#include "reporting/export.h"
 #include "viewer/scene/scene_controller.h"
 
 namespace retint {
@@ -19,8 +20,8 @@ constexpr int kBetween = 8;  // white pixels between the sides of a comparison
 
 // What an exported splat has, also while one region is looked at alone.
 FloatArray ColorsToExport(EditSession& session) {
-  session.CollectFits();
-  return session.CurrentSh();
+  session.refits().CollectFits();
+  return session.refits().CurrentSh();
 }
 
 std::string EditKeyOf(const RegionSet& regions, RegionId id) {
@@ -55,8 +56,8 @@ void SceneController::StartRefit() {
   Run(
       job.target == TargetKind::kPhoto ? tr("Reading photos") : QString(),
       [=](EditSession& session, Monitor& monitor) {
-        session.CollectFits();
-        *number = session.StartRefit(job, monitor);
+        session.refits().CollectFits();
+        *number = session.refits().Start(job, monitor);
       },
       [=, this] {
         started_job_ = job;
@@ -67,7 +68,7 @@ void SceneController::StartRefit() {
         optimizer_.state = OptimizerState::kRunning;
         if (generation != generation_) {
           // Edited while the job waited for its turn.
-          session_->optimizer().Cancel();
+          session_->refits().optimizer().Cancel();
           if (automatic_) restart_.start();
         }
         poll_.start();
@@ -77,29 +78,29 @@ void SceneController::StartRefit() {
 
 void SceneController::PauseRefit() {
   if (!session_) return;
-  session_->optimizer().Pause();
+  session_->refits().optimizer().Pause();
   PollOptimizer();
 }
 
 void SceneController::ResumeRefit() {
   if (!session_) return;
-  session_->optimizer().Resume();
+  session_->refits().optimizer().Resume();
   PollOptimizer();
 }
 
 void SceneController::CancelRefit() {
   restart_.stop();
   if (!session_) return;
-  session_->optimizer().Cancel();
+  session_->refits().optimizer().Cancel();
   PollOptimizer();
 }
 
 void SceneController::PollOptimizer() {
   if (!session_) return;
   const OptimizerStatus old = optimizer_;
-  optimizer_.state = session_->optimizer().state();
+  optimizer_.state = session_->refits().optimizer().state();
   if (old.state == OptimizerState::kRunning) optimizer_.seconds += poll_.interval() / 1000.0;
-  const auto newest = session_->NewestSnapshot();
+  const auto newest = session_->refits().NewestSnapshot();
   const bool news = newest && newest != snapshot_ && newest->job == refit_number_;
   if (news) {
     snapshot_ = newest;
@@ -115,10 +116,10 @@ void SceneController::PollOptimizer() {
   if (!optimizer_.Active()) {
     poll_.stop();
     if (optimizer_.state == OptimizerState::kFinished && old.Active()) {
-      Run({}, [](EditSession& session, Monitor&) { session.CollectFits(); });
+      Run({}, [](EditSession& session, Monitor&) { session.refits().CollectFits(); });
     }
     if (optimizer_.state == OptimizerState::kFailed && old.Active()) {
-      optimizer_.error = session_->optimizer().error();
+      optimizer_.error = session_->refits().optimizer().error();
       Q_EMIT failed(tr("Refit"), QString::fromStdString(optimizer_.error));
     }
   }
@@ -135,9 +136,9 @@ void SceneController::Evaluate(RegionId id) {
   Run(
       tr("Measuring quality"),
       [=, target = job_.target](EditSession& session, Monitor& monitor) {
-        session.CollectFits();
+        session.refits().CollectFits();
         *report = EvaluateRegion(session, id, target, monitor);
-        *edit = EditKeyOf(session.regions(), id);
+        *edit = EditKeyOf(session.store().regions(), id);
       },
       [=, this] {
         const bool changed = regions_.Find(id) && EditKey(id) != *edit;
@@ -152,10 +153,10 @@ void SceneController::Glance(RegionId id) {
   Run(
       {},
       [=, target = job_.target](EditSession& session, Monitor& monitor) {
-        session.CollectFits();
-        if (!session.regions().Find(id)) return;  // deleted meanwhile
+        session.refits().CollectFits();
+        if (!session.store().regions().Find(id)) return;  // deleted meanwhile
         *report = EvaluateRegion(session, id, target, monitor, kGlancedViews);
-        *edit = EditKeyOf(session.regions(), id);
+        *edit = EditKeyOf(session.store().regions(), id);
       },
       [=, this] {
         if (report->train.views > 0 && EditKey(id) == *edit) Q_EMIT qualityGlanced(id, *report);
@@ -165,7 +166,10 @@ void SceneController::Glance(RegionId id) {
 void SceneController::Check() {
   const auto check = std::make_shared<SceneCheck>();
   Run(
-      {}, [=](EditSession& session, Monitor& monitor) { *check = CheckScene(session, monitor); },
+      {},
+      [=](EditSession& session, Monitor& monitor) {
+        *check = CheckScene(session.scene(), monitor);
+      },
       [=, this] { Q_EMIT sceneChecked(check->warnings); });
 }
 
@@ -180,7 +184,7 @@ void SceneController::RunWrite(const QString& label, const std::filesystem::path
 void SceneController::WriteSplat(const std::filesystem::path& path) {
   RunWrite(tr("Saving the splat"), path, [=](EditSession& session, Monitor& monitor) {
     CheckOutput(path);
-    session.CollectFits();
+    session.refits().CollectFits();
     session.WriteSplat(path, monitor);
   });
 }
@@ -195,7 +199,7 @@ void SceneController::WriteMasks(const std::filesystem::path& folder, RegionId i
 
 void SceneController::WriteReport(const std::filesystem::path& path) {
   RunWrite(tr("Saving the report"), path, [=, job = job_](EditSession& session, Monitor& monitor) {
-    session.CollectFits();
+    session.refits().CollectFits();
     ExportReport(session, job, path, monitor);
   });
 }
@@ -203,7 +207,7 @@ void SceneController::WriteReport(const std::filesystem::path& path) {
 void SceneController::WriteViews(const std::filesystem::path& folder,
                                  const std::vector<std::string>& names) {
   RunWrite(tr("Saving views"), folder, [=](EditSession& session, Monitor& monitor) {
-    std::vector<const View*> views = session.reconstruction().ViewsByName();
+    std::vector<const View*> views = session.scene().reconstruction().ViewsByName();
     if (!names.empty()) {
       std::erase_if(views, [&](const View* view) {
         return std::find(names.begin(), names.end(), view->name) == names.end();
@@ -234,10 +238,10 @@ void SceneController::WriteComparison(const std::filesystem::path& path, const P
     std::fill(both.data.begin(), both.data.end(), 1.0F);
     const FloatArray edited = ColorsToExport(session);
     int left = 0;
-    for (const FloatArray* colors : {&session.original().sh, &edited}) {
-      session.ShowSh(*colors);
+    for (const FloatArray* colors : {&session.scene().original().sh, &edited}) {
+      session.scene().renderer().SetSh(*colors);
       const Image side = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
-        return std::move(session.renderer().Render(face).rgb);
+        return std::move(session.scene().renderer().Render(face).rgb);
       });
       for (int y = 0; y < height; ++y) {
         std::copy_n(side.data.begin() + std::ptrdiff_t(side.Index(0, y)), 3 * width,

@@ -99,7 +99,7 @@ void SessionStore::Save(const std::filesystem::path& path, std::function<void()>
       tr("Saving the session"),
       [written, stamp, writer = writer_, view = ViewState()](EditSession& session,
                                                              Monitor& monitor) {
-        session.CollectFits();
+        session.refits().CollectFits();
         SessionSnapshot snapshot = TakeSnapshot(session);
         snapshot.view = view;
         writer->Write(snapshot, monitor);

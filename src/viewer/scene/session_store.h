@@ -13,7 +13,7 @@
 #include <QObject>
 #include <QTimer>
 
-#include "session/saving/autosave.h"
+#include "saving/autosave.h"
 #include "viewer/scene/scene_controller.h"
 
 namespace retint {

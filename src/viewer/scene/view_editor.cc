@@ -13,9 +13,9 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/image_io.h"
-#include "session/finer_session.h"
-#include "session/pictures/compare_pictures.h"
-#include "session/pictures/contact_sheet.h"
+#include "editing/compare_pictures.h"
+#include "editing/finer_session.h"
+#include "scene/contact_sheet.h"
 
 namespace retint {
 namespace {
@@ -77,8 +77,8 @@ void ViewEditor::Start(RegionId region, const std::string& name, TargetKind of) 
   controller_->Run(
       tr("Writing the view"),
       [=](EditSession& session, Monitor&) {
-        session.CollectFits();
-        const Pictures pictures = session.pictures();
+        session.refits().CollectFits();
+        const Pictures pictures = session.scene().pictures();
         const UserPicture& one = pictures.RequireOne(picture->view);
         std::map<const View*, RefitService::PictureStep> steps;
         for (const View* face : one.faces) {
@@ -156,12 +156,12 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
   controller_->Run(
       tr("Comparing the picture"),
       [=, views = picture.shown](EditSession& session, Monitor&) {
-        const Region* now = session.regions().Find(region);
+        const Region* now = session.store().regions().Find(region);
         if (!now) throw InputError(path, "belongs to a region that is not there any more");
         ColorEdit edit = now->edit;
         AddPicture(edit, edited, views);
-        session.SetEdit(region, edit, now->strength);
-        now = session.regions().Find(region);
+        session.store().SetEdit(region, edit, now->strength);
+        now = session.store().regions().Find(region);
         *found = PictureOf(now->edit);
         *on_large = PaintOnLargeGaussians(*now, session.scene());
       },

@@ -16,9 +16,9 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
+#include "opening/photo_paint.h"
+#include "selecting/view_mask.h"
 #include "selection/view_depth.h"
-#include "session/pictures/photo_paint.h"
-#include "session/pictures/view_mask.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -30,14 +30,14 @@ constexpr int kLeastWidth = 410;  // pixels of room to paint
 // The selection as it stands in a view: painted there, projected there, or seen from there.
 Mask MaskOnView(const RegionSelection& selection, const PaintedView& view, EditSession& session) {
   for (const PaintedView& painted : selection.source.painted) {
-    const auto names = PaintedNames(session.workspace(), painted);
+    const auto names = PaintedNames(session.scene().workspace(), painted);
     const auto at = std::find(names.begin(), names.end(), view.name);
     if (view.name.empty() || at == names.end()) continue;
-    return OnViews(session.workspace(), painted)[size_t(at - names.begin())].mask;
+    return OnViews(session.scene().workspace(), painted)[size_t(at - names.begin())].mask;
   }
   const auto found = selection.masks.find(view.name);
   if (found != selection.masks.end()) return found->second;
-  return session.SelectionSeenFrom(selection, view.camera);
+  return session.selection().SeenFrom(selection, view.camera);
 }
 
 // And in the pixels that one paints in.
@@ -46,25 +46,26 @@ Mask MaskOf(const RegionSelection& selection, const PaintedView& paper, EditSess
     if (IsOnPhoto(paper) && IsOnPhoto(painted) && painted.name == paper.name) return painted.mask;
   }
   std::vector<Mask> on_views;
-  for (const PaintedView& view : OnViews(session.workspace(), paper)) {
+  for (const PaintedView& view : OnViews(session.scene().workspace(), paper)) {
     on_views.push_back(MaskOnView(selection, view, session));
   }
-  return FromViews(session.workspace(), paper, std::move(on_views));
+  return FromViews(session.scene().workspace(), paper, std::move(on_views));
 }
 
 ViewLayers LayersOf(const PaintedView& paper, std::span<const float> sh, EditSession& session) {
   if (IsOnPhoto(paper)) {
-    const Pictures pictures = session.pictures();
-    return LayersOf(session, pictures.RequireOne(paper.name), sh);
+    const Pictures pictures = session.scene().pictures();
+    return LayersOf(session.scene(), pictures.RequireOne(paper.name), sh);
   }
-  session.ShowSh(sh);
+  session.scene().renderer().SetSh(sh);
   ViewLayers layers;
   layers.camera = paper.camera;
-  layers.color = session.renderer().Render(paper.camera).rgb;
-  const Reconstruction& reconstruction = session.reconstruction();
+  layers.color = session.scene().renderer().Render(paper.camera).rgb;
+  const Reconstruction& reconstruction = session.scene().reconstruction();
   const View* view = reconstruction.FindView(paper.name);
-  layers.depth = SurfaceDepth(session.renderer(), paper.camera, view, reconstruction);
-  layers.surface = SurfaceDepth(session.renderer(), paper.camera, view, reconstruction, true);
+  layers.depth = SurfaceDepth(session.scene().renderer(), paper.camera, view, reconstruction);
+  layers.surface =
+      SurfaceDepth(session.scene().renderer(), paper.camera, view, reconstruction, true);
   return layers;
 }
 
@@ -243,7 +244,7 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
       [frozen, sh, entry = entry_](EditSession& session, Monitor&) {
         PaintedView paper{entry.view.toStdString(), entry.camera,
                           Mask(entry.camera.camera.width, entry.camera.camera.height)};
-        frozen->layers = LayersOf(paper, sh ? *sh : session.original().sh, session);
+        frozen->layers = LayersOf(paper, sh ? *sh : session.scene().original().sh, session);
         frozen->image = ToQImage(frozen->layers.color);
         frozen->mask =
             frozen->selection ? MaskOf(*frozen->selection, paper, session) : std::move(paper.mask);

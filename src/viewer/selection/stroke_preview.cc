@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "opening/photo_paint.h"
 #include "scene/mask_pixels.h"
 #include "selection/paint_shares.h"
-#include "session/pictures/photo_paint.h"
 #include "viewer/canvas/photo_loader.h"
 #include "viewer/scene/post.h"
 #include "viewer/selection/selection_mode.h"
@@ -48,8 +48,8 @@ std::vector<float> SharesOf(EditSession& session, const PaintedView& painted,
   std::vector<float> shares;
   std::span<const float> base;
   if (before) base = before->shares;
-  for (const PaintedView& view : OnViews(session.workspace(), painted)) {
-    shares = PaintShares(session.renderer(), view.camera, view.mask, base);
+  for (const PaintedView& view : OnViews(session.scene().workspace(), painted)) {
+    shares = PaintShares(session.scene().renderer(), view.camera, view.mask, base);
     base = shares;
   }
   return shares;
@@ -77,14 +77,14 @@ Mask Lifted(Renderer& renderer, const PosedCamera& view, const std::vector<float
 
 // What the Gaussians' shares select, in the pixels of what is painted.
 Mask VeilOf(EditSession& session, const PaintedView& painted, const std::vector<float>& shares) {
-  Renderer& renderer = session.renderer();
+  Renderer& renderer = session.scene().renderer();
   if (!IsOnPhoto(painted)) return Lifted(renderer, painted.camera, shares);
-  const Reconstruction& model = session.workspace().reconstruction;
+  const Reconstruction& model = session.scene().workspace().reconstruction;
   std::vector<Mask> faces;
-  for (const std::string& name : PaintedNames(session.workspace(), painted)) {
+  for (const std::string& name : PaintedNames(session.scene().workspace(), painted)) {
     faces.push_back(Lifted(renderer, model.Posed(*model.FindView(name)), shares));
   }
-  return FromViews(session.workspace(), painted, std::move(faces));
+  return FromViews(session.scene().workspace(), painted, std::move(faces));
 }
 
 }  // namespace
@@ -174,7 +174,7 @@ void StrokePreview::Take(const std::shared_ptr<Round>& round) {
             const SmallPicture small = SmallPictureOf(*facts, *picture);
             const Mask mask =
                 DrawThrough(small.lens.get(), small.camera, [&](const PosedCamera& face) {
-                  return RenderShares(session.renderer(), face, shares, ProjectorOptions());
+                  return RenderShares(session.scene().renderer(), face, shares, ProjectorOptions());
                 });
             const QImage overlay = Overlay(mask, round->color);
             Post(this, [this, facts, name, overlay] {

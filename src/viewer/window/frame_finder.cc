@@ -74,7 +74,7 @@ void FrameFinder::Check(const OpenRequest& request) {
       request,
       [](const OpenRequest& asked, const GaussianModel& model, Monitor& monitor) {
         EditSession session(OpenWorkspace(asked.workspace, asked.options), model, asked.options);
-        return CheckScene(session, monitor);
+        return CheckScene(session.scene(), monitor);
       },
       [this](const SceneCheck& check) { Q_EMIT checked(check); });
 }

@@ -10,8 +10,8 @@
 #include <QObject>
 #include <QString>
 
-#include "session/opening/align.h"
-#include "session/opening/scene_check.h"
+#include "opening/align.h"
+#include "opening/scene_check.h"
 #include "viewer/scene/scene_controller.h"
 
 namespace retint {

@@ -21,7 +21,8 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
-#include "session/selecting/paint_held.h"
+#include "base/run_clock.h"
+#include "selecting/paint_held.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/quality_panel.h"

@@ -16,7 +16,7 @@
 #include <QToolBar>
 
 #include "base/error.h"
-#include "session/reporting/report.h"
+#include "base/run_clock.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/quality_panel.h"
 #include "viewer/panels/views_panel.h"

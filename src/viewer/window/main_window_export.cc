@@ -11,7 +11,7 @@
 
 #include "base/error.h"
 #include "colmap_io/image_io.h"
-#include "session/reporting/export.h"
+#include "reporting/export.h"
 #include "viewer/panels/export_dialog.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"

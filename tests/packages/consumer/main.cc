@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "base/error.h"
-#include "session/reporting/report.h"
+#include "base/run_clock.h"
 #include "splat_io/splat_io.h"
 
 int main(int argc, char** argv) try {

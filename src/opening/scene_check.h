@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether a splat and a workspace belong together: do the renders show what the photos show?
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/monitor.h"
+#include "opening/open_scene.h"
+
+namespace retint {
+
+// SH coefficients that stand for more than 50 times white in a color: ten times those of the
+// brightest Gaussian of trained captures. A fit spreads such colors over the Gaussians around
+// them. How many Gaussians have one, and the first; `records`, where it is not empty, are the
+// model's rows in the file. Empty if there is none.
+std::string WarningOfColors(const GaussianModel& model, std::span<const uint32_t> records = {});
+
+struct SceneCheckOptions {
+  int max_views = 4;          // rendered and compared, evenly spread
+  int longest_side = 400;     // pixels; larger views are compared this small; 0: as they are
+  bool strict = false;        // a photo that cannot be read is an InputError, else left out
+  double min_psnr = 15;       // dB, median of the compared views
+  double min_coverage = 0.5;  // mean opacity, median of the compared views (CoversTooLittle)
+  double max_gain = 0.25;     // dB, median of the compared views, by moving renders about
+  double max_near = 0.05;     // sparse points nearer than is drawn, median of the compared views
+};
+
+struct ViewComparison {
+  std::string view;
+  // dB, of the render against the photo; NaN without one. Of a photo that takes several views, of
+  // the pixels that the splat covers.
+  double psnr = 0;
+  double coverage = 0;  // mean opacity of the render
+  // How many dB closer a render comes to the photo where it is moved, by 1 to 8 % of the longer
+  // side, than where it is: 0 where splat and workspace fit. NaN without a photo. And how far it is
+  // moved then, of the longer side.
+  double gain = 0, moved = 0;
+  double near = 0;  // share of its sparse points at z up to kNearPlane; NaN where it has none
+};
+
+struct SceneCheck {
+  std::vector<std::string> missing_photos;  // view names
+  int views = 0;                            // in the workspace
+  std::vector<ViewComparison> comparisons;  // of the views that were rendered
+  double median_psnr = 0;                   // NaN where no view has a photo
+  double median_coverage = 0;
+  double median_gain = 0, median_moved = 0;  // NaN where no view has a photo
+  double median_near = 0;                    // NaN where no view has sparse points
+  std::string mismatch;               // why splat and workspace seem not to fit; empty: they do
+  std::vector<std::string> warnings;  // that and missing photos, one line each, for the user
+};
+
+// Whether the splat covers less of the views than min_coverage, or where photos tell how well it
+// fits less than a tenth of that: a thing alone covers little of its views.
+bool CoversTooLittle(const SceneCheck& check, const SceneCheckOptions& options = {});
+
+// Why the splat seems not to fit what the photos of `views` show, of which the first
+// options.max_views are compared; empty: it does, or no photo tells. These may show little of the
+// scene: how much of them the splat covers says nothing. Leaves the original's coefficients in
+// session.scene().renderer().
+std::string MismatchIn(OpenScene& scene, const std::vector<const View*>& views,
+                       const SceneCheckOptions& options = {});
+
+// Leaves the original's coefficients in session.scene().renderer(). Stage: "check".
+SceneCheck CheckScene(OpenScene& scene, Monitor& monitor, const SceneCheckOptions& options = {});
+// The same of a splat that is opened in parts: `show` hands out a scene with the original's
+// coefficients that shows a view, one view after the other.
+SceneCheck CheckScene(const Workspace& workspace,
+                      const std::function<OpenScene&(const View&)>& show, Monitor& monitor,
+                      const SceneCheckOptions& options = {});
+
+}  // namespace retint

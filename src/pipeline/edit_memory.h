@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What an edit takes in memory: estimated before it begins, and checked against what is in use
+// before its fit, which takes most.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "editing/edit_session.h"
+#include "recolor/refit_options.h"
+
+namespace retint {
+
+// Whose memory it is. Where a backend keeps its caches (geometries, weights and targets of a fit)
+// depends on the backend; photos are always the host's.
+enum class MemorySide { kHost, kDevice };
+
+struct MemoryBytes {
+  size_t host = 0, device = 0;
+  size_t& On(MemorySide side) { return side == MemorySide::kHost ? host : device; }
+  size_t On(MemorySide side) const { return side == MemorySide::kHost ? host : device; }
+};
+
+// What a run may take.
+struct MemoryLimits {
+  size_t host_bytes = 0;    // 0: three quarters of the machine's memory
+  size_t device_bytes = 0;  // of a GPU; 0: nine tenths of `device_has`
+  size_t device_has = 0;    // Device::AvailableDeviceBytes() of the run's backend; 0: it has no GPU
+
+  // The same for a run with this backend.
+  MemoryLimits For(const Device& backend) const;
+  MemorySide CacheSide() const { return device_has > 0 ? MemorySide::kDevice : MemorySide::kHost; }
+  size_t HostBytes() const;
+  size_t DeviceBytes() const;  // 0 without a GPU
+  size_t On(MemorySide side) const;
+  bool Hold(const MemoryBytes& bytes) const;
+  // A cache of the backend that was asked for, but at most an eighth of the limit where it lies, if
+  // one was given.
+  size_t Cache(size_t wanted) const { return Cache(CacheSide(), wanted); }
+  size_t Cache(MemorySide side, size_t wanted) const;
+};
+
+// The two halves of a refusal. The limits that `bytes` exceed, as in "`memory_mb=50` is too
+// little", and what is enough, as in "`memory_mb=96` is enough": a limit, or where the GPU has
+// less, the CPU backend within `on_cpu` bytes.
+std::string TooLittle(const MemoryLimits& limits, const MemoryBytes& bytes);
+std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t on_cpu);
+
+// How large an edit is.
+struct EditSize {
+  uint64_t gaussians = 0;     // that are opened
+  uint64_t most_visible = 0;  // of them, that a single view may see
+  uint64_t active = 0;        // of them, that are fitted, about; 0: there is no fit
+  uint64_t graph_nodes = 0;   // of them, among which a selection is completed
+  size_t views = 0;
+  size_t pixels = 0;          // of all views, whose masks are held
+  size_t largest_pixels = 0;  // of the largest view
+  RefitOptions refit = {};
+  bool on_device = false;  // on a GPU, which then has all that the kernels work on
+  bool is_whole = false;   // the whole splat, of which a copy is written
+};
+
+// Of an edit of all that a session holds, but for what is fitted and completed.
+EditSize SizeOfWhole(const EditSession& session);
+
+// About what it takes at its peak, beside the caches and what is in memory before; what is behind
+// the figures is in docs/scale.md, what was measured in docs/benchmarks.md.
+size_t HostBytesOf(const EditSize& size);
+size_t DeviceBytesOf(const EditSize& size);  // 0 on the CPU
+// Of it, what the fit and the report on it add on the host to what is opened; and what is on the
+// device from the fit on.
+MemoryBytes FitBytesOf(const EditSize& size);
+
+// The cache that a run can have on that side in what is left of its limit beside `taken`: what was
+// asked for, at most what MemoryLimits::Cache() says, and at most a third of what is left.
+size_t CacheBeside(const MemoryLimits& limits, MemorySide side, size_t taken, size_t wanted);
+
+// In memory now, of the process.
+size_t ResidentBytes();
+
+// How much of its weights and targets the fit of a session's region can keep, beside all that is in
+// memory now and what the fit and the report on it will take: at most
+// size.refit.region_cache_mb, the same on all ranks. What is not kept is made anew in each
+// sweep. size.active is not used but counted. OptionError, one line that says what would do, where
+// it does not fit even so.
+size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, RegionId region,
+                           EditSize size);
+
+}  // namespace retint

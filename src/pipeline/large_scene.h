@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A splat in a file that is larger than memory: sessions of the parts of it that a step needs. What
+// a part's views see is, bit for bit, what they see of the whole (out_of_core/frustum.h).
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "base/input_guard.h"
+#include "base/monitor.h"
+#include "editing/edit_session.h"
+#include "out_of_core/splat_index.h"
+#include "pipeline/edit_memory.h"
+#include "reporting/report.h"
+#include "selecting/selection_files.h"
+
+namespace retint {
+
+struct LargeSceneOptions {
+  MemoryLimits limits;
+  std::filesystem::path index;  // empty: SplatIndex::PathFor()
+  int most_views = 0;  // of those that see a selection, the ones that see it largest; 0: all
+  std::optional<RefitOptions> refit;  // what follows, if anything does
+};
+
+// Whether the splat is of the format that can be opened in parts, and an edit of all of it would
+// not fit beside caches of so many bytes. A file of another format, or one that cannot be read, is
+// not.
+bool IsTooLarge(const std::filesystem::path& splat, const MemoryLimits& limits, size_t cache_bytes);
+
+// Builds the index at `path` within what the limit leaves beside all that is in memory already, or
+// opens the one that is there and fits; `force`: builds it in any case. `built` says why it was
+// built. OptionError, one line that says which --memory-mb is enough, before memory is taken.
+SplatIndex OpenIndex(const PlyFile& splat, const std::filesystem::path& path,
+                     const MemoryLimits& limits, SplatIndexOptions options, bool force,
+                     Monitor& monitor, std::string* built);
+
+class LargeScene {
+ public:
+  // Opens the workspace, and the index, which is built where it must be; then `index_built` says
+  // why. InputError as OpenScene::Open(), and for a splat that is not a binary .ply. Stages
+  // "index", "load".
+  LargeScene(const std::filesystem::path& workspace, const std::filesystem::path& splat,
+             const SessionOptions& options, const LargeSceneOptions& large, Monitor& monitor);
+  const std::string& index_built() const { return index_built_; }
+  const Workspace& workspace() const { return *workspace_; }
+  Pictures pictures() const { return Pictures(*workspace_, options_.pixels); }
+  const PlyFile& file() const { return *file_; }
+  size_t NumGaussians() const { return static_cast<size_t>(file_->count()); }  // of the splat
+
+  // Sessions of a part each. `before`, which is given up first, hands its clock on. OptionError,
+  // one line that says what would do, where a part does not fit into the limits.
+
+  // The pictures of these names, to be looked at or painted on. InputError where they show nothing.
+  std::unique_ptr<EditSession> Show(const std::vector<std::string>& pictures,
+                                    std::unique_ptr<EditSession> before, Monitor& monitor);
+  // These views. Where they see nothing, some other Gaussians stand for it.
+  std::unique_ptr<EditSession> Show(const std::vector<const View*>& views,
+                                    std::unique_ptr<EditSession> before, Monitor& monitor);
+  // What the depth of these views is estimated from.
+  std::unique_ptr<EditSession> ForDepth(const std::vector<PosedCamera>& views,
+                                        const SelectOptions& select,
+                                        std::unique_ptr<EditSession> before, Monitor& monitor);
+  // The views that see the selection, those that are painted, and `pictures`. What the cloud's
+  // Completion needs is there too.
+  std::unique_ptr<EditSession> ForSelection(const SelectionCloud& cloud,
+                                            const std::vector<PaintedView>& painted,
+                                            const std::vector<std::string>& pictures,
+                                            const ProjectorOptions& projector,
+                                            std::unique_ptr<EditSession> before, Monitor& monitor);
+  // What `masks` select. The views whose masks have a selected pixel, and of those whose mask is
+  // empty the ones that may see a Gaussian of `shares` above the threshold or, where no shares are
+  // known, one that the first may see. Of a fit of all views the others would change no bit.
+  std::unique_ptr<EditSession> ForMasks(const MaskFolder& masks, const SparseShares& shares,
+                                        double active_threshold, Monitor& monitor);
+
+  // To measure what was made of the splat, some views after the others (large_evaluation.h):
+  // How many of `views`, from the first on, fit into memory together; at least one.
+  size_t NumToCompare(std::span<const View* const> views) const;
+  // These views, with room for a second set of coefficients.
+  std::unique_ptr<EditSession> ToCompare(std::span<const View* const> views,
+                                         std::unique_ptr<EditSession> before, Monitor& monitor);
+  // What `selected` may see, ascending. OptionError, before memory is taken, where `bytes` of each
+  // of these do not fit beside any of `views`; else they count as in memory beside what is opened.
+  std::vector<uint32_t> RecordsOf(const std::vector<const View*>& selected, size_t bytes,
+                                  const std::vector<const View*>& views);
+  // What is in memory now stays there beside what is opened from now on. While nothing is.
+  void CountWhatIsHeld();
+
+  // Writes the index of `copy`, a copy of the splat in which nothing but colors differs, beside it.
+  // It is to go beside `target`: false, and nothing is written, where something else than an index
+  // lies there. RunError as SplatIndex::WriteFor().
+  bool WriteIndexOf(const std::filesystem::path& copy, const std::filesystem::path& target) const;
+
+  // Of the session that was opened last.
+  const EditSize& size() const { return size_; }
+  OutOfCoreReport Report() const { return report_; }
+
+ private:
+  struct Need {
+    std::vector<const View*> views;
+    std::vector<PosedCamera> cameras;  // besides
+    std::optional<Eigen::AlignedBox3f> within;
+    bool everything = false;
+    bool or_any = false;     // of the blocks, where none of them is seen
+    bool completes = false;  // a selection, over everything or what is within the box
+    uint64_t active = 0;     // Gaussians to be fitted, about
+  };
+  static Need ComparisonOf(std::span<const View* const> views);
+  std::vector<uint32_t> BlocksOf(const Need& need) const;
+  uint64_t VisibleTo(const PosedCamera& camera) const;  // Gaussians, at most
+  EditSize SizeOf(const Need& need) const;
+  // With what is in memory already; without caches.
+  MemoryBytes BytesFor(const EditSize& size) const {
+    return {base_bytes_ + HostBytesOf(size), DeviceBytesOf(size)};
+  }
+  // What would do for it, and for so many more on the host; it does not fit.
+  std::string EnoughFor(EditSize size, size_t more = 0) const;
+  // How many of the views, largest first, fit with the rest of `need`.
+  size_t ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const;
+  // What the edit of something that these views show takes at most, which is not known yet.
+  Need EditOf(const Need& shown) const;
+  // OptionError, which says what would do, where it does not fit; `or_else` is added to it.
+  void CheckFits(const Need& need, const std::function<std::string()>& or_else = {}) const;
+  // `need` and the views that see a selection, of which --most-views takes the first.
+  std::unique_ptr<EditSession> OpenLargest(Need need, std::vector<const View*> largest_first,
+                                           std::unique_ptr<EditSession> before, Monitor& monitor);
+  std::unique_ptr<EditSession> Open(const Need& need, std::unique_ptr<EditSession> before,
+                                    Monitor& monitor);
+  std::vector<const View*> FacesOf(const std::vector<std::string>& pictures) const;
+  // That may see a point of the cloud, those that see it largest first.
+  std::vector<const View*> ViewsThatSee(const Eigen::AlignedBox3f& box) const;
+
+  InputGuard inputs_;
+  std::shared_ptr<const Workspace> workspace_;
+  std::shared_ptr<const PlyFile> file_;
+  std::unique_ptr<SplatIndex> index_;
+  SessionOptions options_;
+  LargeSceneOptions large_;
+  std::shared_ptr<Backend> backend_;
+  std::string index_built_;
+  StageClock clock_;
+  OutOfCoreReport report_;
+  EditSize size_;
+  size_t base_bytes_ = 0;                            // in memory before anything of the splat is
+  mutable std::map<std::string, uint64_t> visible_;  // VisibleTo(), by the camera's bytes
+};
+
+}  // namespace retint

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A report to look at: one page that needs no other file and no network.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "editing/edit_session.h"
+#include "reporting/report.h"
+
+namespace retint {
+
+struct HtmlReportOptions {
+  std::string title = "Recoloring";   // of the page
+  std::string command;                // that makes the same result again; may be empty
+  std::vector<std::string> warnings;  // sentences for people
+  size_t most_bytes = 9'500'000;      // of the page; pictures get smaller and coarser for it
+};
+
+// Before, mask and after of every view with a slider between them, those with the lowest PSNR
+// first; PSNR by view and loss as plots; paint, registration, edits, options and command as tables.
+// `report` is the session's (MakeReport() or FullReport()) with its quality filled in. The renderer
+// is left with the original coefficients. RunError when the page cannot be made small enough.
+// Stage: "pictures".
+std::string HtmlReport(EditSession& session, const RunReport& report,
+                       const HtmlReportOptions& options, Monitor& monitor);
+
+}  // namespace retint

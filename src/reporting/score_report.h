@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Internal to session: views' scores summed up.
+#pragma once
+
+#include <vector>
+
+#include "reporting/score.h"
+
+namespace retint {
+
+std::vector<ScoreGroup> GroupScores(const ScoreRequest& request,
+                                    const std::vector<ViewScore>& views);
+
+}  // namespace retint

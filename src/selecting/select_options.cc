@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selecting/select_options.h"
+
+namespace retint {
+
+void SelectOptions::DescribeDepth(OptionList& list) {
+  list.push_back({.name = "method",
+                  .member = ChoiceOf(method, DepthMethods()),
+                  .help = "how depth is found: " + DepthMethodsHelp(),
+                  .flag = "--method"});
+  depth.Describe(list);
+}
+
+void SelectOptions::DescribeCloud(OptionList& list) {
+  cloud.Describe(list);
+  list.push_back({.name = "register_cloud",
+                  .member = &register_cloud,
+                  .help = "move the cloud onto the sparse points",
+                  .flag = "--registration"});
+  registration.Describe(list);
+}
+
+void SelectOptions::Describe(OptionList& list) {
+  DescribeDepth(list);
+  DescribeCloud(list);
+}
+
+void SelectOptions::Check() const {
+  CheckRanges(*this);
+  depth.Check();
+}
+
+}  // namespace retint

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A selection on disk, as `retint project` writes it and `retint refit` reads it: a mask of every
+// view, and beside them the Gaussians' shares, which paint and cloud determine and which could be
+// computed from the masks alone only nearly.
+//
+//   <folder>/<image name>.png
+//   <folder>/shares.bin         8 bytes "RTSHARES", then little-endian: uint64 N, uint64 XXH64 of
+//                               the masks, N floats, the share of each Gaussian in [0, 1]
+//   <folder>/confidence.bin     the same after "RTCONFID": how sure each share is, in [0, 1]; only
+//                               of shares that were completed (selection/completion.h)
+//
+// The masks' XXH64 is of the following bytes: for each mask in ascending order of the names, the
+// image name, a zero byte, and the pixels row by row.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/monitor.h"
+#include "opening/open_scene.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// <folder>/<image name>.png of each mask; RunError when it cannot be written. Stage: "save".
+void WriteMasks(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
+                Monitor& monitor);
+
+// The masks of a folder, as far as they take memory.
+struct MaskFolder {
+  Pictures::MasksByName masks;     // of the pictures whose masks have a selected pixel
+  std::vector<std::string> empty;  // the other pictures that have one, by name
+  uint64_t checksum = 0;           // of all of them, as above
+
+  // Of these views, those whose pictures have one; moves what it can.
+  std::map<std::string, Mask> OfViews(const Pictures& pictures,
+                                      const std::vector<const View*>& views) &&;
+};
+// InputError as Pictures::ReadMasks().
+MaskFolder ReadMaskFolder(const std::filesystem::path& folder, const Pictures& pictures);
+
+// `masks` by image name; `confidence` may be empty: then there is no file of it. Values of a `part`
+// of a splat become those of all of it: what no view of the part shows has share 0, for sure.
+// RunError when one cannot be written.
+void WriteShares(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
+                 const std::vector<float>& shares, const std::vector<float>& confidence = {},
+                 const ScenePart* part = nullptr);
+
+struct SharesOfMasks {
+  std::vector<float> shares;      // [num_gaussians]; empty where there are none that fit
+  std::vector<float> confidence;  // the same of theirs
+  std::string why_not;            // why a file that is there was left aside, one line
+};
+
+// The shares that belong to `masks`, or to those of a checksum. A file whose masks were changed
+// since, or that belongs to another splat, is left aside. InputError when it is damaged.
+SharesOfMasks ReadShares(const std::filesystem::path& folder,
+                         const std::map<std::string, Mask>& masks, size_t num_gaussians);
+SharesOfMasks ReadShares(const std::filesystem::path& folder, uint64_t checksum,
+                         size_t num_gaussians);
+
+// The same of a splat larger than memory: the shares that are not 0.
+struct SparseShares {
+  bool known = false;               // whether there are any that fit
+  std::vector<uint32_t> gaussians;  // ascending
+  std::vector<float> shares;        // [gaussians]
+  std::string why_not;              // as SharesOfMasks has it
+
+  std::vector<float> Of(std::span<const uint32_t> records) const;  // of these, ascending
+  std::vector<uint32_t> Above(double threshold) const;             // Gaussians, ascending
+};
+SparseShares ReadSparseShares(const std::filesystem::path& folder, uint64_t checksum,
+                              size_t num_gaussians);
+
+}  // namespace retint

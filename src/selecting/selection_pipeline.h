@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From painted pixels to masks on every view: depth, cloud, registration, projection; and rounds of
+// painting that extend and erase a selection.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "depth/depth_estimator.h"
+#include "opening/open_scene.h"
+#include "selecting/region_selection.h"
+#include "selecting/select_options.h"
+#include "selection/mask_projector.h"
+#include "selection/selection_cloud.h"
+
+namespace retint {
+
+// Of scenes with more Gaussians a graph of everything takes seconds and gigabytes, most of them for
+// nothing: Completion::kNear then makes one of the selection's Surroundings().
+inline constexpr size_t kGraphOfWholeScene = 1'000'000;
+
+// What Select() computed from the painted views, stage by stage.
+struct SelectionResult {
+  std::vector<DepthEstimate> depths;  // one a painted view, measured about its paint
+  SelectionCloud cloud_raw;           // every sampled pixel, unfiltered and unregistered
+  SelectionCloud cloud;
+  std::vector<PaintedReport> painted;
+};
+
+// Whether `decided`, the mask of a view in which the scene decided what is undecided, may stand for
+// the view's `own`: its area is between half and five quarters of it. A short stroke on a part of a
+// thing leaves so much open that the scene may answer with something else than the outline that
+// was shown.
+bool MayStandFor(const Mask& own, const Mask& decided);
+
+struct PaintedPart;  // of it, one painted view's
+
+// Its stages render with the original coefficients and leave those in the scene's renderer. What is
+// painted on may be a distorted photo (opening/photo_paint.h): its stages work on the
+// views that show it, of which the results are.
+class SelectionPipeline {
+ public:
+  explicit SelectionPipeline(OpenScene& scene) : scene_(scene) {}
+
+  OpenScene& scene() { return scene_; }
+
+  // A workspace view and the mask painted on it. InputError when there is no such view, the mask is
+  // of another size, or no pixel is set.
+  PaintedView Paint(std::string_view view_name, Mask mask) const;
+
+  DepthEstimate EstimateDepth(const PosedCamera& view, const SelectOptions& options,
+                              Monitor& monitor);
+  // Depth, cloud and registration of every painted view; the points of all are one cloud. Of a
+  // photo that takes several views, those in which no painted pixel has a depth give no points.
+  // NoDepthError where a view, or all that is painted of such a photo, has none.
+  SelectionResult Select(const std::vector<PaintedView>& painted, const SelectOptions& options,
+                         Monitor& monitor);
+  // Masks of the `wanted` views, where it is empty of every view.
+  ProjectedMasks Project(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
+                         const ProjectorOptions& options, Monitor& monitor,
+                         const std::vector<const View*>& wanted = {});
+  // Masks of the `wanted` views, by name, from painted ones whose paint says nothing of some pixels
+  // (`seen` is 0, whatever the mask has there): these are decided by the Gaussians, which other
+  // views show from other sides. InputError as Select() and Project().
+  std::map<std::string, Mask> Decide(std::vector<PaintedView> painted,
+                                     const std::vector<const View*>& wanted, Monitor& monitor);
+
+  // A region's selection after one more round of painting; `base` is the selection so far, null in
+  // the first round. Where rounds disagree the newest holds: what it removed or added is removed
+  // from or added to the paint of the rounds before, on the surfaces that both see. A view painted
+  // again replaces its earlier paint. A view of no name is a free camera and is given one.
+  // InputError when nothing is left selected.
+  RegionSelection SelectRound(const RegionSelection* base, PaintRound round,
+                              const SelectOptions& select, const ProjectorOptions& project,
+                              Monitor& monitor);
+  // The selection as a soft mask of any camera.
+  Mask SeenFrom(const RegionSelection& selection, const PosedCamera& camera);
+
+ private:
+  DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& part,
+                             const SelectOptions& options, Monitor& monitor);
+  PaintedPart SelectOne(const PaintedView& view, const SelectOptions& options, Monitor& monitor);
+  // The filtered cloud of one painted view; where wanted, its raw points are added to `all_raw`.
+  SelectionCloud Unproject(const PaintedView& view, const DepthEstimate& depth,
+                           const SelectOptions& options, SelectionCloud* all_raw,
+                           PaintedReport* report, Monitor& monitor);
+  void RegisterCloud(const PaintedView& view, const DepthEstimate& depth,
+                     const SelectOptions& options, SelectionCloud* cloud, PaintedReport* report,
+                     Monitor& monitor);
+  // Carries what a round erased and added over to the paint and the cloud of the rounds before.
+  void CarryChanges(const PaintRound& round, double tolerance, SelectionSource* source,
+                    Monitor& monitor);
+
+  // The graph that a completion of `cloud` works on, kept for the next ones.
+  const GaussianGraph& GraphFor(const SelectionCloud& cloud, Completion completion,
+                                Monitor& monitor);
+
+  OpenScene& scene_;
+  std::unique_ptr<GaussianGraph> graph_;  // of the original scene or of a part of it
+};
+
+}  // namespace retint

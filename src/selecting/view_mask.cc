@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selecting/view_mask.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "base/error.h"
+#include "opening/photo_paint.h"
+#include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
+#include "scene/photo_rays.h"
+#include "selection/mask_tools/scissors.h"
+#include "selection/mask_tools/scribbles.h"
+#include "selection/view_depth.h"
+
+namespace retint {
+namespace {
+
+// `mask` with what is `undecided` in it decided by the Gaussians; as it is where they cannot, since
+// no pixel that is decided has depth or the selection would be empty, and where their answer must
+// not stand for it (MayStandFor()).
+Mask Decided(SelectionPipeline& selection, const UserPicture& picture, const Mask& mask,
+             const Mask& undecided, Monitor& monitor) {
+  PaintedView painted{picture.name, PosedPicture(selection.scene().workspace(), picture), mask,
+                      undecided};
+  for (uint8_t& value : painted.seen.data) value = IsInside(value) ? 0 : 255;
+  try {
+    const auto masks = selection.Decide({std::move(painted)}, picture.faces, monitor);
+    Mask decided = selection.scene().pictures().ComposeMask(
+        picture, [&](const View& face) { return masks.at(face.name); });
+    return MayStandFor(mask, decided) ? decided : mask;
+  } catch (const InputError&) {
+    return mask;
+  }
+}
+
+Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
+               const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor) {
+  if (request.this_view_alone) {
+    return MaskFromScribbles(layers, request.inside, request.outside, monitor);
+  }
+  Mask undecided;
+  Mask mask = MaskFromScribbles(layers, request.inside, request.outside, monitor, &undecided);
+  const bool any = std::any_of(undecided.data.begin(), undecided.data.end(),
+                               [](uint8_t value) { return value > 0; });
+  if (!any) return mask;
+  mask = Decided(selection, picture, mask, undecided, monitor);
+  for (size_t p = 0; p < mask.data.size(); ++p) {  // strokes are proof
+    if (IsInside(request.inside.data[p])) mask.data[p] = 255;
+    if (!request.outside.Empty() && IsInside(request.outside.data[p])) mask.data[p] = 0;
+  }
+  return mask;
+}
+
+Mask Selected(SelectionPipeline& selection, const UserPicture& picture,
+              const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor) {
+  if (!request.mask.Empty()) return request.mask;
+  if (!request.inside.Empty()) return Scribbled(selection, picture, request, layers, monitor);
+  if (request.wand) return MagicWand(layers, *request.wand);
+  if (!request.scissors.empty()) return CutOut(layers.color, request.scissors);
+  return {layers.color.width, layers.color.height, 255};
+}
+
+Mask Kept(const ViewMaskRequest& request, const ViewLayers& layers, Mask mask) {
+  if (request.sphere) {
+    mask = Intersection(mask, InSphere(layers, request.sphere->center, request.sphere->radius));
+  }
+  if (request.box) mask = Intersection(mask, InBox(layers, request.box->min, request.box->max));
+  if (request.like) {
+    const auto rgb = ColorAt(layers, request.like->x, request.like->y);
+    mask = Intersection(mask, LikeColor(layers, rgb, request.like->tolerance));
+  }
+  return mask;
+}
+
+}  // namespace
+
+void ViewMaskRequest::Check() const {
+  const int selecting = !mask.Empty() + !inside.Empty() + wand.has_value() + int(!scissors.empty());
+  CheckOption(selecting <= 1, "select by one of a mask, strokes, a wand and scissors, not by more");
+  CheckOption(selecting == 1 || sphere || box || like,
+              "there is nothing to select by: neither a mask, strokes, a wand nor scissors, nor a "
+              "sphere, a box or a color");
+  CheckOption(outside.Empty() || !inside.Empty(), "strokes outside need strokes inside");
+}
+
+ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<const float> sh,
+                    bool photo) {
+  const Pictures pictures = scene.pictures();
+  const Reconstruction& model = scene.reconstruction();
+  scene.renderer().SetSh(sh);
+  ViewLayers layers;
+  layers.camera = PosedPicture(scene.workspace(), picture);
+  layers.color = pictures.Compose(picture, [&](const View& face) {
+    if (photo) return scene.workspace().ReadPhoto(face);
+    return std::move(scene.renderer().Render(model.Posed(face)).rgb);
+  });
+  for (const bool median : {false, true}) {
+    (median ? layers.surface : layers.depth) =
+        pictures.ComposeDepth(picture, [&](const View& face) {
+          return SurfaceDepth(scene.renderer(), model.Posed(face), &face, model, median);
+        });
+  }
+  if (picture.photo) layers.rays = PhotoRays(*picture.photo->lens);
+  return layers;
+}
+
+Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
+                  const ViewMaskRequest& request, Monitor& monitor) {
+  request.Check();
+  for (const Mask* drawn : {&request.mask, &request.inside, &request.outside}) {
+    if (drawn->Empty()) continue;
+    CheckOption(drawn->width == picture.width && drawn->height == picture.height,
+                "a mask of view " + picture.name + " is " + SizeText(drawn->width, drawn->height) +
+                    ", the view is " + SizeText(picture.width, picture.height));
+  }
+  const ViewLayers layers =
+      LayersOf(selection.scene(), picture, selection.scene().original().sh, request.photo);
+  Mask mask = Kept(request, layers, Selected(selection, picture, request, layers, monitor));
+  if (request.refine_edge > 0) mask = RefineEdge(layers, mask, request.refine_edge, monitor);
+  if (!AnyInside(mask)) {
+    throw InputError("no pixel of view " + picture.name + " is selected");
+  }
+  return mask;
+}
+
+}  // namespace retint

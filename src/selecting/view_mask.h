@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The mask of one picture by the tools that find an outline, as `retint mask` and Python call them.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "base/monitor.h"
+#include "scene/image.h"
+#include "selecting/selection_pipeline.h"
+#include "selection/mask_tools/pixel_tools.h"
+
+namespace retint {
+
+struct ViewMaskRequest {
+  struct Sphere {
+    Eigen::Vector3d center;
+    double radius;
+  };
+  struct Box {
+    Eigen::Vector3d min, max;  // along the world's axes
+  };
+  struct Like {
+    int x, y;  // pixels
+    double tolerance = WandOptions().color;
+  };
+
+  // What is selected, by one of these; by none, everything. Masks are of the picture's size.
+  Mask mask;
+  Mask inside, outside;  // strokes; `outside` may be empty
+  std::optional<WandOptions> wand;
+  std::vector<Eigen::Vector2i> scissors;  // pixels
+  // What is kept of it.
+  std::optional<Sphere> sphere;
+  std::optional<Box> box;
+  std::optional<Like> like;
+
+  // Strokes: what this view alone does not decide stays as its colors and edges have it, instead
+  // of being decided by the Gaussians, which all views show (SelectionPipeline::Decide()).
+  bool this_view_alone = false;
+  int refine_edge = 0;  // pixels, 0: the border stays; see RefineEdge()
+  bool photo = false;   // edges and colors are read in the photo, not in the render
+
+  // OptionError when more than one thing selects, nothing selects or limits, or there are strokes
+  // outside and none inside.
+  void Check() const;
+};
+
+// What the tools see of a picture, in its own pixels: rendered with the coefficients `sh` [N, K,
+// 3], or its photo; and the surfaces' depth.
+ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<const float> sh,
+                    bool photo = false);
+
+// The picture's mask, soft, 128 and above is inside. InputError when no pixel is selected; else as
+// the tools (selection/mask_tools).
+Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
+                  const ViewMaskRequest& request, Monitor& monitor);
+
+}  // namespace retint
