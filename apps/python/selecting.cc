@@ -36,9 +36,11 @@ PySelection Select(PySession& self, const py::object& given, py::object progress
     }
   }
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    SelectionResult result = session.selection().Select(painted, options.select, monitor);
-    return PySelection{std::move(result.cloud), painted, std::move(result.painted),
-                       std::move(result.depths)};
+    PySelection selection;
+    selection.source.painted = painted;
+    selection.source.select = options.select;
+    selection.depths = session.selection().Select(selection.source, monitor).depths;
+    return selection;
   });
 }
 
@@ -51,7 +53,7 @@ PySelection EraseFrom(PySession& self, const PySelection& selection, const std::
     PySelection left = selection;
     const DepthEstimate depth =
         session.selection().EstimateDepth(erased.camera, options.select, monitor);
-    Erase(left.cloud, erased.camera, erased.mask, depth.depth);
+    Erase(left.source.cloud, erased.camera, erased.mask, depth.depth);
     return left;
   });
 }
@@ -61,16 +63,13 @@ PyMasks Project(PySession& self, const PySelection& selection, py::object progre
   const EditOptions options =
       Resolve(keywords, [](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
   return self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-    ProjectedMasks masks =
-        session.selection().Project(selection.cloud, selection.painted, options.projector, monitor);
-    const auto warnings =
-        WarningsOfPaint(session.scene().workspace(), selection.painted, masks.masks);
-    return PyMasks{std::move(masks.masks),
-                   std::move(masks.shares),
-                   {selection.painted, selection.cloud, selection.reports},
-                   fmt::format("{}", fmt::join(warnings, "\n")),
-                   std::move(masks.confidence),
-                   std::move(masks.visible)};
+    SelectionSource source = selection.source;
+    source.projector = options.projector;
+    ProjectedMasks masks = session.selection().Project(source, monitor);
+    const auto warnings = WarningsOfPaint(session.scene().workspace(), source.painted, masks.masks);
+    return PyMasks{std::move(masks.masks),      std::move(masks.shares),
+                   std::move(source),           fmt::format("{}", fmt::join(warnings, "\n")),
+                   std::move(masks.confidence), std::move(masks.visible)};
   });
 }
 

@@ -20,7 +20,7 @@ namespace {
 // A member of every point of a cloud as an array over the cloud's memory.
 template <typename T>
 py::array PointsView(const py::object& self, const T* first, py::ssize_t columns) {
-  const auto& cloud = self.cast<const PySelection&>().cloud;
+  const auto& cloud = self.cast<const PySelection&>().source.cloud;
   const auto count = static_cast<py::ssize_t>(cloud.points.size());
   std::vector<py::ssize_t> shape = {count}, strides = {sizeof(SelectionPoint)};
   if (columns > 0) {
@@ -35,7 +35,7 @@ template <typename Member>
 auto PointsOf(Member member, py::ssize_t columns) {
   return [member, columns](const py::object& self) {
     static const SelectionPoint none{};
-    const auto& points = self.cast<const PySelection&>().cloud.points;
+    const auto& points = self.cast<const PySelection&>().source.cloud.points;
     return PointsView(self, member(points.empty() ? none : points.front()), columns);
   };
 }
@@ -79,17 +79,17 @@ void WriteMasksTo(const PyMasks& self, const py::object& folder, py::object prog
 
 PySelection Joined(const PySelection& first, const PySelection& second) {
   std::set<std::string> names;
-  for (const PaintedView& view : first.painted) names.insert(view.name);
-  for (const PaintedView& view : second.painted) {
+  for (const PaintedView& view : first.source.painted) names.insert(view.name);
+  for (const PaintedView& view : second.source.painted) {
     CheckOption(!names.contains(view.name), view.name + " is painted in both selections");
   }
   PySelection both = first;
-  Append(both.cloud, second.cloud);
+  Append(both.source.cloud, second.source.cloud);
   const auto add = [](auto& to, const auto& from) {
     to.insert(to.end(), from.begin(), from.end());
   };
-  add(both.painted, second.painted);
-  add(both.reports, second.reports);
+  add(both.source.painted, second.source.painted);
+  add(both.source.reports, second.source.reports);
   add(both.depths, second.depths);
   return both;
 }
@@ -147,13 +147,15 @@ void BindCloud(py::module_& module) {
       .def_static(
           "read",
           [](const py::object& path) {
-            return PySelection{ReadCloud(ToPath(path)), {}, {}, {}};
+            PySelection selection;
+            selection.source.cloud = ReadCloud(ToPath(path));
+            return selection;
           },
           py::arg("path"), "Reads a point cloud (.ply) of Retint's or any with x y z.")
       .def(
           "write",
           [](const PySelection& self, const py::object& path) {
-            WriteCloud(ToPath(path), self.cloud);
+            WriteCloud(ToPath(path), self.source.cloud);
           },
           py::arg("path"), "Writes the points (.ply).")
       .def_property_readonly("positions", PointsOf([](P p) { return p.position.data(); }, 3),
@@ -171,22 +173,24 @@ void BindCloud(py::module_& module) {
       .def_property_readonly("source", PointsOf([](P p) { return &p.source; }, 0),
                              "[P] uint16: index into `sources`.")
       .def_property_readonly(
-          "sources", [](const PySelection& self) { return self.cloud.sources; },
+          "sources", [](const PySelection& self) { return self.source.cloud.sources; },
           "list of str: names of the painted views.")
-      .def_readonly("painted", &PySelection::painted, "list of Painted")
+      .def_property_readonly(
+          "painted", [](const PySelection& self) { return self.source.painted; }, "list of Painted")
       .def_readonly("depths", &PySelection::depths, "list of Depth, one a painted view")
       .def_property_readonly(
           "reports",
           [](const PySelection& self) {
             py::list list;
-            for (const PaintedReport& report : self.reports) list.append(FromPainted(report));
+            for (const PaintedReport& report : self.source.reports)
+              list.append(FromPainted(report));
             return list;
           },
           "list of dict: what became of each painted view.")
       .def("__add__", &Joined, py::arg("other"), "A selection with the points of both.")
-      .def("__len__", [](const PySelection& self) { return self.cloud.points.size(); })
+      .def("__len__", [](const PySelection& self) { return self.source.cloud.points.size(); })
       .def("__repr__", [](const PySelection& self) {
-        return "<retint.Selection " + std::to_string(self.cloud.points.size()) + " points>";
+        return "<retint.Selection " + std::to_string(self.source.cloud.points.size()) + " points>";
       });
 }
 

@@ -40,9 +40,7 @@ struct PySplat {
 
 // A selection in 3D and how it came about.
 struct PySelection {
-  SelectionCloud cloud;
-  std::vector<PaintedView> painted;
-  std::vector<PaintedReport> reports;
+  SelectionSource source;
   std::vector<DepthEstimate> depths;
 };
 

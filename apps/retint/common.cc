@@ -151,7 +151,7 @@ bool FlushOutput() {
 }
 
 bool SharesWork(const std::string& verb) {
-  return verb == "recolor" || verb == "refit" || verb == "project";
+  return verb == "recolor" || verb == "run" || verb == "refit" || verb == "project";
 }
 
 CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
@@ -272,17 +272,22 @@ void AddPaint(CLI::App* verb, PaintArguments& paint, bool required) {
       ->type_name("FILE");
 }
 
-std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& pictures) {
-  if (paint.views.size() != paint.masks.size()) {
-    throw OptionError("--view and --mask come in pairs, there are " +
-                      std::to_string(paint.views.size()) + " and " +
-                      std::to_string(paint.masks.size()));
+std::vector<PaintFile> PaintArguments::Files() const {
+  if (views.size() != masks.size()) {
+    throw OptionError("--view and --mask come in pairs, there are " + std::to_string(views.size()) +
+                      " and " + std::to_string(masks.size()));
   }
+  std::vector<PaintFile> files;
+  for (size_t i = 0; i < views.size(); ++i) files.push_back({views[i], masks[i]});
+  return files;
+}
+
+std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& pictures) {
   std::vector<PaintedView> painted;
-  for (size_t i = 0; i < paint.views.size(); ++i) {
-    for (PaintedView& view : pictures.ReadBrush(paint.views[i], paint.masks[i])) {
+  for (const PaintFile& file : paint.Files()) {
+    for (PaintedView& view : pictures.ReadBrush(file.view, file.mask)) {
       for (const PaintedView& other : painted) {
-        CheckOption(other.name != view.name, "--view " + paint.views[i] + " is given twice");
+        CheckOption(other.name != view.name, "--view " + file.view + " is given twice");
       }
       painted.push_back(std::move(view));
     }
@@ -291,20 +296,7 @@ std::vector<PaintedView> ReadPaint(const PaintArguments& paint, const Pictures& 
 }
 
 void WarnOfMismatch(const std::vector<std::string>& names, EditSession& session, Run& run) {
-  SceneCheckOptions options;
-  options.max_views = 2;  // one is rendered in a moment, and another is enough to be sure
-  std::vector<const View*> views;
-  const Pictures pictures = session.scene().pictures();
-  for (const std::string& name : names) {
-    if (const View* view = session.scene().reconstruction().FindView(name)) {
-      views.push_back(view);
-      continue;
-    }
-    for (const UserPicture* picture : pictures.Require(name)) {
-      views.push_back(picture->faces.front());
-    }
-  }
-  const std::string mismatch = MismatchIn(session.scene(), views, options);
+  const std::string mismatch = MismatchIn(session.scene(), names);
   if (!mismatch.empty()) run.Warn(mismatch);
 }
 
@@ -336,14 +328,8 @@ void WarnOfMainColor(const ColorEdit& edit, Run& run) {
 }
 
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run) {
-  const auto& views = workspace.reconstruction.views;
-  const auto missing = std::count_if(views.begin(), views.end(), [&](const auto& entry) {
-    return !workspace.HasPhoto(entry.second);
-  });
-  if (missing > 0) {
-    run.Warn("--target photo: " + std::to_string(missing) + " of " + std::to_string(views.size()) +
-             " views have no photo; their renders are taken");
-  }
+  const std::string missing = WarningOfMissingPhotos(workspace);
+  if (!missing.empty()) run.Warn(missing);
 }
 
 void AddPreset(CLI::App* verb, EditArguments& edit) {

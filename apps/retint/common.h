@@ -16,7 +16,8 @@
 #include "base/staged_output.h"
 #include "editing/edit_options.h"
 #include "editing/edit_session.h"
-#include "pipeline/large_scene.h"
+#include "pipeline/edit_recipe.h"
+#include "pipeline/scene_source.h"
 #include "retint/edit_flags.h"
 #include "retint/option_flags.h"
 #include "retint/progress.h"
@@ -139,7 +140,7 @@ struct LargeArguments {
   std::string mode = "auto";
   std::filesystem::path index;
   int most_views = 0;
-  MemoryLimits Limits(const Device& backend) const;
+  MemoryLimits Given() const { return {memory_mb << 20, device_memory_mb << 20}; }
   MemoryLimits Limits(const Run& run) const;  // of the backend that was asked for
 };
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
@@ -147,22 +148,16 @@ void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
 // does.
 std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
                                       int holdout, const RefitOptions* refit, Run& run);
-// The edited scene to `staged`, which becomes `target`; of one that was opened in parts, the copy's
-// index too, or a warning that there is none.
-void WriteEdited(const EditSession& session, const LargeScene* large,
-                 const std::filesystem::path& staged, const std::filesystem::path& target,
-                 Run& run);
-// Before the fit of a region: what it keeps is made to fit into the limits. A whole scene (`large`
-// is null) has one on the CPU only where it was given. OptionError as RegionCacheThatFits().
-void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSession& session,
-                RegionId region, RefitOptions* refit);
-// OptionError where a splat that is opened in parts cannot be written to `output`.
-void CheckOutputOfParts(const std::filesystem::path& output);
+// The same as what a run's steps work on.
+std::unique_ptr<SceneSource> OpenSource(const SceneArguments& scene, const LargeArguments& large,
+                                        int holdout, const RefitOptions* refit, Run& run);
 
 // --view and --mask, repeated in pairs.
 struct PaintArguments {
   std::vector<std::string> views;
   std::vector<std::filesystem::path> masks;
+  // OptionError when the pairs do not match up.
+  std::vector<PaintFile> Files() const;
 };
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required);
 // Reads the masks and checks them against the pictures that --view names; a picture of several
@@ -180,7 +175,7 @@ MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& 
 // Warns of an edit whose main color is measured inside masks, which `retint recolor` measures on
 // the paint.
 void WarnOfMainColor(const ColorEdit& edit, Run& run);
-// Warns of views without a photo, whose render is taken for it.
+// As WarningOfMissingPhotos().
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run);
 
 // The options of an edit as flags, or those that a verb has of them.

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/staged_output.h"
 #include "depth/sparse_errors.h"
+#include "pipeline/edit_outputs.h"
 #include "retint/common.h"
 #include "retint/results.h"
 

@@ -103,7 +103,7 @@ RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, Targe
                                           target, after, *session, run);
   }
   const RegionSelection& selection = *session->store().regions().Find(region)->selection;
-  const Coverage coverage = MeasureCoverage(selection.masks);
+  const Coverage coverage = MeasureCoverage(selection.masks, selection.masks.size());
   report.mask_views = coverage.views;
   report.mean_coverage = coverage.mean;
   report.refit.solver = "external";

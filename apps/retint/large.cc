@@ -11,12 +11,8 @@
 
 namespace retint::cli {
 
-MemoryLimits LargeArguments::Limits(const Device& backend) const {
-  return MemoryLimits{memory_mb << 20, device_memory_mb << 20}.For(backend);
-}
-
 MemoryLimits LargeArguments::Limits(const Run& run) const {
-  return Limits(*OpenBackend(run.globals().backend));
+  return Given().For(*OpenBackend(run.globals().backend));
 }
 
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
@@ -80,36 +76,15 @@ std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeAr
   return opened;
 }
 
-void KeepWithin(const LargeArguments& arguments, const LargeScene* large, EditSession& session,
-                RegionId region, RefitOptions* refit) {
-  const MemoryLimits limits = arguments.Limits(session.scene().backend());
-  const bool on_host = limits.CacheSide() == MemorySide::kHost;
-  if (!large && on_host && limits.host_bytes == 0) return;
-  EditSize size = large ? large->size() : SizeOfWhole(session);
-  size.refit = *refit;
-  refit->SetRegionCacheBytes(RegionCacheThatFits(limits, session, region, size));
-}
-
-void WriteEdited(const EditSession& session, const LargeScene* large,
-                 const std::filesystem::path& staged, const std::filesystem::path& target,
-                 Run& run) {
-  session.WriteSplat(staged, run.monitor());
-  if (!large) return;
-  try {
-    if (large->WriteIndexOf(staged, target)) return;
-    run.Warn(SplatIndex::PathFor(target).string() +
-             " is not an index of a splat, and is not written over");
-  } catch (const RunError& error) {
-    run.Warn(std::string("the output has no index: ") + error.what());
-  } catch (const InputError& error) {
-    run.Warn(std::string("the output has no index: ") + error.what());
+std::unique_ptr<SceneSource> OpenSource(const SceneArguments& scene, const LargeArguments& large,
+                                        int holdout, const RefitOptions* refit, Run& run) {
+  if (auto parts = OpenLarge(scene, large, holdout, refit, run)) {
+    return std::make_unique<SceneInParts>(
+        std::move(parts), large.Given(),
+        [&run](EditSession& session) { StartSession(session, run); });
   }
-}
-
-void CheckOutputOfParts(const std::filesystem::path& output) {
-  CheckOption(CodecForWriting(output).Name() == "3DGS .ply",
-              "a splat that is opened in parts is written as a patched copy: --output must be a "
-              "3DGS .ply");
+  return std::make_unique<WholeScene>(OpenSession(scene, holdout, run, large.Limits(run)),
+                                      large.Given());
 }
 
 }  // namespace retint::cli

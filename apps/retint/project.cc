@@ -24,22 +24,23 @@ struct Arguments {
 void Project(const Arguments& arguments, Run& run) {
   const ProjectorOptions options = Resolve(arguments.edit, run.globals()).projector;
   if (run.Writes()) CheckOutput(arguments.output, /*as_folder=*/true);
-  const SelectionCloud cloud = ReadCloud(arguments.cloud);
-  if (cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
+  SelectionSource source{.projector = options, .cloud = ReadCloud(arguments.cloud)};
+  if (source.cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session =
       large ? nullptr : OpenSession(arguments.scene, 0, run, arguments.large.Limits(run));
   const Pictures pictures = large ? large->pictures() : session->scene().pictures();
-  const auto painted = ReadPaint(arguments.paint, pictures);
-  if (painted.empty() && !cloud.sources.empty() && options.kind == ProjectorKind::kGaussians) {
+  source.painted = ReadPaint(arguments.paint, pictures);
+  if (source.painted.empty() && !source.cloud.sources.empty() &&
+      options.kind == ProjectorKind::kGaussians) {
     run.Warn("without --view and --mask nothing is known of what was painted: masks are rougher");
   }
   if (large) {
-    session = large->ForSelection(cloud, painted, {}, options, nullptr, run.monitor());
+    session = large->ForSelections({&source}, {}, nullptr, run.monitor());
     StartSession(*session, run);
   }
-  ProjectedMasks masks = session->selection().Project(cloud, painted, options, run.monitor());
-  WarnOfPaint(painted, masks.masks, *session, run);
+  ProjectedMasks masks = session->selection().Project(source, run.monitor());
+  WarnOfPaint(source.painted, masks.masks, *session, run);
   if (!run.Writes()) return;
   const ShareAmong alone;
   if (!pictures.AreViews()) masks.masks = pictures.FromViews(masks.masks);
@@ -53,7 +54,7 @@ void Project(const Arguments& arguments, Run& run) {
   });
   run.Commit(staged);
   run.FinishProgress();
-  const Coverage coverage = MeasureCoverage(masks.masks);
+  const Coverage coverage = MeasureCoverage(masks.masks, masks.masks.size());
   run.Print(fmt::format(
       "wrote {} masks to {}: {} hold a selected pixel, {:.2f} % covered on average",
       masks.masks.size(), arguments.output.string(), coverage.views, 100 * coverage.mean));

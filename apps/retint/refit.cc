@@ -39,7 +39,11 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
     opened.session = OpenSession(arguments.scene, holdout, run, arguments.large.Limits(run));
   }
   LargeScene* const large = opened.large.get();
-  if (large) CheckOutputOfParts(arguments.output);
+  if (large) {
+    CheckOption(CodecForWriting(arguments.output).Name() == "3DGS .ply",
+                "a splat that is opened in parts is written as a patched copy: --output must be a "
+                "3DGS .ply");
+  }
   const Workspace& workspace = large ? large->workspace() : opened.session->scene().workspace();
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(workspace, run);
   const Pictures pictures = large ? large->pictures() : opened.session->scene().pictures();
@@ -80,7 +84,7 @@ void Refit(const Arguments& arguments, Run& run) {
   WarnOfMainColor(edit, run);
   session->store().SetEdit(region, session->store().regions().Find(region)->edit,
                            arguments.color.flags.strength());
-  KeepWithin(arguments.large, opened.large.get(), *session, region, &job.options);
+  LimitRegionCache(arguments.large.Given(), opened.large.get(), *session, region, &job.options);
   session->refits().Refit(job, run.monitor());
   const FloatArray after = session->refits().CurrentSh();
   const QualityReport quality = session->refits().Evaluate(region, session->scene().original().sh,
@@ -94,7 +98,9 @@ void Refit(const Arguments& arguments, Run& run) {
   {
     const StageClock::Lap lap(session->scene().clock(), "save");
     staged.Add(arguments.output, [&](const auto& path) {
-      WriteEdited(*session, opened.large.get(), path, arguments.output, run);
+      const std::string warning =
+          WriteEdited(*session, opened.large.get(), path, arguments.output, run.monitor());
+      if (!warning.empty()) run.Warn(warning);
       format = MeasureWritten(session->scene(), after, path, run.monitor());
     });
   }
@@ -104,7 +110,8 @@ void Refit(const Arguments& arguments, Run& run) {
     report.peak_rss_mb = measured.peak_rss_mb;
     report.peak_device_mb = measured.peak_device_mb;
     const Coverage coverage =
-        MeasureCoverage(session->store().regions().Find(region)->selection->masks);
+        MeasureCoverage(session->store().regions().Find(region)->selection->masks,
+                        session->scene().reconstruction().views.size());
     report.mask_views = coverage.views;
     report.mean_coverage = coverage.mean;
     report.options = SettingsThatApply(Described(job));

@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "pipeline/run_job.h"
+#include "base/ranks.h"
+#include "pipeline/edit_run.h"
+#include "pipeline/job_file.h"
 #include "retint/common.h"
 #include "retint/results.h"
 #include "retint/stage_plans.h"
@@ -19,27 +21,19 @@ struct Arguments {
   std::filesystem::path job, cache;
   bool no_cache = false, dry_run = false, schema = false;
   uint64_t keep_mb = 2048;
+  LargeArguments large;
   const CLI::Option* seed = nullptr;  // of all verbs; a job has its own
 };
 
-std::filesystem::path CacheFolder(const Arguments& arguments, const Job& job) {
+std::filesystem::path CacheFolder(const Arguments& arguments, const EditRecipe& job) {
   if (arguments.no_cache) return {};
   if (!arguments.cache.empty()) return arguments.cache;
   std::filesystem::path folder = job.file;
   return folder.replace_extension(".cache");
 }
 
-void PrintStage(const JobStage& stage, const char* state, const Run& run) {
+void PrintStage(const EditStage& stage, const char* state, const Run& run) {
   run.Print(fmt::format("{:<12} {:<8} {}", stage.name, state, stage.region));
-}
-
-void PrintOutputs(const JobOutputs& outputs, const Run& run) {
-  std::vector<std::filesystem::path> paths = outputs.splats;
-  for (const auto& path : {outputs.report, outputs.page, outputs.masks, outputs.views,
-                           outputs.session, outputs.finer_splat}) {
-    if (!path.empty()) paths.push_back(path);
-  }
-  for (const auto& path : paths) run.Print(fmt::format("wrote        {}", path.string()));
 }
 
 void RunJob(const Arguments& arguments, Run& run) {
@@ -52,7 +46,7 @@ void RunJob(const Arguments& arguments, Run& run) {
               "--cache and --no-cache exclude each other");
   std::optional<uint64_t> seed;
   if (arguments.seed->count() > 0) seed = run.globals().seed;
-  const Job job = ReadJob(arguments.job, seed);
+  const EditRecipe job = ReadJob(arguments.job, seed);
   for (const std::string& warning : job.warnings) run.Warn(warning);
   SceneArguments scene;
   scene.workspace = job.workspace;
@@ -61,33 +55,33 @@ void RunJob(const Arguments& arguments, Run& run) {
   scene.model = job.model;
   scene.world_from_splat = job.world_from_splat;
   if (job.views > 0) scene.views = job.views;
-  auto session = OpenSession(scene, job.holdout, run);
+  const auto source =
+      OpenSource(scene, arguments.large, job.holdout, &job.options.refit.options, run);
   StageCache cache(CacheFolder(arguments, job));
-  JobRunner runner(job, std::move(session), cache);
+  std::vector<EditStage> stages;
+  EditRun edit(job, *source, cache,
+               {.stage = [&](const EditStage& stage) { stages.push_back(stage); },
+                .warning = [&](const std::string& text) { run.Warn(text); }});
   if (arguments.dry_run) {
     run.FinishProgress();
-    for (const JobStage& stage : runner.Plan()) {
+    for (const EditStage& stage : edit.Plan()) {
       PrintStage(stage, stage.cached ? "kept" : "to do", run);
     }
     return;
   }
-  run.SetPlan(PlanOf(job, runner.Plan()));
-  std::vector<std::string> painted;
-  for (const JobRegion& region : job.regions) {
-    for (const JobPaint& paint : region.paint) painted.push_back(paint.view);
-  }
-  WarnOfMismatch(painted, runner.session(), run);
-  std::vector<JobStage> stages;
-  runner.Run([&](const JobStage& stage) { stages.push_back(stage); }, run.monitor());
-  for (const std::string& warning : runner.warnings()) run.Warn(warning);
-  runner.WriteOutputs(run.warnings(), run.monitor());
+  run.SetPlan(PlanOf(job, edit.Plan()));
+  edit.Run(run.monitor());
+  if (!job.outputs.report.empty() || !job.outputs.page.empty()) edit.Evaluate({}, run.monitor());
+  if (!run.Writes()) return;
+  const ShareAmong alone;
+  edit.Write(run.warnings(), run.monitor());
   run.SetWritten();
   for (const auto& splat : job.outputs.splats) {
-    WarnOfLosses(splat, runner.session().scene().original(), run);
+    WarnOfLosses(splat, edit.session().scene().original(), run);
   }
   cache.Trim(arguments.keep_mb << 20);
   run.FinishProgress();
-  for (const JobStage& stage : stages) PrintStage(stage, stage.cached ? "kept" : "done", run);
+  for (const EditStage& stage : stages) PrintStage(stage, stage.cached ? "kept" : "done", run);
   PrintOutputs(job.outputs, run);
 }
 
@@ -111,6 +105,7 @@ void AddRun(CLI::App& app, Globals& globals, Action& action) {
                    "Of results that this run did not need, those used last stay, up to so many MiB "
                    "in all")
       ->check(CLI::Range(uint64_t{0}, uint64_t{1} << 40));
+  AddLarge(verb, arguments->large, /*selects=*/true);
   verb->add_flag("--schema", arguments->schema, "Print the JSON Schema of job files");
   verb->callback([&action, &globals, arguments] {
     globals.runs_job = true;

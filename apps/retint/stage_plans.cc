@@ -46,24 +46,11 @@ class Typed {
     const CLI::Option* complete = verb_.get_option_no_throw("--complete");
     return !complete || complete->count() == 0 || complete->results().front() != "off";
   }
-  size_t Painted() const { return std::max(Count("--view"), Count("--edited")); }
+  size_t Painted() const { return Count("--view"); }
 
  private:
   const CLI::App& verb_;
 };
-
-Plan PlanOfRecolor(const Typed& typed) {
-  Plan plan = {kLoad};
-  AddSelecting(&plan, typed.Painted());
-  plan.push_back(kCheck);
-  AddProjecting(&plan, typed.Completes());
-  if (typed.Has("--refine-gaussians")) plan.push_back({"refine", 20});
-  Add(&plan, {kRefit, kEvaluate, {"suggestion", 1}});
-  if (typed.Has("--save-stages")) plan.push_back({"save", 4});
-  if (typed.Has("--report-html")) plan.push_back(kPictures);
-  plan.push_back(kSave);
-  return plan;
-}
 
 Plan PlanOfSuggest(const Typed& typed) {
   Plan plan = {kLoad};
@@ -125,7 +112,6 @@ const std::map<std::string_view, Plan>& FixedPlans() {
 std::vector<PlannedStage> PlanOf(const CLI::App& verb) {
   const std::string name = verb.get_name();
   const Typed typed(verb);
-  if (name == "recolor") return PlanOfRecolor(typed);
   if (name == "select") return PlanOfSelect(typed);
   if (name == "suggest") return PlanOfSuggest(typed);
   if (name == "project") return PlanOfProject(typed);
@@ -134,20 +120,20 @@ std::vector<PlannedStage> PlanOf(const CLI::App& verb) {
   return found == FixedPlans().end() ? Plan() : found->second;
 }
 
-std::vector<PlannedStage> PlanOf(const Job& job, const std::vector<JobStage>& stages) {
+std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<EditStage>& stages) {
   Plan plan = {kLoad, kCheck};
-  for (const JobStage& stage : stages) {
+  for (const EditStage& stage : stages) {
     if (stage.cached) continue;
-    const JobRegion& region = *std::ranges::find(job.regions, stage.region, &JobRegion::name);
+    const RegionRecipe& region =
+        *std::ranges::find(recipe.regions, stage.region, &RegionRecipe::name);
     if (stage.name == "select") AddSelecting(&plan, region.paint.size());
     if (stage.name == "project") AddProjecting(&plan, region.options.projector.Completes());
     if (stage.name == "refine") plan.push_back({"refine", 20});
     if (stage.name == "refit") plan.push_back(kRefit);
   }
-  const JobOutputs& outputs = job.outputs;
-  if (!outputs.report.empty() || !outputs.page.empty()) {
-    for (size_t i = 0; i < job.regions.size(); ++i) plan.push_back(kEvaluate);
-  }
+  const EditOutputs& outputs = recipe.outputs;
+  for (size_t i = 0; i < recipe.regions.size(); ++i) plan.push_back(kEvaluate);
+  if (!outputs.stages.empty()) plan.push_back({"save", 4});
   if (!outputs.page.empty()) plan.push_back(kPictures);
   plan.push_back(kSave);
   return plan;

@@ -7,13 +7,14 @@
 #include <CLI/CLI.hpp>
 
 #include "base/overall_progress.h"
-#include "pipeline/run_job.h"
+#include "pipeline/edit_run.h"
 
 namespace retint::cli {
 
-// Of a verb whose options were read. Empty: only the run itself can tell (`retint run`).
+// Of a verb whose options were read. Empty: only the run itself can tell (`retint recolor`, `retint
+// run`).
 std::vector<PlannedStage> PlanOf(const CLI::App& verb);
-// Of a job, `stages` of which are to be done or kept. Its scene is open.
-std::vector<PlannedStage> PlanOf(const Job& job, const std::vector<JobStage>& stages);
+// Of a recipe whose scene is open; `stages` are to be done or kept.
+std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<EditStage>& stages);
 
 }  // namespace retint::cli

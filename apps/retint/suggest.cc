@@ -39,13 +39,13 @@ void Suggest(const Arguments& arguments, Run& run) {
               "--complete near or all");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, 0, run);
-  const auto painted = ReadPaint(arguments.paint, session->scene().pictures());
-  const SelectionResult selected =
-      session->selection().Select(painted, options.select, run.monitor());
-  const ProjectedMasks masks =
-      session->selection().Project(selected.cloud, painted, options.projector, run.monitor());
+  SelectionSource source{.painted = ReadPaint(arguments.paint, session->scene().pictures()),
+                         .select = options.select,
+                         .projector = options.projector};
+  session->selection().Select(source, run.monitor());
+  const ProjectedMasks masks = session->selection().Project(source, run.monitor());
   std::vector<std::string> names;
-  for (const PaintedView& view : painted) names.push_back(view.name);
+  for (const PaintedView& view : source.painted) names.push_back(view.name);
   const auto suggestions =
       SuggestViews(session->scene().renderer(), session->scene().reconstruction(),
                    session->scene().pictures().Groups(), names, masks.confidence, masks.visible,

@@ -36,6 +36,7 @@ class StageCache {
  public:
   // An empty path: nothing is found and nothing is kept.
   explicit StageCache(std::filesystem::path folder);
+  bool IsThere() const { return !folder_.empty(); }
 
   bool Has(const std::string& stage, const std::string& key) const;
   // Calls `read` with the entry's folder. False when there is none, and when `read` throws

@@ -292,6 +292,33 @@ std::string MismatchIn(OpenScene& scene, const std::vector<const View*>& views,
   return Mismatch(check, anywhere);
 }
 
+std::string MismatchIn(OpenScene& scene, const std::vector<std::string>& names) {
+  SceneCheckOptions options;
+  options.max_views = 2;
+  std::vector<const View*> views;
+  const Pictures pictures = scene.pictures();
+  for (const std::string& name : names) {
+    if (const View* view = scene.reconstruction().FindView(name)) {
+      views.push_back(view);
+      continue;
+    }
+    for (const UserPicture* picture : pictures.Require(name)) {
+      views.push_back(picture->faces.front());
+    }
+  }
+  return MismatchIn(scene, views, options);
+}
+
+std::string WarningOfMissingPhotos(const Workspace& workspace) {
+  const auto& views = workspace.reconstruction.views;
+  const auto missing = std::count_if(views.begin(), views.end(), [&](const auto& entry) {
+    return !workspace.HasPhoto(entry.second);
+  });
+  if (missing == 0) return "";
+  return std::to_string(missing) + " of " + std::to_string(views.size()) +
+         " views have no photo; their renders are taken";
+}
+
 SceneCheck CheckScene(OpenScene& scene, Monitor& monitor, const SceneCheckOptions& options) {
   scene.renderer().SetSh(scene.original().sh);
   return CheckScene(

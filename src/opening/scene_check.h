@@ -61,11 +61,18 @@ bool CoversTooLittle(const SceneCheck& check, const SceneCheckOptions& options =
 // Why the splat seems not to fit what the photos of `views` show, of which the first
 // options.max_views are compared; empty: it does, or no photo tells. These may show little of the
 // scene: how much of them the splat covers says nothing. Leaves the original's coefficients in
-// session.scene().renderer().
+// scene.renderer().
 std::string MismatchIn(OpenScene& scene, const std::vector<const View*>& views,
                        const SceneCheckOptions& options = {});
 
-// Leaves the original's coefficients in session.scene().renderer(). Stage: "check".
+// The same for pictures by name, of which two are compared: one is rendered in a moment anyway, and
+// another is enough to be sure.
+std::string MismatchIn(OpenScene& scene, const std::vector<std::string>& pictures);
+
+// "12 of 50 views have no photo; their renders are taken"; empty if none is missing.
+std::string WarningOfMissingPhotos(const Workspace& workspace);
+
+// Leaves the original's coefficients in scene.renderer(). Stage: "check".
 SceneCheck CheckScene(OpenScene& scene, Monitor& monitor, const SceneCheckOptions& options = {});
 // The same of a splat that is opened in parts: `show` hands out a scene with the original's
 // coefficients that shows a view, one view after the other.

@@ -27,7 +27,7 @@ class JobReader {
         folder_(fs::absolute(path).parent_path()),
         json_(json::ParseWithLines(ReadFile(path), path, &lines_)) {}
 
-  Job Read(std::optional<uint64_t> seed);
+  EditRecipe Read(std::optional<uint64_t> seed);
 
  private:
   fs::path Path(const Node& node) const;
@@ -35,13 +35,13 @@ class JobReader {
   // `options` with what `parent` holds under "options".
   EditOptions Options(const Node& parent, EditOptions options, bool with_refit) const;
   RefineOptions Refine(const Node& node) const;
-  void Scene(const Node& node, Job* job) const;
+  void Scene(const Node& node, EditRecipe* job) const;
   // Adds what is to be said to the job's warnings.
-  JobRegion Region(const Node& node, Job& job) const;
-  void Selection(const Node& node, JobRegion* region) const;
+  RegionRecipe Region(const Node& node, EditRecipe& job) const;
+  void Selection(const Node& node, RegionRecipe* region) const;
   ColorEdit Edit(const Node& node, std::vector<std::string>* warnings) const;
-  JobOutputs Outputs(const Node& node) const;
-  void CheckFiles(const Job& job, const Node& node) const;
+  EditOutputs Outputs(const Node& node) const;
+  void CheckFiles(const EditRecipe& job, const Node& node) const;
 
   const fs::path path_;
   const fs::path folder_;
@@ -89,7 +89,7 @@ RefineOptions JobReader::Refine(const Node& node) const {
   return options;
 }
 
-void JobReader::Scene(const Node& node, Job* job) const {
+void JobReader::Scene(const Node& node, EditRecipe* job) const {
   node.AllowOnly({"workspace", "splat", "images", "model", "world_from_splat", "views", "holdout"});
   job->workspace = OptionalPath(node, "workspace");
   job->splat = Path(node.At("splat"));
@@ -114,7 +114,7 @@ void JobReader::Scene(const Node& node, Job* job) const {
   }
 }
 
-void JobReader::Selection(const Node& node, JobRegion* region) const {
+void JobReader::Selection(const Node& node, RegionRecipe* region) const {
   if (node.Has("paint") == node.Has("masks")) {
     node.Fail("a region has either \"paint\" or \"masks\"");
   }
@@ -155,9 +155,9 @@ ColorEdit JobReader::Edit(const Node& node, std::vector<std::string>* warnings) 
   }
 }
 
-JobRegion JobReader::Region(const Node& node, Job& job) const {
+RegionRecipe JobReader::Region(const Node& node, EditRecipe& job) const {
   node.AllowOnly({"name", "paint", "masks", "edit", "strength", "options", "refine"});
-  JobRegion region;
+  RegionRecipe region;
   region.name = node.At("name").Text();
   // It names a folder of masks.
   const bool plain = !region.name.empty() && region.name != "." && region.name != ".." &&
@@ -182,9 +182,9 @@ JobRegion JobReader::Region(const Node& node, Job& job) const {
   return region;
 }
 
-JobOutputs JobReader::Outputs(const Node& node) const {
+EditOutputs JobReader::Outputs(const Node& node) const {
   node.AllowOnly({"splats", "report", "report_html", "masks", "views", "session", "finer_splat"});
-  JobOutputs outputs;
+  EditOutputs outputs;
   std::set<fs::path> seen;
   if (node.Has("splats")) {
     for (const Node& splat : node.At("splats").List()) {
@@ -204,13 +204,13 @@ JobOutputs JobReader::Outputs(const Node& node) const {
 
 // No output takes the place of another or of what the job reads, but for the scene's own splat; and
 // a session has its folder for itself.
-void JobReader::CheckFiles(const Job& job, const Node& node) const {
+void JobReader::CheckFiles(const EditRecipe& job, const Node& node) const {
   std::vector<NamedFile> written, read = {{"this job", job.file}};
   const auto add = [](std::vector<NamedFile>* files, const char* name, const fs::path& path) {
     if (!path.empty()) files->push_back({name, path});
   };
-  for (const JobRegion& region : job.regions) {
-    for (const JobPaint& paint : region.paint) add(&read, "a mask", paint.mask);
+  for (const RegionRecipe& region : job.regions) {
+    for (const PaintFile& paint : region.paint) add(&read, "a mask", paint.mask);
     for (const auto& [image, mask] : region.masks) add(&read, "a mask", mask);
   }
   for (const fs::path& splat : job.outputs.splats) add(&written, "one of splats", splat);
@@ -239,7 +239,7 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
   if (!page.empty() && page.extension() != ".html") node.At("report_html").Fail("is not an .html");
   const fs::path &session = job.outputs.session, &finer = job.outputs.finer_splat;
   const bool refines = std::ranges::any_of(
-      job.regions, [](const JobRegion& region) { return region.refine.has_value(); });
+      job.regions, [](const RegionRecipe& region) { return region.refine.has_value(); });
   if (!finer.empty()) {
     if (!refines) node.At("finer_splat").Fail("no region has \"refine\"");
     if (finer.extension() != ".ply") node.At("finer_splat").Fail("is not a .ply");
@@ -258,7 +258,7 @@ void JobReader::CheckFiles(const Job& job, const Node& node) const {
   }
 }
 
-Job JobReader::Read(std::optional<uint64_t> seed) {
+EditRecipe JobReader::Read(std::optional<uint64_t> seed) {
   const Node root(json_, path_, "", &lines_);
   root.AllowOnly(
       {"$schema", "retint_job", "scene", "preset", "seed", "options", "regions", "outputs"});
@@ -266,8 +266,10 @@ Job JobReader::Read(std::optional<uint64_t> seed) {
   if (version != kJobVersion) {
     root.At("retint_job").Fail("this program reads version " + std::to_string(kJobVersion));
   }
-  Job job;
+  EditRecipe job;
   job.file = fs::absolute(path_).lexically_normal();
+  job.title = job.file.stem().string();
+  job.command = "retint run " + job.file.string();
   Scene(root.At("scene"), &job);
   if (root.Has("preset")) {
     try {
@@ -294,7 +296,7 @@ Job JobReader::Read(std::optional<uint64_t> seed) {
 
 }  // namespace
 
-Job ReadJob(const fs::path& path, std::optional<uint64_t> seed) {
+EditRecipe ReadJob(const fs::path& path, std::optional<uint64_t> seed) {
   return JobReader(path).Read(seed);
 }
 

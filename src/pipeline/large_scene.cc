@@ -404,34 +404,41 @@ std::vector<const View*> LargeScene::ViewsThatSee(const Eigen::AlignedBox3f& box
   return LeastFirst(std::move(seen));
 }
 
-std::unique_ptr<EditSession> LargeScene::ForSelection(const SelectionCloud& cloud,
-                                                      const std::vector<PaintedView>& painted,
-                                                      const std::vector<std::string>& pictures,
-                                                      const ProjectorOptions& projector,
-                                                      std::unique_ptr<EditSession> before,
-                                                      Monitor& monitor) {
-  if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
+std::unique_ptr<EditSession> LargeScene::ForSelections(
+    const std::vector<const SelectionSource*>& selections, const std::vector<std::string>& pictures,
+    std::unique_ptr<EditSession> before, Monitor& monitor) {
   Need need;
   need.views = FacesOf(pictures);
-  for (const PaintedView& view : painted) {
-    need.cameras.push_back(view.camera);
-    const View* const found = workspace_->reconstruction.FindView(view.name);
-    if (found) need.views.push_back(found);
+  Eigen::AlignedBox3f selected;
+  for (const SelectionSource* selection : selections) {
+    AddNeed(*selection, &need);
+    selected.extend(BoxOf(selection->cloud));
   }
-  if (projector.Completes() && !painted.empty()) {
-    const bool near = projector.completion == Completion::kNear;
-    need.completes = true;
+  return OpenLargest(std::move(need), ViewsThatSee(selected), std::move(before), monitor);
+}
+
+void LargeScene::AddNeed(const SelectionSource& selection, Need* need) const {
+  const SelectionCloud& cloud = selection.cloud;
+  if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
+  for (const PaintedView& view : selection.painted) {
+    need->cameras.push_back(view.camera);
+    const View* const found = workspace_->reconstruction.FindView(view.name);
+    if (found) need->views.push_back(found);
+  }
+  if (selection.projector.Completes() && !selection.painted.empty()) {
+    const bool near = selection.projector.completion == Completion::kNear;
+    need->completes = true;
     if (near && file_->count() > kGraphOfWholeScene) {
       std::vector<Eigen::Vector3f> points;
       for (const SelectionPoint& point : cloud.points) points.push_back(point.position);
-      need.within = Surroundings(points);
+      Eigen::AlignedBox3f within = Surroundings(points);
+      if (need->within) within.extend(*need->within);
+      need->within = within;
     } else {
-      need.everything = true;
+      need->everything = true;
     }
   }
-  const Eigen::AlignedBox3f box = BoxOf(cloud);
-  need.active = index_->CountOf(index_->Visible({}, box));
-  return OpenLargest(std::move(need), ViewsThatSee(box), std::move(before), monitor);
+  need->active += index_->CountOf(index_->Visible({}, BoxOf(cloud)));
 }
 
 std::unique_ptr<EditSession> LargeScene::ForMasks(const MaskFolder& masks,

@@ -70,13 +70,11 @@ class LargeScene {
   std::unique_ptr<EditSession> ForDepth(const std::vector<PosedCamera>& views,
                                         const SelectOptions& select,
                                         std::unique_ptr<EditSession> before, Monitor& monitor);
-  // The views that see the selection, those that are painted, and `pictures`. What the cloud's
-  // Completion needs is there too.
-  std::unique_ptr<EditSession> ForSelection(const SelectionCloud& cloud,
-                                            const std::vector<PaintedView>& painted,
-                                            const std::vector<std::string>& pictures,
-                                            const ProjectorOptions& projector,
-                                            std::unique_ptr<EditSession> before, Monitor& monitor);
+  // The views that see one of the selections, those that are painted, and `pictures`. What the
+  // completion of their clouds needs is there too. InputError for a cloud without points.
+  std::unique_ptr<EditSession> ForSelections(const std::vector<const SelectionSource*>& selections,
+                                             const std::vector<std::string>& pictures,
+                                             std::unique_ptr<EditSession> before, Monitor& monitor);
   // What `masks` select. The views whose masks have a selected pixel, and of those whose mask is
   // empty the ones that may see a Gaussian of `shares` above the threshold or, where no shares are
   // known, one that the first may see. Of a fit of all views the others would change no bit.
@@ -115,6 +113,8 @@ class LargeScene {
     bool completes = false;  // a selection, over everything or what is within the box
     uint64_t active = 0;     // Gaussians to be fitted, about
   };
+  // What one selection needs beside the views that see it.
+  void AddNeed(const SelectionSource& selection, Need* need) const;
   static Need ComparisonOf(std::span<const View* const> views);
   std::vector<uint32_t> BlocksOf(const Need& need) const;
   uint64_t VisibleTo(const PosedCamera& camera) const;  // Gaussians, at most

@@ -98,16 +98,6 @@ std::optional<std::vector<std::string>> NamesOfExport(const fs::path& model) {
   }
 }
 
-double Coverage(const RegionSelection& selection, std::set<std::string>* views) {
-  double sum = 0;
-  for (const auto& [name, mask] : selection.masks) {
-    const double inside = FractionInside(mask);
-    if (inside > 0) views->insert(name);
-    sum += inside;
-  }
-  return selection.masks.empty() ? 0 : sum / static_cast<double>(selection.masks.size());
-}
-
 double Mebibytes(size_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
 
 }  // namespace
@@ -262,7 +252,7 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
 }
 
 QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target, Monitor& monitor,
-                             size_t most_views) {
+                             size_t most_views, int row_step) {
   RegionSet regions = session.store().regions();
   Region* region = regions.Find(id);
   if (!region) throw OptionError("there is no region " + std::to_string(id));
@@ -275,7 +265,18 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
       ComposeSh(backend, regions, job, 0, index, original.sh, original.NumShCoeffs());
   const FloatArray after =
       ComposeSh(backend, regions, job, index, index + 1, before, original.NumShCoeffs());
-  return session.refits().Evaluate(id, before, after, target, monitor, most_views);
+  return session.refits().Evaluate(id, before, after, target, monitor, most_views, row_step);
+}
+
+Coverage MeasureCoverage(const std::map<std::string, Mask>& masks, size_t views) {
+  Coverage coverage;
+  for (const auto& [name, mask] : masks) {
+    const double inside = FractionInside(mask);
+    coverage.views += inside > 0 ? 1 : 0;
+    coverage.mean += inside;
+  }
+  if (views > 0) coverage.mean /= static_cast<double>(views);
+  return coverage;
 }
 
 RunReport MakeReport(const EditSession& session) {
@@ -301,10 +302,12 @@ RunReport MakeReport(const EditSession& session) {
   return report;
 }
 
-RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) {
+RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor, size_t most_views,
+                     int row_step) {
   RunReport report = MakeReport(session);
   const RegionSet regions = session.store().regions();
-  std::set<std::string> views;
+  const size_t num_views = session.scene().reconstruction().views.size();
+  std::set<std::string> views;  // that hold a selected pixel
   double coverage = 0;
   int visible = 0;
   for (const Region& region : regions.regions) {
@@ -315,10 +318,13 @@ RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor) 
     RegionReport one;
     one.name = region.name;
     one.edit = region.EffectiveEdit();
-    one.quality = EvaluateRegion(session, region.id, target, monitor);
+    one.quality = EvaluateRegion(session, region.id, target, monitor, most_views, row_step);
     if (visible++ == 0) report.quality = one.quality;
     report.regions.push_back(std::move(one));
-    coverage += Coverage(*region.selection, &views);
+    for (const auto& [name, mask] : region.selection->masks) {
+      if (AnyInside(mask)) views.insert(name);
+    }
+    coverage += MeasureCoverage(region.selection->masks, num_views).mean;
   }
   if (visible > 1) {
     QualityReport none;

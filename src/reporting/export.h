@@ -53,14 +53,23 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
 // before it left and what it makes of that, so that other regions do not count as bleeding. A
 // hidden region is measured as if it showed. `most_views` as EditSession::Evaluate().
 QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target, Monitor& monitor,
-                             size_t most_views = 0);
+                             size_t most_views = 0, int row_step = 1);
+
+// How many of the masks hold a selected pixel, and the mean selected fraction of `views` views, of
+// which those without a mask show nothing.
+struct Coverage {
+  int views = 0;
+  double mean = 0;
+};
+Coverage MeasureCoverage(const std::map<std::string, Mask>& masks, size_t views);
 
 // Backend, counts, times and peaks of the run so far, the last refit's summary and, of a single
 // region, its edit. Stages fill in the rest.
 RunReport MakeReport(const EditSession& session);
 // MakeReport() with what a session knows of its regions: `painted` of all, masks and, measured
 // here, EvaluateRegion() of each visible one. `quality` is the one region's, where only one shows.
-RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor);
+RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor,
+                     size_t most_views = 0, int row_step = 1);
 // FullReport() with the options of the fits, as a file: HtmlReport() where it ends in .html or
 // .htm, else ToJson().
 void ExportReport(EditSession& session, RefitJob job, const std::filesystem::path& path,

@@ -59,6 +59,26 @@ constexpr const char* kOldCache = "region_cache_bytes";  // before region_cache_
 
 }  // namespace
 
+Json SelectionJson(SelectOptions select, ProjectorOptions projector) {
+  OptionList list;
+  select.Describe(list);
+  projector.Describe(list);
+  return OptionsJson(AllSettings(list));
+}
+
+void ReadSelection(const Node& node, SelectOptions* select, ProjectorOptions* projector) {
+  OptionList list;
+  select->Describe(list);
+  projector->Describe(list);
+  ReadOptions(node, list);
+  try {
+    select->Check();
+    projector->Check();
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  }
+}
+
 Json JobJson(const RefitJob& job) { return OptionsJson(AllSettings(Described(job))); }
 
 RefitJob ReadJob(const Node& node) {

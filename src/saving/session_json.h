@@ -35,6 +35,9 @@ Json SimilarityJson(const Sim3d& similarity);
 Sim3d ReadSimilarity(const Node& node);
 Json CameraJson(const PosedCamera& view);
 PosedCamera ReadCamera(const Node& node);  // 1 to 65535 pixels a side; of any model
+// The options with which a selection was made. Sessions that have none get the defaults.
+Json SelectionJson(SelectOptions select, ProjectorOptions projector);
+void ReadSelection(const Node& node, SelectOptions* select, ProjectorOptions* projector);
 Json ReportJson(const PaintedReport& report);
 PaintedReport ReadReport(const Node& node);
 Json SummaryJson(const RefitSummary& summary);

@@ -91,7 +91,7 @@ class Reader {
                                     std::vector<const View*>* unread);
   PosedCamera PaintedOn(const std::string& name, const Node& node) const;
   SelectionSource Source(const Node& node, const fs::path& folder);
-  SelectionCloud CloudAgain(const std::vector<PaintedView>& painted);
+  void FindCloudAgain(SelectionSource& source);
   void MakeAgain(RegionSelection& selection, const std::vector<const View*>& views);
   std::shared_ptr<const RegionSelection> Selection(const Node& node);
   std::shared_ptr<const RegionFit> Fit(const Node& node, const std::string& region,
@@ -171,6 +171,9 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
     view.mask = ReadMask(path, view.camera.camera.width, view.camera.camera.height);
     source.painted.push_back(std::move(view));
   }
+  if (node.Has("options")) {
+    session_json::ReadSelection(node.At("options"), &source.select, &source.projector);
+  }
   for (const Node& report : node.At("reports").List()) {
     source.reports.push_back(session_json::ReadReport(report));
   }
@@ -187,26 +190,27 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
   if (source.painted.empty()) {
     read();
   } else if (!ReadDerived("the selection's points were found again", read)) {
-    source.cloud = CloudAgain(source.painted);
+    FindCloudAgain(source);
   }
   return source;
 }
 
 // None where nothing that is painted has a depth.
-SelectionCloud Reader::CloudAgain(const std::vector<PaintedView>& painted) {
+void Reader::FindCloudAgain(SelectionSource& source) {
+  std::vector<PaintedReport> saved = std::move(source.reports);
+  source.cloud = {};
   try {
-    return session_.selection().Select(painted, {}, monitor_).cloud;
+    session_.selection().Select(source, monitor_);
   } catch (const NoDepthError&) {
-    return {};
   }
+  source.reports = std::move(saved);
 }
 
 // The masks of `views`, and the shares where there are none, of what else is known of a selection.
 void Reader::MakeAgain(RegionSelection& selection, const std::vector<const View*>& views) {
   const bool has_shares = !selection.shares.empty();
   if (!views.empty() && !has_shares) {
-    ProjectedMasks projected = session_.selection().Project(selection.source.cloud,
-                                                            selection.source.painted, {}, monitor_);
+    ProjectedMasks projected = session_.selection().Project(selection.source, monitor_);
     for (const View* view : views) selection.masks[view->name] = projected.masks[view->name];
     std::erase_if(selection.masks, [](const auto& entry) { return entry.second.Empty(); });
     selection.shares = std::move(projected.shares);

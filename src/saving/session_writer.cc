@@ -125,6 +125,7 @@ void WriteSource(const fs::path& folder, const SelectionSource& source, Json* en
   }
   monitor.Step("save", 1, 1);
   (*entry)["painted"] = std::move(painted);
+  (*entry)["options"] = session_json::SelectionJson(source.select, source.projector);
   Json reports = Json::array();
   for (const PaintedReport& report : source.reports) {
     reports.push_back(session_json::ReportJson(report));

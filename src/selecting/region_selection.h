@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "scene/image.h"
+#include "selecting/select_options.h"
 #include "selection/mask_projector.h"
 #include "selection/registration.h"
 #include "selection/selection_cloud.h"
@@ -30,10 +31,13 @@ struct PaintRound {
   Mask before;       // what was there when painting began; no pixels: nothing
 };
 
-// What a selection's masks were computed from, so that later rounds of painting can go on and the
-// cloud can be shown. A painted view need not be one of the workspace's: its camera is its own.
+// The recipe of a selection, its paint and options, and the cloud that came of it: later rounds of
+// painting go on from there, and whatever is missing can be made again. A painted view need not be
+// one of the workspace's: its camera is its own.
 struct SelectionSource {
   std::vector<PaintedView> painted;  // in the order of the rounds, each name once
+  SelectOptions select;              // those of the newest round
+  ProjectorOptions projector;
   SelectionCloud cloud;
   std::vector<PaintedReport> reports;  // what became of the newest paint of a view
   size_t Bytes() const;

@@ -247,6 +247,17 @@ ProjectedMasks SelectionPipeline::Project(const SelectionCloud& cloud,
   return masks;
 }
 
+SelectionResult SelectionPipeline::Select(SelectionSource& source, Monitor& monitor) {
+  SelectionResult result = Select(source.painted, source.select, monitor);
+  source.cloud = result.cloud;
+  source.reports = result.painted;
+  return result;
+}
+
+ProjectedMasks SelectionPipeline::Project(const SelectionSource& source, Monitor& monitor) {
+  return Project(source.cloud, source.painted, source.projector, monitor);
+}
+
 std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> painted,
                                                       const std::vector<const View*>& wanted,
                                                       Monitor& monitor) {

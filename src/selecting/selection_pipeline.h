@@ -62,6 +62,10 @@ class SelectionPipeline {
   ProjectedMasks Project(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
                          const ProjectorOptions& options, Monitor& monitor,
                          const std::vector<const View*>& wanted = {});
+  // The same for a selection that keeps its recipe. Select() sets the cloud and the reports of
+  // `source`; what it returns besides is left to the caller. Project() needs the cloud.
+  SelectionResult Select(SelectionSource& source, Monitor& monitor);
+  ProjectedMasks Project(const SelectionSource& source, Monitor& monitor);
   // Masks of the `wanted` views, by name, from painted ones whose paint says nothing of some pixels
   // (`seen` is 0, whatever the mask has there): these are decided by the Gaussians, which other
   // views show from other sides. InputError as Select() and Project().

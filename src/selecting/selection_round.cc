@@ -137,17 +137,18 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
   if (round.view.name.empty()) round.view.name = FreeViewName(reconstruction, painted);
   DropEarlier(scene_.workspace(), round.view, &result.source);
   CarryChanges(round, project.visible_tolerance, &result.source, monitor);
+  result.source.select = select;
+  result.source.select.keep_raw = false;
+  result.source.projector = project;
   if (AnyInside(round.view.mask)) {
-    SelectOptions options = select;
-    options.keep_raw = false;
-    SelectionResult selected = Select({round.view}, options, monitor);
+    SelectionResult selected = Select({round.view}, result.source.select, monitor);
     Append(result.source.cloud, std::move(selected.cloud));
     for (PaintedReport& report : selected.painted) {
       result.source.reports.push_back(std::move(report));
     }
   }
   painted.push_back(std::move(round.view));
-  ProjectedMasks projected = Project(result.source.cloud, painted, project, monitor);
+  ProjectedMasks projected = Project(result.source, monitor);
   result.masks = std::move(projected.masks);
   result.shares = std::move(projected.shares);
   return result;

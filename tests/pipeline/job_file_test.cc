@@ -42,7 +42,7 @@ constexpr char kJob[] = R"({
 
 class JobFile : public testing::Test {
  protected:
-  Job Read(const std::string& text) {
+  EditRecipe Read(const std::string& text) {
     WriteFile(temp_ / "job.json", text);
     return ReadJob(temp_ / "job.json");
   }
@@ -70,13 +70,14 @@ class JobFile : public testing::Test {
 
 TEST_F(JobFile, WarnsOfAnEditThatCannotDoWhatItSays) {
   EXPECT_TRUE(Read(kJob).warnings.empty());
-  const Job job = Read(With(R"({"op": "gray"})", R"({"op": "white_balance", "gray": "#ff2020"})"));
+  const EditRecipe job =
+      Read(With(R"({"op": "gray"})", R"({"op": "white_balance", "gray": "#ff2020"})"));
   ASSERT_EQ(job.warnings.size(), 1u);
   EXPECT_THAT(job.warnings[0], HasSubstr("region 'wall': white balance cannot make #ff2020"));
 }
 
 TEST_F(JobFile, IsRead) {
-  const Job job = Read(kJob);
+  const EditRecipe job = Read(kJob);
   EXPECT_EQ(job.workspace, temp_ / "scene");
   EXPECT_EQ(job.splat, (temp_ / "../splat.ply").lexically_normal());
   EXPECT_EQ(job.holdout, 8);
@@ -96,15 +97,16 @@ TEST_F(JobFile, IsRead) {
 
 TEST_F(JobFile, ScenesMayLieElsewhereOrHaveNoWorkspace) {
   WriteFile(temp_ / "t.json", "{}");
-  const Job moved = Read(With("\"holdout\": 8", R"("model": "1", "world_from_splat": "t.json")"));
+  const EditRecipe moved =
+      Read(With("\"holdout\": 8", R"("model": "1", "world_from_splat": "t.json")"));
   EXPECT_EQ(moved.model, "1");
   EXPECT_EQ(moved.world_from_splat, temp_ / "t.json");
-  const Job numbers = Read(With("\"holdout\": 8", R"("world_from_splat": "1 0 0 0")"));
+  const EditRecipe numbers = Read(With("\"holdout\": 8", R"("world_from_splat": "1 0 0 0")"));
   EXPECT_EQ(numbers.world_from_splat, "1 0 0 0");
   const std::string many(400, '1');  // longer than a file's name can be
   EXPECT_EQ(Read(With("\"holdout\": 8", "\"world_from_splat\": \"" + many + "\"")).world_from_splat,
             many);
-  const Job alone = Read(With("\"workspace\": \"scene\"", "\"views\": 12"));
+  const EditRecipe alone = Read(With("\"workspace\": \"scene\"", "\"views\": 12"));
   EXPECT_TRUE(alone.workspace.empty());
   EXPECT_EQ(alone.views, 12);
   EXPECT_THAT(Fault(With("\"workspace\": \"scene\"", "\"model\": \"1\"")),
@@ -141,7 +143,7 @@ TEST_F(JobFile, NoOutputReplacesAnotherOrAnInput) {
 }
 
 TEST_F(JobFile, PresetsAndSeedsApply) {
-  const Job job =
+  const EditRecipe job =
       Read(With("\"options\": {", "\"preset\": \"paper\", \"seed\": 7, \"options\": {"));
   EXPECT_EQ(job.options.refit.options.solver, Solver::kAdam);
   EXPECT_GT(job.options.refit.options.adam.iterations, 0) << "nobody stops a job";
@@ -153,7 +155,7 @@ TEST_F(JobFile, RegionsMayBeRefined) {
   const auto with = [&](const std::string& refine) {
     return With("\"strength\": 0.5", "\"strength\": 0.5, \"refine\": " + refine);
   };
-  const Job job = Read(with(R"({"pixels": 2})"));
+  const EditRecipe job = Read(with(R"({"pixels": 2})"));
   EXPECT_FALSE(job.regions[0].refine);
   ASSERT_TRUE(job.regions[1].refine);
   EXPECT_EQ(job.regions[1].refine->pixels, 2);

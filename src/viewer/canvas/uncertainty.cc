@@ -2,7 +2,6 @@
 #include "viewer/canvas/uncertainty.h"
 
 #include "opening/photo_paint.h"
-#include "viewer/selection/selection_mode.h"
 
 namespace retint {
 namespace {
@@ -11,9 +10,8 @@ constexpr int kSuggested = 5;  // views of which each takes the ones before it i
 
 }  // namespace
 
-Uncertainty::Uncertainty(SceneController* controller, CurrentRegion* current, SelectionMode* mode,
-                         QObject* parent)
-    : QObject(parent), controller_(controller), current_(current), mode_(mode) {
+Uncertainty::Uncertainty(SceneController* controller, CurrentRegion* current, QObject* parent)
+    : QObject(parent), controller_(controller), current_(current) {
   connect(current_, &CurrentRegion::changed, this, &Uncertainty::Follow);
   connect(controller_, &SceneController::regionsChanged, this, &Uncertainty::Follow);
   // Selections of different scenes may have the same number.
@@ -52,10 +50,9 @@ void Uncertainty::Find() {
   if (selection->source.painted.empty()) {
     return Q_EMIT refused(tr("The masks of this region were not painted here"));
   }
-  const ProjectorOptions options = mode_->projector_options();
-  if (!options.Completes()) {
+  if (!selection->source.projector.Completes()) {
     return Q_EMIT refused(
-        tr("What is uncertain follows from the completion, which the Selection panel leaves out"));
+        tr("This selection was not completed, so that nothing in it is uncertain"));
   }
   asked_ = selection->id;
   const auto found = std::make_shared<Found>();
@@ -63,8 +60,7 @@ void Uncertainty::Find() {
       tr("Finding what is uncertain"),
       [=](EditSession& session, Monitor& monitor) {
         const SelectionSource& source = selection->source;
-        ProjectedMasks projected =
-            session.selection().Project(source.cloud, source.painted, options, monitor);
+        ProjectedMasks projected = session.selection().Project(source, monitor);
         std::vector<std::string> painted;
         for (const PaintedView& one : source.painted) {
           for (std::string& name : PaintedNames(session.scene().workspace(), one)) {

@@ -14,8 +14,6 @@
 
 namespace retint {
 
-class SelectionMode;
-
 class Uncertainty : public QObject {
   Q_OBJECT
 
@@ -26,9 +24,7 @@ class Uncertainty : public QObject {
     std::vector<ViewSuggestion> views;                    // what to paint next, the best first
   };
 
-  // Completes with the options of `mode`, as its next Accept().
-  Uncertainty(SceneController* controller, CurrentRegion* current, SelectionMode* mode,
-              QObject* parent = nullptr);
+  Uncertainty(SceneController* controller, CurrentRegion* current, QObject* parent = nullptr);
 
   // Of the current region; null: not found yet.
   std::shared_ptr<const Found> found() const;
@@ -44,7 +40,6 @@ class Uncertainty : public QObject {
 
   SceneController* controller_;
   CurrentRegion* current_;
-  SelectionMode* mode_;
   uint64_t selection_ = 0;  // of the current region; 0: none
   uint64_t asked_ = 0;      // selection that is on its way
   std::shared_ptr<const Found> found_;

@@ -388,12 +388,11 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
         if (source.painted.empty()) {
           throw InputError("the masks of this region were not painted here");
         }
-        SelectionResult selected = session.selection().Select(source.painted, select, monitor);
-        ProjectedMasks projected =
-            session.selection().Project(selected.cloud, source.painted, project, monitor);
+        source.select = select;
+        source.projector = project;
+        session.selection().Select(source, monitor);
+        ProjectedMasks projected = session.selection().Project(source, monitor);
         monitor.ThrowIfCancelled();  // the last point at which that changes nothing
-        source.cloud = std::move(selected.cloud);
-        source.reports = std::move(selected.painted);
         session.store().SetSelection(id, std::move(projected.masks), std::move(projected.shares),
                                      monitor, std::move(source));
       },

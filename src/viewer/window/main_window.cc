@@ -67,7 +67,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   videos_ = new VideoMaker(this);
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
   BuildCenter();
-  uncertainty_ = new Uncertainty(controller_, current_, selection_, this);
+  uncertainty_ = new Uncertainty(controller_, current_, this);
   preview_ = new StrokePreview(controller_, selection_, this);
   BuildStatusBar();
   BuildActions();

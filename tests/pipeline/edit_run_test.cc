@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pipeline/run_job.h"
+#include "pipeline/edit_run.h"
 
 #include <gtest/gtest.h>
 
@@ -44,17 +44,19 @@ class PictureJob : public testing::Test {
   bool IsKept() { return IsKept(OpenTinyScene(folder_.path())); }
   bool IsKept(std::unique_ptr<EditSession> session) {
     StageCache cache(folder_ / "cache");
-    JobRunner runner(job_, std::move(session), cache);
+    WholeScene scene(std::move(session));
     bool kept = false;
     Monitor monitor;
-    runner.Run([&](const JobStage& stage) { kept = stage.cached; }, monitor);
+    EditRun run(job_, scene, cache,
+                {.stage = [&](const EditStage& stage) { kept = stage.cached; }, .warning = {}});
+    run.Run(monitor);
     return kept;
   }
 
   const TinyScene scene_{31};
   const TempFolder folder_;
   Image render_;
-  Job job_;
+  EditRecipe job_;
 };
 
 TEST_F(PictureJob, FitsAgainWhatWasPaintedAnew) {
@@ -99,26 +101,28 @@ TEST_F(PictureJob, ItsSessionGoesOnFromTheFinerSplat) {
   job_.outputs.session = folder_ / "job.retint";
   job_.outputs.finer_splat = folder_ / "finer.ply";
   StageCache cache(folder_ / "cache");
-  JobRunner runner(job_, OpenTinyScene(folder_.path()), cache);
+  WholeScene scene(OpenTinyScene(folder_.path()));
   Monitor monitor;
   std::vector<std::string> stages;
-  runner.Run([&](const JobStage& stage) { stages.push_back(stage.name); }, monitor);
+  EditRun run(
+      job_, scene, cache,
+      {.stage = [&](const EditStage& stage) { stages.push_back(stage.name); }, .warning = {}});
+  run.Run(monitor);
   EXPECT_EQ(stages, (std::vector<std::string>{"refine", "refit"}));
-  runner.WriteOutputs({}, monitor);
+  run.Write({}, monitor);
   SessionOptions options;
   options.backend = "cpu";
   const OpenedSession opened = OpenSession(job_.outputs.session, options, monitor);
   EXPECT_GT(opened.session->scene().original().NumGaussians(), scene_.model.NumGaussians());
   EXPECT_EQ(opened.session->scene().splat_path(), job_.outputs.finer_splat);
-  EXPECT_TRUE(
-      SameBits(opened.session->refits().CurrentSh(), runner.session().refits().CurrentSh()));
+  EXPECT_TRUE(SameBits(opened.session->refits().CurrentSh(), run.session().refits().CurrentSh()));
   EXPECT_FALSE(
       SameBits(opened.session->refits().CurrentSh(), opened.session->scene().original().sh));
 }
 
 // What COLMAP measured is in no key, so neither is what starts from the colors of such a region.
 TEST_F(PictureJob, FitsAgainAfterARegionOfDepthMaps) {
-  JobRegion measured;
+  RegionRecipe measured;
   measured.name = "measured";
   measured.paint = {{ViewName(0), folder_ / "mask.png"}};
   measured.edit = ColorEdit::Tint({1.0F, 0.3F, 0.1F});

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The recipe of an edit: one scene, regions and what is done to each, and the files that come out
+// of it. Flags of the command line and the keys of a job file both become one; EditRun
+// (pipeline/edit_run.h) carries it out.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "editing/edit_options.h"
+#include "recolor/color_edit.h"
+#include "recolor/finer_gaussians.h"
+
+namespace retint {
+
+struct PaintFile {
+  std::string view;            // name of a picture of the workspace
+  std::filesystem::path mask;  // brush mask of that picture
+};
+
+// Selected by paint, by masks that were made elsewhere, or, if there are neither, by what the
+// pictures of the edit changed.
+struct RegionRecipe {
+  std::string name;
+  std::vector<PaintFile> paint;
+  std::filesystem::path mask_folder;                   // <picture name>.png of each picture
+  std::map<std::string, std::filesystem::path> masks;  // by picture name
+  EditOptions options;                                 // its refit is the recipe's
+  ColorEdit edit;
+  float strength = 1;
+  std::optional<RefineOptions> refine;  // split large Gaussians before the fits
+};
+
+// Empty: not written.
+struct EditOutputs {
+  std::vector<std::filesystem::path> splats;  // each in the format of its extension
+  std::filesystem::path report;               // .json
+  std::filesystem::path page;                 // .html, to look at
+  std::filesystem::path comparison;           // .png: before, mask and after of some views
+  std::filesystem::path masks;                // folder: <region's name>/<picture name>.png
+  std::filesystem::path views;                // folder: <picture name>.png of the recolored scene
+  std::filesystem::path stages;               // folder: what every stage made
+  std::filesystem::path session;              // folder NAME.retint, to go on in the editor
+  std::filesystem::path finer_splat;          // .ply: with Gaussians split and no color changed
+};
+
+struct EditRecipe {
+  std::string title, command;  // of the page: what it shows, and what makes the same again
+  std::filesystem::path file;  // where it was read from, if it was: paths start in its folder
+  std::filesystem::path workspace, splat, images;  // no workspace: views are placed
+  std::string model;                               // of the workspace; empty: the largest
+  std::string world_from_splat;  // as WorldFromSplatOf() reads it; empty: the same frame
+  int views = 0;                 // that are placed; 0: as many as without a recipe
+  int holdout = 0;
+  uint64_t seed = 0;
+  EditOptions options;                // of every region that does not say otherwise
+  std::vector<RegionRecipe> regions;  // in the order in which their edits apply; unique names
+  EditOutputs outputs;
+  std::vector<std::string> warnings;  // of what is not quite as it was asked for, a sentence each
+};
+
+}  // namespace retint

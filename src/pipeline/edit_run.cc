@@ -1,0 +1,611 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pipeline/edit_run.h"
+
+#include <algorithm>
+#include <future>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/option_name.h"
+#include "base/ranks.h"
+#include "base/run_clock.h"
+#include "colmap_io/image_io.h"
+#include "editing/compare_pictures.h"
+#include "editing/finer_session.h"
+#include "opening/scene_check.h"
+#include "pipeline/edit_outputs.h"
+#include "pipeline/stage_files.h"
+#include "recolor/edit_text.h"
+#include "reporting/export.h"
+#include "reporting/report_html.h"
+#include "saving/session_file.h"
+#include "scene/image_checks.h"
+#include "selecting/paint_held.h"
+#include "splat_io/splat_io.h"
+
+namespace retint {
+namespace {
+
+namespace fs = std::filesystem;
+
+void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks) {
+  for (const auto& [name, mask] : masks) {
+    key.Add(name);
+    key.AddValue(mask.width);
+    key.Add({reinterpret_cast<const char*>(mask.data.data()), mask.data.size()});
+  }
+}
+
+void AddSum(StageKey& key, const FileChecksum& sum) {
+  key.AddValue(sum.bytes);
+  key.AddValue(sum.xxh64);
+}
+
+void AddFile(StageKey& key, const fs::path& file) { AddSum(key, ChecksumFile(file)); }
+
+void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspace) {
+  for (const ColorOperation& op : edit.operations) {
+    for (const fs::path& file : FilesCompared(op, workspace)) AddFile(key, file);
+  }
+}
+
+bool HasPictures(const ColorEdit& edit) {
+  return std::ranges::any_of(edit.operations, [](const auto& op) { return op.picture != nullptr; });
+}
+
+std::vector<std::string> PicturesOf(const ColorEdit& edit) {
+  std::vector<std::string> names;
+  for (const ColorOperation& op : edit.operations) {
+    if (!op.picture) continue;
+    for (const EditedPicture& picture : op.picture->pictures) names.push_back(picture.view);
+  }
+  return names;
+}
+
+}  // namespace
+
+EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache,
+                 EditObserver observer)
+    : recipe_(recipe),
+      scene_(scene),
+      cache_(cache),
+      observer_(std::move(observer)),
+      keeps_stages_(cache.IsThere() && scene.IsWhole() && !CurrentRanks().AreMany()),
+      job_(recipe.options.refit) {
+  if (CurrentRanks().IsRoot()) CheckOutputs();
+  if (job_.target == TargetKind::kPhoto) {
+    const std::string missing = WarningOfMissingPhotos(scene_.workspace());
+    if (!missing.empty() && observer_.warning) observer_.warning(missing);
+  }
+  try {
+    PlanOutputs();
+    for (const RegionRecipe& region : recipe.regions) {
+      plans_.push_back(ReadRegion(region));
+      refines_ = refines_ || region.refine;
+    }
+    CheckOption(scene_.IsWhole() || !refines_,
+                "Gaussians are split of a splat that is opened whole");
+  } catch (const OptionError& error) {
+    if (recipe_.file.empty()) throw;
+    throw InputError(recipe_.file, error.what());
+  }
+  outcomes_.resize(plans_.size());
+  if (keeps_stages_) AddKeys();
+}
+
+// A splat may replace the scene's, and masks those of their own region, which are written as they
+// were read. No other output has the place of an input.
+void EditRun::PlanOutputs() {
+  const EditOutputs& outputs = recipe_.outputs;
+  const Pictures pictures = scene_.pictures();
+  if (!recipe_.file.empty()) inputs_.Add(recipe_.file);
+  for (const fs::path& splat : outputs.splats) {
+    inputs_.AllowSplat(splat);
+    inputs_.Plan("outputs.splats", splat);
+  }
+  for (const auto& [name, file] :
+       {std::pair("outputs.report", outputs.report), std::pair("outputs.report_html", outputs.page),
+        std::pair("outputs.comparison", outputs.comparison),
+        std::pair("outputs.finer_splat", outputs.finer_splat)}) {
+    if (!file.empty()) inputs_.Plan(name, file);
+  }
+  for (const UserPicture& picture : pictures.all()) {
+    if (!outputs.views.empty()) {
+      inputs_.Plan("outputs.views", ViewFile(outputs.views, picture.name));
+    }
+    for (const RegionRecipe& region : recipe_.regions) {
+      if (outputs.masks.empty()) continue;
+      const fs::path folder = outputs.masks / region.name, mask = ViewFile(folder, picture.name);
+      std::error_code ignored;
+      if (fs::equivalent(folder, region.mask_folder, ignored)) inputs_.Allow(mask);
+      inputs_.Plan("outputs.masks", mask);
+    }
+  }
+}
+
+EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
+  RegionPlan plan;
+  plan.region = &region;
+  plan.source.select = region.options.select;
+  plan.source.select.keep_raw = !recipe_.outputs.stages.empty();
+  plan.source.projector = region.options.projector;
+  const Pictures pictures = scene_.pictures();
+  for (const PaintFile& paint : region.paint) {
+    plan.shown.push_back(paint.view);
+    for (PaintedView& view : pictures.ReadBrush(paint.view, paint.mask)) {
+      for (const PaintedView& other : plan.source.painted) {
+        CheckOption(other.name != view.name, "view " + paint.view + " is painted twice");
+      }
+      plan.source.painted.push_back(std::move(view));
+    }
+  }
+  // The others read depth maps or run a program.
+  const std::string& method = region.options.select.method;
+  plan.keeps_cloud = keeps_stages_ && recipe_.outputs.stages.empty() &&
+                     (method == "stereo-hv" || method == "gaussian");
+  if (!region.paint.empty()) return plan;
+  if (region.mask_folder.empty() && region.masks.empty()) {
+    CheckOption(HasPictures(region.edit), "region " + region.name + " has neither paint nor masks");
+    plan.shown = PicturesOf(region.edit);
+    return plan;
+  }
+  CheckOption(scene_.IsWhole(),
+              "masks that were made elsewhere: `retint refit` takes them for a splat in parts");
+  plan.is_painted = false;
+  Pictures::MasksByName masks;
+  if (!region.mask_folder.empty()) masks = pictures.ReadMasks(region.mask_folder);
+  for (const auto& [name, path] : region.masks) {
+    for (const UserPicture* one : pictures.Require(name)) {
+      masks.emplace(one->name, ReadMask(path, one->width, one->height));
+    }
+  }
+  const std::string missing = WarningOfMissingMasks(masks.size(), pictures);
+  if (!missing.empty()) Warn(plan, missing);
+  plan.masks = pictures.ToViews(masks);
+  const bool any =
+      std::ranges::any_of(plan.masks, [](const auto& entry) { return AnySet(entry.second); });
+  if (!any) throw InputError("region " + region.name + ": no mask has a selected pixel");
+  return plan;
+}
+
+// The splat's bytes, cameras, poses and points, and what computes with them.
+std::string EditRun::SceneKey() const {
+  const OpenScene& scene = scene_.session().scene();
+  StageKey key("scene");
+  key.Add(Version());
+  key.Add(scene.backend().Name());
+  AddSum(key, scene.splat_checksum().get());
+  const Reconstruction& model = scene.reconstruction();
+  for (const View* view : model.ViewsByName()) {
+    const Camera& camera = model.cameras.at(view->camera_id);
+    key.Add(view->name);
+    key.AddValue(camera.model);
+    key.AddValue(camera.width);
+    key.AddValue(camera.height);
+    for (const double value : camera.params) key.AddValue(value);
+    for (const double value : view->cam_from_world.rotation.coeffs()) key.AddValue(value);
+    for (const double value : view->cam_from_world.translation) key.AddValue(value);
+    for (const Observation& observation : view->observations) {
+      if (observation.point_id == kInvalidPointId) continue;
+      key.AddValue(observation.point_id);
+      for (const double value : observation.xy) key.AddValue(value);
+    }
+  }
+  for (const auto& [id, point] : model.points) {
+    key.AddValue(id);
+    for (const double value : point.xyz) key.AddValue(value);
+  }
+  return key.Hex();
+}
+
+void EditRun::AddKeys() {
+  const std::string scene = SceneKey();
+  StageKey before("refit"), edits("edits"), refine("refine");
+  refine.Add(scene);
+  refine.AddValue(recipe_.holdout);
+  before.Add(scene);
+  before.Add(OptionKey(Described(recipe_.options.refit)));
+  before.AddValue(recipe_.holdout);
+  if (recipe_.options.refit.target == TargetKind::kPhoto) {
+    const Workspace& workspace = scene_.workspace();
+    for (const View* view : scene_.session().scene().train_views()) {
+      if (workspace.HasPhoto(*view)) AddFile(before, workspace.PhotoPath(*view));
+    }
+  }
+  for (RegionPlan& plan : plans_) {
+    const ColorEdit& edit = plan.region->edit;
+    StageKey select("select"), project("project");
+    select.Add(scene);
+    select.Add(OptionKey(Described(plan.region->options.select)));
+    for (const PaintedView& view : plan.source.painted) AddMasks(select, {{view.name, view.mask}});
+    plan.select_key = select.Hex();
+    project.Add(plan.select_key);
+    project.Add(OptionKey(Described(plan.region->options.projector)));
+    AddMasks(project, plan.masks);
+    plan.project_key = project.Hex();
+    // A region starts from the colors that the ones before it left.
+    edits.Add(plan.project_key);
+    edits.Add(EditToJson(edit, /*with_tables=*/true));
+    AddPictures(edits, edit, scene_.workspace());
+    edits.AddValue(plan.region->strength);
+    plan.refit_key = edits.Hex();
+    if (!plan.region->refine) continue;
+    refine.Add(plan.project_key);
+    refine.Add(OptionKey(Described(*plan.region->refine)));
+    // Paint says which Gaussians are split.
+    if (std::ranges::any_of(edit.operations,
+                            [](const auto& op) { return op.picture != nullptr; })) {
+      refine.Add(edits.Hex());
+    }
+    plan.refine_key = refine.Hex();
+  }
+  if (refines_) before.Add(refine.Hex());
+  bool all_keep = !refines_ || std::ranges::all_of(plans_, &RegionPlan::keeps_cloud);
+  for (RegionPlan& plan : plans_) {
+    plan.keeps_fit = all_keep = all_keep && plan.keeps_cloud;
+    before.Add(plan.refit_key);
+    plan.refit_key = before.Hex();
+  }
+}
+
+std::vector<EditStage> EditRun::SelectionStages(const RegionPlan& plan) const {
+  if (!plan.is_painted) return {};
+  const bool projected = plan.keeps_cloud && cache_.Has("project", plan.project_key);
+  const bool selected = projected || (plan.keeps_cloud && cache_.Has("select", plan.select_key));
+  return {{plan.region->name, "select", plan.select_key, selected},
+          {plan.region->name, "project", plan.project_key, projected}};
+}
+
+EditStage EditRun::RefineStage(const RegionPlan& plan) const {
+  return {plan.region->name, "refine", plan.refine_key,
+          plan.keeps_fit && cache_.Has("refine", plan.refine_key)};
+}
+
+EditStage EditRun::RefitStage(const RegionPlan& plan) const {
+  return {plan.region->name, "refit", plan.refit_key,
+          plan.keeps_fit && cache_.Has("refit", plan.refit_key)};
+}
+
+std::vector<EditStage> EditRun::Plan() const {
+  std::vector<EditStage> stages;
+  for (const RegionPlan& plan : plans_) {
+    for (EditStage& stage : SelectionStages(plan)) stages.push_back(std::move(stage));
+  }
+  for (const RegionPlan& plan : plans_) {
+    if (plan.region->refine) stages.push_back(RefineStage(plan));
+  }
+  for (const RegionPlan& plan : plans_) stages.push_back(RefitStage(plan));
+  return stages;
+}
+
+void EditRun::Tell(const EditStage& stage) const {
+  if (observer_.stage) observer_.stage(stage);
+}
+
+void EditRun::Warn(const RegionPlan& plan, const std::string& warning) const {
+  if (!observer_.warning) return;
+  const bool alone = recipe_.regions.size() == 1;
+  observer_.warning(alone ? warning : "region '" + plan.region->name + "': " + warning);
+}
+
+void EditRun::PaintFromPictures(RegionPlan& plan) {
+  OpenScene& scene = scene_.session().scene();
+  const Workspace& workspace = scene.workspace();
+  ColorEdit edit = plan.region->edit;
+  for (ColorOperation& op : edit.operations) {
+    if (!op.picture) continue;
+    ReadPictures(op, workspace);
+    for (auto& [name, mask] : ChangedMasks(op, scene, scene.original().sh)) {
+      plan.source.painted.push_back(scene_.session().selection().Paint(name, std::move(mask)));
+      const View& view = workspace.RequireView(name);
+      if (workspace.PhotoOf(view)) {
+        plan.source.painted.back().seen = workspace.photo_pixels->Reach(view.id);
+      }
+    }
+  }
+}
+
+// To a cloud, which masks that are kept make needless.
+void EditRun::Select(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
+  if (!plan.is_painted) return;
+  scene_.ForPaint(plan.shown, monitor);
+  if (plan.source.painted.empty()) PaintFromPictures(plan);
+  outcome.painted = plan.source.painted;
+  scene_.ForDepth(plan.source, monitor);
+  const bool is_kept = plan.keeps_cloud && cache_.Has("project", plan.project_key);
+  if (!is_kept) FindCloud(plan, outcome, monitor);
+  const std::string mismatch = MismatchIn(scene_.session().scene(), plan.shown);
+  if (!mismatch.empty()) Warn(plan, mismatch);
+}
+
+void EditRun::FindCloud(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
+  SelectionSource& source = plan.source;
+  plan.has_cloud =
+      plan.keeps_cloud && cache_.Read("select", plan.select_key, [&](const fs::path& folder) {
+        ReadSelected(folder, &source.cloud, &source.reports);
+      });
+  if (plan.has_cloud) return;
+  SelectionResult result = scene_.session().selection().Select(source, monitor);
+  if (source.select.keep_raw) outcome.selected = std::move(result);
+  if (!plan.keeps_cloud) return;
+  cache_.Write("select", plan.select_key, [&](const fs::path& folder) {
+    WriteSelected(folder, source.cloud, source.reports);
+  });
+}
+
+void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
+  if (!plan.is_painted) return;
+  EditSession& session = scene_.session();
+  SelectionSource& source = plan.source;
+  RegionSelection kept;
+  plan.has_masks =
+      plan.keeps_cloud && cache_.Read("project", plan.project_key, [&](const fs::path& folder) {
+        ReadProjected(folder, session, &kept);
+      });
+  if (plan.has_masks) {
+    plan.has_cloud = true;
+    plan.masks = std::move(kept.masks);
+    plan.shares = std::move(kept.shares);
+    source.cloud = std::move(kept.source.cloud);
+    source.reports = std::move(kept.source.reports);
+  } else {
+    if (source.cloud.points.empty()) FindCloud(plan, outcome, monitor);
+    ProjectedMasks projected = session.selection().Project(source, monitor);
+    plan.masks = std::move(projected.masks);
+    plan.shares = std::move(projected.shares);
+    outcome.confidence = std::move(projected.confidence);
+    outcome.visible = std::move(projected.visible);
+  }
+  // As it went: what was kept may have been damaged since.
+  for (EditStage& stage : SelectionStages(plan)) {
+    stage.cached = stage.name == "select" ? plan.has_cloud : plan.has_masks;
+    Tell(stage);
+  }
+  for (const std::string& warning :
+       WarningsOfPaint(session.scene().workspace(), source.painted, plan.masks)) {
+    Warn(plan, warning);
+  }
+}
+
+void EditRun::AddRegion(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
+  EditSession& session = scene_.session();
+  const RegionRecipe& recipe = *plan.region;
+  outcome.id = session.store().Add(recipe.name, std::move(plan.masks), std::move(plan.shares),
+                                   recipe.edit, monitor, std::move(plan.source));
+  const Region* region = session.store().regions().Find(outcome.id);
+  if (plan.keeps_cloud && plan.is_painted && !plan.has_masks) {
+    cache_.Write("project", plan.project_key, [&](const fs::path& folder) {
+      WriteProjected(folder, *region->selection, monitor);
+    });
+  }
+  const double on_large =
+      recipe.refine || !scene_.IsWhole() ? 0 : PaintOnLargeGaussians(*region, session.scene());
+  if (on_large >= kMuchPaint) {
+    Warn(plan, fmt::format("{:.0f} % of the paint is on Gaussians too large for stripes or "
+                           "letters; {} splits them",
+                           100 * on_large, OptionName("refine")));
+  }
+  session.store().SetEdit(outcome.id, region->edit, recipe.strength);
+}
+
+void EditRun::Refine(const RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
+  EditSession& session = scene_.session();
+  const RefineOptions& options = *plan.region->refine;
+  Refinement refined;
+  EditStage stage = RefineStage(plan);
+  stage.cached =
+      plan.keeps_fit && cache_.Read("refine", plan.refine_key, [&](const fs::path& folder) {
+        refined = ReadRefined(folder, session.scene().original());
+      });
+  Tell(stage);
+  if (!stage.cached) {
+    refined = RefineRegion(session, outcome.id, options, monitor);
+    if (plan.keeps_fit) {
+      cache_.Write("refine", plan.refine_key,
+                   [&](const fs::path& folder) { WriteRefined(folder, refined); });
+    }
+  }
+  const std::string warning = refined.summary.Warning(options);
+  if (!warning.empty()) Warn(plan, warning);
+  if (refined.summary.split == 0) return;
+  outcome.refined = refined.summary;
+  scene_.Replace(WithFinerGaussians(session, std::move(refined.finer), {}, monitor));
+}
+
+// A fit that is there already becomes the newest region's. Its key is made of the session's own
+// numbers, which differ from run to run.
+bool EditRun::UseFit(const RegionPlan& plan, RegionId id) {
+  EditSession& session = scene_.session();
+  RegionFit fit;
+  if (!plan.keeps_fit || !cache_.Read("refit", plan.refit_key, [&](const fs::path& folder) {
+        fit = ReadFit(folder, session.scene().original());
+      })) {
+    return false;
+  }
+  RegionSet regions = session.store().regions();
+  Region* region = regions.Find(id);
+  fit.key = regions.FitKey(static_cast<size_t>(region - regions.regions.data()), job_);
+  region->fit = std::make_shared<const RegionFit>(std::move(fit));
+  session.RestoreRegions(std::move(regions), job_);
+  return true;
+}
+
+void EditRun::Fit(const RegionPlan& plan, RegionId id, Monitor& monitor) {
+  scene_.LimitRefit(id, &job_.options);
+  EditStage stage = RefitStage(plan);
+  stage.cached = UseFit(plan, id);
+  Tell(stage);
+  if (stage.cached) return;
+  EditSession& session = scene_.session();
+  session.refits().Refit(job_, monitor);
+  const auto fit = session.store().regions().Find(id)->fit;
+  if (!fit || !plan.keeps_fit) return;
+  cache_.Write("refit", plan.refit_key, [&](const fs::path& folder) { WriteFit(folder, *fit); });
+}
+
+void EditRun::Run(Monitor& monitor) {
+  for (size_t i = 0; i < plans_.size(); ++i) Select(plans_[i], outcomes_[i], monitor);
+  std::vector<const SelectionSource*> selections;
+  std::vector<std::string> pictures;
+  for (const RegionPlan& plan : plans_) {
+    selections.push_back(&plan.source);
+    for (std::string& name : PicturesOf(plan.region->edit)) pictures.push_back(std::move(name));
+  }
+  scene_.ForSelections(selections, pictures, monitor);
+  for (size_t i = 0; i < plans_.size(); ++i) Project(plans_[i], outcomes_[i], monitor);
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    AddRegion(plans_[i], outcomes_[i], monitor);
+    if (!refines_) Fit(plans_[i], outcomes_[i].id, monitor);
+  }
+  if (!refines_) return;
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    if (plans_[i].region->refine) Refine(plans_[i], outcomes_[i], monitor);
+  }
+  // Region by region, so that each fit is kept once it is done.
+  EditSession& session = scene_.session();
+  const RegionSet all = session.store().regions();
+  RegionSet begun;
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    begun.regions.push_back(all.regions[i]);
+    session.RestoreRegions(begun, job_);
+    Fit(plans_[i], outcomes_[i].id, monitor);
+    begun = session.store().regions();
+  }
+}
+
+void EditRun::Evaluate(const EvaluationDetail& detail, Monitor& monitor) {
+  report_ = FullReport(scene_.session(), job_.target, monitor, detail.most_views, detail.row_step);
+  report_.options = SettingsThatApply(Described(recipe_.options));
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    for (RegionReport& region : report_.regions) {
+      if (region.name == recipe_.regions[i].name) region.refine = outcomes_[i].refined;
+    }
+  }
+  if (report_.regions.size() == 1) report_.refine = report_.regions[0].refine;
+  if (scene_.large()) report_.out_of_core = scene_.large()->Report();
+}
+
+void EditRun::CheckOutputs() const {
+  const EditOutputs& outputs = recipe_.outputs;
+  for (const fs::path& splat : outputs.splats) {
+    const SplatCodec& codec = CodecForWriting(splat);
+    CheckOption(scene_.IsWhole() || codec.Name() == "3DGS .ply",
+                "a splat that is opened in parts is written as a patched copy: " + splat.string() +
+                    " must be a 3DGS .ply");
+    CheckOutput(splat);
+  }
+  for (const fs::path& file :
+       {outputs.report, outputs.page, outputs.comparison, outputs.finer_splat}) {
+    if (!file.empty()) CheckOutput(file);
+  }
+  for (const fs::path& folder : {outputs.masks, outputs.views, outputs.stages, outputs.session}) {
+    if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
+  }
+  if (!outputs.session.empty()) SessionWriter(outputs.session).CheckFolder();
+  const bool draws_all =
+      !outputs.stages.empty() || !outputs.views.empty() || !outputs.session.empty();
+  CheckOption(scene_.IsWhole() || !draws_all,
+              "stages, views and sessions need all of the scene, and it is opened in parts");
+  std::error_code ignored;
+  CheckOption(!fs::equivalent(outputs.stages, recipe_.workspace, ignored),
+              "the folder of the stages is the workspace, whose masks it would replace: name "
+              "another folder");
+}
+
+void EditRun::StageSplats(StagedOutput& staged, Monitor& monitor) {
+  EditSession& session = scene_.session();
+  const StageClock::Lap lap(session.scene().clock(), "save");
+  for (const fs::path& splat : recipe_.outputs.splats) {
+    staged.Add(splat, [&](const fs::path& path) {
+      const std::string warning = WriteEdited(session, scene_.large(), path, splat, monitor);
+      if (!warning.empty() && observer_.warning) observer_.warning(warning);
+      const auto error =
+          MeasureWritten(session.scene(), session.refits().CurrentSh(), path, monitor);
+      if (error) format_error_ = error;
+    });
+  }
+  const fs::path& finer = recipe_.outputs.finer_splat;
+  if (finer.empty()) return;
+  staged.Add(finer, [&](const fs::path& path) {
+    WriteSplat(path, session.scene().original(), monitor);
+    std::promise<FileChecksum> checksum;
+    checksum.set_value(ChecksumFile(path));
+    session.scene().SetSplat(finer, checksum.get_future());
+  });
+}
+
+void EditRun::StagePictures(StagedOutput& staged, Monitor& monitor) {
+  EditSession& session = scene_.session();
+  const EditOutputs& outputs = recipe_.outputs;
+  const StageClock::Lap lap(session.scene().clock(), "save");
+  if (!outputs.comparison.empty()) {
+    staged.Add(outputs.comparison,
+               [&](const fs::path& path) { WritePng(path, ComparisonPicture(session, monitor)); });
+  }
+  if (!outputs.stages.empty()) {
+    staged.AddFolder(outputs.stages, [&](const fs::path& folder) {
+      for (size_t i = 0; i < outcomes_.size(); ++i) {
+        const RegionOutcome& one = outcomes_[i];
+        WriteStages(outcomes_.size() == 1 ? folder : folder / recipe_.regions[i].name, session,
+                    one.id, one.selected, job_.target, monitor);
+      }
+    });
+  }
+  if (!outputs.masks.empty()) {
+    staged.AddFolder(outputs.masks, [&](const fs::path& folder) {
+      for (const Region& region : session.store().regions().regions) {
+        session.WriteMasks(folder / region.name, region.id, monitor);
+      }
+    });
+  }
+  if (!outputs.views.empty()) {
+    staged.AddFolder(outputs.views, [&](const fs::path& folder) {
+      ExportViews(session, session.scene().reconstruction().ViewsByName(),
+                  session.refits().CurrentSh(), folder, monitor);
+    });
+  }
+}
+
+void EditRun::StageReports(StagedOutput& staged, const std::vector<std::string>& warnings,
+                           Monitor& monitor) {
+  EditSession& session = scene_.session();
+  const RunReport now = MakeReport(session);
+  report_.stages_ms = now.stages_ms;
+  report_.peak_rss_mb = now.peak_rss_mb;
+  report_.peak_device_mb = now.peak_device_mb;
+  const EditOutputs& outputs = recipe_.outputs;
+  if (!outputs.page.empty()) {
+    HtmlReportOptions options;
+    options.title = recipe_.title;
+    options.command = recipe_.command;
+    options.warnings = warnings;
+    staged.Add(outputs.page, [&](const fs::path& path) {
+      WriteFile(path, HtmlReport(session, report_, options, monitor));
+    });
+  }
+  if (!outputs.report.empty()) {
+    staged.Add(outputs.report, [&](const fs::path& path) {
+      WriteFile(path, WithFormatError(ToJson(report_), format_error_));
+    });
+  }
+}
+
+void EditRun::Write(const std::vector<std::string>& warnings, Monitor& monitor) {
+  StagedOutput staged;
+  StageSplats(staged, monitor);
+  StagePictures(staged, monitor);
+  StageReports(staged, warnings, monitor);
+  monitor.Step("save", 1, 1);
+  // Writing it may fail, putting what is staged in place hardly does.
+  if (!recipe_.outputs.session.empty()) {
+    SessionWriter(recipe_.outputs.session).Write(TakeSnapshot(scene_.session()), monitor);
+  }
+  staged.Commit();
+  inputs_.ForgetPlanned();  // they are files like any others now
+}
+
+}  // namespace retint
