@@ -135,7 +135,7 @@ RegionId AddRegion(PySession& self, const std::string& name, const py::object& m
     const RegionId id = session.store().Add(name, std::move(given.masks), std::move(given.shares),
                                             edit, monitor, std::move(given.source));
     if (strength != 1)
-      session.store().SetEdit(id, session.store().regions().Find(id)->edit, strength);
+      session.store().Do(SetEdit{id, session.store().regions().Find(id)->edit, strength});
     return id;
   });
 }
@@ -170,7 +170,9 @@ void BindRegions(Sessions& type) {
           [](PySession& self, const py::object& region, const ColorEdit& edit, float strength) {
             CheckOption(strength >= 0 && strength <= 1, "strength lies in [0, 1]");
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.store().SetEdit(id, edit, strength); });
+            self.Use([&](EditSession& session) {
+              session.store().Do(SetEdit{id, edit, strength});
+            });
           },
           py::arg("region"), py::arg("edit"), py::arg("strength") = 1.0F,
           "Gives a region another edit.")
@@ -178,27 +180,27 @@ void BindRegions(Sessions& type) {
           "set_visible",
           [](PySession& self, const py::object& region, bool visible) {
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.store().SetVisible(id, visible); });
+            self.Use([&](EditSession& session) { session.store().Do(SetVisible{id, visible}); });
           },
           py::arg("region"), py::arg("visible"), "Shows a region, or leaves it out.")
       .def(
           "rename",
           [](PySession& self, const py::object& region, const std::string& name) {
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.store().Rename(id, name); });
+            self.Use([&](EditSession& session) { session.store().Do(RenameRegion{id, name}); });
           },
           py::arg("region"), py::arg("name"), "Gives a region another name.")
       .def(
           "move_region",
           [](PySession& self, const py::object& region, size_t position) {
             const RegionId id = ToId(region);
-            self.Use([&](EditSession& session) { session.store().Move(id, position); });
+            self.Use([&](EditSession& session) { session.store().Do(MoveRegion{id, position}); });
           },
           py::arg("region"), py::arg("position"), "0 is applied first.")
       .def("duplicate",
            OfRegion([](EditSession& s, RegionId id) { return s.store().Duplicate(id); }),
            py::arg("region"), "Returns the id of the copy.")
-      .def("remove", OfRegion([](EditSession& s, RegionId id) { s.store().Remove(id); }),
+      .def("remove", OfRegion([](EditSession& s, RegionId id) { s.store().Do(RemoveRegion{id}); }),
            py::arg("region"), "Removes a region; undo() brings it back.")
       .def(
           "undo",

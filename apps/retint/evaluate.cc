@@ -76,7 +76,7 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
   const RegionId id =
       session.store().Add("truth", ReadViewMasks(arguments.true_masks, session, run),
                           std::vector<float>(after.NumGaussians(), 0.0F), edit, run.monitor());
-  session.store().SetEdit(id, edit, strength);
+  session.store().Do(SetEdit{id, edit, strength});
   TrueMaskReport report;
   report.mask_iou = MeanIou(selection->masks, session.store().regions().Find(id)->selection->masks);
   report.quality =
@@ -93,8 +93,8 @@ RunReport EvaluateWhole(const Arguments& arguments, const ColorEdit& edit, Targe
   const RegionId region = session->store().Add(
       "selection", ReadViewMasks(arguments.masks, *session, run), {}, edit, run.monitor());
   WarnOfMainColor(edit, run);
-  session->store().SetEdit(region, session->store().regions().Find(region)->edit,
-                           arguments.edit.strength());
+  session->store().Do(
+      SetEdit{region, session->store().regions().Find(region)->edit, arguments.edit.strength()});
   RunReport report = MakeReport(*session);
   report.quality = session->refits().Evaluate(region, session->scene().original().sh, after.sh,
                                               target, run.monitor());

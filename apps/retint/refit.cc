@@ -82,8 +82,8 @@ void Refit(const Arguments& arguments, Run& run) {
   const RegionId region = session->store().Add("selection", std::move(opened.masks),
                                                std::move(opened.shares), edit, run.monitor());
   WarnOfMainColor(edit, run);
-  session->store().SetEdit(region, session->store().regions().Find(region)->edit,
-                           arguments.color.flags.strength());
+  session->store().Do(SetEdit{region, session->store().regions().Find(region)->edit,
+                              arguments.color.flags.strength()});
   LimitRegionCache(arguments.large.Given(), opened.large.get(), *session, region, &job.options);
   session->refits().Refit(job, run.monitor());
   const FloatArray after = session->refits().CurrentSh();

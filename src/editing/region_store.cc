@@ -25,26 +25,6 @@ Region& Editable(RegionSet& state, RegionId id) {
   return *region;
 }
 
-// What an edit of a region became, for the history: "Gradient in vase".
-std::string LabelOf(const Region& before, const Region& after) {
-  const auto& old = before.edit.operations;
-  const auto& now = after.edit.operations;
-  const std::string& name = after.name;
-  if (now == old) return "Change the strength of " + name;
-  if (now.size() < old.size()) return "Remove a step of " + name;
-  if (now.size() == old.size() && std::ranges::is_permutation(now, old)) {
-    return "Reorder the steps of " + name;
-  }
-  // The first step that differs.
-  const auto at = std::ranges::mismatch(now, old).in1;
-  if (at->kind == ColorOperationKind::kRecolor) return "Recolor " + name;
-  if (at->kind == ColorOperationKind::kLut) return "LUT in " + name;
-  std::string step = TypeOf(at->kind).name;
-  std::ranges::replace(step, '_', ' ');
-  step.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(step.front())));
-  return step + " in " + name;
-}
-
 }  // namespace
 
 void RegionStore::CheckMasks(const std::map<std::string, Mask>& masks) const {
@@ -170,47 +150,22 @@ void RegionStore::Restore(RegionSet restored, const RefitJob& job) {
   next_selection_ = next_selection;
 }
 
-void RegionStore::SetEdit(RegionId id, const ColorEdit& edit, float strength,
-                          std::string_view merge_key) {
-  edit.Check();
-  CheckOption(strength >= 0 && strength <= 1, "strength must be between 0 and 1");
+void RegionStore::Do(RegionEdit edit, std::string_view merge_key) {
+  const Region& before = Require(IdOf(edit));
+  const auto* show = std::get_if<SetVisible>(&edit);
+  if (show && show->visible == before.visible) return;
+  auto* set = std::get_if<SetEdit>(&edit);
+  if (set) {
+    set->edit.Check();
+    CheckOption(set->strength >= 0 && set->strength <= 1, "strength must be between 0 and 1");
+    const auto index = static_cast<size_t>(&before - regions().regions.data());
+    set->edit = Completed(set->edit, regions(), index, *before.selection);
+  }
   RegionSet state = regions();
-  Region& region = Editable(state, id);
-  const auto index = static_cast<size_t>(&region - state.regions.data());
-  region.edit = Completed(edit, state, index, *region.selection);
-  FindPaint(region);
-  region.strength = strength;
-  history_.Push(LabelOf(Require(id), region), std::move(state), merge_key);
-}
-
-void RegionStore::SetVisible(RegionId id, bool visible) {
-  RegionSet state = regions();
-  Region& region = Editable(state, id);
-  if (region.visible == visible) return;
-  region.visible = visible;
-  history_.Push((visible ? "Show " : "Hide ") + region.name, std::move(state));
-}
-
-void RegionStore::Rename(RegionId id, std::string name) {
-  RegionSet state = regions();
-  Editable(state, id).name = name;
-  history_.Push("Rename " + name, std::move(state));
-}
-
-void RegionStore::Move(RegionId id, size_t position) {
-  RegionSet state = regions();
-  const Region region = Editable(state, id);
-  std::erase_if(state.regions, [&](const Region& other) { return other.id == id; });
-  const size_t at = std::min(position, state.regions.size());
-  state.regions.insert(state.regions.begin() + static_cast<std::ptrdiff_t>(at), region);
-  history_.Push("Move " + region.name, std::move(state));
-}
-
-void RegionStore::Remove(RegionId id) {
-  RegionSet state = regions();
-  const std::string name = Editable(state, id).name;
-  std::erase_if(state.regions, [&](const Region& region) { return region.id == id; });
-  history_.Push("Remove " + name, std::move(state));
+  Apply(edit, &state);
+  if (set) FindPaint(*state.Find(set->id));
+  std::string label = LabelOf(edit, regions());
+  history_.Push(std::move(label), std::move(state), merge_key);
 }
 
 FloatArray RegionStore::ShAfter(const RegionSet& state, size_t count) const {

@@ -13,6 +13,7 @@
 
 #include "editing/history.h"
 #include "editing/region.h"
+#include "editing/region_edit.h"
 #include "opening/open_scene.h"
 #include "recolor/palette.h"
 
@@ -31,13 +32,9 @@ class RegionStore {
                     Monitor& monitor, SelectionSource source = {});
   // A copy of a region above it, "NAME copy"; shares its selection.
   RegionId Duplicate(RegionId id);
-  // Edits of one non-empty `merge_key` are one step of the history together.
-  void SetEdit(RegionId id, const ColorEdit& edit, float strength = 1,
-               std::string_view merge_key = "");
-  void SetVisible(RegionId id, bool visible);
-  void Rename(RegionId id, std::string name);
-  void Move(RegionId id, size_t position);  // 0 is applied first
-  void Remove(RegionId id);
+  // One step of the history; those of one non-empty `merge_key` are one together. OptionError for
+  // an edit or a strength that is none. What an edit measures is measured here.
+  void Do(RegionEdit edit, std::string_view merge_key = "");
   // Starts the history from regions that were saved and the job whose fits they hold. InputError
   // when they do not belong to this scene; then nothing is changed.
   void Restore(RegionSet regions, const RefitJob& job);

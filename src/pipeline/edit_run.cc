@@ -389,7 +389,7 @@ void EditRun::AddRegion(RegionPlan& plan, RegionOutcome& outcome, Monitor& monit
                            "letters; {} splits them",
                            100 * on_large, OptionName("refine")));
   }
-  session.store().SetEdit(outcome.id, region->edit, recipe.strength);
+  session.store().Do(SetEdit{outcome.id, region->edit, recipe.strength});
 }
 
 void EditRun::Refine(const RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {

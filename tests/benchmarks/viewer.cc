@@ -262,7 +262,7 @@ class Bench {
     controller.SetAutomaticRefit(true);
     for (const float green : {0.3F, 0.5F, 0.9F}) {
       const RegionId id = window_->current_region();
-      controller.SetEdit(id, ColorEdit::Tint({0.3F, green, 1}), 1, "");
+      controller.Do(SetEdit{id, ColorEdit::Tint({0.3F, green, 1}), 1}, "");
       const auto fitted = [&] {
         const Region* region = controller.regions().Find(id);
         return controller.optimizer().state == BackgroundOptimizer::State::kFinished &&
@@ -318,7 +318,8 @@ class Bench {
       refitting += controller.optimizer().Active();
       const ShPointer before = controller.sh();
       const Stopwatch clock;
-      controller.SetEdit(id, ColorEdit::Tint({0.3F, 0.3F + 0.02F * float(change), 1}), 1, "drag");
+      controller.Do(SetEdit{id, ColorEdit::Tint({0.3F, 0.3F + 0.02F * float(change), 1}), 1},
+                    "drag");
       if (!WaitFor([&] { return controller.sh() != before; })) return false;
       composed.values.push_back(clock.Milliseconds());
       const ShPointer now = controller.sh();

@@ -88,7 +88,7 @@ TEST(EditSession, UndoAndRedoRestoreEveryFitExactly) {
       session->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->refits().Refit(ShortJob(), monitor);
   const FloatArray blue = session->refits().CurrentSh();
-  session->store().SetEdit(region, kRed);
+  session->store().Do(SetEdit{region, kRed});
   session->refits().Refit(ShortJob(), monitor);
   const FloatArray red = session->refits().CurrentSh();
   EXPECT_FALSE(SameBits(blue, red));
@@ -107,7 +107,7 @@ TEST(EditSession, ANewEditStartsFromTheOriginal) {
   const auto detour = MakeSession(scene);
   const RegionId region = detour->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
   detour->refits().Refit(ShortJob(), monitor);
-  detour->store().SetEdit(region, kRed);
+  detour->store().Do(SetEdit{region, kRed});
   detour->refits().Refit(ShortJob(), monitor);
   EXPECT_TRUE(SameBits(direct->refits().CurrentSh(), detour->refits().CurrentSh()));
 }
@@ -120,9 +120,9 @@ TEST(EditSession, HidingShowsTheOriginalAndShowingTheFitAgain) {
       session->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->refits().Refit(ShortJob(), monitor);
   const FloatArray fitted = session->refits().CurrentSh();
-  session->store().SetVisible(region, false);
+  session->store().Do(SetVisible{region, false});
   EXPECT_TRUE(SameBits(session->refits().CurrentSh(), scene.model.sh));
-  session->store().SetVisible(region, true);
+  session->store().Do(SetVisible{region, true});
   EXPECT_TRUE(SameBits(session->refits().CurrentSh(), fitted));
 }
 
@@ -150,11 +150,11 @@ TEST(EditSession, RegionsComposeInOrder) {
                              << ": the second region changes its own Gaussians, and only those";
   }
   // Order is part of the state.
-  session->store().Move(left, 1);
+  session->store().Do(MoveRegion{left, 1});
   EXPECT_EQ(session->store().regions().regions[1].id, left);
   session->store().history().Undo();
   EXPECT_TRUE(SameBits(session->refits().CurrentSh(), both));
-  session->store().Remove(left);
+  session->store().Do(RemoveRegion{left});
   EXPECT_EQ(session->store().regions().regions.size(), 1u);
 }
 
@@ -164,7 +164,7 @@ TEST(EditSession, StrengthZeroChangesNothing) {
   Monitor monitor;
   const RegionId region =
       session->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  session->store().SetEdit(region, kBlue, 0);
+  session->store().Do(SetEdit{region, kBlue, 0});
   session->refits().Refit(ShortJob(), monitor);
   const Difference difference =
       Compare(*session, scene, session->refits().CurrentSh(), scene.model.sh);
@@ -207,7 +207,7 @@ TEST(EditSession, PaintShowsBeforeAFit) {
       session->store().Add("left", MasksOf(scene), scene.shares, ColorEdit(), monitor);
   const FloatArray plain = session->refits().CurrentSh();
   EXPECT_TRUE(SameBits(plain, scene.model.sh));
-  session->store().SetEdit(id, Bands(scene));
+  session->store().Do(SetEdit{id, Bands(scene)});
   const FloatArray painted = session->refits().CurrentSh();
   const auto paint = session->store().regions().regions[0].paint;
   ASSERT_TRUE(paint);
@@ -221,7 +221,7 @@ TEST(EditSession, PaintShowsBeforeAFit) {
     ASSERT_EQ(0, std::memcmp(&painted[g * block], &plain[g * block], block * sizeof(float))) << g;
   }
   // Half of it, without looking at the layers again, though a copy of them is given.
-  session->store().SetEdit(id, Bands(scene), 0.5F);
+  session->store().Do(SetEdit{id, Bands(scene), 0.5F});
   EXPECT_EQ(session->store().regions().regions[0].paint, paint);
   const double half = Compare(*session, scene, session->refits().CurrentSh(), plain).inside;
   EXPECT_GT(half, 0.3 * whole);
@@ -264,7 +264,7 @@ TEST(EditSession, TheHistorySaysWhatWasDoneToAnEdit) {
   const RegionId id = session->store().Add("vase", MasksOf(scene), scene.shares, kBlue, monitor);
   ColorEdit edit = kBlue;
   const auto label = [&](float strength = 1) {
-    session->store().SetEdit(id, edit, strength);
+    session->store().Do(SetEdit{id, edit, strength});
     return session->store().history().UndoLabel();
   };
   edit.operations.push_back(ColorOperation::Make(Kind::kWhiteBalance, {20, 0}));
@@ -346,7 +346,7 @@ TEST(EditSession, EditsOvertakeTheBackgroundRefitOverAndOver) {
       session->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
   for (int i = 0; i < 12; ++i) {
     const float tint = 0.05F * static_cast<float>(i + 1);
-    session->store().SetEdit(region, ColorEdit::Tint({tint, tint, 1}), 1, "drag");
+    session->store().Do(SetEdit{region, ColorEdit::Tint({tint, tint, 1}), 1}, "drag");
     session->refits().Start(ShortJob(1000), monitor);
     if (const auto newest = session->refits().NewestSnapshot())
       session->scene().renderer().SetSh(*newest->sh);
@@ -369,7 +369,7 @@ TEST(EditSession, AFitForAnOlderEditIsNotCollected) {
       session->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
   session->refits().Start(ShortJob(), monitor);
   session->refits().optimizer().Wait();
-  session->store().SetEdit(region, kRed);
+  session->store().Do(SetEdit{region, kRed});
   EXPECT_FALSE(session->refits().CollectFits());
   session->store().history().Undo();
   EXPECT_TRUE(session->refits().CollectFits());
@@ -435,7 +435,7 @@ TEST(EditSession, PhotosThatCouldNotBeReadTakeNoRoomOfThoseThatAreKept) {
   put(3, good);
   session->refits().Refit(job, monitor);
   for (size_t v = 0; v < scene.cameras.size(); ++v) put(v, "no picture");
-  session->store().SetEdit(region, kRed);
+  session->store().Do(SetEdit{region, kRed});
   EXPECT_NO_THROW(session->refits().Refit(job, monitor)) << "all photos are kept";
 }
 
@@ -461,10 +461,10 @@ TEST(EditSession, RefusesBadInputAndKeepsItsState) {
   EXPECT_TRUE(session->store().regions().regions.empty());
   EXPECT_FALSE(session->store().history().CanUndo());
 
-  EXPECT_THROW(session->store().SetEdit(7, kBlue), OptionError);
+  EXPECT_THROW(session->store().Do(SetEdit{7, kBlue}), OptionError);
   const RegionId region =
       session->store().Add("left", MasksOf(scene), scene.shares, kBlue, monitor);
-  EXPECT_THROW(session->store().SetEdit(region, kBlue, 1.5F), OptionError);
+  EXPECT_THROW(session->store().Do(SetEdit{region, kBlue, 1.5F}), OptionError);
   EXPECT_EQ(session->store().history().UndoLabel(), "Add left");
   SessionOptions options;
   options.holdout = 1;
@@ -496,14 +496,14 @@ TEST(EditSession, MeasuresTheMainColorOfARegion) {
   EXPECT_GE(measured.operations[0].Get("brightest")[0], 1);
   // Measured after what comes before it in the list: gray here.
   edit.operations.insert(edit.operations.begin(), ColorOperation::Make(ColorOperationKind::kGray));
-  session->store().SetEdit(region, edit);
+  session->store().Do(SetEdit{region, edit});
   const auto from = session->store().regions().Find(region)->edit.operations[1].Get("from");
   // Gray to the rounding of OKLab's matrices.
   EXPECT_NEAR(from[0], from[1], 2e-3F);
   EXPECT_NEAR(from[1], from[2], 2e-3F);
   EXPECT_GT(from[0], 0.05F);
   // What was given is not measured again.
-  session->store().SetEdit(region, measured);
+  session->store().Do(SetEdit{region, measured});
   EXPECT_EQ(session->store().regions().Find(region)->edit, measured);
 }
 

@@ -42,7 +42,7 @@ class FinerSessions : public testing::Test {
     }
     ColorEdit edit = session_->store().regions().Find(ball_)->edit;
     AddPicture(edit, picture, {view->name});
-    session_->store().SetEdit(ball_, edit);
+    session_->store().Do(SetEdit{ball_, edit});
   }
 
   Monitor monitor_;
@@ -56,7 +56,7 @@ class FinerSessions : public testing::Test {
 TEST_F(FinerSessions, RegionsGoOnWithoutTheirFits) {
   const RegionId second =
       session_->store().Add("second", masks_, {}, ColorEdit::Tint({1, 0.5F, 0.5F}), monitor_);
-  session_->store().SetEdit(second, session_->store().regions().Find(second)->edit, 0.5F);
+  session_->store().Do(SetEdit{second, session_->store().regions().Find(second)->edit, 0.5F});
   session_->refits().Refit({}, monitor_);
   ASSERT_NE(session_->store().regions().Find(ball_)->fit, nullptr);
   const FinerSession finer = Split();
@@ -89,7 +89,7 @@ TEST_F(FinerSessions, OnlyWhatTakesPaintIsSplitWhereThereIsPaint) {
   const auto& paint = finer.session->store().regions().Find(ball_)->paint;
   ASSERT_NE(paint, nullptr);  // found again, on the parts
   EXPECT_GT(paint->gaussians.size(), region.paint->gaussians.size());
-  session_->store().SetEdit(ball_, ColorEdit::Tint({0.2F, 0.4F, 1}));  // the paint is gone
+  session_->store().Do(SetEdit{ball_, ColorEdit::Tint({0.2F, 0.4F, 1})});  // the paint is gone
   EXPECT_EQ(Split().summary.split, all);
 }
 

@@ -55,7 +55,7 @@ class PictureStep : public testing::Test {
   void TakeBack(const EditedPicture& picture) {
     ColorEdit edit = Edit();
     AddPicture(edit, picture, {picture.view});
-    session_->store().SetEdit(ball_, edit);
+    session_->store().Do(SetEdit{ball_, edit});
   }
   void Paint(int v, const Dot& dot) {
     EditedPicture picture = HandOut(v);
@@ -112,7 +112,7 @@ TEST_F(PictureStep, LaterStepsAndRegionsAreAppliedOnce) {
   ColorEdit edit = Edit();
   edit.operations[0].strength = 0.5F;
   edit.operations.push_back(ColorOperation::Make(Kind::kExposure, {-1}));
-  session_->store().SetEdit(ball_, edit);
+  session_->store().Do(SetEdit{ball_, edit});
   Add("again", ColorEdit::Tint({0.5F, 1, 0.7F}));
   // Nor are strengths, which are of the result.
   EXPECT_EQ(HandOut(1).image.data, whole.data);
@@ -127,9 +127,9 @@ TEST_F(PictureStep, LaterStepsAndRegionsAreAppliedOnce) {
 }
 
 TEST_F(PictureStep, EarlierStepsAndRegionsAreInThePicture) {
-  session_->store().SetEdit(ball_, {{ColorOperation::Make(Kind::kExposure, {-1})}, 1});
+  session_->store().Do(SetEdit{ball_, {{ColorOperation::Make(Kind::kExposure, {-1})}, 1}});
   const RegionId first = Add("first", ColorEdit::Tint({0.5F, 1, 0.7F}));
-  session_->store().Move(first, 0);
+  session_->store().Do(MoveRegion{first, 0});
   const auto step = session_->refits().PictureStepOf(ball_, *At(1), TargetKind::kRender);
   EXPECT_EQ(step.with.data, Shown(1).data);
   EXPECT_EQ(step.before.data, step.with.data);
@@ -150,7 +150,7 @@ TEST_F(PictureStep, GoesOnWithoutTheEarlierPictures) {
   EXPECT_GE(on_first, kArea);
   EXPECT_GE(Painted(1), kArea);
   EXPECT_LE(Painted(1), (2 * kDot + 3) * (2 * kDot + 3));
-  session_->store().SetEdit(ball_, EditFromJson(EditToJson(Edit(), /*with_tables=*/true), {}));
+  session_->store().Do(SetEdit{ball_, EditFromJson(EditToJson(Edit(), /*with_tables=*/true), {})});
   Paint(1, kFirst);
   EXPECT_EQ(Found().pictures.size(), 2U);
   EXPECT_EQ(Painted(0), on_first);

@@ -130,7 +130,7 @@ TEST_F(Export, TheReportHasEveryRegion) {
   EXPECT_EQ(json["masks"]["views"], 6);
   EXPECT_TRUE(json["quality"]["train"]["psnr_outside"].is_null()) << "of one region only";
   EXPECT_EQ(json["options"]["solver"], "mm");
-  session_->store().SetVisible(2, false);
+  session_->store().Do(SetVisible{2, false});
   const RunReport one = FullReport(*session_, TargetKind::kRender, monitor_);
   EXPECT_EQ(one.quality.train.views, 6);
 }

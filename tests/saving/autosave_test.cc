@@ -63,7 +63,7 @@ TEST_F(AutosaveTest, TheNewestChangeIsOnDisk) {
   EditTinyScene(scene_, *session_);
   for (int i = 0; i < 30; ++i) {
     const float tint = 0.02F * static_cast<float>(i + 1);
-    session_->store().SetEdit(1, ColorEdit::Tint({tint, 1, tint}));
+    session_->store().Do(SetEdit{1, ColorEdit::Tint({tint, 1, tint})});
     autosave.Submit(Snapshot());
   }
   autosave.Flush();

@@ -189,7 +189,7 @@ TEST(KilledSession, OpensAsItWasOrAsItIs) {
   const fs::path saved = folder / "a.retint", old = folder / "old";
   SessionWriter(saved).Write(TakeSnapshot(*session), monitor);
   fs::copy(saved, old, fs::copy_options::recursive);
-  session->store().Rename(session->store().regions().regions[0].id, "renamed");
+  session->store().Do(RenameRegion{session->store().regions().regions[0].id, "renamed"});
   const SessionSnapshot after = TakeSnapshot(*session);
   SessionOptions options;
   options.backend = "cpu";

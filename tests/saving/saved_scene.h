@@ -80,7 +80,7 @@ inline void EditTinyScene(const TinyScene& scene, EditSession& session) {
   job.options.mm.iterations = 3;
   job.options.mm.ridge_dc = 0.1 / 3.0;
   session.refits().Refit(job, monitor);
-  session.store().SetEdit(right, ColorEdit::Tint({1.0F, 0.3F, 0.1F}), 1.0F / 3.0F);
+  session.store().Do(SetEdit{right, ColorEdit::Tint({1.0F, 0.3F, 0.1F}), 1.0F / 3.0F});
 }
 
 }  // namespace retint

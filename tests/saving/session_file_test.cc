@@ -159,8 +159,8 @@ TEST_F(SessionFile, AnOutdatedFitComesBackWhenItFitsAgain) {
   Save();
   const OpenedSession opened = Load();
   const ColorEdit before = ColorEdit::Tint({1.0F, 0.1F, 0.1F});
-  session_->store().SetEdit(right, before, 1);
-  opened.session->store().SetEdit(right, before, 1);
+  session_->store().Do(SetEdit{right, before, 1});
+  opened.session->store().Do(SetEdit{right, before, 1});
   EXPECT_TRUE(SameBits(opened.session->refits().CurrentSh(), session_->refits().CurrentSh()));
   ASSERT_NE(now.fit, nullptr);
   EXPECT_EQ(opened.session->store().regions().regions[1].fit->key,
@@ -205,13 +205,13 @@ TEST_F(SessionFile, SavingAgainWritesOnlyWhatIsNew) {
   SessionSnapshot snapshot = Snapshot();
   writer.Write(snapshot, monitor);
   EXPECT_EQ(writer.parts_written(), 5) << "two selections, two fits, the draft";
-  session_->store().SetEdit(1, ColorEdit::Tint({0.3F, 0.3F, 0.3F}));
+  session_->store().Do(SetEdit{1, ColorEdit::Tint({0.3F, 0.3F, 0.3F})});
   snapshot.regions = session_->store().regions();
   writer.Write(snapshot, monitor);
   EXPECT_EQ(writer.parts_written(), 0);
   EXPECT_TRUE(SameBits(Load().session->refits().CurrentSh(), session_->refits().CurrentSh()));
   // What is not needed any more goes.
-  session_->store().Remove(1);
+  session_->store().Do(RemoveRegion{1});
   snapshot.regions = session_->store().regions();
   snapshot.draft = nullptr;
   writer.Write(snapshot, monitor);
@@ -447,7 +447,7 @@ TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
   Save();
   const FloatArray one = session_->refits().CurrentSh();
   const SessionSnapshot first = Snapshot();
-  session_->store().Remove(1);
+  session_->store().Do(RemoveRegion{1});
   const SessionSnapshot second = Snapshot();
   const FloatArray two = session_->refits().CurrentSh();
   std::atomic<bool> stop = false;

@@ -33,8 +33,8 @@ class EditingTest : public ViewerTest {
     QVERIFY(id != 0);
     QCOMPARE(window_->current_region(), id);
     QVERIFY(window_->IsModified());
-    controller().SetEdit(id, ColorEdit::Tint({1, 0.1F, 0.1F}), 1, "drag");
-    controller().SetEdit(id, ColorEdit::Tint({1, 0.2F, 0.2F}), 1, "drag");
+    controller().Do(SetEdit{id, ColorEdit::Tint({1, 0.1F, 0.1F}), 1}, "drag");
+    controller().Do(SetEdit{id, ColorEdit::Tint({1, 0.2F, 0.2F}), 1}, "drag");
     QCOMPARE(controller().regions().Find(id)->edit.Affine().gain(1, 1), 0.2F);  // at once
     QTRY_COMPARE_WITH_TIMEOUT(controller().history().undo_label, std::string("Tint in jug"),
                               kWaitMs);
@@ -53,8 +53,8 @@ class EditingTest : public ViewerTest {
   void TheHistoryLeadsToEveryStep() {
     const RegionId id = AddTintedRegion();
     QVERIFY(id != 0);
-    controller().Rename(id, "pot");
-    controller().SetVisible(id, false);
+    controller().Do(RenameRegion{id, "pot"});
+    controller().Do(SetVisible{id, false});
     QVERIFY(Settle(controller()));
     auto* menu = window_->findChild<QMenu*>("history");
     // The texts from top to bottom, the current one in brackets.
@@ -241,7 +241,7 @@ class EditingTest : public ViewerTest {
     QVERIFY(saved.count() > 0 || saved.wait(kWaitMs));
     QVERIFY(!window_->IsModified());
     const auto sh = controller().sh();
-    controller().Rename(id, "pot");
+    controller().Do(RenameRegion{id, "pot"});
     QTRY_VERIFY_WITH_TIMEOUT(window_->IsModified(), kWaitMs);
     // Opened again: asks about what was not saved.
     QSignalSpy restored(&window_->sessions(), &SessionStore::restored);
@@ -353,13 +353,13 @@ class EditingTest : public ViewerTest {
     };
     const QImage both = shown();
     QVERIFY(!both.isNull());
-    controller().Move(second, 0);
+    controller().Do(MoveRegion{second, 0});
     const QImage swapped = shown();
     QVERIFY(!swapped.isNull() && ChangedPixels(swapped, both) > 100);
-    controller().SetVisible(first, false);
+    controller().Do(SetVisible{first, false});
     const QImage hidden = shown();
     QVERIFY(!hidden.isNull() && ChangedPixels(hidden, swapped) > 100);
-    controller().SetEdit(second, green, 0.3F);
+    controller().Do(SetEdit{second, green, 0.3F});
     const QImage weak = shown();
     QVERIFY(!weak.isNull() && ChangedPixels(weak, hidden) > 100);
     for (int i = 0; i < 3; ++i) controller().Undo();

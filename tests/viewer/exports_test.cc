@@ -303,7 +303,7 @@ class ExportsTest : public FilesFixture {
       std::sort(files.begin(), files.end());
       return files;
     };
-    controller().SetEdit(Regions().front().id, ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
+    controller().Do(SetEdit{Regions().front().id, ColorEdit::Tint({0.9F, 0.1F, 0.1F})});
     // Its autosave is written while there is room: a complaint of another kind.
     QTRY_VERIFY_WITH_TIMEOUT(fs::exists(folder / "kept.autosave.retint" / "session.json"), kWaitMs);
     const auto before = listing();

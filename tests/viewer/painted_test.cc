@@ -176,7 +176,7 @@ class PaintedTest : public ViewerTest {
     QVERIFY(TakenIn());
     ColorEdit edit = First().edit;
     edit.operations.push_back(ColorOperation::Make(ColorOperationKind::kExposure, {-1}));
-    controller().SetEdit(First().id, edit);
+    controller().Do(SetEdit{First().id, edit});
     QVERIFY(Settle(controller()));
     const auto painted = [&] {
       size_t pixels = 0;

@@ -165,7 +165,7 @@ class PanelsTest : public PanelsFixture {
     // Of another edit nothing is known; chosen again, it is measured again.
     QVERIFY(Find<QTableWidget>("report_table")->rowCount() > 0);
     QVERIFY(Find<QLabel>("psnr_inside")->text().contains("dB"));
-    Controller().SetEdit(Regions()[1].id, ColorEdit::Tint({0.1F, 0.9F, 0.3F}));
+    Controller().Do(SetEdit{Regions()[1].id, ColorEdit::Tint({0.1F, 0.9F, 0.3F})});
     QCOMPARE(order->currentText(), QString("By name"));
     for (int row = 0; row < 6; ++row) {
       QVERIFY(!list->item(row)->data(Qt::UserRole + 2).toString().contains("dB"));

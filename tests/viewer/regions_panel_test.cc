@@ -61,8 +61,8 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(AddRegions());
     ColorOperation recolor = ColorOperation::Make(ColorOperationKind::kRecolor, {0.2F, 0.4F, 1.0F});
     std::ranges::copy(std::array{0.4F, 0.1F, 0.1F}, recolor.Get("from").begin());
-    Controller().SetEdit(Regions()[0].id,
-                         {{recolor, ColorOperation::Make(ColorOperationKind::kAdjust)}, 1});
+    Controller().Do(SetEdit{Regions()[0].id,
+                            {{recolor, ColorOperation::Make(ColorOperationKind::kAdjust)}, 1}});
     const auto* item = List()->topLevelItem(0);
     QTRY_COMPARE(item->text(RegionsPanel::kColor), QString("2 steps"));
     const QColor shown = item->data(RegionsPanel::kColor, Qt::UserRole).value<QColor>();
@@ -97,7 +97,7 @@ class RegionsPanelTest : public PanelsFixture {
     QTRY_VERIFY(*Controller().sh() == both);
     // It shows what is left when the other one is hidden.
     QVERIFY(alone != both);
-    Controller().SetVisible(Regions()[0].id, false);
+    Controller().Do(SetVisible{Regions()[0].id, false});
     QTRY_VERIFY(*Controller().sh() == alone);
   }
 

@@ -65,7 +65,7 @@ class SceneControllerTest : public QObject {
     QVERIFY(id != 0);
     std::promise<void> gate;
     controller_->Run({}, Until(gate));
-    controller_->Rename(id, "cup");
+    controller_->Do(RenameRegion{id, "cup"});
     controller_->Run("waiting", [](EditSession&, Monitor&) { qFatal("it was cancelled"); });
     QSignalSpy cancelled(controller_.get(), &SceneController::cancelled);
     controller_->Cancel();

@@ -73,8 +73,9 @@ class Photographer {
     selection.Accept();
     if (!Wait([&] { return window_.current_region() != 0 && !controller.IsBusy(); })) return false;
     const RegionId id = window_.current_region();
-    controller.SetEdit(id, {{NewOperation(ColorOperationKind::kRecolor, QColor("#3060ff"))}, 1});
-    controller.Rename(id, "Region 1");
+    controller.Do(
+        SetEdit{id, {{NewOperation(ColorOperationKind::kRecolor, QColor("#3060ff"))}, 1}});
+    controller.Do(RenameRegion{id, "Region 1"});
     if (!Wait([&] {
           return controller.optimizer().state == BackgroundOptimizer::State::kFinished;
         })) {

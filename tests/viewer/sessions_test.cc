@@ -35,7 +35,7 @@ class SessionsTest : public FilesFixture {
     QVERIFY(fs::exists(session / "session.json"));
     QVERIFY(!window_->isWindowModified());
     QVERIFY(!HasAutosave());  // there is nothing to recover
-    controller().Rename(Regions().front().id, "petals");
+    controller().Do(RenameRegion{Regions().front().id, "petals"});
     QTRY_VERIFY_WITH_TIMEOUT(window_->isWindowModified(), kWaitMs);
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
@@ -57,7 +57,7 @@ class SessionsTest : public FilesFixture {
     QVERIFY(!window_->sessions().IsSavedElsewhere());
     const std::string theirs = ReadFile(folder / "session.json") + "\n";
     WriteFile(folder / "session.json", theirs);
-    controller().Rename(Regions().front().id, "petals");
+    controller().Do(RenameRegion{Regions().front().id, "petals"});
     QTRY_VERIFY_WITH_TIMEOUT(window_->isWindowModified(), kWaitMs);
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
@@ -72,7 +72,7 @@ class SessionsTest : public FilesFixture {
     const auto manifest = nlohmann::json::parse(ReadFile(folder / "session.json"));
     QCOMPARE(manifest["regions"][0]["name"].get<std::string>(), std::string("petals"));
     // From then on it is ours again.
-    controller().Rename(Regions().front().id, "leaves");
+    controller().Do(RenameRegion{Regions().front().id, "leaves"});
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
     QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 2, kWaitMs);
   }
@@ -344,7 +344,7 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
     QTRY_VERIFY(!window_->dialog());
     // A further edit is in an autosave of its own, which then is the only one.
-    controller().Rename(Regions().front().id, "petals");
+    controller().Do(RenameRegion{Regions().front().id, "petals"});
     QTRY_VERIFY_WITH_TIMEOUT(!fs::exists(left), kWaitMs);
     const auto folder = window_->sessions().autosave()->folder();
     QVERIFY(fs::exists(folder / "session.json"));
@@ -362,7 +362,7 @@ class SessionsTest : public FilesFixture {
     window_->OpenSession("work.retint");
     QVERIFY(Opened(opened));
     fs::current_path(elsewhere);
-    controller().Rename(Regions().front().id, "petals");
+    controller().Do(RenameRegion{Regions().front().id, "petals"});
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
     QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
@@ -384,7 +384,7 @@ class SessionsTest : public FilesFixture {
       QVERIFY(AddRegion("pot"));
       const QString error = ReadError(*window_);
       QVERIFY2(error.contains("autosave.retint"), qPrintable(error));
-      controller().SetVisible(Regions().front().id, false);
+      controller().Do(SetVisible{Regions().front().id, false});
       QTest::qWait(3000);
       // Said once.
       if (window_->dialog()) QFAIL(qPrintable(window_->dialog()->informativeText()));

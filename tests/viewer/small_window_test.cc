@@ -182,7 +182,7 @@ class SmallWindowTest : public ViewerTest {
   void LongNamesOfRegionsAreCutShort() {
     const RegionId region = AddTintedRegion();
     QVERIFY(region != 0);
-    controller().Rename(region, QString(200, 'w'));
+    controller().Do(RenameRegion{region, QString(200, 'w').toStdString()});
     RefitJob job;
     job.options.solver = Solver::kAdam;
     job.options.adam.iterations = 1000000;

@@ -123,22 +123,22 @@ class SoakTest : public ViewerTest {
       case 1:
       case 2:
       case 3:
-        controller().SetEdit(id, ColorEdit::Tint({Unit(), Unit(), Unit()}), Unit());
+        controller().Do(SetEdit{id, ColorEdit::Tint({Unit(), Unit(), Unit()}), Unit()});
         break;
       case 4:
-        controller().Rename(id, "name " + QString::number(Below(100)));
+        controller().Do(RenameRegion{id, "name " + std::to_string(Below(100))});
         break;
       case 5:
-        controller().SetVisible(id, Below(2) == 0);
+        controller().Do(SetVisible{id, Below(2) == 0});
         break;
       case 6:
-        controller().Move(id, size_t(Below(int(Regions().size()))));
+        controller().Do(MoveRegion{id, size_t(Below(int(Regions().size())))});
         break;
       case 7:
         if (Regions().size() < kMostRegions) controller().Duplicate(id);
         break;
       case 8:
-        controller().Remove(id);
+        controller().Do(RemoveRegion{id});
         break;
       default:
         controller().SetSolo(controller().solo() ? 0 : id);

@@ -80,7 +80,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
     if (!filling_) current_->Set(IdOf(item));
   });
   connect(list_, &RowTree::rowMoved, this, [this](int from, int to) {
-    controller_->Move(IdOf(list_->topLevelItem(from)), size_t(to));
+    controller_->Do(MoveRegion{IdOf(list_->topLevelItem(from)), size_t(to)});
   });
   connect(list_, &RowTree::deletePressed, remove_, &QToolButton::click);
   connect(list_, &RowTree::duplicatePressed, duplicate_, &QToolButton::click);
@@ -123,7 +123,7 @@ void RegionsPanel::BuildButtons() {
   duplicate_ = add("region_duplicate", tr("Copy"), tr("Duplicate this region (Ctrl+D in the list)"),
                    [this] { controller_->Duplicate(current_->id()); });
   remove_ = add("region_delete", tr("Delete"), tr("Delete this region (Del in the list)"),
-                [this] { controller_->Remove(current_->id()); });
+                [this] { controller_->Do(RemoveRegion{current_->id()}); });
   layout->addStretch();
   up_ = add("region_up", QStringLiteral("▲"), tr("Apply it earlier (Alt+Up in the list)"),
             [this] { Step(-1); });
@@ -287,9 +287,9 @@ void RegionsPanel::OnItemChanged(QTreeWidgetItem* item, int column) {
   if (column != kName) return Refresh();  // not for editing
   const bool visible = item->checkState(kName) == Qt::Checked;
   const QString name = item->text(kName).trimmed();
-  if (visible != region->visible) controller_->SetVisible(id, visible);
+  if (visible != region->visible) controller_->Do(SetVisible{id, visible});
   if (name.isEmpty()) return Refresh();
-  if (name.toStdString() != region->name) controller_->Rename(id, name);
+  if (name.toStdString() != region->name) controller_->Do(RenameRegion{id, name.toStdString()});
 }
 
 void RegionsPanel::OnEdit(const ColorEdit& edit, bool dragging) {
@@ -301,7 +301,7 @@ void RegionsPanel::OnEdit(const ColorEdit& edit, bool dragging) {
   if (region->edit.NeedsMainColor()) {
     waiting_ = Waiting{region->id, edit, key};
   } else if (edit != region->edit) {
-    controller_->SetEdit(region->id, edit, region->strength, key);
+    controller_->Do(SetEdit{region->id, edit, region->strength}, key);
   }
 }
 
@@ -320,7 +320,7 @@ void RegionsPanel::SendWaiting() {
   }
   // Without any it could not be measured, which has been said.
   if (any && next.edit != region->edit) {
-    controller_->SetEdit(next.region, next.edit, region->strength, next.key);
+    controller_->Do(SetEdit{next.region, next.edit, region->strength}, next.key);
   }
 }
 
@@ -337,14 +337,14 @@ void RegionsPanel::OnStrength(int percent) {
   if (strength_->isSliderDown()) {
     key = "strength " + std::to_string(region->id) + " " + std::to_string(drags_);
   }
-  controller_->SetEdit(region->id, region->edit, float(percent) / 100.0F, key);
+  controller_->Do(SetEdit{region->id, region->edit, float(percent) / 100.0F}, key);
 }
 
 void RegionsPanel::Step(int by) {
   const int row = list_->currentItem() ? list_->indexOfTopLevelItem(list_->currentItem()) : -1;
   const int to = row + by;
   if (row < 0 || to < 0 || to >= list_->topLevelItemCount()) return;
-  controller_->Move(current_->id(), size_t(to));
+  controller_->Do(MoveRegion{current_->id(), size_t(to)});
 }
 
 }  // namespace retint

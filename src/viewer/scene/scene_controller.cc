@@ -334,7 +334,7 @@ void SceneController::ReportFailure(const QString& label, std::exception_ptr err
 void SceneController::Apply(const State& state) {
   pending_.erase(pending_.begin(), pending_.upper_bound(state.edits));
   RegionSet regions = state.regions;
-  for (const auto& [number, edit] : pending_) edit(regions);
+  for (const auto& [number, edit] : pending_) retint::Apply(edit, &regions);
   const bool fits = !SameFits(regions, regions_);
   regions_ = std::move(regions);
   history_ = state.history;
@@ -428,66 +428,14 @@ void SceneController::AddRegionFromMasks(const QString& name, std::map<std::stri
       [=, this] { Q_EMIT regionAdded(*id); });
 }
 
-bool SceneController::Edit(std::function<void(RegionSet&)> local, Work work) {
-  if (!session_) return false;
+void SceneController::Do(const RegionEdit& edit, const std::string& merge_key) {
+  if (!session_) return;
   ++edits_;
-  local(regions_);
-  pending_.emplace(edits_, std::move(local));
-  Run({}, std::move(work));
+  retint::Apply(edit, &regions_);
+  pending_.emplace(edits_, edit);
+  Run({}, [=](EditSession& session, Monitor&) { session.store().Do(edit, merge_key); });
   Refresh();  // colors are on their way while the panels follow
   Q_EMIT regionsChanged();
-  return true;
-}
-
-void SceneController::SetEdit(RegionId id, const ColorEdit& edit, float strength,
-                              const std::string& merge_key) {
-  Edit(
-      [=](RegionSet& regions) {
-        Region* region = regions.Find(id);
-        if (!region) return;
-        region->edit = edit;
-        region->strength = strength;
-      },
-      [=](EditSession& session, Monitor&) {
-        session.store().SetEdit(id, edit, strength, merge_key);
-      });
-}
-
-void SceneController::SetVisible(RegionId id, bool visible) {
-  Edit(
-      [=](RegionSet& regions) {
-        if (Region* region = regions.Find(id)) region->visible = visible;
-      },
-      [=](EditSession& session, Monitor&) { session.store().SetVisible(id, visible); });
-}
-
-void SceneController::Rename(RegionId id, const QString& name) {
-  Edit(
-      [=](RegionSet& regions) {
-        if (Region* region = regions.Find(id)) region->name = name.toStdString();
-      },
-      [=](EditSession& session, Monitor&) { session.store().Rename(id, name.toStdString()); });
-}
-
-void SceneController::Move(RegionId id, size_t position) {
-  Edit(
-      [=](RegionSet& regions) {
-        const Region* found = regions.Find(id);
-        if (!found) return;
-        const Region region = *found;
-        std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
-        const size_t at = std::min(position, regions.regions.size());
-        regions.regions.insert(regions.regions.begin() + static_cast<std::ptrdiff_t>(at), region);
-      },
-      [=](EditSession& session, Monitor&) { session.store().Move(id, position); });
-}
-
-void SceneController::Remove(RegionId id) {
-  Edit(
-      [=](RegionSet& regions) {
-        std::erase_if(regions.regions, [&](const Region& other) { return other.id == id; });
-      },
-      [=](EditSession& session, Monitor&) { session.store().Remove(id); });
 }
 
 void SceneController::Duplicate(RegionId id) {

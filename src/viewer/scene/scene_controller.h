@@ -167,14 +167,9 @@ class SceneController : public QObject {
   const RegionSet& regions() const { return regions_; }
   const HistoryState& history() const { return history_; }
 
-  // Steps with one non-empty `merge_key` are one step of the history.
-  void SetEdit(RegionId id, const ColorEdit& edit, float strength = 1,
-               const std::string& merge_key = {});
-  void SetVisible(RegionId id, bool visible);
-  void Rename(RegionId id, const QString& name);
-  void Move(RegionId id, size_t position);  // 0 is applied first
+  // As RegionStore::Do(); regions() shows it at once.
+  void Do(const RegionEdit& edit, const std::string& merge_key = {});
   void Duplicate(RegionId id);
-  void Remove(RegionId id);
   void Undo();
   void Redo();
   // Undoes or redoes until so many of history().labels are done.
@@ -267,7 +262,6 @@ class SceneController : public QObject {
   void ReportFailure(const QString& label, std::exception_ptr error);
   // Run(), with the monitor by which this task alone is cancelled; null when no scene is open.
   std::shared_ptr<Monitor> Queue(const QString& label, Work work, std::function<void()> done);
-  bool Edit(std::function<void(RegionSet&)> local, Work work);
   void Refresh();
   void Compose();
   void SetSh(ShPointer sh, ActivePointer active = nullptr);
@@ -284,7 +278,7 @@ class SceneController : public QObject {
   RegionSet regions_;
   HistoryState history_;
   // Local edits that the worker has not done yet, by number.
-  std::map<uint64_t, std::function<void(RegionSet&)>> pending_;
+  std::map<uint64_t, RegionEdit> pending_;
   uint64_t edits_ = 0;
   std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
   RegionId solo_ = 0;

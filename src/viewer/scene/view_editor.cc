@@ -160,7 +160,7 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
         if (!now) throw InputError(path, "belongs to a region that is not there any more");
         ColorEdit edit = now->edit;
         AddPicture(edit, edited, views);
-        session.store().SetEdit(region, edit, now->strength);
+        session.store().Do(SetEdit{region, edit, now->strength});
         now = session.store().regions().Find(region);
         *found = PictureOf(now->edit);
         *on_large = PaintOnLargeGaussians(*now, session.scene());
