@@ -69,13 +69,14 @@ class ViewGeometry {
 };
 
 struct BlendParams {
-  const float* features;    // [rows, C]
-  int32_t channels;         // C, 1..kMaxChannels
-  const float* background;  // [C] or null for zero; y += T_final * background. Ignored for regions.
+  const float* features;  // [rows, C]
+  int32_t channels;       // C, 1..kMaxChannels
+  // [C] or null for zero; y += T_final * background. Ignored for regions.
+  const float* background = nullptr;
   float* image;  // [H, W, C]; pixels outside tiles() are left alone when `keep_outside`, else
                  // background. Then rows that a region left out may be left alone as well.
-  float* alpha;  // [H, W] = 1 - T_final (a region: W_A 1), or null
-  bool keep_outside;
+  float* alpha = nullptr;  // [H, W] = 1 - T_final (a region: W_A 1), or null
+  bool keep_outside = false;
   uint16_t pixel_rows = kAllPixelRows;
   // Of a whole view: only these tiles are blended, the others are left alone. Host memory,
   // row-major tile indices, ascending; null: all.

@@ -22,11 +22,26 @@ void RefitOps::RegionResidual(const ViewGeometry& region, const RegionResidualPa
   DoRegionResidual(region, params);
 }
 
-bool RefitOps::RegionSweep(const ViewGeometry& region, const RegionSweepParams& params) {
+void RefitOps::RegionSweep(const ViewGeometry& region, const RegionSweepParams& params) {
   RequireRegion(region);
   RequireUnit(params.unit);
   Require(params.weights != nullptr, "a sweep needs the weights of the pixels");
-  return DoRegionSweep(region, params);
+  DoRegionSweep(region, params);
+}
+
+void RefitOps::DoRegionSweep(const ViewGeometry& region, const RegionSweepParams& params) {
+  blend_.Blend(
+      region,
+      {.features = params.change, .channels = 3, .image = params.image, .keep_outside = true});
+  DoRegionResidual(region, {.target = params.target,
+                            .unit = params.unit,
+                            .image = params.image,
+                            .residual = params.image,
+                            .loss = params.loss,
+                            .weights = params.weights,
+                            .stay = params.stay});
+  if (!params.result) return;
+  blend_.BlendTranspose(region, {.residual = params.image, .channels = 3, .result = params.result});
 }
 
 void RefitOps::RegionAdd(const ViewGeometry& region, float* image, const float* delta) {

@@ -50,13 +50,14 @@ struct RegionResidualParams {
   float* curvature = nullptr;
 };
 
-// Blend(change), RegionResidual and BlendTranspose of what that left, in one.
+// Blend(change) into `image`, RegionResidual there, and BlendTranspose of the residual.
 struct RegionSweepParams {
   const float* change;     // [rows, 3]
   const int16_t* target;   // as of RegionResidualParams
   float unit;              // above 0
   const uint8_t* weights;  // as there, not null
   double* loss;            // [1] backend memory, accumulated
+  float* image;            // [H, W, 3] scratch; afterwards undefined
   float* result;           // [rows, 3]; may be `change`; null: the loss alone
   StayLoss stay{};
 };
@@ -111,8 +112,7 @@ class RefitOps {
 
   void RegionTarget(const ViewGeometry& region, const RegionTargetParams& params);
   void RegionResidual(const ViewGeometry& region, const RegionResidualParams& params);
-  // False, and nothing was done, where the backend has no such pass over the region.
-  bool RegionSweep(const ViewGeometry& region, const RegionSweepParams& params);
+  void RegionSweep(const ViewGeometry& region, const RegionSweepParams& params);
   // image += delta on the region's pixels, both [H, W, 3].
   void RegionAdd(const ViewGeometry& region, float* image, const float* delta);
   // The weights of RegionTarget as an image [H, W], 0 outside the region's pixels.
@@ -127,9 +127,13 @@ class RefitOps {
   void EditImage(const EditImageParams& params);
 
  protected:
+  // `blend`: the same backend's.
+  explicit RefitOps(BlendOps& blend) : blend_(blend) {}
+
   virtual void DoRegionTarget(const ViewGeometry& region, const RegionTargetParams& params) = 0;
   virtual void DoRegionResidual(const ViewGeometry& region, const RegionResidualParams& params) = 0;
-  virtual bool DoRegionSweep(const ViewGeometry&, const RegionSweepParams&) { return false; }
+  // In three steps; a backend that is faster in one pass overrides it.
+  virtual void DoRegionSweep(const ViewGeometry& region, const RegionSweepParams& params);
   virtual void DoRegionAdd(const ViewGeometry& region, float* image, const float* delta) = 0;
   virtual void DoRegionWeightImage(const ViewGeometry& region, const uint8_t* weights,
                                    float* image) = 0;
@@ -141,6 +145,9 @@ class RefitOps {
   virtual void DoPackBox(const PackBoxParams& params) = 0;
   virtual void DoUnpackBox(const PackBoxParams& params) = 0;
   virtual void DoEditImage(const EditImageParams& params) = 0;
+
+ private:
+  BlendOps& blend_;
 };
 
 }  // namespace retint

@@ -19,7 +19,7 @@ class CpuBackend : public Backend {
     blend_ = MakeCpuBlendOps(options.scalar ? ScalarTileKernels() : SimdTileKernels());
     sh_ = MakeCpuShOps(options.scalar ? EditColorsOneByOne : EditColors);
     solve_ = MakeCpuSolveOps();
-    refit_ = MakeCpuRefitOps(options.scalar ? ScalarLossKernels() : SimdLossKernels(),
+    refit_ = MakeCpuRefitOps(*blend_, options.scalar ? ScalarLossKernels() : SimdLossKernels(),
                              options.scalar ? ScalarTileKernels() : SimdTileKernels(),
                              options.scalar ? EditColorsOneByOne : EditColors);
     mask_ = MakeCpuMaskOps();

@@ -20,8 +20,8 @@ namespace retint {
 std::unique_ptr<BlendOps> MakeCpuBlendOps(const TileKernels& kernels);
 std::unique_ptr<ShOps> MakeCpuShOps(EditColorsKernel edit_colors);
 std::unique_ptr<SolveOps> MakeCpuSolveOps();
-std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& loss, const TileKernels& tiles,
-                                          EditColorsKernel edit_colors);
+std::unique_ptr<RefitOps> MakeCpuRefitOps(BlendOps& blend, const LossKernels& loss,
+                                          const TileKernels& tiles, EditColorsKernel edit_colors);
 std::unique_ptr<MaskOps> MakeCpuMaskOps();
 std::unique_ptr<StereoOps> MakeCpuStereoOps(const StereoKernels& kernels);
 

@@ -37,13 +37,14 @@ void ForBoxRows(const int32_t* box, const Body& body) {
 
 class CpuRefitOps : public RefitOps {
  public:
-  CpuRefitOps(const LossKernels& loss, const TileKernels& tiles, EditColorsKernel edit_colors)
-      : loss_(loss), tiles_(tiles), edit_colors_(edit_colors) {}
+  CpuRefitOps(BlendOps& blend, const LossKernels& loss, const TileKernels& tiles,
+              EditColorsKernel edit_colors)
+      : RefitOps(blend), loss_(loss), tiles_(tiles), edit_colors_(edit_colors) {}
 
  protected:
   void DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override;
   void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
-  bool DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) override;
+  void DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) override;
   void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
   void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
   void DoMarkRows(const ViewGeometry& view, uint8_t* seen) override;
@@ -115,10 +116,10 @@ void CpuRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidua
   });
 }
 
-// Where a region has explicit weights; they stay in a core's cache from the blend to its transpose.
-bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) {
+// Explicit weights stay in a core's cache from the blend to its transpose.
+void CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) {
   const auto& region = dynamic_cast<const CpuViewGeometry&>(view);
-  if (region.weights.empty()) return false;
+  if (region.weights.empty()) return RefitOps::DoRegionSweep(view, params);
   const size_t of_tile = size_t(view.num_pixel_rows() * kTileSize);
   auto partials = scratch_.Take(params.result ? size_t(region.num_slots()) * 3 : 0);
   *params.loss += OrderedSum(int64_t(region.weights.size()), 4, [&](int64_t begin, int64_t end) {
@@ -135,7 +136,6 @@ bool CpuRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParam
     return loss;
   });
   if (params.result) SumPartials(region, partials.data(), 3, params.result);
-  return true;
 }
 
 void CpuRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) {
@@ -211,9 +211,9 @@ void CpuRefitOps::DoEditImage(const EditImageParams& params) {
 
 }  // namespace
 
-std::unique_ptr<RefitOps> MakeCpuRefitOps(const LossKernels& loss, const TileKernels& tiles,
-                                          EditColorsKernel edit_colors) {
-  return std::make_unique<CpuRefitOps>(loss, tiles, edit_colors);
+std::unique_ptr<RefitOps> MakeCpuRefitOps(BlendOps& blend, const LossKernels& loss,
+                                          const TileKernels& tiles, EditColorsKernel edit_colors) {
+  return std::make_unique<CpuRefitOps>(blend, loss, tiles, edit_colors);
 }
 
 }  // namespace retint

@@ -44,7 +44,7 @@ class CudaBackend : public Backend {
     blend_ = MakeBlendOps(stream_);
     sh_ = MakeShOps(stream_);
     solve_ = MakeSolveOps(stream_);
-    refit_ = MakeRefitOps(stream_);
+    refit_ = MakeRefitOps(stream_, *blend_);
     mask_ = MakeMaskOps(stream_);
     stereo_ = MakeStereoOps(stream_);
     neighbors_ = MakeNeighborOps(stream_);

@@ -14,7 +14,7 @@ namespace retint::cuda {
 std::unique_ptr<BlendOps> MakeBlendOps(cudaStream_t stream);
 std::unique_ptr<ShOps> MakeShOps(cudaStream_t stream);
 std::unique_ptr<SolveOps> MakeSolveOps(cudaStream_t stream);
-std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream);
+std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream, BlendOps& blend);
 std::unique_ptr<MaskOps> MakeMaskOps(cudaStream_t stream);
 std::unique_ptr<StereoOps> MakeStereoOps(cudaStream_t stream);
 std::unique_ptr<NeighborOps> MakeNeighborOps(cudaStream_t stream);

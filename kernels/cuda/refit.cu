@@ -71,7 +71,7 @@ void ForBox(const int32_t* box, cudaStream_t stream, const char* name, const Bod
 
 class CudaRefitOps : public RefitOps {
  public:
-  explicit CudaRefitOps(cudaStream_t stream) : stream_(stream) {}
+  CudaRefitOps(cudaStream_t stream, BlendOps& blend) : RefitOps(blend), stream_(stream) {}
   void DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override;
   void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
   void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
@@ -186,8 +186,8 @@ void CudaRefitOps::DoEditImage(const EditImageParams& params) {
 
 }  // namespace
 
-std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream) {
-  return std::make_unique<CudaRefitOps>(stream);
+std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream, BlendOps& blend) {
+  return std::make_unique<CudaRefitOps>(stream, blend);
 }
 
 }  // namespace retint::cuda

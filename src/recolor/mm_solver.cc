@@ -190,15 +190,6 @@ RegionResidualParams MmSolver::ResidualOf(const RegionView& view) {
   return residual;
 }
 
-void MmSolver::SweepInSteps(const RegionView& view, const RegionSweepParams& sweep) {
-  float* const image = problem_.scratch().images[0].data();
-  problem_.Blend(view, sweep.change, image);
-  RegionResidualParams residual = ResidualOf(view);
-  residual.image = residual.residual = image;
-  problem_.backend().refit().RegionResidual(*view.region, residual);
-  if (sweep.result) problem_.BlendBack(view, image, sweep.result, largest_residual_.data());
-}
-
 // Phi at `point`; with_gradient also leaves half the negative gradient in gradient_.
 double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor) {
   Backend& backend = problem_.backend();
@@ -218,15 +209,14 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
     float* colors = scratch.features[0].data();
     float* change = scratch.features[1].data();
     problem_.FindChange(*view, point.data(), colors, change);
-    RegionSweepParams sweep{};
-    sweep.change = change;
-    sweep.target = view->target.data();
-    sweep.unit = problem_.target_unit();
-    sweep.weights = view->weights.data();
-    sweep.loss = loss_.data();
-    sweep.result = with_gradient ? change : nullptr;
-    sweep.stay = stay_;
-    if (!backend.refit().RegionSweep(*view->region, sweep)) SweepInSteps(*view, sweep);
+    backend.refit().RegionSweep(*view->region, {.change = change,
+                                                .target = view->target.data(),
+                                                .unit = problem_.target_unit(),
+                                                .weights = view->weights.data(),
+                                                .loss = loss_.data(),
+                                                .image = scratch.images[0].data(),
+                                                .result = with_gradient ? change : nullptr,
+                                                .stay = stay_});
     if (problem_.SumsInOrder()) take_loss();
     if (!with_gradient) continue;
     gradient.Add(v, *view, change, colors, gradient_);

@@ -29,7 +29,6 @@ class MmSolver : public RefitSolver {
   bool Iterate(Monitor& monitor) override;  // one sweep over the views
   void BuildBlocks(Monitor& monitor);
   RegionResidualParams ResidualOf(const RegionView& view);
-  void SweepInSteps(const RegionView& view, const RegionSweepParams& sweep);
   double Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor);
   void Precondition(const Buffer<float>& rhs);  // solution_ = A^-1 rhs
   void Combine(float a, const Buffer<float>& x, float b, const Buffer<float>& y,

@@ -526,19 +526,11 @@ void RefitProblem::FindChange(const RegionView& view, const float* sh, float* co
   backend().solve().LinearCombination(difference);
 }
 
-void RefitProblem::Blend(const RegionView& view, const float* change, float* image) {
-  BlendParams blend{};
-  blend.features = change;
-  blend.channels = 3;
-  blend.image = image;
-  blend.keep_outside = true;
-  backend().blend().Blend(*view.region, blend);
-}
-
 void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* colors,
                                float* change, float* image) {
   FindChange(view, sh, colors, change);
-  Blend(view, change, image);
+  backend().blend().Blend(
+      *view.region, {.features = change, .channels = 3, .image = image, .keep_outside = true});
 }
 
 void RefitProblem::BlendBack(const RegionView& view, const float* residual, float* change,

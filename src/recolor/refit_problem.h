@@ -120,10 +120,8 @@ class RefitProblem {
   // What active coefficients `sh` change in the region, against the original ones: their colors
   // into `colors`, the difference into `change` (both [rows, 3]).
   void FindChange(const RegionView& view, const float* sh, float* colors, float* change);
-  // The blend of `change` into `image` ([H, W, 3], where the region has pixels; what lies outside
-  // is kept).
-  void Blend(const RegionView& view, const float* change, float* image);
-  // Both.
+  // Its blend too, into `image` ([H, W, 3], where the region has pixels; what lies outside is
+  // kept).
   void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
                    float* image);
   // change [rows, 3] = the transpose of BlendChange's blend applied to `residual`, [H, W, 3], for
