@@ -97,9 +97,6 @@ struct BlendTransposeParams {
   int32_t channels;       // C, 1..kMaxChannels
   float* result;          // [rows, C], overwritten: sum over pixels of W[p,row] * residual[p]
   uint16_t pixel_rows = kAllPixelRows;  // `residual` is zero in the others
-  // [1] backend memory: at least the largest |residual|, which CUDA needs to know beforehand. Null:
-  // it looks for that itself.
-  const float* largest = nullptr;
 };
 
 // Expected depth W z / W 1 (0 where W 1 is 0) and median depth: z of the Gaussian at which T

@@ -41,9 +41,6 @@ struct RegionResidualParams {
   float* residual;         // [H, W, 3]; may be `image`
   double* loss;            // [1] backend memory, accumulated
   const uint8_t* weights;  // [pixels] in steps of 1 / 255, or null: all 1
-  // [1] backend memory, or null: CUDA raises it to the largest |residual|, for
-  // BlendTransposeParams::largest. The CPU has no use for it and leaves it as it is.
-  float* largest = nullptr;
   StayLoss stay{};
   // [H, W], or null: what multiplies r in the residual, the mean of the channels; 0 outside the
   // region's pixels. A parabola of this curvature at the pixel's cost lies nowhere below it.
@@ -77,9 +74,6 @@ struct ImageLossParams {
   // [1] backend memory: the loss is added here and the returned value is empty, so that nobody
   // waits for it. Null: it is returned.
   double* loss = nullptr;
-  // [1] backend memory, or null: CUDA raises it to the largest |gradient| that it writes, as
-  // RegionResidualParams::largest.
-  float* largest = nullptr;
 };
 
 struct ImageLossValue {

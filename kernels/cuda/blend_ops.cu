@@ -10,9 +10,9 @@
 namespace retint::cuda {
 namespace {
 
-class CudaBlendOps : public BlendOps {
+class BlendOpsOnStream : public CudaBlendOps {
  public:
-  explicit CudaBlendOps(cudaStream_t stream)
+  explicit BlendOpsOnStream(cudaStream_t stream)
       : stream_(stream), largest_(stream, 1), one_(stream, 1) {
     const float one = 1;
     Check(cudaMemcpyAsync(one_.data(), &one, sizeof(one), cudaMemcpyHostToDevice, stream),
@@ -43,16 +43,16 @@ class CudaBlendOps : public BlendOps {
   }
 
   void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
-    const CudaViewGeometry& own = Own(view);
-    const int64_t values = view.num_rows() * params.channels;
-    if (values == 0) return;
+    if (view.num_rows() == 0) return;
     const std::lock_guard lock(mutex_);  // what is queued here belongs together
-    const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
-    const float* const largest = params.largest ? params.largest : largest_.data();
-    if (!params.largest) LargestOf(own, params, largest_.data(), stream_);
-    const FixedSums sums = sums_.Take(size_t(values), pixels, largest, stream_);
-    cuda::BlendTranspose(own, params, sums, stream_);
-    MoveSums(sums, values, params.result, stream_);
+    LargestOf(Own(view), params, largest_.data(), stream_);
+    Transpose(view, params, largest_.data());
+  }
+
+  void BlendTransposeUpTo(const ViewGeometry& view, const BlendTransposeParams& params,
+                          const float* largest) override {
+    const std::lock_guard lock(mutex_);
+    Transpose(view, params, largest);
   }
 
   void DoDepth(const ViewGeometry& view, const DepthParams& params) override {
@@ -68,8 +68,7 @@ class CudaBlendOps : public BlendOps {
     ForEach(pixels, stream_, "AccumulateShares", [=] __device__(int64_t p) {
       to[p] = {float(mask[p]) / 255.0f, 1.0f};
     });
-    DoBlendTranspose(view,
-                     {&residual.data()->x, 2, &of_rows.data()->x, kAllPixelRows, one_.data()});
+    BlendTransposeUpTo(view, {&residual.data()->x, 2, &of_rows.data()->x}, one_.data());
     const int32_t* gaussians = view.rows();
     const float2* from = of_rows.data();
     ForEach(rows, stream_, "AccumulateShares", [=] __device__(int64_t r) {
@@ -101,6 +100,16 @@ class CudaBlendOps : public BlendOps {
   }
 
  private:
+  void Transpose(const ViewGeometry& view, const BlendTransposeParams& params,
+                 const float* largest) {
+    const int64_t values = view.num_rows() * params.channels;
+    if (values == 0) return;
+    const int64_t pixels = int64_t(view.camera().width) * view.camera().height;
+    const FixedSums sums = sums_.Take(size_t(values), pixels, largest, stream_);
+    cuda::BlendTranspose(Own(view), params, sums, stream_);
+    MoveSums(sums, values, params.result, stream_);
+  }
+
   cudaStream_t stream_;
   std::mutex mutex_;              // of sums_ and largest_
   FixedSumsMemory sums_;          // of the transpose under way
@@ -109,8 +118,8 @@ class CudaBlendOps : public BlendOps {
 
 }  // namespace
 
-std::unique_ptr<BlendOps> MakeBlendOps(cudaStream_t stream) {
-  return std::make_unique<CudaBlendOps>(stream);
+std::unique_ptr<CudaBlendOps> MakeBlendOps(cudaStream_t stream) {
+  return std::make_unique<BlendOpsOnStream>(stream);
 }
 
 }  // namespace retint::cuda

@@ -41,10 +41,11 @@ class CudaBackend : public Backend {
     Check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep),
           "cudaMemPoolSetAttribute");
     staged_ = std::make_unique<StagedCopy>(stream_);
-    blend_ = MakeBlendOps(stream_);
+    auto blend = MakeBlendOps(stream_);
     sh_ = MakeShOps(stream_);
     solve_ = MakeSolveOps(stream_);
-    refit_ = MakeRefitOps(stream_, *blend_);
+    refit_ = MakeRefitOps(stream_, *blend);
+    blend_ = std::move(blend);
     mask_ = MakeMaskOps(stream_);
     stereo_ = MakeStereoOps(stream_);
     neighbors_ = MakeNeighborOps(stream_);

@@ -4,7 +4,6 @@
 #include "kernels/cuda/image_loss.cuh"
 
 #include "kernels/common/loss.h"
-#include "kernels/cuda/fixed_sums.cuh"
 #include "kernels/cuda/scan.cuh"
 
 namespace retint::cuda {
@@ -121,7 +120,6 @@ __global__ void __launch_bounds__(kThreads)
   }
   __syncthreads();
   double total = 0;
-  float largest = 0;
   for (int i = threadIdx.x; i < kWidth * kHeight; i += kThreads) {
     const int x = i % kWidth, y = i / kWidth;
     if (x0 + x >= roi.x1 || y0 + y >= roi.y1) continue;
@@ -135,12 +133,9 @@ __global__ void __launch_bounds__(kThreads)
     const float vx = params.image[at], vy = params.target[at], difference = vx - vy;
     total += double(fabsf(difference));
     const float sign = float(difference > 0) - float(difference < 0);
-    const float gradient =
+    params.gradient[at] =
         l1_scale * sign + ssim_scale * (sums[0] + 2 * vx * sums[1] + vy * sums[2]);
-    params.gradient[at] = gradient;
-    largest = LargerMagnitude(largest, gradient);
   }
-  if (params.largest) RaiseLargest(largest, params.largest);
   sums_of_blocks.AddTo(l1_sum, total);
 }
 

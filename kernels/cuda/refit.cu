@@ -34,10 +34,11 @@ RegionPixels PixelsOf(const CudaViewGeometry& view) {
 
 int64_t CountOf(const CudaViewGeometry& view) { return int64_t(NumRegionPixels(view)); }
 
+// Where `largest` is not null, raises it to the largest |residual|.
 __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidualParams params,
-                               BlockSums sums) {
+                               float* largest, BlockSums sums) {
   double sum = 0;
-  float largest = 0;
+  float most = 0;
   for (int64_t i = int64_t(blockIdx.x) * blockDim.x + threadIdx.x; i < count;
        i += int64_t(gridDim.x) * blockDim.x) {
     const int64_t pixel = pixels.Pixel(i);
@@ -52,11 +53,11 @@ __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidua
       params.residual[3 * pixel + c] = residual;
       sum += double(weight * cost.value);
       curvature += weight * cost.curvature;
-      largest = LargerMagnitude(largest, residual);
+      most = LargerMagnitude(most, residual);
     }
     if (params.curvature) params.curvature[pixel] = curvature / 3;
   }
-  if (params.largest) RaiseLargest(largest, params.largest);
+  if (largest) RaiseLargest(most, largest);
   sums.AddTo(params.loss, sum);
 }
 
@@ -71,9 +72,11 @@ void ForBox(const int32_t* box, cudaStream_t stream, const char* name, const Bod
 
 class CudaRefitOps : public RefitOps {
  public:
-  CudaRefitOps(cudaStream_t stream, BlendOps& blend) : RefitOps(blend), stream_(stream) {}
+  CudaRefitOps(cudaStream_t stream, CudaBlendOps& blend)
+      : RefitOps(blend), blend_(blend), stream_(stream), largest_(stream, 1) {}
   void DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) override;
   void DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) override;
+  void DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) override;
   void DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) override;
   void DoRegionWeightImage(const ViewGeometry& view, const uint8_t* weights, float* image) override;
   void DoMarkRows(const ViewGeometry& view, uint8_t* seen) override;
@@ -84,14 +87,18 @@ class CudaRefitOps : public RefitOps {
   void DoEditImage(const EditImageParams& params) override;
 
  private:
+  void FindResidual(const CudaViewGeometry& view, const RegionResidualParams& params,
+                    float* largest);
   void Clear(const ViewGeometry& view, float* image) {  // [H, W]
     const size_t bytes = size_t(view.camera().width) * size_t(view.camera().height) * sizeof(float);
     Check(cudaMemsetAsync(image, 0, bytes, stream_), "cudaMemsetAsync");
   }
 
+  CudaBlendOps& blend_;
   cudaStream_t stream_;
-  std::mutex mutex_;  // of sums_
+  std::mutex mutex_;  // of sums_ and largest_
   BlockSumsMemory sums_;
+  Scratch<float> largest_;  // of the sweep under way
 };
 
 void CudaRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetParams& params) {
@@ -115,15 +122,41 @@ void CudaRefitOps::DoRegionTarget(const ViewGeometry& view, const RegionTargetPa
   });
 }
 
-void CudaRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
-  const RegionPixels pixels = PixelsOf(Own(view));
-  const int64_t count = CountOf(Own(view));
+void CudaRefitOps::FindResidual(const CudaViewGeometry& view, const RegionResidualParams& params,
+                                float* largest) {
+  const int64_t count = CountOf(view);
   if (params.curvature) Clear(view, params.curvature);
   if (count == 0) return;
-  const std::lock_guard lock(mutex_);
   const unsigned blocks = BlocksUpTo(2048, count, 256);
-  ResidualKernel<<<blocks, 256, 0, stream_>>>(count, pixels, params, sums_.Take(blocks, stream_));
+  ResidualKernel<<<blocks, 256, 0, stream_>>>(count, PixelsOf(view), params, largest,
+                                              sums_.Take(blocks, stream_));
   Check(cudaGetLastError(), "RegionResidual");
+}
+
+void CudaRefitOps::DoRegionResidual(const ViewGeometry& view, const RegionResidualParams& params) {
+  const std::lock_guard lock(mutex_);
+  FindResidual(Own(view), params, nullptr);
+}
+
+// The three steps, of which the second finds the bound of the residual that the third needs.
+void CudaRefitOps::DoRegionSweep(const ViewGeometry& view, const RegionSweepParams& params) {
+  blend_.Blend(
+      view,
+      {.features = params.change, .channels = 3, .image = params.image, .keep_outside = true});
+  const std::lock_guard lock(mutex_);
+  Check(cudaMemsetAsync(largest_.data(), 0, sizeof(float), stream_), "cudaMemsetAsync");
+  FindResidual(Own(view),
+               {.target = params.target,
+                .unit = params.unit,
+                .image = params.image,
+                .residual = params.image,
+                .loss = params.loss,
+                .weights = params.weights,
+                .stay = params.stay},
+               largest_.data());
+  if (!params.result) return;
+  blend_.BlendTransposeUpTo(
+      view, {.residual = params.image, .channels = 3, .result = params.result}, largest_.data());
 }
 
 void CudaRefitOps::DoRegionAdd(const ViewGeometry& view, float* image, const float* delta) {
@@ -186,7 +219,7 @@ void CudaRefitOps::DoEditImage(const EditImageParams& params) {
 
 }  // namespace
 
-std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream, BlendOps& blend) {
+std::unique_ptr<RefitOps> MakeRefitOps(cudaStream_t stream, CudaBlendOps& blend) {
   return std::make_unique<CudaRefitOps>(stream, blend);
 }
 

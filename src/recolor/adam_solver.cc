@@ -47,7 +47,6 @@ AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
     *buffer = backend.Allocate<float>(problem_.NumValues());
   }
   recent_loss_ = backend.Allocate<double>(1);
-  largest_ = backend.Allocate<float>(1);
 }
 
 // Every view once a round, in a random order, as 3DGS trains.
@@ -137,10 +136,9 @@ void AdamSolver::EvaluateOwn(size_t index) {
   std::copy_n(view->roi.begin(), 4, loss.roi);
   loss.gradient = delta;
   loss.loss = recent_loss_.data();
-  loss.largest = largest_.data();
   backend.refit().ImageLoss(loss);
   backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
-  problem_.BlendBack(*view, delta, change, largest_.data());
+  problem_.BlendBack(*view, delta, change);
   problem_.AddGradient(*view, change, colors, gradient_.data());
 }
 

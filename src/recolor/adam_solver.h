@@ -37,7 +37,6 @@ class AdamSolver : public RefitSolver {
   std::vector<size_t> deck_;    // views left in this round
   Buffer<double> recent_loss_;  // [1]
   double shared_loss_ = 0;      // the same of several ranks
-  Buffer<float> largest_;       // [1] at least every |gradient| of a pixel so far
 };
 
 }  // namespace retint

@@ -83,7 +83,6 @@ MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& mon
     direction_ = backend.Allocate<float>(values);
   }
   loss_ = backend.Allocate<double>(1);
-  largest_residual_ = backend.Allocate<float>(1);
   Combine(1, start_, 0, start_, current_);
   Combine(1, start_, 0, start_, previous_);
   BuildBlocks(monitor);
@@ -105,21 +104,24 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
     RefitScratch& scratch = problem_.scratch();
     float* const curvature = scratch.images[1].data();
     if (stay_.slope > 0) {
+      float* const image = scratch.images[0].data();
       problem_.BlendChange(*view, current_.data(), scratch.features[0].data(),
-                           scratch.features[1].data(), scratch.images[0].data());
-      RegionResidualParams residual = ResidualOf(*view);
-      residual.image = residual.residual = scratch.images[0].data();
-      residual.curvature = curvature;
-      backend.refit().RegionResidual(*view->region, residual);
+                           scratch.features[1].data(), image);
+      backend.refit().RegionResidual(*view->region, {.target = view->target.data(),
+                                                     .unit = problem_.target_unit(),
+                                                     .image = image,
+                                                     .residual = image,
+                                                     .loss = loss_.data(),
+                                                     .weights = view->weights.data(),
+                                                     .stay = stay_,
+                                                     .curvature = curvature});
     } else {
       problem_.WeightImage(*view, curvature);
     }
-    BlendTransposeParams transpose{};
-    transpose.residual = curvature;
-    transpose.channels = 1;
-    transpose.result = scratch.features[0].data();
-    backend.blend().BlendTranspose(*view->region, transpose);
-    sum.Add(v, *view, transpose.result, nullptr, factors_);
+    float* const weight = scratch.features[0].data();
+    backend.blend().BlendTranspose(*view->region,
+                                   {.residual = curvature, .channels = 1, .result = weight});
+    sum.Add(v, *view, weight, nullptr, factors_);
   }
   sum.Finish(factors_);
   AddRidgeParams ridge{};
@@ -179,23 +181,11 @@ void MmSolver::Progress(Monitor& monitor, size_t view) const {
   monitor.Step("refit", double(iterations_) + double(view) / views, double(limit_));
 }
 
-RegionResidualParams MmSolver::ResidualOf(const RegionView& view) {
-  RegionResidualParams residual{};
-  residual.target = view.target.data();
-  residual.unit = problem_.target_unit();
-  residual.loss = loss_.data();
-  residual.weights = view.weights.data();
-  residual.largest = largest_residual_.data();
-  residual.stay = stay_;
-  return residual;
-}
-
 // Phi at `point`; with_gradient also leaves half the negative gradient in gradient_.
 double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor) {
   Backend& backend = problem_.backend();
   if (with_gradient) backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
   backend.Fill(loss_.data(), 0, sizeof(double));
-  backend.Fill(largest_residual_.data(), 0, sizeof(float));
   ViewSum gradient(problem_, ViewSum::Kind::kGradient);
   std::vector<double> losses;  // of this rank's views, or their sum
   const auto take_loss = [&] {

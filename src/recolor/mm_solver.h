@@ -28,7 +28,6 @@ class MmSolver : public RefitSolver {
  private:
   bool Iterate(Monitor& monitor) override;  // one sweep over the views
   void BuildBlocks(Monitor& monitor);
-  RegionResidualParams ResidualOf(const RegionView& view);
   double Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor);
   void Precondition(const Buffer<float>& rhs);  // solution_ = A^-1 rhs
   void Combine(float a, const Buffer<float>& x, float b, const Buffer<float>& y,
@@ -65,10 +64,8 @@ class MmSolver : public RefitSolver {
   Buffer<float> start_, current_, previous_;   // [active, K, 3]
   Buffer<float> point_, gradient_, solution_;  // where the loss was taken, -grad / 2, A^-1 of it
   Buffer<float> accepted_gradient_, direction_;
-  std::vector<Pair> pairs_;  // oldest first
-  Buffer<double> loss_;      // [1]
-  // [1] of the residuals of the evaluation under way, see RegionResidualParams
-  Buffer<float> largest_residual_;
+  std::vector<Pair> pairs_;   // oldest first
+  Buffer<double> loss_;       // [1]
   double momentum_ = 1;       // Nesterov
   double first_squares_ = 0;  // the first loss, of which tolerance is a share
   double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;

@@ -533,14 +533,9 @@ void RefitProblem::BlendChange(const RegionView& view, const float* sh, float* c
       *view.region, {.features = change, .channels = 3, .image = image, .keep_outside = true});
 }
 
-void RefitProblem::BlendBack(const RegionView& view, const float* residual, float* change,
-                             const float* largest) {
-  BlendTransposeParams transpose{};
-  transpose.residual = residual;
-  transpose.channels = 3;
-  transpose.result = change;
-  transpose.largest = largest;
-  backend().blend().BlendTranspose(*view.region, transpose);
+void RefitProblem::BlendBack(const RegionView& view, const float* residual, float* change) {
+  backend().blend().BlendTranspose(*view.region,
+                                   {.residual = residual, .channels = 3, .result = change});
 }
 
 void RefitProblem::AddGradient(const RegionView& view, const float* color_gradients,

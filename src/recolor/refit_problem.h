@@ -125,9 +125,8 @@ class RefitProblem {
   void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
                    float* image);
   // change [rows, 3] = the transpose of BlendChange's blend applied to `residual`, [H, W, 3], for
-  // ViewSum. `largest`: see BlendTransposeParams.
-  void BlendBack(const RegionView& view, const float* residual, float* change,
-                 const float* largest = nullptr);
+  // ViewSum.
+  void BlendBack(const RegionView& view, const float* residual, float* change);
   // gradient [active, K, 3] += what the colors' gradients, [rows, 3], mean for the coefficients,
   // gated where `colors`, of BlendChange, is clamped.
   void AddGradient(const RegionView& view, const float* color_gradients, const float* colors,

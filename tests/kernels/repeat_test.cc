@@ -174,55 +174,38 @@ TEST_P(Repeat, KeepsWhatIsNoNumber) {
   EXPECT_FALSE(std::all_of(sums.begin(), sums.end(), is_nan));
 }
 
-// A device that needs the largest residual before it sums finds the same from a bound it is given.
-TEST_P(Repeat, TakesABoundOfTheResidual) {
-  const Scene scene = MakeScene(*backend_);
-  const auto image = UniformVector(rng_, Pixels() * 3, -1, 1);
+// A sweep follows from its input alone, also after one whose residuals are a million times larger.
+TEST_P(Repeat, Sweeps) {
+  constexpr float kLarger = 1e6f;
   for (const Kind& kind : kKinds) {
-    const auto region = Region(*backend_, scene, kind);
-    const size_t values = NumRegionPixels(*region) * 3;
-    Guarded<int16_t> target(*backend_, std::vector<int16_t>(values, int16_t(-4321)));
-    Guarded<float> residual(*backend_, image);
-    Guarded<double> loss(*backend_, std::vector<double>{0.0});
-    Guarded<float> largest(*backend_, std::vector<float>{0.0f});
-    RegionResidualParams params{target.data(),   kUnit,       residual.data(),
-                                residual.data(), loss.data(), nullptr};
-    params.largest = largest.data();
-    backend_->refit().RegionResidual(*region, params);
-    const size_t sums = size_t(region->num_rows()) * 3;
-    Guarded<float> found(*backend_, sums), given(*backend_, sums);
-    backend_->blend().BlendTranspose(*region, {residual.data(), 3, found.data()});
-    backend_->blend().BlendTranspose(
-        *region, {residual.data(), 3, given.data(), kAllPixelRows, largest.data()});
-    // Pixels in the image's corners may lie in no tile of the region; the others reach 1.5.
-    const float bound = largest.Read()[0];
-    if (GetParam() == "cuda") {
-      EXPECT_GT(bound, 1.4f);
-      EXPECT_LT(bound, 1.6f);
-    } else {
-      EXPECT_EQ(bound, 0) << "the CPU leaves it as it is";
-    }
-    EXPECT_LE(WorstDifference(given.Read(), found.Read()), 1e-6);  // steps of another power of two
-  }
-}
-
-TEST_P(Repeat, BoundsTheGradientOfTheLoss) {
-  const auto image = UniformVector(rng_, Pixels() * 3, 0, 1);
-  const auto target = UniformVector(rng_, Pixels() * 3, 0, 1);
-  Guarded<float> y(*backend_, image), t(*backend_, target);
-  Guarded<float> gradient(*backend_, std::vector<float>(image.size(), 0.0f));
-  for (const float before : {0.0f, 1.0f}) {
-    Guarded<float> largest(*backend_, std::vector<float>{before});
-    ImageLossParams params{y.data(), t.data(),         camera_.width,  camera_.height,
-                           0.2f,     {40, 30, 90, 80}, gradient.data()};
-    params.largest = largest.data();
-    backend_->refit().ImageLoss(params);
-    float expected = before;
-    if (GetParam() == "cuda") {  // the CPU leaves it as it is
-      for (const float value : gradient.Read()) expected = std::max(expected, std::abs(value));
-      EXPECT_GT(expected, 0);
-    }
-    EXPECT_EQ(largest.Read()[0], expected);
+    ExpectSameBytes([&](Backend& backend) {
+      const Scene scene = MakeScene(backend);
+      const auto region = Region(backend, scene, kind);
+      const size_t pixels = NumRegionPixels(*region), values = size_t(region->num_rows()) * 3;
+      Guarded<int16_t> target(backend, std::vector<int16_t>(3 * pixels, int16_t(-4321)));
+      Guarded<uint8_t> weights(backend, std::vector<uint8_t>(pixels, uint8_t{200}));
+      Guarded<float> change(backend, std::vector<float>(values, 0.25f)),
+          image(backend, 3 * Pixels());
+      std::vector<float> out;
+      for (const float unit : {kUnit, kLarger * kUnit, kUnit}) {
+        Guarded<double> loss(backend, std::vector<double>{0.5});
+        Guarded<float> result(backend, values);
+        backend.refit().RegionSweep(*region, {.change = change.data(),
+                                              .target = target.data(),
+                                              .unit = unit,
+                                              .weights = weights.data(),
+                                              .loss = loss.data(),
+                                              .image = image.data(),
+                                              .result = result.data()});
+        const std::vector<float> sums = result.Read();
+        if (out.empty()) {
+          out = sums;
+        } else if (unit == kUnit) {
+          EXPECT_EQ(sums, out);
+        }
+      }
+      return out;
+    });
   }
 }
 
