@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The memory of a backend: the host's for "cpu", the device's for "cuda".
+// The memory of a backend: the host's for "cpu", the device's for "cuda". Also what a library needs
+// to know of a device whose memory it moves by itself.
 #pragma once
 
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -74,6 +76,14 @@ class Device {
   virtual void ReleaseFreed() {}
   // Whether its memory is the host's, which may then be read and written in place.
   virtual bool IsHost() const = 0;
+  // Names the device for every process that uses it, a GPU by its UUID; empty: the host.
+  virtual std::string Identity() const { return {}; }
+  // The cudaStream_t on which it queues its work, as long as it lives; null: the host.
+  virtual void* Stream() const { return nullptr; }
+  // Keeps the pages of host memory in place while the result lives, so that copies between it and
+  // the device are several times faster. Null: the device gains nothing, or the system refuses. The
+  // memory must outlive the result.
+  virtual std::shared_ptr<void> LockPages(void* /*data*/, size_t /*bytes*/) { return nullptr; }
 
   template <typename T>
   Buffer<T> Allocate(size_t count) {

@@ -19,7 +19,6 @@
 #include "colmap_io/image_io.h"
 #include "colmap_io/nerfstudio.h"
 #include "kernels/cuda/cuda_backend.h"
-#include "kernels/device_handle.h"
 #include "opening/scene_check.h"
 #include "retint/version.h"
 #include "selecting/paint_held.h"
@@ -69,7 +68,7 @@ void JoinRanks(EditSession& session, Run& run) {
     throw InputError("the ranks differ: rank 0 has " + all[0] + ", rank " + std::to_string(r) +
                      " has " + all[r]);
   }
-  ranks.LinkDevices(DeviceIdentity(backend));
+  ranks.LinkDevices(backend.Identity());
   if (ranks.DevicesAreLinked()) {
     run.Info("arrays go from GPU to GPU by " + ranks.link_text());
   } else if (!backend.IsHost()) {

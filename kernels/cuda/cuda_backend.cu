@@ -69,7 +69,7 @@ class CudaBackend : public Backend {
            " MiB";
   }
 
-  std::string Identity() const {
+  std::string Identity() const override {
     cudaDeviceProp properties{};
     Check(cudaGetDeviceProperties(&properties, device_), "cudaGetDeviceProperties");
     constexpr char kDigits[] = "0123456789abcdef";
@@ -80,7 +80,15 @@ class CudaBackend : public Backend {
     }
     return identity;
   }
-  cudaStream_t stream() const { return stream_; }
+  void* Stream() const override { return stream_; }
+  std::shared_ptr<void> LockPages(void* data, size_t bytes) override {
+    if (bytes == 0) return nullptr;
+    if (cudaHostRegister(data, bytes, cudaHostRegisterPortable) != cudaSuccess) {
+      cudaGetLastError();  // a copy works without it as well
+      return nullptr;
+    }
+    return {data, [](void* locked) { cudaHostUnregister(locked); }};
+  }
 
   std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) override {
     return std::make_shared<PoolMemory>(stream_, bytes);
@@ -134,14 +142,6 @@ class CudaBackend : public Backend {
 
 }  // namespace
 }  // namespace cuda
-
-std::string CudaIdentity(const Backend& backend) {
-  return dynamic_cast<const cuda::CudaBackend&>(backend).Identity();
-}
-
-void* CudaStream(const Backend& backend) {
-  return dynamic_cast<const cuda::CudaBackend&>(backend).stream();
-}
 
 std::shared_ptr<Backend> CreateCudaBackend() { return std::make_shared<cuda::CudaBackend>(); }
 

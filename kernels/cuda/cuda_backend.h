@@ -39,8 +39,4 @@ bool CudaAvailable(std::string* reason = nullptr);
 // On the current device.
 std::shared_ptr<Backend> CreateCudaBackend();
 
-// Of a backend that CreateCudaBackend made: kernels/device_handle.h.
-std::string CudaIdentity(const Backend& backend);
-void* CudaStream(const Backend& backend);
-
 }  // namespace retint

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "kernels/device_handle.h"
-
 namespace retint {
 namespace {
 
@@ -59,7 +57,7 @@ void SumOnDevices(Ranks& ranks, Backend& backend, Buffer<float>& values, Buffer<
   if (!ranks.AreMany()) return;
   const size_t size = size_t(ranks.size()), longest = std::min(values.size(), stretch);
   float* const terms = backend.Grow(scratch, (longest / size + 1) * size);
-  void* const stream = DeviceStream(backend);
+  void* const stream = backend.Stream();
   for (size_t at = 0; at < values.size(); at += stretch) {
     SumStretch(ranks, backend, stream, values.data() + at, std::min(stretch, values.size() - at),
                terms);
@@ -74,7 +72,7 @@ void BroadcastOnDevices(Ranks& ranks, Backend& backend, Buffer<float>& values, i
   for (int r = 0; r < ranks.size(); ++r) {
     if (ranks.rank() == from && r != from) sends.push_back({r, values.data(), bytes});
   }
-  ranks.TransferOnDevices(sends, receives, DeviceStream(backend));
+  ranks.TransferOnDevices(sends, receives, backend.Stream());
 }
 
 }  // namespace retint

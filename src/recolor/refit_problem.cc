@@ -364,7 +364,7 @@ std::span<float> RefitProblem::HostScratch(size_t count) {
   if (host_scratch_.size() < count) {
     host_lock_.reset();
     host_scratch_.assign(count, 0.0f);
-    host_lock_ = std::make_unique<PageLock>(host_scratch_.data(), count * sizeof(float));
+    host_lock_ = backend().LockPages(host_scratch_.data(), count * sizeof(float));
   }
   return std::span(host_scratch_).first(count);
 }

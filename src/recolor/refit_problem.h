@@ -12,7 +12,6 @@
 
 #include "base/monitor.h"
 #include "base/ranks.h"
-#include "kernels/page_lock.h"
 #include "recolor/color_edit.h"
 #include "recolor/gaussian_paint.h"
 #include "recolor/sh_refitter.h"
@@ -189,7 +188,7 @@ class RefitProblem {
   RefitScratch scratch_;
   Buffer<float> transfer_scratch_;
   std::vector<float> host_scratch_;
-  std::unique_ptr<PageLock> host_lock_;
+  std::shared_ptr<void> host_lock_;  // of its pages
   size_t kept_bytes_ = 0;
   std::unique_ptr<GeometryCache::Reservation> reserved_;  // of as much; may be null
   double mask_values_ = 0;                                // of AreasOf()

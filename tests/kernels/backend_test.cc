@@ -88,6 +88,21 @@ TEST_P(Memory, SaysWhetherItIsTheHosts) {
   EXPECT_EQ(backend_->Download(buffer.data(), 2), (std::vector<float>{0, 3}));
 }
 
+// Two backends of one device name it alike. Pages are locked and released; copies stay the same.
+TEST_P(Memory, NamesItsDeviceAndLocksPages) {
+  EXPECT_EQ(backend_->Identity().empty(), backend_->IsHost());
+  EXPECT_EQ(backend_->Stream() == nullptr, backend_->IsHost());
+  EXPECT_EQ(MakeBackend(GetParam())->Identity(), backend_->Identity());
+  std::vector<float> values = UniformVector(rng_, 100000, -1, 1);
+  EXPECT_EQ(backend_->LockPages(values.data(), 0), nullptr);
+  for (int i = 0; i < 2; ++i) {
+    const auto locked = backend_->LockPages(values.data(), values.size() * sizeof(float));
+    EXPECT_TRUE(!locked || !backend_->IsHost());
+    const auto copy = backend_->Upload(std::span<const float>(values));
+    EXPECT_EQ(backend_->Download(copy.data(), values.size()), values);
+  }
+}
+
 TEST_P(Memory, GrowsToTheLargest) {
   Buffer<float> buffer;
   const float* const first = backend_->Grow(buffer, 10);
