@@ -75,14 +75,14 @@ void BlendOps::Blend(const ViewGeometry& view, const BlendParams& params) {
     }
     Require(last < view.tiles_x() * view.tiles_y(), "a tile that is wanted lies outside the view");
   }
-  if (params.HasLimits()) {
-    Require(params.channels == 1 && !params.background && !params.alpha,
-            "only one channel, without background and alpha, may be blended up to limits");
-  }
-  Require(params.behind == 0 ||
-              (params.HasLimits() && params.behind > 0 && params.behind <= params.low),
-          "what is behind counts between limits alone, and at most the lower one");
   DoBlend(view, params);
+}
+
+void BlendOps::BlendShares(const ViewGeometry& view, const BlendSharesParams& params) {
+  RequireWholeView(view);
+  Require(params.behind >= 0 && params.behind <= params.low,
+          "the share behind all Gaussians must be 0 or more, and at most the lower limit");
+  DoBlendShares(view, params);
 }
 
 void BlendOps::BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) {

@@ -10,10 +10,8 @@
 #pragma once
 
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -81,15 +79,17 @@ struct BlendParams {
   // Of a whole view: only these tiles are blended, the others are left alone. Host memory,
   // row-major tile indices, ascending; null: all.
   std::span<const int32_t> tiles = {};
-  // Of one channel with features in [0, 1], without background and alpha: what a value is matters
-  // between these two alone. Any value up to the first may be any other one up to it, and any from
-  // the second on any other one from it on. A tile of which rows 0, 5, 10 and 15 have values on one
-  // side of a limit alone may have such values throughout.
-  float low = -std::numeric_limits<float>::infinity();
-  float high = std::numeric_limits<float>::infinity();
-  // With limits, in [0, low]: y += T_final * behind. Where no feature is above 0, y may be 0.
-  float behind = 0;
-  bool HasLimits() const { return std::isfinite(low) || std::isfinite(high); }
+};
+
+// y = W s of one share s in [0, 1] a row, for a mask that is cut between two limits: only values in
+// (low, high) are exact. A value up to low may come back as any value up to low, and one from high
+// on as any value from high on. Rows 0, 5, 10 and 15 may speak for their tile: if all their values
+// are on the same side of (low, high), the whole tile may get such values.
+struct BlendSharesParams {
+  const float* shares;  // [rows]
+  float* image;         // [H, W]
+  float low, high;
+  float behind;  // in [0, low]; y += T_final * behind. If no share is above 0, y may be 0.
 };
 
 struct BlendTransposeParams {
@@ -149,6 +149,7 @@ class BlendOps {
   // rendered alike whatever color these have.
   std::vector<int32_t> TouchedTiles(const ViewGeometry& view, const uint8_t* active);
   void Blend(const ViewGeometry& view, const BlendParams& params);
+  void BlendShares(const ViewGeometry& view, const BlendSharesParams& params);  // of a whole view
   void BlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params);
   void Depth(const ViewGeometry& view, const DepthParams& params);
   // sums[g] += {sum_p W[p,g] mask[p] / 255, sum_p W[p,g]} for the Gaussians g of a whole view; mask
@@ -177,6 +178,7 @@ class BlendOps {
   void BlendRegion(const ViewGeometry& view, const ViewGeometry& region, const RegionBlend& blend);
   virtual std::vector<int32_t> DoTouchedTiles(const ViewGeometry& view, const uint8_t* active) = 0;
   virtual void DoBlend(const ViewGeometry& view, const BlendParams& params) = 0;
+  virtual void DoBlendShares(const ViewGeometry& view, const BlendSharesParams& params) = 0;
   virtual void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) = 0;
   virtual void DoDepth(const ViewGeometry& view, const DepthParams& params) = 0;
   virtual void DoAccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums) = 0;

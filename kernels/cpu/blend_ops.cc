@@ -70,6 +70,10 @@ class CpuBlendOps : public BlendOps {
     BlendOnCpu(kernels_, CpuViewOf(view), params);
   }
 
+  void DoBlendShares(const ViewGeometry& view, const BlendSharesParams& params) override {
+    BlendSharesOnCpu(kernels_, CpuViewOf(view), params);
+  }
+
   void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
     BlendTransposeOnCpu(kernels_, &scratch_, CpuViewOf(view), params);
   }

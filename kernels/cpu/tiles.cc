@@ -151,13 +151,14 @@ TileList CutAfterLastFeature(TileList list, const float* features, int channels)
   return list;
 }
 
-// The values of one channel between limits. Some rows tell of most tiles what the others show.
-void BlendBetween(const TileKernels& kernels, const TileList& list, const TileRect& rect,
-                  const CameraParams& camera, const BlendParams& params, TileScratch& scratch) {
+// The shares' values of one tile. Some rows tell of most tiles what the others show.
+void BlendTileShares(const TileKernels& kernels, const TileList& list, const TileRect& rect,
+                     const CameraParams& camera, const BlendSharesParams& params,
+                     TileScratch& scratch) {
   constexpr uint16_t kProbed = 1 << 0 | 1 << 5 | 1 << 10 | 1 << 15;
   const auto blend = [&](uint16_t pixel_rows) {
     InitTransmittance(camera, rect.x0, rect.y0, pixel_rows, scratch.transmittance);
-    kernels.blend_between(list, params.features, params.low, params.high, scratch.values,
+    kernels.blend_between(list, params.shares, params.low, params.high, scratch.values,
                           scratch.transmittance);
     if (params.behind == 0) return;
     for (int p = 0; p < kTilePixels; ++p) {
@@ -165,11 +166,10 @@ void BlendBetween(const TileKernels& kernels, const TileList& list, const TileRe
       scratch.values[p] += params.behind * std::fabs(scratch.transmittance[p]);
     }
   };
-  const auto probed = uint16_t(params.pixel_rows & kProbed);
-  blend(probed);
+  blend(kProbed);
   float least = std::numeric_limits<float>::infinity(), most = -least;
   for (int y = 0; y < rect.height; ++y) {
-    if (!(probed >> y & 1)) continue;
+    if (!(kProbed >> y & 1)) continue;
     const float* const row = scratch.values + y * kTileSize;
     const auto [smallest, largest] = std::minmax_element(row, row + rect.width);
     least = std::min(least, *smallest);
@@ -178,7 +178,7 @@ void BlendBetween(const TileKernels& kernels, const TileList& list, const TileRe
   if (least <= most && (most <= params.low || least >= params.high)) {
     std::fill_n(scratch.values, kTilePixels, least);
   } else {
-    blend(uint16_t(params.pixel_rows & ~kProbed));
+    blend(uint16_t(~kProbed));
   }
 }
 
@@ -246,15 +246,8 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
       kernels.blend_weights(view.weights[i], params.features, channels, scratch.values);
     } else {
       TileList list = TileListOf(view, i);
-      if (!needs_transmittance) {
-        const TileList cut = CutAfterLastFeature(list, params.features, channels);
-        if (params.behind == 0 || cut.count == 0) list = cut;
-      }
-      if (params.HasLimits()) {
-        BlendBetween(kernels, list, rect, view.camera(), params, scratch);
-      } else {
-        kernels.blend(list, params.features, channels, scratch.values, scratch.transmittance);
-      }
+      if (!needs_transmittance) list = CutAfterLastFeature(list, params.features, channels);
+      kernels.blend(list, params.features, channels, scratch.values, scratch.transmittance);
     }
     for (int c = 0; background && c < channels; ++c) {
       for (int p = 0; p < kTilePixels; ++p) {
@@ -272,6 +265,20 @@ void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
   if (!params.alpha || !view.is_region()) return;
   const std::vector<float> ones(size_t(view.num_rows()), 1.0f);
   BlendOnCpu(kernels, view, {ones.data(), 1, nullptr, params.alpha, nullptr, params.keep_outside});
+}
+
+void BlendSharesOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
+                      const BlendSharesParams& params) {
+  FillOutside(view, 1, nullptr, params.image);
+  const auto blend = [&](size_t i, const TileRect& rect, TileScratch& scratch) {
+    std::fill_n(scratch.values, kTilePixels, 0.0f);
+    TileList list = TileListOf(view, i);
+    const TileList cut = CutAfterLastFeature(list, params.shares, 1);
+    if (params.behind == 0 || cut.count == 0) list = cut;
+    BlendTileShares(kernels, list, rect, view.camera(), params, scratch);
+    StoreTile(rect, kAllPixelRows, scratch.values, 1, view.camera().width, params.image);
+  };
+  ForEachTile(view, kAllPixelRows, {}, blend);
 }
 
 void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* pool, const CpuViewGeometry& view,

@@ -36,6 +36,8 @@ class ScratchPool {
 };
 
 void BlendOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const BlendParams& params);
+void BlendSharesOnCpu(const TileKernels& kernels, const CpuViewGeometry& view,
+                      const BlendSharesParams& params);
 void BlendTransposeOnCpu(const TileKernels& kernels, ScratchPool* scratch,
                          const CpuViewGeometry& view, const BlendTransposeParams& params);
 void DepthOnCpu(const TileKernels& kernels, const CpuViewGeometry& view, const DepthParams& params);

@@ -36,10 +36,7 @@ struct Features<C, true> {
   float active;
 };
 
-// With limits (of one channel, see BlendParams) a pixel is done where nothing that is still to come
-// takes it over one: features lie in [0, 1], so that it gains at most its transmittance, with
-// what is behind as well.
-template <int C, bool IsRegion, bool HasLimits = false>
+template <int C, bool IsRegion>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
   using Payload = Features<C, IsRegion>;
   __shared__ __align__(16) Batch<Payload> batches[kWarps];
@@ -76,22 +73,11 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
             share1 += w1 * batch.payloads[i].active;
           }
         }
-        if constexpr (HasLimits) {
-          const auto end = [&](float* t, float sum) {
-            if (*t > 0 && (sum >= params.high || sum + *t <= params.low)) *t = -*t;
-          };
-          end(&t0, sum0[0]);
-          end(&t1, sum1[0]);
-        }
       },
       [&] { return t0 > 0 || t1 > 0; });
   const auto store = [&](int y, float transmittance, float share, const float* sum) {
     const int64_t pixel = int64_t(y) * lists.width + lane.x;
     const float left = fabsf(transmittance);
-    if constexpr (HasLimits) {
-      params.image[pixel] = sum[0] + left * params.behind;
-      return;
-    }
 #pragma unroll
     for (int c = 0; c < C; ++c) {
       params.image[pixel * C + c] = sum[c] + (params.background ? left * params.background[c] : 0);
@@ -100,6 +86,40 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
   };
   if (lane.inside0) store(lane.y0, t0, share0, sum0);
   if (lane.inside1) store(lane.y1, t1, share1, sum1);
+}
+
+// A pixel is done once nothing that is still to come takes it over a limit: shares lie in [0, 1],
+// so that it gains at most its transmittance, `behind` included.
+__global__ void __launch_bounds__(kTileThreads)
+    BlendSharesKernel(TileLists lists, BlendSharesParams params) {
+  __shared__ __align__(16) Batch<float> batches[kWarps];
+  const int index = lists.Index();
+  const Lane lane = LaneOf(lists, index);
+  float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
+  float sum0 = 0, sum1 = 0;
+  WalkTile(
+      lists, index, lane, &batches[threadIdx.x / 32],
+      [&](int row, float* share) { *share = params.shares[row]; },
+      [&](const Batch<float>& batch, int count) {
+#pragma unroll 4
+        for (int i = 0; i < count; ++i) {
+          const Splat s = batch.splats[i];
+          const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
+          sum0 += BlendStep(SplatExponent(s, dx, dy), &t0) * batch.payloads[i];
+          sum1 += BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1) * batch.payloads[i];
+        }
+        const auto end = [&](float* t, float sum) {
+          if (*t > 0 && (sum >= params.high || sum + *t <= params.low)) *t = -*t;
+        };
+        end(&t0, sum0);
+        end(&t1, sum1);
+      },
+      [&] { return t0 > 0 || t1 > 0; });
+  const auto store = [&](int y, float transmittance, float sum) {
+    params.image[int64_t(y) * lists.width + lane.x] = sum + fabsf(transmittance) * params.behind;
+  };
+  if (lane.inside0) store(lane.y0, t0, sum0);
+  if (lane.inside1) store(lane.y1, t1, sum1);
 }
 
 // With a row step of 2 every second row of pixels is visited, a pixel a lane.
@@ -240,13 +260,19 @@ void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream
     if (lists.tiles == 0) return;
     if (view.is_region()) {
       BlendKernel<c(), true><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
-    } else if (c() == 1 && params.HasLimits()) {
-      BlendKernel<1, false, true><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
     } else {
       BlendKernel<c(), false><<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
     }
     Check(cudaGetLastError(), "BlendKernel");
   });
+}
+
+void BlendShares(const CudaViewGeometry& view, const BlendSharesParams& params,
+                 cudaStream_t stream) {
+  const TileLists lists = ListsOf(view);
+  if (lists.tiles == 0) return;
+  BlendSharesKernel<<<lists.tiles, kTileThreads, 0, stream>>>(lists, params);
+  Check(cudaGetLastError(), "BlendSharesKernel");
 }
 
 void LargestOf(const CudaViewGeometry& view, const BlendTransposeParams& params, float* largest,

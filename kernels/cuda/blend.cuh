@@ -10,6 +10,8 @@
 namespace retint::cuda {
 
 void Blend(const CudaViewGeometry& view, BlendParams params, cudaStream_t stream);
+void BlendShares(const CudaViewGeometry& view, const BlendSharesParams& params,
+                 cudaStream_t stream);
 // The largest |params.residual| that BlendTranspose reads, into *largest.
 void LargestOf(const CudaViewGeometry& view, const BlendTransposeParams& params, float* largest,
                cudaStream_t stream);

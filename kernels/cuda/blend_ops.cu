@@ -42,6 +42,10 @@ class BlendOpsOnStream : public CudaBlendOps {
     cuda::Blend(Own(view), params, stream_);
   }
 
+  void DoBlendShares(const ViewGeometry& view, const BlendSharesParams& params) override {
+    cuda::BlendShares(Own(view), params, stream_);
+  }
+
   void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
     if (view.num_rows() == 0) return;
     const std::lock_guard lock(mutex_);  // what is queued here belongs together

@@ -56,19 +56,13 @@ Buffer<uint8_t> ShareRenderer::Render(const PosedCamera& view) {
   const auto geometry = renderer_.Geometry(view);
   const CameraParams& camera = geometry->camera();
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
-  BlendParams blend{};
-  float* const features = backend_.Grow(features_, size_t(geometry->num_rows()));
-  backend_.blend().GatherRows(*geometry, shares_.data(), 1, features);
-  blend.features = features;
-  blend.channels = 1;
-  blend.image = backend_.Grow(image_, pixels);
-  blend.low = low_;
-  blend.high = high_;
-  blend.behind = low_;
-  backend_.blend().Blend(*geometry, blend);
+  float* const of_rows = backend_.Grow(features_, size_t(geometry->num_rows()));
+  float* const image = backend_.Grow(image_, pixels);
+  backend_.blend().GatherRows(*geometry, shares_.data(), 1, of_rows);
+  backend_.blend().BlendShares(
+      *geometry, {.shares = of_rows, .image = image, .low = low_, .high = high_, .behind = low_});
   auto mask = backend_.Allocate<uint8_t>(pixels);
-  backend_.mask().MakeMask(
-      {blend.image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
+  backend_.mask().MakeMask({image, camera.width, camera.height, scale_, offset_, 0, mask.data()});
   const double border = kSoftBorder * std::min(camera.width, camera.height);
   backend_.mask().DropFaint({mask.data(), camera.width, camera.height, int(std::ceil(border))});
   return mask;

@@ -359,21 +359,17 @@ TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
     blend.alpha = alpha.data();
     backend_->blend().Blend(*scene.view, blend);
     const std::vector<float> sums = image.Read(), opacity = alpha.Read();
-    blend.alpha = nullptr;
-    blend.low = kLow;
-    blend.high = kHigh;
+    BlendSharesParams shares{
+        .shares = in.data(), .image = image.data(), .low = kLow, .high = kHigh, .behind = 0};
     for (const float behind : {0.0f, kLow}) {
       std::vector<float> exact = sums;
       for (size_t p = 0; p < scene.pixels; ++p) exact[p] += behind * (1 - opacity[p]);
-      blend.behind = behind;
-      backend_->blend().Blend(*scene.view, blend);
+      shares.behind = behind;
+      backend_->blend().BlendShares(*scene.view, shares);
       ExpectSame(*scene.view, exact, image.Read(), kLow, kHigh);
     }
-    blend.behind = 2 * kLow;
-    EXPECT_THROW(backend_->blend().Blend(*scene.view, blend), std::invalid_argument);
-    blend.behind = 0;
-    blend.channels = 2;
-    EXPECT_THROW(backend_->blend().Blend(*scene.view, blend), std::invalid_argument);
+    shares.behind = 2 * kLow;
+    EXPECT_THROW(backend_->blend().BlendShares(*scene.view, shares), std::invalid_argument);
   }
 }
 

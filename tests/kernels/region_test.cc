@@ -328,11 +328,14 @@ TEST_P(RegionOp, MayBeEmpty) {
   }
 }
 
-TEST_P(RegionOp, RefusesDepthAndNesting) {
+TEST_P(RegionOp, RefusesDepthSharesAndNesting) {
   Make(50, 50, 100, 0.5f);
   const auto region = Restrict(kAmple);
   EXPECT_THROW(Guarded<float> depth(*backend_, pixels_);
                backend_->blend().Depth(*region, {depth.data(), nullptr, nullptr, 0.5f}),
+               std::invalid_argument);
+  EXPECT_THROW(Guarded<float> image(*backend_, pixels_);
+               backend_->blend().BlendShares(*region, {nullptr, image.data(), 0.25f, 0.75f, 0}),
                std::invalid_argument);
   EXPECT_THROW(backend_->blend().Restrict(*region, device_active_.data(), 0),
                std::invalid_argument);
