@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The CPU's group of blending operations. The large ones have files of their own: prepare.cc,
-// region.cc and tiles.cc.
+// region.cc and blend.cc.
 #include <algorithm>
 #include <cstring>
 
 #include "base/parallel.h"
+#include "kernels/cpu/blend.h"
 #include "kernels/cpu/groups.h"
-#include "kernels/cpu/tiles.h"
 
 namespace retint {
 namespace {

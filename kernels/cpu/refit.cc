@@ -4,9 +4,9 @@
 #include "base/parallel.h"
 #include "kernels/common/loss.h"
 #include "kernels/common/quantize.h"
+#include "kernels/cpu/blend.h"
 #include "kernels/cpu/geometry.h"
 #include "kernels/cpu/groups.h"
-#include "kernels/cpu/tiles.h"
 
 namespace retint {
 namespace {

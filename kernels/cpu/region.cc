@@ -9,7 +9,7 @@
 
 #include "base/parallel.h"
 #include "kernels/common/thinning.h"
-#include "kernels/cpu/tiles.h"
+#include "kernels/cpu/blend.h"
 
 namespace retint {
 namespace {

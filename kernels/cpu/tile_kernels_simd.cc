@@ -17,7 +17,7 @@
 // After foreach_target.
 #include <hwy/highway.h>
 
-#include "kernels/cpu/weight_kernels-inl.h"
+#include "kernels/cpu/weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace retint {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Blending on the device: the tile loops behind BlendOps, without what CudaBlendOps keeps.
 #pragma once
 
 #include <stdexcept>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// L1 and SSIM with their gradient on the device, for RefitOps.
 #pragma once
 
 #include "kernels/cuda/launch.cuh"

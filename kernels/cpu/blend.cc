@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "kernels/cpu/tiles.h"
+#include "kernels/cpu/blend.h"
 
 #include <algorithm>
 #include <bit>

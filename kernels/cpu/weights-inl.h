@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tile loops over explicit weights in Highway: a part of tile_kernels_simd.cc, compiled once a
 // target.
-#if defined(RETINT_WEIGHT_KERNELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef RETINT_WEIGHT_KERNELS_INL_H_
-#undef RETINT_WEIGHT_KERNELS_INL_H_
+#if defined(RETINT_WEIGHTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef RETINT_WEIGHTS_INL_H_
+#undef RETINT_WEIGHTS_INL_H_
 #else
-#define RETINT_WEIGHT_KERNELS_INL_H_
+#define RETINT_WEIGHTS_INL_H_
 #endif
 
 #include <algorithm>
