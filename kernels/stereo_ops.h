@@ -12,20 +12,13 @@
 #include <span>
 #include <vector>
 
+#include "kernels/common/types.h"
+
 namespace retint {
 
-inline constexpr int kMaxStereoViews = 4;
 inline constexpr int kMaxQuantiles = 8;
 inline constexpr int kStereoCountStep = 32;  // disparities searched: a multiple of this ...
 inline constexpr int kMaxStereoCount = 256;  // ... and at most this
-
-struct StereoView {
-  const float* rgb;       // [height, width, 3]
-  const float* gray;      // [height, width], of StereoOps::Gray
-  int32_t x, y;           // of the first pixel, on the grid
-  int32_t width, height;  // pixels
-  int32_t dx, dy;         // motion of the content; 0, 0 for the reference
-};
 
 // Semi-global matching (Hirschmueller 2008) of the reference with one shifted view: the cost of a
 // disparity is how many bits of the census transforms over 9 x 7 pixels (9 along the

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "kernels/common/macros.h"
-#include "kernels/stereo_ops.h"
+#include "kernels/common/types.h"
 
 namespace retint {
 
@@ -24,10 +24,11 @@ RETINT_HD float Inverted(const float* values, const float* otherwise, int64_t i,
 }
 
 // StereoOps::Fuse of one pixel.
-RETINT_HD float FusedDisparity(const StereoFuseParams& params, int64_t i) {
+RETINT_HD float FusedDisparity(const float* const* pairs, int num_pairs, float tolerance,
+                               bool nearest, int64_t i) {
   float found[kMaxStereoViews] = {};  // positive ones first, nearest first
-  for (int k = 0; k < params.num_pairs; ++k) {
-    float value = params.pairs[k][i];
+  for (int k = 0; k < num_pairs; ++k) {
+    float value = pairs[k][i];
     for (int j = 0; j < kMaxStereoViews; ++j) {
       if (!(value > found[j])) continue;
       const float pushed = found[j];
@@ -36,14 +37,14 @@ RETINT_HD float FusedDisparity(const StereoFuseParams& params, int64_t i) {
     }
   }
   if (!(found[0] > 0)) return -1.0f;
-  if (params.nearest) return found[0];
+  if (nearest) return found[0];
   float best_sum = 0;
   int best_count = 0;
   for (int first = 0; first < kMaxStereoViews; ++first) {
     float sum = 0;
     int count = 0;
     for (int k = first; k < kMaxStereoViews; ++k) {
-      if (!(found[k] > 0) || !(found[first] - found[k] <= params.tolerance)) continue;
+      if (!(found[k] > 0) || !(found[first] - found[k] <= tolerance)) continue;
       sum += found[k];
       ++count;
     }

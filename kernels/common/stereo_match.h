@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "kernels/common/macros.h"
-#include "kernels/stereo_ops.h"
+#include "kernels/common/types.h"
 
 namespace retint {
 

@@ -66,4 +66,15 @@ struct PaintedImage {
   const uint8_t* mask;  // [H, W]
 };
 
+inline constexpr int kMaxStereoViews = 4;
+
+// An image of stereo; the grid and the motion are those of kernels/stereo_ops.h.
+struct StereoView {
+  const float* rgb;       // [height, width, 3]
+  const float* gray;      // [height, width], of StereoOps::Gray
+  int32_t x, y;           // of the first pixel, on the grid
+  int32_t width, height;  // pixels
+  int32_t dx, dy;         // motion of the content; 0, 0 for the reference
+};
+
 }  // namespace retint

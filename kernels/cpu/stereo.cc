@@ -58,7 +58,10 @@ class CpuStereoOps : public StereoOps {
   void DoMatch(const StereoMatchParams& params) override { MatchStereoOnCpu(kernels_, params); }
 
   void DoFuse(const StereoFuseParams& params) override {
-    ForPixels(params.pixels, [&](int64_t i) { params.disparity[i] = FusedDisparity(params, i); });
+    ForPixels(params.pixels, [&](int64_t i) {
+      params.disparity[i] =
+          FusedDisparity(params.pairs, params.num_pairs, params.tolerance, params.nearest, i);
+    });
   }
 
   void DoArbitrate(const StereoArbitrateParams& params) override { ArbitrateStereoOnCpu(params); }

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "kernels/common/stereo_match.h"
+#include "kernels/stereo_ops.h"
 
 namespace retint {
 

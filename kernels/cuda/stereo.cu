@@ -81,8 +81,10 @@ class CudaStereoOps : public StereoOps {
   void DoMatch(const StereoMatchParams& params) override { MatchStereo(params, stream_); }
 
   void DoFuse(const StereoFuseParams& params) override {
-    ForEach(params.pixels, stream_, "Fuse",
-            [=] __device__(int64_t i) { params.disparity[i] = FusedDisparity(params, i); });
+    ForEach(params.pixels, stream_, "Fuse", [=] __device__(int64_t i) {
+      params.disparity[i] =
+          FusedDisparity(params.pairs, params.num_pairs, params.tolerance, params.nearest, i);
+    });
   }
 
   void DoArbitrate(const StereoArbitrateParams& params) override {
