@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "recolor/adam_boxes.h"
 #include "recolor/device_exchange.h"
 
 namespace retint {
@@ -39,12 +40,12 @@ void AdamOptions::Describe(OptionList& list) {
 
 void AdamOptions::Check() const { CheckRanges(*this); }
 
-AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
-    : RefitSolver(problem), options_(options), random_(options.seed) {
-  Backend& backend = problem_.backend();
-  values_ = backend.Upload(options.closed_form_start ? problem_.start() : problem_.original());
+AdamSolver::AdamSolver(RefitViews& views, const AdamOptions& options)
+    : RefitSolver(views), options_(options), random_(options.seed) {
+  Backend& backend = views_.backend();
+  values_ = backend.Upload(options.closed_form_start ? views_.start() : views_.original());
   for (auto* buffer : {&gradient_, &m_, &v_}) {
-    *buffer = backend.Allocate<float>(problem_.NumValues());
+    *buffer = backend.Allocate<float>(views_.NumValues());
   }
   recent_loss_ = backend.Allocate<double>(1);
 }
@@ -52,7 +53,7 @@ AdamSolver::AdamSolver(RefitProblem& problem, const AdamOptions& options)
 // Every view once a round, in a random order, as 3DGS trains.
 size_t AdamSolver::NextView() {
   if (deck_.empty()) {
-    deck_.resize(problem_.NumViews());
+    deck_.resize(views_.NumViews());
     for (size_t v = 0; v < deck_.size(); ++v) deck_[v] = v;
   }
   // The modulo's bias is below 1e-15; std distributions differ between standard libraries.
@@ -64,15 +65,15 @@ size_t AdamSolver::NextView() {
 }
 
 void AdamSolver::Evaluate(size_t index) {
-  const int owner = problem_.OwnerOf(index);
-  if (owner == problem_.ranks().rank()) EvaluateOwn(index);
-  if (problem_.ranks().AreMany()) Share(owner);
+  const int owner = views_.OwnerOf(index);
+  if (owner == views_.ranks().rank()) EvaluateOwn(index);
+  if (views_.ranks().AreMany()) Share(owner);
 }
 
 // The owner's gradient and loss to all ranks.
 void AdamSolver::Share(int owner) {
-  Backend& backend = problem_.backend();
-  Ranks& ranks = problem_.ranks();
+  Backend& backend = views_.backend();
+  Ranks& ranks = views_.ranks();
   double loss = 0;
   if (owner == ranks.rank()) {
     loss = backend.Download(recent_loss_.data(), 1)[0];
@@ -80,11 +81,11 @@ void AdamSolver::Share(int owner) {
   }
   ranks.Broadcast(BytesOf(std::span(&loss, 1)), owner);
   shared_loss_ += loss;
-  if (!backend.IsHost() && ranks.UsesLink(problem_.NumValues() * sizeof(float))) {
+  if (!backend.IsHost() && ranks.UsesLink(views_.NumValues() * sizeof(float))) {
     BroadcastOnDevices(ranks, backend, gradient_, owner);
     return;
   }
-  const std::span<float> gradient = problem_.HostScratch(problem_.NumValues());
+  const std::span<float> gradient = views_.HostScratch(views_.NumValues());
   if (owner == ranks.rank()) {
     backend.CopyToHost(gradient.data(), gradient_.data(), gradient.size_bytes());
   }
@@ -93,58 +94,63 @@ void AdamSolver::Share(int owner) {
 }
 
 void AdamSolver::EvaluateOwn(size_t index) {
-  Backend& backend = problem_.backend();
-  const auto view = problem_.Visit(index);
+  Backend& backend = views_.backend();
+  const auto view = views_.Visit<AdamView>(index);
   const CameraParams& camera = view->region->camera();
-  RefitScratch& scratch = problem_.scratch();
+  RefitScratch& scratch = views_.scratch();
   float* colors = scratch.features[0].data();
   float* change = scratch.features[1].data();
   float* image = scratch.images[0].data();
   float* target = scratch.images[1].data();
   float* delta = scratch.images[2].data();
 
-  PackBoxParams box{};
-  box.width = camera.width;
-  box.height = camera.height;
-  std::copy_n(view->box.begin(), 4, box.box);
-  box.unit = RefitProblem::kBoxUnit;
-  box.image = image;
-  box.packed = view->render.data();
+  const auto& [x0, y0, x1, y1] = view->box;
+  PackBoxParams box{.image = image,
+                    .width = camera.width,
+                    .height = camera.height,
+                    .box = {x0, y0, x1, y1},
+                    .packed = view->render.data(),
+                    .unit = AdamBoxes::kUnit};
   backend.refit().UnpackBox(box);
   box.image = target;
   if (!view->photo.empty()) box.packed = view->photo.data();
   backend.refit().UnpackBox(box);
-  EditImageParams edit{};
-  edit.image = target;
-  edit.mask = view->mask.data();
-  edit.map = view->map;
-  edit.width = camera.width;
-  edit.height = camera.height;
-  std::copy_n(view->box.begin(), 4, edit.box);
-  edit.out = target;
-  backend.refit().EditImage(edit);
+  backend.refit().EditImage({.image = target,
+                             .mask = view->mask.data(),
+                             .map = view->map,
+                             .width = camera.width,
+                             .height = camera.height,
+                             .box = {x0, y0, x1, y1},
+                             .out = target});
 
-  problem_.BlendChange(*view, values_.data(), colors, change, delta);
+  views_.BlendChange(*view, values_.data(), colors, change, delta);
   backend.refit().RegionAdd(*view->region, image, delta);
 
-  ImageLossParams loss{};
-  loss.image = image;
-  loss.target = target;
-  loss.width = camera.width;
-  loss.height = camera.height;
-  loss.lambda = float(options_.lambda_dssim);
-  std::copy_n(view->roi.begin(), 4, loss.roi);
-  loss.gradient = delta;
-  loss.loss = recent_loss_.data();
-  backend.refit().ImageLoss(loss);
-  backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
-  problem_.BlendBack(*view, delta, change);
-  problem_.AddGradient(*view, change, colors, gradient_.data());
+  const auto& roi = view->roi;
+  backend.refit().ImageLoss({.image = image,
+                             .target = target,
+                             .width = camera.width,
+                             .height = camera.height,
+                             .lambda = float(options_.lambda_dssim),
+                             .roi = {roi[0], roi[1], roi[2], roi[3]},
+                             .gradient = delta,
+                             .loss = recent_loss_.data()});
+  backend.Fill(gradient_.data(), 0, views_.NumValues() * sizeof(float));
+  backend.blend().BlendTranspose(*view->region,
+                                 {.residual = delta, .channels = 3, .result = change});
+  const float* const center = camera.center;
+  backend.sh().EvalShTranspose(views_.model(), {.rows = view->region->rows(),
+                                                .slots = view->slots.data(),
+                                                .count = view->region->num_rows(),
+                                                .color_gradients = change,
+                                                .colors = colors,
+                                                .center = {center[0], center[1], center[2]},
+                                                .gradient = gradient_.data()});
 }
 
 double AdamSolver::RecentLoss() {
-  if (problem_.ranks().AreMany()) return shared_loss_;
-  return problem_.backend().Download(recent_loss_.data(), 1)[0];
+  if (views_.ranks().AreMany()) return shared_loss_;
+  return views_.backend().Download(recent_loss_.data(), 1)[0];
 }
 
 bool AdamSolver::Iterate(Monitor& monitor) {
@@ -158,16 +164,16 @@ bool AdamSolver::Iterate(Monitor& monitor) {
   adam.gradients = gradient_.data();
   adam.m = m_.data();
   adam.v = v_.data();
-  adam.count = int64_t(problem_.NumValues());
+  adam.count = int64_t(views_.NumValues());
   adam.step = iterations_;
   adam.learning_rate = float(options_.learning_rate);
   adam.beta1 = kBeta1;
   adam.beta2 = kBeta2;
   adam.epsilon = kEpsilon;
-  problem_.backend().solve().Adam(adam);
+  views_.backend().solve().Adam(adam);
   const int in_interval = (iterations_ - 1) % kLossInterval + 1;
   if (in_interval == kLossInterval || iterations_ == limit) {
-    Backend& backend = problem_.backend();
+    Backend& backend = views_.backend();
     losses_.push_back(RecentLoss() / in_interval);
     backend.Fill(recent_loss_.data(), 0, sizeof(double));
     shared_loss_ = 0;

@@ -13,7 +13,7 @@ namespace retint {
 
 class AdamSolver : public RefitSolver {
  public:
-  AdamSolver(RefitProblem& problem, const AdamOptions& options);
+  AdamSolver(RefitViews& views, const AdamOptions& options);
 
   // losses() is the mean of every 50 steps.
   const Buffer<float>& coefficients() const override { return values_; }

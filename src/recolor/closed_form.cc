@@ -7,7 +7,7 @@
 #include "base/parallel.h"
 #include "base/ranks.h"
 #include "recolor/direction_fit.h"
-#include "recolor/refit_problem.h"
+#include "recolor/refit_target.h"
 #include "recolor/sh_refitter.h"
 
 namespace retint {

@@ -14,7 +14,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "recolor/refit_problem.h"
+#include "recolor/refit_target.h"
 #include "scene/mask_pixels.h"
 
 namespace retint {

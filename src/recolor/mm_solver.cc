@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "recolor/mm_targets.h"
 #include "recolor/view_sum.h"
 
 namespace retint {
@@ -65,16 +66,16 @@ void MmOptions::Describe(OptionList& list) {
 
 void MmOptions::Check() const { CheckRanges(*this); }
 
-MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor)
-    : RefitSolver(problem),
+MmSolver::MmSolver(RefitViews& views, const MmOptions& options, Monitor& monitor)
+    : RefitSolver(views),
       options_(options),
       limit_(options.iterations > 0 ? options.iterations : MmOptions::kMostSweeps) {
-  Backend& backend = problem_.backend();
-  for (int k = 0; k < problem_.num_coeffs(); ++k) {
+  Backend& backend = views_.backend();
+  for (int k = 0; k < views_.num_coeffs(); ++k) {
     ridge_[k] = float(k == 0 ? options.ridge_dc : options.ridge_rest);
   }
-  const size_t values = problem_.NumValues();
-  start_ = backend.Upload(problem_.start());
+  const size_t values = views_.NumValues();
+  start_ = backend.Upload(views_.start());
   for (auto* buffer : {&current_, &previous_, &point_, &gradient_, &solution_}) {
     *buffer = backend.Allocate<float>(values);
   }
@@ -89,26 +90,26 @@ MmSolver::MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& mon
 }
 
 void MmSolver::BuildBlocks(Monitor& monitor) {
-  Backend& backend = problem_.backend();
-  const size_t count = size_t(problem_.NumActive());
-  const size_t k = size_t(problem_.num_coeffs());
+  Backend& backend = views_.backend();
+  const size_t count = size_t(views_.NumActive());
+  const size_t k = size_t(views_.num_coeffs());
   factors_ = {};  // before new ones take memory
   factors_ = backend.Allocate<float>(count * k * (k + 1) / 2);
   // Of the squares: what stays counts for more later, and is not pulled the harder for that.
   Buffer<float> weights = backend.Allocate<float>(count);
   if (weights_.empty()) weights_ = weights;
-  ViewSum sum(problem_, ViewSum::Kind::kBlocks);
-  for (const size_t v : problem_.own_views()) {
+  ViewSum sum(views_, ViewSum::Kind::kBlocks);
+  for (const size_t v : views_.own_views()) {
     Progress(monitor, 0);
-    const auto view = problem_.Visit(v);
-    RefitScratch& scratch = problem_.scratch();
+    const auto view = views_.Visit<MmView>(v);
+    RefitScratch& scratch = views_.scratch();
     float* const curvature = scratch.images[1].data();
     if (stay_.slope > 0) {
       float* const image = scratch.images[0].data();
-      problem_.BlendChange(*view, current_.data(), scratch.features[0].data(),
-                           scratch.features[1].data(), image);
+      views_.BlendChange(*view, current_.data(), scratch.features[0].data(),
+                         scratch.features[1].data(), image);
       backend.refit().RegionResidual(*view->region, {.target = view->target.data(),
-                                                     .unit = problem_.target_unit(),
+                                                     .unit = view->unit,
                                                      .image = image,
                                                      .residual = image,
                                                      .loss = loss_.data(),
@@ -116,7 +117,7 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
                                                      .stay = stay_,
                                                      .curvature = curvature});
     } else {
-      problem_.WeightImage(*view, curvature);
+      backend.refit().RegionWeightImage(*view->region, view->weights.data(), curvature);
     }
     float* const weight = scratch.features[0].data();
     backend.blend().BlendTranspose(*view->region,
@@ -146,12 +147,12 @@ void MmSolver::Combine(float a, const Buffer<float>& x, float b, const Buffer<fl
   params.a = a;
   params.b = b;
   params.out = out.data();
-  params.count = int64_t(problem_.NumValues());
-  problem_.backend().solve().LinearCombination(params);
+  params.count = int64_t(views_.NumValues());
+  views_.backend().solve().LinearCombination(params);
 }
 
 double MmSolver::Dot(const Buffer<float>& x, const Buffer<float>& y) {
-  return problem_.backend().solve().Dot(x.data(), y.data(), int64_t(problem_.NumValues()));
+  return views_.backend().solve().Dot(x.data(), y.data(), int64_t(views_.NumValues()));
 }
 
 double MmSolver::RidgeTerm(const Buffer<float>& point, float* descent) {
@@ -160,10 +161,10 @@ double MmSolver::RidgeTerm(const Buffer<float>& point, float* descent) {
   params.x = point.data();
   params.center = start_.data();
   params.descent = descent;
-  params.count = problem_.NumActive();
-  params.k = problem_.num_coeffs();
+  params.count = views_.NumActive();
+  params.k = views_.num_coeffs();
   std::copy_n(ridge_, kMaxShCoeffs, params.ridge);
-  return problem_.backend().solve().RidgeTerm(params);
+  return views_.backend().solve().RidgeTerm(params);
 }
 
 void MmSolver::Precondition(const Buffer<float>& rhs) {
@@ -171,56 +172,56 @@ void MmSolver::Precondition(const Buffer<float>& rhs) {
   params.factors = factors_.data();
   params.rhs = rhs.data();
   params.solution = solution_.data();
-  params.count = problem_.NumActive();
-  params.k = problem_.num_coeffs();
-  problem_.backend().solve().SolveBlocks(params);
+  params.count = views_.NumActive();
+  params.k = views_.num_coeffs();
+  views_.backend().solve().SolveBlocks(params);
 }
 
 void MmSolver::Progress(Monitor& monitor, size_t view) const {
-  const double views = double(std::max<size_t>(problem_.NumViews(), 1));
+  const double views = double(std::max<size_t>(views_.NumViews(), 1));
   monitor.Step("refit", double(iterations_) + double(view) / views, double(limit_));
 }
 
 // Phi at `point`; with_gradient also leaves half the negative gradient in gradient_.
 double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monitor& monitor) {
-  Backend& backend = problem_.backend();
-  if (with_gradient) backend.Fill(gradient_.data(), 0, problem_.NumValues() * sizeof(float));
+  Backend& backend = views_.backend();
+  if (with_gradient) backend.Fill(gradient_.data(), 0, views_.NumValues() * sizeof(float));
   backend.Fill(loss_.data(), 0, sizeof(double));
-  ViewSum gradient(problem_, ViewSum::Kind::kGradient);
+  ViewSum gradient(views_, ViewSum::Kind::kGradient);
   std::vector<double> losses;  // of this rank's views, or their sum
   const auto take_loss = [&] {
     losses.push_back(backend.Download(loss_.data(), 1)[0]);
     backend.Fill(loss_.data(), 0, sizeof(double));
   };
-  for (const size_t v : problem_.own_views()) {
+  for (const size_t v : views_.own_views()) {
     Progress(monitor, v);
-    const auto view = problem_.Visit(v);
-    RefitScratch& scratch = problem_.scratch();
+    const auto view = views_.Visit<MmView>(v);
+    RefitScratch& scratch = views_.scratch();
     float* colors = scratch.features[0].data();
     float* change = scratch.features[1].data();
-    problem_.FindChange(*view, point.data(), colors, change);
+    views_.FindChange(*view, point.data(), colors, change);
     backend.refit().RegionSweep(*view->region, {.change = change,
                                                 .target = view->target.data(),
-                                                .unit = problem_.target_unit(),
+                                                .unit = view->unit,
                                                 .weights = view->weights.data(),
                                                 .loss = loss_.data(),
                                                 .image = scratch.images[0].data(),
                                                 .result = with_gradient ? change : nullptr,
                                                 .stay = stay_});
-    if (problem_.SumsInOrder()) take_loss();
+    if (views_.SumsInOrder()) take_loss();
     if (!with_gradient) continue;
     gradient.Add(v, *view, change, colors, gradient_);
   }
   if (with_gradient) gradient.Finish(gradient_);
-  if (!problem_.SumsInOrder()) take_loss();
+  if (!views_.SumsInOrder()) take_loss();
   double loss = 0;
-  for (const double one : problem_.ranks().Gather<double>(losses)) loss += one;
+  for (const double one : views_.ranks().Gather<double>(losses)) loss += one;
   return loss + RidgeTerm(point, with_gradient ? gradient_.data() : nullptr);
 }
 
 double MmSolver::SmallGain() const {
   const double first = stay_.slope > 0 ? first_squares_ : losses_.front();
-  return options_.tolerance * first * problem_.NumTargetValues();
+  return options_.tolerance * first * MmTargets::NumValues(views_);
 }
 
 bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
@@ -232,7 +233,7 @@ bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
   first_squares_ = losses_.front();
   // Is no sweep, so that progress does not go back.
   Monitor unheard([&](const retint::Progress&) { monitor.ThrowIfCancelled(); });
-  losses_ = {Evaluate(start_, false, unheard) / problem_.NumTargetValues()};
+  losses_ = {Evaluate(start_, false, unheard) / MmTargets::NumValues(views_)};
   BuildBlocks(monitor);
   pairs_.clear();
   scale_ = momentum_ = 1;
@@ -255,14 +256,14 @@ bool MmSolver::PlainStep(Monitor& monitor) {
   const double loss = Evaluate(point_, true, monitor);
   ++iterations_;
   const bool first = !started_;
-  const double before = first ? loss : losses_.back() * problem_.NumTargetValues();
+  const double before = first ? loss : losses_.back() * MmTargets::NumValues(views_);
   if (extrapolate > 0 && loss > before) {
     momentum_ = 1;
     Combine(1, current_, 0, current_, previous_);
     return iterations_ < limit_ || Finish(false, "all sweeps done");
   }
   started_ = true;
-  losses_.push_back(loss / problem_.NumTargetValues());
+  losses_.push_back(loss / MmTargets::NumValues(views_));
   Precondition(gradient_);
   if (Dot(gradient_, solution_) <= 0) return Finish(true, "nothing left to change");
   std::swap(previous_, current_);
@@ -287,7 +288,7 @@ bool MmSolver::LbfgsStep(Monitor& monitor) {
   if (!first) RememberPair();
   started_ = true;
   accepted_loss_ = loss;
-  losses_.push_back(loss / problem_.NumTargetValues());
+  losses_.push_back(loss / MmTargets::NumValues(views_));
   Combine(1, current_, 0, current_, previous_);
   std::swap(gradient_, accepted_gradient_);
   NextDirection();
@@ -316,7 +317,7 @@ double MmSolver::GoToMinimum(double loss) {
 
 // The trial was worse than promised: go back to the minimum of the parabola through it.
 bool MmSolver::ShortenStep(double loss) {
-  losses_.push_back(accepted_loss_ / problem_.NumTargetValues());
+  losses_.push_back(accepted_loss_ / MmTargets::NumValues(views_));
   const double rise = loss - accepted_loss_ + 2 * length_ * slope_;
   const double best = rise > 0 ? length_ * length_ * slope_ / rise : 0;
   length_ = std::clamp(best, 0.1 * length_, 0.5 * length_);
@@ -334,8 +335,8 @@ void MmSolver::RememberPair() {
     pair = std::move(pairs_.front());
     pairs_.erase(pairs_.begin());
   } else {
-    pair.s = problem_.backend().Allocate<float>(problem_.NumValues());
-    pair.y = problem_.backend().Allocate<float>(problem_.NumValues());
+    pair.s = views_.backend().Allocate<float>(views_.NumValues());
+    pair.y = views_.backend().Allocate<float>(views_.NumValues());
   }
   Combine(1, current_, -1, previous_, pair.s);
   Combine(1, accepted_gradient_, -1, gradient_, pair.y);
@@ -370,7 +371,7 @@ bool MmSolver::FinishChecked(bool converged, const char* reason, Monitor& monito
   if (loss > accepted_loss_) {
     Combine(1, previous_, 0, previous_, current_);
   } else {
-    losses_.push_back(loss / problem_.NumTargetValues());
+    losses_.push_back(loss / MmTargets::NumValues(views_));
   }
   return Finish(converged, reason);
 }

@@ -19,7 +19,7 @@ namespace retint {
 
 class MmSolver : public RefitSolver {
  public:
-  MmSolver(RefitProblem& problem, const MmOptions& options, Monitor& monitor);
+  MmSolver(RefitViews& views, const MmOptions& options, Monitor& monitor);
 
   // losses() is Phi / values of the masks, one a sweep. Once StayLoss begins to count, they are its
   // alone: the start's, and one a sweep from there.

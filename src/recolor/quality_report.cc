@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/ranks.h"
-#include "recolor/refit_problem.h"
+#include "recolor/refit_target.h"
 #include "scene/mask_pixels.h"
 
 namespace retint {

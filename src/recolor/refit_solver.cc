@@ -3,24 +3,34 @@
 
 #include <utility>
 
+#include "recolor/adam_boxes.h"
 #include "recolor/adam_solver.h"
 #include "recolor/mm_solver.h"
+#include "recolor/mm_targets.h"
 
 namespace retint {
 namespace {
 
+std::unique_ptr<TargetForm> MakeMmTargets(const RefitOptions& options, const ColorEdit& edit,
+                                          bool photos) {
+  return std::make_unique<MmTargets>(options.mm, CompiledEdit(edit), photos);
+}
+std::unique_ptr<RefitSolver> MakeMm(RefitViews& views, const RefitOptions& options,
+                                    Monitor& monitor) {
+  return std::make_unique<MmSolver>(views, options.mm, monitor);
+}
+
+std::unique_ptr<TargetForm> MakeAdamBoxes(const RefitOptions&, const ColorEdit&, bool) {
+  return std::make_unique<AdamBoxes>();
+}
+std::unique_ptr<RefitSolver> MakeAdam(RefitViews& views, const RefitOptions& options, Monitor&) {
+  return std::make_unique<AdamSolver>(views, options.adam);
+}
+
 // In the order of Solver.
 constexpr SolverEntry kSolvers[] = {
-    {Solver::kMm, "mm", RefitProblem::Targets::kRegions,
-     [](RefitProblem& problem, const RefitOptions& options,
-        Monitor& monitor) -> std::unique_ptr<RefitSolver> {
-       return std::make_unique<MmSolver>(problem, options.mm, monitor);
-     }},
-    {Solver::kAdam, "adam", RefitProblem::Targets::kBoxes,
-     [](RefitProblem& problem, const RefitOptions& options,
-        Monitor&) -> std::unique_ptr<RefitSolver> {
-       return std::make_unique<AdamSolver>(problem, options.adam);
-     }},
+    {Solver::kMm, "mm", MakeMmTargets, MakeMm},
+    {Solver::kAdam, "adam", MakeAdamBoxes, MakeAdam},
 };
 
 }  // namespace
@@ -29,7 +39,7 @@ const SolverEntry& FindSolver(Solver solver) { return kSolvers[size_t(solver)]; 
 
 bool RefitSolver::Step(Monitor& monitor) {
   if (finished_) return false;
-  if (problem_.NumActive() == 0) return Finish(true, "the masks touch no Gaussian");
+  if (views_.NumActive() == 0) return Finish(true, "the masks touch no Gaussian");
   return Iterate(monitor);
 }
 

@@ -2,14 +2,15 @@
 // What the refit asks of a solver, and the list of those that there are. Internal to recolor.
 //
 // To add a solver: a value of Solver and a struct of options (refit_options.h), a class derived
-// from RefitSolver in files of its own, and an entry of the list in refit_solver.cc.
+// from RefitSolver and a TargetForm in files of their own, and an entry of the list in
+// refit_solver.cc. A form of another solver will do, too.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "recolor/refit_problem.h"
+#include "recolor/refit_views.h"
 
 namespace retint {
 
@@ -28,12 +29,12 @@ class RefitSolver {
   const std::string& reason() const { return reason_; }  // why it ended; empty before
 
  protected:
-  explicit RefitSolver(RefitProblem& problem) : problem_(problem) {}
+  explicit RefitSolver(RefitViews& views) : views_(views) {}
   // There is an active Gaussian, and Finish() was not called yet.
   virtual bool Iterate(Monitor& monitor) = 0;
   bool Finish(bool converged, const char* reason);  // always false
 
-  RefitProblem& problem_;
+  RefitViews& views_;
   int iterations_ = 0;
   std::vector<double> losses_;
 
@@ -45,8 +46,10 @@ class RefitSolver {
 struct SolverEntry {
   Solver solver;
   const char* name;  // in options, sessions and reports
-  RefitProblem::Targets targets;
-  std::unique_ptr<RefitSolver> (*make)(RefitProblem& problem, const RefitOptions& options,
+  // `photos`: a target is more than the edited render.
+  std::unique_ptr<TargetForm> (*make_form)(const RefitOptions& options, const ColorEdit& edit,
+                                           bool photos);
+  std::unique_ptr<RefitSolver> (*make)(RefitViews& views, const RefitOptions& options,
                                        Monitor& monitor);
 };
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a fit starts: the edit of each active Gaussian's own colors.
+#include "recolor/refit_start.h"
+
 #include <algorithm>
 
 #include "base/parallel.h"
-#include "recolor/refit_problem.h"
 #include "recolor/view_sum.h"
 
 namespace retint {
-
 namespace {
 
 // How much of the edit a Gaussian starts with that has a share `s` of its weight inside the masks:
@@ -21,118 +20,108 @@ std::vector<float> StartShares(std::span<const float> shares) {
   return starts;
 }
 
-}  // namespace
-
-void RefitProblem::FitStart(const ColorEdit& edit, const GaussianPaint* paint,
-                            std::span<const float> shares, Monitor& monitor) {
-  const std::vector<float> starts = StartShares(shares);
-  FitColors(edit, starts, monitor);
-  PaintChange(original(), num_coeffs_, starts, edit, paint, 0, active_)
-      .AddTo({start_.get(), NumValues()});
-}
-
-// An affine edit has an exact closed form. Of any other, the coefficients are fitted to the edited
-// colors in the directions of the views that see the Gaussian; where these say nothing, to those
-// all around it.
-void RefitProblem::FitColors(const ColorEdit& edit, std::span<const float> starts,
-                             Monitor& monitor) {
-  const size_t block = size_t(num_coeffs_) * 3;
-  start_ = std::make_unique_for_overwrite<float[]>(NumValues());
-  ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
-    std::copy(&original_[size_t(begin) * block], &original_[size_t(end) * block],
-              &start_[size_t(begin) * block]);
-  });
-  const std::span<float> start(start_.get(), NumValues());
-  if (edit.IsAffine() || active_.empty()) {
-    ApplyClosedForm(backend(), start, num_coeffs_, starts, edit, 0);  // all of these are active
-    return;
-  }
-  const std::vector<float> ones(starts.size(), 1.0f);
-  ApplyClosedForm(backend(), start, num_coeffs_, ones, edit, 0);
-  Buffer<float> sh = backend().Upload(std::span<const float>(start));
-  FitToViews(sh, monitor);
-  backend().CopyToHost(start.data(), sh.data(), start.size_bytes());
-  ParallelRanges(NumActive(), 4096, [&](int64_t begin, int64_t end) {
-    for (size_t i = size_t(begin) * block; i < size_t(end) * block; ++i) {
-      const float original = original_[i], full = start[i];
-      start[i] = original;
-      start[i] += starts[i / block] * (full - original);
-    }
-  });
-}
-
 // sh [active, K, 3] += the solution of one K x K least squares a Gaussian: the change of its
 // coefficients that brings its colors, in the views that see it, to the edited ones. A ridge keeps
 // what no view sees.
-void RefitProblem::FitToViews(Buffer<float>& sh, Monitor& monitor) {
+void FitToViews(RefitViews& views, Buffer<float>& sh, Monitor& monitor) {
   constexpr float kRidge = 1e-3f;
-  const size_t k = size_t(num_coeffs_);
+  Backend& backend = views.backend();
+  SolveOps& solve = backend.solve();
+  const int64_t count = views.NumActive();
+  const int32_t k = views.num_coeffs();
   size_t most_rows = 0;
-  for (const size_t v : own_views_) {
-    most_rows = std::max(most_rows, size_t(Visit(v)->region->num_rows()));
+  for (const size_t v : views.own_views()) {
+    most_rows = std::max(most_rows, size_t(views.Visit(v)->region->num_rows()));
   }
-  const auto ones = backend().Upload(std::span<const float>(std::vector<float>(most_rows, 1.0f)));
-  const auto whole =
-      backend().Upload(std::span<const uint8_t>(std::vector<uint8_t>(most_rows, 255)));
-  auto rhs = backend().Allocate<float>(NumValues());
-  const auto change = backend().Allocate<float>(NumValues());
-  const auto weights = backend().Allocate<float>(active_.size());
-  auto blocks = backend().Allocate<float>(active_.size() * k * (k + 1) / 2);
-  ViewSum right(*this, ViewSum::Kind::kGradient), normal(*this, ViewSum::Kind::kBlocks);
-  for (const size_t v : own_views_) {
+  const auto ones = backend.Upload(std::span<const float>(std::vector<float>(most_rows, 1.0f)));
+  const auto whole = backend.Upload(std::span<const uint8_t>(std::vector<uint8_t>(most_rows, 255)));
+  auto rhs = backend.Allocate<float>(views.NumValues());
+  const auto change = backend.Allocate<float>(views.NumValues());
+  const auto weights = backend.Allocate<float>(size_t(count));
+  auto blocks = backend.Allocate<float>(size_t(count) * size_t(k) * size_t(k + 1) / 2);
+  ViewSum right(views, ViewSum::Kind::kGradient), normal(views, ViewSum::Kind::kBlocks);
+  for (const size_t v : views.own_views()) {
     monitor.Step("refit", 0, 1);
-    const auto view = Visit(v);
-    const int64_t rows = view->region->num_rows();
-    float* wanted = scratch_.features[0].data();
-    float* colors = scratch_.features[1].data();
-    EditImageParams edited{};
-    edited.image = view->base_colors.data();
-    edited.mask = whole.data();
-    edited.map = map();
-    edited.width = edited.box[2] = int32_t(rows);
-    edited.height = edited.box[3] = 1;
-    edited.out = wanted;
-    backend().refit().EditImage(edited);
-    EvalColors(*view, sh.data(), colors);
-    LinearCombinationParams difference{};
-    difference.x = wanted;
-    difference.y = colors;
-    difference.a = 1;
-    difference.b = -1;
-    difference.out = wanted;
-    difference.count = rows * 3;
-    backend().solve().LinearCombination(difference);
+    const auto view = views.Visit(v);
+    const auto rows = int32_t(view->region->num_rows());
+    float* const wanted = views.scratch().features[0].data();
+    float* const colors = views.scratch().features[1].data();
+    backend.refit().EditImage({.image = view->base_colors.data(),
+                               .mask = whole.data(),
+                               .map = views.map(),
+                               .width = rows,
+                               .height = 1,
+                               .box = {0, 0, rows, 1},
+                               .out = wanted});
+    views.EvalColors(*view, sh.data(), colors);
+    solve.LinearCombination(
+        {.x = wanted, .y = colors, .a = 1, .b = -1, .out = wanted, .count = int64_t{rows} * 3});
     right.Add(v, *view, wanted, nullptr, rhs);
     normal.Add(v, *view, ones.data(), nullptr, blocks);
   }
   right.Finish(rhs);
   normal.Finish(blocks);
-  AddRidgeParams ridge{};
-  ridge.blocks = blocks.data();
-  ridge.weights = weights.data();
-  ridge.count = NumActive();
-  ridge.k = num_coeffs_;
+  AddRidgeParams ridge{
+      .blocks = blocks.data(), .weights = weights.data(), .count = count, .k = k, .ridge = {}};
   std::fill_n(ridge.ridge, k, kRidge);
-  backend().solve().AddRidge(ridge);
-  FactorBlocksParams factor{};
-  factor.blocks = blocks.data();
-  factor.count = NumActive();
-  factor.k = num_coeffs_;
-  backend().solve().FactorBlocks(factor);
-  SolveBlocksParams solve{};
-  solve.factors = blocks.data();
-  solve.rhs = rhs.data();
-  solve.solution = change.data();
-  solve.count = NumActive();
-  solve.k = num_coeffs_;
-  backend().solve().SolveBlocks(solve);
-  LinearCombinationParams sum{};
-  sum.x = sh.data();
-  sum.y = change.data();
-  sum.a = sum.b = 1;
-  sum.out = sh.data();
-  sum.count = int64_t(NumValues());
-  backend().solve().LinearCombination(sum);
+  solve.AddRidge(ridge);
+  solve.FactorBlocks({.blocks = blocks.data(), .count = count, .k = k});
+  solve.SolveBlocks({.factors = blocks.data(),
+                     .rhs = rhs.data(),
+                     .solution = change.data(),
+                     .count = count,
+                     .k = k});
+  solve.LinearCombination({.x = sh.data(),
+                           .y = change.data(),
+                           .a = 1,
+                           .b = 1,
+                           .out = sh.data(),
+                           .count = int64_t(views.NumValues())});
+}
+
+// An affine edit has an exact closed form. Of any other, the coefficients are fitted to the edited
+// colors in the directions of the views that see the Gaussian; where these say nothing, to those
+// all around it.
+void FitColors(RefitViews& views, const ColorEdit& edit, std::span<const float> starts,
+               std::span<float> start, Monitor& monitor) {
+  Backend& backend = views.backend();
+  const int num_coeffs = views.num_coeffs();
+  const size_t block = size_t(num_coeffs) * 3;
+  const std::span<const float> original = views.original();
+  ParallelRanges(views.NumActive(), 4096, [&](int64_t begin, int64_t end) {
+    std::copy(&original[size_t(begin) * block], &original[size_t(end) * block],
+              &start[size_t(begin) * block]);
+  });
+  if (edit.IsAffine() || start.empty()) {
+    ApplyClosedForm(backend, start, num_coeffs, starts, edit, 0);  // all of these are active
+    return;
+  }
+  const std::vector<float> ones(starts.size(), 1.0f);
+  ApplyClosedForm(backend, start, num_coeffs, ones, edit, 0);
+  Buffer<float> sh = backend.Upload(std::span<const float>(start));
+  FitToViews(views, sh, monitor);
+  backend.CopyToHost(start.data(), sh.data(), start.size_bytes());
+  ParallelRanges(views.NumActive(), 4096, [&](int64_t begin, int64_t end) {
+    for (size_t i = size_t(begin) * block; i < size_t(end) * block; ++i) {
+      const float full = start[i];
+      start[i] = original[i];
+      start[i] += starts[i / block] * (full - original[i]);
+    }
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<float[]> FitStart(RefitViews& views, const ColorEdit& edit,
+                                  const GaussianPaint* paint, std::span<const float> shares,
+                                  Monitor& monitor) {
+  const std::vector<float> starts = StartShares(shares);
+  auto start = std::make_unique_for_overwrite<float[]>(views.NumValues());
+  const std::span<float> values(start.get(), views.NumValues());
+  FitColors(views, edit, starts, values, monitor);
+  PaintChange(views.original(), views.num_coeffs(), starts, edit, paint, 0, views.active())
+      .AddTo(values);
+  return start;
 }
 
 }  // namespace retint

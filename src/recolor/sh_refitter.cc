@@ -46,21 +46,26 @@ constexpr double kMostLoss = 1e12;
   throw InputError(text);
 }
 
+// Whether a target is more than the edited render, on any rank.
+bool AnyPhoto(const std::vector<RefitTarget>& targets) {
+  return CurrentRanks().Any(std::ranges::any_of(
+      targets, [](const RefitTarget& target) { return target.photo || target.edited; }));
+}
+
 }  // namespace
 
 struct ShRefitter::Impl {
-  Impl(Renderer& renderer, const GaussianModel& model_in, std::vector<RefitTarget> targets,
-       const ColorEdit& edit, std::vector<float> shares, const RefitOptions& options,
-       Monitor& monitor, const GaussianPaint* paint)
-      : model(model_in),
+  Impl(Renderer& renderer, RefitInput input, const RefitOptions& options, Monitor& monitor)
+      : model(input.model),
         entry(FindSolver(options.solver)),
-        problem(renderer, model_in, std::move(targets), edit, std::move(shares), options,
-                entry.targets, monitor, paint),
-        solver(entry.make(problem, options, monitor)) {}
+        form(entry.make_form(options, input.edit, AnyPhoto(input.targets))),
+        views(renderer, std::move(input), options, *form, monitor),
+        solver(entry.make(views, options, monitor)) {}
 
   const GaussianModel& model;
   const SolverEntry& entry;
-  RefitProblem problem;
+  std::unique_ptr<TargetForm> form;
+  RefitViews views;
   std::unique_ptr<RefitSolver> solver;
 };
 
@@ -81,8 +86,9 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
   const bool in_range = std::all_of(shares.begin(), shares.end(),
                                     [](float share) { return share >= 0 && share <= 1; });
   CheckOption(in_range, "refit: a share is outside [0, 1]");
-  impl_ = std::make_unique<Impl>(renderer, model, std::move(targets), edit, std::move(shares),
-                                 options, monitor, paint);
+  impl_ = std::make_unique<Impl>(
+      renderer, RefitInput{model, std::move(targets), edit, std::move(shares), paint}, options,
+      monitor);
 }
 
 ShRefitter::~ShRefitter() = default;
@@ -111,16 +117,16 @@ RefitSummary ShRefitter::Summary(std::span<const float> active_sh) const {
   summary.converged = solver.converged();
   summary.losses = solver.losses();
   summary.reason = solver.reason();
-  const RefitProblem& problem = impl_->problem;
-  summary.active_gaussians = problem.NumActive();
-  summary.views = int(problem.NumViews());
-  summary.views_kept = int(problem.NumKeptViews());
-  summary.region_bytes = problem.KeptBytes();
-  summary.region_fraction = problem.RegionFraction();
-  const std::span<const float> original = problem.original();
-  const size_t block = size_t(problem.num_coeffs()) * 3;
+  const RefitViews& views = impl_->views;
+  summary.active_gaussians = views.NumActive();
+  summary.views = int(views.NumViews());
+  summary.views_kept = int(views.NumKeptViews());
+  summary.region_bytes = views.KeptBytes();
+  summary.region_fraction = views.RegionFraction();
+  const std::span<const float> original = views.original();
+  const size_t block = size_t(views.num_coeffs()) * 3;
   std::atomic<int64_t> changed = 0;
-  ParallelRanges(problem.NumActive(), 4096, [&](int64_t begin, int64_t end) {
+  ParallelRanges(views.NumActive(), 4096, [&](int64_t begin, int64_t end) {
     int64_t of_piece = 0;
     for (size_t i = size_t(begin) * block; i < size_t(end) * block; i += block) {
       of_piece += std::memcmp(&active_sh[i], &original[i], block * sizeof(float)) != 0;
@@ -138,22 +144,22 @@ FloatArray ShRefitter::ActiveSh() const {
   FloatArray sh;
   ReservePopulated(sh, values.size());
   sh.resize(values.size());
-  impl_->problem.backend().CopyToHost(sh.data(), values.data(), sh.size() * sizeof(float));
+  impl_->views.backend().CopyToHost(sh.data(), values.data(), sh.size() * sizeof(float));
   return sh;
 }
 
 FloatArray ShRefitter::Sh() const {
   FloatArray sh = impl_->model.sh;
   const auto values = ActiveSh();
-  const size_t block = size_t(impl_->problem.num_coeffs()) * 3;
+  const size_t block = size_t(impl_->views.num_coeffs()) * 3;
   size_t slot = 0;
-  for (const int32_t g : impl_->problem.active()) {
+  for (const int32_t g : impl_->views.active()) {
     std::copy_n(&values[slot * block], block, &sh[size_t(g) * block]);
     ++slot;
   }
   return sh;
 }
 
-std::span<const int32_t> ShRefitter::active() const { return impl_->problem.active(); }
+std::span<const int32_t> ShRefitter::active() const { return impl_->views.active(); }
 
 }  // namespace retint

@@ -11,7 +11,7 @@ namespace retint {
 
 void ViewSum::AddToBlocks(const float* center, const int32_t* gaussians, const int32_t* slots,
                           int64_t count, const float* values, const float* colors, float* sum) {
-  ShOps& sh = problem_.backend().sh();
+  ShOps& sh = views_.backend().sh();
   if (kind_ == Kind::kGradient) {
     EvalShTransposeParams params{};
     params.rows = gaussians;
@@ -21,7 +21,7 @@ void ViewSum::AddToBlocks(const float* center, const int32_t* gaussians, const i
     params.colors = colors;
     std::copy_n(center, 3, params.center);
     params.gradient = sum;
-    sh.EvalShTranspose(problem_.model(), params);
+    sh.EvalShTranspose(views_.model(), params);
   } else {
     AccumulateBlocksParams params{};
     params.rows = gaussians;
@@ -30,14 +30,14 @@ void ViewSum::AddToBlocks(const float* center, const int32_t* gaussians, const i
     params.weights = values;
     std::copy_n(center, 3, params.center);
     params.blocks = sum;
-    sh.AccumulateBlocks(problem_.model(), params);
+    sh.AccumulateBlocks(views_.model(), params);
   }
 }
 
 void ViewSum::Add(size_t view, const RegionView& region, const float* values, const float* colors,
                   Buffer<float>& sum) {
   const float* const center = region.region->camera().center;
-  if (!problem_.SumsInOrder()) {
+  if (!views_.SumsInOrder()) {
     AddToBlocks(center, region.region->rows(), region.slots.data(), region.region->num_rows(),
                 values, colors, sum.data());
     return;
@@ -45,7 +45,7 @@ void ViewSum::Add(size_t view, const RegionView& region, const float* values, co
   constexpr int64_t kGrain = 4096;
   Kept& kept = kept_.emplace_back();
   std::copy_n(center, 3, kept.center);
-  kept.rows = problem_.ByPart(view, region);
+  kept.rows = views_.ByPart(view, region);
   const size_t channels = Channels();
   kept.values.resize(kept.rows->row.size() * channels);
   ParallelRanges(int64_t(kept.rows->row.size()), kGrain, [&](int64_t begin, int64_t end) {
@@ -60,22 +60,22 @@ void ViewSum::Add(size_t view, const RegionView& region, const float* values, co
 }
 
 void ViewSum::Finish(Buffer<float>& sum) {
-  Ranks& ranks = problem_.ranks();
+  Ranks& ranks = views_.ranks();
   if (!ranks.AreMany() || sum.size() == 0) return;
-  Backend& backend = problem_.backend();
-  if (!problem_.SumsInOrder() && ranks.UsesLink(sum.size() * sizeof(float))) {
-    SumOnDevices(ranks, backend, sum, problem_.transfer_scratch());
+  Backend& backend = views_.backend();
+  if (!views_.SumsInOrder() && ranks.UsesLink(sum.size() * sizeof(float))) {
+    SumOnDevices(ranks, backend, sum, views_.transfer_scratch());
     return;
   }
-  if (!problem_.SumsInOrder()) {
-    const std::span<float> values = problem_.HostScratch(sum.size());
+  if (!views_.SumsInOrder()) {
+    const std::span<float> values = views_.HostScratch(sum.size());
     backend.CopyToHost(values.data(), sum.data(), values.size_bytes());
     ranks.SumByRank(values);
     backend.CopyToDevice(sum.data(), values.data(), values.size_bytes());
     return;
   }
-  const std::span<const int32_t> begins = problem_.part_begins();
-  const size_t block = sum.size() / size_t(problem_.NumActive());
+  const std::span<const int32_t> begins = views_.part_begins();
+  const size_t block = sum.size() / size_t(views_.NumActive());
   std::vector<std::span<std::byte>> parts;
   for (size_t p = 0; p + 1 < begins.size(); ++p) {
     const size_t first = size_t(begins[p]), count = size_t(begins[p + 1]) - first;

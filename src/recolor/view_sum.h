@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/ranks.h"
-#include "recolor/refit_problem.h"
+#include "recolor/refit_views.h"
 
 namespace retint {
 
@@ -21,7 +21,7 @@ class ViewSum {
     kGradient,  // Y(d) g^T of a color gradient g, [active, K, 3]
     kBlocks     // w Y(d) Y(d)^T of a weight w, packed triangles, [active, K (K + 1) / 2]
   };
-  ViewSum(RefitProblem& problem, Kind kind) : problem_(problem), kind_(kind) {}
+  ViewSum(RefitViews& views, Kind kind) : views_(views), kind_(kind) {}
 
   // `values` [rows, 3] or [rows], of a view of this rank, the views in ascending order; `colors`
   // [rows, 3] as in EvalShTransposeParams, or null.
@@ -41,7 +41,7 @@ class ViewSum {
                    int64_t count, const float* values, const float* colors, float* sum);
   size_t Channels() const { return kind_ == Kind::kGradient ? 3 : 1; }
 
-  RefitProblem& problem_;
+  RefitViews& views_;
   Kind kind_;
   std::vector<Kept> kept_;
 };

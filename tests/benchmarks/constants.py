@@ -41,7 +41,9 @@ KINDS = {
         recolor/palette.h: kMaxPaletteColors
         recolor/quality_report.cc: kPerfectPsnr kMaxWorst
         recolor/refit_options.h: kMostSweeps
-        recolor/refit_problem.cc: kGaussians kPixels kPartsOfRank kLeastGaussians kMostRowsPerRow
+        recolor/mm_targets.cc: kMostRowsPerRow
+        recolor/refit_target.cc: kPixels
+        recolor/refit_views.cc: kGaussians kPartsOfRank kLeastGaussians
         opening/virtual_views.cc: kVersion
         depth/colmap_mvs.cc: kToldLines
         depth/stereo_hv.cc: kMost""",
@@ -64,8 +66,8 @@ KINDS = {
         recolor/gaussian_paint.cc: kChannels kLeastAlpha
         recolor/main_color.cc: kReach
         recolor/mm_solver.cc: kArmijo
-        recolor/refit_problem.cc: kLossHalo
-        recolor/refit_problem.h: kBoxUnit
+        recolor/adam_boxes.cc: kLossHalo
+        recolor/adam_boxes.h: kUnit
         opening/virtual_views.cc: kNearest""",
     "promised": """
         selection/completion.cc: kKnownFraction kPaintedFraction kReach

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "recolor/adam_boxes.h"
 #include "tests/recolor/tiny_scene.h"
 
 namespace retint {
@@ -29,15 +30,16 @@ TEST(AdamTest, GradientMatchesCentralDifferences) {
   options.solver = Solver::kAdam;
   for (const double lambda : {0.0, 0.2, 1.0}) {
     options.adam.lambda_dssim = lambda;
-    RefitProblem problem(renderer, scene.model, scene.Targets(),
-                         ColorEdit::Tint({0.3f, 0.8f, 1.2f}), scene.shares, options,
-                         RefitProblem::Targets::kBoxes, monitor);
-    AdamSolver solver(problem, options.adam);
-    Backend& backend = problem.backend();
+    AdamBoxes boxes;
+    const ColorEdit edit = ColorEdit::Tint({0.3f, 0.8f, 1.2f});
+    RefitViews views(renderer, {scene.model, scene.Targets(), edit, scene.shares}, options, boxes,
+                     monitor);
+    AdamSolver solver(views, options.adam);
+    Backend& backend = views.backend();
     const size_t count = solver.coefficients().size();
     const auto values = backend.Download(solver.coefficients().data(), count);
     TestRandom random(17);
-    for (size_t view = 0; view < problem.NumViews(); view += 2) {
+    for (size_t view = 0; view < views.NumViews(); view += 2) {
       solver.Evaluate(view);
       const auto gradient = backend.Download(solver.gradient().data(), count);
       // Along the gradient itself, so that the difference stands clear of rounding, and tilted.
