@@ -102,10 +102,10 @@ struct BlendTransposeParams {
 // Expected depth W z / W 1 (0 where W 1 is 0) and median depth: z of the Gaussian at which T
 // crosses `threshold` (0 where it never does). z along the viewing axis. Whole views only.
 struct DepthParams {
-  float* median;    // [H, W] or null
-  float* expected;  // [H, W] or null
-  float* alpha;     // [H, W] or null
-  float threshold;  // 0.5
+  float* median = nullptr;    // [H, W] or null
+  float* expected = nullptr;  // [H, W] or null
+  float* alpha = nullptr;     // [H, W] or null
+  float threshold;            // 0.5
   uint16_t pixel_rows = kAllPixelRows;
   float min_alpha = 0;  // `expected` is 0 in pixels less opaque
   // [N] backend memory: Gaussians that are not 0 here are taken not to be there. Null: all are.

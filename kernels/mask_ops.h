@@ -82,11 +82,12 @@ struct MarkSilhouetteParams {
 // both to its value. Where the depth is kNoEvidence, M = K = 0. residual = scale * (K M, K), and
 // `visible` as a third channel where that is above 0; zero outside `pixel_rows`.
 struct EvidenceParams {
-  CameraParams camera;                    // its pose is not read
-  const float* depth;                     // [H, W]; null: none
-  std::span<const PaintedImage> painted;  // in host memory, its images in backend memory
-  float tolerance, unknown_weight;
-  const uint8_t* coverage;  // [H, W], steps of 1 / 255; null: none
+  CameraParams camera;  // its pose is not read
+  const float* depth;   // [H, W]; null: none
+  // In host memory, its images in backend memory.
+  std::span<const PaintedImage> painted = {};
+  float tolerance = 0, unknown_weight;
+  const uint8_t* coverage = nullptr;  // [H, W], steps of 1 / 255; null: none
   float scale;
   // [H, W, 2]: scale K M, scale K. With a `visible` above 0 [H, W, 4]: then visible K and visible.
   float* residual;

@@ -15,8 +15,8 @@ namespace retint {
 // Color of `count` Gaussians seen from `center`: f = max(0, 0.5 + sum_k Y_k(d) sh_k), d =
 // normalised (mean - center). Entries without a block give 0.
 struct EvalShParams {
-  const int32_t* rows;   // [count] or null
-  const int32_t* slots;  // [count] or null
+  const int32_t* rows = nullptr;   // [count] or null
+  const int32_t* slots = nullptr;  // [count] or null
   int64_t count;
   const float* sh;  // [*, K, 3]
   float center[3];  // camera center, world
@@ -28,11 +28,11 @@ struct EvalShParams {
 // Channels whose color is clamped at 0 (read from `colors`, null: no gate) pass nothing. Slots are
 // distinct.
 struct EvalShTransposeParams {
-  const int32_t* rows;   // [count] or null
-  const int32_t* slots;  // [count] or null
+  const int32_t* rows = nullptr;   // [count] or null
+  const int32_t* slots = nullptr;  // [count] or null
   int64_t count;
-  const float* color_gradients;  // [count, 3]
-  const float* colors;           // [count, 3] or null
+  const float* color_gradients;   // [count, 3]
+  const float* colors = nullptr;  // [count, 3] or null
   float center[3];
   float* gradient;  // [*, K, 3], accumulated
 };
@@ -41,8 +41,8 @@ struct EvalShTransposeParams {
 // Gaussian rows[entry] seen from `center`. Packed lower triangles, row by row: K (K + 1) / 2 floats
 // a block. Slots are distinct.
 struct AccumulateBlocksParams {
-  const int32_t* rows;   // [count] or null
-  const int32_t* slots;  // [count] or null
+  const int32_t* rows = nullptr;   // [count] or null
+  const int32_t* slots = nullptr;  // [count] or null
   int64_t count;
   const float* weights;  // [count]
   float center[3];

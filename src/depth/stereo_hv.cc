@@ -264,12 +264,13 @@ class Estimation {
 
   void Fuse(const std::vector<Buffer<float>>& pairs) {
     disparity_ = backend_.Allocate<float>(pixels_);
-    StereoFuseParams fuse{};
+    StereoFuseParams fuse{.pairs = {},
+                          .num_pairs = 0,
+                          .pixels = int64_t(pixels_),
+                          .tolerance = float(options_.agree_tolerance),
+                          .nearest = options_.aggregate == StereoAggregate::kMin,
+                          .disparity = disparity_.data()};
     for (const auto& pair : pairs) fuse.pairs[fuse.num_pairs++] = pair.data();
-    fuse.pixels = int64_t(pixels_);
-    fuse.tolerance = float(options_.agree_tolerance);
-    fuse.nearest = options_.aggregate == StereoAggregate::kMin;
-    fuse.disparity = disparity_.data();
     stereo_.Fuse(fuse);
   }
 

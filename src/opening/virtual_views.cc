@@ -192,11 +192,8 @@ class Judge {
     const auto image = backend.Upload(std::span<const float>(ones));
     const auto by_row = backend.Allocate<float>(std::max<size_t>(1, size_t(geometry->num_rows())));
     const auto sums = backend.Allocate<float>(model_.NumGaussians());
-    BlendTransposeParams transpose{};
-    transpose.residual = image.data();
-    transpose.channels = 1;
-    transpose.result = by_row.data();
-    backend.blend().BlendTranspose(*geometry, transpose);
+    backend.blend().BlendTranspose(
+        *geometry, {.residual = image.data(), .channels = 1, .result = by_row.data()});
     backend.blend().AddRows(*geometry, by_row.data(), 1, sums.data());
     return backend.Download(sums.data(), sums.size());
   }

@@ -159,18 +159,16 @@ bool AdamSolver::Iterate(Monitor& monitor) {
   monitor.Step("refit", double(iterations_), double(limit > 0 ? limit : iterations_ + 1));
   Evaluate(NextView());
   ++iterations_;
-  AdamParams adam{};
-  adam.values = values_.data();
-  adam.gradients = gradient_.data();
-  adam.m = m_.data();
-  adam.v = v_.data();
-  adam.count = int64_t(views_.NumValues());
-  adam.step = iterations_;
-  adam.learning_rate = float(options_.learning_rate);
-  adam.beta1 = kBeta1;
-  adam.beta2 = kBeta2;
-  adam.epsilon = kEpsilon;
-  views_.backend().solve().Adam(adam);
+  views_.backend().solve().Adam({.values = values_.data(),
+                                 .gradients = gradient_.data(),
+                                 .m = m_.data(),
+                                 .v = v_.data(),
+                                 .count = int64_t(views_.NumValues()),
+                                 .step = iterations_,
+                                 .learning_rate = float(options_.learning_rate),
+                                 .beta1 = kBeta1,
+                                 .beta2 = kBeta2,
+                                 .epsilon = kEpsilon});
   const int in_interval = (iterations_ - 1) % kLossInterval + 1;
   if (in_interval == kLossInterval || iterations_ == limit) {
     Backend& backend = views_.backend();

@@ -19,30 +19,35 @@ constexpr int64_t kPiece = 1 << 18;  // Gaussians on a device at a time: 48 MiB 
 class ShEditor {
  public:
   ShEditor(Backend& backend, int num_coeffs, const ColorEdit& edit, double active_threshold)
-      : backend_(backend), edit_(backend, CompiledEdit(edit)) {
-    params_.k = num_coeffs;
-    params_.threshold = active_threshold;
-    params_.map = edit_.map;
+      : backend_(backend),
+        num_coeffs_(num_coeffs),
+        threshold_(active_threshold),
+        edit_(backend, CompiledEdit(edit)) {
     if (!edit_.map.program) return;
     const DirectionFit around(num_coeffs);
     basis_ = backend.Upload(around.basis());
     fit_ = backend.Upload(around.fit());
-    params_.basis = basis_.data();
-    params_.fit = fit_.data();
-    params_.directions = around.directions();
+    directions_ = around.directions();
   }
   void Edit(float* sh, const float* shares, int64_t count) {
-    params_.sh = sh;
-    params_.shares = shares;
-    params_.count = count;
-    backend_.sh().EditSh(params_);
+    backend_.sh().EditSh({.sh = sh,
+                          .shares = shares,
+                          .threshold = threshold_,
+                          .count = count,
+                          .k = num_coeffs_,
+                          .map = edit_.map,
+                          .basis = basis_.data(),
+                          .fit = fit_.data(),
+                          .directions = directions_});
   }
 
  private:
   Backend& backend_;
+  int num_coeffs_;
+  double threshold_;
   UploadedEdit edit_;
   Buffer<float> basis_, fit_;
-  EditShParams params_{};
+  int directions_ = 0;
 };
 
 // By way of the memory of a device, which sees the Gaussians that change alone.

@@ -8,13 +8,9 @@ namespace retint {
 namespace {
 
 void Add(Backend& backend, const float* x, const float* y, float* out, size_t count) {
-  LinearCombinationParams params{};
-  params.x = x;
-  params.y = y;
-  params.a = params.b = 1;  // exact, whether or not the multiplication is fused with the addition
-  params.out = out;
-  params.count = int64_t(count);
-  backend.solve().LinearCombination(params);
+  // By 1: exact, whether or not the multiplication is fused with the addition.
+  backend.solve().LinearCombination(
+      {.x = x, .y = y, .a = 1, .b = 1, .out = out, .count = int64_t(count)});
 }
 
 // One stretch. terms [size, own]: what the other ranks have for this one's piece.

@@ -72,11 +72,8 @@ void AddLayer(Renderer& renderer, const GaussianModel& model, const PaintLayer& 
   if (rows == 0) return;
   const auto image = backend.Upload(std::span<const float>(ImageOf(layer, camera.camera)));
   const auto by_row = backend.Allocate<float>(rows * kChannels);
-  BlendTransposeParams transpose{};
-  transpose.residual = image.data();
-  transpose.channels = kChannels;
-  transpose.result = by_row.data();
-  backend.blend().BlendTranspose(*geometry, transpose);
+  backend.blend().BlendTranspose(
+      *geometry, {.residual = image.data(), .channels = kChannels, .result = by_row.data()});
   const std::vector<float> sums = backend.Download(by_row.data(), rows * kChannels);
   const std::vector<int32_t> indices = backend.Download(geometry->rows(), rows);
   const Eigen::Vector3d eye = camera.Center();

@@ -125,30 +125,25 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
     sum.Add(v, *view, weight, nullptr, factors_);
   }
   sum.Finish(factors_);
-  AddRidgeParams ridge{};
-  ridge.blocks = factors_.data();
-  ridge.weights = weights.data();
-  ridge.count = int64_t(count);
-  ridge.k = int32_t(k);
+  AddRidgeParams ridge{.blocks = factors_.data(),
+                       .weights = weights.data(),
+                       .count = int64_t(count),
+                       .k = int32_t(k),
+                       .ridge = {}};
   std::copy_n(ridge_, kMaxShCoeffs, ridge.ridge);
   backend.solve().AddRidge(ridge);
-  FactorBlocksParams factor{};
-  factor.blocks = factors_.data();
-  factor.count = int64_t(count);
-  factor.k = int32_t(k);
-  backend.solve().FactorBlocks(factor);
+  backend.solve().FactorBlocks(
+      {.blocks = factors_.data(), .count = int64_t(count), .k = int32_t(k)});
 }
 
 void MmSolver::Combine(float a, const Buffer<float>& x, float b, const Buffer<float>& y,
                        Buffer<float>& out) {
-  LinearCombinationParams params{};
-  params.x = x.data();
-  params.y = y.data();
-  params.a = a;
-  params.b = b;
-  params.out = out.data();
-  params.count = int64_t(views_.NumValues());
-  views_.backend().solve().LinearCombination(params);
+  views_.backend().solve().LinearCombination({.x = x.data(),
+                                              .y = y.data(),
+                                              .a = a,
+                                              .b = b,
+                                              .out = out.data(),
+                                              .count = int64_t(views_.NumValues())});
 }
 
 double MmSolver::Dot(const Buffer<float>& x, const Buffer<float>& y) {
@@ -156,25 +151,23 @@ double MmSolver::Dot(const Buffer<float>& x, const Buffer<float>& y) {
 }
 
 double MmSolver::RidgeTerm(const Buffer<float>& point, float* descent) {
-  RidgeTermParams params{};
-  params.weights = weights_.data();
-  params.x = point.data();
-  params.center = start_.data();
-  params.descent = descent;
-  params.count = views_.NumActive();
-  params.k = views_.num_coeffs();
+  RidgeTermParams params{.weights = weights_.data(),
+                         .x = point.data(),
+                         .center = start_.data(),
+                         .descent = descent,
+                         .count = views_.NumActive(),
+                         .k = views_.num_coeffs(),
+                         .ridge = {}};
   std::copy_n(ridge_, kMaxShCoeffs, params.ridge);
   return views_.backend().solve().RidgeTerm(params);
 }
 
 void MmSolver::Precondition(const Buffer<float>& rhs) {
-  SolveBlocksParams params{};
-  params.factors = factors_.data();
-  params.rhs = rhs.data();
-  params.solution = solution_.data();
-  params.count = views_.NumActive();
-  params.k = views_.num_coeffs();
-  views_.backend().solve().SolveBlocks(params);
+  views_.backend().solve().SolveBlocks({.factors = factors_.data(),
+                                        .rhs = rhs.data(),
+                                        .solution = solution_.data(),
+                                        .count = views_.NumActive(),
+                                        .k = views_.num_coeffs()});
 }
 
 void MmSolver::Progress(Monitor& monitor, size_t view) const {

@@ -393,11 +393,8 @@ PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCa
   });
   const auto on_device = backend.Upload(std::span<const float>(features));
   const auto image = backend.Allocate<float>(4 * pixels);
-  BlendParams blend{};
-  blend.features = on_device.data();
-  blend.channels = 4;
-  blend.image = image.data();
-  backend.blend().Blend(*geometry, blend);
+  backend.blend().Blend(*geometry,
+                        {.features = on_device.data(), .channels = 4, .image = image.data()});
   return {backend.Download(image.data(), 4 * pixels)};
 }
 

@@ -207,22 +207,21 @@ class PairRenderer {
     backend.Grow(colors_, colors);
     backend.Grow(images_, values);
     for (int which = 0; which < 2; ++which) {
-      EvalShParams eval{};
-      eval.rows = geometry->rows();
-      eval.count = geometry->num_rows();
-      eval.sh = which == 0 ? renderer_.model().sh() : after_.data();
-      std::copy_n(params.center, 3, eval.center);
-      eval.colors = colors_.data() + 3 * which;
-      eval.stride = 6;
-      backend.sh().EvalSh(renderer_.model(), eval);
+      backend.sh().EvalSh(renderer_.model(),
+                          {.rows = geometry->rows(),
+                           .count = geometry->num_rows(),
+                           .sh = which == 0 ? renderer_.model().sh() : after_.data(),
+                           .center = {params.center[0], params.center[1], params.center[2]},
+                           .colors = colors_.data() + 3 * which,
+                           .stride = 6});
     }
-    BlendParams blend{};
-    blend.features = colors_.data();
-    blend.channels = 6;
-    blend.image = images_.data();
-    blend.pixel_rows = pixel_rows;
-    if (tiles.size() < is_drawn_.size()) blend.tiles = tiles;
-    backend.blend().Blend(*geometry, blend);
+    const bool some = tiles.size() < is_drawn_.size();
+    backend.blend().Blend(
+        *geometry, {.features = colors_.data(),
+                    .channels = 6,
+                    .image = images_.data(),
+                    .pixel_rows = pixel_rows,
+                    .tiles = some ? std::span<const int32_t>(tiles) : std::span<const int32_t>()});
     if (backend.IsHost()) return {{images_.data(), values}, is_drawn_};
     host_.resize(values);
     backend.CopyToHost(host_.data(), images_.data(), values * sizeof(float));

@@ -225,14 +225,13 @@ size_t RefitViews::NumKeptViews() const {
 
 void RefitViews::EvalSh(const ViewGeometry& view, const int32_t* slots, const float* sh,
                         float* colors) {
-  EvalShParams eval{};
-  eval.rows = view.rows();
-  eval.slots = slots;
-  eval.count = view.num_rows();
-  eval.sh = sh;
-  std::copy_n(view.camera().center, 3, eval.center);
-  eval.colors = colors;
-  backend().sh().EvalSh(model(), eval);
+  const float* const center = view.camera().center;
+  backend().sh().EvalSh(model(), {.rows = view.rows(),
+                                  .slots = slots,
+                                  .count = view.num_rows(),
+                                  .sh = sh,
+                                  .center = {center[0], center[1], center[2]},
+                                  .colors = colors});
 }
 
 const float* RefitViews::OriginalColors(const ViewGeometry& whole) {

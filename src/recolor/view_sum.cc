@@ -13,24 +13,20 @@ void ViewSum::AddToBlocks(const float* center, const int32_t* gaussians, const i
                           int64_t count, const float* values, const float* colors, float* sum) {
   ShOps& sh = views_.backend().sh();
   if (kind_ == Kind::kGradient) {
-    EvalShTransposeParams params{};
-    params.rows = gaussians;
-    params.slots = slots;
-    params.count = count;
-    params.color_gradients = values;
-    params.colors = colors;
-    std::copy_n(center, 3, params.center);
-    params.gradient = sum;
-    sh.EvalShTranspose(views_.model(), params);
+    sh.EvalShTranspose(views_.model(), {.rows = gaussians,
+                                        .slots = slots,
+                                        .count = count,
+                                        .color_gradients = values,
+                                        .colors = colors,
+                                        .center = {center[0], center[1], center[2]},
+                                        .gradient = sum});
   } else {
-    AccumulateBlocksParams params{};
-    params.rows = gaussians;
-    params.slots = slots;
-    params.count = count;
-    params.weights = values;
-    std::copy_n(center, 3, params.center);
-    params.blocks = sum;
-    sh.AccumulateBlocks(views_.model(), params);
+    sh.AccumulateBlocks(views_.model(), {.rows = gaussians,
+                                         .slots = slots,
+                                         .count = count,
+                                         .weights = values,
+                                         .center = {center[0], center[1], center[2]},
+                                         .blocks = sum});
   }
 }
 

@@ -121,21 +121,17 @@ std::unique_ptr<GeometryCache::Reservation> Renderer::Reserve() {
 void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) {
   const int64_t rows = geometry.num_rows();
   float* colors = backend_->Grow(scratch_->features, size_t(rows) * 3);
-  EvalShParams eval{};
-  eval.rows = geometry.rows();
-  eval.count = rows;
-  eval.sh = model_->sh();
-  std::copy_n(geometry.camera().center, 3, eval.center);
-  eval.colors = colors;
-  backend_->sh().EvalSh(*model_, eval);
-
-  BlendParams blend{};
-  blend.features = colors;
-  blend.channels = 3;
-  blend.background = scratch_->background.data();
-  blend.image = rgb;
-  blend.alpha = alpha;
-  backend_->blend().Blend(geometry, blend);
+  const float* const center = geometry.camera().center;
+  backend_->sh().EvalSh(*model_, {.rows = geometry.rows(),
+                                  .count = rows,
+                                  .sh = model_->sh(),
+                                  .center = {center[0], center[1], center[2]},
+                                  .colors = colors});
+  backend_->blend().Blend(geometry, {.features = colors,
+                                     .channels = 3,
+                                     .background = scratch_->background.data(),
+                                     .image = rgb,
+                                     .alpha = alpha});
 }
 
 DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderRequest& request) {
@@ -153,14 +149,12 @@ DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderReque
   if (request.depth_median || request.depth_expected || alpha_left) {
     if (request.depth_median) output.depth_median = backend_->Allocate<float>(pixels);
     if (request.depth_expected) output.depth_expected = backend_->Allocate<float>(pixels);
-    DepthParams depth{};
-    depth.median = output.depth_median.data();
-    depth.expected = output.depth_expected.data();
-    depth.alpha = alpha_left ? output.alpha.data() : nullptr;
-    depth.threshold = request.median_threshold;
-    if (request.along_rays) depth.along_rays = model_.get();
-    depth.pixel_rows = request.pixel_rows;
-    backend_->blend().Depth(*geometry, depth);
+    backend_->blend().Depth(*geometry, {.median = output.depth_median.data(),
+                                        .expected = output.depth_expected.data(),
+                                        .alpha = alpha_left ? output.alpha.data() : nullptr,
+                                        .threshold = request.median_threshold,
+                                        .pixel_rows = request.pixel_rows,
+                                        .along_rays = request.along_rays ? model_.get() : nullptr});
   }
   return output;
 }
@@ -200,21 +194,23 @@ void Renderer::Render(const PosedCamera& view, const RenderRequest& request, Ren
   fetch(rgb, output->rgb);
   fetch(rgb_alpha, output->alpha);
 
-  DepthParams depth{};
   const bool alpha_left = request.alpha && !request.rgb;
+  float *median = nullptr, *expected = nullptr;
   if (request.depth_median || request.depth_expected || alpha_left) {
-    float* planes = backend_->Grow(scratch_->image, pixels * 3);
-    depth.median = request.depth_median ? planes : nullptr;
-    depth.expected = request.depth_expected ? planes + pixels : nullptr;
-    depth.alpha = alpha_left ? planes + 2 * pixels : nullptr;
-    depth.threshold = request.median_threshold;
-    if (request.along_rays) depth.along_rays = model_.get();
-    depth.pixel_rows = request.pixel_rows;
-    backend_->blend().Depth(*geometry, depth);
-    if (alpha_left) fetch(depth.alpha, output->alpha);
+    float* const planes = backend_->Grow(scratch_->image, pixels * 3);
+    float* const left = alpha_left ? planes + 2 * pixels : nullptr;
+    if (request.depth_median) median = planes;
+    if (request.depth_expected) expected = planes + pixels;
+    backend_->blend().Depth(*geometry, {.median = median,
+                                        .expected = expected,
+                                        .alpha = left,
+                                        .threshold = request.median_threshold,
+                                        .pixel_rows = request.pixel_rows,
+                                        .along_rays = request.along_rays ? model_.get() : nullptr});
+    if (left) fetch(left, output->alpha);
   }
-  fetch(depth.median, output->depth_median);
-  fetch(depth.expected, output->depth_expected);
+  fetch(median, output->depth_median);
+  fetch(expected, output->depth_expected);
 }
 
 void Renderer::SetSh(std::span<const float> sh) {

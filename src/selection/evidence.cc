@@ -26,15 +26,13 @@ Evidence LookUpPaint(Backend& backend, const PosedCamera& view, const DepthMap& 
   }
   const auto surface = backend.Upload(std::span<const float>(depth.data));
   const auto residual = backend.Allocate<float>(2 * depth.NumPixels());
-  EvidenceParams params{};
-  params.camera = ToCameraParams(view);
-  params.depth = surface.data();
-  params.painted = images;
-  params.tolerance = static_cast<float>(tolerance);
-  params.unknown_weight = static_cast<float>(unknown_weight);
-  params.scale = 1;
-  params.residual = residual.data();
-  backend.mask().Evidence(params);
+  backend.mask().Evidence({.camera = ToCameraParams(view),
+                           .depth = surface.data(),
+                           .painted = images,
+                           .tolerance = static_cast<float>(tolerance),
+                           .unknown_weight = static_cast<float>(unknown_weight),
+                           .scale = 1,
+                           .residual = residual.data()});
   const auto found = backend.Download(residual.data(), residual.size());
   Evidence evidence{ScalarImage(depth.width, depth.height), ScalarImage(depth.width, depth.height)};
   for (size_t i = 0; i < depth.NumPixels(); ++i) {

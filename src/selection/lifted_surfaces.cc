@@ -54,12 +54,10 @@ ShrunkView Draw(Renderer& renderer, const PosedCamera& posed) {
   const size_t pixels = size_t(camera.width) * size_t(camera.height);
   view.depth = renderer.backend().Allocate<float>(pixels);
   view.behind = renderer.backend().Allocate<float>(pixels);
-  DepthParams params{};
-  params.expected = view.depth.data();
-  params.median = view.behind.data();
-  params.threshold = kBehind;
-  params.min_alpha = kOpaque;
-  renderer.backend().blend().Depth(*view.geometry, params);
+  renderer.backend().blend().Depth(*view.geometry, {.median = view.behind.data(),
+                                                    .expected = view.depth.data(),
+                                                    .threshold = kBehind,
+                                                    .min_alpha = kOpaque});
   return view;
 }
 
@@ -109,13 +107,12 @@ void Lift(Renderer& renderer, const GaussianModel& model, const ShrunkView& view
   Backend& backend = renderer.backend();
   const auto rows = size_t(view.geometry->num_rows());
   const auto residual = backend.Upload(std::span<const float>(view.residual));
-  BlendTransposeParams lift{};
-  lift.residual = residual.data();
-  lift.channels = kChannels;
-  lift.pixel_rows = kLiftedRows;
-  lift.result = backend.Grow(*scratch, kChannels * rows);
-  backend.blend().BlendTranspose(*view.geometry, lift);
-  const std::vector<float> lifted = backend.Download(lift.result, kChannels * rows);
+  float* const by_row = backend.Grow(*scratch, kChannels * rows);
+  backend.blend().BlendTranspose(*view.geometry, {.residual = residual.data(),
+                                                  .channels = kChannels,
+                                                  .result = by_row,
+                                                  .pixel_rows = kLiftedRows});
+  const std::vector<float> lifted = backend.Download(by_row, kChannels * rows);
   const std::vector<int32_t> gaussians = backend.Download(view.geometry->rows(), rows);
   ParallelRanges(int64_t(rows), 4096, [&](int64_t first, int64_t last) {
     for (auto r = size_t(first); r < size_t(last); ++r) {

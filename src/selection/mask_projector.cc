@@ -126,7 +126,7 @@ class Projection {
   // that a painted view surely shows, too. Gaussians may be too large or too faint to carry it.
   void PutPaintBack(const PosedCamera& posed, const ViewSurface& surface, Mask* mask) {
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
-    EvidenceParams evidence = LookUp(surface, painted);
+    EvidenceParams evidence = LookUp(surface, painted, /*unknown_weight=*/0);
     evidence.tolerance = std::min(evidence.tolerance, kSameSurface);
     evidence.residual = backend_.Grow(residual_, 2 * mask->NumPixels());
     backend_.mask().Evidence(evidence);
@@ -162,10 +162,10 @@ class Projection {
             float weight) {
     DrawCloud(surface, pixel_rows, 0);
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
-    EvidenceParams evidence = LookUp(surface, painted);
     // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
     const double unknown = completes_ ? 0 : options_.unknown_weight;
-    evidence.unknown_weight = static_cast<float>(painted.empty() ? 1 : unknown);
+    EvidenceParams evidence =
+        LookUp(surface, painted, static_cast<float>(painted.empty() ? 1 : unknown));
     evidence.coverage = coverage_mask_.data();
     evidence.pixel_rows = pixel_rows;
     LiftEvidence(*surface.geometry, evidence, weight);
@@ -238,33 +238,34 @@ class Projection {
     return painted;
   }
 
-  EvidenceParams LookUp(const ViewSurface& surface, std::span<const PaintedImage> painted) const {
-    EvidenceParams evidence{};
-    evidence.camera = surface.geometry->camera();
-    evidence.depth = surface.depth.data();
-    evidence.painted = painted;
-    evidence.tolerance = static_cast<float>(options_.visible_tolerance);
-    evidence.scale = 1;
-    return evidence;
+  EvidenceParams LookUp(const ViewSurface& surface, std::span<const PaintedImage> painted,
+                        float unknown_weight) const {
+    return {.camera = surface.geometry->camera(),
+            .depth = surface.depth.data(),
+            .painted = painted,
+            .tolerance = static_cast<float>(options_.visible_tolerance),
+            .unknown_weight = unknown_weight,
+            .scale = 1,
+            .residual = nullptr};
   }
 
   bool Quads() const { return options_.kind == ProjectorKind::kQuads; }
 
   // The cloud's coverage of a view, closed, into coverage_mask_.
   void DrawCloud(const ViewSurface& surface, uint16_t pixel_rows, int close_radius) {
-    DrawCloudParams draw{};
-    draw.camera = surface.geometry->camera();
-    draw.points = points_.data();
-    draw.count = static_cast<int64_t>(points_.size());
-    draw.square_pixels = Quads() ? static_cast<float>(options_.quad_pixels) : 0;
-    draw.disc_scale = static_cast<float>(options_.surfel_scale);
-    draw.depth = surface.depth.data();
-    draw.depth_tolerance = static_cast<float>(options_.depth_tolerance);
-    draw.coverage = backend_.Grow(coverage_, surface.depth.size());
-    draw.pixel_rows = pixel_rows;
-    backend_.mask().DrawCloud(draw);
-    backend_.mask().MakeMask({coverage_.data(), draw.camera.width, draw.camera.height, 1, 0,
-                              close_radius, backend_.Grow(coverage_mask_, surface.depth.size())});
+    const CameraParams& camera = surface.geometry->camera();
+    backend_.mask().DrawCloud(
+        {.camera = camera,
+         .points = points_.data(),
+         .count = static_cast<int64_t>(points_.size()),
+         .square_pixels = Quads() ? static_cast<float>(options_.quad_pixels) : 0,
+         .disc_scale = static_cast<float>(options_.surfel_scale),
+         .depth = surface.depth.data(),
+         .depth_tolerance = static_cast<float>(options_.depth_tolerance),
+         .coverage = backend_.Grow(coverage_, surface.depth.size()),
+         .pixel_rows = pixel_rows});
+    backend_.mask().MakeMask({coverage_.data(), camera.width, camera.height, 1, 0, close_radius,
+                              backend_.Grow(coverage_mask_, surface.depth.size())});
   }
 
   // 0 in pixels of which the paint says nothing, since it ends before or beyond an edge there; the
@@ -331,13 +332,13 @@ class Projection {
 
   // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
   void LiftPaint(const ViewSurface& surface, const uint8_t* mask) {
-    EvidenceParams evidence{};
-    evidence.depth = surface.depth.data();
-    evidence.unknown_weight = 1;
-    evidence.coverage = mask;
-    evidence.scale = static_cast<float>(options_.painted_weight);
     // All ranks know the paint: it counts once.
-    LiftEvidence(*surface.geometry, evidence);
+    LiftEvidence(*surface.geometry, {.camera = surface.geometry->camera(),
+                                     .depth = surface.depth.data(),
+                                     .unknown_weight = 1,
+                                     .coverage = mask,
+                                     .scale = static_cast<float>(options_.painted_weight),
+                                     .residual = nullptr});
     if (ranks_.IsRoot()) AddLifted(*surface.geometry);
   }
 
@@ -350,11 +351,10 @@ class Projection {
       if (!said.Empty() && said.data[p] == 0) sure[p] = 0;
     }
     const Buffer<float> residual = backend_.Upload(std::span<const float>(sure));
-    BlendTransposeParams lift{};
-    lift.residual = residual.data();
-    lift.channels = 1;
-    lift.result = backend_.Grow(lifted_, size_t(view.num_rows()));
-    backend_.blend().BlendTranspose(view, lift);
+    backend_.blend().BlendTranspose(view,
+                                    {.residual = residual.data(),
+                                     .channels = 1,
+                                     .result = backend_.Grow(lifted_, size_t(view.num_rows()))});
     // Every rank adds up all that is painted.
     backend_.blend().AddRows(view, lifted_.data(), 1, painted_sums_.data());
   }
@@ -369,7 +369,6 @@ class Projection {
 
   // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
   void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence, float weight = 1) {
-    evidence.camera = view.camera();
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
     evidence.residual = backend_.Grow(residual_, Channels() * pixels);
     // Makes up for rows that are left out.
@@ -377,12 +376,11 @@ class Projection {
     evidence.visible = completes_ ? weight : 0;
     evidence.scale *= weight;
     backend_.mask().Evidence(evidence);
-    BlendTransposeParams lift{};
-    lift.residual = evidence.residual;
-    lift.channels = static_cast<int32_t>(Channels());
-    lift.result = backend_.Grow(lifted_, Channels() * size_t(view.num_rows()));
-    lift.pixel_rows = evidence.pixel_rows;
-    backend_.blend().BlendTranspose(view, lift);
+    backend_.blend().BlendTranspose(
+        view, {.residual = evidence.residual,
+               .channels = static_cast<int32_t>(Channels()),
+               .result = backend_.Grow(lifted_, Channels() * size_t(view.num_rows())),
+               .pixel_rows = evidence.pixel_rows});
   }
 
   // lifted_ to the Gaussians' sums.

@@ -59,11 +59,8 @@ class VisibilityLifter {
       ones_ = backend.Upload(std::span<const float>(std::vector<float>(pixels, 1.0f)));
     }
     const auto rows = backend.Allocate<float>(size_t(geometry->num_rows()));
-    BlendTransposeParams lift{};
-    lift.residual = ones_.data();
-    lift.channels = 1;
-    lift.result = rows.data();
-    backend.blend().BlendTranspose(*geometry, lift);
+    backend.blend().BlendTranspose(
+        *geometry, {.residual = ones_.data(), .channels = 1, .result = rows.data()});
     const std::vector<float> none(size_t(renderer_.model().count()), 0.0f);
     const auto sums = backend.Upload(std::span<const float>(none));
     backend.blend().AddRows(*geometry, rows.data(), 1, sums.data());

@@ -190,14 +190,15 @@ class SurfaceDrawer {
     surface.geometry = renderer_.Geometry(request.posed, request.cache);
     const CameraParams& camera = surface.geometry->camera();
     surface.depth = backend_.Allocate<float>(size_t(camera.width) * size_t(camera.height));
-    DepthParams depth{};
-    (options_.median ? depth.median : depth.expected) = surface.depth.data();
-    if (options_.median) depth.along_rays = &renderer_.model();
-    depth.threshold = 0.5f;
-    depth.left_out = options_.left_out;
-    depth.min_alpha = kOpaque;
-    depth.pixel_rows = request.pixel_rows;
-    backend_.blend().Depth(*surface.geometry, depth);
+    const bool median = options_.median;
+    backend_.blend().Depth(*surface.geometry,
+                           {.median = median ? surface.depth.data() : nullptr,
+                            .expected = median ? nullptr : surface.depth.data(),
+                            .threshold = 0.5f,
+                            .pixel_rows = request.pixel_rows,
+                            .min_alpha = kOpaque,
+                            .left_out = options_.left_out,
+                            .along_rays = median ? &renderer_.model() : nullptr});
     held_bytes_ += BytesOf(surface);
     largest_bytes_ = std::max(largest_bytes_, BytesOf(surface));
     return surface;
