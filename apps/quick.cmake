@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # RETINT_QUICK, for apps/demo.sh: the sources of a library are compiled in a few large pieces (CMake's unity build), and
-# most of them with -O1. For example, the 24 sources of src/recolor become three pieces.
+# most of them with -O1. For example, the 27 sources of src/recolor become four pieces and one alone.
 
 option(RETINT_PIECES "Compile several sources at once" ON)
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/ranks.h"
 #include "editing/compare_pictures.h"
 #include "recolor/paint_carrier.h"
 
@@ -44,14 +43,14 @@ std::vector<RefitTarget> RefitService::Targets(const Region& region,
     }
     targets = std::move(some);
   }
-  const std::vector<int> owners =
-      target == TargetKind::kPhoto ? OwnersOf(targets) : std::vector<int>{};
-  for (size_t i = 0; i < owners.size(); ++i) {
-    if (owners[i] != CurrentRanks().rank()) continue;
-    monitor.Step("load", static_cast<double>(i), static_cast<double>(targets.size()));
-    targets[i].photo = Photo(targets[i].name, later);
+  if (target == TargetKind::kPhoto && !targets.empty()) {
+    const ViewReducer shared = ShareTargets(scene_.renderer().backend(), targets);
+    for (const size_t i : shared.own()) {
+      monitor.Step("load", static_cast<double>(i), static_cast<double>(targets.size()));
+      targets[i].photo = Photo(targets[i].name, later);
+    }
+    monitor.Step("load", 1, 1);
   }
-  if (!owners.empty()) monitor.Step("load", 1, 1);
   const ColorEdit edit = region.EffectiveEdit();
   if (!edit.HasPaint()) return targets;
   // One for all targets, which are made one after the other.

@@ -69,8 +69,8 @@ class RefitService {
   // What a region's edit, or another in its place, makes of a picture of one view.
   void ApplyEdit(const Region& region, const ColorEdit& edit, const View& view,
                  Image& picture) const;
-  // Of `views`, at most so many of them (0: all). With the photos of this rank's views, where they
-  // are the target.
+  // Of `views`, at most so many of them (0: all). With the photos of the own views (ViewReducer),
+  // where they are the target.
   std::vector<RefitTarget> Targets(const Region& region, const std::vector<const View*>& views,
                                    TargetKind target, Monitor& monitor, size_t most_views = 0,
                                    bool in_background = false);

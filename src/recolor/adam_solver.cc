@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "recolor/adam_boxes.h"
-#include "recolor/device_exchange.h"
 
 namespace retint {
 namespace {
@@ -65,32 +64,23 @@ size_t AdamSolver::NextView() {
 }
 
 void AdamSolver::Evaluate(size_t index) {
-  const int owner = views_.OwnerOf(index);
-  if (owner == views_.ranks().rank()) EvaluateOwn(index);
-  if (views_.ranks().AreMany()) Share(owner);
+  if (views_.reducer().Owns(views_.TargetOf(index))) EvaluateOwn(index);
+  if (views_.reducer().IsShared()) Share(index);
 }
 
-// The owner's gradient and loss to all ranks.
-void AdamSolver::Share(int owner) {
+// The owner's gradient and loss to all processes.
+void AdamSolver::Share(size_t index) {
   Backend& backend = views_.backend();
-  Ranks& ranks = views_.ranks();
+  ViewReducer& reducer = views_.reducer();
+  const size_t target = views_.TargetOf(index);
   double loss = 0;
-  if (owner == ranks.rank()) {
+  if (reducer.Owns(target)) {
     loss = backend.Download(recent_loss_.data(), 1)[0];
     backend.Fill(recent_loss_.data(), 0, sizeof(double));
   }
-  ranks.Broadcast(BytesOf(std::span(&loss, 1)), owner);
+  reducer.Broadcast(target, BytesOf(std::span(&loss, 1)));
   shared_loss_ += loss;
-  if (!backend.IsHost() && ranks.UsesLink(views_.NumValues() * sizeof(float))) {
-    BroadcastOnDevices(ranks, backend, gradient_, owner);
-    return;
-  }
-  const std::span<float> gradient = views_.HostScratch(views_.NumValues());
-  if (owner == ranks.rank()) {
-    backend.CopyToHost(gradient.data(), gradient_.data(), gradient.size_bytes());
-  }
-  ranks.Broadcast(BytesOf(gradient), owner);
-  backend.CopyToDevice(gradient_.data(), gradient.data(), gradient.size_bytes());
+  reducer.Broadcast(target, gradient_);
 }
 
 void AdamSolver::EvaluateOwn(size_t index) {
@@ -149,7 +139,7 @@ void AdamSolver::EvaluateOwn(size_t index) {
 }
 
 double AdamSolver::RecentLoss() {
-  if (views_.ranks().AreMany()) return shared_loss_;
+  if (views_.reducer().IsShared()) return shared_loss_;
   return views_.backend().Download(recent_loss_.data(), 1)[0];
 }
 

@@ -19,8 +19,8 @@ class AdamSolver : public RefitSolver {
   const Buffer<float>& coefficients() const override { return values_; }
 
   // One view at the current coefficients: leaves the gradient [active, K, 3], and adds the loss to
-  // RecentLoss(), which waits for the device. Of several ranks its owner does, and tells the
-  // others.
+  // RecentLoss(), which waits for the device. The view's owner does, and the other processes
+  // learn of it.
   void Evaluate(size_t view);
   double RecentLoss();
   const Buffer<float>& gradient() const { return gradient_; }
@@ -29,14 +29,14 @@ class AdamSolver : public RefitSolver {
   bool Iterate(Monitor& monitor) override;  // one view
   size_t NextView();
   void EvaluateOwn(size_t view);
-  void Share(int owner);
+  void Share(size_t view);
 
   AdamOptions options_;
   Buffer<float> values_, gradient_, m_, v_;  // [active, K, 3]
   std::mt19937_64 random_;
   std::vector<size_t> deck_;    // views left in this round
   Buffer<double> recent_loss_;  // [1]
-  double shared_loss_ = 0;      // the same of several ranks
+  double shared_loss_ = 0;      // the same of several processes
 };
 
 }  // namespace retint

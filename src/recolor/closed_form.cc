@@ -5,7 +5,6 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
-#include "base/ranks.h"
 #include "recolor/direction_fit.h"
 #include "recolor/refit_target.h"
 #include "recolor/sh_refitter.h"
@@ -118,12 +117,6 @@ FloatArray ClosedFormSh(Backend& backend, std::span<const float> sh, int num_coe
 
 namespace {
 
-// What one view adds to the sums of the Gaussians that it sees; floats, as the blending sums them.
-struct ViewShares {
-  std::vector<int32_t> gaussians;
-  std::vector<float> values;  // [gaussians, 2]
-};
-
 // Adds what a view sees of each Gaussian, inside its mask and altogether; its geometry.
 class MaskAdder {
  public:
@@ -144,8 +137,8 @@ class MaskAdder {
 };
 
 // Moves a view's own sums, all there is in `sums`, out of it.
-ViewShares TakeShares(Backend& backend, const ViewGeometry& view, double* sums) {
-  ViewShares shares;
+ViewRows TakeShares(Backend& backend, const ViewGeometry& view, double* sums) {
+  ViewRows shares;
   shares.gaussians = backend.Download(view.rows(), size_t(view.num_rows()));
   for (const int32_t g : shares.gaussians) {
     for (double* sum = sums + 2 * g; sum < sums + 2 * g + 2; ++sum) {
@@ -156,44 +149,26 @@ ViewShares TakeShares(Backend& backend, const ViewGeometry& view, double* sums) 
   return shares;
 }
 
-// The sums of all ranks' views: on the CPU in the order of the views.
-void AddShares(Ranks& ranks, const std::vector<ViewShares>& kept, std::vector<double>* sums) {
-  if (!ranks.AreMany()) return;
-  const std::vector<double> own = *sums;  // of a device
-  const std::span<std::byte> bytes = BytesOf(std::span(*sums));
-  ranks.AddInOrder({&bytes, 1}, [&](size_t) {
-    for (size_t i = 0; !ranks.IsRoot() && i < own.size(); ++i) (*sums)[i] += own[i];
-    for (const ViewShares& view : kept) {
-      for (size_t r = 0; r < view.values.size(); ++r) {
-        (*sums)[2 * size_t(view.gaussians[r / 2]) + r % 2] += double(view.values[r]);
-      }
-    }
-  });
-}
-
 }  // namespace
 
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
                               Monitor& monitor) {
   const size_t count = size_t(renderer.model().count());
   Backend& backend = renderer.backend();
-  Ranks& ranks = CurrentRanks();
   for (const RefitTarget& target : targets) CheckTarget(target);
-  const std::vector<int> owners = OwnersOf(targets);
+  ViewReducer reducer = ShareTargets(backend, targets);
   const auto sums = backend.Allocate<double>(2 * count);  // inside, altogether
-  std::vector<ViewShares> kept;
+  std::vector<ViewRows> kept;
   MaskAdder adder(renderer);
   for (size_t v = 0; v < targets.size(); ++v) {
     monitor.Step("shares", double(v), double(targets.size()));
-    if (owners[v] != ranks.rank()) continue;
+    if (!reducer.Owns(v)) continue;
     const auto geometry = adder.Add(targets[v], sums.data());
-    if (ranks.AreMany() && backend.IsHost()) {
-      kept.push_back(TakeShares(backend, *geometry, sums.data()));
-    }
+    if (reducer.AddsInOrder()) kept.push_back(TakeShares(backend, *geometry, sums.data()));
   }
   monitor.Step("shares", 1, 1);
   auto found = backend.Download(sums.data(), sums.size());
-  AddShares(ranks, kept, &found);
+  reducer.SumRows(kept, 2, /*and_square=*/false, &found);
   std::vector<float> shares(count);
   for (size_t g = 0; g < count; ++g) shares[g] = ShareOf(&found[2 * g]);
   return shares;

@@ -181,7 +181,8 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
   if (with_gradient) backend.Fill(gradient_.data(), 0, views_.NumValues() * sizeof(float));
   backend.Fill(loss_.data(), 0, sizeof(double));
   ViewSum gradient(views_, ViewSum::Kind::kGradient);
-  std::vector<double> losses;  // of this rank's views, or their sum
+  const bool in_order = views_.reducer().AddsInOrder();
+  std::vector<double> losses;  // of the own views, or their sum
   const auto take_loss = [&] {
     losses.push_back(backend.Download(loss_.data(), 1)[0]);
     backend.Fill(loss_.data(), 0, sizeof(double));
@@ -201,14 +202,14 @@ double MmSolver::Evaluate(const Buffer<float>& point, bool with_gradient, Monito
                                                 .image = scratch.images[0].data(),
                                                 .result = with_gradient ? change : nullptr,
                                                 .stay = stay_});
-    if (views_.SumsInOrder()) take_loss();
+    if (in_order) take_loss();
     if (!with_gradient) continue;
     gradient.Add(v, *view, change, colors, gradient_);
   }
   if (with_gradient) gradient.Finish(gradient_);
-  if (!views_.SumsInOrder()) take_loss();
+  if (!in_order) take_loss();
   double loss = 0;
-  for (const double one : views_.ranks().Gather<double>(losses)) loss += one;
+  for (const double one : views_.reducer().Gather<double>(losses)) loss += one;
   return loss + RidgeTerm(point, with_gradient ? gradient_.data() : nullptr);
 }
 

@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "base/ranks.h"
 #include "recolor/refit_target.h"
 #include "scene/mask_pixels.h"
 
@@ -263,9 +262,9 @@ struct OwnErrors {
   ErrorSums sums;
 };
 
-// Those of all ranks, by target.
-std::vector<OwnErrors> OfAllRanks(const std::vector<OwnErrors>& own) {
-  std::vector<OwnErrors> all = CurrentRanks().Gather<OwnErrors>(own);
+// Those of all targets, in their order.
+std::vector<OwnErrors> OfAll(ViewReducer& reducer, const std::vector<OwnErrors>& own) {
+  std::vector<OwnErrors> all = reducer.Gather<OwnErrors>(own);
   std::sort(all.begin(), all.end(),
             [](const OwnErrors& a, const OwnErrors& b) { return a.target < b.target; });
   return all;
@@ -381,17 +380,17 @@ QualityReport EvaluateEdit(Renderer& renderer, std::span<const float> sh_before,
   const size_t total = train.size() + heldout.size();
   size_t done = 0;
   const auto measure = [&](const std::vector<RefitTarget>& targets) {
-    const std::vector<int> owners = OwnersOf(targets);
+    ViewReducer reducer = ShareTargets(renderer.backend(), targets);
     std::vector<OwnErrors> own;
     // Backwards: the geometries that a fit leaves in the cache are those of the last views.
     for (size_t t = targets.size(); t-- > 0;) {
       monitor.Step("evaluate", double(done++), double(total));
       CheckTarget(targets[t]);
-      if (owners[t] != CurrentRanks().rank()) continue;
+      if (!reducer.Owns(t)) continue;
       own.push_back({t, meter.Measure(targets[t], PixelRows(row_step, t))});
     }
     std::vector<ViewErrors> errors;
-    for (const auto& [t, sums] : OfAllRanks(own)) errors.push_back(ErrorsOf(targets[t], sums));
+    for (const auto& [t, sums] : OfAll(reducer, own)) errors.push_back(ErrorsOf(targets[t], sums));
     return errors;
   };
   const std::vector<ViewErrors> of_train = measure(train), of_heldout = measure(heldout);

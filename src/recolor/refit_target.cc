@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "base/ranks.h"
 #include "scene/image_checks.h"
 
 namespace retint {
@@ -94,14 +93,8 @@ std::vector<double> AreasOf(const std::vector<RefitTarget>& targets) {
   return areas;
 }
 
-std::vector<int> OwnersByArea(const std::vector<double>& areas) {
-  const Ranks& ranks = CurrentRanks();
-  return ranks.AreMany() ? ShareOut(areas, ranks) : std::vector<int>(areas.size(), 0);
-}
-
-std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets) {
-  return CurrentRanks().AreMany() ? OwnersByArea(AreasOf(targets))
-                                  : std::vector<int>(targets.size(), 0);
+ViewReducer ShareTargets(Backend& backend, const std::vector<RefitTarget>& targets) {
+  return ViewReducer(backend, targets.size(), [&] { return AreasOf(targets); });
 }
 
 }  // namespace retint

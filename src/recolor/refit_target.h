@@ -22,8 +22,6 @@ Image MadeFor(const RefitTarget& target, Renderer& renderer, Mask* leaves = null
 
 // The area of each mask, and a little for every view.
 std::vector<double> AreasOf(const std::vector<RefitTarget>& targets);
-// As OwnersOf().
-std::vector<int> OwnersByArea(const std::vector<double>& areas);
 
 // An edit in backend memory, for its kernels.
 struct UploadedEdit {

@@ -40,6 +40,7 @@ RefitViews::RefitViews(Renderer& renderer, RefitInput input, const RefitOptions&
                        TargetForm& form, Monitor& monitor)
     : renderer_(renderer),
       targets_(std::move(input.targets)),
+      reducer_(ShareTargets(renderer.backend(), targets_)),
       edit_(renderer.backend(), CompiledEdit(input.edit)),
       cache_bytes_(options.RegionCacheBytes()),
       form_(form),
@@ -59,7 +60,7 @@ RefitViews::RefitViews(Renderer& renderer, RefitInput input, const RefitOptions&
 
   const bool any = std::find(flags.begin(), flags.end(), 1) != flags.end();
   NumberActive(any ? FindViews(monitor) : std::vector<uint8_t>(count, 0));
-  SplitActive();
+  row_parts_ = RowParts(reducer_.Parts(active_.size()), views_.size());
   for (auto& slot : views_) {
     if (slot.kept) FillSlots(*slot.kept);
   }
@@ -78,15 +79,13 @@ RefitViews::RefitViews(Renderer& renderer, RefitInput input, const RefitOptions&
 
 std::vector<uint8_t> RefitViews::FindViews(Monitor& monitor) {
   const std::vector<double> areas = AreasOf(targets_);
-  const std::vector<int> owners = OwnersByArea(areas);
   const std::vector<size_t> budgets = SharesOfCache(areas, cache_bytes_);
   mask_values_ = 3 * std::accumulate(areas.begin(), areas.end(), 0.0);
   const auto marks = backend().Allocate<uint8_t>(active_flags_.size());
   std::vector<Found> found;
   std::vector<std::shared_ptr<RegionView>> prepared(targets_.size());
   size_t held = 0;
-  for (size_t t = 0; t < targets_.size(); ++t) {
-    if (owners[t] != ranks_.rank()) continue;
+  for (const size_t t : reducer_.own()) {
     monitor.Step("refit", 0, 1);
     auto view = Prepare(targets_[t], budgets[t]);
     if (!view) continue;
@@ -99,11 +98,8 @@ std::vector<uint8_t> RefitViews::FindViews(Monitor& monitor) {
     prepared[t] = std::move(view);
   }
   std::vector<uint8_t> seen = backend().Download(marks.data(), marks.size());
-  if (ranks_.AreMany()) {
-    AddSeen(&seen);
-    found = ranks_.Gather<Found>(found);
-  }
-  KeepViews(found, owners, budgets, &prepared);
+  reducer_.Unite(&seen);
+  KeepViews(reducer_.Gather<Found>(found), budgets, &prepared);
   return seen;
 }
 
@@ -130,36 +126,15 @@ void RefitViews::NumberActive(const std::vector<uint8_t>& seen) {
   slot_of_ = backend().Upload(std::span<const int32_t>(slot_of));
 }
 
-// Those of all ranks, a bit a Gaussian.
-void RefitViews::AddSeen(std::vector<uint8_t>* seen) {
-  constexpr int64_t kBits = 8, kGrain = 1 << 16;
-  const int64_t count = int64_t(seen->size());
-  std::string bits(size_t((count + kBits - 1) / kBits), '\0');
-  ParallelRanges(int64_t(bits.size()), kGrain, [&](int64_t begin, int64_t end) {
-    for (int64_t g = begin * kBits; g < std::min(end * kBits, count); ++g) {
-      char& byte = bits[size_t(g / kBits)];
-      if ((*seen)[size_t(g)]) byte = char(byte | 1 << g % kBits);
-    }
-  });
-  for (const std::string& one : ranks_.AllGather(bits)) {
-    ParallelRanges(count, kGrain, [&](int64_t begin, int64_t end) {
-      for (int64_t g = begin; g < end; ++g) {
-        (*seen)[size_t(g)] |= uint8_t(one[size_t(g / kBits)] >> g % kBits & 1);
-      }
-    });
-  }
-}
-
-// As one rank keeps them that meets one view after the other: what fits into what is left.
-void RefitViews::KeepViews(const std::vector<Found>& found, const std::vector<int>& owners,
-                           const std::vector<size_t>& budgets,
+// As one process keeps them that meets one view after the other: what fits into what is left.
+void RefitViews::KeepViews(const std::vector<Found>& found, const std::vector<size_t>& budgets,
                            std::vector<std::shared_ptr<RegionView>>* prepared) {
   for (const auto& [t, tiles, bytes] : found) {
     target_values_ += double(tiles) * kTilePixels * 3;
     image_values_ += double(targets_[t].mask->NumPixels()) * 3;
-    Slot slot{t, owners[t], bytes <= cache_bytes_ - kept_bytes_, nullptr};
+    Slot slot{t, bytes <= cache_bytes_ - kept_bytes_, nullptr};
     if (slot.keeps) kept_bytes_ += bytes;
-    if (slot.owner == ranks_.rank()) {
+    if (reducer_.Owns(t)) {
       own_views_.push_back(views_.size());
       if (slot.keeps && !(*prepared)[t]) {
         (*prepared)[t] = Prepare(targets_[t], budgets[t]);
@@ -169,54 +144,6 @@ void RefitViews::KeepViews(const std::vector<Found>& found, const std::vector<in
     (*prepared)[t].reset();
     views_.push_back(std::move(slot));
   }
-}
-
-// Parts of the active Gaussians: several a rank, so that few ranks wait, none too small.
-void RefitViews::SplitActive() {
-  constexpr size_t kPartsOfRank = 4, kLeastGaussians = 256;
-  const size_t parts =
-      std::clamp<size_t>(active_.size() / kLeastGaussians, 1, kPartsOfRank * size_t(ranks_.size()));
-  for (size_t p = 0; p <= parts; ++p) part_begins_.push_back(int32_t(p * active_.size() / parts));
-  by_part_.resize(views_.size());
-}
-
-std::shared_ptr<const RowsByPart> RefitViews::ByPart(size_t view, const RegionView& region) {
-  if (by_part_[view]) return by_part_[view];
-  const size_t rows = size_t(region.region->num_rows()), parts = part_begins_.size() - 1;
-  const int32_t* const gaussians = region.region->rows();
-  const auto part_of = [&](int32_t slot) {
-    return size_t(std::upper_bound(part_begins_.begin(), part_begins_.end(), slot) -
-                  part_begins_.begin()) -
-           1;
-  };
-  auto result = std::make_shared<RowsByPart>();
-  result->begin.assign(parts + 1, 0);
-  for (size_t r = 0; r < rows; ++r) {
-    if (region.slots.data()[r] >= 0) ++result->begin[part_of(region.slots.data()[r]) + 1];
-  }
-  for (size_t p = 0; p < parts; ++p) result->begin[p + 1] += result->begin[p];
-  std::vector<size_t> next = result->begin;
-  for (auto* list : {&result->row, &result->gaussian, &result->slot}) {
-    list->resize(result->begin.back());
-  }
-  for (size_t r = 0; r < rows; ++r) {
-    const int32_t slot = region.slots.data()[r];
-    if (slot < 0) continue;
-    const size_t at = next[part_of(slot)]++;
-    result->row[at] = int32_t(r);
-    result->gaussian[at] = gaussians[r];
-    result->slot[at] = slot;
-  }
-  return by_part_[view] = std::move(result);
-}
-
-std::span<float> RefitViews::HostScratch(size_t count) {
-  if (host_scratch_.size() < count) {
-    host_lock_.reset();
-    host_scratch_.assign(count, 0.0f);
-    host_lock_ = backend().LockPages(host_scratch_.data(), count * sizeof(float));
-  }
-  return std::span(host_scratch_).first(count);
 }
 
 size_t RefitViews::NumKeptViews() const {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "base/monitor.h"
-#include "base/ranks.h"
 #include "recolor/color_edit.h"
 #include "recolor/gaussian_paint.h"
 #include "recolor/refit_target.h"
+#include "recolor/row_parts.h"
 #include "recolor/sh_refitter.h"
 #include "render/renderer.h"
 
@@ -53,12 +53,6 @@ class TargetForm {
                                            const TargetImages& images) = 0;
 };
 
-// The rows of a view that have a slot, by part of the active Gaussians (part_begins()), host.
-struct RowsByPart {
-  std::vector<int32_t> row, gaussian, slot;
-  std::vector<size_t> begin;  // [parts + 1] into these
-};
-
 // Scratch of one view at a time, in backend memory, sized for the largest.
 struct RefitScratch {
   Buffer<float> images[3];    // [H, W, 3]
@@ -82,9 +76,10 @@ class RefitViews {
              Monitor& monitor);
 
   size_t NumViews() const { return views_.size(); }  // that see an active Gaussian
-  // Those of them that this rank owns, ascending; only these may be visited.
+  // Those of them that this process owns, ascending; only these may be visited.
   std::span<const size_t> own_views() const { return own_views_; }
-  int OwnerOf(size_t view) const { return views_[view].owner; }
+  // The number of a view's target, which counts in reducer().
+  size_t TargetOf(size_t view) const { return views_[view].target; }
   // `View` is what the TargetForm made.
   template <typename View = RegionView>
   std::shared_ptr<const View> Visit(size_t view) {
@@ -105,20 +100,13 @@ class RefitViews {
   std::span<const float> original() const { return {original_.get(), NumValues()}; }
   std::span<const float> start() const { return {start_.get(), NumValues()}; }
 
-  Ranks& ranks() { return ranks_; }
-  // Whether sums over the views wait for all of them, see ViewSum.
-  bool SumsInOrder() { return ranks_.AreMany() && backend().IsHost(); }
-  // The first active Gaussian of each part in which such sums go from rank to rank, and the end.
-  std::span<const int32_t> part_begins() const { return part_begins_; }
-  std::shared_ptr<const RowsByPart> ByPart(size_t view, const RegionView& region);
+  ViewReducer& reducer() { return reducer_; }  // of the targets
+  RowParts& row_parts() { return row_parts_; }
 
   Backend& backend() { return renderer_.backend(); }
   Model& model() { return renderer_.model(); }
   RefitScratch& scratch() { return scratch_; }
   const uint8_t* active_flags() const { return active_flags_.data(); }  // [N] backend memory
-  // At least so many floats of host memory, which a device reaches quickly.
-  std::span<float> HostScratch(size_t count);
-  Buffer<float>& transfer_scratch() { return transfer_scratch_; }  // of SumOnDevices
 
   // The original colors of a whole view's rows, into scratch().features[0].
   const float* OriginalColors(const ViewGeometry& whole);
@@ -134,25 +122,20 @@ class RefitViews {
 
  private:
   struct Slot {
-    size_t target = 0;  // index into targets_
-    int owner = 0;
+    size_t target = 0;                 // index into targets_
     bool keeps = false;                // its owner keeps it
     std::shared_ptr<RegionView> kept;  // null: prepared at each visit
   };
-  // A view that sees an active Gaussian, as its owner tells it to all ranks.
+  // A view that sees an active Gaussian, as its owner describes it to all processes.
   struct Found {
     uint64_t target, tiles, bytes;
   };
 
-  // Restricts the views of this rank, and learns of the others'. [N]: which Gaussians one of all
-  // sees.
+  // Restricts the own views, and learns of the others. [N]: the active Gaussians that a view sees.
   std::vector<uint8_t> FindViews(Monitor& monitor);
-  void AddSeen(std::vector<uint8_t>* seen);
   void NumberActive(const std::vector<uint8_t>& seen);
-  void KeepViews(const std::vector<Found>& found, const std::vector<int>& owners,
-                 const std::vector<size_t>& budgets,
+  void KeepViews(const std::vector<Found>& found, const std::vector<size_t>& budgets,
                  std::vector<std::shared_ptr<RegionView>>* prepared);
-  void SplitActive();
   // Null: the view sees no active Gaussian.
   std::shared_ptr<RegionView> Prepare(const RefitTarget& target, size_t budget);
   TargetImages Upload(const RefitTarget& target);
@@ -160,17 +143,16 @@ class RefitViews {
   std::shared_ptr<const RegionView> VisitRegion(size_t view);
   void EvalSh(const ViewGeometry& view, const int32_t* slots, const float* sh, float* colors);
 
-  Ranks& ranks_ = CurrentRanks();
   Renderer& renderer_;
   std::vector<RefitTarget> targets_;
+  ViewReducer reducer_;
   UploadedEdit edit_;
   size_t cache_bytes_;
   TargetForm& form_;
   int num_coeffs_;
   std::vector<Slot> views_;
   std::vector<size_t> own_views_;
-  std::vector<int32_t> part_begins_;
-  std::vector<std::shared_ptr<const RowsByPart>> by_part_;  // [views], null: not asked for yet
+  RowParts row_parts_;
   std::vector<int32_t> active_;
   Buffer<int32_t> slot_of_;  // [N] index among the active Gaussians, -1 for the others
   // Hundreds of megabytes, maybe: not filled with zeros first, which one thread would do.
@@ -179,9 +161,6 @@ class RefitViews {
   Buffer<float> photo_;           // [H, W, 3] scratch
   Buffer<uint8_t> mask_;          // [H, W] scratch
   RefitScratch scratch_;
-  Buffer<float> transfer_scratch_;
-  std::vector<float> host_scratch_;
-  std::shared_ptr<void> host_lock_;  // of its pages
   size_t kept_bytes_ = 0;
   std::unique_ptr<GeometryCache::Reservation> reserved_;  // of as much; may be null
   double mask_values_ = 0;                                // of AreasOf()

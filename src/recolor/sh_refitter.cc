@@ -46,10 +46,11 @@ constexpr double kMostLoss = 1e12;
   throw InputError(text);
 }
 
-// Whether a target is more than the edited render, on any rank.
-bool AnyPhoto(const std::vector<RefitTarget>& targets) {
-  return CurrentRanks().Any(std::ranges::any_of(
-      targets, [](const RefitTarget& target) { return target.photo || target.edited; }));
+// Whether a target is more than the edited render. Only its owner may have its photo.
+bool AnyPhoto(Backend& backend, const std::vector<RefitTarget>& targets) {
+  return ViewReducer(backend, targets.size())
+      .Any(std::ranges::any_of(
+          targets, [](const RefitTarget& target) { return target.photo || target.edited; }));
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ struct ShRefitter::Impl {
   Impl(Renderer& renderer, RefitInput input, const RefitOptions& options, Monitor& monitor)
       : model(input.model),
         entry(FindSolver(options.solver)),
-        form(entry.make_form(options, input.edit, AnyPhoto(input.targets))),
+        form(entry.make_form(options, input.edit, AnyPhoto(renderer.backend(), input.targets))),
         views(renderer, std::move(input), options, *form, monitor),
         solver(entry.make(views, options, monitor)) {}
 

@@ -14,6 +14,7 @@
 #include "recolor/gaussian_paint.h"
 #include "recolor/refit_options.h"
 #include "render/renderer.h"
+#include "render/view_reducer.h"
 #include "scene/gaussian_model.h"
 #include "scene/image.h"
 #include "scene/reconstruction.h"
@@ -34,9 +35,9 @@ struct RefitTarget {
   std::function<Image(Renderer&, Mask* leaves)> edited = nullptr;
 };
 
-// Which rank (base/ranks.h) prepares and evaluates each target, so that each has masks of about the
-// same area. Only the owner needs a target's photo.
-std::vector<int> OwnersOf(const std::vector<RefitTarget>& targets);
+// Shares targets so that each process prepares and evaluates masks of about the same area. Only the
+// owner needs a target's photo.
+ViewReducer ShareTargets(Backend& backend, const std::vector<RefitTarget>& targets);
 
 struct RefitSummary {
   std::string solver;

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "base/parallel.h"
-#include "recolor/device_exchange.h"
 
 namespace retint {
 
@@ -33,7 +32,7 @@ void ViewSum::AddToBlocks(const float* center, const int32_t* gaussians, const i
 void ViewSum::Add(size_t view, const RegionView& region, const float* values, const float* colors,
                   Buffer<float>& sum) {
   const float* const center = region.region->camera().center;
-  if (!views_.SumsInOrder()) {
+  if (!views_.reducer().AddsInOrder()) {
     AddToBlocks(center, region.region->rows(), region.slots.data(), region.region->num_rows(),
                 values, colors, sum.data());
     return;
@@ -41,7 +40,7 @@ void ViewSum::Add(size_t view, const RegionView& region, const float* values, co
   constexpr int64_t kGrain = 4096;
   Kept& kept = kept_.emplace_back();
   std::copy_n(center, 3, kept.center);
-  kept.rows = views_.ByPart(view, region);
+  kept.rows = views_.row_parts().Of(view, *region.region, region.slots.data());
   const size_t channels = Channels();
   kept.values.resize(kept.rows->row.size() * channels);
   ParallelRanges(int64_t(kept.rows->row.size()), kGrain, [&](int64_t begin, int64_t end) {
@@ -56,28 +55,17 @@ void ViewSum::Add(size_t view, const RegionView& region, const float* values, co
 }
 
 void ViewSum::Finish(Buffer<float>& sum) {
-  Ranks& ranks = views_.ranks();
-  if (!ranks.AreMany() || sum.size() == 0) return;
-  Backend& backend = views_.backend();
-  if (!views_.SumsInOrder() && ranks.UsesLink(sum.size() * sizeof(float))) {
-    SumOnDevices(ranks, backend, sum, views_.transfer_scratch());
-    return;
-  }
-  if (!views_.SumsInOrder()) {
-    const std::span<float> values = views_.HostScratch(sum.size());
-    backend.CopyToHost(values.data(), sum.data(), values.size_bytes());
-    ranks.SumByRank(values);
-    backend.CopyToDevice(sum.data(), values.data(), values.size_bytes());
-    return;
-  }
-  const std::span<const int32_t> begins = views_.part_begins();
+  ViewReducer& reducer = views_.reducer();
+  if (!reducer.AddsInOrder()) return reducer.Sum(sum);
+  if (sum.empty()) return;
+  const std::span<const int32_t> begins = views_.row_parts().begins();
   const size_t block = sum.size() / size_t(views_.NumActive());
   std::vector<std::span<std::byte>> parts;
   for (size_t p = 0; p + 1 < begins.size(); ++p) {
     const size_t first = size_t(begins[p]), count = size_t(begins[p + 1]) - first;
     parts.push_back(BytesOf(std::span<float>(sum.data() + first * block, count * block)));
   }
-  ranks.AddInOrder(parts, [&](size_t p) {
+  reducer.AddInOrder(parts, [&](size_t p) {
     for (const Kept& kept : kept_) {
       const size_t first = kept.rows->begin[p];
       AddToBlocks(kept.center, kept.rows->gaussian.data() + first, kept.rows->slot.data() + first,

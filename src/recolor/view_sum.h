@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sums over the views of all ranks into blocks of the active Gaussians. Internal to recolor.
+// Sums over all views into blocks of the active Gaussians. Internal to recolor.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "base/ranks.h"
 #include "recolor/refit_views.h"
 
 namespace retint {
 
 // sum [active, *] += what every view adds to the Gaussians that it sees, in the order of the views.
-// One rank adds a view's part at once. On the CPU, where a sum must not depend on the number of
-// ranks, several ranks keep what their views add, by row and 16 times smaller than the blocks, and
-// in Finish() hand the sum from one to the next, in parts, each adding its own. On a device each
-// rank adds up its own views, and the ranks' sums are added in their order.
+// A view's part is added at once, unless it must wait for its turn (ViewReducer::AddsInOrder()).
+// Then it is kept, by row and 16 times smaller than the blocks, and Finish() adds it.
 class ViewSum {
  public:
   enum class Kind {
@@ -23,7 +20,7 @@ class ViewSum {
   };
   ViewSum(RefitViews& views, Kind kind) : views_(views), kind_(kind) {}
 
-  // `values` [rows, 3] or [rows], of a view of this rank, the views in ascending order; `colors`
+  // `values` [rows, 3] or [rows], of an own view, the views in ascending order; `colors`
   // [rows, 3] as in EvalShTransposeParams, or null.
   void Add(size_t view, const RegionView& region, const float* values, const float* colors,
            Buffer<float>& sum);

@@ -4,12 +4,10 @@
 #include <cstring>
 #include <type_traits>
 
-#include "base/ranks.h"
-
 namespace retint {
 namespace {
 
-// All ranks are the same program: values travel as they lie in memory.
+// All processes are the same program: values travel as they lie in memory.
 class Packer {
  public:
   template <typename T>
@@ -112,14 +110,13 @@ void Visit(Archive& archive, Part& part) {
 
 }  // namespace
 
-void SharePainted(const std::vector<int>& owners, std::vector<PaintedPart>* parts) {
-  Ranks& ranks = CurrentRanks();
-  for (size_t i = 0; ranks.AreMany() && i < parts->size(); ++i) {
+void SharePainted(ViewReducer& views, std::vector<PaintedPart>* parts) {
+  for (size_t i = 0; views.IsShared() && i < parts->size(); ++i) {
     Packer packer;
     const PaintedPart& own = (*parts)[i];
-    if (owners[i] == ranks.rank()) Visit(packer, own);
-    const std::string text = ranks.AllGather(packer.text())[static_cast<size_t>(owners[i])];
-    if (owners[i] == ranks.rank()) continue;
+    if (views.Owns(i)) Visit(packer, own);
+    const std::string text = views.BroadcastText(i, packer.text());
+    if (views.Owns(i)) continue;
     Unpacker unpacker(text);
     Visit(unpacker, (*parts)[i]);
   }

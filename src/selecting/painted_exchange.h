@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one painted view gives, and its way to the other ranks. Internal to session.
+// What one painted view gives, and its way to the other processes. Internal to session.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "render/view_reducer.h"
 #include "selecting/selection_pipeline.h"
 
 namespace retint {
@@ -15,7 +16,7 @@ struct PaintedPart {
   PaintedReport report;
 };
 
-// Collective (base/ranks.h). Completes `parts`, of which owners[i] has the i-th, on every rank.
-void SharePainted(const std::vector<int>& owners, std::vector<PaintedPart>* parts);
+// Collective. Completes `parts`, of which the owner of view i has the i-th, in every process.
+void SharePainted(ViewReducer& views, std::vector<PaintedPart>* parts);
 
 }  // namespace retint

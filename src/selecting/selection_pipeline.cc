@@ -12,7 +12,6 @@
 
 #include "base/error.h"
 #include "base/median.h"
-#include "base/ranks.h"
 #include "opening/photo_paint.h"
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
@@ -149,10 +148,9 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
   options.Check();
   CheckOption(!painted.empty(), "no view is painted");
   const std::vector<PaintedView> views = OnViews(scene_.workspace(), painted);
-  const std::vector<int> owners = ShareOut(views.size(), CurrentRanks());
+  ViewReducer shared(scene_.renderer().backend(), views.size());
   std::vector<PaintedPart> parts(views.size());
-  for (size_t i = 0; i < views.size(); ++i) {
-    if (owners[i] != CurrentRanks().rank()) continue;
+  for (const size_t i : shared.own()) {
     try {
       parts[i] = SelectOne(views[i], options, monitor);
     } catch (const NoDepthError& error) {
@@ -161,7 +159,7 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
       parts[i] = WithoutDepth(views[i], options, error.what());
     }
   }
-  SharePainted(owners, &parts);
+  SharePainted(shared, &parts);
   RequireDepthInPhotos(scene_.workspace(), views, parts);
   SelectionResult result;
   for (PaintedPart& part : parts) {

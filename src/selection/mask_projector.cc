@@ -17,7 +17,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "base/ranks.h"
+#include "render/view_reducer.h"
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
 #include "selection/evidence.h"
@@ -61,18 +61,19 @@ Mask Widened(const Mask& mask, int reach) {
 class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
-             Renderer& renderer, const ProjectorOptions& options, bool completes)
+             Renderer& renderer, const ProjectorOptions& options, bool completes,
+             ViewReducer& lifted_views)
       : renderer_(renderer),
         backend_(renderer.backend()),
         options_(options),
-        completes_(completes) {
+        completes_(completes),
+        lifted_views_(lifted_views) {
     std::vector<CloudPoint> points(cloud.points.size());
     ParallelRanges(int64_t(points.size()), kGrain, [&](int64_t first, int64_t last) {
       std::transform(cloud.points.begin() + first, cloud.points.begin() + last,
                      points.begin() + first, ToCloudPoint);
     });
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
-    keeps_rows_ = ranks_.AreMany() && backend_.IsHost();
     if (options.kind != ProjectorKind::kGaussians) return;
     const auto count = static_cast<size_t>(renderer.model().count());
     sums_ = backend_.Allocate<float>(SumChannels() * count);
@@ -142,11 +143,6 @@ class Projection {
     });
   }
 
-  bool IsPainted(const View& view) const {
-    return std::any_of(painted_.begin(), painted_.end(),
-                       [&](const Painted& painted) { return painted.name == view.name; });
-  }
-
   // Quads or surfels as a mask.
   Mask Draw(const ViewSurface& surface) {
     const CameraParams& camera = surface.geometry->camera();
@@ -169,7 +165,7 @@ class Projection {
     evidence.coverage = coverage_mask_.data();
     evidence.pixel_rows = pixel_rows;
     LiftEvidence(*surface.geometry, evidence, weight);
-    if (keeps_rows_) {
+    if (lifted_views_.AddsInOrder()) {
       KeepLifted(*surface.geometry);
     } else {
       AddLifted(*surface.geometry);
@@ -179,7 +175,7 @@ class Projection {
   // The shares of `result`, and where they are completed their confidence and visibility.
   void FindShares(const GaussianGraph* graph, Monitor& monitor, ProjectedMasks* result) {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
-    const std::vector<float> sums = SumsOfAllRanks();
+    const std::vector<float> sums = SumsOfAllViews();
     const size_t channels = SumChannels(), count = sums.size() / channels;
     const auto channel = [&](size_t c) {
       std::vector<float> values(count);
@@ -332,14 +328,14 @@ class Projection {
 
   // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
   void LiftPaint(const ViewSurface& surface, const uint8_t* mask) {
-    // All ranks know the paint: it counts once.
+    // Every process knows the paint: it counts once.
     LiftEvidence(*surface.geometry, {.camera = surface.geometry->camera(),
                                      .depth = surface.depth.data(),
                                      .unknown_weight = 1,
                                      .coverage = mask,
                                      .scale = static_cast<float>(options_.painted_weight),
                                      .residual = nullptr});
-    if (ranks_.IsRoot()) AddLifted(*surface.geometry);
+    if (lifted_views_.IsFirst()) AddLifted(*surface.geometry);
   }
 
   // What is seen in pixels that are not as close to the border of the paint as a hand may miss it.
@@ -355,7 +351,7 @@ class Projection {
                                     {.residual = residual.data(),
                                      .channels = 1,
                                      .result = backend_.Grow(lifted_, size_t(view.num_rows()))});
-    // Every rank adds up all that is painted.
+    // Every process adds up all that is painted.
     backend_.blend().AddRows(view, lifted_.data(), 1, painted_sums_.data());
   }
 
@@ -389,10 +385,10 @@ class Projection {
                              completes_);
   }
 
-  // lifted_ of a backend in host memory, for its turn among the views of all ranks.
+  // lifted_ of a backend in host memory, for its turn among all views.
   void KeepLifted(const ViewGeometry& view) {
     const size_t channels = Channels();
-    LiftedRows& rows = kept_.emplace_back();
+    ViewRows& rows = kept_.emplace_back();
     for (size_t r = 0; r < static_cast<size_t>(view.num_rows()); ++r) {
       const float* const values = lifted_.data() + channels * r;
       if (std::all_of(values, values + channels, [](float value) { return value == 0; })) continue;
@@ -401,48 +397,19 @@ class Projection {
     }
   }
 
-  // With those of the other ranks' views: on the CPU in the order of the views.
-  std::vector<float> SumsOfAllRanks() {
+  std::vector<float> SumsOfAllViews() {
     std::vector<float> sums = backend_.Download(sums_.data(), sums_.size());
-    if (!ranks_.AreMany()) return sums;
-    if (!keeps_rows_) {
-      ranks_.SumByRank(sums);
-      return sums;
-    }
-    const std::span<std::byte> bytes = BytesOf(std::span(sums));
-    ranks_.AddInOrder({&bytes, 1}, [&](size_t) {
-      for (const LiftedRows& rows : kept_) rows.AddTo(Channels(), completes_, &sums);
-    });
+    lifted_views_.SumRows(kept_, Channels(), /*and_square=*/completes_, &sums);
     kept_.clear();
     return sums;
   }
-
-  // What one view adds to the sums of the Gaussians that it sees.
-  struct LiftedRows {
-    std::vector<int32_t> gaussians;  // distinct
-    std::vector<float> values;       // [gaussians, C]
-
-    // As BlendOps::AddRows().
-    void AddTo(size_t channels, bool and_square, std::vector<float>* sums) const {
-      const size_t width = channels + (and_square ? 1 : 0);
-      ParallelRanges(int64_t(gaussians.size()), kGrain, [&](int64_t first, int64_t last) {
-        for (auto r = size_t(first); r < size_t(last); ++r) {
-          float* const sum = sums->data() + width * static_cast<size_t>(gaussians[r]);
-          const float* const row = values.data() + channels * r;
-          for (size_t c = 0; c < channels; ++c) sum[c] += row[c];
-          if (and_square) sum[channels] += row[channels - 1] * row[channels - 1];
-        }
-      });
-    }
-  };
 
   Renderer& renderer_;
   Backend& backend_;
   const ProjectorOptions& options_;
   bool completes_;
-  Ranks& ranks_ = CurrentRanks();
-  bool keeps_rows_ = false;       // until all that the views add is known
-  std::vector<LiftedRows> kept_;  // a view of this rank each
+  ViewReducer& lifted_views_;
+  std::vector<ViewRows> kept_;  // of own views, whose turn is to come
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
   // [N, 2] W^T (K M), W^T K; where shares are completed [N, 5], also W^T K without painted_weight,
@@ -453,29 +420,29 @@ class Projection {
   Buffer<uint8_t> coverage_mask_;
 };
 
-// Those of `views` that this rank owns; all of them where it is alone.
+bool IsPainted(const View& view, const std::vector<PaintedView>& painted) {
+  return std::any_of(painted.begin(), painted.end(),
+                     [&](const PaintedView& one) { return one.name == view.name; });
+}
+
 template <typename T>
-std::vector<T> OwnViews(const std::vector<T>& views, const Ranks& ranks) {
-  const std::vector<int> owners = ShareOut(views.size(), ranks);
+std::vector<T> OwnOf(const std::vector<T>& views, const ViewReducer& reducer) {
   std::vector<T> own;
-  for (size_t i = 0; i < views.size(); ++i) {
-    if (owners[i] == ranks.rank()) own.push_back(views[i]);
-  }
+  for (const size_t i : reducer.own()) own.push_back(views[i]);
   return own;
 }
 
 double NumPixels(const Camera& camera) { return double(camera.width) * camera.height; }
 
-// Gives every rank the masks of `views`, which their owners drew.
+// Gives every process the masks of `views`, which their owners drew.
 void ShareMasks(const Reconstruction& reconstruction, const std::vector<const View*>& views,
-                Ranks& ranks, std::map<std::string, Mask>* masks) {
-  if (!ranks.AreMany()) return;
-  const std::vector<int> owners = ShareOut(views.size(), ranks);
+                ViewReducer& reducer, std::map<std::string, Mask>* masks) {
+  if (!reducer.IsShared()) return;
   for (size_t i = 0; i < views.size(); ++i) {
     Mask& mask = (*masks)[views[i]->name];
     const Camera& camera = reconstruction.Posed(*views[i]).camera;
-    if (owners[i] != ranks.rank()) mask = Mask(camera.width, camera.height);
-    ranks.Broadcast(BytesOf(std::span(mask.data)), owners[i]);
+    if (!reducer.Owns(i)) mask = Mask(camera.width, camera.height);
+    reducer.Broadcast(i, BytesOf(std::span(mask.data)));
   }
 }
 
@@ -560,8 +527,6 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   ProjectedMasks result;
   const bool lifts = options.kind == ProjectorKind::kGaussians;
   const bool completes = graph && options.Completes() && !painted.empty();
-  Projection projection(cloud, painted, renderer, options, completes);
-  Ranks& ranks = CurrentRanks();
   const std::vector<const View*>& all_masked = wanted.empty() ? views : wanted;
   // Lifted from, but for what is painted and known already, or drawn on.
   struct Drawn {
@@ -571,7 +536,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   };
   std::vector<Drawn> all_drawn;
   for (const View* view : lifts ? views : all_masked) {
-    if (lifts && projection.IsPainted(*view)) continue;
+    if (lifts && IsPainted(*view, painted)) continue;
     all_drawn.push_back({reconstruction.Posed(*view), view, 1});
   }
   if (completes) {
@@ -581,8 +546,11 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
       all_drawn.push_back({shrunk, nullptr, float(weight)});
     }
   }
-  const std::vector<Drawn> drawn = OwnViews(all_drawn, ranks);
-  const std::vector<const View*> masked = OwnViews(all_masked, ranks);
+  ViewReducer drawn_views(renderer.backend(), all_drawn.size());
+  ViewReducer masked_views(renderer.backend(), all_masked.size());
+  const std::vector<Drawn> drawn = OwnOf(all_drawn, drawn_views);
+  const std::vector<const View*> masked = OwnOf(all_masked, masked_views);
+  Projection projection(cloud, painted, renderer, options, completes, drawn_views);
   std::vector<SurfaceRequest> requests = projection.PaintedRequests(reconstruction);
   const size_t first_drawn = requests.size();
   const uint16_t pixel_rows = lifts ? LiftedRows(all_drawn.size()) : kAllPixelRows;
@@ -591,7 +559,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   }
   std::vector<SurfaceRequest> unpainted;  // those of the masks in which paint may have been lost
   for (const View* view : masked) {
-    if (lifts && !painted.empty() && !projection.IsPainted(*view)) {
+    if (lifts && !painted.empty() && !IsPainted(*view, painted)) {
       unpainted.push_back({reconstruction.Posed(*view), view});
     }
   }
@@ -634,7 +602,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                                              &result.masks[unpainted[i].view->name]);
                    });
   }
-  ShareMasks(reconstruction, all_masked, ranks, &result.masks);
+  ShareMasks(reconstruction, all_masked, masked_views, &result.masks);
   Finish(&result);
   // A painted view shows its paint in any case; other views show Gaussians.
   const bool holds = lifts ? HoldsGaussians(result.shares, options) : HoldsPaint(painted, result);

@@ -43,7 +43,7 @@ KINDS = {
         recolor/refit_options.h: kMostSweeps
         recolor/mm_targets.cc: kMostRowsPerRow
         recolor/refit_target.cc: kPixels
-        recolor/refit_views.cc: kGaussians kPartsOfRank kLeastGaussians
+        recolor/refit_views.cc: kGaussians
         opening/virtual_views.cc: kVersion
         depth/colmap_mvs.cc: kToldLines
         depth/stereo_hv.cc: kMost""",

@@ -45,10 +45,10 @@ Fitted Fit(const TinyScene& scene, const FitCase& one) {
   if (one.change) one.change(options);
   const ColorEdit edit = EditOf(one);
   std::vector<RefitTarget> targets = scene.Targets();
-  // A rank needs the photos of its own targets only.
-  const std::vector<int> owners = OwnersOf(targets);
+  // A process needs the photos of its own targets only.
+  const ViewReducer shared = ShareTargets(renderer.backend(), targets);
   for (size_t t = 0; t < targets.size(); ++t) {
-    if (owners[t] != CurrentRanks().rank()) targets[t].photo = nullptr;
+    if (!shared.Owns(t)) targets[t].photo = nullptr;
   }
   Fitted fitted;
   fitted.shares = MaskShares(renderer, targets, monitor);

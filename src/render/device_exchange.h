@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays that lie on the ranks' devices: their sums, and copies of one. Internal to recolor.
+// Arrays that lie on the ranks' devices: their sums, and copies of one. Internal to render.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "recolor/device_exchange.h"
+#include "render/device_exchange.h"
 
 #include <algorithm>
 #include <vector>

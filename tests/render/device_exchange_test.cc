@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sums and copies on devices that are linked. The host stands for the devices here; on GPUs
 // tests/e2e/cluster_test.cc compares the bytes of whole runs.
-#include "recolor/device_exchange.h"
+#include "render/device_exchange.h"
 
 #include <cmath>
 #include <cstring>
