@@ -16,6 +16,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/parallel.h"
 #include "render/view_reducer.h"
 #include "scene/image_checks.h"
@@ -39,6 +40,13 @@ constexpr float kSilhouetteJump = 0.005f;
 // Relative difference in depth up to which two views surely show one surface. A thing and the wall
 // behind it may lie closer together than visible_tolerance.
 constexpr float kSameSurface = 0.005f;
+// The look-up's tolerance is kTimesAgreeing times the difference that a part kAgreeing of the
+// depths keeps within; docs/decisions/0037 says what else was tried. They are those of kCompared
+// views, in every kComparedStep-th row and column: enough for a quantile.
+constexpr double kAgreeing = 0.8;
+constexpr float kTimesAgreeing = 3;
+constexpr size_t kCompared = 4;
+constexpr int kComparedStep = 4;
 // A hand may miss the border by this share of the picture's longer side. Farther from it, pixels
 // surely show Gaussians that are painted, or that are not.
 constexpr double kSurePaint = 0.01;
@@ -109,6 +117,38 @@ class Projection {
     LiftPaint(surface, painted.mask.data());
     if (completes_) LiftSurePaint(*surface.geometry, painted, said);
     painted.depth = std::move(surface.depth);
+  }
+
+  // Compares a view's depths with those of the painted views, for FindTolerance().
+  void Compare(const PosedCamera& posed, const ViewSurface& surface) {
+    const int width = posed.camera.width, height = posed.camera.height;
+    const std::vector<float> depth = backend_.Download(surface.depth.data(), surface.depth.size());
+    for (const Painted& painted : painted_) {
+      const Camera& camera = painted.camera.camera;
+      const std::vector<float> theirs =
+          backend_.Download(painted.depth.data(), painted.depth.size());
+      for (int y = 0; y < height; y += kComparedStep) {
+        for (int x = 0; x < width; x += kComparedStep) {
+          const float z = depth[size_t(y) * size_t(width) + size_t(x)];
+          if (!(z > 0)) continue;
+          const auto at = painted.camera.Project(posed.Unproject({x + 0.5, y + 0.5}, double(z)));
+          if (!at || !((*at)[0] >= 0 && (*at)[1] >= 0 && (*at)[0] < camera.width &&
+                       (*at)[1] < camera.height)) {
+            continue;
+          }
+          const float seen = theirs[size_t((*at)[1]) * size_t(camera.width) + size_t((*at)[0])];
+          const float apart = std::abs(float((*at)[2]) - seen) / seen;
+          if (seen > 0 && apart <= tolerance_) differences_.push_back(apart);
+        }
+      }
+    }
+  }
+
+  // Depths that differ by more than the views' depths usually do belong to two surfaces. Beside a
+  // contact many do, and yet differ by less than visible_tolerance.
+  void FindTolerance() {
+    if (differences_.empty()) return;
+    tolerance_ = std::min(tolerance_, kTimesAgreeing * Quantile(differences_, kAgreeing));
   }
 
   // The paint, in the `mask` that the shares give its view.
@@ -239,7 +279,7 @@ class Projection {
     return {.camera = surface.geometry->camera(),
             .depth = surface.depth.data(),
             .painted = painted,
-            .tolerance = static_cast<float>(options_.visible_tolerance),
+            .tolerance = tolerance_,
             .unknown_weight = unknown_weight,
             .scale = 1,
             .residual = nullptr};
@@ -408,6 +448,8 @@ class Projection {
   Backend& backend_;
   const ProjectorOptions& options_;
   bool completes_;
+  float tolerance_ = static_cast<float>(options_.visible_tolerance);
+  std::vector<float> differences_;  // relative, of depths within tolerance_
   ViewReducer& lifted_views_;
   std::vector<ViewRows> kept_;  // of own views, whose turn is to come
   Buffer<CloudPoint> points_;
@@ -552,6 +594,12 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const std::vector<const View*> masked = OwnOf(all_masked, masked_views);
   Projection projection(cloud, painted, renderer, options, completes, drawn_views);
   std::vector<SurfaceRequest> requests = projection.PaintedRequests(reconstruction);
+  const size_t num_painted = requests.size();
+  const size_t compared = lifts && !painted.empty() ? std::min(kCompared, all_drawn.size()) : 0;
+  for (size_t i = 0; i < compared; ++i) {
+    const Drawn& one = all_drawn[i * all_drawn.size() / compared];
+    requests.push_back({one.posed, one.view, kAllPixelRows, /*cache=*/one.view != nullptr});
+  }
   const size_t first_drawn = requests.size();
   const uint16_t pixel_rows = lifts ? LiftedRows(all_drawn.size()) : kAllPixelRows;
   for (const Drawn& one : drawn) {
@@ -576,7 +624,12 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     if (i >= first_drawn) step();
   };
   RenderSurfaces(renderer, reconstruction, requests, surfaces, [&](size_t i, ViewSurface surface) {
-    if (i < first_drawn) return projection.AddPainted(i, std::move(surface));
+    if (i < num_painted) return projection.AddPainted(i, std::move(surface));
+    if (i < first_drawn) {
+      projection.Compare(requests[i].posed, surface);
+      if (i + 1 == first_drawn) projection.FindTolerance();
+      return;
+    }
     step();
     const Drawn& one = drawn[i - first_drawn];
     if (lifts) {

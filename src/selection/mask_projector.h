@@ -8,11 +8,12 @@
 //     fringe of what lies behind the limb shows, and, for a completion, where the paint ends before
 //     or beyond an edge at most paint_slack away (mask_tools/paint_border.h). In another view the
 //     surface in the pixel is looked up in the painted views: where one of them sees it (same depth
-//     within visible_tolerance), M is the paint there and K = 1, so that what was seen outside the
-//     paint counts against. Where none does, the cloud's surfels add what they cover: M and K are
-//     their coverage. Where neither speaks nobody knows: K = 0, or without completion M = 0 with
-//     the small weight K = unknown_weight. Views that no camera took are looked at in the same way,
-//     drawn small, for a completion of scenes with few cameras.
+//     within visible_tolerance, and within what the scene's depths usually keep to), M is the paint
+//     there and K = 1, so that what was seen outside the paint counts against. Where none does, the
+//     cloud's surfels add what they cover: M and K are their coverage. Where neither speaks nobody
+//     knows: K = 0, or without completion M = 0 with the small weight K = unknown_weight. Views
+//     that no camera took are looked at in the same way, drawn small, for a completion of scenes
+//     with few cameras.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
 //     the mean of M over all that g contributes to, weighted by K and its blending weights;
 //     completed where too little of it was seen (selection/completion.h).
@@ -57,8 +58,8 @@ struct ProjectorOptions {
   // gaussians: what becomes of surfaces that no painted view sees
   Completion completion = Completion::kNear;
   double unknown_weight = 0.1;  // gaussians: against those surfaces, where nothing completes them
-  double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies this close
-                                    // to its depth
+  double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies at most
+                                    // this close to its depth; less if the scene's depths agree
   // gaussians, completed: share of the picture's longer side by which paint may miss an edge; 0:
   // the painted border is meant
   double paint_slack = 0;

@@ -126,7 +126,9 @@ void ProjectorOptions::Describe(OptionList& list) {
   list.push_back({.name = "visible_tolerance",
                   .member = &visible_tolerance,
                   .range = OptionRange::AboveTo(0, 1),
-                  .help = "relative depth within which a painted view sees a surface",
+                  .help =
+                      "largest relative depth difference at which a painted view sees a surface; "
+                      "less if the depths of the views agree",
                   .applies = "gaussians",
                   .flag = "--visible-tolerance"});
 }
