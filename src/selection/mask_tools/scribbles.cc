@@ -2,6 +2,7 @@
 #include "selection/mask_tools/scribbles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -34,6 +35,8 @@ constexpr double kReach = 3;     // log odds of a pixel far nearer to one side's
 constexpr double kGiven = 1e4;   // log odds of a stroke's own pixels
 constexpr int kMatteRadius = 2;  // of the small picture
 constexpr double kDoubt = 2;     // log odds that may be wrong
+// Factors of OKLab that take a pixel out of a shadow: at 2, an eighth of the light is left.
+constexpr std::array<float, 3> kOutOfShadow = {1.26f, 1.59f, 2};
 
 // How a border is looked for.
 struct Search {
@@ -81,8 +84,21 @@ bool IsBorder(const Features4& features, size_t p) {
   return x == 0 || y == 0 || x == features.width - 1 || y == features.height - 1;
 }
 
+// Of each point, also if it shows the same surface in a shadow, which scales OKLab and keeps the
+// hue.
+Mixture::Values LitOrInShadow(const Mixture& mixture, const Mixture::Points& at) {
+  Mixture::Values largest = mixture.LogLikelihoods(at);
+  for (const float factor : kOutOfShadow) {
+    Mixture::Points lit = at;
+    lit.leftCols<3>() *= factor;
+    largest = largest.max(mixture.LogLikelihoods(lit));
+  }
+  return largest;
+}
+
 // Log odds of "inside" of each free pixel by what it looks like, with mixtures that are learned
-// from the pixels that `take` names.
+// from the pixels that `take` names. Shadows lie on what is outside: a thing's own shaded side has
+// its hue.
 std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& free,
                              const std::function<bool(size_t, Seed)>& take) {
   Mixture in, out;
@@ -96,7 +112,7 @@ std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& 
     Mixture::Points at(end - begin, 4);
     for (int64_t i = begin; i < end; ++i)
       at.row(i - begin) = At(features, size_t(free[size_t(i)])).transpose();
-    const Mixture::Values looks = in.LogLikelihoods(at) - out.LogLikelihoods(at);
+    const Mixture::Values looks = in.LogLikelihoods(at) - LitOrInShadow(out, at);
     constexpr auto kLimit = float(kLogLimit);
     for (int64_t i = begin; i < end; ++i)
       odds[size_t(i)] = std::clamp(looks[i - begin], -kLimit, kLimit);
