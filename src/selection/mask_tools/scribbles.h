@@ -21,11 +21,11 @@ void DrawStroke(const std::vector<Eigen::Vector2d>& points, double brush, Mask* 
 // Gaussians are learned of inside and outside and learned again from the result, here of color and
 // depth together; the distance along the surfaces from the strokes (Price et al. 2010) is added,
 // and the cheapest border is found as a cut (min_cut.h), cheap along edges of the color and
-// valleys of the surface (surface_edges.h). A pixel also counts as outside if it would be without a
-// shadow. What is not connected to a stroke inside is outside,
-// and so are parts of surfaces between valleys that are outside for the most part. Large views are
-// solved at 100,000 pixels, and their edges found at the full size. OptionError where no pixel is
-// inside, or one is inside and outside.
+// valleys of the surface (surface_edges.h). A pixel is also as likely outside as its surface is out
+// of a shadow. What is not connected to a stroke inside is outside, and so are parts of surfaces
+// between valleys that are outside for the most part. Large views are solved at 100,000 pixels, and
+// their edges found at the full size. OptionError where no pixel is inside, or one is inside and
+// outside.
 //
 // `undecided`, where not null: 255 in pixels that the view does not decide, else 0. Such are those
 // that a change of all log odds by 2 would turn, which is what the color says at most, and those of
