@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The command line on Debian 12, for the CPU:
 #   docker build -t retint .
-#   docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/work" retint info --workspace WS --splat S.ply
+#   docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/work" retint info WS
 # Each compiler process takes up to 2 GB: pass --build-arg JOBS=1 if memory is short.
 FROM debian:12 AS build
 WORKDIR /retint

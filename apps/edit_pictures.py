@@ -75,7 +75,7 @@ def main():
         def retint(verb, *arguments):
             subprocess.run([options.retint, verb, *map(str, arguments), "--quiet"], check=True)
 
-        retint("synth", "--output", scene, "--width", 480, "--height", 360, "--views", 5)
+        retint("synth", "--output", scene, "--width", 480, "--height", 360, "--photos", 5)
         write_look(work / "look.cube")
         paint(scene, work / "painted.png")
         _, (left, top, right, bottom) = bounds(scene)
@@ -88,9 +88,9 @@ def main():
             splat = scene / "splat.ply"
             if edit:
                 splat = work / "edited.ply"
-                retint("refit", "--workspace", scene, "--splat", scene / "splat.ply", "--masks",
+                retint("refit", scene, "--splat", scene / "splat.ply", "--masks",
                        scene / "truth" / "masks" / OBJECT, *edit, "--output", splat)
-            retint("render", "--workspace", scene, "--splat", splat, "--view", VIEW, "--output",
+            retint("render", scene, "--splat", splat, "--view", VIEW, "--output",
                    work / "render")
             picture = Image.open(work / "render" / (VIEW + ".png")).convert("RGB").crop(crop)
             height = WIDTH * picture.height // picture.width

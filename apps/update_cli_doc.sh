@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Puts what `retint VERB --help` prints below each `<!-- help: VERB -->` of docs/cli.md.
+# Puts what `retint VERB --help` prints below each `<!-- help: VERB -->` of docs/cli.md, and what
+# `retint VERB` prints below each `<!-- output: VERB -->`.
 #   bash apps/update_cli_doc.sh [RETINT]    RETINT: the executable; built where not given
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -20,9 +21,11 @@ while IFS= read -r line; do
     skipping=false
   fi
   printf '%s\n' "$line"
-  if [[ $line =~ ^'<!-- help: '(.*)'-->'$ ]]; then
-    verb=${BASH_REMATCH[1]% }
-    printf '```text\n%s\n```\n' "$("$retint" ${verb:+"$verb"} --help)"
+  if [[ $line =~ ^'<!-- '(help|output)': '(.*)'-->'$ ]]; then
+    verb=${BASH_REMATCH[2]% }
+    help=()
+    [[ ${BASH_REMATCH[1]} == help ]] && help=(--help)
+    printf '```text\n%s\n```\n' "$("$retint" ${verb:+"$verb"} "${help[@]}")"
     skipping=true in_fence=false
   fi
 done <"$doc" >"$new"

@@ -28,9 +28,9 @@ cat >"$work/try.sh" <<'TRY'
 set -eu
 cd "$(mktemp -d)"
 retint --version
-retint synth --output scene --width 120 --height 90 --views 4 --quiet
+retint synth --output scene --width 120 --height 90 --photos 4 --quiet
 mask=$(find scene/truth/masks/ball -name '002*')
-retint recolor --workspace scene --splat scene/splat.ply --view 002.png --mask "$mask" --to '#3060ff' --output a.ply --quiet
+retint recolor scene --view 002.png --mask "$mask" --to '#3060ff' --output a.ply --quiet
 test -s a.ply
 QT_QPA_PLATFORM=offscreen retint-viewer --version
 TRY

@@ -77,18 +77,18 @@ Mask Strokes(PySession& self, const py::object& strokes, double brush, const Use
 Mask MakeMask(PySession& self, const std::string& view, const py::object& inside,
               const py::object& outside, double brush, const py::object& mask,
               const py::object& wand, const py::object& scissors, const py::object& sphere,
-              const py::object& box, const py::object& like, int refine_edge, bool this_view_alone,
+              const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
               const std::string& image, const std::string& pixels, py::object progress) {
   CheckOption(image == "render" || image == "photo", "image is 'render' or 'photo'");
   CheckOption(pixels == "pinhole" || pixels == "photo", "pixels is 'pinhole' or 'photo'");
-  CheckOption(refine_edge >= 0 && refine_edge <= 200, "refine_edge is 0 to 200 pixels");
+  CheckOption(snap_edge >= 0 && snap_edge <= 200, "snap_edge is 0 to 200 pixels");
   const UserPicture picture = self.Use([&](EditSession& session) {
     const Pixels own = pixels == "photo" ? Pixels::kPhoto : Pixels::kPinhole;
     return Pictures(session.scene().workspace(), own).RequireOne(view);
   });
   ViewMaskRequest request;
   request.photo = image == "photo";
-  request.refine_edge = refine_edge;
+  request.snap_edge = snap_edge;
   request.this_view_alone = this_view_alone;
   if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
   request.inside = Strokes(self, inside, brush, picture, true);
@@ -159,22 +159,22 @@ void BindOutlines(py::class_<PySession>& type) {
           [](PySession& self, const std::string& view, const py::object& inside,
              const py::object& outside, double brush, const py::object& mask,
              const py::object& wand, const py::object& scissors, const py::object& sphere,
-             const py::object& box, const py::object& like, int refine_edge, bool this_view_alone,
+             const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
              const std::string& image, const std::string& pixels, py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
-                                       sphere, box, like, refine_edge, this_view_alone, image,
+                                       sphere, box, like, snap_edge, this_view_alone, image,
                                        pixels, std::move(progress)));
           },
           py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
           py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
-          py::arg("like") = none, py::arg("refine_edge") = 0, py::arg("this_view_alone") = false,
+          py::arg("like") = none, py::arg("snap_edge") = 0, py::arg("this_view_alone") = false,
           py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("progress") = none,
           "The mask of a view, [H, W] uint8, soft, as `retint mask` makes it: selected by one of "
           "`inside` (and `outside`: strokes, as a mask or as a list of lines [n, 2] in pixels, "
           "`brush` pixels wide), `mask`, `wand` (x, y[, color[, depth[, normal]]]) or `scissors` "
           "(anchors [n, 2]); limited by `sphere` (x, y, z, radius) and `box` (x, y, z, x, y, z) in "
-          "the world and by `like` (x, y[, tolerance]), the color of a pixel. `refine_edge`: then "
+          "the world and by `like` (x, y[, tolerance]), the color of a pixel. `snap_edge`: then "
           "the border moves to edges at most so many pixels away. `this_view_alone`: what strokes "
           "leave open in the view is not decided by what other views show. `image`: 'render' or "
           "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of "

@@ -114,7 +114,7 @@ DepthEstimate DepthOf(const PySplat& splat, const py::object& view, const std::s
   Call call(std::move(progress));
   return call.Run([&](Monitor& monitor) {
     const auto renderer = MakeRenderer(*splat.data, backend, {0, 0, 0});
-    return MakeDepthEstimator(options.select.method, *renderer, workspace.get(),
+    return MakeDepthEstimator(options.select.depth_method, *renderer, workspace.get(),
                               options.select.depth)
         ->Estimate(camera, monitor);
   });

@@ -12,6 +12,7 @@
 #include "colmap_io/nerfstudio.h"
 #include "opening/scene_check.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "scene/transform.h"
 #include "splat_io/splat_io.h"
 
@@ -26,6 +27,7 @@ struct Arguments {
 
 void AlignSplat(const Arguments& arguments, Run& run) {
   const SceneArguments& scene = arguments.scene;
+  CheckOption(!scene.workspace.empty(), "a splat is aligned with a workspace: give its folder");
   if (!arguments.output.empty()) {
     CodecForWriting(arguments.output);
     CheckOutput(arguments.output);
@@ -80,21 +82,16 @@ void AddAlign(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "align",
                            "Find how a splat from another frame lies in a workspace's world");
-  AddPath(verb, "--workspace", arguments->scene.workspace, "COLMAP or nerfstudio workspace",
-          "FOLDER")
-      ->required();
-  AddPath(verb, "--splat", arguments->scene.splat, "3D Gaussian Splatting scene")->required();
-  AddPath(verb, "--images", arguments->scene.images, "Folder of the photos, where it is not found",
-          "FOLDER");
-  verb->add_option("--model", arguments->scene.model,
-                   "Which sparse model of the workspace, such as 1 or dense/0; else the largest")
-      ->type_name("NAME");
-  verb->add_option("--views", arguments->options.views, "Photos that renders are compared with")
+  AddSceneFiles(verb, globals, arguments->scene, /*needs_splat=*/true);
+  Everyday(verb, verb->get_option("--splat"));
+  Everyday(verb, AddPath(verb, "-o,--output", arguments->output,
+                         "Splat to write, moved into the workspace's world, in the format of its "
+                         "extension"));
+  Everyday(verb, AddPath(verb, "--transform", arguments->transform,
+                         "Similarity to write (.json), for --world-from-splat"));
+  verb->add_option("--compare", arguments->options.views, "Photos to compare renders with")
       ->check(CLI::Range(1, 1000));
-  AddPath(verb, "--output", arguments->output,
-          "Splat to write, moved into the workspace's world, in the format of its extension");
-  AddPath(verb, "--transform", arguments->transform,
-          "Where to write the similarity (.json), for --world-from-splat");
+  AddExamples(verb, {"retint align sample --splat sample/splat.ply --transform place.json"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { AlignSplat(*arguments, run); }; });
 }

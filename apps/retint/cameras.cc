@@ -5,6 +5,7 @@
 #include "base/staged_output.h"
 #include "reporting/export.h"
 #include "retint/common.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 namespace {
@@ -33,17 +34,19 @@ void AddCameras(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "cameras",
                            "Place views around a splat and write them as a COLMAP workspace");
-  AddPath(verb, "--splat", arguments->scene.splat, "3D Gaussian Splatting scene")->required();
-  verb->add_option("--views", arguments->scene.views, "How many views are placed")
-      ->check(CLI::Range(2, 400));
-  AddPath(verb, "--output", arguments->output,
+  AddPath(verb, "SPLAT", arguments->scene.splat, "Splat to place views around")->required();
+  AddPath(verb, "-o,--output", arguments->output,
           "Workspace to write: sparse/0 (cameras, images, points3D) and images, rendered", "FOLDER")
       ->required();
-  verb->add_flag("!--no-images", arguments->images, "Write the model only, without pictures");
-  verb->add_flag("--overwrite", arguments->overwrite,
-                 "Replace the model and pictures that an earlier `retint cameras` wrote there; "
-                 "other files stay. Else the folder must hold neither")
-      ->default_str("");
+  Everyday(verb, verb->add_option("--views", arguments->scene.views, "Views to place")
+                     ->check(CLI::Range(2, 400)));
+  Everyday(verb, verb->add_flag("!--no-images", arguments->images,
+                                "Write the model only, without pictures"));
+  Everyday(verb, verb->add_flag("--overwrite", arguments->overwrite,
+                                "Replace what an earlier `retint cameras` wrote there. Other files "
+                                "stay")
+                     ->default_str(""));
+  AddExamples(verb, {"retint cameras sample/splat.ply --views 12 -o views"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Cameras(*arguments, run); }; });
 }

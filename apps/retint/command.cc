@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -22,6 +23,7 @@
 #include "cluster/mpi_ranks.h"
 #include "retint/common.h"
 #include "retint/file_checks.h"
+#include "retint/help.h"
 #include "retint/manual.h"
 #include "retint/stage_plans.h"
 #include "retint/usage_fault.h"
@@ -98,9 +100,11 @@ Failure Describe(std::exception_ptr thrown, const Globals& globals) {
   } catch (const std::bad_alloc& error) {
     // A device's says what did not fit.
     const std::string what = error.what();
-    return {kRunTime, what == std::bad_alloc().what()
-                          ? "out of memory"
-                          : what + "; smaller --cache-mb and --region-mb leave more for the rest"};
+    return {
+        kRunTime,
+        what == std::bad_alloc().what()
+            ? "out of memory"
+            : what + "; a smaller --cache-mb or --set region_cache_mb leaves more for the rest"};
   } catch (const std::exception& error) {
     return {kRunTime, WithFlags(error.what(), globals)};
   }
@@ -167,17 +171,31 @@ int Execute(Globals globals, const Action& action, bool shared) {
   return shared ? ExecuteShared(globals, action) : ExecuteAlone(globals, action);
 }
 
-// CLI11 says `--no-refine{false}` of a switch that is turned off by that name.
-class HelpFormatter : public CLI::Formatter {
- public:
-  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
-    constexpr std::string_view kTurnsOff = "{false}";
-    std::string name = CLI::Formatter::make_option_name(option, is_positional);
-    if (const size_t at = name.find(kTurnsOff); at != std::string::npos)
-      name.erase(at, kTurnsOff.size());
-    return name;
-  }
+// The verbs as help groups them.
+struct VerbGroup {
+  const char* title;
+  std::vector<void (*)(CLI::App& app, Globals& globals, Action& action)> verbs;
 };
+
+const std::vector<VerbGroup>& VerbGroups() {
+  static const std::vector<VerbGroup> groups = {
+      {"Start here", {AddRecolor, AddMask, AddInfo, AddRun}},
+      {"Look", {AddRender, AddSuggest, AddPalette}},
+      {"Stages of recolor", {AddSelect, AddProject, AddRefit, AddRefine, AddDepth}},
+      {"Scenes", {AddSynth, AddAlign, AddCameras, AddConvert, AddIndex}},
+      {"Measure", {AddEvaluate, AddScore}},
+      {"Help", {AddOptions}}};
+  return groups;
+}
+
+void AddVerbs(CLI::App& app, Globals& globals, Action& action) {
+  for (const VerbGroup& group : VerbGroups()) {
+    const size_t before = app.get_subcommands([](CLI::App*) { return true; }).size();
+    for (const auto add : group.verbs) add(app, globals, action);
+    const auto all = app.get_subcommands([](CLI::App*) { return true; });
+    for (size_t i = before; i < all.size(); ++i) all[i]->group(group.title);
+  }
+}
 
 }  // namespace
 
@@ -188,35 +206,21 @@ int RunCommand(int argc, char** argv) {
   globals.command = Typed(argc, argv);
   globals.json_messages = AsksForJson(argc, argv);
   Action action;
-  CLI::App app("Recolors regions of 3D Gaussian Splatting scenes.", "retint");
+  CLI::App app("Recolors regions of 3D Gaussian Splatting scenes", "retint");
   app.formatter(std::make_shared<HelpFormatter>());
-  app.get_formatter()->column_width(36);
+  app.set_help_flag("-h", "The options that people use");
+  app.set_help_all_flag("--help", "All options that are flags");
   app.set_version_flag(
       "--version", [] { return VersionText(); }, "Version, backends and libraries");
   app.require_subcommand(1);
   app.failure_message(CLI::FailureMessage::simple);
   app.footer(
-      "Exit codes: 0 done, 2 usage, 3 input, 4 run time, 130 interrupted.\n"
-      "`retint VERB --help` lists a verb's options with their defaults.");
-  AddInfo(app, globals, action);
-  AddIndex(app, globals, action);
-  AddRender(app, globals, action);
-  AddDepth(app, globals, action);
-  AddMask(app, globals, action);
-  AddSelect(app, globals, action);
-  AddSuggest(app, globals, action);
-  AddProject(app, globals, action);
-  AddRefit(app, globals, action);
-  AddRecolor(app, globals, action);
-  AddRefine(app, globals, action);
-  AddPalette(app, globals, action);
-  AddEvaluate(app, globals, action);
-  AddScore(app, globals, action);
-  AddRun(app, globals, action);
-  AddAlign(app, globals, action);
-  AddCameras(app, globals, action);
-  AddConvert(app, globals, action);
-  AddSynth(app, globals, action);
+      "`retint COMMAND -h` shows the common options of a command and examples, --help all flags.\n"
+      "Exit codes: 0 done, 2 usage, 3 input, 4 run time, 130 interrupted.");
+  AddExamples(&app, {"retint synth -o sample",
+                     "retint recolor sample --view 023.png --mask sample/masks/023.png.png "
+                     "--to '#3060ff' -o out.ply"});
+  AddVerbs(app, globals, action);
   AddManual(app);
   const Launch launch = ReadLaunch();
   const std::string first = argc > 1 ? argv[1] : "";
@@ -239,9 +243,15 @@ int RunCommand(int argc, char** argv) {
   const auto verbs = app.get_subcommands();
   InputGuard guard(InputGuard::Guards::kReads);
   try {
-    for (const CLI::App* verb : verbs) CheckFiles(*verb, &guard);
-  } catch (const OptionError& error) {
-    return launch.rank > 0 ? kOk : Fail(kUsage, error.what(), globals);
+    for (const CLI::App* verb : verbs) {
+      const auto found = globals.scenes.find(verb);
+      SceneArguments* const scene = found == globals.scenes.end() ? nullptr : found->second;
+      if (scene) FindScene(*scene);
+      CheckFiles(*verb, scene, &guard);
+    }
+  } catch (...) {
+    const Failure failure = Describe(std::current_exception(), globals);
+    return launch.rank > 0 ? kOk : Fail(failure.code, failure.message, globals);
   }
   const bool shared = launch.by_mpi && !verbs.empty() && SharesWork(verbs.front()->get_name());
   if (launch.rank > 0 && !shared) return kOk;

@@ -17,9 +17,9 @@
 #include "base/ranks.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
-#include "colmap_io/nerfstudio.h"
 #include "kernels/cuda/cuda_backend.h"
 #include "opening/scene_check.h"
+#include "retint/help.h"
 #include "retint/version.h"
 #include "selecting/paint_held.h"
 
@@ -102,11 +102,11 @@ std::string WithFlags(const std::string& message, const Globals& globals) {
   const OptionList described = Described(options);
   return SpellOptions(message, [&](std::string_view name, std::string_view value) {
     const Option* option = FindOption(described, name);
-    std::string flag = option ? option->flag : name == "colmap_program" ? "--colmap" : "";
-    if (flag.empty()) {
-      flag = "--" + std::string(name);
-      std::replace(flag.begin(), flag.end(), '_', '-');
+    if (option && option->Flag().empty()) {
+      return "--set " + std::string(name) + (value.empty() ? "" : "=") + std::string(value);
     }
+    std::string flag = "--" + std::string(name);
+    std::replace(flag.begin(), flag.end(), '_', '-');
     return flag + (value.empty() ? "" : " ") + std::string(value);
   });
 }
@@ -124,6 +124,10 @@ void Run::Info(const std::string& message) {
 
 void Run::Print(const std::string& line) const {
   if (!globals_.quiet) std::printf("%s\n", Printable(line).c_str());
+}
+
+void Run::PrintText(const std::string& text) const {
+  if (!globals_.quiet) std::fputs(text.c_str(), stdout);
 }
 
 void Run::Commit(StagedOutput& staged) {
@@ -157,7 +161,7 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
                   const std::string& description) {
   CLI::App* verb = app.add_subcommand(name, description);
   verb->option_defaults()->always_capture_default();
-  constexpr const char* kGroup = "Everywhere";
+  constexpr const char* kGroup = kEverywhere;
   verb->add_option("--backend", globals.backend, "Where kernels run: auto, cpu or cuda")
       ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
       ->group(kGroup);
@@ -181,59 +185,11 @@ CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
                    "auto (bars on a terminal, else plain), bar, plain, json or none, on stderr")
       ->check(CLI::IsMember({"auto", "bar", "plain", "json", "none"}))
       ->group(kGroup);
-  verb->add_flag("--quiet", globals.quiet, "Only errors: no progress, warnings or results")
+  verb->add_flag("-q,--quiet", globals.quiet, "Only errors: no progress, warnings or results")
+      ->group(kGroup);
+  verb->add_flag("-v,--verbose", globals.verbose, "All figures of a run, not only its summary")
       ->group(kGroup);
   return verb;
-}
-
-void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required,
-              const std::string& splat_flag) {
-  CLI::Option* const workspace =
-      verb->add_option(
-              "--workspace", scene.workspace,
-              "COLMAP or nerfstudio workspace (docs/workspaces.md lists the layouts). Without "
-              "it, views are placed around the splat")
-          ->type_name("FOLDER");
-  verb->add_option(splat_flag, scene.splat, "3D Gaussian Splatting scene")
-      ->required(splat_required)
-      ->type_name("FILE");
-  verb->add_option("--images", scene.images, "Folder of the photos, where it is not found")
-      ->needs(workspace)
-      ->type_name("FOLDER");
-  verb->add_option("--model", scene.model,
-                   "Which sparse model of the workspace, such as 1 or dense/0; else the largest")
-      ->needs(workspace)
-      ->type_name("NAME");
-  verb->add_option("--world-from-splat", scene.world_from_splat,
-                   "Where the splat lies in the workspace's world: a JSON file (nerfstudio's "
-                   "dataparser_transforms.json, or what `retint align` writes) or the 12 or 16 "
-                   "numbers of a matrix, by rows")
-      ->type_name("FILE|NUMBERS");
-  verb->add_option("--views", scene.views, "Without --workspace: how many views are placed")
-      ->excludes(workspace)
-      ->check(CLI::Range(2, 400));
-  verb->add_option(
-          "--pixels", scene.pixels,
-          "Where a camera is distorted, masks are read, and masks, renders, depth maps and "
-          "targets written, in the pixels of the photo as it is, or of the undistorted "
-          "views (pinhole)")
-      ->check(CLI::IsMember({"photo", "pinhole"}));
-}
-
-SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run) {
-  SessionOptions options;
-  options.backend = run.globals().backend;
-  options.cache_bytes = run.globals().cache_mb << 20;
-  options.image_folder = scene.images;
-  options.model = scene.model;
-  options.views = scene.views;
-  if (!scene.world_from_splat.empty()) {
-    CheckOption(!scene.workspace.empty(), "--world-from-splat needs --workspace");
-    options.world_from_splat = WorldFromSplatOf(scene.world_from_splat);
-  }
-  options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
-  options.holdout = holdout;
-  return options;
 }
 
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
@@ -261,14 +217,15 @@ void DescribeSession(const EditSession& session, const std::string& backend, Run
 }
 
 void AddPaint(CLI::App* verb, PaintArguments& paint, bool required) {
-  AddRepeated(verb, "--view", paint.views,
-              "Name of the painted view; repeat with --mask for several views of one selection")
-      ->required(required)
-      ->type_name("NAME");
-  AddRepeated(verb, "--mask", paint.masks,
-              "Brush mask of that view: any picture of its size, black or transparent outside")
-      ->required(required)
-      ->type_name("FILE");
+  Everyday(verb, AddRepeated(verb, "--view", paint.views,
+                             "Name of the painted view. Repeat with --mask for several views")
+                     ->required(required)
+                     ->type_name("NAME"));
+  Everyday(verb, AddRepeated(verb, "--mask", paint.masks,
+                             "Mask of that view, a picture of its size; black or transparent is "
+                             "outside")
+                     ->required(required)
+                     ->type_name("FILE"));
 }
 
 std::vector<PaintFile> PaintArguments::Files() const {
@@ -333,44 +290,57 @@ void WarnOfMissingPhotos(const Workspace& workspace, Run& run) {
 
 void AddPreset(CLI::App* verb, EditArguments& edit) {
   verb->add_option("--preset", edit.preset,
-                   "Options to start from, where no flag says otherwise: retint (the defaults "
-                   "shown here) or paper (ReCoGS as published, see docs/method.md)")
-      ->check(CLI::IsMember(Presets()));
+                   "Options to start from: retint (the defaults shown here) or paper (ReCoGS as "
+                   "published)")
+      ->check(CLI::IsMember(Presets()))
+      ->group(kOtherOptions);
 }
 
-void AddDepthOptions(CLI::App* verb, EditArguments& edit, const std::string& method_flag) {
+std::vector<StageOption> StagesOf(EditOptions& edit, RefineOptions& refine) {
+  std::vector<StageOption> all;
+  const auto add = [&](const char* stage, auto& options) {
+    for (const Option& option : Described(options)) all.push_back({stage, option});
+  };
+  add("select", edit.select);
+  add("project", edit.projector);
+  add("refine", refine);
+  add("refit", edit.refit);
+  return all;
+}
+
+void AddDepthOptions(CLI::App* verb, EditArguments& edit) {
   OptionList list;
   edit.options.select.DescribeDepth(list);
-  edit.flags.Add(verb, "Depth", list, {{"--method", method_flag}});
+  edit.flags.Add(verb, "select", "Selection", list);
   // Where a program lies belongs to the machine: it is no option of the edit.
-  verb->add_option("--colmap", edit.options.select.depth.colmap_mvs.program,
-                   "colmap-mvs: COLMAP's program, built with CUDA; a name is looked up in PATH")
+  verb->add_option("--colmap-program", edit.options.select.depth.colmap_mvs.program,
+                   "colmap-mvs: COLMAP's program, built with CUDA. A name is looked up in PATH")
       ->type_name("FILE")
-      ->group("Depth");
+      ->group("Selection");
 }
 
 void AddCloudOptions(CLI::App* verb, EditArguments& edit) {
   OptionList list;
   edit.options.select.DescribeCloud(list);
-  edit.flags.Add(verb, "Cloud and registration", list);
+  edit.flags.Add(verb, "select", "Selection", list);
 }
 
 void AddProjectorOptions(CLI::App* verb, EditArguments& edit) {
   OptionList list;
   edit.options.projector.Describe(list);
-  edit.flags.Add(verb, "Projection", list);
+  edit.flags.Add(verb, "project", "Selection", list);
 }
 
 void AddRefitOptions(CLI::App* verb, ColorArguments& color, EditArguments& edit) {
-  constexpr const char* kGroup = "Refit";
-  color.flags.Add(verb, "Edit (operations apply in the order in which they are given)");
+  constexpr const char* kGroup = "Fit";
+  color.flags.Add(verb, kEditGroup);
   OptionList list;
   edit.options.refit.Describe(list);
-  edit.flags.Add(verb, kGroup, list);
-  verb->add_option("--holdout", color.holdout,
-                   "Keep every n-th view by name out of the fit and report on it; 0 keeps none")
-      ->check(CLI::Range(0, 1000000))
-      ->group(kGroup);
+  edit.flags.Add(verb, "refit", kGroup, list);
+  Everyday(verb, verb->add_option("--holdout", color.holdout,
+                                  "Keep every N-th view by name out of the fit, and report on it")
+                     ->check(CLI::Range(0, 1000000))
+                     ->group(kGroup));
 }
 
 EditOptions Resolve(const EditArguments& edit, const Globals& globals) {

@@ -18,11 +18,14 @@
 #include "editing/edit_session.h"
 #include "pipeline/edit_recipe.h"
 #include "pipeline/scene_source.h"
+#include "recolor/finer_gaussians.h"
 #include "retint/edit_flags.h"
 #include "retint/option_flags.h"
 #include "retint/progress.h"
 
 namespace retint::cli {
+
+struct SceneArguments;
 
 // --backend and its like, accepted by every verb.
 struct Globals {
@@ -32,11 +35,12 @@ struct Globals {
   size_t cache_mb = 640;
   std::string log_level = "warn";
   std::string progress = "auto";
-  bool quiet = false;
-  std::string command;             // what was typed, for a shell
-  bool runs_job = false;           // its options are keys of a file, not flags
-  bool json_messages = false;      // warnings and errors: with --progress json
-  std::vector<PlannedStage> plan;  // of the verb's run, for its progress
+  bool quiet = false, verbose = false;
+  std::string command;                                // what was typed, for a shell
+  bool runs_job = false;                              // its options are keys of a file, not flags
+  bool json_messages = false;                         // warnings and errors: with --progress json
+  std::vector<PlannedStage> plan;                     // of the verb's run, for its progress
+  std::map<const CLI::App*, SceneArguments*> scenes;  // of the verbs that open one
 };
 
 // A message of the library (base/option_name.h) with flags for the names of options.
@@ -63,6 +67,8 @@ class Run {
   void Info(const std::string& message);
   // A line of results on stdout, unless --quiet.
   void Print(const std::string& line) const;
+  // Lines of ours, such as a list, as they are.
+  void PrintText(const std::string& text) const;
   void Commit(StagedOutput& staged);
   // What was asked for is in files that are in their places.
   void SetWritten() { has_written_ = true; }
@@ -85,10 +91,16 @@ class Run {
 bool FlushOutput();
 inline constexpr const char* kNoStandardOutput = "standard output: cannot write";
 
+// Groups of options in help.
+inline constexpr const char* kSceneGroup = "Scene";
+inline constexpr const char* kOutputGroup = "Output";
+inline constexpr const char* kEditGroup = "Edit (in the order given)";
+
 using Action = std::function<void(Run&)>;
 
 // The verbs: each adds a subcommand whose parsing sets `action`.
 void AddIndex(CLI::App& app, Globals& globals, Action& action);
+void AddOptions(CLI::App& app, Globals& globals, Action& action);
 void AddInfo(CLI::App& app, Globals& globals, Action& action);
 void AddRender(CLI::App& app, Globals& globals, Action& action);
 void AddDepth(CLI::App& app, Globals& globals, Action& action);
@@ -115,14 +127,23 @@ bool SharesWork(const std::string& verb);
 CLI::App* AddVerb(CLI::App& app, Globals& globals, const std::string& name,
                   const std::string& description);
 
-// --workspace, --splat, --images and what else says which scene to open.
+// Which scene to open: SCENE and the flags that say more about it.
 struct SceneArguments {
-  std::filesystem::path workspace, splat, images;
+  std::filesystem::path path;                      // as typed
+  std::filesystem::path workspace, splat, images;  // found; no workspace: a splat alone
+  std::filesystem::path view_folder;               // of a session: views that were placed
   std::string model, world_from_splat, pixels = "photo";
+  Sim3d place;  // of a session: where its splat lies in the workspace's world
   int views = SessionOptions().views;
+  bool needs_splat = true;
 };
-void AddScene(CLI::App* verb, SceneArguments& scene, bool splat_required = true,
-              const std::string& splat_flag = "--splat");
+// SCENE, --splat, --images and --model.
+void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat);
+void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat = true);
+// The scene of a recipe, where `scene` does not say otherwise.
+void TakeScene(const EditRecipe& recipe, SceneArguments& scene);
+// After parsing: from what was typed to a workspace and a splat. InputError, OptionError.
+void FindScene(SceneArguments& scene);
 SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run);
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
                                          const MemoryLimits& limits = {});
@@ -178,6 +199,9 @@ void WarnOfMainColor(const ColorEdit& edit, Run& run);
 // As WarningOfMissingPhotos().
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run);
 
+// All options that --set takes, by stage.
+std::vector<StageOption> StagesOf(EditOptions& edit, RefineOptions& refine);
+
 // The options of an edit as flags, or those that a verb has of them.
 struct EditArguments {
   EditOptions options;
@@ -185,7 +209,7 @@ struct EditArguments {
   OptionFlags flags;
 };
 void AddPreset(CLI::App* verb, EditArguments& edit);
-void AddDepthOptions(CLI::App* verb, EditArguments& edit, const std::string& method_flag);
+void AddDepthOptions(CLI::App* verb, EditArguments& edit);
 void AddCloudOptions(CLI::App* verb, EditArguments& edit);
 void AddProjectorOptions(CLI::App* verb, EditArguments& edit);
 // The preset's with what flags say instead, and the seed. 0 iterations of adam, which nothing but
@@ -208,7 +232,7 @@ void CheckPicture(const std::filesystem::path& path);
 // An output or input path.
 inline CLI::Option* AddPath(CLI::App* verb, const std::string& flag, std::filesystem::path& path,
                             const std::string& description, const char* type = "FILE") {
-  return verb->add_option(flag, path, description)->type_name(type);
+  return verb->add_option(flag, path, description)->type_name(type)->default_str("");
 }
 
 // An option that may be repeated, one value each time.

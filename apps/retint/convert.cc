@@ -10,6 +10,7 @@
 #include "base/stopwatch.h"
 #include "opening/virtual_views.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "scene/sh_band4.h"
 #include "splat_io/splat_difference.h"
@@ -19,8 +20,7 @@ namespace retint::cli {
 namespace {
 
 struct Arguments {
-  std::filesystem::path input, output, report, workspace;
-  std::filesystem::path splat, written;  // as other verbs have them
+  std::filesystem::path input, output, report, cameras;
   bool predict = false, drop_bad = false;
 };
 
@@ -94,10 +94,10 @@ std::optional<FormatError> ColorError(const Arguments& arguments, const Gaussian
   try {
     const auto backend = CreateBackend(options.backend);
     Workspace workspace;
-    if (arguments.workspace.empty()) {
+    if (arguments.cameras.empty()) {
       workspace = PlaceViews(backend, model, placed, run.monitor());
     } else {
-      workspace = Workspace::Open(arguments.workspace);
+      workspace = Workspace::Open(arguments.cameras);
       workspace.UndistortViews();
     }
     Renderer renderer(backend, model);
@@ -108,36 +108,13 @@ std::optional<FormatError> ColorError(const Arguments& arguments, const Gaussian
   } catch (const std::invalid_argument& error) {
     throw OptionError(std::string("--backend: ") + error.what());
   } catch (const InputError& error) {
-    if (!arguments.workspace.empty()) throw;
+    if (!arguments.cameras.empty()) throw;
     run.Warn(std::string("no color error is known: ") + error.what());
     return std::nullopt;
   }
 }
 
-// Both files, by place or by flag. Of one that is given by flag the place is the next one's.
-void Place(Arguments& arguments) {
-  std::vector<std::filesystem::path> places;
-  for (const auto& place : {arguments.input, arguments.output}) {
-    if (!place.empty()) places.push_back(place);
-  }
-  const auto take = [&](const std::filesystem::path& flag) {
-    if (!flag.empty()) return flag;
-    CheckOption(!places.empty(),
-                "give the splat to read and the one to write: convert INPUT OUTPUT, or --splat and "
-                "--output");
-    const std::filesystem::path place = places.front();
-    places.erase(places.begin());
-    return place;
-  };
-  arguments.input = take(arguments.splat);
-  arguments.output = take(arguments.written);
-  CheckOption(places.empty(),
-              "a file is given by place and by flag: there is one input and one "
-              "output");
-}
-
-void Convert(Arguments arguments, Run& run) {
-  Place(arguments);
+void Convert(const Arguments& arguments, Run& run) {
   const Stopwatch stopwatch;
   const SplatCodec& codec = CodecForWriting(arguments.output);
   CheckOutput(arguments.output);
@@ -176,23 +153,23 @@ void AddConvert(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "convert",
                            "Write a splat in another format and measure what that loses");
-  AddPath(verb, "input", arguments->input, "Splat to read, of any format");
-  AddPath(verb, "output", arguments->output, "Splat to write; its extension names the format");
-  AddPath(verb, "--splat", arguments->splat, "The splat to read, as other commands name it");
-  AddPath(verb, "--output", arguments->written, "The splat to write, as other commands name it");
-  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
-  AddPath(verb, "--workspace", arguments->workspace,
-          "COLMAP workspace in whose views the color error of a format that rounds is measured; "
-          "else a few are placed around the splat",
+  AddPath(verb, "INPUT", arguments->input, "Splat to read, of any format")->required();
+  AddPath(verb, "OUTPUT", arguments->output, "Splat to write; its extension names the format")
+      ->required();
+  Everyday(verb, AddPath(verb, "--report", arguments->report, "Report to write (.json)"));
+  AddPath(verb, "--cameras", arguments->cameras,
+          "Workspace in whose views the color error is measured, if the format rounds. Else a few "
+          "views are placed around the splat",
           "FOLDER");
-  verb->add_flag("--predict", arguments->predict,
-                 "Only say what the format would lose; nothing is left at the output")
-      ->default_str("");
-  verb->add_flag(
-          "--drop-bad", arguments->drop_bad,
-          "Leave out Gaussians with a value that is NaN or infinite, instead of refusing the "
-          "file")
-      ->default_str("");
+  Everyday(verb, verb->add_flag("--predict", arguments->predict,
+                                "Only say what the format would lose, and write no splat")
+                     ->default_str(""));
+  Everyday(verb, verb->add_flag("--drop-bad", arguments->drop_bad,
+                                "Leave out Gaussians with a NaN or infinite value, instead of "
+                                "refusing the file")
+                     ->default_str(""));
+  AddExamples(verb, {"retint convert sample/splat.ply small.spz",
+                     "retint convert sample/splat.ply small.sog --predict"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Convert(*arguments, run); }; });
 }

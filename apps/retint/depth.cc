@@ -9,6 +9,7 @@
 #include "depth/sparse_errors.h"
 #include "pipeline/edit_outputs.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 
 namespace retint::cli {
@@ -91,17 +92,20 @@ void Depth(const Arguments& arguments, Run& run) {
 void AddDepth(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "depth", "Estimate the depth of one view");
-  AddScene(verb, arguments->scene);
-  verb->add_option("--view", arguments->view, "Name of the view")->required();
-  AddPath(verb, "--output", arguments->output,
-          "COLMAP depth map (.bin), z in the workspace's unit, 0 unknown");
-  AddPath(verb, "--png", arguments->png, "Also a picture: near warm, far cold");
-  verb->add_option("--against", arguments->against,
-                   "Print the errors against: none, or sparse (the sparse points seen in the view)")
-      ->check(CLI::IsMember({"none", "sparse"}));
+  AddScene(verb, globals, arguments->scene);
+  verb->add_option("--view", arguments->view, "Name of the view")->required()->type_name("NAME");
+  Everyday(verb, AddPath(verb, "-o,--output", arguments->output,
+                         "COLMAP depth map (.bin) to write, z in the workspace's unit, 0 unknown"));
+  Everyday(verb,
+           AddPath(verb, "--png", arguments->png, "Picture to write: near is warm, far is cold"));
+  Everyday(verb, verb->add_option("--against", arguments->against,
+                                  "Print the errors against the sparse points of the view, or none")
+                     ->check(CLI::IsMember({"none", "sparse"})));
   AddPreset(verb, arguments->edit);
-  AddDepthOptions(verb, arguments->edit, "--method");
+  AddDepthOptions(verb, arguments->edit);
+  Everyday(verb, verb->get_option("--depth-method"));
   AddLarge(verb, arguments->large, /*selects=*/false);
+  AddExamples(verb, {"retint depth sample --view 023.png --png depth.png --against sparse"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Depth(*arguments, run); }; });
 }

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "recolor/edit_text.h"
 #include "retint/common.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 
@@ -42,28 +43,26 @@ void EditFlags::Add(CLI::App* verb, const std::string& group) {
                                     ->default_str("")
                                     ->type_name(type.syntax);
     types_[option->group(group)] = &type;
+    if (type.tier == OptionTier::kEveryday) Everyday(verb, option);
   }
-  types_[verb->add_option("--edit", files_,
-                          "A list of operations (.json, see docs/formats.md), or a report, whose "
-                          "edit is taken")
-             ->allow_extra_args(false)
-             ->default_str("")
-             ->type_name("FILE")
-             ->group(group)] = nullptr;
+  types_[Everyday(verb, verb->add_option("--edit", files_,
+                                         "Operations from a file (.json), or those of a report")
+                            ->allow_extra_args(false)
+                            ->default_str("")
+                            ->type_name("FILE")
+                            ->group(group))] = nullptr;
   verb->add_option("--keep-lightness", keep_lightness_,
-                   "--to: from 0, the main color's lightness becomes the target's, to 1, every "
-                   "pixel keeps its own")
+                   "With --to: 0 takes the target's lightness, 1 keeps every pixel's own")
       ->check(CLI::Range(0.0, 1.0))
       ->expected(1)
       ->default_str("0")
       ->group(group);
-  strength_flag_ =
-      verb->add_option(
-              "--strength", strength_,
-              "From 0, nothing, to 1, the whole edit, in place of the strength that a file of "
-              "--edit has; of one operation alone: ,strength=S after its value")
-          ->check(CLI::Range(0.0, 1.0))
-          ->group(group);
+  strength_flag_ = Everyday(
+      verb, verb->add_option("--strength", strength_,
+                             "Strength of the whole edit, 0 to 1. For one operation: --exposure "
+                             "1,strength=0.5")
+                ->check(CLI::Range(0.0, 1.0))
+                ->group(group));
 }
 
 bool EditFlags::Given() const {
@@ -106,8 +105,8 @@ ColorEdit EditFlags::Resolve(Run& run) const {
     edit.operations.push_back(std::move(op));
   }
   CheckOption(!edit.operations.empty(),
-              "there is no edit: give --tint, --to or another operation, or --edit FILE");
-  CheckOption(any_to || keep_lightness_.empty(), "--keep-lightness is of --to, which is missing");
+              "there is no edit: give --to or another operation, or --edit FILE");
+  CheckOption(any_to || keep_lightness_.empty(), "--keep-lightness requires --to");
   if (strength_flag_->count() > 0) {
     edit.strength = 1;
   } else if (!with_strength.empty() && lists + others > 1) {

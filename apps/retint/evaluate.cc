@@ -12,6 +12,7 @@
 #include "pipeline/large_evaluation.h"
 #include "reporting/export.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "selection/mask_score.h"
 #include "splat_io/splat_io.h"
@@ -176,22 +177,25 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb =
       AddVerb(app, globals, "evaluate", "Measure a recolored splat against the edited targets");
-  AddScene(verb, arguments->scene, /*splat_required=*/true, "--before");
-  AddPath(verb, "--after", arguments->after, "The same splat recolored")->required();
+  AddScene(verb, globals, arguments->scene);
+  AddPath(verb, "--after", arguments->after, "The scene's splat recolored, by any program")
+      ->required();
   AddPath(verb, "--masks", arguments->masks, "Folder of <image name>.png", "FOLDER")->required();
   AddPath(verb, "--true-masks", arguments->true_masks,
-          "Folder of the object's true masks, <image name>.png: compares the masks with them, "
-          "and gives all figures by them too",
+          "Folder of the object's true masks, <image name>.png. Retint compares the masks with "
+          "them, and gives all figures by them, too",
           "FOLDER");
-  arguments->edit.Add(verb, "Edit (operations apply in the order in which they are given)");
+  arguments->edit.Add(verb, kEditGroup);
   verb->add_option("--target", arguments->target,
-                   "What is edited to become the targets: render or photo")
+                   "Pictures that are edited to become the targets: render or photo")
       ->check(CLI::IsMember({"render", "photo"}));
-  verb->add_option("--holdout", arguments->holdout,
-                   "Report every n-th view by name on its own; 0 none")
-      ->check(CLI::Range(0, 1000000));
-  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  Everyday(verb, verb->add_option("--holdout", arguments->holdout,
+                                  "Report every N-th view by name on its own")
+                     ->check(CLI::Range(0, 1000000)));
+  Everyday(verb, AddPath(verb, "--report", arguments->report, "Report to write (.json)"));
   AddLarge(verb, arguments->large, /*selects=*/false);
+  AddExamples(verb,
+              {"retint evaluate sample --after out.ply --masks sample/truth/masks/box --to teal"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Evaluate(*arguments, run); }; });
 }

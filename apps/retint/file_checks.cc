@@ -19,14 +19,15 @@
 namespace retint::cli {
 namespace {
 
-// The options of a verb that name files, with the files that were given.
+// The options of a verb that name files, with the files that were given. --splat is one of the
+// scene.
 struct FileOptions {
   std::vector<NamedFile> written, folders, pictures, read;
   std::set<std::string> views;
 };
 
 FileOptions FilesOf(const CLI::App& verb) {
-  constexpr std::string_view kWritten[] = {"--output",      "output",       "--report",
+  constexpr std::string_view kWritten[] = {"--output",      "OUTPUT",       "--report",
                                            "--report-html", "--comparison", "--transform",
                                            "--png",         "--picture"};
   constexpr std::string_view kFolders[] = {"--output", "--save-stages"};
@@ -42,7 +43,7 @@ FileOptions FilesOf(const CLI::App& verb) {
       files.views.insert(option->results().begin(), option->results().end());
     }
     const std::string name = option->get_name(), type = option->get_type_name();
-    const bool is_file = type.find("FILE") != std::string::npos;
+    const bool is_file = type.find("FILE") != std::string::npos && name != "--splat";
     for (const std::string& value : option->results()) {
       // Of NAME=FILE and FILE,strength=S the file.
       const size_t sign = type.starts_with("NAME=") ? value.find('=') : std::string::npos;
@@ -90,7 +91,7 @@ void CheckExtension(const NamedFile& file) {
 // The splats that are read, with all their files. What is wrong with one is said where it is read.
 void AddSplats(const std::vector<NamedFile>& read, InputGuard* guard) {
   for (const NamedFile& file : read) {
-    if (file.name != "--splat" && file.name != "input") continue;
+    if (file.name != "--splat" && file.name != "INPUT") continue;
     std::vector<std::filesystem::path> files = {file.path};
     try {
       files = SplatFiles(file.path);
@@ -102,11 +103,13 @@ void AddSplats(const std::vector<NamedFile>& read, InputGuard* guard) {
 
 }  // namespace
 
-void CheckFiles(const CLI::App& verb, InputGuard* guard) {
-  constexpr std::string_view kMadeFrom[][2] = {
-      {"recolor", "--splat"}, {"refit", "--splat"},   {"align", "--splat"}, {"convert", "input"},
-      {"convert", "--splat"}, {"select", "--append"}, {"mask", "--mask"}};
-  const FileOptions files = FilesOf(verb);
+void CheckFiles(const CLI::App& verb, const SceneArguments* scene, InputGuard* guard) {
+  constexpr std::string_view kMadeFrom[][2] = {{"recolor", "--splat"}, {"refit", "--splat"},
+                                               {"align", "--splat"},   {"convert", "INPUT"},
+                                               {"select", "--append"}, {"mask", "--mask"}};
+  FileOptions files = FilesOf(verb);
+  // Where it was found counts as where it was named.
+  if (scene && !scene->splat.empty()) files.read.push_back({"--splat", scene->splat});
   CheckApart(files.written, {});
   for (const NamedFile& folder : files.folders) {
     std::vector<NamedFile> written = files.written;
@@ -116,7 +119,7 @@ void CheckFiles(const CLI::App& verb, InputGuard* guard) {
   AddSplats(files.read, guard);
   for (const NamedFile& file : files.written) {
     std::vector<NamedFile> read = files.read;
-    if (file.name == "--output" || file.name == "output") {
+    if (file.name == "--output" || file.name == "OUTPUT") {
       std::erase_if(read, [&](const NamedFile& other) {
         const bool made_from = std::any_of(
             std::begin(kMadeFrom), std::end(kMadeFrom),

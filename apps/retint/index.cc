@@ -8,6 +8,7 @@
 #include "out_of_core/splat_index.h"
 #include "pipeline/large_scene.h"
 #include "retint/common.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 namespace {
@@ -49,16 +50,16 @@ void AddIndex(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "index",
                            "Index a splat (.ply), so that one larger than memory can be edited");
-  verb->add_option("splat", arguments->splat, "3D Gaussian Splatting scene, a binary .ply")
-      ->required()
-      ->type_name("FILE");
-  AddPath(verb, "--output", arguments->output, "Index to write; else <splat>.index");
-  verb->add_option("--block", arguments->options.block, "Gaussians of a block, at most")
+  AddPath(verb, "SPLAT", arguments->splat, "Splat to index, a binary .ply")->required();
+  Everyday(verb,
+           AddPath(verb, "-o,--output", arguments->output, "Index to write. Else <splat>.index"));
+  verb->add_option("--block", arguments->options.block, "Most Gaussians of a block")
       ->check(CLI::Range(16U, 65536U));
   verb->add_option("--memory-mb", arguments->memory_mb,
-                   "Memory to keep to, MiB: what does not fit is sorted on disk")
+                   "Memory to keep to, MiB. Retint sorts the rest on disk")
       ->check(CLI::Range(size_t{1}, size_t{1} << 20));
-  verb->add_flag("--force", arguments->force, "Build it also where one fits the file");
+  verb->add_flag("--force", arguments->force, "Build it even if there is one that fits the file");
+  AddExamples(verb, {"retint index sample/splat.ply"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Index(*arguments, run); }; });
 }

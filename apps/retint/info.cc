@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "opening/scene_check.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "scene/sh_band4.h"
 
 namespace retint::cli {
@@ -135,10 +136,8 @@ bool DescribedAlone(const Arguments& arguments, Run& run) {
 
 void Info(const Arguments& arguments, Run& run) {
   const SceneArguments& scene = arguments.scene;
-  CheckOption(!scene.workspace.empty() || !scene.splat.empty(),
-              "give --workspace, --splat or both");
   CheckOption(scene.world_from_splat.empty() || !scene.splat.empty(),
-              "--world-from-splat needs --splat");
+              "--world-from-splat needs a splat");
   if (scene.splat.empty()) {
     const Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
     PrintWorkspace(workspace, run);
@@ -164,12 +163,14 @@ void AddInfo(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "info",
                            "Describe a workspace and a splat and whether they fit each other");
-  AddScene(verb, arguments->scene, /*splat_required=*/false);
-  verb->add_option("--max-views", arguments->max_views,
-                   "Views to render and compare with their photos, evenly spread")
-      ->check(CLI::Range(1, 1000000));
-  verb->add_flag("--all", arguments->all, "Compare every view");
+  AddScene(verb, globals, arguments->scene, /*needs_splat=*/false);
+  Everyday(verb, verb->get_option("--splat"));
+  Everyday(verb, verb->add_option("--compare", arguments->max_views,
+                                  "Views to render and compare with their photos, evenly spread")
+                     ->check(CLI::Range(1, 1000000)));
+  Everyday(verb, verb->add_flag("--all", arguments->all, "Compare every view"));
   AddLarge(verb, arguments->large, /*selects=*/false);
+  AddExamples(verb, {"retint info sample", "retint info sample/splat.ply"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Info(*arguments, run); }; });
 }

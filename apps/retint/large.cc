@@ -18,27 +18,27 @@ MemoryLimits LargeArguments::Limits(const Run& run) const {
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects) {
   constexpr const char* kGroup = "Memory";
   verb->add_option("--memory-mb", large.memory_mb,
-                   "Memory to keep to, MiB. A splat that does not fit is opened in parts "
-                   "(docs/scale.md); 0: three quarters of the machine's")
+                   "Memory to keep to, MiB; a splat that does not fit is opened in parts. 0: three "
+                   "quarters of the machine's")
       ->check(CLI::Range(size_t{0}, size_t{1} << 24))
       // A fit whose views are made anew in each sweep would leave more and more between blocks.
       ->each([](const std::string&) { GiveLargeBlocksBackAtOnce(); })
       ->group(kGroup);
   verb->add_option("--device-memory-mb", large.device_memory_mb,
-                   "The same of a GPU's memory; 0: nine tenths of what is free")
+                   "The same for a GPU's memory. 0: nine tenths of the free memory")
       ->check(CLI::Range(size_t{0}, size_t{1} << 22))
       ->group(kGroup);
   verb->add_option("--out-of-core", large.mode,
-                   "Open the splat in parts: auto (where it does not fit), on or off")
+                   "Open the splat in parts: auto (if it does not fit), on or off")
       ->check(CLI::IsMember({"auto", "on", "off"}))
       ->group(kGroup);
   AddPath(verb, "--index", large.index,
-          "Index of the splat, built where there is none; else <splat>.index")
+          "Index of the splat, built if it is missing. Else <splat>.index")
       ->group(kGroup);
   if (!selects) return;
   verb->add_option("--most-views", large.most_views,
-                   "In parts: of the views that see the selection only so many take part, those "
-                   "that see it largest; 0: all")
+                   "In parts: use only so many views of the selection, those that see it largest. "
+                   "0: all")
       ->check(CLI::Range(0, 1'000'000))
       ->group(kGroup);
 }

@@ -2,20 +2,21 @@
 #include "retint/manual.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <functional>
+#include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/run_clock.h"
+#include "recolor/color_name.h"
+#include "retint/common.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 namespace {
-
-// The options of all verbs have a place of their own in the page.
-constexpr const char* kEverywhere = "Everywhere";
 
 std::vector<const CLI::App*> Verbs(const CLI::App& app) {
   std::vector<const CLI::App*> verbs;
@@ -49,16 +50,11 @@ std::string Roff(std::string_view text) {
   return out;
 }
 
-// As help has them: the names, then type, default and whether it must be given.
 std::string OptionsPage(const CLI::App& app, const std::string& group) {
-  const auto* format = dynamic_cast<const CLI::Formatter*>(app.get_formatter().get());
   std::string page;
   for (const CLI::Option* option : app.get_options()) {
-    if (!format || option->get_group() != group) continue;
-    const bool positional = option->get_positional();
-    page += ".TP\n\\fB" + Roff(format->make_option_name(option, positional)) + "\\fR" +
-            Roff(format->make_option_opts(option)) + "\n" + Roff(format->make_option_desc(option)) +
-            "\n";
+    if (option->get_group() != group) continue;
+    page += ".TP\n\\fB" + Roff(NameAndType(*option)) + "\\fR\n" + Roff(Explained(*option)) + "\n";
   }
   return page;
 }
@@ -81,21 +77,13 @@ std::string ManPage(const CLI::App& app) {
                      "Splatting scenes\n.SH SYNOPSIS\n\\fBretint\\fR \\fIVERB\\fR "
                      "[\\fIOPTION\\fR]...\n.SH DESCRIPTION\n" +
                      Roff(app.get_description()) + "\n.SH OPTIONS\n" + OptionsPage(app, "Options") +
-                     ".SS Everywhere\nEvery verb takes these.\n" +
-                     OptionsPage(*verbs.front(), kEverywhere) + ".SH VERBS\n";
+                     ".SS Every command\n" + OptionsPage(*verbs.front(), kEverywhere) +
+                     ".SH VERBS\n";
   for (const CLI::App* verb : verbs) page += VerbPage(*verb);
   return page + ".SH EXIT STATUS\n" + Roff(app.get_footer()) + "\n";
 }
 
-// ---- bash ----
-
-std::vector<std::string> FlagsOf(const CLI::App& app) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
-  }
-  return flags;
-}
+// ---- completion ----
 
 std::string Joined(const std::vector<std::string>& words, const char* separator) {
   std::string joined;
@@ -103,28 +91,59 @@ std::string Joined(const std::vector<std::string>& words, const char* separator)
   return joined;
 }
 
-// The words of "TEXT:{auto,cpu,cuda}"; empty for any other type.
-std::string ChoicesOf(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
-  const size_t open = type.find('{'), close = type.find('}');
-  if (open == std::string::npos || close == std::string::npos) return "";
-  std::string words = type.substr(open + 1, close - open - 1);
-  std::replace(words.begin(), words.end(), ',', ' ');
+// "-o", "--output"
+std::vector<std::string> NamesOf(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+// Words that the value of an option may be; "ridge_rest=" goes on.
+std::vector<std::string> ValuesOf(const CLI::Option& option) {
+  std::vector<std::string> words = ChoicesOf(option);
+  if (option.get_name() == "--to" || option.get_name() == "--tint") {
+    for (const std::string_view name : ColorNames()) words.emplace_back(name);
+  }
+  if (option.get_name() == "--set") {
+    EditOptions edit;
+    RefineOptions refine;
+    std::set<std::string> names;
+    for (const StageOption& one : StagesOf(edit, refine)) names.insert(one.option.name + "=");
+    words.assign(names.begin(), names.end());
+  }
   return words;
 }
 
+bool TakesValue(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
+bool IsFolder(const CLI::Option& option) { return option.get_type_name() == "FOLDER"; }
+bool IsFile(const CLI::Option& option) {
+  return option.get_type_name().find("FILE") != std::string::npos;
+}
+
+std::vector<std::string> FlagNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : Flags(app)) {
+    for (const std::string& name : NamesOf(*option)) names.push_back(name);
+  }
+  return names;
+}
+
 // A branch for each option of a verb whose value is one of several words, or a folder.
-std::string ValueCases(const CLI::App& verb) {
+std::string BashValues(const CLI::App& verb) {
   std::string cases;
-  for (const CLI::Option* option : verb.get_options()) {
-    if (option->get_lnames().empty() || option->get_items_expected_max() == 0) continue;
-    const std::string words = ChoicesOf(*option);
-    const bool folder = option->get_type_name() == "FOLDER";
+  for (const CLI::Option* option : Flags(verb)) {
+    if (!TakesValue(*option)) continue;
+    const std::vector<std::string> words = ValuesOf(*option);
     std::string reply = "return";
-    if (!words.empty()) reply = "_retint_words '" + words + "'; return";
-    if (folder) reply = "mapfile -t COMPREPLY < <(compgen -d -- \"$current\"); return";
-    cases +=
-        "    '" + verb.get_name() + " --" + option->get_lnames().front() + "') " + reply + " ;;\n";
+    if (!words.empty()) reply = "_retint_words '" + Joined(words, " ") + "'; return";
+    if (option->get_name() == "--set") reply = "compopt -o nospace 2>/dev/null || true; " + reply;
+    if (IsFolder(*option)) reply = "mapfile -t COMPREPLY < <(compgen -d -- \"$current\"); return";
+    std::vector<std::string> patterns;
+    for (const std::string& name : NamesOf(*option)) {
+      patterns.push_back("'" + verb.get_name() + " " + name + "'");
+    }
+    cases += "    " + Joined(patterns, " | ") + ") " + reply + " ;;\n";
   }
   return cases;
 }
@@ -135,8 +154,8 @@ std::string BashCompletion(const CLI::App& app) {
   for (const CLI::App* verb : Verbs(app)) {
     names.push_back(verb->get_name());
     flags +=
-        "    " + verb->get_name() + ") _retint_words '" + Joined(FlagsOf(*verb), " ") + "' ;;\n";
-    values += ValueCases(*verb);
+        "    " + verb->get_name() + ") _retint_words '" + Joined(FlagNames(*verb), " ") + "' ;;\n";
+    values += BashValues(*verb);
   }
   return "# Completion of retint for bash; made by `retint manual bash`.\n"
          "_retint_words() { mapfile -t COMPREPLY < <(compgen -W \"$1\" -- \"$current\"); }\n"
@@ -153,23 +172,124 @@ std::string BashCompletion(const CLI::App& app) {
          "  if [[ -n $verb && $current != -* ]]; then return; fi\n"
          "  case $verb in\n"
          "    '') _retint_words '" +
-         Joined(names, " ") + " " + Joined(FlagsOf(app), " ") + "' ;;\n" + flags +
+         Joined(names, " ") + " " + Joined(FlagNames(app), " ") + "' ;;\n" + flags +
          "  esac\n"
          "}\n"
          "complete -o default -F _retint retint\n";
 }
 
+// `text` with a backslash before each character of `special`.
+std::string Escaped(std::string_view text, std::string_view special) {
+  std::string out;
+  for (const char c : text) {
+    if (special.find(c) != std::string_view::npos) out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+// In single quotes, of a text that may have some.
+std::string Quoted(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+// "'*--to[Make the region ...]:value:(red green)'"
+std::string ZshFlags(const CLI::App& app) {
+  std::string lines;
+  for (const CLI::Option* option : Flags(app)) {
+    std::string value;
+    if (TakesValue(*option)) {
+      const std::vector<std::string> words = ValuesOf(*option);
+      value = ":value:" + (!words.empty()      ? "(" + Joined(words, " ") + ")"
+                           : IsFolder(*option) ? std::string("_files -/")
+                           : IsFile(*option)   ? std::string("_files")
+                                               : std::string(" "));
+    }
+    for (const std::string& name : NamesOf(*option)) {
+      lines += " \\\n        " +
+               Quoted("*" + name + "[" + Escaped(option->get_description(), "[]:\\") + "]" + value);
+    }
+  }
+  return lines;
+}
+
+std::string ZshCompletion(const CLI::App& app) {
+  std::string verbs, cases;
+  for (const CLI::App* verb : Verbs(app)) {
+    verbs += "    " + Quoted(verb->get_name() + ":" + Escaped(verb->get_description(), ":")) + "\n";
+    cases += "    " + verb->get_name() + ")\n      _arguments" + ZshFlags(*verb) +
+             " \\\n        '*:file:_files' ;;\n";
+  }
+  return "#compdef retint\n"
+         "# Completion of retint for zsh; made by `retint manual zsh`.\n"
+         "_retint() {\n"
+         "  local -a verbs=(\n" +
+         verbs +
+         "  )\n"
+         "  if (( CURRENT == 2 )); then\n"
+         "    _describe command verbs\n"
+         "    _arguments" +
+         ZshFlags(app) +
+         "\n"
+         "    return\n"
+         "  fi\n"
+         "  shift words\n"
+         "  (( CURRENT-- ))\n"
+         "  case $words[1] in\n" +
+         cases +
+         "  esac\n"
+         "}\n"
+         "_retint \"$@\"\n";
+}
+
+std::string FishFlags(const CLI::App& app, const std::string& condition) {
+  std::string lines;
+  for (const CLI::Option* option : Flags(app)) {
+    std::string line = "complete -c retint -n " + Quoted(condition);
+    for (const std::string& name : option->get_snames()) line += " -s " + name;
+    for (const std::string& name : option->get_lnames()) line += " -l " + name;
+    if (TakesValue(*option)) {
+      const std::vector<std::string> words = ValuesOf(*option);
+      if (!words.empty()) {
+        line += " -x -a " + Quoted(Joined(words, " "));
+      } else if (IsFolder(*option)) {
+        line += " -x -a '(__fish_complete_directories)'";
+      } else {
+        line += IsFile(*option) ? " -r" : " -x";
+      }
+    }
+    lines += line + " -d " + Quoted(option->get_description()) + "\n";
+  }
+  return lines;
+}
+
+std::string FishCompletion(const CLI::App& app) {
+  std::string text = "# Completion of retint for fish; made by `retint manual fish`.\n" +
+                     FishFlags(app, "__fish_use_subcommand");
+  for (const CLI::App* verb : Verbs(app)) {
+    text += "complete -c retint -f -n '__fish_use_subcommand' -a " + verb->get_name() + " -d " +
+            Quoted(verb->get_description()) + "\n" +
+            FishFlags(*verb, "__fish_seen_subcommand_from " + verb->get_name());
+  }
+  return text;
+}
+
 }  // namespace
 
 void AddManual(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("manual", "Print the man page or the completion of bash");
+  CLI::App* verb = app.add_subcommand("manual", "Print the man page, or completion for a shell");
   verb->group("");
   auto format = std::make_shared<std::string>();
-  verb->add_option("format", *format, "man or bash")
+  verb->add_option("FORMAT", *format, "man, bash, zsh or fish")
       ->required()
-      ->check(CLI::IsMember({"man", "bash"}));
+      ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
   verb->callback([&app, format] {
-    const std::string text = *format == "man" ? ManPage(app) : BashCompletion(app);
+    const std::string text = *format == "man"    ? ManPage(app)
+                             : *format == "bash" ? BashCompletion(app)
+                             : *format == "zsh"  ? ZshCompletion(app)
+                                                 : FishCompletion(app);
     std::fwrite(text.data(), 1, text.size(), stdout);
     throw CLI::Success();
   });

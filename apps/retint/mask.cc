@@ -13,6 +13,7 @@
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
 #include "selecting/view_mask.h"
@@ -30,7 +31,7 @@ struct Arguments {
   std::vector<std::string> inside, outside;
   std::string wand, scissors, sphere, box, like;
   double brush = 6;
-  int refine = 0;
+  int snap = 0;
   bool alone = false;
 };
 
@@ -126,7 +127,7 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
                           const UserPicture& view) {
   ViewMaskRequest request;
   request.photo = arguments.image == "photo";
-  request.refine_edge = arguments.refine;
+  request.snap_edge = arguments.snap;
   request.this_view_alone = arguments.alone;
   const StrokeFlag inside{kInside, arguments.inside, arguments.brush};
   const StrokeFlag outside{kOutside, arguments.outside, arguments.brush};
@@ -220,55 +221,64 @@ void AddMask(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb = AddVerb(app, globals, "mask",
                            "Make the mask of a view from strokes, a wand, scissors, a solid or a "
                            "color");
-  AddScene(verb, arguments->scene);
+  AddScene(verb, globals, arguments->scene);
   verb->add_option("--view", arguments->view, "Name of the view")->required()->type_name("NAME");
-  AddPath(verb, "--output", arguments->output,
+  AddPath(verb, "-o,--output", arguments->output,
           "Mask to write (.png), for --mask of `retint recolor` and others")
       ->required();
-  verb->add_option("--image", arguments->image, "Where edges and colors are read: render or photo")
+  verb->add_option("--image", arguments->image, "Picture to read edges and colors in")
       ->check(CLI::IsMember({"render", "photo"}));
   constexpr const char* kOne = "Select by one of";
-  AddPath(verb, "--mask", arguments->mask, "A mask that is there already")->group(kOne);
-  AddRepeated(verb, "--scribble", arguments->inside,
-              "Strokes on the object, whose outline is found: a picture of the view's size that "
-              "is black elsewhere, or X,Y,X,Y... in pixels; repeatable")
-      ->type_name("FILE|POINTS")
-      ->group(kOne);
-  AddRepeated(verb, "--scribble-outside", arguments->outside,
-              "Strokes on what is not the object; without any, the view's edge is outside")
-      ->type_name("FILE|POINTS")
-      ->group(kOne);
-  verb->add_flag("--this-view-alone", arguments->alone,
-                 "Strokes: what the view does not decide is not decided by what other views show")
+  Everyday(verb, AddPath(verb, "--mask", arguments->mask, "A mask that you have")->group(kOne));
+  Everyday(verb, AddRepeated(verb, "--scribble", arguments->inside,
+                             "Strokes on the object: a picture that is black elsewhere, or "
+                             "X,Y,X,Y... in pixels; repeatable")
+                     ->type_name("FILE|POINTS")
+                     ->group(kOne));
+  Everyday(verb, AddRepeated(verb, "--scribble-outside", arguments->outside,
+                             "Strokes on the background. Without any, the view's edge is outside")
+                     ->type_name("FILE|POINTS")
+                     ->group(kOne));
+  verb->add_flag("--this-view-alone", arguments->alone, "With strokes: do not look at other views")
       ->group(kOne);
   verb->add_option("--brush", arguments->brush, "Width of strokes that are points, pixels")
       ->check(CLI::Range(0.1, 10000.0))
       ->group(kOne);
-  verb->add_option("--wand", arguments->wand,
-                   "What is connected and alike around a pixel: tolerances of the color (OKLab, "
-                   "0.08), of steps in depth (relative, 0.02) and of where it faces (degrees, 90)")
-      ->type_name("X,Y[,COLOR[,DEPTH[,NORMAL]]]")
-      ->group(kOne);
-  verb->add_option("--scissors", arguments->scissors,
-                   "What an outline encloses that runs along edges from point to point")
-      ->type_name("X,Y,X,Y,X,Y...")
-      ->group(kOne);
+  Everyday(verb, verb->add_option("--wand", arguments->wand,
+                                  "Connected pixels like this one. Tolerances: of the color "
+                                  "(OKLab, 0.08), of steps in depth (relative, 0.02) and of the "
+                                  "direction of the surface (degrees, 90)")
+                     ->type_name("X,Y[,COLOR[,DEPTH[,NORMAL]]]")
+                     ->group(kOne));
+  Everyday(verb, verb->add_option("--scissors", arguments->scissors,
+                                  "The inside of an outline, which runs along edges from point to "
+                                  "point")
+                     ->type_name("X,Y,X,Y,X,Y...")
+                     ->group(kOne));
   constexpr const char* kLimits = "Keep of it (or, without it, of the whole view)";
-  verb->add_option("--sphere", arguments->sphere, "Surfaces in a sphere, in the world's unit")
-      ->type_name("X,Y,Z,RADIUS")
-      ->group(kLimits);
-  verb->add_option("--box", arguments->box, "Surfaces between two corners, in the world's unit")
-      ->type_name("X,Y,Z,X,Y,Z")
-      ->group(kLimits);
-  verb->add_option("--like", arguments->like,
-                   "Pixels of the color of a pixel, within a tolerance (OKLab, 0.08)")
-      ->type_name("X,Y[,TOLERANCE]")
-      ->group(kLimits);
-  verb->add_option("--refine-edge", arguments->refine,
-                   "Then move the border to the edges of color and depth at most so many pixels "
-                   "away, and make it as soft as they are; 0 leaves it")
-      ->check(CLI::Range(0, 200))
-      ->group("Border");
+  Everyday(verb, verb->add_option("--sphere", arguments->sphere,
+                                  "Surfaces in a sphere, in the world's unit")
+                     ->type_name("X,Y,Z,RADIUS")
+                     ->group(kLimits));
+  Everyday(verb, verb->add_option("--box", arguments->box,
+                                  "Surfaces between two corners, in the world's unit")
+                     ->type_name("X,Y,Z,X,Y,Z")
+                     ->group(kLimits));
+  Everyday(verb,
+           verb->add_option("--like", arguments->like,
+                            "Pixels of the color of a pixel, within a tolerance (OKLab, 0.08)")
+               ->type_name("X,Y[,TOLERANCE]")
+               ->group(kLimits));
+  Everyday(verb, verb->add_option("--snap-edge", arguments->snap,
+                                  "Move the border to edges of color and depth up to N pixels "
+                                  "away. It becomes as soft as they are")
+                     ->check(CLI::Range(0, 200))
+                     ->group("Border"));
+  AddExamples(verb,
+              {"retint mask sample --view 023.png --wand 381,306 -o mask.png",
+               "retint mask sample --view 023.png --scribble 340,290,420,310 -o mask.png",
+               "retint mask sample --view 023.png --mask sample/masks/023.png.png --snap-edge 3 "
+               "-o mask.png"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { MakeMask(*arguments, run); }; });
 }

@@ -2,35 +2,18 @@
 #include "retint/option_flags.h"
 
 #include <algorithm>
-#include <cctype>
+#include <charconv>
 #include <cstdlib>
-#include <iterator>
-#include <set>
+#include <type_traits>
+
+#include "base/edit_distance.h"
+#include "base/error.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 namespace {
 
-// "mm: what it does, pixels"; of several that share a flag, one after the other.
-std::string HelpOf(const std::vector<Option>& alike) {
-  std::string help;
-  for (const Option& option : alike) {
-    const std::string text = option.help + (option.unit.empty() ? "" : ", " + option.unit);
-    help += help.empty() ? "" : "; ";
-    help += option.applies.empty() ? text : option.applies + ": " + text;
-  }
-  if (alike.front().applies.empty()) {
-    help[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(help[0])));
-  }
-  return help;
-}
-
-std::string DefaultOf(const std::vector<Option>& alike) {
-  std::string text = alike.front().Text();
-  for (const Option& option : alike) {
-    if (option.Text() != alike.front().Text()) text += "|" + option.Text();
-  }
-  return text;
-}
+constexpr const char* kSet = "--set";
 
 // Refuses a number outside the range while the flag's name is still known; what is no number is
 // left to the conversion.
@@ -47,78 +30,146 @@ CLI::Validator InRange(const Option& option) {
 }
 
 template <typename Number>
-CLI::Option* AddNumber(CLI::App* verb, const std::string& flag, const std::vector<Option>& alike) {
-  CLI::Option* added = verb->add_option_function<Number>(
-      flag,
-      [alike](const Number& value) {
-        for (const Option& option : alike) {
-          if constexpr (std::is_same_v<Number, int>) {
-            option.Set(int64_t{value});
-          } else {
-            option.Set(value);
-          }
-        }
-      },
-      HelpOf(alike));
-  for (const Option& option : alike) {
-    const bool any = option.range.IsUnbounded() && option.range.multiple_of == 1;
-    if (!any) return added->check(InRange(option));
-  }
-  return added;
+Number NumberFrom(const Option& option, const std::string& text) {
+  Number value{};
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, value);
+  CheckOption(error != std::errc::result_out_of_range,
+              option.Label() + ": '" + text + "' is too large");
+  CheckOption(error == std::errc() && at == end,
+              option.Label() + ": '" + text + "' is not a " +
+                  (std::is_integral_v<Number> ? "whole number" : "number"));
+  return value;
 }
 
-CLI::Option* AddChoice(CLI::App* verb, const std::string& flag, const std::vector<Option>& alike) {
-  return verb
-      ->add_option_function<std::string>(
-          flag,
-          [alike](const std::string& name) {
-            for (const Option& option : alike) option.Set(name);
-          },
-          HelpOf(alike))
-      ->check(CLI::IsMember(std::get<OptionChoice>(alike.front().member).names));
-}
-
-CLI::Option* AddFlag(CLI::App* verb, const std::string& flag, const std::vector<Option>& alike) {
-  const auto& member = alike.front().member;
-  if (const auto* toggle = std::get_if<bool*>(&member)) {
-    return verb->add_flag(flag + ",!--no-" + flag.substr(2), **toggle, HelpOf(alike))
-        ->option_text(**toggle ? "(default: on)" : "(default: off)");
-  }
-  CLI::Option* added =
-      std::holds_alternative<OptionChoice>(member) ? AddChoice(verb, flag, alike)
-      : std::holds_alternative<double*>(member)    ? AddNumber<double>(verb, flag, alike)
-      : std::holds_alternative<int*>(member)       ? AddNumber<int>(verb, flag, alike)
-                                                   : AddNumber<uint64_t>(verb, flag, alike);
-  return added->default_str(DefaultOf(alike));
+std::string Suggestion(const std::vector<StageOption>& all, const std::string& name) {
+  constexpr int kMostWrong = 2;
+  const auto distance = [&](const StageOption& one) { return EditDistance(name, one.option.name); };
+  const auto best = std::ranges::min_element(all, {}, distance);
+  if (best == all.end() || distance(*best) > kMostWrong) return "; `retint options` lists them";
+  return "; did you mean " + best->option.name + "?";
 }
 
 }  // namespace
 
-void OptionFlags::Add(CLI::App* verb, const std::string& group, const OptionList& options,
-                      const std::vector<std::pair<std::string, std::string>>& rename) {
-  std::set<std::string> done;
-  for (const Option& option : options) {
-    if (option.flag.empty() || !done.insert(option.flag).second) continue;
-    std::vector<Option> alike;
-    std::copy_if(options.begin(), options.end(), std::back_inserter(alike),
-                 [&](const Option& other) { return other.flag == option.flag; });
-    std::string flag = option.flag;
-    for (const auto& [from, to] : rename) {
-      if (from == option.flag) flag = to;
-    }
-    flags_.emplace_back(option.flag, AddFlag(verb, flag, alike)->group(group));
+std::string StageOption::FullName() const {
+  return stage + "." + (option.applies.empty() ? "" : option.applies + ".") + option.name;
+}
+
+bool StageOption::IsNamed(std::string_view name) const {
+  const size_t dot = name.rfind('.');
+  std::string last(name.substr(dot == std::string_view::npos ? 0 : dot + 1));
+  std::replace(last.begin(), last.end(), '-', '_');
+  if (last != option.name) return false;
+  if (dot == std::string_view::npos) return true;
+  const std::string_view group = name.substr(0, dot);
+  return group == stage || group == option.applies || group == stage + "." + option.applies;
+}
+
+void SetFromText(const Option& option, const std::string& text) {
+  if (std::holds_alternative<bool*>(option.member)) {
+    CheckOption(text == "true" || text == "false",
+                option.Label() + " is either true or false, not '" + text + "'");
+    option.Set(text == "true");
+  } else if (std::holds_alternative<OptionChoice>(option.member)) {
+    option.Set(text);
+  } else if (std::holds_alternative<double*>(option.member)) {
+    option.Set(NumberFrom<double>(option, text));
+  } else if (std::holds_alternative<uint64_t*>(option.member)) {
+    option.Set(NumberFrom<uint64_t>(option, text));
+  } else {
+    option.Set(int64_t{NumberFrom<int>(option, text)});
   }
 }
 
-bool OptionFlags::Given(const std::string& flag) const {
-  return std::any_of(flags_.begin(), flags_.end(), [&](const auto& entry) {
-    return entry.first == flag && entry.second->count() > 0;
-  });
+void OptionFlags::Set(const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos) {
+    throw CLI::ValidationError(kSet, "'" + text + "' has no value: write NAME=VALUE");
+  }
+  const std::string name = text.substr(0, equals);
+  bool any = false;
+  for (const StageOption& one : all_) {
+    if (!one.IsNamed(name)) continue;
+    try {
+      SetFromText(one.option, text.substr(equals + 1));
+    } catch (const OptionError& error) {
+      throw CLI::ValidationError(kSet + (" " + text), error.what());
+    }
+    typed_.emplace(one.option.applies, one.option.name);
+    typed_stages_.insert(one.stage);
+    any = true;
+  }
+  if (any) return;
+  throw CLI::ValidationError(kSet, "there is no option '" + name + "'" + Suggestion(all_, name));
+}
+
+void OptionFlags::AddFlag(CLI::App* verb, const std::string& group, const Option& option) {
+  const std::string flag = option.Flag();
+  const auto mark = [this, option] { typed_.emplace(option.applies, option.name); };
+  const std::string help = HelpOf(option);
+  CLI::Option* added = nullptr;
+  if (std::holds_alternative<bool*>(option.member)) {
+    added = verb->add_flag_function(
+        flag + ",!--no-" + flag.substr(2),
+        [option, mark](int64_t count) {
+          option.Set(count > 0);
+          mark();
+        },
+        help);
+  } else {
+    added = verb->add_option_function<std::string>(
+        flag,
+        [option, mark, flag](const std::string& text) {
+          try {
+            SetFromText(option, text);
+          } catch (const OptionError&) {
+            throw CLI::ConversionError(flag, std::vector<std::string>{text});
+          }
+          mark();
+        },
+        help);
+    if (const auto* choice = std::get_if<OptionChoice>(&option.member)) {
+      added->check(CLI::IsMember(choice->names));
+    } else {
+      const bool is_whole = !std::holds_alternative<double*>(option.member);
+      added->type_name(is_whole ? "INT" : "FLOAT");
+      const bool any = option.range.IsUnbounded() && option.range.multiple_of == 1;
+      if (!any) added->check(InRange(option));
+    }
+    added->default_str(option.Text());
+  }
+  if (option.tier == OptionTier::kEveryday) Everyday(verb, added);
+  added->group(group);
+}
+
+void OptionFlags::Add(CLI::App* verb, const std::string& stage, const std::string& group,
+                      const OptionList& options) {
+  bool all_have_flags = true;
+  for (const Option& option : options) {
+    all_.push_back({stage, option});
+    if (option.Flag().empty()) {
+      all_have_flags = false;
+    } else {
+      AddFlag(verb, group, option);
+    }
+  }
+  if (all_have_flags || verb->get_option_no_throw(kSet)) return;
+  verb->add_option_function<std::vector<std::string>>(
+          kSet,
+          [this](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) Set(text);
+          },
+          "Any option by its name in job files, such as mm.ridge_rest=1e-2; repeatable. `retint "
+          "options` explains them")
+      ->allow_extra_args(false)
+      ->type_name("NAME=VALUE")
+      ->group(kOtherOptions);
 }
 
 void OptionFlags::TakeOver(const OptionList& preset, const OptionList& options) const {
   for (size_t i = 0; i < options.size(); ++i) {
-    if (!Given(options[i].flag)) options[i].Set(preset[i].Get());
+    if (!typed_.contains({options[i].applies, options[i].name})) options[i].Set(preset[i].Get());
   }
 }
 

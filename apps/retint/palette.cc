@@ -11,6 +11,7 @@
 #include "colmap_io/image_io.h"
 #include "recolor/palette.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 
 namespace retint::cli {
@@ -99,16 +100,17 @@ void Palette(const Arguments& arguments, Run& run) {
 
 void AddPalette(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* verb = AddVerb(app, globals, "palette",
-                           "The main colors of what is painted or masked, for --palette");
-  AddScene(verb, arguments->scene);
+  CLI::App* verb =
+      AddVerb(app, globals, "palette", "List the main colors of an object, for --palette");
+  AddScene(verb, globals, arguments->scene);
   AddPaint(verb, arguments->paint, /*required=*/false);
-  AddPath(verb, "--masks", arguments->masks,
-          "Folder of <image name>.png, instead of --view and --mask", "FOLDER");
-  verb->add_option("--colors", arguments->colors, "How many colors to look for")
-      ->check(CLI::Range(1, kMaxPaletteColors));
-  AddPath(verb, "--report", arguments->report, "The colors and their shares to write (.json)");
-  AddPath(verb, "--picture", arguments->picture, "Swatches to write (.png)");
+  Everyday(verb, AddPath(verb, "--masks", arguments->masks,
+                         "Folder of <image name>.png, instead of --view and --mask", "FOLDER"));
+  Everyday(verb, verb->add_option("--colors", arguments->colors, "Colors to look for")
+                     ->check(CLI::Range(1, kMaxPaletteColors)));
+  Everyday(verb, AddPath(verb, "--report", arguments->report, "Colors to write (.json)"));
+  Everyday(verb, AddPath(verb, "--picture", arguments->picture, "Swatches to write (.png)"));
+  AddExamples(verb, {"retint palette sample --masks sample/truth/masks/box --colors 3"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Palette(*arguments, run); }; });
 }

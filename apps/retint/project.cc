@@ -7,6 +7,7 @@
 #include "base/staged_output.h"
 #include "reporting/export.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "selecting/selection_files.h"
 
@@ -68,20 +69,21 @@ void Project(const Arguments& arguments, Run& run) {
 void AddProject(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "project", "Project a selection to masks on every view");
-  AddScene(verb, arguments->scene);
-  verb->add_option(
-          "--cloud", arguments->cloud,
+  AddScene(verb, globals, arguments->scene);
+  AddPath(verb, "--cloud", arguments->cloud,
           "Point cloud (.ply) of `retint select`, or any with x y z in the workspace's frame")
       ->required();
-  AddPath(verb, "--output", arguments->output,
-          "Folder for <image name>.png, soft masks, shares.bin, the Gaussians' shares, and "
-          "confidence.bin, how sure they are",
+  AddPath(verb, "-o,--output", arguments->output,
+          "Folder to write: masks (<image name>.png), coverage of the Gaussians (shares.bin) and "
+          "its confidence (confidence.bin)",
           "FOLDER")
       ->required();
   AddPaint(verb, arguments->paint, /*required=*/false);
   AddPreset(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);
   AddLarge(verb, arguments->large, /*selects=*/true);
+  AddExamples(verb, {"retint project sample --cloud cloud.ply --view 023.png "
+                     "--mask sample/masks/023.png.png -o masks"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Project(*arguments, run); }; });
 }

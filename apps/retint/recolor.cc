@@ -8,6 +8,7 @@
 #include "base/run_clock.h"
 #include "pipeline/edit_run.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "retint/stage_plans.h"
 #include "selecting/paint_held.h"
@@ -23,10 +24,11 @@ struct Arguments {
   LargeArguments large;
   bool refine_gaussians = false;
   RefineOptions refine;
-  OptionFlags refine_flags;
   std::filesystem::path cache;
   EditOutputs outputs;
   std::filesystem::path output;
+  CLI::Option* page_flag = nullptr;
+  bool no_page = false;
 };
 
 EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
@@ -52,6 +54,8 @@ EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
       region.edit.operations, [](const auto& op) { return op.picture != nullptr; });
   CheckOption(!region.paint.empty() || has_pictures,
               "--view and --mask are required, or --edited, whose pictures show what is meant");
+  CheckOption(region.refine || !arguments.edit.flags.Sets("refine"),
+              "--set refine.pixels and its like require --refine");
   if (!recipe.outputs.comparison.empty()) CheckPicture(recipe.outputs.comparison);
   recipe.regions.push_back(std::move(region));
   return recipe;
@@ -59,26 +63,12 @@ EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
 
 void PrintResult(EditRun& edit, const EditRecipe& recipe, const Run& run) {
   EditSession& session = edit.session();
-  const RunReport& report = edit.report();
-  for (const PaintedReport& view : report.painted) {
-    run.Print(fmt::format("{:<12} {} {:.1f} % measured, {} of {} points kept; {}", view.view,
-                          view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
-                          view.cloud.sampled, view.registration.BriefReport()));
-  }
   const Region& region = session.store().regions().regions.front();
-  run.Print(fmt::format("selection    {}, {:.2f} % of their pixels",
-                        VerdictOfPaint(session.scene().workspace(), edit.outcomes()[0].painted,
-                                       region.selection->masks),
-                        100 * report.mean_coverage));
-  PrintEdit(region.edit, run);
-  if (report.refine) run.Print("refine       " + report.refine->BriefReport());
-  run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
-  PrintQuality(report.quality, run, &session);
-  PrintOutOfGamut(region.edit, report.quality, run);
-  PrintFormatError(edit.format_error(), run);
-  PrintParts(report, run);
-  run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
-                        session.scene().clock().Total() / 1000, PeakRssMb()));
+  const std::string reach = VerdictOfPaint(session.scene().workspace(), edit.outcomes()[0].painted,
+                                           region.selection->masks);
+  if (run.globals().verbose) PrintDetails(edit, reach, run);
+  PrintSummary(region.edit, edit.report(), reach, run);
+  PrintOutOfGamut(region.edit, edit.report().quality, run);
   PrintOutputs(recipe.outputs, run);
 }
 
@@ -108,51 +98,80 @@ void Recolor(const Arguments& arguments, Run& run) {
 }
 
 void AddRefineOptions(CLI::App* verb, Arguments& arguments) {
-  const std::string group = "Refine";
-  CLI::Option* const refine =
-      verb->add_flag("--refine-gaussians", arguments.refine_gaussians,
-                     "Before the fit, split large Gaussians that take paint of --edited, or of "
-                     "other edits those inside the masks, as `retint refine` does; the output has "
-                     "more Gaussians")
-          ->group(group);
+  verb->add_flag("--refine", arguments.refine_gaussians,
+                 "Split large Gaussians first, as `retint refine` does, so that fine paint stays "
+                 "sharp. The output has more Gaussians")
+      ->group("Fit");
   OptionList list;
   arguments.refine.Describe(list);
-  arguments.refine_flags.Add(verb, group, list);
-  for (const Option& option : list) verb->get_option(option.flag)->needs(refine);
+  arguments.edit.flags.Add(verb, "refine", kOtherOptions, list);
+}
+
+void AddOutputs(CLI::App* verb, Arguments& arguments) {
+  Everyday(verb, AddPath(verb, "-o,--output", arguments.output,
+                         "Splat to write, in the format of its extension")
+                     ->required()
+                     ->group(kOutputGroup));
+  Everyday(verb, AddPath(verb, "--report", arguments.outputs.report, "Report to write (.json)")
+                     ->group(kOutputGroup));
+  arguments.page_flag =
+      Everyday(verb, AddPath(verb, "--report-html", arguments.outputs.page,
+                             "Page to write: every view before and after. Without it, the output's "
+                             "name with .html")
+                         ->group(kOutputGroup));
+  Everyday(verb, verb->add_flag("--no-report-html", arguments.no_page, "Write no page")
+                     ->excludes(arguments.page_flag)
+                     ->group(kOutputGroup));
+  Everyday(verb, AddPath(verb, "--comparison", arguments.outputs.comparison,
+                         "Picture to write (.png): before, mask and after of up to four views")
+                     ->group(kOutputGroup));
+  AddPath(verb, "--save-stages", arguments.outputs.stages,
+          "Folder for the results of all stages: depth, clouds, registration, masks, targets, "
+          "pictures",
+          "FOLDER")
+      ->group(kOutputGroup);
+  AddPath(
+      verb, "--cache", arguments.cache,
+      "Folder to keep each stage's result in, so that a run with another color starts at the fit",
+      "FOLDER")
+      ->group(kOutputGroup);
+}
+
+// The page goes beside the splat, unless a flag says otherwise.
+void NamePage(Arguments& arguments) {
+  if (arguments.no_page || !arguments.outputs.page.empty()) return;
+  arguments.outputs.page = arguments.output;
+  arguments.outputs.page.replace_extension(".html");
+  arguments.page_flag->add_result(arguments.outputs.page.string());  // for the checks of files
 }
 
 }  // namespace
 
 void AddRecolor(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* verb =
-      AddVerb(app, globals, "recolor", "The whole pipeline: painted views to a recolored splat");
-  AddScene(verb, arguments->scene);
+  CLI::App* verb = AddVerb(app, globals, "recolor",
+                           "Recolor an object: painted views in, a recolored splat out");
+  AddScene(verb, globals, arguments->scene);
+  Everyday(verb, verb->get_option("--splat"));
   AddPaint(verb, arguments->paint, /*required=*/false);
-  AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
-      ->required();
-  AddPath(verb, "--report", arguments->outputs.report, "Report to write (.json)");
-  AddPath(verb, "--report-html", arguments->outputs.page,
-          "Page (.html) to write: every view before, after and masked, plots, options");
-  AddPath(verb, "--comparison", arguments->outputs.comparison,
-          "Picture (.png) to write: before, mask and after of up to four views");
-  AddPath(verb, "--save-stages", arguments->outputs.stages,
-          "Folder for what every stage made: depth, clouds, registration, masks, targets, "
-          "result",
-          "FOLDER");
-  AddPath(verb, "--cache", arguments->cache,
-          "Folder in which each stage's result is kept, so that a run with other colors starts at "
-          "the fit",
-          "FOLDER");
-  AddPreset(verb, arguments->edit);
   AddRefitOptions(verb, arguments->color, arguments->edit);
-  AddDepthOptions(verb, arguments->edit, "--depth");
+  AddOutputs(verb, *arguments);
+  AddDepthOptions(verb, arguments->edit);
   AddCloudOptions(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);
-  AddLarge(verb, arguments->large, /*selects=*/true);
   AddRefineOptions(verb, *arguments);
-  verb->callback(
-      [&action, arguments] { action = [arguments](Run& run) { Recolor(*arguments, run); }; });
+  AddLarge(verb, arguments->large, /*selects=*/true);
+  AddPreset(verb, arguments->edit);
+  AddExamples(verb,
+              {"retint synth -o sample",
+               "retint recolor sample --view 023.png --mask sample/masks/023.png.png --to teal "
+               "-o teal.ply",
+               "retint recolor sample --view 023.png --mask sample/masks/023.png.png --adjust "
+               "hue=120 -o hue.spz"});
+  verb->callback([&action, arguments] {
+    NamePage(*arguments);
+    action = [arguments](Run& run) { Recolor(*arguments, run); };
+  });
 }
 
 }  // namespace retint::cli

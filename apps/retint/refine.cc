@@ -7,6 +7,7 @@
 #include "editing/region_store.h"
 #include "recolor/finer_gaussians.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "selecting/selection_files.h"
 #include "splat_io/splat_io.h"
@@ -55,18 +56,20 @@ void Refine(const Arguments& arguments, Run& run) {
 void AddRefine(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "refine",
-                           "Split large Gaussians inside masks, so that paint shows its detail");
-  AddScene(verb, arguments->scene);
+                           "Split large Gaussians inside masks, for fine stripes and letters");
+  AddScene(verb, globals, arguments->scene);
   AddPath(verb, "--masks", arguments->masks,
-          "Folder of <image name>.png; a view without one takes no part. Shares that `retint "
-          "project` wrote there are used as long as the masks are unchanged",
-          "FOLDER")
+          "Folder of <image name>.png. Retint ignores views without one", "FOLDER")
       ->required();
-  AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
+  AddPath(verb, "-o,--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
   OptionList list;
   arguments->options.Describe(list);
-  arguments->flags.Add(verb, "Refine", list);
+  arguments->flags.Add(verb, "refine", kOtherOptions, list);
+  Everyday(verb, verb->get_option("--set"));
+  AddExamples(verb, {"retint refine sample --masks sample/truth/masks/box -o finer.ply",
+                     "retint refine sample --masks sample/truth/masks/box -o finer.ply "
+                     "--set refine.pixels=2"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Refine(*arguments, run); }; });
 }

@@ -8,6 +8,7 @@
 #include "base/staged_output.h"
 #include "reporting/export.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "selecting/selection_files.h"
 #include "splat_io/splat_io.h"
@@ -124,32 +125,39 @@ void Refit(const Arguments& arguments, Run& run) {
   WarnOfLosses(arguments.output, session->scene().original(), run);
   run.FinishProgress();
   const ColorEdit& applied = session->store().regions().Find(region)->edit;
-  PrintEdit(applied, run);
-  run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
-  PrintQuality(quality, run);
+  report.quality = quality;
+  if (run.globals().verbose) {
+    PrintEdit(applied, run);
+    run.Print(fmt::format("refit        {}", session->refits().Summary().BriefReport()));
+    PrintQuality(quality, run);
+    PrintFormatError(format, run);
+    PrintParts(report, run);
+  }
+  PrintSummary(applied, report, {}, run);
   PrintOutOfGamut(applied, quality, run);
-  PrintFormatError(format, run);
-  PrintParts(report, run);
-  run.Print(fmt::format("wrote        {}", arguments.output.string()));
+  EditOutputs outputs;
+  outputs.splats = {arguments.output};
+  outputs.report = arguments.report;
+  PrintOutputs(outputs, run);
 }
 
 }  // namespace
 
 void AddRefit(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* verb = AddVerb(app, globals, "refit", "Recolor what masks select");
-  AddScene(verb, arguments->scene);
+  CLI::App* verb = AddVerb(app, globals, "refit",
+                           "Recolor the inside of masks, such as those of another program");
+  AddScene(verb, globals, arguments->scene);
   AddPath(verb, "--masks", arguments->masks,
-          "Folder of <image name>.png; a view without one takes no part. Shares that `retint "
-          "project` wrote there are used as long as the masks are unchanged",
-          "FOLDER")
+          "Folder of <image name>.png. Retint ignores views without one", "FOLDER")
       ->required();
-  AddPath(verb, "--output", arguments->output, "Splat to write, in the format of its extension")
+  AddPath(verb, "-o,--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
-  AddPath(verb, "--report", arguments->report, "Report to write (.json)");
+  Everyday(verb, AddPath(verb, "--report", arguments->report, "Report to write (.json)"));
   AddPreset(verb, arguments->edit);
   AddRefitOptions(verb, arguments->color, arguments->edit);
   AddLarge(verb, arguments->large, /*selects=*/true);
+  AddExamples(verb, {"retint refit sample --masks sample/truth/masks/box --to teal -o teal.ply"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Refit(*arguments, run); }; });
 }

@@ -11,6 +11,7 @@
 #include "colmap_io/image_io.h"
 #include "depth/depth_picture.h"
 #include "retint/common.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 namespace {
@@ -98,17 +99,22 @@ void Render(const Arguments& arguments, Run& run) {
 void AddRender(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "render", "Render views of a splat to PNG");
-  AddScene(verb, arguments->scene);
-  AddRepeated(verb, "--view", arguments->views, "View to render; may be repeated")
-      ->type_name("NAME");
-  verb->add_flag("--all", arguments->all, "Render every view");
-  AddPath(verb, "--output", arguments->output,
+  AddScene(verb, globals, arguments->scene);
+  Everyday(verb, verb->get_option("--splat"));
+  Everyday(verb, AddRepeated(verb, "--view", arguments->views, "View to render; repeatable")
+                     ->type_name("NAME"));
+  Everyday(verb, verb->add_flag("--all", arguments->all, "Render every view"));
+  AddPath(verb, "-o,--output", arguments->output,
           "Folder for <image name>.png, .depth.bin and .depth.png, .alpha.png", "FOLDER")
       ->required();
-  verb->add_option("--what", arguments->what, "Any of rgb, depth, alpha, separated by commas")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"rgb", "depth", "alpha"}));
+  Everyday(verb, verb->add_option("--what", arguments->what,
+                                  "Any of rgb, depth, alpha, separated by commas")
+                     ->delimiter(',')
+                     ->allow_extra_args(false)
+                     ->check(CLI::IsMember({"rgb", "depth", "alpha"})));
   AddLarge(verb, arguments->large, /*selects=*/false);
+  AddExamples(verb, {"retint render sample --view 023.png -o pictures",
+                     "retint render sample --splat out.ply --all -o after"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Render(*arguments, run); }; });
 }

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/run_clock.h"
 #include "scene/mask_pixels.h"
 #include "splat_io/splat_io.h"
 
@@ -20,12 +21,17 @@ void PrintParts(const RunReport& report, const Run& run) {
 }
 
 void PrintOutputs(const EditOutputs& outputs, const Run& run) {
-  std::vector<std::filesystem::path> paths = outputs.splats;
-  for (const auto& path : {outputs.report, outputs.page, outputs.comparison, outputs.stages,
-                           outputs.masks, outputs.views, outputs.session, outputs.finer_splat}) {
-    if (!path.empty()) paths.push_back(path);
+  std::vector<std::filesystem::path> paths = {outputs.page};
+  paths.insert(paths.end(), outputs.splats.begin(), outputs.splats.end());
+  for (const auto& path : {outputs.report, outputs.comparison, outputs.stages, outputs.masks,
+                           outputs.views, outputs.session, outputs.finer_splat}) {
+    paths.push_back(path);
   }
-  for (const auto& path : paths) run.Print(fmt::format("wrote        {}", path.string()));
+  std::string line;
+  for (const auto& path : paths) {
+    if (!path.empty()) line += (line.empty() ? "" : ", ") + path.string();
+  }
+  run.Print("look at      " + line);
 }
 
 void PrintFormatError(const std::optional<FormatError>& error, const Run& run) {
@@ -42,7 +48,7 @@ void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& mode
 void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options, Run& run) {
   const std::string warning = summary.Warning(options);
   if (warning.empty()) return;
-  run.Warn(warning + (summary.pixels > options.pixels ? " (--most-parts)" : ""));
+  run.Warn(warning + (summary.pixels > options.pixels ? " (--set refine.most)" : ""));
 }
 
 std::string Hex(std::span<const float> rgb) {
@@ -51,6 +57,49 @@ std::string Hex(std::span<const float> rgb) {
     text += fmt::format("{:02x}", std::lround(std::clamp(value, 0.0F, 1.0F) * 255));
   }
   return text;
+}
+
+void PrintSummary(const ColorEdit& edit, const RunReport& report, const std::string& reach,
+                  const Run& run) {
+  std::string colors;
+  for (const ColorOperation& op : edit.operations) {
+    if (op.kind != ColorOperationKind::kRecolor || !op.IsSet("from")) continue;
+    colors += fmt::format("{} became {}; ", Hex(op.Get("from")), Hex(op.Get("to")));
+  }
+  run.Print(fmt::format("changed      {}{} of {} Gaussians{}", colors,
+                        report.refit.changed_gaussians, report.gaussians,
+                        reach.empty() ? "" : "; " + reach));
+  const QualityNumbers &fitted = report.quality.train, &heldout = report.quality.heldout;
+  const double inside = fitted.psnr_inside_after;
+  constexpr double kClose = 35, kRough = 28;  // dB
+  const char* const verdict = inside >= kClose   ? "close to the edit"
+                              : inside >= kRough ? "near the edit, with visible differences"
+                                                 : "far from the edit: look at the page";
+  run.Print(fmt::format(
+      "quality      {} (inside {:.1f} dB{}); outside {:.1f} dB from the original", verdict, inside,
+      heldout.views == 0 ? ""
+                         : fmt::format(", {:.1f} dB in views held out", heldout.psnr_inside_after),
+      fitted.psnr_outside));
+}
+
+void PrintDetails(EditRun& edit, const std::string& reach, const Run& run) {
+  EditSession& session = edit.session();
+  const RunReport& report = edit.report();
+  for (const PaintedReport& view : report.painted) {
+    run.Print(fmt::format("{:<12} {} {:.1f} % measured, {} of {} points kept; {}", view.view,
+                          view.depth_method, 100 * view.valid_fraction, view.cloud.kept,
+                          view.cloud.sampled, view.registration.BriefReport()));
+  }
+  run.Print(
+      fmt::format("selection    {}, {:.2f} % of their pixels", reach, 100 * report.mean_coverage));
+  PrintEdit(session.store().regions().regions.front().edit, run);
+  if (report.refine) run.Print("refine       " + report.refine->BriefReport());
+  run.Print(fmt::format("refit        {}", report.refit.BriefReport()));
+  PrintQuality(report.quality, run, &session);
+  PrintFormatError(edit.format_error(), run);
+  PrintParts(report, run);
+  run.Print(fmt::format("time         {:.1f} s, peak memory {:.0f} MB",
+                        session.scene().clock().Total() / 1000, PeakRssMb()));
 }
 
 void PrintEdit(const ColorEdit& edit, const Run& run) {

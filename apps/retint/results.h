@@ -24,6 +24,13 @@ void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& mode
 // What went otherwise than it was asked for when Gaussians were split.
 void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options, Run& run);
 
+// The two lines of a run that people want: what changed, and how well. `reach`: see
+// VerdictOfPaint(); empty: nothing was painted.
+void PrintSummary(const ColorEdit& edit, const RunReport& report, const std::string& reach,
+                  const Run& run);
+// All figures of `retint recolor`, for --verbose.
+void PrintDetails(EditRun& edit, const std::string& reach, const Run& run);
+
 // What an edit is on this scene: the main colors that it replaces, and what became of the pictures
 // that were compared with the scene. Nothing for others.
 void PrintEdit(const ColorEdit& edit, const Run& run);
@@ -46,7 +53,7 @@ void PrintParts(const RunReport& report, const Run& run);
 // What the format of the written splat adds, if it rounds.
 void PrintFormatError(const std::optional<FormatError>& error, const Run& run);
 
-// "wrote ..." of each file.
+// What to look at: the files that were written, the page first.
 void PrintOutputs(const EditOutputs& outputs, const Run& run);
 
 // AdvisePaint() for a region; empty if its masks were not completed, or of Gaussians that were

@@ -11,6 +11,7 @@
 #include "pipeline/edit_run.h"
 #include "pipeline/job_file.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 #include "retint/stage_plans.h"
 
@@ -41,7 +42,7 @@ void RunJob(const Arguments& arguments, Run& run) {
     std::fputs(JobSchema().c_str(), stdout);
     return;
   }
-  CheckOption(!arguments.job.empty(), "a job file is needed (or --schema)");
+  CheckOption(!arguments.job.empty(), "a job file is needed, or --schema");
   CheckOption(arguments.cache.empty() || !arguments.no_cache,
               "--cache and --no-cache exclude each other");
   std::optional<uint64_t> seed;
@@ -49,12 +50,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   const EditRecipe job = ReadJob(arguments.job, seed);
   for (const std::string& warning : job.warnings) run.Warn(warning);
   SceneArguments scene;
-  scene.workspace = job.workspace;
-  scene.splat = job.splat;
-  scene.images = job.images;
-  scene.model = job.model;
-  scene.world_from_splat = job.world_from_splat;
-  if (job.views > 0) scene.views = job.views;
+  TakeScene(job, scene);
   const auto source =
       OpenSource(scene, arguments.large, job.holdout, &job.options.refit.options, run);
   StageCache cache(CacheFolder(arguments, job));
@@ -90,23 +86,23 @@ void RunJob(const Arguments& arguments, Run& run) {
 void AddRun(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = AddVerb(app, globals, "run",
-                           "Run a job file: many regions and edits of one scene, going on where "
-                           "an earlier run ended");
+                           "Run a job file: several edits of one scene, from the first stage that "
+                           "changed");
   arguments->seed = verb->get_option("--seed");
-  verb->add_option("JOB", arguments->job, "The job file (.json); see docs/pipelines.md")
-      ->type_name("FILE");
-  verb->add_flag("--dry-run", arguments->dry_run,
-                 "Check the job and print what would be done, without doing it");
-  AddPath(verb, "--cache", arguments->cache,
-          "Folder of the stages' results. Default: beside the job file, its name with .cache",
-          "FOLDER");
-  verb->add_flag("--no-cache", arguments->no_cache, "Compute everything and keep nothing");
+  AddPath(verb, "JOB", arguments->job, "Job file (.json)");
+  Everyday(verb, verb->add_flag("--dry-run", arguments->dry_run,
+                                "Check the job and print the stages that would run"));
+  Everyday(verb, AddPath(verb, "--cache", arguments->cache,
+                         "Folder of the stages' results. Else the job file's name with .cache",
+                         "FOLDER"));
+  Everyday(verb, verb->add_flag("--no-cache", arguments->no_cache,
+                                "Compute everything and keep nothing"));
   verb->add_option("--keep-mb", arguments->keep_mb,
-                   "Of results that this run did not need, those used last stay, up to so many MiB "
-                   "in all")
+                   "Results of earlier runs to keep, MiB; the oldest go first")
       ->check(CLI::Range(uint64_t{0}, uint64_t{1} << 40));
+  Everyday(verb,
+           verb->add_flag("--schema", arguments->schema, "Print the JSON Schema of job files"));
   AddLarge(verb, arguments->large, /*selects=*/true);
-  verb->add_flag("--schema", arguments->schema, "Print the JSON Schema of job files");
   verb->callback([&action, &globals, arguments] {
     globals.runs_job = true;
     action = [arguments](Run& run) { RunJob(*arguments, run); };

@@ -5,6 +5,7 @@
 #include "base/files.h"
 #include "base/staged_output.h"
 #include "retint/common.h"
+#include "retint/help.h"
 
 namespace retint::cli {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 struct Arguments {
   ScoreRequest request;
   EditFlags edit;
-  std::filesystem::path workspace, report;
+  std::filesystem::path cameras, report;
 };
 
 void ScoreFolders(const Arguments& arguments, Run& run) {
@@ -24,8 +25,8 @@ void ScoreFolders(const Arguments& arguments, Run& run) {
   }
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   Workspace workspace;
-  if (!arguments.workspace.empty()) {
-    workspace = Workspace::Open(arguments.workspace);
+  if (!arguments.cameras.empty()) {
+    workspace = Workspace::Open(arguments.cameras);
     request.model = &workspace.reconstruction;
   }
   const ScoreReport report = Score(request, run.monitor());
@@ -48,35 +49,33 @@ void AddScore(CLI::App& app, Globals& globals, Action& action) {
       AddVerb(app, globals, "score", "Measure masks or recolored pictures against true masks");
   AddPath(verb, "--truth", request.truth, "Folder of true masks, <image name>.png", "FOLDER")
       ->required();
-  AddPath(verb, "--masks", request.masks,
-          "Folder of masks to measure, <image name>.png: IoU, boundary IoU, precision, recall",
-          "FOLDER");
-  AddPath(verb, "--before", request.before,
-          "Folder of pictures before the edit, <image name>.png, as `retint render` writes them",
-          "FOLDER");
+  Everyday(verb, AddPath(verb, "--masks", request.masks,
+                         "Folder of masks to measure, <image name>.png", "FOLDER"));
+  Everyday(verb,
+           AddPath(verb, "--before", request.before,
+                   "Folder of pictures before the edit, as `retint render` writes them", "FOLDER"));
   CLI::Option* const after =
-      AddPath(verb, "--after", request.after,
-              "Folder of the same pictures after the edit: how much of it hit the object, missed "
-              "it, and leaked to or stained what is outside",
-              "FOLDER");
-  AddRepeated(verb, "--painted", request.painted,
-              "Name of a view that was painted: it is listed, but is in no mean; repeatable")
-      ->type_name("NAME");
-  CLI::Option* const workspace =
-      AddPath(verb, "--workspace", arguments->workspace,
-              "COLMAP workspace: with --painted, views that look in nearly the same direction are "
-              "summed up on their own",
+      Everyday(verb, AddPath(verb, "--after", request.after,
+                             "Folder of the same pictures after the edit", "FOLDER"));
+  Everyday(verb, AddRepeated(verb, "--painted", request.painted,
+                             "Name of a painted view: listed, but in no mean; repeatable")
+                     ->type_name("NAME"));
+  CLI::Option* const cameras =
+      AddPath(verb, "--cameras", arguments->cameras,
+              "Workspace. With --painted, views that look in nearly the same direction have a mean "
+              "of their own",
               "FOLDER");
   verb->add_option("--within", request.within_degrees,
                    "Largest angle between such directions, degrees")
-      ->needs(workspace)
+      ->needs(cameras)
       ->check(CLI::Range(0.0, 180.0));
   verb->add_option("--border", request.border,
-                   "How far inside the true border hit and missed begin, pixels")
+                   "Pixels inside the true border that count as neither hit nor missed")
       ->needs(after)
       ->check(CLI::Range(0, 1000));
-  arguments->edit.Add(verb, "Edit that was asked for, with --after");
-  AddPath(verb, "--report", arguments->report, "All figures to write (.json)");
+  arguments->edit.Add(verb, "Edit to expect, with --after");
+  Everyday(verb, AddPath(verb, "--report", arguments->report, "All figures to write (.json)"));
+  AddExamples(verb, {"retint score --truth sample/truth/masks/box --masks masks"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { ScoreFolders(*arguments, run); }; });
 }

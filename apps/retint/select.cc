@@ -8,6 +8,7 @@
 #include "colmap_io/image_io.h"
 #include "reporting/export.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "retint/results.h"
 
 namespace retint::cli {
@@ -103,24 +104,27 @@ void AddSelect(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb =
       AddVerb(app, globals, "select", "Turn painted views into a registered 3D selection");
-  AddScene(verb, arguments->scene);
+  AddScene(verb, globals, arguments->scene);
   AddRepeated(verb, "--view", arguments->paint.views,
               "Name of the painted view; repeat with --mask for several views of one selection")
       ->required()
       ->type_name("NAME");
-  AddRepeated(verb, "--mask", arguments->paint.masks,
-              "Brush mask of that view: any picture of its size, black or transparent outside")
-      ->type_name("FILE");
-  AddPath(verb, "--output", arguments->output, "Point cloud to write (.ply)")->required();
-  AddPath(verb, "--append", arguments->append, "Point cloud (.ply) that the points are added to");
+  Everyday(verb, AddRepeated(verb, "--mask", arguments->paint.masks,
+                             "Mask of that view: any picture of its size, black or transparent "
+                             "outside")
+                     ->type_name("FILE"));
+  AddPath(verb, "-o,--output", arguments->output, "Point cloud to write (.ply)")->required();
+  Everyday(verb, AddPath(verb, "--append", arguments->append, "Point cloud (.ply) to add to"));
   AddRepeated(verb, "--erase", arguments->erase,
-              "Mask of what to take away again, of the --view in the same place")
+              "Mask of pixels to take away, of the --view in the same place")
       ->type_name("FILE");
   AddPath(verb, "--report", arguments->report, "Report to write (.json)");
   AddPreset(verb, arguments->edit);
-  AddDepthOptions(verb, arguments->edit, "--method");
+  AddDepthOptions(verb, arguments->edit);
   AddCloudOptions(verb, arguments->edit);
   AddLarge(verb, arguments->large, /*selects=*/false);
+  AddExamples(verb,
+              {"retint select sample --view 023.png --mask sample/masks/023.png.png -o cloud.ply"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Select(*arguments, run); }; });
 }

@@ -43,7 +43,7 @@ class Typed {
   }
   bool Has(const char* flag) const { return Count(flag) > 0; }
   bool Completes() const {
-    const CLI::Option* complete = verb_.get_option_no_throw("--complete");
+    const CLI::Option* complete = verb_.get_option_no_throw("--completion");
     return !complete || complete->count() == 0 || complete->results().front() != "off";
   }
   size_t Painted() const { return Count("--view"); }

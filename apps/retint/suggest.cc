@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "base/staged_output.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "selection/suggestion.h"
 
 namespace retint::cli {
@@ -35,8 +36,8 @@ std::string ToJson(const std::vector<ViewSuggestion>& suggestions) {
 void Suggest(const Arguments& arguments, Run& run) {
   const EditOptions options = Resolve(arguments.edit, run.globals());
   CheckOption(options.projector.Completes(),
-              "a suggestion follows from the completion: it needs --projector gaussians and "
-              "--complete near or all");
+              "a suggestion follows from the completion: it needs --completion near or all, and no "
+              "other --set projector than gaussians");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, 0, run);
   SelectionSource source{.painted = ReadPaint(arguments.paint, session->scene().pictures()),
@@ -73,18 +74,20 @@ void Suggest(const Arguments& arguments, Run& run) {
 
 void AddSuggest(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* verb = AddVerb(app, globals, "suggest",
-                           "Name the views whose paint would decide most of what is uncertain");
-  AddScene(verb, arguments->scene);
+  CLI::App* verb = AddVerb(app, globals, "suggest", "Name the views to paint next");
+  AddScene(verb, globals, arguments->scene);
   AddPaint(verb, arguments->paint, /*required=*/true);
-  verb->add_option("--count", arguments->count,
-                   "How many views to name, each after those before it were painted")
-      ->check(CLI::Range(1, 1000));
-  AddPath(verb, "--report", arguments->report, "All views in their order to write (.json)");
+  Everyday(verb, verb->add_option("--count", arguments->count,
+                                  "Views to name; each assumes that you painted those before it")
+                     ->check(CLI::Range(1, 1000)));
+  Everyday(verb, AddPath(verb, "--report", arguments->report,
+                         "All views in their order to write (.json)"));
   AddPreset(verb, arguments->edit);
-  AddDepthOptions(verb, arguments->edit, "--method");
+  AddDepthOptions(verb, arguments->edit);
   AddCloudOptions(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);
+  AddExamples(verb,
+              {"retint suggest sample --view 023.png --mask sample/masks/023.png.png --count 3"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Suggest(*arguments, run); }; });
 }

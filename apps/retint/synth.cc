@@ -6,8 +6,9 @@
 #include "base/files.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
-#include "recolor/color_edit.h"
+#include "recolor/color_name.h"
 #include "retint/common.h"
+#include "retint/help.h"
 #include "synthetic/synthetic_workspace.h"
 
 namespace retint::cli {
@@ -21,28 +22,22 @@ struct Arguments {
   std::string camera_model = "PINHOLE";
 };
 
-// OBJECT=#rrggbb or OBJECT=FILE
+// OBJECT=COLOR or OBJECT=FILE
 PaintedObject ParseAlbedo(const std::string& text) {
   const auto fail = [&](const std::string& why) {
     throw OptionError("--albedo '" + text + "': " + why);
   };
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    fail("expected OBJECT=#rrggbb or OBJECT=FILE");
+    fail("expected OBJECT=COLOR or OBJECT=FILE");
   }
   const std::string object = text.substr(0, equals), value = text.substr(equals + 1);
-  if (value[0] != '#') {
-    if (!IsFile(value)) fail("'" + value + "' is neither a color, #rrggbb, nor a picture file");
-    return {object, {}, ReadImage8(value)};
-  }
-  constexpr size_t kDigits = 6;
-  if (value.size() != 1 + kDigits ||
-      value.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) {
-    fail("a color needs six hexadecimal digits after its #");
-  }
-  const ColorEdit tint = ParseTint(value);
-  const auto color = tint.operations.front().Get("color");
-  return {object, {color[0], color[1], color[2]}, {}};
+  if (IsFile(value)) return {object, {}, ReadImage8(value)};
+  std::array<float, 3> color{};
+  const std::string fault = ReadColor(value, &color);
+  if (!fault.empty())
+    fail(value[0] == '#' ? fault : "'" + value + "' is neither a color nor a picture file");
+  return {object, color, {}};
 }
 
 void Synth(const Arguments& arguments, Run& run) {
@@ -67,8 +62,7 @@ void Synth(const Arguments& arguments, Run& run) {
   run.Print(fmt::format("wrote {} views, {} points and {} Gaussians to {}", scene.views.size(),
                         scene.reconstruction.points.size(), scene.model.NumGaussians(), folder));
   run.Print(
-      fmt::format("try: retint recolor --workspace {0} --splat {0}/splat.ply --view {1} "
-                  "--mask {0}/{2} --tint '#3060ff' --output recolored.ply",
+      fmt::format("try: retint recolor {0} --view {1} --mask {0}/{2} --to '#3060ff' -o out.ply",
                   folder, start.view, start.mask.string()));
 }
 
@@ -78,20 +72,20 @@ void AddSynth(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb =
       AddVerb(app, globals, "synth", "Make a sample workspace with exact ground truth");
-  AddPath(verb, "--output", arguments->output, "Workspace folder to write", "FOLDER")->required();
+  AddPath(verb, "-o,--output", arguments->output, "Workspace folder to write", "FOLDER")
+      ->required();
   OptionList list;
   arguments->options.Describe(list);
-  arguments->flags.Add(verb, "Scene", list);
+  arguments->flags.Add(verb, "synth", kSceneGroup, list);
   verb->add_option("--camera-model", arguments->camera_model,
-                   "Lens of the photos: PINHOLE, or SIMPLE_RADIAL, OPENCV, OPENCV_FISHEYE or "
-                   "EQUIRECTANGULAR, which distort them")
+                   "Lens of the photos. All but PINHOLE distort them")
       ->check(CLI::IsMember(
           {"PINHOLE", "SIMPLE_RADIAL", "OPENCV", "OPENCV_FISHEYE", "EQUIRECTANGULAR"}));
-  AddRepeated(
-      verb, "--albedo", arguments->albedo,
-      "Give an object's surface this color (a pattern stays as shades of it), or paste a picture "
-      "on every side of its body; repeatable")
-      ->type_name("OBJECT=#rrggbb|FILE");
+  AddRepeated(verb, "--albedo", arguments->albedo,
+              "Color of an object, of which a pattern becomes shades. Or a picture to paste on "
+              "every side of it; repeatable")
+      ->type_name("OBJECT=COLOR|FILE");
+  AddExamples(verb, {"retint synth -o sample", "retint synth -o around --around --photos 24"});
   verb->callback(
       [&action, arguments] { action = [arguments](Run& run) { Synth(*arguments, run); }; });
 }

@@ -150,6 +150,13 @@ std::string Option::Label() const {
   return label;
 }
 
+std::string Option::Flag() const {
+  if (tier < OptionTier::kOccasional) return {};
+  std::string flag = "--" + name;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
 std::string Option::Text() const {
   return std::visit(
       Overloaded{[](bool v) { return std::string(v ? "true" : "false"); },

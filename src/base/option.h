@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Options described once. A struct of options has a member `void Describe(OptionList& list)` that
-// adds an entry for each of its members: name, reference, range, help, where it applies. What reads
-// or writes options walks that list: Check(), the command line (apps/retint/option_flags.h), the
-// JSON of sessions and reports (base/option_json.h), the key of a fit
-// (editing/region.h), and whoever builds a form. A new option is a member and its entry.
+// adds an entry for each of its members: name, reference, range, help, where it applies, who needs
+// it. What reads or writes options walks that list: Check(), the command line
+// (apps/retint/option_flags.h), the JSON of sessions and reports (base/option_json.h), the key of a
+// fit (editing/region.h), and whoever builds a form. A new option is a member and its entry.
 #pragma once
 
 #include <cstdint>
@@ -59,6 +59,14 @@ OptionChoice ChoiceOf(Enum& member, std::vector<std::string> names) {
 // A string that is none of the names counts as one beyond the last.
 OptionChoice ChoiceOf(std::string& member, std::vector<std::string> names);
 
+// Who needs an option, and so where it shows. Files, Python and `--set NAME=VALUE` take every one.
+enum class OptionTier {
+  kRare,        // nowhere else
+  kExpert,      // in the editor's forms
+  kOccasional,  // also as a flag, which --help lists
+  kEveryday,    // also as a flag that -h lists
+};
+
 // What an option holds, apart from where: a choice is its name.
 using OptionValue = std::variant<bool, int64_t, uint64_t, double, std::string>;
 
@@ -72,9 +80,7 @@ struct Option {
                              // as it is; empty: none, or the help says it
   std::string applies = {};  // the value of a choice in the same list at which this one matters,
                              // such as "mm"; empty: always. Also the key of a group in files
-  std::string flag = {};     // on the command line, "--outside-weight"; empty: not there. A switch
-                             // "--refine" has a twin "--no-refine". Options that share a flag are
-                             // set together
+  OptionTier tier = OptionTier::kRare;
 
   OptionValue Get() const;
   // OptionError when `value` is of another kind, out of range or no name of the choice; then
@@ -82,7 +88,9 @@ struct Option {
   void Set(const OptionValue& value) const;
   void Check() const;         // OptionError that names the option, its range and its value
   std::string Label() const;  // for people: "outside weight"
-  std::string Text() const;   // the value; a number by the digits that give it back exactly
+  // "--outside-weight", or empty if its tier has no flag. A switch also has a twin, "--no-around".
+  std::string Flag() const;
+  std::string Text() const;  // the value; a number by the digits that give it back exactly
 };
 
 using OptionList = std::vector<Option>;

@@ -68,37 +68,39 @@ void StereoHvOptions::Describe(OptionList& list) {
                   .member = ChoiceOf(aggregate, {"agree", "min"}),
                   .help = "agree (mean where pairs agree, else nearest) or min (the paper's)",
                   .title = "Combine pairs by",
-                  .flag = "--aggregate"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "matcher",
                   .member = ChoiceOf(matcher, {"census", "sgbm"}),
                   .help = "census (for up to 256 disparities) or sgbm (OpenCV's, on the CPU)",
-                  .flag = "--matcher"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "both_sides",
                   .member = &both_sides,
                   .help = "pairs to the left and above too; the paper has right and below",
                   .title = "Pairs on all four sides",
-                  .flag = "--both-sides"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "arbitrate",
                   .member = &arbitrate,
                   .help = "where stereo and the Gaussians' own depth disagree, let the colors of "
                           "the pairs decide; the paper always takes stereo's",
                   .title = "Colors decide between depths",
-                  .flag = "--arbitrate"});
-  list.push_back({.name = "refine",
-                  .member = &refine,
-                  .help = "refine the disparity against all pairs at once; the paper does not",
-                  .flag = "--refine"});
+                  .tier = OptionTier::kExpert});
+  list.push_back(
+      {.name = "subpixel",
+       .member = &subpixel,
+       .help =
+           "find disparities to parts of a pixel, against all pairs at once; the paper does not",
+       .tier = OptionTier::kExpert});
   list.push_back({.name = "baseline",
                   .member = &baseline,
                   .range = OptionRange::AtLeast(0),
                   .help = "baseline in the workspace's unit; 0 chooses it",
-                  .flag = "--baseline"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "max_disparities",
                   .member = &max_disparities,
                   .range = {.min = 16, .max = 1024, .multiple_of = 16},
                   .help = "search range",
                   .unit = "pixels",
-                  .flag = "--disparities"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "median_disparity",
                   .member = &median_disparity,
                   .range = OptionRange::AboveTo(0, 0.5),

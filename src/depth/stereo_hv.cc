@@ -306,7 +306,7 @@ class Estimation {
   }
 
   void Refine() {
-    if (options_.refine) stereo_.Refine(OverViews<StereoRefineParams>());
+    if (options_.subpixel) stereo_.Refine(OverViews<StereoRefineParams>());
   }
 
   DepthEstimate Finish() {

@@ -39,7 +39,7 @@ struct StereoHvOptions {
   double agree_tolerance = 1;       // pixels between pairs
   bool arbitrate =
       true;            // settle disagreements with the Gaussians' depth; false: stereo always wins
-  bool refine = true;  // sub-pixel refinement against all shifted views at once
+  bool subpixel = true;  // sub-pixel refinement against all shifted views at once
   StereoMatcherKind matcher = StereoMatcherKind::kCensus;
   SgbmOptions sgbm;  // of OpenCV's matcher
   void Describe(OptionList& list);

@@ -9,11 +9,11 @@ namespace {
 EditOptions Paper() {
   EditOptions paper;
   SelectOptions& select = paper.select;
-  select.method = "stereo-hv";
+  select.depth_method = "stereo-hv";
   select.depth.stereo_hv.both_sides = false;
   select.depth.stereo_hv.aggregate = StereoAggregate::kMin;
   select.depth.stereo_hv.arbitrate = false;
-  select.depth.stereo_hv.refine = false;
+  select.depth.stereo_hv.subpixel = false;
   select.cloud.sample_fraction = 0.7;
   select.cloud.outlier_neighbors = 16;
   select.cloud.outlier_stddev = 0.007;

@@ -80,7 +80,7 @@ void RefitJob::Describe(OptionList& list) {
   list.push_back({.name = "target",
                   .member = ChoiceOf(target, {"render", "photo"}),
                   .help = "what is edited to become the targets: render (of the splat) or photo",
-                  .flag = "--target"});
+                  .tier = OptionTier::kOccasional});
   options.Describe(list);
 }
 

@@ -144,7 +144,7 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
     }
   }
   // The others read depth maps or run a program.
-  const std::string& method = region.options.select.method;
+  const std::string& method = region.options.select.depth_method;
   plan.keeps_cloud = keeps_stages_ && recipe_.outputs.stages.empty() &&
                      (method == "stereo-hv" || method == "gaussian");
   if (!region.paint.empty()) return plan;

@@ -320,7 +320,7 @@ std::unique_ptr<EditSession> LargeScene::ForDepth(const std::vector<PosedCamera>
   const std::vector<uint32_t> shown = BlocksOf(need);
   before->scene().renderer().SetSh(before->scene().original().sh);
   const auto estimator =
-      MakeDepthEstimator(select.method, before->scene().renderer(), workspace_.get(), select.depth);
+      MakeDepthEstimator(select.depth_method, before->scene().renderer(), workspace_.get(), select.depth);
   for (const PosedCamera& view : views) {
     const std::vector<PosedCamera> cameras = estimator->Cameras(view, monitor);
     need.cameras.insert(need.cameras.end(), cameras.begin(), cameras.end());

@@ -18,22 +18,22 @@ void AdamOptions::Describe(OptionList& list) {
                   .member = &iterations,
                   .range = OptionRange::AtLeast(0),
                   .help = "steps; 0: until it is stopped, 3000 on the command line",
-                  .flag = "--iterations"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "closed_form_start",
                   .member = &closed_form_start,
                   .help = "begin at the closed form, not at the original coefficients",
-                  .flag = "--closed-form-start"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "learning_rate",
                   .member = &learning_rate,
                   .range = OptionRange::Above(0),
                   .help = "step size",
-                  .flag = "--learning-rate"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "lambda_dssim",
                   .member = &lambda_dssim,
                   .range = OptionRange::Closed(0, 1),
                   .help = "weight of D-SSIM in the loss; L1 has the rest",
                   .title = "Weight of structure",
-                  .flag = "--lambda-dssim"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "seed", .member = &seed, .help = "of the order of the views"});
 }
 

@@ -17,6 +17,7 @@ namespace {
 using Kind = ColorOperationKind;
 using Form = ColorParameter::Form;
 
+constexpr OptionTier kEveryday = OptionTier::kEveryday;
 constexpr float kHuge = 1e6f;
 constexpr int kMostPairValues = kMaxPaletteColors * int(kPairValues);
 
@@ -46,55 +47,54 @@ constexpr ColorParameter kPicture[] = {{"residual", 1, kUnset, 0, 1000},
 constexpr ColorParameter kSoftClip[] = {{"knee", 1, 0.8f, 0, 0.99f}};
 
 constexpr ColorOperationType kTypes[] = {
-    {Kind::kTint, "tint", "tint", "R,G,B",
-     "Multiply the colors: three factors >= 0, or #rrggbb (0-255 become 0-1)", kTint},
+    {Kind::kTint, "tint", "tint", "R,G,B|COLOR",
+     "Multiply the colors: three factors >= 0, or a color (0-255 become 0-1)", kTint},
     {Kind::kMatrix, "matrix", "matrix", "M11,M12,...,M34",
      "Affine map of the encoded colors: a 3x4 matrix, row by row", kMatrix},
     {Kind::kExposure, "exposure", "exposure", "STOPS",
      "Brighten (or darken, below 0) in linear light; one stop doubles the "
      "light",
-     kExposure},
+     kExposure, kEveryday},
     {Kind::kContrast, "contrast", "contrast", "FACTOR[,PIVOT]",
-     "Spread the colors about the pivot, 0.5 by default", kContrast},
+     "Spread the colors about the pivot, 0.5 by default", kContrast, kEveryday},
     {Kind::kGamma, "gamma", "gamma", "GAMMA",
      "Raise the encoded colors to 1/GAMMA; above 1 brightens the middle tones", kGamma},
-    {Kind::kWhiteBalance, "white_balance", "white-balance", "TEMPERATURE[,TINT]|gray=#rrggbb",
-     "Warmer (above 0) or cooler light, in mired; TINT above 0 is towards magenta; or what makes "
-     "this color gray",
-     kWhiteBalance},
+    {Kind::kWhiteBalance, "white_balance", "white-balance", "TEMPERATURE[,TINT]|gray=COLOR",
+     "Warmer (above 0) or cooler light, in mired; TINT above 0 is towards magenta; or make this "
+     "color gray",
+     kWhiteBalance, kEveryday},
     {Kind::kSaturation, "saturation", "saturation", "FACTOR",
-     "Spread the colors about their luma: 0 is gray, 1 changes nothing", kSaturation},
+     "Spread the colors about their luma: 0 is gray, 1 changes nothing", kSaturation, kEveryday},
     {Kind::kInvert, "invert", "invert", "", "Turn every color into its complement", {}},
     {Kind::kGray, "gray", "gray", "", "Replace colors by the gray of the same luminance", {}},
     {Kind::kAdjust, "adjust", "adjust", "KEY=VALUE,...",
-     "In OKLCh: hue (degrees added), chroma and lightness (factors); for the "
-     "hues=A:B, "
-     "chromas=A:B, lightnesses=A:B alone, with the soft edges hue-edge "
-     "(degrees) and edge",
-     kAdjust},
-    {Kind::kRecolor, "recolor", "to", "#rrggbb",
-     "Make the region this color: its main color becomes it; shading, texture "
-     "and highlights stay",
-     kRecolor},
-    {Kind::kGradient, "gradient", "gradient", "[AT:]#rrggbb,...",
+     "In OKLCh: hue (degrees added), chroma and lightness (factors), such as hue=-120,chroma=1.2. "
+     "hues=A:B, chromas=A:B and lightnesses=A:B limit it to these colors, with soft edges of "
+     "hue-edge (degrees) and edge",
+     kAdjust, kEveryday},
+    {Kind::kRecolor, "recolor", "to", "#rrggbb|NAME",
+     "Make the region this color, such as '#3060ff' or teal; shading, texture and highlights stay",
+     kRecolor, kEveryday},
+    {Kind::kGradient, "gradient", "gradient", "[AT:]COLOR,...",
      "Replace colors by their lightness: colors from dark to light, evenly or "
      "AT 0 to 1",
      kGradient},
-    {Kind::kPalette, "palette", "palette", "K,INDEX=#rrggbb,...",
-     "Give main colors of the region others: how many to measure, and what the INDEX-th most "
-     "frequent one (`retint palette` lists them) becomes; or the colors themselves, #rrggbb those "
-     "that stay, #rrggbb=#rrggbb the others",
-     kPalette},
+    {Kind::kPalette, "palette", "palette", "K,INDEX=COLOR,...",
+     "Replace main colors of the region; K says how many to measure, INDEX which of them, as "
+     "`retint palette` "
+     "counts, becomes COLOR. Or list the colors: COLOR stays, COLOR=COLOR changes",
+     kPalette, kEveryday},
     {Kind::kLut,
      "lut",
      "lut",
      "FILE[,strength=S]",
      "Look colors up in a .cube, .3dl, .clf, .cdl, .cc or .ccc",
-     {}},
+     {},
+     kEveryday},
     {Kind::kPicture, "picture", "edited", "NAME=FILE[,strength=S]",
-     "Take over what a paint program changed in the picture of view NAME (of its render or photo); "
-     "repeatable for several views",
-     kPicture},
+     "Take over the changes of a paint program in a render or photo of view NAME; repeatable for "
+     "several views",
+     kPicture, kEveryday},
     {Kind::kSoftClip, "soft_clip", "soft-clip", "",
      "Draw colors that no screen shows softly back into the range, keeping "
      "their luma",

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/option.h"
 #include "recolor/lut.h"
 #include "recolor/picture_edit.h"
 
@@ -38,8 +39,8 @@ enum class ColorOperationKind {
 inline constexpr float kUnset = -1;
 
 struct ColorParameter {
-  // A color: 3 numbers or #rrggbb. Lists of any length, which are all of an operation's values:
-  // stops, each a place and a color; pairs, each a color and what it becomes.
+  // A color: 3 numbers, #rrggbb or a name. Lists of any length, which are all of an operation's
+  // values: stops, each a place and a color; pairs, each a color and what it becomes.
   enum class Form { kNumbers, kColor, kStops, kPairs };
   const char* name;  // in JSON; on the command line with - for _
   int count;         // of values; lists: the most that there may be
@@ -62,6 +63,7 @@ struct ColorOperationType {
   const char* syntax;  // of the option's value; empty: a flag
   const char* help;
   std::span<const ColorParameter> parameters;
+  OptionTier tier = OptionTier::kOccasional;
 };
 
 // In the order of ColorOperationKind.

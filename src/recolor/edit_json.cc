@@ -53,14 +53,13 @@ float JsonNumber(const Json& value, const std::string& where) {
   return float(number);
 }
 
-// #rrggbb or three numbers.
+// #rrggbb, a name, or three numbers.
 std::vector<float> JsonColor(const Json& json, const ColorOperationType& type,
                              const std::string& where) {
   std::vector<float> values;
   if (json.is_string()) {
     const std::string text = json.get<std::string>();
     const OperationText reader(type, text);
-    if (!text.starts_with('#')) reader.Fail("is not a color");
     reader.AddColor(text, values);
     return values;
   }

@@ -17,7 +17,7 @@ namespace {
 
 using Kind = ColorOperationKind;
 
-// [AT:]#rrggbb,...
+// [AT:]COLOR,...
 std::vector<float> ParseStops(const OperationText& text,
                               const std::vector<std::string_view>& words) {
   std::vector<float> stops;
@@ -29,24 +29,22 @@ std::vector<float> ParseStops(const OperationText& text,
     const float even = words.size() > 1 ? float(i) / float(words.size() - 1) : 0.0f;
     stops.push_back(has_place ? text.Number(Trimmed(words[i].substr(0, colon))) : even);
     const std::string_view color = has_place ? Trimmed(words[i].substr(colon + 1)) : words[i];
-    if (!color.starts_with('#')) text.Fail(std::string(words[i]).append(" is not a color"));
     text.AddColor(color, stops);
   }
   if (placed != 0 && placed != words.size()) text.Fail("either all colors have a place or none");
   return stops;
 }
 
-// "K,INDEX=#rrggbb,..." or "#rrggbb[=#rrggbb],...", a strength left out. Gives every pair.
+// "K,INDEX=COLOR,..." or "COLOR[=COLOR],...", a strength left out. Gives every pair.
 std::vector<float> ParsePairs(const OperationText& text,
                               const std::vector<std::string_view>& words) {
   std::vector<float> pairs;
   const auto add_color = [&](std::string_view word, float* to) {
-    if (!word.starts_with('#')) text.Fail(std::string(word).append(" is not a color"));
     std::vector<float> values;
     text.AddColor(word, values);
     std::copy(values.begin(), values.end(), to);
   };
-  const bool measured = !words.empty() && !words[0].starts_with('#');
+  const bool measured = !words.empty() && !MayBeColor(words[0]);
   bool changed = false;
   for (size_t i = 0; i < words.size(); ++i) {
     const auto equals = words[i].find('=');
@@ -148,7 +146,6 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
       op.strength = reader.Number(value);
     } else if (key == kGrayKey && type.kind == Kind::kWhiteBalance) {
       std::vector<float> gray;
-      if (!value.starts_with('#')) reader.Fail("gray is not a color");
       reader.AddColor(value, gray);
       SetGray(gray, op, warnings);
     } else if (!parameter || parameter->IsList()) {
@@ -168,17 +165,17 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
   }
   std::vector<float> values;
   for (const std::string_view word : plain) {
-    if (word.starts_with('#')) {
+    std::string key(word);
+    std::replace(key.begin(), key.end(), '-', '_');
+    if (FindParameter(type, key)) {
+      reader.Fail("'" + std::string(word) + "' has no value; give it as " + std::string(word) +
+                  "=VALUE");
+    }
+    const bool is_color = !type.parameters.empty() && values.size() < 3 &&
+                          type.parameters.front().form == ColorParameter::Form::kColor;
+    if (is_color && MayBeColor(word)) {
       reader.AddColor(word, values);
     } else {
-      std::string key(word);
-      std::replace(key.begin(), key.end(), '-', '_');
-      if (FindParameter(type, key)) {
-        reader.Fail("'" + std::string(word) + "' has no value; give it as " + std::string(word) +
-                    "=VALUE");
-      }
-      const bool is_color = !type.parameters.empty() && values.size() < 3 &&
-                            type.parameters.front().form == ColorParameter::Form::kColor;
       values.push_back(reader.Number(word, is_color ? "color" : "number"));
     }
   }

@@ -14,8 +14,8 @@ namespace retint {
 
 // The value of an operation's option: its parameters' values in order, or
 // KEY=VALUE, separated by commas; values of one key by colons; a color also as
-// #rrggbb; strength=S for any. No key comes twice. A white balance may have
-// gray=#rrggbb instead, and becomes the one that makes this color gray. For a
+// #rrggbb or by name; strength=S for any. No key comes twice. A white balance may have
+// gray=COLOR instead, and becomes the one that makes this color gray. For a
 // LUT and a picture the path of the file, and its strength. OptionError naming
 // the operation; InputError for the file. `warnings`, here and below, get a
 // sentence for what is not quite as it was asked for.

@@ -369,17 +369,17 @@ void RefineOptions::Describe(OptionList& list) {
                   .range = OptionRange::Closed(0.3, 100),
                   .help = "how large the parts are: their standard deviation, in pixels of the "
                           "closest view",
-                  .flag = "--part-pixels"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "most",
                   .member = &most,
                   .range = OptionRange::Closed(2, 20000000),
                   .help = "parts at most, all together; where there would be more, they are larger",
-                  .flag = "--most-parts"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "share",
                   .member = &share,
                   .range = OptionRange::UpTo(0, 1),
                   .help = "share inside the masks above which a Gaussian is split",
-                  .flag = "--split-share"});
+                  .tier = OptionTier::kExpert});
 }
 
 void RefineOptions::Check() const { CheckRanges(*this); }

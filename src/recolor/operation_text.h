@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/option_name.h"
+#include "recolor/color_name.h"
 #include "recolor/color_operation.h"
 #include "recolor/white_balance.h"
 
@@ -56,24 +58,19 @@ class OperationText {
     return value + 0.0f;  // -0 becomes 0
   }
 
-  // The three values of #rrggbb.
+  // The three values of #rrggbb or a name.
   void AddColor(std::string_view word, std::vector<float>& values) const {
-    if (word.size() != 7) Fail("a color needs six hexadecimal digits after its #");
-    for (size_t i = 1; i < 7; i += 2) {
-      unsigned value = 0;
-      const char* last = word.data() + i + 2;
-      if (std::from_chars(word.data() + i, last, value, 16).ptr != last) {
-        Fail("holds a character that is not a hexadecimal digit");
-      }
-      values.push_back(float(value) / 255.0f);
-    }
+    std::array<float, 3> color;
+    const std::string fault = ReadColor(word, &color);
+    if (!fault.empty()) Fail(fault);
+    values.insert(values.end(), color.begin(), color.end());
   }
 
   std::vector<float> Values(std::string_view words, const ColorParameter& parameter) const {
     std::vector<float> values;
     for (const std::string_view word : Split(words, ':')) {
       const bool is_color = parameter.form == ColorParameter::Form::kColor;
-      if (is_color && word.starts_with('#')) {
+      if (is_color && MayBeColor(word)) {
         AddColor(word, values);
       } else {
         values.push_back(Number(word, is_color ? "color" : "number"));

@@ -57,7 +57,7 @@ void RefitOptions::Describe(OptionList& list) {
       {.name = "solver",
        .member = ChoiceOf(solver, std::move(names)),
        .help = "how the fit is solved: mm (block sweeps) or adam (the paper's gradient steps)",
-       .flag = "--solver"});
+       .tier = OptionTier::kExpert});
   DescribePart(mm, FindSolver(Solver::kMm).name, list);
   DescribePart(adam, FindSolver(Solver::kAdam).name, list);
   list.push_back({.name = "active_threshold",
@@ -65,7 +65,7 @@ void RefitOptions::Describe(OptionList& list) {
                   .range = OptionRange::UpTo(0, 1),
                   .help = "share inside the masks above which a Gaussian may change",
                   .title = "Recolor from a share of",
-                  .flag = "--active-threshold"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "region_cache_mb",
                   .member = &region_cache_mb,
                   .range = OptionRange::Closed(0, 0x1p22),
@@ -73,7 +73,7 @@ void RefitOptions::Describe(OptionList& list) {
                           "again at each visit, with unrounded weights",
                   .title = "Memory for the fit, MiB",
                   .unit = "MiB",
-                  .flag = "--region-mb"});
+                  .tier = OptionTier::kExpert});
 }
 
 void RefitOptions::Check() const { CheckRanges(*this); }

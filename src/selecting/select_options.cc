@@ -4,10 +4,10 @@
 namespace retint {
 
 void SelectOptions::DescribeDepth(OptionList& list) {
-  list.push_back({.name = "method",
-                  .member = ChoiceOf(method, DepthMethods()),
+  list.push_back({.name = "depth_method",
+                  .member = ChoiceOf(depth_method, DepthMethods()),
                   .help = "how depth is found: " + DepthMethodsHelp(),
-                  .flag = "--method"});
+                  .tier = OptionTier::kOccasional});
   depth.Describe(list);
 }
 
@@ -16,7 +16,7 @@ void SelectOptions::DescribeCloud(OptionList& list) {
   list.push_back({.name = "register_cloud",
                   .member = &register_cloud,
                   .help = "move the cloud onto the sparse points",
-                  .flag = "--registration"});
+                  .tier = OptionTier::kExpert});
   registration.Describe(list);
 }
 

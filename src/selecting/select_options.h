@@ -12,7 +12,7 @@
 namespace retint {
 
 struct SelectOptions {
-  std::string method = "stereo-hv";  // one of DepthMethods()
+  std::string depth_method = "stereo-hv";  // one of DepthMethods()
   DepthOptions depth;
   CloudOptions cloud;
   bool register_cloud = true;  // false: the cloud stays where its depth put it

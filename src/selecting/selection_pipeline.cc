@@ -29,7 +29,7 @@ PaintedPart WithoutDepth(const PaintedView& view, const SelectOptions& options,
   const Camera& camera = view.camera.camera;
   part.depth.depth = DepthMap(camera.width, camera.height);
   part.depth.valid = Mask(camera.width, camera.height);
-  part.depth.method = part.report.depth_method = options.method;
+  part.depth.method = part.report.depth_method = options.depth_method;
   part.depth.reason = part.report.depth_reason = part.report.registration.reason = reason;
   part.report.view = view.name;
   return part;
@@ -137,7 +137,7 @@ DepthEstimate SelectionPipeline::EstimatePart(const PosedCamera& view, const Gri
   monitor.Step("depth", 0, 1);
   scene_.renderer().SetSh(scene_.original().sh);
   DepthEstimate estimate =
-      MakeDepthEstimator(options.method, scene_.renderer(), &scene_.workspace(), options.depth)
+      MakeDepthEstimator(options.depth_method, scene_.renderer(), &scene_.workspace(), options.depth)
           ->EstimatePart(view, part, monitor);
   monitor.Step("depth", 1, 1);
   return estimate;
@@ -266,7 +266,7 @@ std::map<std::string, Mask> SelectionPipeline::Decide(std::vector<PaintedView> p
     }
   }
   SelectOptions options;
-  options.method = "gaussian";  // a look ahead: the masks will be selected by in their turn
+  options.depth_method = "gaussian";  // a look ahead: the masks will be selected by in their turn
   const SelectionResult selected = Select(painted, options, monitor);
   ProjectorOptions project;
   project.paint_slack = 0;  // outlines of strokes follow the edges as it is

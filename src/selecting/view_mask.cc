@@ -118,7 +118,7 @@ Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
   const ViewLayers layers =
       LayersOf(selection.scene(), picture, selection.scene().original().sh, request.photo);
   Mask mask = Kept(request, layers, Selected(selection, picture, request, layers, monitor));
-  if (request.refine_edge > 0) mask = RefineEdge(layers, mask, request.refine_edge, monitor);
+  if (request.snap_edge > 0) mask = RefineEdge(layers, mask, request.snap_edge, monitor);
   if (!AnyInside(mask)) {
     throw InputError("no pixel of view " + picture.name + " is selected");
   }

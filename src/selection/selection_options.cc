@@ -11,18 +11,18 @@ void CloudOptions::Describe(OptionList& list) {
                   .member = &sample_fraction,
                   .range = OptionRange::AboveTo(0, 1),
                   .help = "share of the mask's pixels made points",
-                  .flag = "--sample"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "outlier_neighbors",
                   .member = &outlier_neighbors,
                   .range = OptionRange::Closed(0, 1000),
                   .help = "neighbors of the outlier filter; 0 keeps all points",
-                  .flag = "--outlier-neighbors"});
+                  .tier = OptionTier::kExpert});
   list.push_back(
       {.name = "outlier_stddev",
        .member = &outlier_stddev,
        .help = "standard deviations above the mean neighbor distance that a point may lie",
        .title = "Outlier distance",
-       .flag = "--outlier-stddev"});
+       .tier = OptionTier::kExpert});
   list.push_back({.name = "cloud_seed", .member = &seed, .help = "of the choice of pixels"});
 }
 
@@ -34,7 +34,7 @@ void RegistrationOptions::Describe(OptionList& list) {
                   .range = OptionRange::Closed(0, 1000),
                   .help = "how far around the mask sparse points count",
                   .unit = "pixels",
-                  .flag = "--margin"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "min_points",
                   .member = &min_points,
                   .range = OptionRange::AtLeast(4),
@@ -59,7 +59,7 @@ void ProjectorOptions::Describe(OptionList& list) {
        .member = ChoiceOf(kind, {"quads", "surfels", "gaussians"}),
        .help = "how masks are drawn: quads (the paper's), surfels, or gaussians (lifted to shares, "
                "rendered again)",
-       .flag = "--projector"});
+       .tier = OptionTier::kExpert});
   list.push_back({.name = "quad_pixels",
                   .member = &quad_pixels,
                   .range = OptionRange::Closed(1, 100),
@@ -67,7 +67,7 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .title = "Square a point, pixels",
                   .unit = "pixels",
                   .applies = "quads",
-                  .flag = "--quad-pixels"});
+                  .tier = OptionTier::kExpert});
   // The surfels are a part of the evidence of the gaussians too.
   list.push_back({.name = "surfel_scale",
                   .member = &surfel_scale,
@@ -75,40 +75,40 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .help = "radius of a surfel, also as evidence for gaussians",
                   .title = "Disc a point, pixels",
                   .unit = "pixel footprints",
-                  .flag = "--surfel-scale"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "close_radius",
                   .member = &close_radius,
                   .range = OptionRange::Closed(0, 100),
                   .help = "closing of holes between surfels",
                   .title = "Close holes, pixels",
                   .unit = "pixels",
-                  .flag = "--close-radius"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "depth_tolerance",
                   .member = &depth_tolerance,
                   .range = OptionRange::Closed(0, 1),
                   .help = "relative depth behind which a point is hidden",
-                  .flag = "--depth-tolerance"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "share_threshold",
                   .member = &share_threshold,
                   .range = OptionRange::Between(0, 1),
                   .help = "rendered share above which a pixel is inside",
                   .title = "Inside from a share of",
                   .applies = "gaussians",
-                  .flag = "--share-threshold"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "painted_weight",
                   .member = &painted_weight,
                   .range = OptionRange::AboveTo(0, 1e6),
                   .help = "weight of a painted view's pixels as evidence",
                   .applies = "gaussians",
-                  .flag = "--painted-weight"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "completion",
                   .member = ChoiceOf(completion, {"off", "near", "all"}),
                   .help =
-                      "sides that no painted view sees: off (outside), near (found by color and "
-                      "neighborhood where they are connected to the paint and within five times "
-                      "its radius) or all (also other things that look the same)",
+                      "sides that no painted view sees; off leaves them out, near finds those "
+                      "connected to the mask within five times its radius, all also finds other "
+                      "things that look the same",
                   .applies = "gaussians",
-                  .flag = "--complete"});
+                  .tier = OptionTier::kEveryday});
   list.push_back({.name = "paint_slack",
                   .member = &paint_slack,
                   .range = OptionRange::Closed(0, 0.1),
@@ -116,13 +116,13 @@ void ProjectorOptions::Describe(OptionList& list) {
                           "border of a painted mask, as a share of the picture's longer side, the "
                           "border moves to it; 0 keeps the border",
                   .applies = "gaussians",
-                  .flag = "--paint-slack"});
+                  .tier = OptionTier::kOccasional});
   list.push_back({.name = "unknown_weight",
                   .member = &unknown_weight,
                   .range = OptionRange::Closed(0, 1),
                   .help = "without completion, weight against surfaces that no painted view sees",
                   .applies = "gaussians",
-                  .flag = "--unknown-weight"});
+                  .tier = OptionTier::kExpert});
   list.push_back({.name = "visible_tolerance",
                   .member = &visible_tolerance,
                   .range = OptionRange::AboveTo(0, 1),
@@ -130,7 +130,7 @@ void ProjectorOptions::Describe(OptionList& list) {
                       "largest relative depth difference at which a painted view sees a surface; "
                       "less if the depths of the views agree",
                   .applies = "gaussians",
-                  .flag = "--visible-tolerance"});
+                  .tier = OptionTier::kExpert});
 }
 
 void ProjectorOptions::Check() const { CheckRanges(*this); }

@@ -63,22 +63,22 @@ void RepaintObjects(World& world, const SyntheticOptions& options,
 
 void SyntheticOptions::Describe(OptionList& list) {
   const auto add = [&](std::string name, auto member, OptionRange range, std::string help,
-                       std::string unit = "") {
-    std::string dashed = name;
-    std::replace(dashed.begin(), dashed.end(), '_', '-');
-    list.push_back({.name = name,
+                       std::string unit = "", OptionTier tier = OptionTier::kOccasional) {
+    list.push_back({.name = std::move(name),
                     .member = member,
                     .range = range,
-                    .help = help,
-                    .unit = unit,
-                    .flag = "--" + dashed});
+                    .help = std::move(help),
+                    .unit = std::move(unit),
+                    .tier = tier});
   };
+  constexpr OptionTier kEveryday = OptionTier::kEveryday;
   using R = OptionRange;
-  add("width", &width, R::Closed(16, 4096), "width of the photos", "pixels");
-  add("height", &height, R::Closed(16, 4096), "height of the photos", "pixels");
-  add("views", &views, R::Closed(3, 500), "number of photos, on an arc about the table");
+  add("width", &width, R::Closed(16, 4096), "width of the photos", "pixels", kEveryday);
+  add("height", &height, R::Closed(16, 4096), "height of the photos", "pixels", kEveryday);
+  add("photos", &views, R::Closed(3, 500), "number of photos, on an arc about the table", "",
+      kEveryday);
   add("around", &around, {},
-      "cameras all around the table, which then stands in the open, without walls");
+      "cameras all around the table, which then stands in the open, without walls", "", kEveryday);
   add("detail", &detail, R::Closed(1, 4),
       "how many times finer the Gaussians are than the photos show: they are made from photos of "
       "this many times the size");

@@ -26,7 +26,7 @@ struct SteamOptions {
                     .range = OptionRange::AboveTo(0, 16),
                     .help = "of the boiler",
                     .unit = "bar",
-                    .flag = "--pressure"});
+                    .tier = OptionTier::kOccasional});
     list.push_back({.name = "whistle", .member = &whistle});
   }
 };

@@ -13,25 +13,25 @@ import workbench as wb
 # Of `retint select` (and `retint depth`, with --method for the method).
 CLOUDS = {
     "defaults": [],
-    "depth: the Gaussians' own": ["--method", "gaussian"],
-    "stereo: two pairs": ["--no-both-sides"],
-    "stereo: nearest of the pairs": ["--aggregate", "min"],
-    "stereo: no arbitration": ["--no-arbitrate"],
-    "stereo: no refinement": ["--no-refine"],
-    "stereo: sgbm": ["--matcher", "sgbm"],
-    "stereo: the paper's": ["--no-both-sides", "--aggregate", "min", "--no-arbitrate",
-                            "--no-refine"],
-    "no registration": ["--no-registration"],
-    "own depth, no registration": ["--method", "gaussian", "--no-registration"],
-    "outliers kept": ["--outlier-neighbors", "0"],
+    "depth: the Gaussians' own": ["--depth-method", "gaussian"],
+    "stereo: two pairs": ["--set", "both_sides=false"],
+    "stereo: nearest of the pairs": ["--set", "aggregate=min"],
+    "stereo: no arbitration": ["--set", "arbitrate=false"],
+    "stereo: no refinement": ["--set", "subpixel=false"],
+    "stereo: sgbm": ["--set", "matcher=sgbm"],
+    "stereo: the paper's": ["--set", "both_sides=false", "--set", "aggregate=min", "--set", "arbitrate=false",
+                            "--set", "subpixel=false"],
+    "no registration": ["--set", "register_cloud=false"],
+    "own depth, no registration": ["--depth-method", "gaussian", "--set", "register_cloud=false"],
+    "outliers kept": ["--set", "outlier_neighbors=0"],
 }
 STEREO = [name for name in CLOUDS if name.startswith(("defaults", "depth", "stereo"))]
 # Of `retint project`. The first is drawn for every cloud, and so are the points.
 PROJECTORS = {
     "gaussians": [],
-    "gaussians, completion off": ["--complete", "off"],
-    "points as quads": ["--projector", "quads"],
-    "points as surfels": ["--projector", "surfels"],
+    "gaussians, completion off": ["--completion", "off"],
+    "points as quads": ["--set", "projector=quads"],
+    "points as surfels": ["--set", "projector=surfels"],
 }
 FOR_ALL_CLOUDS = ["gaussians", "gaussians, completion off", "points as quads"]
 

@@ -16,7 +16,7 @@ import workbench as wb
 SETTINGS = {
     "defaults": [],
     "weight outside 0.4": ["--outside-weight", "0.4"],
-    "pull 1e-2": ["--ridge-rest", "1e-2"],
+    "pull 1e-2": ["--set", "ridge_rest=1e-2"],
 }
 
 
@@ -62,13 +62,13 @@ def main():
         after, splat = name.with_name(name.name + "-after"), name.with_name(name.name + ".ply")
         run("refit", *paint.scene_flags(), "--masks", masks, *edit, *SETTINGS[setting],
             "--output", splat)
-        run("render", "--workspace", paint.workspace, "--splat", splat, "--all", "--output", after)
+        run("render", paint.workspace, "--splat", splat, "--all", "--output", after)
         painted = [x for v in views for x in ("--painted", v)] if kind == "three" else []
         scores, quality = name.with_name(name.name + "-score.json"), name.with_name(
             name.name + "-quality.json")
         run("score", "--truth", truth, "--before", folder / "before", "--after", after, *edit,
             *painted, "--report", scores)
-        run("evaluate", "--workspace", paint.workspace, "--before", paint.splat, "--after", splat,
+        run("evaluate", paint.workspace, "--splat", paint.splat, "--after", splat,
             "--masks", truth, *edit, "--report", quality)
         group = next(g for g in json.loads(scores.read_text())["groups"] if g["name"] == "all")
         found = {key: group[key]["mean"] for key in ("hit", "missed", "leak", "stained")}

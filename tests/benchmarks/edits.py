@@ -110,7 +110,7 @@ def recolor(run, paint, folder, edit, *more):
 def refit(run, paint, folder, edit):
     """Renders of the scene after `retint refit` inside the object's true masks."""
     folder.mkdir(parents=True, exist_ok=True)
-    workspace = ["--workspace", paint.workspace, "--splat"]
+    workspace = [paint.workspace, "--splat"]
     masks = next(iter(paint.truth.values())).parent
     run("refit", *workspace, paint.splat, "--masks", masks, *edit, "--output", folder / "out.ply")
     run("render", *workspace, folder / "out.ply", "--all", "--output", folder / "renders")
@@ -188,7 +188,7 @@ def true_scene(options, run, name, albedo):
     width, height, views = options.size.split("x")
     folder = options.work / "truth" / name
     if not (folder / "splat.ply").exists():
-        run("synth", "--output", folder, "--width", width, "--height", height, "--views", views,
+        run("synth", "--output", folder, "--width", width, "--height", height, "--photos", views,
             "--detail", options.detail, *[flag for entry in albedo for flag in ("--albedo", entry)])
     return folder
 
@@ -318,7 +318,7 @@ def highlights(options, run, paints):
         target = new_color(main, paint.workspace, truth, paint.label)
         made = refit(run, paint, folder / ("light" + color[1:]), ["--to", target])
         true = folder / ("true" + color[1:])
-        run("render", "--workspace", truth, "--splat", truth / "splat.ply", "--all", "--output",
+        run("render", truth, "--splat", truth / "splat.ply", "--all", "--output",
             true)
         contrasts, hues = [], []
         for view, mask in paint.truth.items():

@@ -54,17 +54,17 @@ def main():
                        for p in paints if len(p.truth) > 2]
     selections.sort(key=lambda s: (s[0].scene, s[0].label, s[1]))
 
-    solvers = [("mm, defaults", ["--solver", "mm"])]
-    solvers += [(f"mm, weight outside {w:g}", ["--solver", "mm", "--outside-weight", w])
+    solvers = [("mm, defaults", ["--set", "solver=mm"])]
+    solvers += [(f"mm, weight outside {w:g}", ["--set", "solver=mm", "--outside-weight", w])
                 for w in options.weights]
     solvers += [(f"mm, ridge {r:g}, weight outside {w:g}",
-                 ["--solver", "mm", "--ridge-rest", r, "--outside-weight", w])
+                 ["--set", "solver=mm", "--set", f"ridge_rest={r}", "--outside-weight", w])
                 for r in options.ridges for w in options.ridge_weights]
     # Where both begin; a step of this rate changes nothing that is measured.
-    solvers += [("closed form", ["--solver", "adam", "--learning-rate", "1e-12",
-                                 "--iterations", "1"])]
+    solvers += [("closed form", ["--set", "solver=adam", "--set", "learning_rate=1e-12",
+                                 "--set", "iterations=1"])]
     solvers += [(f"adam, rate {rate:g}, {steps:.0f} steps",
-                 ["--solver", "adam", "--learning-rate", rate, "--iterations", f"{steps:.0f}"])
+                 ["--set", "solver=adam", "--set", f"learning_rate={rate}", "--set", f"iterations={steps:.0f}"])
                 for rate in options.rates for steps in options.steps]
 
     def refit(job):
@@ -76,7 +76,7 @@ def main():
             "--output", folder / "after.ply", "--report", folder / "report.json")
         figures = json.loads((folder / "report.json").read_text())
         if kind == "projected" and len(paint.truth) > 2:
-            run("evaluate", "--workspace", paint.workspace, "--before", paint.splat,
+            run("evaluate", paint.workspace, "--splat", paint.splat,
                 "--after", folder / "after.ply", "--masks", masks, "--true-masks",
                 next(iter(paint.truth.values())).parent, *edit,
                 "--report", folder / "evaluated.json")

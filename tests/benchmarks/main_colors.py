@@ -45,7 +45,7 @@ def main_color(run, crop, options):
     folder = options.work / crop["name"].replace(" ", "-")
     write_mask(crop, options.data, folder / "masks" / (name + ".png"))
     splat = scene / "splat.ply"
-    run("evaluate", "--workspace", scene, "--before", splat, "--after", splat, "--masks",
+    run("evaluate", scene, "--splat", splat, "--after", splat, "--masks",
         folder / "masks", "--to", "#808080", "--report", folder / "report.json")
     report = json.loads((folder / "report.json").read_text())
     return np.array(report["edit"]["operations"][0]["from"])

@@ -17,20 +17,20 @@ import workbench as wb
 LINES = [
     ("Retint's defaults", [], [], []),
     ("`--preset paper`", ["--preset", "paper"], ["--preset", "paper"], ["--preset", "paper"]),
-    ("stereo pairs: two", ["--no-both-sides"], [], []),
-    ("depth of the pairs: the lesser", ["--aggregate", "min"], [], []),
-    ("stereo always wins", ["--no-arbitrate"], [], []),
-    ("bias of the matcher stays", ["--no-refine"], [], []),
-    ("registration: none", ["--no-registration"], [], []),
-    ("masks: squares of 3 pixels", [], ["--projector", "quads"], []),
-    ("sides that nobody painted: outside", [], ["--complete", "off"], []),
+    ("stereo pairs: two", ["--set", "both_sides=false"], [], []),
+    ("depth of the pairs: the lesser", ["--set", "aggregate=min"], [], []),
+    ("stereo always wins", ["--set", "arbitrate=false"], [], []),
+    ("bias of the matcher stays", ["--set", "subpixel=false"], [], []),
+    ("registration: none", ["--set", "register_cloud=false"], [], []),
+    ("masks: squares of 3 pixels", [], ["--set", "projector=quads"], []),
+    ("sides that nobody painted: outside", [], ["--completion", "off"], []),
     ("targets: the photos", [], [], ["--target", "photo"]),
-    ("solver: Adam", [], [], ["--solver", "adam"]),
-    ("solver: Adam, rate 2.5e-3", [], [], ["--solver", "adam", "--learning-rate", "2.5e-3"]),
+    ("solver: Adam", [], [], ["--set", "solver=adam"]),
+    ("solver: Adam, rate 2.5e-3", [], [], ["--set", "solver=adam", "--set", "learning_rate=2.5e-3"]),
     ("Adam's start: the original", [], [],
-     ["--solver", "adam", "--no-closed-form-start"]),
-    ("end: 1000 sweeps or no gain", [], [], ["--iterations", "0"]),
-    ("may change: all that a mask touches", [], [], ["--active-threshold", "0"]),
+     ["--set", "solver=adam", "--set", "closed_form_start=false"]),
+    ("end: 1000 sweeps or no gain", [], [], ["--set", "iterations=0"]),
+    ("may change: all that a mask touches", [], [], ["--set", "active_threshold=0"]),
 ]
 
 
@@ -70,7 +70,7 @@ def main():
             yardstick = next(iter(paint.truth.values())).parent
         else:
             yardstick = folder_of(paint, 0) / "masks"
-        run("evaluate", "--workspace", paint.workspace, "--before", paint.splat,
+        run("evaluate", paint.workspace, "--splat", paint.splat,
             "--after", folder / "after.ply", "--masks", folder / "masks",
             "--true-masks", yardstick, *edit, "--report", folder / "evaluated.json")
         (folder / "after.ply").unlink()

@@ -162,6 +162,7 @@ class Object:
 
     def run(self, verb, *arguments):
         command = [self.options.retint, verb, *map(str, arguments), "--progress", "none"]
+        command += ["--no-report-html"] if verb == "recolor" else []
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
     def files(self, views):
@@ -170,7 +171,7 @@ class Object:
         if self.options.keep:
             folder = self.work / f"keep-{self.options.keep}-{'-'.join(views)}"
             keep_cameras(self.folder, folder, views, self.options.keep)
-        return ["--workspace", folder, "--splat", self.folder / "splat.ply"]
+        return [folder, "--splat", self.folder / "splat.ply"]
 
     def true_mask(self, view):
         return self.truth / f"{view}.png"
@@ -190,7 +191,7 @@ class Object:
         seconds = time.time() - start
         if self.options.keep:
             self.draw_left_out(found)
-        self.run("score", "--truth", self.truth, "--masks", found, "--workspace", self.folder,
+        self.run("score", "--truth", self.truth, "--masks", found, "--cameras", self.folder,
                  *[part for view, _ in masks for part in ("--painted", view)], "--report", report)
         groups = {g["name"]: g for g in json.loads(report.read_text())["groups"] if g["views"]}
         print(f"{self.scene} {self.name} {what} {masks[0][0]}: "
@@ -205,7 +206,7 @@ class Object:
         views = [mask.name[:-len(".png")] for mask in sorted(self.truth.glob("*.png"))
                  if not (found / mask.name).exists()]
         if views:
-            self.run("render", "--workspace", self.folder, "--splat", splat, "--output", found,
+            self.run("render", self.folder, "--splat", splat, "--output", found,
                      *[part for view in views for part in ("--view", view)])
 
     def one(self):
@@ -240,7 +241,7 @@ class Object:
         self.run("recolor", *self.files(self.views[:3]), *self.painted(masks), "--tint", "#3060ff", "--output",
                  edited)
         for splat, pictures in ((self.folder / "splat.ply", before), (edited, after)):
-            self.run("render", "--workspace", self.folder, "--splat", splat, "--all", "--output",
+            self.run("render", self.folder, "--splat", splat, "--all", "--output",
                      pictures)
         self.run("score", "--truth", self.truth, "--before", before, "--after", after, "--tint",
                  "#3060ff", *[part for view, _ in masks for part in ("--painted", view)],
@@ -300,7 +301,7 @@ def synthetic(options, scene):
     scene = folder.name
     if not (folder / "splat.ply").exists():
         subprocess.run([options.retint, "synth", "--output", folder, "--around", "--width", "400",
-                        "--height", "300", "--views", "24", *SYNTHETIC[scene], "--quiet"],
+                        "--height", "300", "--photos", "24", *SYNTHETIC[scene], "--quiet"],
                        check=True)
     lines = (folder / "truth" / "objects.txt").read_text().splitlines()
     ids = {name: int(number) for number, name in (entry.split(" ", 1) for entry in lines)}

@@ -194,7 +194,7 @@ class Bench {
     }
     if (!Strokes(paper)) return false;
     SelectOptions select;
-    select.method = "gaussian";  // the selection is not what is measured
+    select.depth_method = "gaussian";  // the selection is not what is measured
     mode.SetSelectOptions(select);
     return Accept(root);
   }

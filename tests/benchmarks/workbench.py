@@ -75,7 +75,8 @@ class Runner:
         self.start = time.time()
 
     def __call__(self, verb, *arguments):
-        command = self.command + [verb] + [str(a) for a in arguments] + self.everywhere
+        page = ["--no-report-html"] if verb == "recolor" else []
+        command = self.command + [verb] + [str(a) for a in arguments] + page + self.everywhere
         try:
             done = subprocess.run(command, capture_output=True, text=True)
         except OSError as error:
@@ -113,7 +114,7 @@ class Paint:
         self.splat = workspace / "splat.ply"
 
     def scene_flags(self):
-        return ["--workspace", self.workspace, "--splat", self.splat]
+        return [self.workspace, "--splat", self.splat]
 
     def paint_flags(self):
         return ["--view", self.view, "--mask", self.mask]
@@ -145,7 +146,7 @@ def make_scenes(options, run):
         folder = options.work / name.replace(" ", "-") / "workspace"
         if not (folder / "splat.ply").exists():
             run("synth", "--output", folder, "--width", width, "--height", height,
-                "--views", views, "--detail", options.detail, *SYNTHETIC[name])
+                "--photos", views, "--detail", options.detail, *SYNTHETIC[name])
 
     run.each(make, [name for name in names if name in SYNTHETIC])
     paints = []

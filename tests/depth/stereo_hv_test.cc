@@ -149,7 +149,7 @@ TEST_P(OnBackends, ThePapersTwoPairsAndMinimumWorkToo) {
   options.both_sides = false;
   options.aggregate = StereoAggregate::kMin;
   options.arbitrate = false;
-  options.refine = false;
+  options.subpixel = false;
   Monitor monitor;
   const auto papers = StereoHvEstimator(renderer, options).Estimate(View(), monitor);
   EXPECT_THAT(papers.reason, HasSubstr("2 rendered pairs"));
@@ -228,7 +228,7 @@ TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {
   StereoHvOptions options;
   options.baseline = 0.25;
   options.arbitrate = false;
-  options.refine = false;
+  options.subpixel = false;
   Monitor monitor;
   StereoHvEstimator stereo(renderer, options, std::make_unique<FixedMatcher>(10.0f));
   const auto estimate = stereo.Estimate(View(), monitor);

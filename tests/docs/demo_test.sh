@@ -28,12 +28,13 @@ refused() {
   ((code == wanted)) || fail "$*: exit code $code, not $wanted"
 }
 
-paint=(--splat=s.ply --view=a.png --mask=m.png)
+paint=(s.ply --view=a.png --mask=m.png)
 [[ $(demo "${paint[@]}") == *"--to #3060ff --output"* ]] || fail "a demo without an edit has none"
 [[ $(demo "${paint[@]}" --to='#ff0000') != *"#3060ff"* ]] || fail "--to=COLOR is no edit"
-[[ $(demo --splat s.ply --edited a.png=b.png) == *"--edited a.png=b.png --output"* ]] ||
+[[ $(demo s.ply --edited a.png=b.png) == *"--edited a.png=b.png --output"* ]] ||
   fail "an edited picture needs no mask"
-refused 2 --splat s.ply --view a.png
+refused 2 s.ply --view a.png
+refused 2 --view a.png --mask m.png
 refused 2 "${paint[@]}" --output=x.ply
-refused 3 "${paint[@]}" --workspace=none
-refused 3 --splat=none.ply --view a.png --mask m.png
+refused 3 none --view a.png --mask m.png
+refused 3 scene --splat=none.ply --view a.png --mask m.png

@@ -4,8 +4,8 @@
 
     python3 tests/docs/library_flags.py [ROOT]
 
-Messages name an option with OptionName() (base/option_name.h), and every program spells it as its users do. Only the
-descriptions of options have flags. COLMAP's own flags, which have "_" or ".", may be in what is passed to it.
+Messages name an option with OptionName() (base/option_name.h), and every program spells it as its users do. Only
+Option::Flag() makes flags. COLMAP's own flags, which have "_" or ".", may be in what is passed to it.
 Exit codes: 0 no string literal has a flag, 1 some have.
 """
 
@@ -16,14 +16,14 @@ import sys
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else __file__.rsplit("/tests/", 1)[0])
 COMMENT_OR_LITERAL = re.compile(r'//[^\n]*|"(?:[^"\\\n]|\\.)*"')
 FLAG = re.compile(r'(?<![\w-])--(?:"|(?=([a-z][a-z0-9-]*))\1(?![_A-Z]|\.[A-Za-z]))')
-DESCRIBED = re.compile(r"\.flag = $")
+MAKES_FLAGS = re.compile(r"std::string flag = $")
 
 
 def flags(text):
     """Line numbers and literals with a flag."""
     for found in COMMENT_OR_LITERAL.finditer(text):
         literal = found.group()
-        if literal.startswith("//") or DESCRIBED.search(text, found.start() - 9, found.start()):
+        if literal.startswith("//") or MAKES_FLAGS.search(text, max(0, found.start() - 19), found.start()):
             continue
         if FLAG.search(literal):
             yield text.count("\n", 0, found.start()) + 1, literal
@@ -31,7 +31,7 @@ def flags(text):
 
 def main():
     assert list(flags('f("give --a-b c"); // "--d"')) == [(1, '"give --a-b c"')]
-    assert list(flags('.flag = "--e"\n"--" + name\n"--path_f X --G.h"')) == [(2, '"--"')]
+    assert list(flags('std::string flag = "--" + name\n"--" + name\n"--path_f X --G.h"')) == [(2, '"--"')]
     bad = 0
     for folder in ("src", "kernels", "colmap_io"):
         paths = [path for path in sorted((ROOT / folder).rglob("*")) if path.suffix in (".h", ".cc", ".cu", ".cuh")]

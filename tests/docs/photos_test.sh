@@ -12,7 +12,7 @@ fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
-"$retint" synth --output truth --width 320 --height 240 --views 7 --quiet
+"$retint" synth --output truth --width 320 --height 240 --photos 7 --quiet
 
 bash "$here/../../apps/photos.sh" --photos truth/images --output scene --camera PINHOLE --features 1200 \
   --train 'cp truth/splat.ply "$SPLAT"' || { tail -n 30 scene/colmap.log; exit 1; }
@@ -31,10 +31,10 @@ colmap model_aligner --input_path scene/sparse/0 --output_path moved --ref_image
   --alignment_type custom --robust_alignment 1 --robust_alignment_max_error 0.02 >>scene/colmap.log 2>&1 ||
   { tail -n 30 scene/colmap.log; exit 1; }
 mv moved/* scene/sparse/0
-"$retint" align --workspace scene --splat scene/splat.ply --views 2 --transform scene/t.json | tee align.txt
+"$retint" align scene --compare 2 --transform scene/t.json | tee align.txt
 mask=$(find truth/masks -name '*.png')
 view=$(basename "$mask" .png)
-"$retint" recolor --workspace scene --splat scene/splat.ply --world-from-splat scene/t.json --view "$view" \
+"$retint" recolor scene --world-from-splat scene/t.json --view "$view" \
   --mask "$mask" --to '#3060ff' --output blue.ply --save-stages stages --quiet
 
 # COLMAP's cameras are good where renders from them look like the photos: 26 dB at this size. A wrong alignment stays

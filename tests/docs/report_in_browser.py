@@ -19,10 +19,10 @@ def make_page(retint, folder):
         subprocess.run([retint, *map(str, arguments), "--quiet"], check=True)
 
     scene = folder / "scene"
-    run("synth", "--output", scene, "--width", 240, "--height", 180, "--views", 5)
+    run("synth", "--output", scene, "--width", 240, "--height", 180, "--photos", 5)
     truth = scene / "truth" / "masks" / "ball" / "002.png.png"
     page = folder / "report.html"
-    run("recolor", "--workspace", scene, "--splat", scene / "splat.ply", "--view", "002.png", "--mask", truth, "--to",
+    run("recolor", scene, "--splat", scene / "splat.ply", "--view", "002.png", "--mask", truth, "--to",
         BLUE, "--output", folder / "blue.ply", "--report-html", page)
     return page
 

@@ -15,7 +15,7 @@ const Row kFileRows[] = {
     // Files that are missing.
     {"NoWorkspace", 3, "nowhere",
      [](Place& p) {
-       return Recolor(p, {"--workspace", p.In("nowhere")});
+       return Recolor(p, {"SCENE", p.In("nowhere")});
      }},
     {"WorkspaceWithoutModel", 3, "in",
      [](Place& p) {
@@ -62,7 +62,7 @@ const Row kFileRows[] = {
      }},
     {"CamerasOfNoSplat", 3, "gone.ply",
      [](Place& p) {
-       return Arguments{"cameras", "--splat", p.In("gone.ply"), "--output", p.Out("ws")};
+       return Arguments{"cameras", p.In("gone.ply"), "--output", p.Out("ws")};
      }},
     {"AlignToNothing", 3, "neither photos nor sparse points",
      [](Place& p) {
@@ -73,7 +73,7 @@ const Row kFileRows[] = {
      }},
     {"NoDenseMaps", 3, "depth",
      [](Place& p) {
-       return Recolor(p, {"--depth", "colmap"});
+       return Recolor(p, {"--depth-method", "colmap"});
      }},
     {"NoImageFolder", 3, "elsewhere",
      [](Place& p) {

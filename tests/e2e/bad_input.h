@@ -48,7 +48,7 @@ struct Row {
 };
 
 inline Arguments With(const Place& place, const std::string& verb, const Arguments& more) {
-  Arguments arguments = {verb, "--workspace", place.in.string(), "--splat", place.In("splat.ply")};
+  Arguments arguments = {verb, place.in.string(), "--splat", place.In("splat.ply")};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -61,6 +61,10 @@ inline Arguments Recolor(const Place& place, const Arguments& replace = {}) {
             "#3060ff", "--output", place.Out("out.ply"), "--report", place.Out("r.json"),
             "--save-stages", place.Out("stages"), "--comparison", place.Out("c.png")});
   for (size_t i = 0; i + 1 < replace.size(); i += 2) {
+    if (replace[i] == "SCENE") {
+      arguments[1] = replace[i + 1];
+      continue;
+    }
     const auto found = std::find(arguments.begin(), arguments.end(), replace[i]);
     if (found != arguments.end()) {
       *(found + 1) = replace[i + 1];

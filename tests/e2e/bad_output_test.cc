@@ -51,8 +51,8 @@ TEST(FullOutput, IsAFailureOnlyWithoutFiles) {
   EXPECT_EQ(written.code, 0) << written.err;
   EXPECT_THAT(written.err, testing::HasSubstr("standard output: cannot write; the files are"));
   EXPECT_THAT(FilesBelow(place.out), testing::ElementsAre("out.ply"));
-  for (const Arguments& arguments : {Arguments{"info", "--splat", place.In("splat.ply")},
-                                     Arguments{"--help"}, Arguments{"manual", "man"}}) {
+  for (const Arguments& arguments : {Arguments{"info", place.In("splat.ply")}, Arguments{"--help"},
+                                     Arguments{"manual", "man"}}) {
     const CommandResult said = RunRetint(arguments, full);
     EXPECT_EQ(said.code, 4) << arguments[0];
     EXPECT_THAT(said.err, testing::HasSubstr("standard output: cannot write"));
@@ -67,7 +67,7 @@ TEST_P(FullDisk, LeavesWhatWasThere) {
   WriteFile(place.out / "out.ply", "an earlier result");
   CommandOptions options;
   options.max_file_bytes = GetParam();
-  Arguments arguments = Recolor(place, {"--iterations", "1"});
+  Arguments arguments = Recolor(place, {"--set", "iterations=1"});
   arguments.push_back("--quiet");
   const CommandResult result = RunRetint(arguments, options);
   EXPECT_EQ(result.code, 4) << result.err;
@@ -87,7 +87,7 @@ TEST(FullDisk, OfARealFileSystem) {
     ASSERT_EQ(mount("tmpfs", place.out.c_str(), "tmpfs", 0, "size=6m"), 0) << std::strerror(errno);
     // The splat fits, the stages' pictures beside it do not.
     WriteFile(place.out / "ballast", std::string(900000, 'x'));
-    Arguments arguments = Recolor(place, {"--iterations", "1"});
+    Arguments arguments = Recolor(place, {"--set", "iterations=1"});
     arguments.push_back("--quiet");
     const CommandResult result = RunRetint(arguments);
     const auto left = FilesBelow(place.out);

@@ -62,11 +62,11 @@ const Row kSelectionRows[] = {
        WritePng(p.in / "all.png", Mask(160, 120, 255));
        RunRetint(With(p, "select",
                       {"--view", TinyView(), "--mask", MaskOf(p).string(), "--output",
-                       p.In("cloud.ply"), "--method", "gaussian"}));
+                       p.In("cloud.ply"), "--depth-method", "gaussian"}));
        EXPECT_FALSE(ReadCloud(p.in / "cloud.ply").points.empty());
        return With(p, "select",
                    {"--view", TinyView(), "--append", p.In("cloud.ply"), "--erase", p.In("all.png"),
-                    "--output", p.Out("c.ply"), "--method", "gaussian"});
+                    "--output", p.Out("c.ply"), "--depth-method", "gaussian"});
      }},
     {"CloudWithoutPoints", 3, "cloud.ply",
      [](Place& p) {
@@ -76,9 +76,9 @@ const Row kSelectionRows[] = {
     {"SelectionThatReachesNoView", 3, "no view",
      [](Place& p) {
        WriteCloud(p.in / "cloud.ply", CloudAt({0, 0, -1e6F}));
-       return With(
-           p, "project",
-           {"--cloud", p.In("cloud.ply"), "--output", p.Out("masks"), "--projector", "surfels"});
+       return With(p, "project",
+                   {"--cloud", p.In("cloud.ply"), "--output", p.Out("masks"), "--set",
+                    "projector=surfels"});
      }},
     {"EvaluateOfAnotherSplat", 3, "other.ply",
      [](Place& p) {
@@ -86,10 +86,9 @@ const Row kSelectionRows[] = {
        model.Resize(100, model.sh_degree);
        model.source = {};
        WriteSplat(p.in / "other.ply", model);
-       return Arguments{"evaluate",        "--workspace", p.in.string(),     "--before",
-                        p.In("splat.ply"), "--after",     p.In("other.ply"), "--masks",
-                        p.In("masks"),     "--tint",      "1,0,0",           "--report",
-                        p.Out("r.json")};
+       return Arguments{"evaluate", p.in.string(),     "--splat",  p.In("splat.ply"),
+                        "--after",  p.In("other.ply"), "--masks",  p.In("masks"),
+                        "--tint",   "1,0,0",           "--report", p.Out("r.json")};
      }},
 };
 

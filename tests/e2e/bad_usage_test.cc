@@ -21,7 +21,7 @@ const Row kUsageRows[] = {
      }},
     {"TintInWords", 2, "tint",
      [](Place& p) {
-       return Recolor(p, {"--tint", "blue"});
+       return Recolor(p, {"--tint", "bluish"});
      }},
     {"ShortHexTint", 2, "tint",
      [](Place& p) {
@@ -53,17 +53,17 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--contrast", "1e300"});
      }},
-    {"SweepsInHalves", 2, "--iterations: '1.5' is not a whole number",
+    {"SweepsInHalves", 2, "--set iterations=1.5: iterations: '1.5' is not a whole number",
      [](Place& p) {
-       return Recolor(p, {"--iterations", "1.5"});
+       return Recolor(p, {"--set", "iterations=1.5"});
      }},
-    {"SweepsBeyondIntegers", 2, "--iterations: '30000000000' is too large",
+    {"SweepsBeyondIntegers", 2, "iterations: '30000000000' is too large",
      [](Place& p) {
-       return Recolor(p, {"--iterations", "30000000000"});
+       return Recolor(p, {"--set", "iterations=30000000000"});
      }},
-    {"ToleranceInWords", 2, "--tolerance: 'small' is not a number",
+    {"ToleranceInWords", 2, "tolerance: 'small' is not a number",
      [](Place& p) {
-       return Recolor(p, {"--tolerance", "small"});
+       return Recolor(p, {"--set", "tolerance=small"});
      }},
     {"OptionTwice", 2, "--seed is given 2 times; give it once",
      [](Place& p) {
@@ -102,7 +102,7 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--exposure", "40"});
      }},
-    {"LightnessOfNothing", 2, "--keep-lightness is of --to",
+    {"LightnessOfNothing", 2, "--keep-lightness requires --to",
      [](Place& p) {
        return Recolor(p, {"--keep-lightness", "0.5"});
      }},
@@ -122,13 +122,13 @@ const Row kUsageRows[] = {
                    {"--view", TinyView(), "--mask", MaskOf(p).string(), "--edited",
                     TinyView() + "=" + p.In("p.png"), "--output", p.Out("o.ply")});
      }},
-    {"AlbedoOfNothing", 2, "--albedo 'ball=': expected OBJECT=#rrggbb or OBJECT=FILE",
+    {"AlbedoOfNothing", 2, "--albedo 'ball=': expected OBJECT=COLOR or OBJECT=FILE",
      [](Place& p) {
        return Arguments{"synth", "--albedo", "ball=", "--output", p.Out("s")};
      }},
-    {"AlbedoInWords", 2, "'red' is neither a color, #rrggbb, nor a picture file",
+    {"AlbedoInWords", 2, "'ruddy' is neither a color nor a picture file",
      [](Place& p) {
-       return Arguments{"synth", "--albedo", "ball=red", "--output", p.Out("s")};
+       return Arguments{"synth", "--albedo", "ball=ruddy", "--output", p.Out("s")};
      }},
     {"ShortAlbedo", 2, "--albedo 'ball=#30f': a color needs six",
      [](Place& p) {
@@ -192,7 +192,7 @@ const Row kUsageRows[] = {
     {"BaselineOfAnotherScale", 2, "more than its width: take one from",
      [](Place& p) {
        return With(p, "depth",
-                   {"--view", TinyView(), "--baseline", "1000", "--png", p.Out("d.png")});
+                   {"--view", TinyView(), "--set", "baseline=1000", "--png", p.Out("d.png")});
      }},
     {"LutCutOff", 3, "film.cube: is not a lookup table",
      [](Place& p) {
@@ -289,14 +289,13 @@ const Row kUsageRows[] = {
      [](Place&) {
        return Arguments{"frobnicate", "--help"};
      }},
-    {"ViewsOfAWorkspace", 2, "--workspace excludes --views",
+    {"ViewsOfAWorkspace", 2, "--views places views around a splat alone",
      [](Place& p) {
        return Recolor(p, {"--views", "9"});
      }},
-    {"ModelOfNoWorkspace", 2, "--model requires --workspace",
+    {"ModelOfNoWorkspace", 2, "--images and --model are parts of a workspace",
      [](Place& p) {
-       return Arguments{"render", "--splat",  p.In("splat.ply"), "--model",
-                        "0",      "--output", p.Out("r")};
+       return Arguments{"render", p.In("splat.ply"), "--model", "0", "--output", p.Out("r")};
      }},
     {"ScoreOfAColorThatIsMeasured", 2,
      "the region's main color is not measured here: name it, as in --to '#3060ff,from=#c8b478', or "
@@ -333,9 +332,10 @@ const Row kUsageRows[] = {
      }},
     {"ExtraArgumentsAsTyped", 2, "not expected: c.ply d.ply e.ply",
      [](Place&) { return Arguments{"convert", "a.ply", "b.ply", "c.ply", "d.ply", "e.ply"}; }},
-    {"FrameOfNoSplat", 2, "--world-from-splat needs --splat",
+    {"FrameOfNoSplat", 2, "--world-from-splat needs a splat",
      [](Place& p) {
-       return Arguments{"info", "--workspace", p.in.string(), "--world-from-splat", "t.json"};
+       fs::remove(p.in / "splat.ply");
+       return Arguments{"info", p.in.string(), "--world-from-splat", "t.json"};
      }},
     {"ReportOverTheSplat", 2, "--report would replace what --splat names",
      [](Place& p) {
@@ -400,22 +400,30 @@ const Row kUsageRows[] = {
        return Arguments{"convert", p.In("splat.ply"), p.Out("o.spz"), "--report", p.Out("o.spz")};
      }},
     {"NoVerb", 2, "", [](Place&) { return Arguments{}; }},
-    {"RequiredOptionMissing", 2, "--splat", [](Place&) { return Arguments{"recolor"}; }},
+    {"RequiredOptionMissing", 2, "SCENE", [](Place&) { return Arguments{"recolor"}; }},
     {"NotANumber", 2, "--threads",
      [](Place& p) {
        return Recolor(p, {"--threads", "many"});
      }},
-    {"UnknownSolver", 2, "--solver",
+    {"UnknownSolver", 2, "solver must be mm or adam, not 'newton'",
      [](Place& p) {
-       return Recolor(p, {"--solver", "newton"});
+       return Recolor(p, {"--set", "solver=newton"});
+     }},
+    {"UnknownOption", 2, "there is no option 'ridge_rust'; did you mean ridge_rest?",
+     [](Place& p) {
+       return Recolor(p, {"--set", "ridge_rust=1"});
+     }},
+    {"OptionWithoutValue", 2, "--set: 'ridge_rest' has no value: write NAME=VALUE",
+     [](Place& p) {
+       return Recolor(p, {"--set", "ridge_rest"});
      }},
     {"UnknownBackend", 2, "--backend",
      [](Place& p) {
        return Recolor(p, {"--backend", "abacus"});
      }},
-    {"SampleAboveOne", 2, "--sample: must be in (0, 1], not 1.5",
+    {"SampleAboveOne", 2, "sample fraction must be in (0, 1], not 1.5",
      [](Place& p) {
-       return Recolor(p, {"--sample", "1.5"});
+       return Recolor(p, {"--set", "sample_fraction=1.5"});
      }},
     {"HoldoutOfOne", 2, "--holdout",
      [](Place& p) {
@@ -425,21 +433,21 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--outside-weight", "0"});
      }},
-    {"OddDisparities", 2, "--disparities: must be in [16, 1024], a multiple of 16, not 100",
+    {"OddDisparities", 2, "max disparities must be in [16, 1024], a multiple of 16 pixels, not 100",
      [](Place& p) {
-       return Recolor(p, {"--disparities", "100"});
+       return Recolor(p, {"--set", "max_disparities=100"});
      }},
-    {"NotANumberAtAll", 2, "--tolerance",
+    {"NotANumberAtAll", 2, "tolerance must be at least 0, not nan",
      [](Place& p) {
-       return Recolor(p, {"--tolerance", "nan"});
+       return Recolor(p, {"--set", "tolerance=nan"});
      }},
     {"UnknownPresetOfOptions", 2, "--preset",
      [](Place& p) {
        return Recolor(p, {"--preset", "magic"});
      }},
-    {"NegativeIterations", 2, "--iterations",
+    {"NegativeIterations", 2, "iterations must be at least 0, not -5",
      [](Place& p) {
-       return Recolor(p, {"--iterations", "-5"});
+       return Recolor(p, {"--set", "iterations=-5"});
      }},
     {"RenderOfNothing", 2, "--view",
      [](Place& p) {

@@ -22,9 +22,9 @@ void Recolor(const std::string& capture, const std::string& masks, const std::st
              const TempFolder& temp) {
   const std::string folder = DataPath(capture).string();
   const CommandResult result =
-      RunRetint({"recolor", "--workspace", folder, "--splat", folder + "/splat.ply", "--view", view,
-                 "--mask", ViewFile(folder + "/" + masks, view).string(), "--tint", "0.2,0.4,1",
-                 "--iterations", "1", "--output", (temp / "out.ply").string(), "--save-stages",
+      RunRetint({"recolor", folder, "--splat", folder + "/splat.ply", "--view", view, "--mask",
+                 ViewFile(folder + "/" + masks, view).string(), "--tint", "0.2,0.4,1", "--set",
+                 "iterations=1", "--output", (temp / "out.ply").string(), "--save-stages",
                  (temp / "stages").string(), "--quiet"});
   ASSERT_EQ(result.code, 0) << result.err;
 }

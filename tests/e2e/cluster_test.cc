@@ -38,7 +38,7 @@ const fs::path& Workspace() {
   static const fs::path folder = [] {
     const fs::path made = temp / "scene";
     const CommandResult result = RunRetint({"synth", "--output", made.string(), "--width", "80",
-                                            "--height", "60", "--views", "6", "--quiet"});
+                                            "--height", "60", "--photos", "6", "--quiet"});
     if (result.code != 0) throw std::runtime_error(result.err);
     return made;
   }();
@@ -47,23 +47,14 @@ const fs::path& Workspace() {
 
 std::vector<std::string> Arguments(const fs::path& output, const std::vector<std::string>& more) {
   const fs::path mask = fs::directory_iterator(Workspace() / "masks")->path();
-  std::vector<std::string> arguments = {"recolor",
-                                        "--workspace",
-                                        Workspace().string(),
-                                        "--splat",
-                                        (Workspace() / "splat.ply").string(),
-                                        "--view",
-                                        mask.stem().string(),
-                                        "--mask",
-                                        mask.string(),
-                                        "--output",
-                                        (output / "out.ply").string(),
-                                        "--report",
-                                        (output / "report.json").string(),
-                                        "--save-stages",
-                                        (output / "stages").string(),
-                                        "--backend",
-                                        "cpu"};
+  std::vector<std::string> arguments = {"recolor",       Workspace().string(),
+                                        "--splat",       (Workspace() / "splat.ply").string(),
+                                        "--view",        mask.stem().string(),
+                                        "--mask",        mask.string(),
+                                        "--output",      (output / "out.ply").string(),
+                                        "--report",      (output / "report.json").string(),
+                                        "--save-stages", (output / "stages").string(),
+                                        "--backend",     "cpu"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -124,7 +115,7 @@ TEST(ClusterEdits, PhotosAndALookupAreFittedAlike) {
 
 TEST(ClusterEdits, GaussiansAreSplitAlike) {
   SKIP_WITHOUT_MPIRUN();
-  ExpectSameAsAlone(2, {"--tint", "0.2,0.4,1.0", "--refine-gaussians", "--part-pixels", "0.5"});
+  ExpectSameAsAlone(2, {"--tint", "0.2,0.4,1.0", "--refine", "--set", "refine.pixels=0.5"});
 }
 
 // One line of retint's, an exit code, nothing written.
@@ -194,8 +185,8 @@ TEST(ClusterFaults, ARankThatIsKilledEndsAll) {
   SKIP_WITHOUT_MPIRUN();
   TempFolder temp;
   // A fit without end.
-  const auto arguments = Arguments(temp.path(), {"--tint", "1,0,0", "--solver", "adam",
-                                                 "--iterations", "1000000000", "--quiet"});
+  const auto arguments = Arguments(temp.path(), {"--tint", "1,0,0", "--set", "solver=adam", "--set",
+                                                 "iterations=1000000000", "--quiet"});
   CommandOptions options;
   options.launcher = BesideAShell(Line(arguments) + " & sleep 1; kill -9 $!; wait $!; exit 137");
   const CommandResult result = RunRetint(arguments, options);
@@ -257,9 +248,9 @@ TEST_P(ClusterDevices, SumTheSameByNcclAndThroughTheHosts) {
 INSTANTIATE_TEST_SUITE_P(Edits, ClusterDevices,
                          testing::Values(std::vector<std::string>{"--tint", "0.2,0.4,1.0"},
                                          std::vector<std::string>{"--gamma", "1.6"},
-                                         std::vector<std::string>{"--tint", "0.2,0.4,1.0",
-                                                                  "--solver", "adam",
-                                                                  "--iterations", "60"}));
+                                         std::vector<std::string>{"--tint", "0.2,0.4,1.0", "--set",
+                                                                  "solver=adam", "--set",
+                                                                  "iterations=60"}));
 
 }  // namespace
 }  // namespace retint

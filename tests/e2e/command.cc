@@ -51,7 +51,23 @@ bool ReadSome(int fd, std::string& text) {
 
 }  // namespace
 
-CommandResult RunRetint(const std::vector<std::string>& arguments, const CommandOptions& options) {
+namespace {
+
+std::vector<std::string> WithFlags(std::vector<std::string> arguments) {
+  const std::string verb = arguments.empty() ? "" : arguments[0];
+  if (verb != "recolor" && verb != "refit") return arguments;
+  const auto has = [&](const char* flag) { return std::ranges::count(arguments, flag) > 0; };
+  if (verb == "recolor" && !has("--report-html") && !has("--help") && !has("-h")) {
+    arguments.push_back("--no-report-html");
+  }
+  arguments.push_back("--verbose");
+  return arguments;
+}
+
+}  // namespace
+
+CommandResult RunRetint(const std::vector<std::string>& typed, const CommandOptions& options) {
+  const std::vector<std::string> arguments = options.adds_flags ? WithFlags(typed) : typed;
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
   const pid_t pid = fork();
@@ -89,7 +105,7 @@ fs::path TinyWorkspace() {
   if (code || made < fs::last_write_time(RETINT_EXECUTABLE)) {
     fs::remove_all(folder);
     const CommandResult result = RunRetint({"synth", "--output", folder.string(), "--width", "160",
-                                            "--height", "120", "--views", "8", "--quiet"});
+                                            "--height", "120", "--photos", "8", "--quiet"});
     if (result.code != 0) throw std::runtime_error("retint synth failed: " + result.err);
   }
   close(lock);

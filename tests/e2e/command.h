@@ -17,6 +17,9 @@ struct CommandResult {
 };
 
 struct CommandOptions {
+  // `recolor` and `refit` print all figures, and `recolor` writes no page unless it is named: it
+  // would take half of the time. False: the arguments are all.
+  bool adds_flags = true;
   // A program and its arguments that starts `retint`, such as mpirun; found in PATH.
   std::vector<std::string> launcher = {};
   // Called with everything on stderr so far, again and again until it returns true; then the

@@ -56,7 +56,7 @@ fs::path WorkspaceOf(const Lens& lens) {
     fs::remove_all(folder);
     const CommandResult result =
         RunRetint({"synth", "--output", folder.string(), "--width", lens.synth_width, "--height",
-                   lens.synth_height, "--views", "5", "--camera-model", lens.model, "--quiet"});
+                   lens.synth_height, "--photos", "5", "--camera-model", lens.model, "--quiet"});
     if (result.code != 0) throw std::runtime_error("retint synth failed: " + result.err);
   }
   close(lock);
@@ -80,7 +80,7 @@ class Distorted : public testing::TestWithParam<Lens> {
   }
 
   CommandResult Run(const std::string& verb, std::vector<std::string> more) const {
-    std::vector<std::string> arguments = {verb, "--workspace", workspace_.string(), "--splat",
+    std::vector<std::string> arguments = {verb, workspace_.string(), "--splat",
                                           (workspace_ / "splat.ply").string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     CommandResult result = RunRetint(arguments);
@@ -195,10 +195,10 @@ TEST(DistortedNames, APictureOfAnotherSizeIsRefused) {
   TempFolder temp;
   const fs::path workspace = WorkspaceOf(kLenses[0]);
   WritePng(temp / "small.png", Image8(80, 60));
-  const CommandResult result = RunRetint({"recolor", "--workspace", workspace.string(), "--splat",
-                                          (workspace / "splat.ply").string(), "--progress", "none",
-                                          "--edited", "000.png=" + (temp / "small.png").string(),
-                                          "--output", (temp / "out.ply").string()});
+  const CommandResult result =
+      RunRetint({"recolor", workspace.string(), "--splat", (workspace / "splat.ply").string(),
+                 "--progress", "none", "--edited", "000.png=" + (temp / "small.png").string(),
+                 "--output", (temp / "out.ply").string()});
   EXPECT_EQ(result.code, 3);
   EXPECT_THAT(result.err, HasSubstr("80x60"));
   EXPECT_THAT(result.err, HasSubstr("160x120"));

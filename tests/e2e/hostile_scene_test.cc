@@ -28,10 +28,10 @@ void Add(GaussianModel& model, size_t count, const Set& set) {
 
 // A quick recolor of the spoilt copy.
 CommandResult RunRecolor(const Place& place) {
-  Arguments arguments = With(
-      place, "recolor",
-      {"--view", TinyView(), "--mask", MaskOf(place).string(), "--tint", "#3060ff", "--depth",
-       "gaussian", "--iterations", "2", "--output", place.Out("out.ply"), "--progress", "none"});
+  Arguments arguments = With(place, "recolor",
+                             {"--view", TinyView(), "--mask", MaskOf(place).string(), "--tint",
+                              "#3060ff", "--depth-method", "gaussian", "--set", "iterations=2",
+                              "--output", place.Out("out.ply"), "--progress", "none"});
   return RunRetint(arguments);
 }
 
@@ -129,9 +129,8 @@ TEST(HostileSplat, OfOneGaussianGetsAResultOrASentence) {
     ExpectSentence(result);
   }
   // Alone it has views placed around it.
-  const CommandResult alone =
-      RunRetint({"render", "--splat", place.In("splat.ply"), "--views", "4", "--all", "--output",
-                 place.Out("r"), "--progress", "none"});
+  const CommandResult alone = RunRetint({"render", place.In("splat.ply"), "--views", "4", "--all",
+                                         "--output", place.Out("r"), "--progress", "none"});
   if (alone.code != 0) ExpectSentence(alone);
 }
 
@@ -230,8 +229,8 @@ TEST(HostileNames, ThatLeaveTheFolderAreRefusedByTheirOwnName) {
 TEST(HostileSplat, BytesBehindItAreTold) {
   Place place;
   WriteFile(place.in / "splat.ply", ReadFile(place.in / "splat.ply") + "xyz");
-  const CommandResult result = RunRetint({"info", "--workspace", place.in.string(), "--splat",
-                                          place.In("splat.ply"), "--progress", "none"});
+  const CommandResult result = RunRetint(
+      {"info", place.in.string(), "--splat", place.In("splat.ply"), "--progress", "none"});
   EXPECT_EQ(result.code, 0);
   EXPECT_THAT(result.err, testing::HasSubstr("retint: warning: " + place.In("splat.ply") +
                                              ": 3 bytes after the last of "));

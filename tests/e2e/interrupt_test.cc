@@ -24,29 +24,17 @@ std::string WithoutProgress(const std::string& err) {
 }
 
 std::vector<std::string> Recolor(const TempFolder& temp, const std::string& iterations) {
-  return {"recolor",
-          "--workspace",
-          TinyWorkspace().string(),
-          "--splat",
-          (TinyWorkspace() / "splat.ply").string(),
-          "--view",
-          TinyView(),
-          "--mask",
-          TinyMask().string(),
-          "--tint",
-          "#3060ff",
-          "--output",
-          (temp / "out.ply").string(),
-          "--report",
-          (temp / "new/r.json").string(),
-          "--save-stages",
-          (temp / "stages").string(),
-          "--solver",
-          "adam",
-          "--iterations",
-          iterations,
-          "--progress",
-          "json"};
+  return {"recolor",       TinyWorkspace().string(),
+          "--splat",       (TinyWorkspace() / "splat.ply").string(),
+          "--view",        TinyView(),
+          "--mask",        TinyMask().string(),
+          "--tint",        "#3060ff",
+          "--output",      (temp / "out.ply").string(),
+          "--report",      (temp / "new/r.json").string(),
+          "--save-stages", (temp / "stages").string(),
+          "--set",         "solver=adam",
+          "--set",         "iterations=" + iterations,
+          "--progress",    "json"};
 }
 
 class InterruptAt : public testing::TestWithParam<const char*> {};
@@ -118,7 +106,7 @@ TEST(Interrupt, OfASynthLeavesNoWorkspace) {
   };
   const CommandResult result =
       RunRetint({"synth", "--output", (temp / "ws").string(), "--width", "320", "--height", "240",
-                 "--views", "200", "--progress", "json"},
+                 "--photos", "200", "--progress", "json"},
                 options);
   EXPECT_EQ(result.code, 130);
   EXPECT_TRUE(FilesBelow(temp.path()).empty());

@@ -47,7 +47,7 @@ class JobRun : public testing::Test {
       std::istringstream words(line);
       std::string stage, state;
       words >> stage >> state;
-      if (stage == "to" || state.empty() || stage == "wrote") continue;
+      if (stage == "to" || state.empty() || stage == "look") continue;
       states += (states.empty() ? "" : ", ") + stage + " " + state;
     }
     return states;
@@ -59,9 +59,9 @@ class JobRun : public testing::Test {
 
 TEST_F(JobRun, MakesTheBytesThatRecolorMakesAndGoesOnFromWhatChanged) {
   const CommandResult recolor = RunRetint(
-      {"recolor", "--workspace", TinyWorkspace().string(), "--splat",
-       (TinyWorkspace() / "splat.ply").string(), "--view", TinyView(), "--mask",
-       TinyMask().string(), "--tint", "0.2,0.4,1", "--output", (temp_ / "recolor.ply").string()});
+      {"recolor", TinyWorkspace().string(), "--splat", (TinyWorkspace() / "splat.ply").string(),
+       "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1", "--output",
+       (temp_ / "recolor.ply").string()});
   ASSERT_EQ(recolor.code, 0) << recolor.err;
   const std::string expected = ReadFile(temp_ / "recolor.ply");
 
@@ -136,11 +136,11 @@ TEST_F(JobRun, LaterRegionsStartFromEarlierOnes) {
 }
 
 TEST_F(JobRun, FinerGaussiansAreThoseOfRecolorAndAreKept) {
-  const CommandResult recolor =
-      RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat",
-                 (TinyWorkspace() / "splat.ply").string(), "--view", TinyView(), "--mask",
-                 TinyMask().string(), "--tint", "0.2,0.4,1", "--refine-gaussians", "--part-pixels",
-                 "0.5", "--most-parts", "3000", "--output", (temp_ / "recolor.ply").string()});
+  const CommandResult recolor = RunRetint(
+      {"recolor", TinyWorkspace().string(), "--splat", (TinyWorkspace() / "splat.ply").string(),
+       "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1", "--refine",
+       "--set", "refine.pixels=0.5", "--set", "refine.most=3000", "--output",
+       (temp_ / "recolor.ply").string()});
   ASSERT_EQ(recolor.code, 0) << recolor.err;
   const std::string expected = ReadFile(temp_ / "recolor.ply");
 
@@ -219,9 +219,9 @@ TEST_F(JobRun, WarnsAsRecolorDoes) {
   const CommandResult job = Run({"--progress", "none"});
   ASSERT_EQ(job.code, 0) << job.err;
   const CommandResult recolor =
-      RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat", other.string(),
-                 "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1",
-                 "--output", (temp_ / "out.splat").string(), "--progress", "none", "--report-html",
+      RunRetint({"recolor", TinyWorkspace().string(), "--splat", other.string(), "--view",
+                 TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1", "--output",
+                 (temp_ / "out.splat").string(), "--progress", "none", "--report-html",
                  (temp_ / "recolor.html").string()});
   ASSERT_EQ(recolor.code, 0) << recolor.err;
   EXPECT_GT(CountLines(recolor.err), 1);

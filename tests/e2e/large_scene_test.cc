@@ -29,19 +29,12 @@ class LargeSceneTest : public testing::Test {
  protected:
   CommandResult Recolor(const std::string& output, const std::vector<std::string>& more,
                         const std::string& report = "") {
-    std::vector<std::string> arguments = {"recolor",
-                                          "--workspace",
-                                          TinyWorkspace().string(),
-                                          "--splat",
-                                          splat_.string(),
-                                          "--view",
-                                          TinyView(),
-                                          "--mask",
-                                          TinyMask().string(),
-                                          "--tint",
-                                          "0.2,0.4,1.0",
-                                          "--output",
-                                          (temp_ / output).string()};
+    std::vector<std::string> arguments = {"recolor",  TinyWorkspace().string(),
+                                          "--splat",  splat_.string(),
+                                          "--view",   TinyView(),
+                                          "--mask",   TinyMask().string(),
+                                          "--tint",   "0.2,0.4,1.0",
+                                          "--output", (temp_ / output).string()};
     if (!report.empty()) {
       arguments.insert(arguments.end(), {"--report", (temp_ / report).string()});
     }
@@ -50,7 +43,7 @@ class LargeSceneTest : public testing::Test {
   }
 
   CommandResult Run(const std::string& verb, std::vector<std::string> more, bool in_parts) {
-    std::vector<std::string> arguments = {verb, "--workspace", TinyWorkspace().string(), "--splat",
+    std::vector<std::string> arguments = {verb, TinyWorkspace().string(), "--splat",
                                           splat_.string()};
     if (in_parts) arguments.insert(arguments.end(), {"--out-of-core", "on"});
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -126,10 +119,10 @@ int Enough(const std::string& line, const std::string& flag = "--memory-mb ") {
 }
 
 TEST_F(LargeSceneTest, WritesTheSameBytesAsInCore) {
-  const std::vector<std::string> off = {"--complete", "off"};
+  const std::vector<std::string> off = {"--completion", "off"};
   CommandResult run = Recolor("whole.ply", off, "whole.json");
   ASSERT_EQ(run.code, 0) << run.err;
-  run = Recolor("parts.ply", {"--complete", "off", "--out-of-core", "on"}, "parts.json");
+  run = Recolor("parts.ply", {"--completion", "off", "--out-of-core", "on"}, "parts.json");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("in parts"));
   EXPECT_EQ(ReadFile(temp_ / "parts.ply"), ReadFile(temp_ / "whole.ply"));
@@ -160,10 +153,10 @@ TEST_F(LargeSceneTest, ProjectsAsInCore) {
   Select();
   for (const std::string complete : {"off", "near"}) {
     const std::string whole = "whole-" + complete, parts = "parts-" + complete;
-    CommandResult run = Project(whole, {"--complete", complete}, false);
+    CommandResult run = Project(whole, {"--completion", complete}, false);
     ASSERT_EQ(run.code, 0) << run.err;
     EXPECT_THAT(run.out, testing::Not(HasSubstr("in parts")));
-    run = Project(parts, {"--complete", complete}, true);
+    run = Project(parts, {"--completion", complete}, true);
     ASSERT_EQ(run.code, 0) << run.err;
     EXPECT_THAT(run.out, HasSubstr("in parts"));
     // A mask of each view, the shares and, of completed ones, how sure they are.
@@ -178,7 +171,7 @@ TEST_F(LargeSceneTest, ProjectsAsInCore) {
 
 TEST_F(LargeSceneTest, RefitsMasksAsInCore) {
   Select();
-  const CommandResult run = Project("masks", {"--complete", "off"}, true);
+  const CommandResult run = Project("masks", {"--completion", "off"}, true);
   ASSERT_EQ(run.code, 0) << run.err;
   ExpectSameFit("masks");
   ExpectSameFit("masks", {"--target", "photo", "--holdout", "4"});
@@ -203,7 +196,7 @@ TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
     return json::parse(ReadFile(temp_ / "report.json"))["out_of_core"];
   };
   Select();
-  ASSERT_EQ(Project("masks", {"--complete", "off"}, true).code, 0);
+  ASSERT_EQ(Project("masks", {"--completion", "off"}, true).code, 0);
   EXPECT_EQ(report({})["views"], 8);
   EXPECT_EQ(report({"--most-views", "2"})["views"], 2);
   for (const char* name : {"003.png.png", "004.png.png"})
@@ -217,9 +210,9 @@ TEST_F(LargeSceneTest, RefusesToEvaluateAnotherSplat) {
   model.means[3 * 700] += 1e-3F;
   WriteSplat(temp_ / "moved.ply", model);
   const CommandResult run =
-      RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before", splat_.string(),
-                 "--after", (temp_ / "moved.ply").string(), "--masks", object->path().string(),
-                 "--tint", "0.2,0.4,1.0", "--out-of-core", "on", "--progress", "none"});
+      RunRetint({"evaluate", TinyWorkspace().string(), "--splat", splat_.string(), "--after",
+                 (temp_ / "moved.ply").string(), "--masks", object->path().string(), "--tint",
+                 "0.2,0.4,1.0", "--out-of-core", "on", "--progress", "none"});
   EXPECT_EQ(run.code, 3);
   EXPECT_THAT(run.err, HasSubstr("the means differ"));
 }
@@ -233,7 +226,7 @@ TEST_F(LargeSceneTest, DescribesAsInCore) {
   EXPECT_EQ(parts.out, whole.out);
   EXPECT_EQ(parts.err, whole.err);
   // Of a splat alone there are no views.
-  const CommandResult alone = RunRetint({"info", "--splat", splat_.string(), "--memory-mb", "1"});
+  const CommandResult alone = RunRetint({"info", splat_.string(), "--memory-mb", "1"});
   ASSERT_EQ(alone.code, 0) << alone.err;
   EXPECT_THAT(alone.out, HasSubstr("SH degree 3"));
   EXPECT_THAT(alone.out, testing::Not(HasSubstr("PSNR")));
@@ -241,8 +234,8 @@ TEST_F(LargeSceneTest, DescribesAsInCore) {
 
 TEST_F(LargeSceneTest, AFailureLeavesNoIndex) {
   const auto info = [&](const std::string& memory_mb) {
-    return RunRetint({"info", "--workspace", TinyWorkspace().string(), "--splat", splat_.string(),
-                      "--backend", "cpu", "--out-of-core", "on", "--memory-mb", memory_mb});
+    return RunRetint({"info", TinyWorkspace().string(), "--splat", splat_.string(), "--backend",
+                      "cpu", "--out-of-core", "on", "--memory-mb", memory_mb});
   };
   const std::filesystem::path index = temp_ / "splat.ply.index";
   CommandResult run = info("1");
@@ -256,8 +249,8 @@ TEST_F(LargeSceneTest, AFailureLeavesNoIndex) {
 }
 
 TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
-  const std::vector<std::string> options = {"--complete", "off",         "--out-of-core",
-                                            "on",         "--log-level", "info"};
+  const std::vector<std::string> options = {"--completion", "off",         "--out-of-core",
+                                            "on",           "--log-level", "info"};
   CommandResult run = Recolor("first.ply", options);
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("built the index: there was no"));
@@ -275,7 +268,7 @@ TEST_F(LargeSceneTest, RebuildsAnIndexThatDoesNotFit) {
 }
 
 TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
-  CommandResult run = Recolor("blue.ply", {"--complete", "off", "--out-of-core", "on"});
+  CommandResult run = Recolor("blue.ply", {"--completion", "off", "--out-of-core", "on"});
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_TRUE(std::filesystem::exists(temp_ / "blue.ply.index"));
   run = RunRetint({"index", (temp_ / "blue.ply").string()});
@@ -283,10 +276,9 @@ TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
   EXPECT_THAT(run.out, HasSubstr("fits the file"));
   // As the index that is built of it has.
   const auto render = [&](const std::string& folder) {
-    const CommandResult one =
-        RunRetint({"render", "--workspace", TinyWorkspace().string(), "--splat",
-                   (temp_ / "blue.ply").string(), "--view", "003.png", "--output",
-                   (temp_ / folder).string(), "--out-of-core", "on"});
+    const CommandResult one = RunRetint(
+        {"render", TinyWorkspace().string(), "--splat", (temp_ / "blue.ply").string(), "--view",
+         "003.png", "--output", (temp_ / folder).string(), "--out-of-core", "on"});
     EXPECT_EQ(one.code, 0) << one.err;
     return ReadFile(temp_ / folder / "003.png.png");
   };
@@ -295,7 +287,7 @@ TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
   EXPECT_EQ(render("built"), picture);
   // What lies in its place is somebody's.
   WriteFile(temp_ / "green.ply.index", "a list of books");
-  run = Recolor("green.ply", {"--complete", "off", "--out-of-core", "on"});
+  run = Recolor("green.ply", {"--completion", "off", "--out-of-core", "on"});
   EXPECT_EQ(run.code, 0);
   EXPECT_THAT(run.err, HasSubstr("is not an index"));
   EXPECT_EQ(ReadFile(temp_ / "green.ply.index"), "a list of books");
@@ -304,7 +296,7 @@ TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
 TEST_F(LargeSceneTest, SaysWhatWouldFitAndWritesNothing) {
   const auto recolor = [&](int memory_mb) {
     return Recolor("out.ply",
-                   {"--complete", "off", "--out-of-core", "on", "--memory-mb",
+                   {"--completion", "off", "--out-of-core", "on", "--memory-mb",
                     std::to_string(memory_mb), "--progress", "none"},
                    "report.json");
   };
@@ -374,9 +366,9 @@ class TiledSceneTest : public LargeSceneTest {
 
   // The report of a run within a limit; null where it is refused, `err` says why.
   json RunWithin(int memory_mb, std::vector<std::string> more, std::string* err) {
-    std::vector<std::string> arguments = {"--complete", "off",         "--out-of-core",
-                                          "on",         "--memory-mb", std::to_string(memory_mb),
-                                          "--progress", "none"};
+    std::vector<std::string> arguments = {"--completion", "off",         "--out-of-core",
+                                          "on",           "--memory-mb", std::to_string(memory_mb),
+                                          "--progress",   "none"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const CommandResult run = Recolor("out.ply", arguments, "report.json");
     *err = run.err;
@@ -444,23 +436,11 @@ TEST_F(TiledSceneTest, EvaluatesAsInCore) {
   WritePng(ViewFile(temp_ / "truth", "003.png"), mask);
   WritePng(ViewFile(temp_ / "truth", "005.png"), Mask(mask.width, mask.height));
   const auto evaluate = [&](std::vector<std::string> more, json* report) {
-    std::vector<std::string> arguments = {"evaluate",
-                                          "--workspace",
-                                          TinyWorkspace().string(),
-                                          "--before",
-                                          splat_.string(),
-                                          "--after",
-                                          (temp_ / "blue.ply").string(),
-                                          "--masks",
-                                          (temp_ / "masks").string(),
-                                          "--true-masks",
-                                          (temp_ / "truth").string(),
-                                          "--holdout",
-                                          "3",
-                                          "--report",
-                                          (temp_ / "report.json").string(),
-                                          "--progress",
-                                          "none"};
+    std::vector<std::string> arguments = {
+        "evaluate",     TinyWorkspace().string(),         "--splat",    splat_.string(),
+        "--after",      (temp_ / "blue.ply").string(),    "--masks",    (temp_ / "masks").string(),
+        "--true-masks", (temp_ / "truth").string(),       "--holdout",  "3",
+        "--report",     (temp_ / "report.json").string(), "--progress", "none"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     CommandResult result = RunRetint(arguments);
     if (result.code == 0) *report = json::parse(ReadFile(temp_ / "report.json"));
@@ -515,10 +495,10 @@ TEST_F(LargeSceneTest, NoticesThatTheSplatChanges) {
       return false;  // it is not interrupted
     };
     CommandResult run =
-        RunRetint({"recolor", "--workspace", TinyWorkspace().string(), "--splat", splat_.string(),
-                   "--view", TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1.0",
-                   "--output", (temp_ / "out.ply").string(), "--complete", "off", "--out-of-core",
-                   "on", "--progress", "json"},
+        RunRetint({"recolor", TinyWorkspace().string(), "--splat", splat_.string(), "--view",
+                   TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1.0", "--output",
+                   (temp_ / "out.ply").string(), "--completion", "off", "--out-of-core", "on",
+                   "--progress", "json"},
                   options);
     EXPECT_TRUE(changed) << run.err;
     EXPECT_EQ(ReadFile(temp_ / "out.ply"), "what was there");
@@ -541,9 +521,9 @@ TEST_F(LargeSceneTest, AFullDiskUnderIndexOrOutputLosesNothing) {
     CommandOptions options;
     options.max_file_bytes = max_file_bytes;
     return RunRetint(
-        {"recolor", "--workspace", TinyWorkspace().string(), "--splat", splat_.string(), "--view",
-         TinyView(), "--mask", TinyMask().string(), "--tint", "0.2,0.4,1.0", "--output",
-         (temp_ / "out.ply").string(), "--complete", "off", "--out-of-core", "on"},
+        {"recolor", TinyWorkspace().string(), "--splat", splat_.string(), "--view", TinyView(),
+         "--mask", TinyMask().string(), "--tint", "0.2,0.4,1.0", "--output",
+         (temp_ / "out.ply").string(), "--completion", "off", "--out-of-core", "on"},
         options);
   };
   EXPECT_EQ(recolor(500).code, 4);

@@ -18,7 +18,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 std::vector<std::string> With(const std::string& verb, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = {verb, "--workspace", TinyWorkspace().string(), "--splat",
+  std::vector<std::string> arguments = {verb, TinyWorkspace().string(), "--splat",
                                         (TinyWorkspace() / "splat.ply").string()};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
@@ -81,7 +81,7 @@ TEST(MaskVerb, HasAWandAndLimits) {
   const Mask limited = mask({"--mask", TinyMask().string(), "--like", at + ",0.05"});
   EXPECT_EQ(limited(x, y), 255);
   EXPECT_LT(area(limited), area(mask({"--like", at + ",0.5"})));
-  EXPECT_GT(area(mask({"--mask", TinyMask().string(), "--refine-edge", "2"})), 0);
+  EXPECT_GT(area(mask({"--mask", TinyMask().string(), "--snap-edge", "2"})), 0);
 }
 
 TEST(MaskVerb, RefusesWhatItCannotDo) {
@@ -139,9 +139,9 @@ TEST(MaskVerb, RefusesWhatItCannotDo) {
 TEST(SuggestVerb, RanksTheViewsThatAreNotPainted) {
   TempFolder temp;
   const std::string report = (temp / "suggest.json").string();
-  const CommandResult result =
-      RunRetint(With("suggest", {"--view", TinyView(), "--mask", TinyMask().string(), "--method",
-                                 "gaussian", "--count", "3", "--report", report}));
+  const CommandResult result = RunRetint(
+      With("suggest", {"--view", TinyView(), "--mask", TinyMask().string(), "--depth-method",
+                       "gaussian", "--count", "3", "--report", report}));
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(CountLines(result.out), 3) << result.out;
   const json views = json::parse(ReadFile(report))["views"];
@@ -155,10 +155,10 @@ TEST(SuggestVerb, RanksTheViewsThatAreNotPainted) {
       EXPECT_LE(views[i]["settles"], views[i - 1]["settles"]);
     }
   }
-  const CommandResult off = RunRetint(
-      With("suggest", {"--view", TinyView(), "--mask", TinyMask().string(), "--complete", "off"}));
+  const CommandResult off = RunRetint(With(
+      "suggest", {"--view", TinyView(), "--mask", TinyMask().string(), "--completion", "off"}));
   EXPECT_EQ(off.code, 2);
-  EXPECT_THAT(off.err, HasSubstr("--complete near or all"));
+  EXPECT_THAT(off.err, HasSubstr("--completion near or all"));
 }
 
 TEST(ScoreVerb, GivesTheTruthFullMarks) {
@@ -170,7 +170,7 @@ TEST(ScoreVerb, GivesTheTruthFullMarks) {
   ASSERT_FALSE(truth.empty());
   const std::string report = (temp / "score.json").string();
   const CommandResult result =
-      RunRetint({"score", "--truth", truth.string(), "--masks", truth.string(), "--workspace",
+      RunRetint({"score", "--truth", truth.string(), "--masks", truth.string(), "--cameras",
                  TinyWorkspace().string(), "--painted", TinyView(), "--report", report});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("boundary_iou"));

@@ -23,8 +23,7 @@ using nlohmann::json;
 const std::string kTint = "0.2,0.4,1.0";
 
 std::vector<std::string> Scene() {
-  return {"--workspace", TinyWorkspace().string(), "--splat",
-          (TinyWorkspace() / "splat.ply").string()};
+  return {TinyWorkspace().string(), "--splat", (TinyWorkspace() / "splat.ply").string()};
 }
 
 std::vector<std::string> Join(std::vector<std::string> a, const std::vector<std::string>& b) {
@@ -62,8 +61,8 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
   // Inside masks too; no main color is measured for that.
   const CommandResult masked = RunRetint(Join(
       Join({"refit"}, Scene()), {"--edited", TinyView() + "=" + (temp / "painted.png").string(),
-                                 "--masks", (TinyWorkspace() / "masks").string(), "--iterations",
-                                 "1", "--output", (temp / "masked.ply").string()}));
+                                 "--masks", (TinyWorkspace() / "masks").string(), "--set",
+                                 "iterations=1", "--output", (temp / "masked.ply").string()}));
   ASSERT_EQ(masked.code, 0) << masked.err;
   EXPECT_THAT(masked.err, testing::Not(testing::HasSubstr("is measured inside the masks")));
 }
@@ -72,8 +71,9 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
 TEST(Recolor, SplitsLargeGaussiansFirst) {
   TempFolder temp;
   const std::string report = (temp / "report.json").string();
-  const auto split = Join(RecolorArguments(temp), {"--refine-gaussians"});
-  const CommandResult result = RunRetint(Join(split, {"--part-pixels", "0.5", "--report", report}));
+  const auto split = Join(RecolorArguments(temp), {"--refine"});
+  const CommandResult result =
+      RunRetint(Join(split, {"--set", "refine.pixels=0.5", "--report", report}));
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("Gaussians split into"));
   const json found = json::parse(ReadFile(report)), refine = found["refine"];
@@ -86,9 +86,10 @@ TEST(Recolor, SplitsLargeGaussiansFirst) {
   const json quality = found["quality"]["train"];
   EXPECT_GT(quality["psnr_inside_after"].get<double>(),
             quality["psnr_inside_before"].get<double>() + 5);
-  const CommandResult alone = RunRetint(Join(RecolorArguments(temp), {"--part-pixels", "0.5"}));
+  const CommandResult alone =
+      RunRetint(Join(RecolorArguments(temp), {"--set", "refine.pixels=0.5"}));
   EXPECT_EQ(alone.code, 2);
-  EXPECT_THAT(alone.err, testing::HasSubstr("--refine-gaussians"));
+  EXPECT_THAT(alone.err, testing::HasSubstr("--refine"));
   const CommandResult parts =
       RunRetint(Join(split, {"--out-of-core", "on", "--index", (temp / "splat.index").string()}));
   EXPECT_EQ(parts.code, 2);
@@ -104,7 +105,7 @@ TEST(Recolor, ItsReportIsAnEdit) {
     const CommandResult result = RunRetint(
         Join(Join(Join({"refit"}, Scene()), edit),
              {"--masks", (TinyWorkspace() / "masks").string(), "--output",
-              (temp / "out.ply").string(), "--iterations", "1", "--report", report(name)}));
+              (temp / "out.ply").string(), "--set", "iterations=1", "--report", report(name)}));
     EXPECT_EQ(result.code, 0) << result.err;
     return result.err;
   };
@@ -152,7 +153,7 @@ TEST(Recolor, WritesSplatReportStagesAndPictures) {
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("out.ply"));
 
-  EXPECT_THAT(ReadFile(temp / "r.html"), testing::HasSubstr("retint recolor --workspace "));
+  EXPECT_THAT(ReadFile(temp / "r.html"), testing::HasSubstr("retint recolor "));
   const json report = json::parse(ReadFile(temp / "r.json"));
   EXPECT_EQ(report["backend"], "cpu");
   EXPECT_EQ(report["views"], 8);
@@ -207,6 +208,58 @@ TEST(Recolor, WritesSplatReportStagesAndPictures) {
   for (const std::string& name : files) EXPECT_EQ(name.find(".tmp"), std::string::npos) << name;
 }
 
+// Three lines, and a page beside the splat, which --no-report-html leaves out.
+TEST(Recolor, SaysInThreeLinesWhatItDid) {
+  TempFolder temp;
+  CommandOptions plain;
+  plain.adds_flags = false;
+  CommandResult result = RunRetint(RecolorArguments(temp), plain);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.rfind("changed      ", 0), 0u) << result.out;
+  EXPECT_THAT(result.out, testing::HasSubstr("\nquality      "));
+  EXPECT_THAT(result.out, testing::HasSubstr("\nlook at      " + (temp / "out.html").string() +
+                                             ", " + (temp / "out.ply").string()));
+  EXPECT_THAT(result.out, testing::Not(testing::HasSubstr("peak memory")));
+  EXPECT_THAT(FilesBelow(temp.path()), testing::ElementsAre("out.html", "out.ply"));
+  std::filesystem::remove(temp / "out.html");
+  result = RunRetint(Join(RecolorArguments(temp), {"--no-report-html", "--quiet"}), plain);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "");
+  EXPECT_THAT(FilesBelow(temp.path()), testing::ElementsAre("out.ply"));
+}
+
+// One argument for the scene: its splat is found, or it is a splat alone, a session or a job.
+TEST(Recolor, OpensASceneByOneArgument) {
+  TempFolder temp;
+  const std::string splat = (TinyWorkspace() / "splat.ply").string();
+  const std::string session = (temp / "s.retint").string();
+  WriteFile(temp / "job.json",
+            json{{"retint_job", 1},
+                 {"scene", {{"workspace", TinyWorkspace().string()}, {"splat", splat}}},
+                 {"regions",
+                  {{{"name", "thing"},
+                    {"masks", {{TinyView(), TinyMask().string()}}},
+                    {"edit", {{"operations", {{{"op", "gray"}}}}}}}}},
+                 {"outputs", {{"session", session}}}}
+                .dump());
+  ASSERT_EQ(RunRetint({"run", (temp / "job.json").string(), "--quiet"}).code, 0);
+  for (const std::string& scene :
+       {TinyWorkspace().string(), session, (temp / "job.json").string()}) {
+    const CommandResult result = RunRetint({"info", scene, "--compare", "1"});
+    ASSERT_EQ(result.code, 0) << result.err;
+    EXPECT_THAT(result.out, testing::HasSubstr("splat        " + splat));
+    EXPECT_THAT(result.out, testing::HasSubstr("workspace    " + TinyWorkspace().string()));
+  }
+  const CommandResult alone = RunRetint({"info", splat, "--views", "4", "--compare", "1"});
+  EXPECT_THAT(alone.out, testing::HasSubstr("workspace    none"));
+  std::filesystem::create_directory(temp / "two");
+  for (const char* name : {"two/a.ply", "two/b.ply"}) WriteFile(temp / name, "ply");
+  const CommandResult several =
+      RunRetint({"render", (temp / "two").string(), "--all", "--output", (temp / "r").string()});
+  EXPECT_EQ(several.code, 3);
+  EXPECT_THAT(several.err, testing::HasSubstr("name one with --splat"));
+}
+
 TEST(Recolor, ItsMasksAreTheObject) {
   TempFolder temp;
   const CommandResult result = RunRetint(
@@ -249,9 +302,9 @@ void RunSteps(const TempFolder& temp, const std::string& projector) {
   CommandResult result =
       RunRetint(Join(Join(Join({"select"}, Scene()), paint), {"--output", cloud}));
   ASSERT_EQ(result.code, 0) << result.err;
-  result = RunRetint(
-      Join(Join(Join({"project"}, Scene()), paint),
-           {"--cloud", cloud, "--output", masks, "--projector", projector, "--progress", "none"}));
+  result = RunRetint(Join(Join(Join({"project"}, Scene()), paint),
+                          {"--cloud", cloud, "--output", masks, "--set", "projector=" + projector,
+                           "--progress", "none"}));
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   result = RunRetint(
@@ -266,7 +319,7 @@ TEST(Recolor, InStepsThroughFilesGivesTheSameBytes) {
     TempFolder temp;
     ASSERT_NO_FATAL_FAILURE(RunSteps(temp, projector));
     const CommandResult whole =
-        RunRetint(Join(RecolorArguments(temp), {"--projector", projector, "--quiet"}));
+        RunRetint(Join(RecolorArguments(temp), {"--set", "projector=" + projector, "--quiet"}));
     ASSERT_EQ(whole.code, 0) << whole.err;
     EXPECT_TRUE(ReadFile(temp / "steps.ply") == ReadFile(temp / "out.ply")) << projector;
     // Only the Gaussians' own projector knows shares.
@@ -290,7 +343,7 @@ TEST(Recolor, StepsGoOnFromMasksOfAnotherTool) {
   EXPECT_THAT(result.err, testing::HasSubstr("computed anew from the masks"));
   EXPECT_EQ(CountLines(result.err), 1);
   EXPECT_FALSE(ReadFile(out) == ReadFile(temp / "steps.ply"));
-  result = RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before",
+  result = RunRetint({"evaluate", TinyWorkspace().string(), "--splat",
                       (TinyWorkspace() / "splat.ply").string(), "--after", out, "--masks",
                       (temp / "masks").string(), "--tint", kTint, "--report", report});
   ASSERT_EQ(result.code, 0) << result.err;
@@ -301,7 +354,7 @@ TEST(Recolor, StepsGoOnFromMasksOfAnotherTool) {
   // What recolor measures on the paint is measured inside the masks here, which is said.
   EXPECT_THAT(result.err, testing::Not(testing::HasSubstr("measured inside the masks")));
   for (const std::string to : {"#3060ff", "#3060ff,from=#c8b478"}) {
-    result = RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before",
+    result = RunRetint({"evaluate", TinyWorkspace().string(), "--splat",
                         (TinyWorkspace() / "splat.ply").string(), "--after", out, "--masks",
                         (temp / "masks").string(), "--to", to, "--progress", "none"});
     ASSERT_EQ(result.code, 0) << result.err;
@@ -365,11 +418,17 @@ Differences Measure(const std::filesystem::path& stages) {
 TEST(Recolor, TakesSeveralPaintedViewsAndTheOtherSolvers) {
   TempFolder temp;
   const std::string second = ViewFile(TruthFolder(), "003.png").string();
-  const CommandResult result = RunRetint(
-      Join(RecolorArguments(temp),
-           {"--view", "003.png", "--mask", second, "--solver", "adam", "--iterations", "20",
-            "--target", "photo", "--depth", "gaussian", "--projector", "quads", "--no-registration",
-            "--report", (temp / "r.json").string(), "--save-stages", (temp / "stages").string()}));
+  const CommandResult result =
+      RunRetint(Join(RecolorArguments(temp), {"--view",         "003.png",
+                                              "--mask",         second,
+                                              "--set",          "solver=adam",
+                                              "--set",          "iterations=20",
+                                              "--target",       "photo",
+                                              "--depth-method", "gaussian",
+                                              "--set",          "projector=quads",
+                                              "--set",          "register_cloud=false",
+                                              "--report",       (temp / "r.json").string(),
+                                              "--save-stages",  (temp / "stages").string()}));
   ASSERT_EQ(result.code, 0) << result.err;
   const json report = json::parse(ReadFile(temp / "r.json"));
   EXPECT_EQ(report["painted"].size(), 2u);
@@ -388,14 +447,15 @@ TEST(Recolor, TakesSeveralPaintedViewsAndTheOtherSolvers) {
 
 TEST(Recolor, ThePaperPresetRunsAndFlagsWin) {
   TempFolder temp;
-  const CommandResult result = RunRetint(Join(
-      RecolorArguments(temp),
-      {"--preset", "paper", "--iterations", "150", "--learning-rate", "0.02", "--sample", "0.6",
-       "--report", (temp / "r.json").string(), "--save-stages", (temp / "stages").string()}));
+  const CommandResult result =
+      RunRetint(Join(RecolorArguments(temp),
+                     {"--preset", "paper", "--set", "iterations=150", "--set", "learning_rate=0.02",
+                      "--set", "sample_fraction=0.6", "--report", (temp / "r.json").string(),
+                      "--save-stages", (temp / "stages").string()}));
   ASSERT_EQ(result.code, 0) << result.err;
   const json report = json::parse(ReadFile(temp / "r.json"));
   const json& options = report["options"];
-  EXPECT_EQ(options["method"], "stereo-hv");
+  EXPECT_EQ(options["depth_method"], "stereo-hv");
   EXPECT_EQ(options["stereo-hv"]["aggregate"], "min");
   for (const char* name : {"both_sides", "arbitrate", "refine"}) {
     EXPECT_EQ(options["stereo-hv"][name], false) << name;
@@ -427,9 +487,9 @@ TEST(Recolor, IterationsZeroGoesOnUntilConverged) {
   for (int i = 0; i < 2; ++i) {
     auto arguments = RecolorArguments(temp);
     arguments.back() = (temp / (std::string(limits[i]) + ".ply")).string();
-    const CommandResult result =
-        RunRetint(Join(arguments, {"--iterations", limits[i], "--tolerance", "1e-6", "--report",
-                                   (temp / "r.json").string(), "--quiet"}));
+    const CommandResult result = RunRetint(
+        Join(arguments, {"--set", std::string("iterations=") + limits[i], "--set", "tolerance=1e-6",
+                         "--report", (temp / "r.json").string(), "--quiet"}));
     ASSERT_EQ(result.code, 0) << result.err;
     reports[i] = json::parse(ReadFile(temp / "r.json"));
     EXPECT_EQ(reports[i]["refit"]["converged"], true);
@@ -445,11 +505,10 @@ TEST(Recolor, EvaluateGivesFiguresByTrueMasksToo) {
       Join(RecolorArguments(temp), {"--save-stages", (temp / "stages").string(), "--quiet"}));
   ASSERT_EQ(made.code, 0) << made.err;
   const auto evaluate = [&](const std::string& masks) {
-    const CommandResult result =
-        RunRetint({"evaluate", "--workspace", TinyWorkspace().string(), "--before",
-                   (TinyWorkspace() / "splat.ply").string(), "--after", (temp / "out.ply").string(),
-                   "--masks", masks, "--true-masks", TruthFolder().string(), "--tint", kTint,
-                   "--report", (temp / "r.json").string()});
+    const CommandResult result = RunRetint(
+        {"evaluate", TinyWorkspace().string(), "--splat", (TinyWorkspace() / "splat.ply").string(),
+         "--after", (temp / "out.ply").string(), "--masks", masks, "--true-masks",
+         TruthFolder().string(), "--tint", kTint, "--report", (temp / "r.json").string()});
     EXPECT_EQ(result.code, 0) << result.err;
     EXPECT_THAT(result.out, testing::HasSubstr("by the true masks"));
     return json::parse(ReadFile(temp / "r.json"));
@@ -489,24 +548,16 @@ TEST(Recolor, SaysWhereItMeasuresSomeViewsOnly) {
   TempFolder temp;
   const std::filesystem::path scene = temp / "scene";
   const CommandResult made = RunRetint({"synth", "--output", scene.string(), "--width", "80",
-                                        "--height", "60", "--views", "26", "--quiet"});
+                                        "--height", "60", "--photos", "26", "--quiet"});
   ASSERT_EQ(made.code, 0) << made.err;
   const std::filesystem::path mask = std::filesystem::directory_iterator(scene / "masks")->path();
-  const std::vector<std::string> recolor = {"recolor",
-                                            "--workspace",
-                                            scene.string(),
-                                            "--splat",
-                                            (scene / "splat.ply").string(),
-                                            "--view",
-                                            mask.stem().string(),
-                                            "--mask",
-                                            mask.string(),
-                                            "--tint",
-                                            kTint,
-                                            "--iterations",
-                                            "1",
-                                            "--output",
-                                            (temp / "out.ply").string()};
+  const std::vector<std::string> recolor = {"recolor",  scene.string(),
+                                            "--splat",  (scene / "splat.ply").string(),
+                                            "--view",   mask.stem().string(),
+                                            "--mask",   mask.string(),
+                                            "--tint",   kTint,
+                                            "--set",    "iterations=1",
+                                            "--output", (temp / "out.ply").string()};
   const CommandResult printed = RunRetint(recolor);
   ASSERT_EQ(printed.code, 0) << printed.err;
   EXPECT_THAT(printed.out + printed.err, testing::HasSubstr("24 of 26 views: inside"));

@@ -36,8 +36,8 @@ double MeanRedness(const Image& image, const Mask& mask, bool inside) {
 
 TEST(SplatAlone, APaintedViewIsRecolored) {
   TempFolder temp;
-  CommandResult result = RunRetint({"cameras", "--splat", Splat(), "--views", "8", "--output",
-                                    (temp / "ws").string(), "--quiet"});
+  CommandResult result = RunRetint(
+      {"cameras", Splat(), "--views", "8", "--output", (temp / "ws").string(), "--quiet"});
   ASSERT_EQ(result.code, 0) << result.err;
   const Workspace workspace = Workspace::Open(temp / "ws");
   EXPECT_EQ(workspace.reconstruction.views.size(), 8u);
@@ -51,14 +51,13 @@ TEST(SplatAlone, APaintedViewIsRecolored) {
     for (int x = before.width * 2 / 5; x < before.width * 3 / 5; ++x) mask(x, y) = 255;
   }
   WritePng(temp / "mask.png", mask);
-  result = RunRetint({"recolor", "--splat", Splat(), "--views", "8", "--view", view.name, "--mask",
+  result = RunRetint({"recolor", Splat(), "--views", "8", "--view", view.name, "--mask",
                       (temp / "mask.png").string(), "--to", "#ff0000", "--target", "photo",
                       "--output", (temp / "red.ply").string(), "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("8 of 8 views have no photo; their renders are taken"));
-  result = RunRetint({"render", "--workspace", (temp / "ws").string(), "--splat",
-                      (temp / "red.ply").string(), "--view", view.name, "--output",
-                      (temp / "after").string(), "--quiet"});
+  result = RunRetint({"render", (temp / "ws").string(), "--splat", (temp / "red.ply").string(),
+                      "--view", view.name, "--output", (temp / "after").string(), "--quiet"});
   ASSERT_EQ(result.code, 0) << result.err;
   const Image after = ReadImage(temp / "after" / (view.name + ".png"));
   EXPECT_GT(MeanRedness(after, mask, true), MeanRedness(before, mask, true) + 0.2);
@@ -67,7 +66,7 @@ TEST(SplatAlone, APaintedViewIsRecolored) {
 }
 
 std::vector<std::string> CamerasTo(const std::filesystem::path& folder, const std::string& views) {
-  return {"cameras", "--splat", Splat(), "--views", views, "--output", folder.string(), "--quiet"};
+  return {"cameras", Splat(), "--views", views, "--output", folder.string(), "--quiet"};
 }
 
 TEST(SplatAlone, CamerasDoNotWriteOverAWorkspace) {
@@ -133,14 +132,14 @@ TEST(SplatElsewhere, AlignFindsTheFrame) {
   Transform(splat_from_world, model);
   WriteSplat(temp / "moved.ply", model);
   const std::string workspace = TinyWorkspace().string(), moved = (temp / "moved.ply").string();
-  CommandResult result = RunRetint({"info", "--workspace", workspace, "--splat", Splat()});
+  CommandResult result = RunRetint({"info", workspace, "--splat", Splat()});
   const double original = Psnr(result.out);
-  result = RunRetint({"info", "--workspace", workspace, "--splat", moved, "--progress", "none"});
+  result = RunRetint({"info", workspace, "--splat", moved, "--progress", "none"});
   EXPECT_THAT(result.err, HasSubstr("retint align"));
 
-  result = RunRetint({"align", "--workspace", workspace, "--splat", moved, "--output",
-                      (temp / "back.ply").string(), "--transform", (temp / "t.json").string(),
-                      "--progress", "none"});
+  result =
+      RunRetint({"align", workspace, "--splat", moved, "--output", (temp / "back.ply").string(),
+                 "--transform", (temp / "t.json").string(), "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("found from   points"));
   EXPECT_EQ(result.err, "");
@@ -149,10 +148,10 @@ TEST(SplatElsewhere, AlignFindsTheFrame) {
   EXPECT_LT(found.rotation.angularDistance(splat_from_world.rotation.conjugate()), 0.02);
   // Fitted to the photos, it may show them a little better than the original does.
   constexpr double kLost = 0.1;
-  result = RunRetint({"info", "--workspace", workspace, "--splat", (temp / "back.ply").string()});
+  result = RunRetint({"info", workspace, "--splat", (temp / "back.ply").string()});
   EXPECT_GE(Psnr(result.out), original - kLost) << result.err;
   for (const std::string& given : {(temp / "t.json").string(), std::string()}) {
-    std::vector<std::string> info = {"info", "--workspace", workspace, "--splat", moved};
+    std::vector<std::string> info = {"info", workspace, "--splat", moved};
     if (!given.empty()) info.insert(info.end(), {"--world-from-splat", given});
     result = RunRetint(info);
     ASSERT_EQ(result.code, 0) << result.err;
@@ -171,9 +170,9 @@ TEST(SplatElsewhere, AlignKnowsATranslation) {
   const Sim3d splat_from_world{1, Eigen::Quaterniond::Identity(), {0.25, 0.1, -0.2}};
   Transform(splat_from_world, model);
   WriteSplat(temp / "moved.ply", model);
-  const CommandResult result = RunRetint({"align", "--workspace", TinyWorkspace().string(),
-                                          "--splat", (temp / "moved.ply").string(), "--transform",
-                                          (temp / "t.json").string(), "--progress", "none"});
+  const CommandResult result =
+      RunRetint({"align", TinyWorkspace().string(), "--splat", (temp / "moved.ply").string(),
+                 "--transform", (temp / "t.json").string(), "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;
   const Sim3d found = ReadWorldFromSplat(temp / "t.json");
   EXPECT_EQ(found.scale, 1);
@@ -188,9 +187,9 @@ TEST(SplatElsewhere, AlignWarnsOfAnotherScene) {
   GaussianModel model = ReadSplat(Splat());
   std::fill(model.sh.begin(), model.sh.end(), 0.0F);
   WriteSplat(temp / "other.ply", model);
-  const CommandResult result = RunRetint({"align", "--workspace", TinyWorkspace().string(),
-                                          "--splat", (temp / "other.ply").string(), "--transform",
-                                          (temp / "t.json").string(), "--progress", "none"});
+  const CommandResult result =
+      RunRetint({"align", TinyWorkspace().string(), "--splat", (temp / "other.ply").string(),
+                 "--transform", (temp / "t.json").string(), "--progress", "none"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("warning: renders and photos still disagree ("));
   EXPECT_THAT(result.err, HasSubstr("the splat seems to be of another scene"));

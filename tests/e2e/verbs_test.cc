@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The other verbs, on good input.
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <regex>
@@ -30,7 +31,7 @@ using testing::Not;
 using testing::StartsWith;
 
 std::vector<std::string> With(const std::string& verb, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = {verb, "--workspace", TinyWorkspace().string(), "--splat",
+  std::vector<std::string> arguments = {verb, TinyWorkspace().string(), "--splat",
                                         (TinyWorkspace() / "splat.ply").string()};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
@@ -38,15 +39,15 @@ std::vector<std::string> With(const std::string& verb, const std::vector<std::st
 
 // What `retint --help` lists below "Subcommands:", one a line.
 std::vector<std::string> Verbs() {
-  std::istringstream help(RunRetint({"--help"}).out);
+  std::istringstream help(RunRetint({"-h"}).out);
   std::string line;
-  while (std::getline(help, line) && line != "Subcommands:") {
-  }
   std::vector<std::string> verbs;
-  while (std::getline(help, line) && !line.empty()) {
+  while (std::getline(help, line) && line != "Examples:") {
     std::string verb;
     std::istringstream(line) >> verb;
-    verbs.push_back(verb);
+    if (line.starts_with("  " + verb) && std::islower(static_cast<unsigned char>(verb[0])) != 0) {
+      verbs.push_back(verb);
+    }
   }
   return verbs;
 }
@@ -55,29 +56,56 @@ TEST(Verbs, EveryVerbHasHelp) {
   const std::vector<std::string> verbs = Verbs();
   EXPECT_THAT(verbs, testing::IsSupersetOf({"info", "render", "recolor", "run", "synth"}));
   for (const std::string& verb : verbs) {
-    const CommandResult own = RunRetint({verb, "--help"});
-    EXPECT_EQ(own.code, 0);
-    EXPECT_EQ(own.err, "");
-    for (const char* option :
-         {"--backend", "--threads", "--seed", "--log-level", "--quiet", "--progress"}) {
-      EXPECT_THAT(own.out, HasSubstr(option)) << verb;
+    for (const char* help : {"-h", "--help"}) {
+      const CommandResult own = RunRetint({verb, help});
+      EXPECT_EQ(own.code, 0);
+      EXPECT_EQ(own.err, "");
+      EXPECT_THAT(own.out, HasSubstr("Usage: retint " + verb)) << help;
     }
   }
+  const std::string all = RunRetint({"--help"}).out;
+  for (const char* option :
+       {"--backend", "--threads", "--seed", "--log-level", "--quiet", "--progress", "--verbose"}) {
+    EXPECT_THAT(all, HasSubstr(option));
+  }
+}
+
+// One screen for people; options that nobody needs are no flags, and still there.
+TEST(Verbs, HelpHasTiers) {
+  const std::string brief = RunRetint({"recolor", "-h"}).out;
+  const std::string whole = RunRetint({"recolor", "--help"}).out;
+  EXPECT_LE(CountLines(brief), 50);
+  const auto flags = [](const std::string& help) {
+    int count = 0;
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) {
+      count += line.starts_with("  -") || line.starts_with("  SCENE") ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GE(flags(brief), 20);
+  EXPECT_LE(flags(brief), 27);
+  EXPECT_GT(flags(whole), flags(brief));
+  EXPECT_THAT(brief, HasSubstr("Examples:"));
+  EXPECT_THAT(whole, Not(HasSubstr("ridge")));
+  EXPECT_THAT(RunRetint({"options"}).out, HasSubstr("mm.ridge_rest"));
+  EXPECT_THAT(RunRetint({"options", "ridge_rest"}).out, HasSubstr("--set mm.ridge_rest=0.001"));
+  EXPECT_EQ(RunRetint({"options", "ridge_rust"}).code, 2);
 }
 
 TEST(Verbs, TheDocumentationListsWhatHelpPrints) {
   const std::string doc = ReadFile(fs::path(RETINT_SOURCE_DIR) / "docs/cli.md");
-  std::vector<std::string> names = Verbs();
-  names.insert(names.begin(), "");  // retint itself
-  for (const std::string& name : names) {
-    CommandResult help = RunRetint(name.empty() ? std::vector<std::string>{"--help"}
-                                                : std::vector<std::string>{name, "--help"});
-    while (help.out.ends_with('\n')) help.out.pop_back();
-    EXPECT_NE(doc.find("<!-- help: " + name + (name.empty() ? "" : " ") + "-->\n```text\n" +
-                       help.out + "\n```\n"),
+  const auto expect_listed = [&](const std::string& marker, CommandResult printed) {
+    while (printed.out.ends_with('\n')) printed.out.pop_back();
+    EXPECT_NE(doc.find("<!-- " + marker + "-->\n```text\n" + printed.out + "\n```\n"),
               std::string::npos)
-        << "retint " << name << ": run bash apps/update_cli_doc.sh";
+        << marker << ": run bash apps/update_cli_doc.sh";
+  };
+  expect_listed("help: ", RunRetint({"--help"}));
+  for (const std::string& name : Verbs()) {
+    expect_listed("help: " + name + " ", RunRetint({name, "--help"}));
   }
+  expect_listed("output: options ", RunRetint({"options"}));
 }
 
 TEST(Verbs, VersionNamesBackendsAndLibraries) {
@@ -131,9 +159,8 @@ TEST(Verbs, InfoWarnsOfASplatInAnotherFrame) {
     model.means[3 * g + 2] *= -1;
   }
   WriteSplat(temp / "turned.ply", model);
-  const CommandResult result =
-      RunRetint({"info", "--workspace", TinyWorkspace().string(), "--splat",
-                 (temp / "turned.ply").string(), "--progress", "none"});
+  const CommandResult result = RunRetint({"info", TinyWorkspace().string(), "--splat",
+                                          (temp / "turned.ply").string(), "--progress", "none"});
   EXPECT_EQ(result.code, 0);
   EXPECT_THAT(result.err, HasSubstr("another frame"));
   EXPECT_EQ(CountLines(result.err), 1);
@@ -142,19 +169,19 @@ TEST(Verbs, InfoWarnsOfASplatInAnotherFrame) {
 TEST(Verbs, InfoDoesWithoutPhotosAndWithoutASplat) {
   TempFolder temp;
   fs::copy(TinyWorkspace() / "sparse", temp / "sparse", fs::copy_options::recursive);
-  CommandResult result = RunRetint({"info", "--workspace", temp.path().string(), "--splat",
-                                    (TinyWorkspace() / "splat.ply").string()});
+  CommandResult result = RunRetint(
+      {"info", temp.path().string(), "--splat", (TinyWorkspace() / "splat.ply").string()});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("8, photos of 0"));
   EXPECT_THAT(result.out, HasSubstr("no photos"));
-  result = RunRetint({"info", "--workspace", temp.path().string()});
+  result = RunRetint({"info", temp.path().string()});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("Gaussians")));
   // Of what is compared, those with photos count.
   fs::create_directories(temp / "images");
   fs::copy(TinyWorkspace() / "images" / TinyView(), temp / "images");
-  result = RunRetint({"info", "--workspace", temp.path().string(), "--splat",
-                      (TinyWorkspace() / "splat.ply").string()});
+  result = RunRetint(
+      {"info", temp.path().string(), "--splat", (TinyWorkspace() / "splat.ply").string()});
   EXPECT_THAT(result.out, HasSubstr("median of 1 of 8 views against their photos"));
 }
 
@@ -191,8 +218,9 @@ TEST(Verbs, DepthIsNearTheTruth) {
   const DepthMap truth = ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin");
   for (const char* method : {"gaussian", "stereo-hv"}) {
     const std::string map = (temp / (std::string(method) + ".bin")).string();
-    const CommandResult result = RunRetint(With("depth", {"--view", "000.png", "--method", method,
-                                                          "--output", map, "--png", map + ".png"}));
+    const CommandResult result =
+        RunRetint(With("depth", {"--view", "000.png", "--depth-method", method, "--output", map,
+                                 "--png", map + ".png"}));
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_THAT(result.out, HasSubstr(method));
     const DepthMap depth = ReadDepthMap(map);
@@ -217,10 +245,9 @@ TEST(Verbs, DepthReadsDenseMapsOfTheWorkspace) {
   fs::create_directories(temp / "stereo/depth_maps");
   fs::copy(TinyWorkspace() / "truth/depth/000.png.bin",
            temp / "stereo/depth_maps/000.png.geometric.bin");
-  const CommandResult result =
-      RunRetint({"depth", "--workspace", temp.path().string(), "--splat",
-                 (TinyWorkspace() / "splat.ply").string(), "--view", "000.png", "--method",
-                 "colmap", "--output", (temp / "d.bin").string()});
+  const CommandResult result = RunRetint(
+      {"depth", temp.path().string(), "--splat", (TinyWorkspace() / "splat.ply").string(), "--view",
+       "000.png", "--depth-method", "colmap", "--output", (temp / "d.bin").string()});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(ReadDepthMap(temp / "d.bin").data,
             ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin").data);
@@ -234,10 +261,9 @@ TEST(Verbs, DepthPrintsItsErrorsAgainstSparsePoints) {
   DepthMap map = ReadDepthMap(TinyWorkspace() / "truth/depth/000.png.bin");
   for (float& z : map.data) z *= 1.25f;
   WriteDepthMap(temp / "stereo/depth_maps/000.png.geometric.bin", map);
-  const CommandResult result =
-      RunRetint({"depth", "--workspace", temp.path().string(), "--splat",
-                 (TinyWorkspace() / "splat.ply").string(), "--view", "000.png", "--method",
-                 "colmap", "--against", "sparse", "--progress", "none"});
+  const CommandResult result = RunRetint(
+      {"depth", temp.path().string(), "--splat", (TinyWorkspace() / "splat.ply").string(), "--view",
+       "000.png", "--depth-method", "colmap", "--against", "sparse", "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;
   std::smatch found;
   ASSERT_TRUE(std::regex_search(result.out, found,
@@ -260,9 +286,9 @@ TEST(Verbs, DepthRunsColmapWhereItIs) {
   WriteFile(colmap, "#!/bin/sh\ncp '" + (TinyWorkspace() / "truth/depth/000.png.bin").string() +
                         "' \"$3/stereo/depth_maps/view.png.photometric.bin\"\n");
   fs::permissions(colmap, fs::perms::owner_all);
-  CommandResult result =
-      RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
-                               colmap.string(), "--output", (temp / "d.bin").string()}));
+  CommandResult result = RunRetint(
+      With("depth", {"--view", "000.png", "--depth-method", "colmap-mvs", "--colmap-program",
+                     colmap.string(), "--output", (temp / "d.bin").string()}));
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("colmap-mvs: "));
   EXPECT_EQ(ReadDepthMap(temp / "d.bin").data,
@@ -270,13 +296,15 @@ TEST(Verbs, DepthRunsColmapWhereItIs) {
 
   WriteFile(colmap, "#!/bin/sh\necho 'ERROR: Dense stereo reconstruction requires CUDA'\nexit 1\n");
   fs::permissions(colmap, fs::perms::owner_all);  // it is a new file
-  result = RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
-                                    colmap.string(), "--against", "sparse", "--progress", "none"}));
+  result = RunRetint(
+      With("depth", {"--view", "000.png", "--depth-method", "colmap-mvs", "--colmap-program",
+                     colmap.string(), "--against", "sparse", "--progress", "none"}));
   EXPECT_EQ(result.code, 4);
   EXPECT_EQ(CountLines(result.err), 1) << result.err;
   EXPECT_THAT(result.err, HasSubstr("was built without CUDA"));
-  result = RunRetint(With("depth", {"--view", "000.png", "--method", "colmap-mvs", "--colmap",
-                                    (temp / "none").string(), "--against", "sparse"}));
+  result = RunRetint(
+      With("depth", {"--view", "000.png", "--depth-method", "colmap-mvs", "--colmap-program",
+                     (temp / "none").string(), "--against", "sparse"}));
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.err, HasSubstr((temp / "none").string()));
 }
@@ -320,20 +348,21 @@ TEST(Verbs, RefineSplitsWhatIsInsideMasks) {
   TempFolder temp;
   const fs::path finer = temp / "finer.ply", same = temp / "same.ply";
   const std::string masks = (TinyWorkspace() / "truth" / "masks" / "box").string();
-  const CommandResult result =
-      RunRetint(With("refine", {"--masks", masks, "--part-pixels", "0.5", "--output", finer}));
+  const CommandResult result = RunRetint(
+      With("refine", {"--masks", masks, "--set", "refine.pixels=0.5", "--output", finer}));
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("Gaussians split into"));
   EXPECT_THAT(result.out, HasSubstr("dB from the splat as it was"));
   const size_t before = ReadSplat(TinyWorkspace() / "splat.ply").NumGaussians();
   EXPECT_GT(ReadSplat(finer).NumGaussians(), before);
-  const CommandResult few = RunRetint(With("refine", {"--masks", masks, "--part-pixels", "0.5",
-                                                      "--most-parts", "200", "--output", finer}));
+  const CommandResult few =
+      RunRetint(With("refine", {"--masks", masks, "--set", "refine.pixels=0.5", "--set",
+                                "refine.most=200", "--output", finer}));
   ASSERT_EQ(few.code, 0) << few.err;
   EXPECT_THAT(few.err, HasSubstr("parts of 0.5 pixels would be more than 200"));
-  EXPECT_THAT(few.err, HasSubstr("allow more parts (--most-parts)"));
+  EXPECT_THAT(few.err, HasSubstr("allow more parts (--set refine.most)"));
   const CommandResult coarse =
-      RunRetint(With("refine", {"--masks", masks, "--part-pixels", "100", "--output", same}));
+      RunRetint(With("refine", {"--masks", masks, "--set", "refine.pixels=100", "--output", same}));
   ASSERT_EQ(coarse.code, 0) << coarse.err;
   EXPECT_THAT(coarse.err, HasSubstr("the splat is as it was"));
   EXPECT_EQ(ReadSplat(same).NumGaussians(), before);
@@ -373,10 +402,10 @@ TEST(Verbs, WarningsAndErrorsAreJsonBesideProgressAsJson) {
   };
   fs::copy(TinyWorkspace() / "sparse", temp / "sparse", fs::copy_options::recursive);
   const CommandResult warned =
-      RunRetint({"recolor", "--workspace", temp.path().string(), "--splat",
+      RunRetint({"recolor", temp.path().string(), "--splat",
                  (TinyWorkspace() / "splat.ply").string(), "--view", TinyView(), "--mask",
-                 TinyMask().string(), "--tint", "#3060ff", "--target", "photo", "--iterations", "1",
-                 "--output", (temp / "o.ply").string(), "--progress", "json"});
+                 TinyMask().string(), "--tint", "#3060ff", "--target", "photo", "--set",
+                 "iterations=1", "--output", (temp / "o.ply").string(), "--progress", "json"});
   EXPECT_EQ(warned.code, 0) << warned.err;
   EXPECT_THAT(levels(warned.err), testing::Contains("warning"));
   const CommandResult informed =
@@ -454,7 +483,7 @@ TEST(Verbs, SynthIsTheSameEveryTime) {
   TempFolder temp;
   for (const char* name : {"a", "b"}) {
     ASSERT_EQ(RunRetint({"synth", "--output", (temp / name).string(), "--width", "48", "--height",
-                         "36", "--views", "3", "--quiet"})
+                         "36", "--photos", "3", "--quiet"})
                   .code,
               0);
   }

@@ -61,9 +61,6 @@ TEST(EditOptions, DefaultsAreInRangeAndDescribedForPeople) {
   for (const Option& option : Described(EditOptions())) {
     EXPECT_FALSE(option.help.empty()) << option.name;
     EXPECT_FALSE(option.help.ends_with('.')) << option.name;
-    if (!option.flag.empty()) {
-      EXPECT_EQ(option.flag.rfind("--", 0), 0u) << option.name;
-    }
   }
 }
 
@@ -108,16 +105,16 @@ TEST(EditOptions, UnitsFitNamesDefaultsAndRanges) {
 
 TEST(EditOptions, NamesAreUniqueInFilesAndOnTheCommandLine) {
   std::set<std::pair<std::string, std::string>> names;
-  std::map<std::string, std::set<std::string>> groups_of_flag;
+  std::set<std::string> flags;
   for (const Option& option : Described(EditOptions())) {
     EXPECT_TRUE(names.emplace(option.applies, option.name).second)
         << option.applies << "." << option.name;
     EXPECT_EQ(names.count({"", option.applies}), 0u) << "a group is no option";
-    if (option.flag.empty()) continue;
-    // One flag for several options: those of different solvers.
-    EXPECT_TRUE(groups_of_flag[option.flag].insert(option.applies).second) << option.flag;
+    if (option.Flag().empty()) continue;
+    EXPECT_TRUE(flags.insert(option.Flag()).second) << option.Flag();
   }
-  EXPECT_EQ(groups_of_flag["--iterations"], (std::set<std::string>{"mm", "adam"}));
+  EXPECT_EQ(flags, (std::set<std::string>{"--depth-method", "--completion", "--paint-slack",
+                                          "--target", "--outside-weight"}));
 }
 
 TEST(EditOptions, ComeBackFromJsonToTheLastBit) {
@@ -155,7 +152,7 @@ TEST(EditOptions, BadValuesAreToldByTheirPlaceInTheFile) {
   refuses(R"({"mm": {"iterations": 1.5}})", "mm.iterations: is not a whole number");
   refuses(R"({"solver": "magic"})", "solver: solver must be mm or adam, not 'magic'");
   refuses(R"({"seed": -1})", "seed: is not a whole number");
-  refuses(R"({"stereo-hv": {"refine": 1}})", "stereo-hv.refine: is neither true nor false");
+  refuses(R"({"stereo-hv": {"subpixel": 1}})", "stereo-hv.subpixel: is neither true nor false");
   refuses(R"([1])", "is not an object");
   EXPECT_EQ(Write(options), Write(EditOptions()));
 }
@@ -178,13 +175,13 @@ TEST(Presets, ThePaperSetsWhatItPublished) {
   }
   const std::map<std::string, OptionValue> expected = {
       {"stereo-hv.both_sides", false},   {"stereo-hv.aggregate", std::string("min")},
-      {"stereo-hv.arbitrate", false},    {"stereo-hv.refine", false},
+      {"stereo-hv.arbitrate", false},    {"stereo-hv.subpixel", false},
       {".register_cloud", false},        {".projector", std::string("quads")},
       {".target", std::string("photo")}, {".solver", std::string("adam")},
       {".active_threshold", 0.0},        {"adam.closed_form_start", false},
       {"adam.iterations", int64_t{0}}};
   EXPECT_EQ(changed, expected);
-  EXPECT_EQ(paper.select.method, "stereo-hv");
+  EXPECT_EQ(paper.select.depth_method, "stereo-hv");
   EXPECT_EQ(paper.select.cloud.sample_fraction, 0.7);
   EXPECT_EQ(paper.select.cloud.outlier_neighbors, 16);
   EXPECT_EQ(paper.select.cloud.outlier_stddev, 0.007);

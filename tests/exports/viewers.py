@@ -69,14 +69,14 @@ def make_scene(retint, folder):
         subprocess.run([retint, *map(str, arguments), "--quiet"], check=True)
 
     scene = folder / "scene"
-    run("synth", "--output", scene, "--width", 240, "--height", 180, "--views", 5)
+    run("synth", "--output", scene, "--width", 240, "--height", 180, "--photos", 5)
     truth = scene / "truth" / "masks" / "ball" / f"{VIEW}.png"
-    run("recolor", "--workspace", scene, "--splat", scene / "splat.ply", "--view", VIEW, "--mask", truth, "--to", BLUE,
+    run("recolor", scene, "--splat", scene / "splat.ply", "--view", VIEW, "--mask", truth, "--to", BLUE,
         "--output", folder / "blue.ply")
     for name in sorted({name for names in FORMATS.values() for name in names}):
         if name != "blue.ply":
             run("convert", folder / "blue.ply", folder / name)
-        run("render", "--workspace", scene, "--splat", folder / name, "--view", VIEW, "--output", folder / (name + ".own"))
+        run("render", scene, "--splat", folder / name, "--view", VIEW, "--output", folder / (name + ".own"))
     return scene
 
 

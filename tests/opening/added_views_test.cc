@@ -49,7 +49,7 @@ Found Find(int num_cameras, const ProjectorOptions& options) {
   EditSession& session = *one;
   Monitor monitor;
   SelectOptions select;
-  select.method = "gaussian";
+  select.depth_method = "gaussian";
   const std::vector<PaintedView> painted = {
       {world.view(0).name, world.Posed(0), world.BallMask(world.Posed(0))}};
   const SelectionCloud cloud = session.selection().Select(painted, select, monitor).cloud;

@@ -30,7 +30,7 @@ constexpr int kWidth = 320, kHeight = 160;
 class WidePhoto : public testing::Test {
  protected:
   WidePhoto() : session_(Open({})) {
-    select_.method = "gaussian";  // exact enough here; stereo is tested where it belongs
+    select_.depth_method = "gaussian";  // exact enough here; stereo is tested where it belongs
   }
 
   std::unique_ptr<EditSession> Open(const std::filesystem::path& photos) const {

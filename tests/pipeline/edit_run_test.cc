@@ -126,7 +126,7 @@ TEST_F(PictureJob, FitsAgainAfterARegionOfDepthMaps) {
   measured.name = "measured";
   measured.paint = {{ViewName(0), folder_ / "mask.png"}};
   measured.edit = ColorEdit::Tint({1.0F, 0.3F, 0.1F});
-  measured.options.select.method = "colmap";
+  measured.options.select.depth_method = "colmap";
   job_.regions.insert(job_.regions.begin(), measured);
   const fs::path maps = folder_ / "ws/stereo/depth_maps";
   fs::create_directories(maps);

@@ -27,7 +27,7 @@ constexpr char kJob[] = R"({
       "name": "toy",
       "paint": [{"view": "0001.jpg", "mask": "paint.png"}],
       "edit": {"operations": [{"op": "recolor", "to": [0.2, 0.4, 1]}]},
-      "options": {"method": "gaussian"}
+      "options": {"depth_method": "gaussian"}
     },
     {
       "name": "wall",
@@ -85,9 +85,9 @@ TEST_F(JobFile, IsRead) {
   EXPECT_EQ(job.options.refit.options.mm.iterations, 3);
   ASSERT_EQ(job.regions.size(), 2u);
   EXPECT_EQ(job.regions[0].paint[0].mask, temp_ / "paint.png");
-  EXPECT_EQ(job.regions[0].options.select.method, "gaussian");
+  EXPECT_EQ(job.regions[0].options.select.depth_method, "gaussian");
   EXPECT_EQ(job.regions[0].edit.operations[0].kind, ColorOperationKind::kRecolor);
-  EXPECT_EQ(job.regions[1].options.select.method, SelectOptions().method);
+  EXPECT_EQ(job.regions[1].options.select.depth_method, SelectOptions().depth_method);
   EXPECT_EQ(job.regions[1].mask_folder, temp_ / "walls");
   EXPECT_EQ(job.regions[1].strength, 0.5f);
   EXPECT_EQ(job.outputs.splats[0], temp_ / "out.ply");

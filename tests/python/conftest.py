@@ -16,9 +16,11 @@ TINT = "0.2,0.4,1.0"
 
 
 def run_retint(*arguments):
-    """Runs the executable; what it printed when it succeeds."""
-    done = subprocess.run(
-        [EXECUTABLE, *map(str, arguments)], capture_output=True, text=True, check=False)
+    """Runs the executable; what it printed when it succeeds. A page is written only where it is named."""
+    words = [EXECUTABLE, *map(str, arguments)]
+    if arguments[0] == "recolor" and "--report-html" not in words:
+        words.append("--no-report-html")
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -33,7 +35,7 @@ class Scene:
         self.view = self.mask.stem
 
     def arguments(self):
-        return ["--workspace", self.folder, "--splat", self.splat, "--quiet"]
+        return [self.folder, "--splat", self.splat, "--quiet"]
 
     def paint(self):
         return ["--view", self.view, "--mask", self.mask]
@@ -55,7 +57,7 @@ def make_scene(name, *arguments):
 
 @pytest.fixture(scope="session")
 def scene():
-    return make_scene("scene", "--width", 160, "--height", 120, "--views", 8)
+    return make_scene("scene", "--width", 160, "--height", 120, "--photos", 8)
 
 
 @pytest.fixture

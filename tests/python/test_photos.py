@@ -7,7 +7,7 @@ import pytest
 import retint
 from conftest import TINT, make_scene, run_retint
 
-SIZE = ["--width", 160, "--height", 120, "--views", 4]
+SIZE = ["--width", 160, "--height", 120, "--photos", 4]
 
 
 # One view undistorts the first; the second is shown by six.

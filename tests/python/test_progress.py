@@ -57,7 +57,7 @@ def test_each_stage_that_is_begun_reaches_its_end(scene, folder):
     check("write_masks", session.write_masks(folder / "m", region, progress=tell))
     check("write_cameras", session.write_cameras(folder / "cameras", progress=tell))
     for method in ("gaussian", "stereo-hv"):
-        check(method, session.depth(scene.view, method=method, progress=tell))
+        check(method, session.depth(scene.view, depth_method=method, progress=tell))
     check("refine", session.refine_gaussians(region, pixels=0.5, progress=tell))
     check("erase", session.erase(selection, scene.view, scene.mask, progress=tell))
     whole = retint.read_mask(scene.mask)

@@ -50,11 +50,11 @@ def test_recolor_writes_the_same_splat_and_figures(scene, folder):
 
 def test_every_option_reaches_the_work(scene, folder):
     run_retint("recolor", *scene.arguments(), *scene.paint(), "--tint", TINT,
-               "--depth", "gaussian", "--sample", 0.5, "--no-registration",
-               "--complete", "off", "--iterations", 3, "--outside-weight", 2, "--region-mb", 0.25,
+               "--depth-method", "gaussian", "--set", "sample_fraction=0.5", "--set", "register_cloud=false",
+               "--completion", "off", "--set", "iterations=3", "--outside-weight", 2, "--set", "region_cache_mb=0.25",
                "--output", folder / "cli.ply")
     session = retint.Session(scene.folder, scene.splat)
-    selection = session.select([session.paint(scene.view, scene.mask)], method="gaussian",
+    selection = session.select([session.paint(scene.view, scene.mask)], depth_method="gaussian",
                                sample_fraction=0.5, register_cloud=False)
     masks = session.complete(selection, "off")
     session.add_region("selection", masks, edit())
@@ -130,7 +130,7 @@ def test_evaluate_measures_another_splat(scene, folder):
     session, _, masks, region = recolored(scene)
     session.write_splat(folder / "after.ply")
     masks.write(folder / "masks")
-    run_retint("evaluate", "--quiet", "--workspace", scene.folder, "--before", scene.splat,
+    run_retint("evaluate", "--quiet", scene.folder, "--splat", scene.splat,
                "--after", folder / "after.ply", "--masks", folder / "masks", "--tint", TINT,
                "--report", folder / "cli.json")
     report = json.loads((folder / "cli.json").read_text(encoding="utf-8"))
@@ -149,10 +149,10 @@ def test_the_package_is_the_command_line(scene):
                              text=True, check=True).stdout
     assert version == run_retint("--version")
     assert version.startswith(f"retint {retint.__version__}\n")
-    wrong = subprocess.run([sys.executable, "-m", "retint", "info", "--workspace", "/nowhere"],
+    wrong = subprocess.run([sys.executable, "-m", "retint", "info", "/nowhere"],
                            capture_output=True, text=True, check=False)
     assert wrong.returncode == 3 and "/nowhere" in wrong.stderr
-    assert retint.run_command(["info", "--quiet", "--workspace", str(scene.folder)]) == 0
+    assert retint.run_command(["info", "--quiet", str(scene.folder)]) == 0
 
 
 def test_a_saved_session_goes_on(scene, folder):
@@ -194,7 +194,7 @@ def test_score_gives_the_same_figures(scene, folder):
     truth = scene.folder / "truth" / "masks" / "ball"
     others = scene.folder / "truth" / "masks" / "box"
     run_retint("score", "--quiet", "--truth", truth, "--masks", others, "--painted", scene.view,
-               "--workspace", scene.folder, "--report", folder / "cli.json")
+               "--cameras", scene.folder, "--report", folder / "cli.json")
     report = retint.score(truth, others, [scene.view], retint.Workspace(scene.folder))
     assert report == json.loads((folder / "cli.json").read_text(encoding="utf-8"))
 
@@ -214,7 +214,7 @@ def test_a_splat_in_another_frame(scene, folder):
     moved = folder / "moved.ply"
     matrix = moved_splat(scene, moved)
     numbers = " ".join(map(str, matrix.ravel()))
-    run_retint("recolor", "--quiet", "--workspace", scene.folder, "--splat", moved, *scene.paint(),
+    run_retint("recolor", "--quiet", scene.folder, "--splat", moved, *scene.paint(),
                "--world-from-splat", numbers, "--tint", TINT, "--output", folder / "cli.ply")
     at = retint.Session(scene.folder, moved, world_from_splat=matrix)
     masks = at.project(at.select([at.paint(scene.view, scene.mask)]))
@@ -240,7 +240,7 @@ def test_a_splat_in_another_frame(scene, folder):
 def test_align_finds_the_same_similarity(scene, folder):
     moved = folder / "moved.ply"
     matrix = moved_splat(scene, moved)
-    run_retint("align", "--quiet", "--workspace", scene.folder, "--splat", moved, "--views", 3,
+    run_retint("align", "--quiet", scene.folder, "--splat", moved, "--compare", 3,
                "--transform", folder / "cli.json")
     found = retint.align(retint.Workspace(scene.folder), retint.Splat.read(moved), views=3)
     expected = json.loads((folder / "cli.json").read_text(encoding="utf-8"))["world_from_splat"]
@@ -251,7 +251,7 @@ def test_align_finds_the_same_similarity(scene, folder):
 
 
 def test_views_around_a_splat_alone(scene, folder):
-    run_retint("cameras", "--quiet", "--splat", scene.splat, "--views", 4, "--no-images",
+    run_retint("cameras", "--quiet", scene.splat, "--views", 4, "--no-images",
                "--output", folder / "cameras")
     written = retint.Workspace(folder / "cameras")
     placed = retint.Session(None, scene.splat, views=4)
@@ -329,7 +329,7 @@ def test_masks_of_one_view_are_those_of_the_command_line(scene, folder):
         (["--wand", f"{x},{y},0.2,0.05,60"], {"wand": (x, y, 0.2, 0.05, 60)}),
         (["--scissors", "40,30,120,30,120,90,40,90", "--image", "photo"],
          {"scissors": [[40, 30], [120, 30], [120, 90], [40, 90]], "image": "photo"}),
-        (["--mask", scene.mask, "--refine-edge", 4], {"mask": scene.mask, "refine_edge": 4}),
+        (["--mask", scene.mask, "--snap-edge", 4], {"mask": scene.mask, "snap_edge": 4}),
         (["--like", f"{x},{y},0.1"], {"like": (x, y, 0.1)}),
     ]
     for arguments, keywords in cases:
@@ -363,7 +363,7 @@ def test_palettes_and_placed_views_are_those_of_the_command_line(scene, folder):
     with pytest.raises(retint.OptionError):
         session.palette([session.paint(scene.view, scene.mask)], 17)
 
-    run_retint("cameras", "--splat", scene.splat, "--views", 6, "--quiet", "--no-images",
+    run_retint("cameras", scene.splat, "--views", 6, "--quiet", "--no-images",
                "--output", folder / "cli")
     with retint.Session(None, scene.splat, views=6) as alone:
         alone.write_cameras(folder / "python", images=False)

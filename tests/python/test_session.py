@@ -238,7 +238,7 @@ def test_every_object_shows_what_it_is(session, scene):
     assert repr(painted) == f"<retint.Painted {scene.view}, 1600 pixels>"
     count = len(session.original)
     assert repr(session) == f"<retint.Session 8 views, {count} Gaussians>"
-    depth = session.depth(scene.view, method="gaussian")
+    depth = session.depth(scene.view, depth_method="gaussian")
     assert repr(depth).startswith("<retint.Depth 160x120 by gaussian, ")
     session.close()
     assert repr(session) == f"<retint.Session 8 views, {count} Gaussians, closed>"
@@ -283,7 +283,7 @@ def test_threads_wait_for_their_turn_and_the_lock_is_free(session, scene):
     threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
     for thread in threads:
         thread.start()
-    session.depth(scene.view, method="gaussian", progress=during)
+    session.depth(scene.view, depth_method="gaussian", progress=during)
     for thread in threads:
         thread.join()
     assert seen.is_set()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recolor/edit_text.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -8,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "recolor/color_name.h"
 #include "tests/support/data.h"
 
 namespace retint {
@@ -77,12 +79,27 @@ TEST(ParseOperationTest, ReadsPalettes) {
   EXPECT_THAT(FaultOf(Kind::kPalette, ""), HasSubstr("is not a number"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "5"), HasSubstr("changes no color"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "17,1=#ff0000"), HasSubstr("from 1 to 16, not 17"));
-  EXPECT_THAT(FaultOf(Kind::kPalette, "nan,1=#ff0000"), HasSubstr("not finite"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "nan,1=#ff0000"), HasSubstr("'nan' is not a color"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "2.5,1=#ff0000"), HasSubstr("from 1 to 16, not 2.5"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "3,4=#ff0000"), HasSubstr("an index must be from 1 to 3"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "3,2"), HasSubstr("'2' has no color"));
-  EXPECT_THAT(FaultOf(Kind::kPalette, "3,2=blue"), HasSubstr("is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "3,2=blew"), HasSubstr("is not a color; did you mean blue?"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "#ff0000=#00ff00,2=#0000ff"), HasSubstr("is not a color"));
+}
+
+TEST(ParseOperationTest, TakesColorsByName) {
+  EXPECT_EQ(Parse(Kind::kRecolor, "SteelBlue"), Parse(Kind::kRecolor, "#4682b4"));
+  EXPECT_EQ(Parse(Kind::kRecolor, "teal,from=gray"), Parse(Kind::kRecolor, "#008080,from=#808080"));
+  EXPECT_EQ(Parse(Kind::kPalette, "red=blue,white"),
+            Parse(Kind::kPalette, "#ff0000=#0000ff,#ffffff"));
+  EXPECT_EQ(Parse(Kind::kGradient, "0:black,0.5:tomato"),
+            Parse(Kind::kGradient, "0:#000000,0.5:#ff6347"));
+  EXPECT_EQ(EditFromJson(R"({"operations": [{"op": "recolor", "to": "rebeccapurple"}]})", "")
+                .operations[0],
+            Parse(Kind::kRecolor, "#663399"));
+  const std::vector<std::string_view> names = ColorNames();
+  EXPECT_TRUE(std::ranges::is_sorted(names));
+  EXPECT_EQ(std::ranges::adjacent_find(names), names.end());
 }
 
 TEST(ParseOperationTest, SaysWhatIsWrong) {
@@ -91,8 +108,8 @@ TEST(ParseOperationTest, SaysWhatIsWrong) {
   EXPECT_THAT(FaultOf(Kind::kExposure, "1,2"), HasSubstr("too many values"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "11"), HasSubstr("stops must be from -10 to 10, not 11"));
   EXPECT_THAT(FaultOf(Kind::kMatrix, "1,2,3"), HasSubstr("needs 12 values"));
-  EXPECT_THAT(FaultOf(Kind::kRecolor, "blue"), HasSubstr("'blue' is not a color"));
-  EXPECT_THAT(FaultOf(Kind::kRecolor, "#ff0000,from=red"), HasSubstr("'red' is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "bluish"), HasSubstr("'bluish' is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kRecolor, "#ff0000,from=ruddy"), HasSubstr("'ruddy' is not a color"));
   EXPECT_THAT(FaultOf(Kind::kContrast, "1e300"), HasSubstr("'1e300' is out of range"));
   EXPECT_THAT(FaultOf(Kind::kContrast, "high"), HasSubstr("'high' is not a number"));
   EXPECT_THAT(FaultOf(Kind::kRecolor, "keep-lightness=1"), HasSubstr("needs 3 values"));
@@ -140,7 +157,7 @@ TEST(ParseOperationTest, BalancesWhatShouldBeGray) {
             whole);
   EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "20,gray=#d0c8b0"), HasSubstr("gray stands for"));
   EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "gray=#d0c8b0,tint=3"), HasSubstr("gray stands for"));
-  EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "gray=20"), HasSubstr("gray is not a color"));
+  EXPECT_THAT(FaultOf(Kind::kWhiteBalance, "gray=20"), HasSubstr("'20' is not a color"));
   EXPECT_THAT(FaultOf(Kind::kExposure, "gray=#d0c8b0"), HasSubstr("there is no 'gray'"));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "white_balance", "gray": "#d0c8b0", "tint": 1}]})"),
               HasSubstr("stands for temperature and tint"));
@@ -270,7 +287,7 @@ TEST(EditJsonTest, SaysWhereAFaultIs) {
               HasSubstr("operations[0]: gamma: gamma must be from 0.1 to 10"));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "tint", "color": [1, 2]}]})"),
               HasSubstr("list of 3 numbers"));
-  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "tint", "color": "blue"}]})"),
+  EXPECT_THAT(FaultOf(R"({"operations": [{"op": "tint", "color": "bluish"}]})"),
               HasSubstr("is not a color"));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "palette"}]})"), HasSubstr("needs \"colors\""));
   EXPECT_THAT(FaultOf(R"({"operations": [{"op": "palette", "colors": []}]})"),

@@ -33,7 +33,7 @@ class SelectionRound : public testing::Test {
  protected:
   SelectionRound() {
     session_ = TinySession(world_);
-    select_.method = "gaussian";  // exact enough here; stereo is tested where it belongs
+    select_.depth_method = "gaussian";  // exact enough here; stereo is tested where it belongs
   }
 
   PaintRound Round(int view, Mask mask, Mask before = {}) const {

@@ -50,7 +50,7 @@ TEST(SyntheticTest, OptionsAreChecked) {
   EXPECT_EQ(fault([](SyntheticOptions&) {}), "no error");
   EXPECT_THAT(fault([](auto& o) { o.width = 8; }), HasSubstr("width"));
   EXPECT_THAT(fault([](auto& o) { o.height = 5000; }), HasSubstr("height"));
-  EXPECT_THAT(fault([](auto& o) { o.views = 2; }), HasSubstr("views"));
+  EXPECT_THAT(fault([](auto& o) { o.views = 2; }), HasSubstr("photos"));
   EXPECT_THAT(fault([](auto& o) { o.point_noise = -1; }), HasSubstr("noise"));
   EXPECT_THAT(fault([](auto& o) { o.point_noise = NAN; }), HasSubstr("noise"));
   EXPECT_THAT(fault([](auto& o) { o.sparse_points = -1; }), HasSubstr("sparse"));

@@ -40,7 +40,7 @@ class DistortedFixture : public ViewerTest {
     const auto shown = controller().facts()->Shown(*home).camera;
     if (canvas().navigation().Exact().camera != shown) return false;
     SelectOptions select;
-    select.method = "gaussian";  // quick; stereo has tests of its own
+    select.depth_method = "gaussian";  // quick; stereo has tests of its own
     selection().SetSelectOptions(select);
     return canvas().GoTo(subject_.first) && WaitSharp(*window_);
   }

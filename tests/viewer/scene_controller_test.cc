@@ -38,7 +38,7 @@ class SceneControllerTest : public QObject {
   }
   static SelectOptions Select() {
     SelectOptions select;
-    select.method = "gaussian";
+    select.depth_method = "gaussian";
     return select;
   }
   std::string NameOf(RegionId id) const { return controller_->regions().Find(id)->name; }

@@ -161,7 +161,7 @@ class SelectionModeTest : public QObject {
     QVERIFY(Open());
     mode_ = std::make_unique<SelectionMode>(controller_.get());
     SelectOptions select;
-    select.method = "gaussian";  // quick; stereo has tests of its own
+    select.depth_method = "gaussian";  // quick; stereo has tests of its own
     mode_->SetSelectOptions(select);
     mode_->resize(900, 700);
     mode_->show();
@@ -364,7 +364,7 @@ class SelectionModeTest : public QObject {
 
   void AFailureLeadsBackToPainting() {
     SelectOptions select;
-    select.method = "colmap";  // there are no dense depth maps
+    select.depth_method = "colmap";  // there are no dense depth maps
     mode_->SetSelectOptions(select);
     QVERIFY(Enter(Entry(first_)));
     Paint(Truth(first_));

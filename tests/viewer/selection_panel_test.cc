@@ -41,7 +41,7 @@ class SelectionPanelTest : public ViewerTest {
   // A region that was painted on one view, with the splat's own depth, which is quick.
   bool Paint() {
     SelectOptions select;
-    select.method = "gaussian";
+    select.depth_method = "gaussian";
     QSignalSpy added(&controller(), &SceneController::regionAdded);
     SceneController::Round round;
     const View* view = controller().facts()->workspace->reconstruction.FindView(subject_.first);

@@ -188,7 +188,7 @@ class SoakTest : public ViewerTest {
     MakeScene(96, 72, 5);
     QVERIFY(ShowScene());
     SelectOptions select;
-    select.method = "gaussian";
+    select.depth_method = "gaussian";
     window_->selection().SetSelectOptions(select);
   }
   void cleanupTestCase() {

@@ -37,7 +37,7 @@ class UncertainTest : public ViewerTest {
   }
   bool PaintAndAccept() {
     SelectOptions select;
-    select.method = "gaussian";  // quick; stereo has tests of its own
+    select.depth_method = "gaussian";  // quick; stereo has tests of its own
     window_->selection().SetSelectOptions(select);
     if (!Enter()) return false;
     SelectionCanvas& paper = window_->selection().canvas();

@@ -89,7 +89,7 @@ class WorkflowTest : public ViewerTest {
   void init() {
     QVERIFY(ShowScene());
     SelectOptions select;
-    select.method = "gaussian";  // quick; stereo has tests of its own
+    select.depth_method = "gaussian";  // quick; stereo has tests of its own
     selection().SetSelectOptions(select);
     QVERIFY(canvas().GoTo(subject_.first));
     QVERIFY(WaitSharp(*window_));
@@ -242,7 +242,7 @@ class WorkflowTest : public ViewerTest {
     // Of its own work the mode speaks itself.
     Paint(Truth(controller().facts()->views.front()->name));
     SelectOptions select;
-    select.method = "no such method";
+    select.depth_method = "no such method";
     selection().SetSelectOptions(select);
     QTest::keyClick(&selection().canvas(), Qt::Key_Return);
     QTRY_VERIFY_WITH_TIMEOUT(selection().message().contains("method must be"), kWaitMs);

@@ -221,7 +221,7 @@ class Session:
              mask: Optional[MaskLike] = None, wand: Optional[Sequence[float]] = None,
              scissors: Optional[ArrayLike] = None, sphere: Optional[Sequence[float]] = None,
              box: Optional[Sequence[float]] = None, like: Optional[Sequence[float]] = None,
-             refine_edge: int = 0, this_view_alone: bool = False, image: str = "render",
+             snap_edge: int = 0, this_view_alone: bool = False, image: str = "render",
              pixels: str = "pinhole", progress: Progress = None) -> NDArray[np.uint8]: ...
     def palette(self, of: Union[Masks, Painted, Sequence[Painted]],
                 colors: int = 5) -> List[Dict[str, Any]]: ...

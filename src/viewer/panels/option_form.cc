@@ -94,7 +94,7 @@ void OptionForm::Show(const OptionList& list) {
 
 void OptionForm::AddRow(const Option& option, size_t index) {
   controls_.push_back(nullptr);
-  if (option.flag.empty()) return;
+  if (option.tier == OptionTier::kRare) return;
   QWidget* control = nullptr;
   if (std::holds_alternative<bool*>(option.member)) {
     auto* box = new QCheckBox(LabelOf(option));

@@ -55,7 +55,7 @@ constexpr ToolEntry kTools[] = {
     {SelectionTool::kLike, ToolIcon::kLike, "Like",
      "Like this color (K): click a color; of what is selected, what has this color stays"},
     {SelectionTool::kRefine, ToolIcon::kRefine, "Refine",
-     "Refine edge (F): drag along the border, which moves to the edges under the brush; Shift+F: "
+     "Snap edge (F): drag along the border, which moves to the edges under the brush; Shift+F: "
      "the whole border"},
 };
 

@@ -40,7 +40,7 @@ const std::vector<SelectionKey>& SelectionKeys() {
       {Qt::Key_K, kNone, kRun, Choose<SelectionTool::kLike>,
        "Like this color: of what is selected, what has a color"},
       {Qt::Key_F, kNone, kRun, Choose<SelectionTool::kRefine>,
-       "Refine edge: the border under the brush moves to the edges"},
+       "Snap edge: the border under the brush moves to the edges"},
       {Qt::Key_F, kShift, kRun, [](SelectionCanvas& c) { c.RefineBorder(); },
        "Refine the whole border, within the brush's radius"},
       {Qt::Key_BracketLeft, kNone, kRun, [](SelectionCanvas& c) { c.ScaleBrush(-1); },

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The scene of a verb: one argument that is a workspace, a splat, a session or a job.
+#include "base/error.h"
+#include "base/files.h"
+#include "colmap_io/nerfstudio.h"
+#include "pipeline/job_file.h"
+#include "retint/common.h"
+#include "retint/help.h"
+#include "saving/session_file.h"
+
+namespace retint::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsSession(const fs::path& path) { return IsFile(path / "session.json"); }
+
+// Not the meta.json of an unpacked .sog.
+bool IsJob(const fs::path& path) {
+  return ExtensionOf(path) == ".json" &&
+         path.filename().string().find("meta.json") == std::string::npos;
+}
+
+// What a session or a job says of its scene stays, unless a flag says otherwise.
+void TakeOver(const fs::path& from, fs::path* to) {
+  if (to->empty()) *to = from;
+}
+
+void FindInSession(const fs::path& folder, SceneArguments* scene) {
+  const SessionInfo info = ReadSessionInfo(folder);
+  scene->workspace = info.workspace;
+  scene->view_folder = info.view_folder;
+  TakeOver(info.splat, &scene->splat);
+  TakeOver(info.image_folder, &scene->images);
+  if (scene->model.empty()) scene->model = info.model;
+  scene->place = info.world_from_splat;
+}
+
+void FindInWorkspace(const fs::path& folder, SceneArguments* scene) {
+  scene->workspace = folder;
+  if (!scene->splat.empty()) return;
+  if (const auto found = FindSplat(folder)) {
+    scene->splat = *found;
+  } else if (scene->needs_splat) {
+    throw InputError(folder, "holds no splat, or several: name one with --splat");
+  }
+}
+
+}  // namespace
+
+void TakeScene(const EditRecipe& recipe, SceneArguments& scene) {
+  scene.workspace = recipe.workspace;
+  TakeOver(recipe.splat, &scene.splat);
+  TakeOver(recipe.images, &scene.images);
+  if (scene.model.empty()) scene.model = recipe.model;
+  if (scene.world_from_splat.empty()) scene.world_from_splat = recipe.world_from_splat;
+  if (recipe.views > 0) scene.views = recipe.views;
+}
+
+void FindScene(SceneArguments& scene) {
+  const fs::path& path = scene.path;
+  if (path.empty()) return;
+  if (!fs::exists(path)) throw InputError(path, "there is no such file or folder");
+  const bool places_views = scene.views != SessionOptions().views;
+  if (IsSession(path)) {
+    FindInSession(path, &scene);
+  } else if (fs::is_directory(path)) {
+    FindInWorkspace(path, &scene);
+  } else if (IsJob(path)) {
+    TakeScene(ReadJob(path), scene);
+  } else {
+    CheckOption(scene.splat.empty(),
+                "--splat names the splat of a workspace, but " + path.string() + " is a file");
+    scene.splat = path;
+  }
+  const bool alone = scene.workspace.empty();
+  CheckOption(!alone || (scene.images.empty() && scene.model.empty()),
+              "--images and --model are parts of a workspace, which a splat alone has not");
+  CheckOption(alone || !places_views,
+              "--views places views around a splat alone; " + path.string() + " has its own");
+}
+
+void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat) {
+  scene.needs_splat = needs_splat;
+  globals.scenes[verb] = &scene;
+  verb->add_option("SCENE", scene.path,
+                   "Workspace (COLMAP, nerfstudio), splat, session (NAME.retint) or job")
+      ->required()
+      ->type_name("SCENE");
+  AddPath(verb, "-s,--splat", scene.splat,
+          "Splat of the workspace, if it holds several or lies elsewhere")
+      ->group(kSceneGroup);
+  AddPath(verb, "--images", scene.images, "Folder of the photos, if Retint does not find it",
+          "FOLDER")
+      ->group(kSceneGroup);
+  verb->add_option("--model", scene.model,
+                   "Sparse model of the workspace, such as 1 or dense/0. Else the largest")
+      ->type_name("NAME")
+      ->group(kSceneGroup);
+}
+
+void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat) {
+  AddSceneFiles(verb, globals, scene, needs_splat);
+  verb->add_option("--world-from-splat", scene.world_from_splat,
+                   "Where the splat lies in the workspace's world: a JSON file (nerfstudio's "
+                   "dataparser_transforms.json, or that of `retint align`), or the 12 or 16 "
+                   "numbers of a matrix, by rows")
+      ->type_name("FILE|NUMBERS")
+      ->group(kSceneGroup);
+  verb->add_option("--views", scene.views, "Views to place around a splat alone")
+      ->check(CLI::Range(2, 400))
+      ->group(kSceneGroup);
+  verb->add_option("--pixels", scene.pixels,
+                   "Pixels of masks, renders and depth maps if a camera is distorted: those of "
+                   "the photo, or of the undistorted views (pinhole)")
+      ->check(CLI::IsMember({"photo", "pinhole"}))
+      ->group(kSceneGroup);
+}
+
+SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run) {
+  SessionOptions options;
+  options.backend = run.globals().backend;
+  options.cache_bytes = run.globals().cache_mb << 20;
+  options.image_folder = scene.images;
+  options.model = scene.model;
+  options.views = scene.views;
+  options.view_folder = scene.view_folder;
+  options.world_from_splat = scene.place;
+  if (!scene.world_from_splat.empty()) {
+    CheckOption(!scene.workspace.empty(), "--world-from-splat needs a workspace");
+    options.world_from_splat = WorldFromSplatOf(scene.world_from_splat);
+  }
+  options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
+  options.holdout = holdout;
+  return options;
+}
+
+}  // namespace retint::cli
